@@ -1,0 +1,97 @@
+# Every task of the repository. `make figures` and `make test` start from Rust, Python >= 3.11 and
+# make alone: they create .venv, build the extension in release mode and install the rest. Stamp
+# files in .venv make later calls quick; a change of src/ or of a manifest builds again.
+
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+
+# The first interpreter that is new enough; `make PYTHON=/path/to/python3` overrides.
+PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
+VENV ?= .venv
+OUT ?= figures
+
+BIN := $(abspath $(VENV))/bin
+# One interpreter for every build of the bindings, or cargo would rebuild them at each change.
+export PYO3_PYTHON := $(BIN)/python
+# The tests draw, but not on a screen.
+export MPLBACKEND ?= Agg
+
+TOOLS := $(VENV)/.tools
+INSTALLED := $(VENV)/.installed
+RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
+
+.PHONY: help figures test lint bench docs ci audit clean
+
+help:
+	@echo 'make figures  draw the figures of the paper and write the table of claims into $(OUT)/'
+	@echo 'make test     all tests: Rust, documentation, Python'
+	@echo 'make lint     formatting, lints, types, stubs, purity of the core, documentation'
+	@echo 'make bench    criterion benchmarks, and run time against error beside SciPy'
+	@echo 'make audit    a million random flights against an independent dense search'
+	@echo 'make docs     documentation of the Rust library'
+	@echo 'make ci       what continuous integration runs: lint, then test'
+	@echo 'make clean    remove what the other targets have made'
+
+figures: $(INSTALLED)
+	$(BIN)/vibroimpact reproduce --out $(OUT)
+
+test: $(INSTALLED)
+	cargo test --locked --all-targets
+	cargo test --locked --doc
+	$(BIN)/python -m pytest
+
+lint: $(INSTALLED)
+	@cargo fmt --version >/dev/null && cargo clippy --version >/dev/null \
+		|| { echo 'make lint needs rustfmt and clippy: rustup component add rustfmt clippy'; exit 1; }
+	cargo fmt --check
+	cargo clippy --locked --all-targets -- -D warnings
+	cargo clippy --locked --all-targets --all-features -- -D warnings
+	RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps
+	@echo 'purity: the core names neither pyo3 nor numpy'
+	@tree=$$(cargo tree --locked -e normal --prefix none); ! grep -E '^(pyo3|numpy)' <<<"$$tree"
+	@! grep -rnwE 'pyo3|numpy' src --include='*.rs' --exclude-dir=python --exclude=python.rs
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/python -m mypy.stubtest vibroimpact._core
+
+bench: $(INSTALLED)
+	cargo bench --locked
+	$(BIN)/python benches/work_precision
+
+audit:
+	cargo run --locked --release --example contact_audit
+
+docs:
+	RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps
+
+ci:
+	.ci/run
+
+clean:
+	rm -rf $(VENV) $(OUT) target benches/work_precision/out
+	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -f python/vibroimpact/_core.*.so python/vibroimpact/_core.pyd
+	find python tests benches -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(TOOLS): | check-tools
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip 'maturin>=1.16,<2'
+	@touch $@
+
+$(INSTALLED): $(TOOLS) pyproject.toml $(RUST)
+	env -u CONDA_PREFIX VIRTUAL_ENV=$(abspath $(VENV)) \
+		$(BIN)/maturin develop --release --locked --extras test,bench,dev
+	@touch $@
+
+.PHONY: check-tools
+check-tools:
+	@command -v cargo >/dev/null || { echo 'Rust is needed: https://rustup.rs'; exit 1; }
+	@test -n "$(PYTHON)" && $(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+		|| { echo 'Python 3.11 or newer is needed: make PYTHON=/path/to/python3'; exit 1; }
+	@$(PYTHON) -c 'import venv, ensurepip' \
+		|| { echo '$(PYTHON) lacks its venv module (on Debian: apt install python3-venv)'; exit 1; }

@@ -1,0 +1,57 @@
+"""Oblique-impact vibration of two bodies: simulation, sections and bifurcation diagrams.
+
+The model is that of Han, Jin & Hu (2004), corrected and completed; see docs/theory.md. All
+quantities are dimensionless; the glossary is docs/notation.md.
+
+    import vibroimpact as vi
+
+    system = vi.System(
+        mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+        drive_frequency=1.8, moment_amplitude=1,
+    )
+    run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    run.label
+"""
+
+from typing import TYPE_CHECKING
+
+from ._core import __version__
+from .diagrams import Diagram, DiagramSettings, bifurcation_diagram
+from .errors import Interrupted, ParameterError, SimulationError, StateError
+from .files import load
+from .results import EventKind, FinalState, PeriodReport, Regime, Run
+from .simulation import simulate
+from .system import System
+
+if TYPE_CHECKING:
+    from . import plot as plot
+else:
+
+    def __getattr__(name):
+        """Import the plotting functions on first use, so that matplotlib is loaded only then."""
+        if name == "plot":
+            import importlib
+
+            return importlib.import_module(".plot", __name__)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+__all__ = [
+    "Diagram",
+    "DiagramSettings",
+    "EventKind",
+    "FinalState",
+    "Interrupted",
+    "ParameterError",
+    "PeriodReport",
+    "Regime",
+    "Run",
+    "SimulationError",
+    "StateError",
+    "System",
+    "__version__",
+    "bifurcation_diagram",
+    "load",
+    "plot",
+    "simulate",
+]

@@ -1,0 +1,215 @@
+"""Signatures of the compiled core. All quantities are dimensionless; see docs/notation.md."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Self, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+__version__: str
+
+IMPACT_DTYPE: np.dtype[np.void]
+EVENT_DTYPE: np.dtype[np.void]
+GRAZE_DTYPE: np.dtype[np.void]
+
+@final
+class System:
+    """Validated parameters; raises ParameterError naming the parameter, its value and range."""
+
+    def __new__(
+        cls,
+        *,
+        mass_ratio: float,
+        frequency_ratio: float,
+        restitution: float,
+        gap: float,
+        drive_frequency: float,
+        pendulum_damping: float = 0.0,
+        oscillator_damping: float = 0.0,
+        moment_amplitude: float = 0.0,
+        force_amplitude: float = 0.0,
+        friction: float = 0.0,
+        phase: float = 0.0,
+        contact: str = "oblique",
+        law: str = "poisson",
+    ) -> Self: ...
+    @property
+    def drive_period(self) -> float:
+        """2 pi / drive_frequency; infinite for a constant load."""
+
+@final
+class FinalState:
+    """State at the end of a run, after the impact if one falls on that instant."""
+
+    @property
+    def x1(self) -> float: ...
+    @property
+    def v1(self) -> float: ...
+    @property
+    def x2(self) -> float: ...
+    @property
+    def v2(self) -> float: ...
+    @property
+    def time(self) -> float: ...
+    @property
+    def period(self) -> int: ...
+    @property
+    def time_in_period(self) -> float: ...
+    @property
+    def mode(self) -> str:
+        """Contact mode; ``flight`` is the only one so far."""
+
+@final
+class PeriodReport:
+    """What the kept stroboscopic states say of the motion (see definitions of a label)."""
+
+    @property
+    def m(self) -> int | None: ...
+    @property
+    def n(self) -> int | None: ...
+    @property
+    def residual(self) -> float: ...
+    @property
+    def rate(self) -> float: ...
+    @property
+    def growth(self) -> float:
+        """Mean logarithmic growth of a small perturbation per drive period; NaN if not measured."""
+    @property
+    def growth_error(self) -> float: ...
+    @property
+    def confidence(self) -> float: ...
+    @property
+    def method(self) -> str: ...
+    @property
+    def label(self) -> str: ...
+
+@final
+class Run:
+    """Result of simulate; arrays are built anew by each access."""
+
+    @property
+    def impacts(self) -> NDArray[np.void]: ...
+    @property
+    def stroboscopic(self) -> NDArray[np.float64]: ...
+    @property
+    def events(self) -> NDArray[np.void]: ...
+    @property
+    def grazes(self) -> NDArray[np.void]: ...
+    @property
+    def final_state(self) -> FinalState: ...
+    @property
+    def stop_reason(self) -> str: ...
+    @property
+    def stop_detail(self) -> str:
+        """A sentence with time, impact number and state for a run that did not complete."""
+    @property
+    def kept_from(self) -> float:
+        """Start of the kept window (time)."""
+    @property
+    def impact_count(self) -> int:
+        """Impacts since t = 0, kept or not."""
+    @property
+    def interrupted(self) -> bool: ...
+    def trajectory(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """States (len(t), 4) at increasing or arbitrary times inside the kept window."""
+    def period(self) -> PeriodReport:
+        """Period, impact count and label; may follow a nearby orbit for some periods."""
+    def resume(
+        self,
+        *,
+        periods: int | None = None,
+        time: float | None = None,
+        keep: int | None = None,
+        max_events: int | None = None,
+    ) -> Run:
+        """Go on for so many further periods (or so much further time), bit for bit."""
+    def to_json(self) -> str:
+        """Everything but the arrays, as JSON with exact numbers."""
+    @staticmethod
+    def from_parts(
+        text: str,
+        impacts: NDArray[np.void],
+        stroboscopic: NDArray[np.float64],
+        events: NDArray[np.void],
+        grazes: NDArray[np.void],
+    ) -> Run: ...
+
+@final
+class Sweep:
+    """Result of sweep: ragged arrays, point i owning rows offset[i] : offset[i + 1]."""
+
+    @property
+    def done(self) -> NDArray[np.bool_]:
+        """(n,) False where an interrupted sweep did not get to."""
+    @property
+    def status(self) -> list[str]:
+        """(n,) completed, restarted, or the stop reason; ``pending`` if not done."""
+    @property
+    def offset(self) -> NDArray[np.int64]:
+        """(n + 1,) into the impact rows."""
+    @property
+    def impact_section(self) -> NDArray[np.float64]:
+        """(rows, 4) x1, v1, v2 just before the impact, phase."""
+    @property
+    def regime(self) -> NDArray[np.int8]:
+        """(rows,) regime of each impact."""
+    @property
+    def stroboscopic_offset(self) -> NDArray[np.int64]:
+        """(n + 1,) into the stroboscopic rows."""
+    @property
+    def stroboscopic(self) -> NDArray[np.float64]:
+        """(rows, 4) x1, v1, x2, v2."""
+    @property
+    def m(self) -> NDArray[np.int64]:
+        """(n,) period in drive periods, 0 where none was found."""
+    @property
+    def n(self) -> NDArray[np.int64]:
+        """(n,) impacts per orbit."""
+    @property
+    def residual(self) -> NDArray[np.float64]: ...
+    @property
+    def final_states(self) -> NDArray[np.float64]:
+        """(n, 4) state at the end."""
+
+def simulate(
+    system: System,
+    initial: Sequence[float],
+    *,
+    periods: int | None = None,
+    time: float | None = None,
+    keep: int | None = None,
+    max_events: int = ...,
+    tolerance: float = 1e-12,
+    section_phase: float = 0.0,
+) -> Run: ...
+def simulate_many(
+    system: System,
+    initials: NDArray[np.float64],
+    *,
+    periods: int | None = None,
+    time: float | None = None,
+    keep: int | None = None,
+    max_events: int = ...,
+    tolerance: float = 1e-12,
+    section_phase: float = 0.0,
+    workers: int | None = None,
+) -> list[Run]: ...
+def sweep(
+    system: System,
+    parameter: str,
+    values: NDArray[np.float64],
+    initial: Sequence[float],
+    *,
+    periods: int,
+    keep: int,
+    start: str = "fresh",
+    max_events: int = ...,
+    tolerance: float = 1e-12,
+    section_phase: float = 0.0,
+    workers: int | None = None,
+    progress: Callable[[int], Any] | None = None,
+) -> Sweep:
+    """One run per value; ``progress`` is called with the number of points done so far.
+
+    Ctrl-C ends the sweep early: points not reached are False in ``done``.
+    """

@@ -1,0 +1,109 @@
+"""The file format of results: a NumPy .npz archive of plain arrays and one JSON text.
+
+No pickle is written or read. The text, stored as the array ``metadata``, names the format, its
+version, the version of vibroimpact that wrote it, and all that is not an array.
+"""
+
+import json
+import os
+import tempfile
+import zipfile
+import zlib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+
+_Result = TypeVar("_Result")
+# Makes a result from its metadata and arrays.
+Builder = Callable[[dict[str, Any], dict[str, NDArray[Any]]], _Result]
+
+FORMAT = "vibroimpact"
+FORMAT_VERSION = 1
+
+# What the readers of zip, deflate, npy and JSON raise on bytes that are not what they claim to be.
+_DAMAGE = (
+    ValueError,
+    KeyError,
+    TypeError,
+    EOFError,
+    NotImplementedError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+
+
+def write(
+    path: str | os.PathLike[str],
+    kind: str,
+    metadata: Mapping[str, Any],
+    arrays: Mapping[str, NDArray[Any]],
+) -> None:
+    """Write a result of the given kind; the file appears at ``path`` complete or not at all."""
+    text = json.dumps(
+        {
+            "format": FORMAT,
+            "format_version": FORMAT_VERSION,
+            "kind": kind,
+            "version": _core.__version__,
+            **metadata,
+        },
+        allow_nan=False,
+    )
+    target = Path(path)
+    handle, name = tempfile.mkstemp(prefix=target.name, suffix=".part", dir=target.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            np.savez_compressed(file, allow_pickle=False, metadata=np.array(text), **arrays)
+        # mkstemp makes a private file; a result gets the permissions any new file would get.
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(name, 0o666 & ~mask)
+        os.replace(name, target)
+    except BaseException:
+        os.unlink(name)
+        raise
+
+
+def read(path: str | os.PathLike[str], builders: Mapping[str, Builder[_Result]]) -> _Result:
+    """Read a file made by ``write`` and build the result with the builder of its kind.
+
+    Raises
+    ------
+    ValueError
+        If the file is damaged, was made by something else or by another version, or holds a kind
+        without a builder.
+    """
+    with open(path, "rb") as file:
+        try:
+            content = np.load(file, allow_pickle=False)
+            if not isinstance(content, np.lib.npyio.NpzFile):
+                raise ValueError("a single array")
+            with content:
+                arrays: dict[str, NDArray[Any]] = {name: content[name] for name in content.files}
+            metadata: dict[str, Any] = json.loads(arrays.pop("metadata").item())
+            header = [metadata[name] for name in ("format", "format_version", "kind", "version")]
+        except _DAMAGE as error:
+            raise _damaged(path, error) from error
+    name, format_version, kind, version = header
+    if name != FORMAT:
+        raise ValueError(f"{path}: not a vibroimpact file, its format is {name!r}")
+    if format_version != FORMAT_VERSION:
+        raise ValueError(
+            f"{path}: written in format {format_version} by vibroimpact {version}; "
+            f"vibroimpact {_core.__version__} reads format {FORMAT_VERSION}"
+        )
+    if kind not in builders:
+        raise ValueError(f"{path}: holds a {kind}, not a {' or '.join(builders)}")
+    try:
+        return builders[kind](metadata, arrays)
+    except _DAMAGE as error:
+        raise _damaged(path, error) from error
+
+
+def _damaged(path: str | os.PathLike[str], error: Exception) -> ValueError:
+    return ValueError(f"{path}: not a vibroimpact file, or damaged ({error!r})")

@@ -1,0 +1,132 @@
+"""Checks of what a caller passes in, each ending in an error that names argument, value and range.
+
+Physical ranges are the business of the compiled core; these functions settle type, shape and
+finiteness, so that nothing starts before every argument is known to be usable.
+"""
+
+import math
+from numbers import Integral, Real
+from typing import Any, NamedTuple, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import ParameterError, StateError
+
+# Every whole number up to here is a float64, so that times of that many periods can be told apart.
+MOST = 2**53
+
+
+class Horizon(NamedTuple):
+    """How far a run goes and what it keeps: exactly one of ``periods`` and ``time`` is set."""
+
+    periods: int | None
+    time: float | None
+    keep: int | None
+
+
+def reject(name: str, value: object, allowed: str) -> NoReturn:
+    """Raise the ParameterError for ``name``; the wording is that of the compiled core."""
+    raise ParameterError(f"{name} = {value!r} is not allowed: {allowed}")
+
+
+def number(name: str, value: Any, allowed: str = "a finite number") -> float:
+    """Return ``value`` as a float, with -0.0 made 0.0 so that equal inputs have equal bits."""
+    scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    # A bool is an Integral to Python, but as a parameter it is a slip of the pen.
+    if not isinstance(scalar, Real) or isinstance(scalar, bool):
+        reject(name, value, allowed)
+    try:
+        result = float(scalar)
+    except OverflowError:
+        result = math.inf
+    if not math.isfinite(result):
+        reject(name, value, allowed)
+    return result + 0.0
+
+
+def positive(name: str, value: Any) -> float:
+    """Return ``value`` as a float > 0."""
+    allowed = "a finite number > 0"
+    result = number(name, value, allowed)
+    if result <= 0.0:
+        reject(name, value, allowed)
+    return result
+
+
+def count(name: str, value: Any, *, least: int, most: int = MOST) -> int:
+    """Return ``value`` as an int in least ... most; no float is taken, whole or not."""
+    allowed = f"an integer >= {least}" if most == MOST else f"an integer from {least} to {most}"
+    if not isinstance(value, Integral) or isinstance(value, bool):
+        reject(name, value, allowed)
+    result = int(value)
+    if not least <= result <= most:
+        reject(name, value, f"an integer from {least} to {most}" if result > most else allowed)
+    return result
+
+
+def optional_count(name: str, value: Any, *, least: int, most: int = MOST) -> int | None:
+    """Return None for None, else a checked count."""
+    return None if value is None else count(name, value, least=least, most=most)
+
+
+def horizon(drive_frequency: float, *, periods: Any, time: Any, keep: Any) -> Horizon:
+    """Check the length of a run: whole drive periods, or a time where there is no period."""
+    if (periods is None) == (time is None):
+        given = "neither" if periods is None else "both"
+        raise ParameterError(f"give exactly one of periods= and time=, got {given}")
+    if drive_frequency == 0.0:
+        for name, value in (("periods", periods), ("keep", keep)):
+            if value is not None:
+                reject(name, value, "None for drive_frequency = 0 (no drive period): use time=")
+    if periods is None:
+        return Horizon(None, positive("time", time), optional_count("keep", keep, least=0))
+    periods = count("periods", periods, least=1)
+    return Horizon(periods, None, optional_count("keep", keep, least=0, most=periods))
+
+
+def states(initial: Any) -> NDArray[np.float64]:
+    """Return initial states as float64 of shape (4,) or (k, 4), all finite."""
+    wanted = "(x1, v1, x2, v2) of shape (4,), or (k, 4) for several"
+    try:
+        array = np.asarray(initial)
+    except ValueError as error:  # a ragged nesting
+        raise StateError(f"initial = {initial!r} is not allowed: {wanted}") from error
+    if array.shape != (4,) and (array.ndim != 2 or array.shape[1] != 4):
+        raise StateError(f"initial of shape {array.shape} is not allowed: {wanted}")
+    if array.dtype.kind not in "iuf":
+        raise StateError(f"initial = {initial!r} is not allowed: finite numbers {wanted}")
+    result = array.astype(np.float64) + 0.0
+    finite = np.isfinite(result).reshape(-1, 4).all(axis=1)
+    if not finite.all():
+        row = int(np.argmin(finite))
+        bad = tuple(result.reshape(-1, 4)[row].tolist())
+        where = "" if result.ndim == 1 else f" (row {row})"
+        raise StateError(f"initial = {bad}{where} is not allowed: finite numbers")
+    return result
+
+
+def state(initial: Any) -> tuple[float, float, float, float]:
+    """Return one initial state as four floats."""
+    array = states(initial)
+    if array.ndim != 1:
+        raise StateError(f"initial of shape {array.shape} is not allowed: (x1, v1, x2, v2)")
+    x1, v1, x2, v2 = array.tolist()
+    return x1, v1, x2, v2
+
+
+def vector(name: str, values: Any) -> NDArray[np.float64]:
+    """Return ``values`` as a one-dimensional float64 array of finite numbers."""
+    try:
+        array = np.asarray(values)
+    except ValueError:  # a ragged nesting
+        reject(name, values, "a one-dimensional array of finite numbers")
+    if array.ndim != 1:
+        raise ParameterError(f"{name} of shape {array.shape} is not allowed: one dimension")
+    if array.dtype.kind not in "iuf" and array.size > 0:
+        raise ParameterError(f"{name} of type {array.dtype} is not allowed: real numbers")
+    result = array.astype(np.float64) + 0.0
+    if not np.isfinite(result).all():
+        index = int(np.argmin(np.isfinite(result)))
+        reject(f"{name}[{index}]", float(result[index]), "a finite number")
+    return result

@@ -1,0 +1,222 @@
+"""What the paper says of its named motions beside what the simulation finds.
+
+A verdict is computed: `reproduced` if the labels agree; otherwise an experiment of `evidence` must
+decide. `corrected`: the motion exists, but not where the paper puts it; `refuted`: what the paper
+says does not happen; `open`: the experiment does not decide.
+"""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from importlib.resources import files
+from typing import Any, Literal
+
+import numpy as np
+
+from ..results import Run
+from . import evidence
+from .evidence import Coexistence
+from .parameters import INITIAL, KEEP, PERIODS, Motion
+
+Verdict = Literal["reproduced", "corrected", "refuted", "open"]
+
+# Growth of a perturbation of 1e-9 within 600 periods: a chaotic orbit takes it to the size of the
+# attractor, a periodic or quasi-periodic one leaves it near what the transient makes of it.
+_SEPARATED = 1e6
+_BOUNDED = 10.0
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One line of claims.json; `residual` is that of `PeriodReport`, None where it has none."""
+
+    id: str
+    figure: int
+    source: str
+    paper_says: str
+    found: str
+    residual: float | None
+    reference: dict[str, Any]
+    verdict: Verdict
+    evidence: str
+    command: str
+
+
+def references() -> dict[str, dict[str, Any]]:
+    """Return the high-precision reference of each motion, by id (reference.json)."""
+    text = files(__package__).joinpath("reference.json").read_text(encoding="utf-8")
+    motions: dict[str, dict[str, Any]] = json.loads(text)["motions"]
+    return motions
+
+
+def evaluate(
+    motion: Motion,
+    run: Run,
+    *,
+    coexistence: Coexistence | None = None,
+    long_run: Run | None = None,
+) -> Claim:
+    """Compare one motion with the paper and with the reference.
+
+    Parameters
+    ----------
+    motion : Motion
+        What the paper says.
+    run : Run
+        The motion from the paper's initial state over `PERIODS` drive periods, `KEEP` kept.
+    coexistence : Coexistence, optional
+        Motions reached from other starts, for a motion whose label is not the paper's.
+    long_run : Run, optional
+        The motion with all impacts of a longer time, for a claim about impacts that stop.
+
+    Raises
+    ------
+    KeyError
+        If there is no reference for the motion.
+    """
+    reference = references()[motion.id]
+    found = run.label
+    if motion.paper_says == "chaotic":
+        verdict, text = _judge_growth(motion, found)
+    elif long_run is not None:
+        verdict, text = _judge_counts(long_run)
+    elif found == motion.paper_says:
+        verdict, text = "reproduced", ""
+    elif coexistence is not None:
+        verdict, text = _judge_coexistence(coexistence)
+    else:
+        verdict, text = "open", ""
+    residual = run.period.residual
+    return Claim(
+        id=motion.id,
+        figure=motion.figure,
+        source=motion.source,
+        paper_says=motion.paper_says,
+        found=found,
+        residual=residual if math.isfinite(residual) else None,
+        reference=reference,
+        verdict=verdict,
+        evidence="; ".join(filter(None, [_comparison(run, reference), text])),
+        command=_command(motion),
+    )
+
+
+def _judge_growth(motion: Motion, found: str) -> tuple[Verdict, str]:
+    """Judge "chaotic" by the label and by how far a nearby orbit goes away."""
+    growth = evidence.amplification(motion.system, periods=PERIODS)
+    largest = float(growth.max(initial=0.0))
+    text = (
+        f"a perturbation of {evidence.PERTURBATION:g} grows at most {largest:.2g}-fold within "
+        f"{len(growth)} periods and is {float(growth[-1]):.2g}-fold at their end"
+    )
+    if found == "chaotic" and largest > _SEPARATED:
+        return "reproduced", text
+    if found != "chaotic" and largest < _BOUNDED:
+        return "refuted", text
+    return "open", text
+
+
+def _judge_counts(run: Run) -> tuple[Verdict, str]:
+    """Judge "impacts stop" by whether further impacts come in each longer horizon."""
+    counts = evidence.impacts_by(run)
+    listed = ", ".join(f"{count} by {horizon}" for horizon, count in counts.items())
+    text = f"impacts by drive period: {listed}"
+    steps = np.diff(list(counts.values()))
+    if run.stop_reason != "completed" or (steps.any() and not steps.all()):
+        return "open", text
+    return ("refuted" if steps.all() else "reproduced"), text
+
+
+def _judge_coexistence(coexistence: Coexistence) -> tuple[Verdict, str]:
+    """Judge a period by whether some other start leads to it."""
+    text = (
+        f"{coexistence.share} random starts settle on {coexistence.wanted} "
+        f"within {evidence.START_PERIODS} periods"
+    )
+    if coexistence.run is None:
+        return "open", text
+    start = ", ".join(f"{value:.6g}" for value in coexistence.run.initial)
+    return "corrected", f"{text}, the first of them from ({start})"
+
+
+def _comparison(run: Run, reference: Mapping[str, Any]) -> str:
+    """Say how counts and final state compare with the reference."""
+    end = run.final_state
+    state = np.array([end.x1, end.v1, end.x2, end.v2])
+    error = float(np.abs(state - np.array(reference["state"], dtype=float)).max())
+    text = (
+        f"{run.impact_count} impacts in {end.period} periods, {len(run.impacts)} in the last "
+        f"{KEEP} (reference {reference['impacts']}, {reference['impacts_last_100']}); "
+        f"final state {error:.1g} from the reference"
+    )
+    return f"{text} ({reference['note']})" if "note" in reference else text
+
+
+def _command(motion: Motion) -> str:
+    """Return the command that computes the label again."""
+    flags = [
+        f"--{name.replace('_', '-')} {value!r}"
+        for name, value in motion.system.to_dict().items()
+        if isinstance(value, float) and value != 0.0
+    ]
+    initial = " ".join(f"{value:g}" for value in INITIAL)
+    return (
+        f"vibroimpact simulate {' '.join(flags)} --initial {initial} "
+        f"--periods {PERIODS} --keep {KEEP}"
+    )
+
+
+def to_json(claims: Sequence[Claim]) -> str:
+    """Return the content of claims.json."""
+    return json.dumps([asdict(claim) for claim in claims], indent=1, allow_nan=False) + "\n"
+
+
+def table(claims: Sequence[Claim]) -> str:
+    """Return a short table for the terminal."""
+    heads = ("motion", "paper", "found", "residual", "verdict")
+    rows = [
+        (claim.id, claim.paper_says, claim.found, _number(claim.residual), claim.verdict)
+        for claim in claims
+    ]
+    widths = [max(len(row[column]) for row in (heads, *rows)) for column in range(len(heads))]
+    lines = [
+        "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip()
+        for row in (heads, tuple("-" * width for width in widths), *rows)
+    ]
+    return "\n".join(lines)
+
+
+def to_markdown(claims: Sequence[Claim]) -> str:
+    """Return the content of claims.md."""
+    lines = [
+        "# The paper's named motions, recomputed",
+        "",
+        "Paper: Han, Jin & Hu (2004). Labels are m-n: m drive periods and n impacts per orbit. The",
+        f"residual is the largest change of the stroboscopic state over m periods after {PERIODS}",
+        "drive periods; the reference was computed in 400-bit arithmetic.",
+        "",
+        "| motion | paper says | found | residual | reference | verdict |",
+        "|---|---|---|---|---|---|",
+    ]
+    for claim in claims:
+        lines.append(
+            f"| Fig. {claim.id} | {claim.paper_says} | {claim.found} | {_number(claim.residual)} "
+            f"| {claim.reference['label']} | {claim.verdict} |"
+        )
+    for claim in claims:
+        lines += [
+            "",
+            f"## Fig. {claim.id}: {claim.verdict}",
+            "",
+            f"{claim.evidence[0].upper()}{claim.evidence[1:]}.",
+            "",
+            f"Source: {claim.source}. Command:",
+            "",
+            f"    {claim.command}",
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.1e}"

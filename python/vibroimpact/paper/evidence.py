@@ -1,0 +1,92 @@
+"""Experiments that decide where simulation and paper differ (docs/theory.md, section 9, E9 to E11).
+
+Everything is computed when asked for; seeds are fixed.
+"""
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..results import Run
+from ..simulation import simulate
+from ..system import System
+from .parameters import INITIAL
+
+START_BOX = (0.3, 1.0, 0.2, 1.0)
+"""Half-widths of the box around rest from which random starts are drawn: x1, v1, x2, v2."""
+STARTS = 60
+START_PERIODS = 3000
+HORIZONS = (600, 2000, 5000, 20000)
+PERTURBATION = 1e-9
+
+
+@dataclass(frozen=True)
+class Coexistence:
+    """The labels reached from random starts, and the first run that got the wanted one."""
+
+    wanted: str
+    labels: Counter[str]
+    run: Run | None
+
+    @property
+    def share(self) -> str:
+        """How many starts reached the wanted motion, e.g. ``56 of 60``."""
+        return f"{self.labels[self.wanted]} of {self.labels.total()}"
+
+
+def random_starts(count: int = STARTS, seed: int = 0) -> NDArray[np.float64]:
+    """Return initial states drawn uniformly from `START_BOX`, shape (count, 4)."""
+    box = np.array(START_BOX)
+    return np.random.default_rng(seed).uniform(-box, box, size=(count, 4))
+
+
+def coexisting(
+    system: System,
+    wanted: str,
+    *,
+    starts: NDArray[np.float64] | None = None,
+    periods: int = START_PERIODS,
+    keep: int = 100,
+    workers: int | None = None,
+) -> Coexistence:
+    """Simulate from random starts and count the motions they settle on.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    wanted : str
+        Label of the motion whose first run is returned.
+    starts : array, shape (k, 4), optional
+        Initial states; by default those of `random_starts`.
+    periods, keep, workers
+        As in `vibroimpact.simulate`.
+    """
+    initial = random_starts() if starts is None else starts
+    runs: list[Run] = simulate(system, initial=initial, periods=periods, keep=keep, workers=workers)
+    labels = [run.label for run in runs]
+    first = runs[labels.index(wanted)] if wanted in labels else None
+    return Coexistence(wanted, Counter(labels), first)
+
+
+def amplification(system: System, *, periods: int) -> NDArray[np.float64]:
+    """Return the growth of a perturbation of v1(0), after each drive period, shape (periods,).
+
+    The distance of two orbits that start `PERTURBATION` apart (largest component), divided by it.
+    If one of them stops early, the array ends there.
+    """
+    x1, v1, x2, v2 = INITIAL
+    runs: list[Run] = simulate(
+        system, initial=np.array([INITIAL, (x1, v1 + PERTURBATION, x2, v2)]), periods=periods
+    )
+    rows = min(len(run.stroboscopic) for run in runs)
+    distance = np.abs(runs[1].stroboscopic[:rows] - runs[0].stroboscopic[:rows]).max(axis=1)
+    return np.asarray(distance / PERTURBATION)
+
+
+def impacts_by(run: Run, horizons: tuple[int, ...] = HORIZONS) -> dict[int, int]:
+    """Return how many of the kept impacts of a run fall into the first so many drive periods."""
+    period = run.impacts["period"]
+    return {horizon: int(np.count_nonzero(period < horizon)) for horizon in horizons}

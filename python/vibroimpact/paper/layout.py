@@ -1,0 +1,93 @@
+"""Pages of 180 mm width: rows with a heading, panels, one legend at the foot."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+
+from ..plot.style import PARAMETER_SYMBOLS
+from ..system import System
+from .parameters import INITIAL
+
+WIDTH_MM = 180.0
+_INCH_MM = 25.4
+_FIXED = ("mass_ratio", "frequency_ratio", "restitution", "gap")
+_VARIED = ("friction", "pendulum_damping", "oscillator_damping")
+_DRIVE = ("moment_amplitude", "force_amplitude")
+
+
+class Page:
+    """A figure that is filled row by row.
+
+    Parameters
+    ----------
+    heading : str
+        First line of the page.
+    rows : int
+        Number of rows.
+    row_height : float
+        Height of a row in mm, its heading included.
+    """
+
+    def __init__(self, heading: str, rows: int, row_height: float) -> None:
+        height = rows * row_height + 14.0
+        self.figure = Figure(figsize=(WIDTH_MM / _INCH_MM, height / _INCH_MM), layout="constrained")
+        self.figure.suptitle(heading, x=0.012, ha="left")
+        self._rows: list[SubFigure] = list(self.figure.subfigures(rows, 1, squeeze=False)[:, 0])
+        self._used = 0
+
+    def row(
+        self, heading: str, columns: int = 2, widths: Sequence[float] | None = None
+    ) -> list[Axes]:
+        """Return the axes of the next row."""
+        part = self._rows[self._used]
+        self._used += 1
+        if heading:
+            part.suptitle(heading, x=0.012, ha="left")
+        return list(part.subplots(1, columns, squeeze=False, width_ratios=widths)[0])
+
+    def legend(self, handles: Sequence[Artist]) -> None:
+        """Put one legend at the foot of the page; entries of the same name are shown once."""
+        unique = {str(handle.get_label()): handle for handle in handles}
+        if unique:
+            self.figure.legend(
+                handles=list(unique.values()),
+                loc="outside lower center",
+                ncols=min(len(unique), 6),
+                handletextpad=0.5,
+                columnspacing=1.5,
+            )
+
+    def save(self, out: Path, name: str, formats: Sequence[str]) -> list[Path]:
+        """Write the page in each format and return the paths."""
+        paths = [out / f"{name}.{suffix}" for suffix in formats]
+        for path in paths:
+            self.figure.savefig(path)
+        return paths
+
+
+def values(system: System, names: Sequence[str]) -> str:
+    """Return ``symbol = value`` for the named parameters."""
+    return ", ".join(
+        f"{PARAMETER_SYMBOLS[name].rstrip('$')} = {getattr(system, name):g}$" for name in names
+    )
+
+
+def fixed_parameters(system: System) -> str:
+    """Return the parameters that all of the paper's figures share, and the initial state."""
+    start = ", ".join(f"{value:g}" for value in INITIAL)
+    return f"{values(system, _FIXED)}, from $({start})$"
+
+
+def row_parameters(system: System, *, frequency: bool) -> str:
+    """Return the parameters that differ from figure to figure."""
+    if system.pendulum_damping == system.oscillator_damping:
+        damping = rf"$\zeta_1 = \zeta_2 = {system.pendulum_damping:g}$"
+    else:
+        damping = values(system, ("pendulum_damping", "oscillator_damping"))
+    parts = [values(system, ("friction",)), damping, values(system, _DRIVE)]
+    if frequency:
+        parts.append(values(system, ("drive_frequency",)))
+    return ", ".join(parts)

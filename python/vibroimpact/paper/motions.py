@@ -1,0 +1,141 @@
+"""Pages of Figs. 5, 6, 9 and 10: single motions as time histories, portraits and sections."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+
+from .. import plot
+from ..results import Run
+from .evidence import Coexistence
+from .layout import Page, fixed_parameters, row_parameters
+from .parameters import Motion
+
+Color = Literal["regime"] | None
+
+_SHOWN_PERIODS = 8
+_SPORADIC_END = 400.0
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A motion with the runs that its row draws.
+
+    `long_run` adds points to an impact section; `other` is a coexisting motion for a row below.
+    """
+
+    motion: Motion
+    run: Run
+    long_run: Run | None = None
+    other: Coexistence | None = None
+
+
+def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:
+    """Draw a page with one row for each motion: time history left, portrait or section right."""
+    others = [item for item in shown if item.other is not None and item.other.run is not None]
+    page = Page(
+        f"Fig. {figure}: {fixed_parameters(shown[0].run.system)}; last {_SHOWN_PERIODS} drive "
+        "periods shown",
+        rows=len(shown) + len(others),
+        row_height=47.0 if len(shown) > 3 else 58.0,
+    )
+    drawn: list[Axes] = []
+    for item in shown:
+        motion, run = item.motion, item.run
+        panel = motion.panel if motion.panel.startswith("(") else f"({motion.panel})"
+        parameters = row_parameters(motion.system, frequency=True)
+        found = f"paper: {motion.paper_says}; found: {run.label}"
+        left, right = page.row(f"{panel}  {parameters}. {found}", widths=(1.5, 1.0))
+        _row(left, right, item, run, color)
+        drawn += [left, right]
+        if item.other is not None and item.other.run is not None:
+            start = ", ".join(f"{value:.3f}" for value in item.other.run.initial)
+            heading = f"{panel}  same parameters, from $({start})$. found: {item.other.run.label}"
+            left, right = page.row(heading, widths=(1.5, 1.0))
+            _row(left, right, item, item.other.run, color)
+            drawn += [left, right]
+    page.legend(_handles(*drawn))
+    return page
+
+
+def _row(left: Axes, right: Axes, item: Shown, run: Run, color: Color) -> None:
+    plot.time_history(run, periods=_SHOWN_PERIODS, color=color, ax=left)
+    left.xaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 2, 5, 10]))
+    if item.motion.right != "section":
+        bodies = (1,) if item.motion.right == "pendulum" else (1, 2)
+        # A closed orbit is drawn once: retracing it would fill the gaps of the dashes.
+        periods = min(run.period.m or _SHOWN_PERIODS, _SHOWN_PERIODS)
+        plot.phase_portrait(run, bodies=bodies, periods=periods, color=color, ax=right)
+        return
+    if item.long_run is not None:
+        plot.impact_section(item.long_run, color=color, size=0.6, ax=right)
+    if color is None:
+        plot.impact_section(run, size=7.0, ax=right)
+        right.collections[0].set_color("0.6")
+
+
+def draw_sporadic(shown: Shown, color: Color) -> Page:
+    """Draw Fig. 10: gap and displacements at the start, one impact enlarged, and the count.
+
+    Parameters
+    ----------
+    shown : Shown
+        `long_run` must have kept everything from t = 0.
+    color : "regime" or None
+        Mark the impacts by their regime.
+    """
+    run, motion = shown.long_run, shown.motion
+    if run is None:
+        raise ValueError("Fig. 10 needs a long run that starts at t = 0")
+    window = (0.0, _SPORADIC_END)
+    page = Page(
+        f"Fig. 10: {fixed_parameters(run.system)},\n"
+        f"{row_parameters(motion.system, frequency=True)}",
+        rows=3,
+        row_height=52.0,
+    )
+    left, right = page.row("(a)", widths=(2.0, 1.0))
+    plot.gap_history(run, window=window, points_per_period=60, color=color, ax=left)
+    times = run.impacts["time"]
+    centre = float(times[0]) if len(times) else 0.5 * _SPORADIC_END
+    width = 0.15 * run.system.drive_period
+    zoom = (max(centre - width, 0.0), centre + width)
+    plot.gap_history(run, window=zoom, points_per_period=400, color=color, ax=right)
+    right.set_title("around the first impact", loc="left", pad=3)
+    drawn = [left, right]
+    (ax,) = page.row("(b)", columns=1)
+    plot.displacement_history(run, window=window, points_per_period=60, color=color, ax=ax)
+    drawn.append(ax)
+    (ax,) = page.row(
+        f"(c)  not in the paper: {len(times)} impacts within "
+        f"{run.final_state.period} drive periods",
+        columns=1,
+    )
+    plot.impact_count(run, ax=ax)
+    ax.axvline(_SPORADIC_END / run.system.drive_period, color="0.6", lw=0.6, ls=(0, (3, 2)))
+    ax.annotate(
+        "end of (a), (b)",
+        (_SPORADIC_END / run.system.drive_period, 0.96),
+        xycoords=("data", "axes fraction"),
+        xytext=(-3, 0),
+        textcoords="offset points",
+        ha="right",
+        va="top",
+        fontsize=8,
+    )
+    page.legend(_handles(*drawn))
+    return page
+
+
+def _handles(*axes: Axes) -> list[Artist]:
+    """Return the legend entries of lines, then of regimes, whose markers get one size."""
+    lines: dict[str, Artist] = {}
+    for ax in axes:
+        lines |= {str(handle.get_label()): handle for handle in ax.get_legend_handles_labels()[0]}
+    regimes = [
+        number for number, style in enumerate(plot.REGIME_STYLES) if lines.pop(style.text, None)
+    ]
+    return [*lines.values(), *plot.regime_handles(regimes)]

@@ -1,0 +1,176 @@
+"""Draw Figs. 4 to 10 of the paper and judge its claims, from parameters to files.
+
+Source of the parameters: captions of Han, Jin & Hu (2004); of the axes: docs/notation.md.
+"""
+
+import os
+import sys
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ..errors import ParameterError
+from ..plot import publication_style
+from ..results import Run
+from ..simulation import simulate
+from . import claims, evidence, motions, transitions
+from .claims import Claim
+from .layout import Page
+from .motions import Shown
+from .parameters import FIGURES, INITIAL, KEEP, MOTIONS, PERIODS, TRANSITIONS, Motion
+
+FORMATS = ("png", "pdf", "svg")
+_COLORS: tuple[tuple[transitions.Color, str], ...] = ((None, ""), ("regime", "-regimes"))
+_ENLARGED = ("4", "8a")
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """What `reproduce` has made: the paths written, and the claims."""
+
+    files: list[Path] = field(default_factory=list)
+    claims: list[Claim] = field(default_factory=list)
+
+
+def reproduce(
+    out: str | os.PathLike[str],
+    *,
+    formats: Sequence[str] = ("png",),
+    figures: Iterable[int] | None = None,
+    frequencies: int = 4000,
+    workers: int | None = None,
+    progress: bool = True,
+) -> Reproduction:
+    """Draw the paper's simulated figures and write its claims with a verdict on each.
+
+    Parameters
+    ----------
+    out : path
+        Directory for the files; made if missing.
+    formats : sequence of {"png", "pdf", "svg"}
+        One file per page and format.
+    figures : iterable of int, optional
+        Which of Figs. 4 to 10; all by default. The claims are those of the chosen figures.
+    frequencies : int
+        Drive frequencies of each bifurcation diagram, at least 2.
+    workers : int, optional
+        Threads for the diagrams; all cores by default.
+    progress : bool
+        Report each step to the standard error stream.
+
+    Returns
+    -------
+    Reproduction
+
+    Raises
+    ------
+    ParameterError
+        If a figure or format is unknown, or `frequencies` is less than 2.
+    """
+    chosen = list(FIGURES) if figures is None else sorted(set(figures))
+    if unknown := [figure for figure in chosen if figure not in FIGURES]:
+        raise ParameterError(f"figures = {unknown}: allowed are {', '.join(map(str, FIGURES))}")
+    if unknown_formats := [name for name in formats if name not in FORMATS]:
+        raise ParameterError(f"formats = {unknown_formats}: allowed are {', '.join(FORMATS)}")
+    if frequencies < 2:
+        raise ParameterError(f"frequencies = {frequencies}: allowed is an integer >= 2")
+
+    job = _Job(Path(out), tuple(formats), frequencies, workers, progress)
+    job.out.mkdir(parents=True, exist_ok=True)
+    with publication_style():
+        for figure in chosen:
+            started = time.perf_counter()
+            if any(transition.figure == figure for transition in TRANSITIONS):
+                job.transition_pages(figure)
+            else:
+                job.motion_pages(figure)
+            job.report(f"figure {figure}: {time.perf_counter() - started:.1f} s")
+    for name, text in (
+        ("json", claims.to_json(job.claims)),
+        ("md", claims.to_markdown(job.claims)),
+    ):
+        path = job.out / f"claims.{name}"
+        path.write_text(text, encoding="utf-8")
+        job.files.append(path)
+    return Reproduction(job.files, job.claims)
+
+
+class _Job:
+    """One call of `reproduce`: its options, and what it has made so far."""
+
+    def __init__(
+        self,
+        out: Path,
+        formats: Sequence[str],
+        frequencies: int,
+        workers: int | None,
+        progress: bool,
+    ) -> None:
+        self.out = out
+        self.formats = formats
+        self.frequencies = frequencies
+        self.workers = workers
+        self.progress = progress
+        self.files: list[Path] = []
+        self.claims: list[Claim] = []
+
+    def report(self, text: str) -> None:
+        if self.progress:
+            print(text, file=sys.stderr, flush=True)
+
+    def save(self, page: Page, name: str) -> None:
+        self.files += page.save(self.out, name, self.formats)
+
+    def transition_pages(self, figure: int) -> None:
+        """Compute the diagrams of a figure and write them, black and coloured by regime."""
+        panels = [
+            (transition, transitions.compute(transition, self.frequencies, self.workers))
+            for transition in TRANSITIONS
+            if transition.figure == figure
+        ]
+        for color, suffix in _COLORS:
+            self.save(transitions.draw(figure, panels, color), f"fig{figure}{suffix}")
+        for transition, diagram in panels:
+            if transition.id not in _ENLARGED:
+                continue
+            parts = transitions.enlarge(transition, diagram, self.frequencies, self.workers)
+            if not parts:
+                self.report(f"figure {figure}: no window of period m > 2 on this grid")
+                continue
+            for color, suffix in _COLORS:
+                page = transitions.draw_enlargements(transition, parts, color)
+                self.save(page, f"fig{transition.id}-enlarged{suffix}")
+
+    def motion_pages(self, figure: int) -> None:
+        """Simulate the motions of a figure, judge them, and write the pages."""
+        shown = [self._shown(motion) for motion in MOTIONS if motion.figure == figure]
+        for item in shown:
+            self.claims.append(
+                claims.evaluate(
+                    item.motion,
+                    item.run,
+                    coexistence=item.other,
+                    long_run=item.long_run if figure == 10 else None,
+                )
+            )
+        for color, suffix in _COLORS:
+            page = (
+                motions.draw_sporadic(shown[0], color)
+                if figure == 10
+                else motions.draw(figure, shown, color)
+            )
+            self.save(page, f"fig{figure}{suffix}")
+
+    def _shown(self, motion: Motion) -> Shown:
+        run: Run = simulate(motion.system, initial=INITIAL, periods=PERIODS, keep=KEEP)
+        long_run: Run | None = None
+        other: evidence.Coexistence | None = None
+        if motion.right == "section" or motion.figure == 10:
+            # Fig. 10 is about the transient, an impact section about what follows it.
+            longest = max(evidence.HORIZONS)
+            keep = longest if motion.figure == 10 else longest - PERIODS
+            long_run = simulate(motion.system, initial=INITIAL, periods=longest, keep=keep)
+        elif run.label != motion.paper_says:
+            other = evidence.coexisting(motion.system, motion.paper_says, workers=self.workers)
+        return Shown(motion, run, long_run, other)

@@ -1,0 +1,103 @@
+"""From SI quantities to the dimensionless parameters (docs/theory.md, section 1).
+
+Time is measured in 1/omega_2 and length in l, with the natural frequencies of the two bodies
+
+    omega_1 = sqrt(K1 / (M1 l^2)),    omega_2 = sqrt(K2 / M2).
+
+Source: Han, Jin & Hu (2004), the definitions before eq. (5).
+"""
+
+import math
+from typing import Any
+
+from .checks import number, positive, reject
+
+
+def dimensionless(
+    *,
+    pendulum_mass: float,
+    oscillator_mass: float,
+    length: float,
+    torsional_stiffness: float,
+    stiffness: float,
+    torsional_damping: float,
+    damping: float,
+    moment_amplitude: float,
+    force_amplitude: float,
+    drive_frequency: float,
+    gap: float,
+) -> dict[str, Any]:
+    """Return the parameters of a System that depend on physical units.
+
+    Parameters
+    ----------
+    pendulum_mass, oscillator_mass
+        M1, M2 in kg, > 0.
+    length
+        Length l of the pendulum in m, > 0.
+    torsional_stiffness
+        K1 in N m/rad, >= 0.
+    stiffness
+        K2 in N/m, > 0: it sets the unit of time.
+    torsional_damping
+        C1 in N m s/rad, >= 0, and 0 where K1 = 0 (the damping ratio does not exist).
+    damping
+        C2 in N s/m, >= 0.
+    moment_amplitude, force_amplitude
+        f10 in N m, f20 in N.
+    drive_frequency
+        Omega in rad/s, >= 0.
+    gap
+        Delta in m.
+
+    Raises
+    ------
+    ParameterError
+        Names the quantity, its value and its range.
+    """
+    m1 = positive("pendulum_mass", pendulum_mass)
+    m2 = positive("oscillator_mass", oscillator_mass)
+    l = positive("length", length)  # noqa: E741  the paper's letter
+    k1 = _not_negative("torsional_stiffness", torsional_stiffness)
+    k2 = positive("stiffness", stiffness)
+    c1 = _not_negative("torsional_damping", torsional_damping)
+    c2 = _not_negative("damping", damping)
+    if k1 == 0.0 and c1 > 0.0:
+        reject("torsional_damping", torsional_damping, "0 where torsional_stiffness = 0")
+
+    f1 = number("moment_amplitude", moment_amplitude)
+    f2 = number("force_amplitude", force_amplitude)
+    omega = _not_negative("drive_frequency", drive_frequency)
+    delta = number("gap", gap)
+
+    omega_1 = math.sqrt(k1 / m1) / l
+    omega_2 = math.sqrt(k2 / m2)
+    inertia = m1 * l * l
+    moment_unit = inertia * omega_2 * omega_2
+    critical_1 = 2.0 * inertia * omega_1  # = 2 sqrt(M1 K1 l^2)
+    critical_2 = 2.0 * math.sqrt(m2 * k2)
+    # All positive in exact arithmetic, but a product may leave the range of a float64.
+    scales = [omega_2, inertia, moment_unit, critical_2, k2 * l] + [critical_1] * (k1 > 0.0)
+    if not all(0.0 < scale < math.inf for scale in scales):
+        names = "(pendulum_mass, oscillator_mass, length, torsional_stiffness, stiffness)"
+        reject(names, (m1, m2, l, k1, k2), "quantities whose products a float64 can hold")
+    return {
+        "mass_ratio": m1 / m2,
+        "frequency_ratio": omega_1 / omega_2,
+        # zeta1 = C1 / (2 sqrt(M1 K1 l^2)), zeta2 = C2 / (2 sqrt(M2 K2))
+        "pendulum_damping": c1 / critical_1 if c1 > 0.0 else 0.0,
+        "oscillator_damping": c2 / critical_2,
+        # f1 = f10 / (M1 l^2 omega_2^2), f2 = f20 / (K2 l)
+        "moment_amplitude": f1 / moment_unit,
+        "force_amplitude": f2 / (k2 * l),
+        "drive_frequency": omega / omega_2,
+        "gap": delta / l,
+    }
+
+
+def _not_negative(name: str, value: float) -> float:
+    allowed = "a finite number >= 0"
+    result = number(name, value, allowed)
+    if result < 0.0:
+        reject(name, value, allowed)
+    return result

@@ -1,0 +1,34 @@
+"""Figures of runs and diagrams: every function takes ``ax=None``, returns the axes, shows nothing.
+
+The functions draw what a `Run` or a `Diagram` holds and compute no dynamics.
+"""
+
+from .diagram import bifurcation
+from .motion import (
+    displacement_history,
+    gap_history,
+    impact_count,
+    impact_section,
+    phase_portrait,
+    time_history,
+)
+from .style import (
+    PUBLICATION,
+    REGIME_STYLES,
+    publication_style,
+    regime_handles,
+)
+
+__all__ = [
+    "PUBLICATION",
+    "REGIME_STYLES",
+    "bifurcation",
+    "displacement_history",
+    "gap_history",
+    "impact_count",
+    "impact_section",
+    "phase_portrait",
+    "publication_style",
+    "regime_handles",
+    "time_history",
+]

@@ -1,0 +1,105 @@
+"""Samples of a run for drawing: both sides of every impact, and marks for its regime.
+
+A curve holds the state before and after every impact at the same instant, so that a drawn velocity
+jumps there and not one sample beside it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from .style import REGIME_STYLES
+
+if TYPE_CHECKING:
+    from ..results import Run
+
+Array = NDArray[np.float64]
+
+
+class Curve(NamedTuple):
+    """A sampled piece of a run: times (k,), states (k, 4), and which kept impacts it contains."""
+
+    time: Array
+    state: Array
+    impacts: NDArray[np.bool_]
+
+
+def sample(
+    run: Run,
+    *,
+    window: tuple[float, float] | None = None,
+    periods: float = 8,
+    points_per_period: int = 200,
+) -> Curve:
+    """Sample a run over a time window, with both sides of every impact.
+
+    Parameters
+    ----------
+    run : Run
+        Result of `vibroimpact.simulate`.
+    window : (float, float), optional
+        Times; by default the last `periods` drive periods, or what is kept of them. Needed for a
+        constant load, which has no period.
+    periods : float
+        Length of the default window in drive periods.
+    points_per_period : int
+        Samples in a drive period; with a constant load, samples in the window.
+
+    Raises
+    ------
+    ValueError
+        If the window lies outside the kept part of the run, or is needed and missing.
+    """
+    length = 2 * np.pi / run.system.drive_frequency if run.system.drive_frequency else np.inf
+    if window is None:
+        if not np.isfinite(length):
+            raise ValueError("a constant load has no drive period: give window=(start, end)")
+        end = float(run.final_state.time)
+        window = (max(float(run.kept_from), end - periods * length), end)
+    start, end = window
+    spans = (end - start) / length if np.isfinite(length) else 1.0
+    grid = np.linspace(start, end, max(int(np.ceil(spans * points_per_period)), 1) + 1)
+    impacts = run.impacts
+    inside = (impacts["time"] > start) & (impacts["time"] <= end)
+    hits = impacts[inside]
+    before = np.column_stack([hits["x1"], hits["v1_pre"], hits["x2"], hits["v2_pre"]])
+    after = np.column_stack([hits["x1"], hits["v1_post"], hits["x2"], hits["v2_post"]])
+    grid = grid[~np.isin(grid, hits["time"])]
+    time = np.concatenate([grid, hits["time"], hits["time"]])
+    state = np.concatenate([run.trajectory(grid), before, after])
+    order = np.argsort(time, kind="stable")
+    return Curve(time[order], state[order], inside)
+
+
+def reach(run: Run, x1: Array) -> Array:
+    """Return the position of the pendulum's tip along the normal: sin x1; direct: x1."""
+    return np.sin(x1) if run.system.contact == "oblique" else x1
+
+
+def reach_symbol(run: Run) -> str:
+    """Return the symbol of `reach`, without dollar signs."""
+    return r"\sin x_1" if run.system.contact == "oblique" else "x_1"
+
+
+def mark_regimes(ax: Axes, run: Run, x: Array, y: Array, chosen: NDArray[np.bool_]) -> None:
+    """Mark the chosen impacts of a run at (x, y) with colour and shape of their regime."""
+    regimes = run.impacts["regime"][chosen]
+    for regime in np.unique(regimes):
+        style = REGIME_STYLES[int(regime)]
+        here = regimes == regime
+        ax.plot(
+            x[here],
+            y[here],
+            linestyle="none",
+            marker=style.marker,
+            markersize=4,
+            markerfacecolor=style.color,
+            markeredgecolor="white",
+            markeredgewidth=0.3,
+            label=style.text,
+            zorder=3,
+        )

@@ -1,0 +1,146 @@
+"""Bifurcation diagrams: a section of the long-term motion against the swept parameter.
+
+The impact section is the state just before each impact, the stroboscopic section the state once
+per drive period; Han, Jin & Hu (2004), eqs. (48a) and (48b), docs/theory.md section 6.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from numpy.typing import NDArray
+
+from .style import (
+    BLACK,
+    PARAMETER_SYMBOLS,
+    REGIME_STYLES,
+    legend_above,
+    new_axes,
+    regime_handles,
+)
+
+if TYPE_CHECKING:
+    from ..diagrams import Diagram
+
+_RUG_HEIGHT = 0.035
+_RUG_GREYS = ("0.45", "0.7", "0.2")
+
+
+def bifurcation(
+    diagram: Diagram,
+    *,
+    section: Literal["impact", "stroboscopic"] = "impact",
+    color: Literal["regime"] | None = None,
+    size: float = 0.25,
+    legend: bool = True,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw the pendulum angle on a section against the swept parameter.
+
+    Values whose run did not complete are marked by a grey rug along the bottom axis, one row for
+    each status, so that an empty column is never mistaken for a motion without impacts.
+
+    Parameters
+    ----------
+    diagram : Diagram
+        Result of `vibroimpact.bifurcation_diagram`.
+    section : {"impact", "stroboscopic"}
+        Section (48a) or (48b) of the paper.
+    color : "regime" or None
+        Colour each impact by its regime, or draw all points in black. Only impacts have a regime.
+        The points are drawn in a fixed random order: where regimes mix, none hides the others.
+    size : float
+        Area of a point in square points, as in `matplotlib.axes.Axes.scatter`.
+    legend : bool
+        Name the regimes and the rug above the axes.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ValueError
+        If `section` or `color` is unknown, or regimes are asked for on the stroboscopic section.
+    """
+    if section not in ("impact", "stroboscopic"):
+        raise ValueError(f"section must be 'impact' or 'stroboscopic', not {section!r}")
+    if color not in (None, "regime"):
+        raise ValueError(f"color must be None or 'regime', not {color!r}")
+    if color == "regime" and section == "stroboscopic":
+        raise ValueError("color='regime' needs section='impact': only impacts have a regime")
+
+    ax = new_axes(ax)
+    handles: list[Artist] = []
+    colors: NDArray[np.str_] | str = BLACK
+    if section == "impact":
+        parameter, x1 = diagram.impact_parameter, diagram.x1
+    else:
+        parameter, x1 = diagram.stroboscopic_parameter, diagram.stroboscopic[:, 0]
+    if color == "regime":
+        order = np.random.default_rng(0).permutation(len(x1))
+        regime = np.asarray(diagram.regime)
+        palette = np.array([style.color for style in REGIME_STYLES])
+        colors = palette[regime[order]]
+        parameter, x1 = parameter[order], x1[order]
+        handles += regime_handles(np.unique(regime).tolist(), shapes=False)
+    ax.scatter(parameter, x1, s=size, c=colors, marker="s", linewidths=0, rasterized=True)
+
+    handles += _status_rug(ax, np.asarray(diagram.parameter), list(diagram.status))
+    if legend and handles:
+        legend_above(ax, handles)
+    if len(diagram.parameter) > 1:
+        ax.set_xlim(float(np.min(diagram.parameter)), float(np.max(diagram.parameter)))
+    name = diagram.parameter_name
+    ax.set_xlabel(PARAMETER_SYMBOLS.get(name, name))
+    ax.set_ylabel(r"$x_1$")
+    return ax
+
+
+def _status_rug(
+    ax: Axes, parameter: NDArray[np.float64], status: list[str]
+) -> list[PolyCollection]:
+    """Mark every value whose status is not ``completed``; return the legend entries."""
+    kinds = np.asarray(status, dtype=object)
+    entries = []
+    for row, kind in enumerate(sorted(set(status) - {"completed"})):
+        stopped = kinds == kind
+        low, high = row * _RUG_HEIGHT, (row + 1) * _RUG_HEIGHT
+        boxes = [
+            [(left, low), (left, high), (right, high), (right, low)]
+            for left, right in _cells(parameter, stopped)
+        ]
+        grey = _RUG_GREYS[row % len(_RUG_GREYS)]
+        # The outline keeps a single value visible where its cell is narrower than a dot.
+        rug = PolyCollection(
+            boxes,
+            facecolors=grey,
+            edgecolors=grey,
+            linewidths=0.4,
+            transform=ax.get_xaxis_transform(),
+            label=f"{kind}: {int(stopped.sum())} of {len(parameter)} values",
+        )
+        rug.set_gid(f"status-{kind}")
+        ax.add_collection(rug, autolim=False)
+        entries.append(rug)
+    return entries
+
+
+def _cells(parameter: NDArray[np.float64], chosen: NDArray[np.bool_]) -> list[tuple[float, float]]:
+    """Return the intervals of the chosen values, each reaching half way to its neighbours."""
+    order = np.argsort(parameter, kind="stable")
+    values, mask = parameter[order], chosen[order]
+    middle = 0.5 * (values[1:] + values[:-1])
+    left = np.concatenate([values[:1], middle])
+    right = np.concatenate([middle, values[-1:]])
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return [
+        (float(left[start]), float(right[stop - 1]))
+        for start, stop in zip(edges[::2], edges[1::2], strict=True)
+    ]

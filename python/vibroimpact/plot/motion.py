@@ -1,0 +1,234 @@
+"""Time histories, phase portraits and impact sections of one run.
+
+Curves are drawn through `Run.trajectory` with the states before and after every impact inserted,
+so that a velocity jumps at the instant of the impact and not one sample beside it. Symbols as in
+docs/notation.md: gap function g = sin x1 - x2 - delta (oblique), docs/theory.md section 1.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from .curve import mark_regimes, reach, reach_symbol, sample
+from .style import (
+    BLACK,
+    BLUE,
+    GREY,
+    REGIME_STYLES,
+    STATE_SYMBOLS,
+    VERMILLION,
+    new_axes,
+)
+
+if TYPE_CHECKING:
+    from ..results import Run
+
+
+def time_history(
+    run: Run,
+    *,
+    window: tuple[float, float] | None = None,
+    periods: float = 8,
+    points_per_period: int = 200,
+    color: Literal["regime"] | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    r"""Draw the contact faces of both bodies and the drive against time.
+
+    The thick curve is `x2`, the thin one `sin x1 - delta` (they touch at an impact), the dashed
+    one `cos(omega t + phi)`, as in the paper's Figs. 5, 6 and 9.
+
+    Parameters
+    ----------
+    run, window, periods, points_per_period
+        As in `sample`.
+    color : "regime" or None
+        Mark the impacts by their regime.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
+    """
+    ax = new_axes(ax)
+    curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
+    system = run.system
+    face = reach(run, curve.state[:, 0]) - system.gap
+    drive = np.cos(system.drive_frequency * curve.time + system.phase)
+    ax.plot(curve.time, drive, color=GREY, lw=0.6, ls=(0, (4, 2)), label=r"$\cos\omega t$")
+    ax.plot(curve.time, curve.state[:, 2], color=BLACK, lw=1.4, label=r"$x_2$")
+    ax.plot(curve.time, face, color=BLACK, lw=0.6, label=rf"${reach_symbol(run)}-\delta$")
+    if color == "regime":
+        hits = run.impacts[curve.impacts]
+        mark_regimes(ax, run, hits["time"], hits["x2"], curve.impacts)
+    ax.set_xlim(curve.time[0], curve.time[-1])
+    ax.set_xlabel(r"$t$")
+    ax.set_ylabel(rf"$x_2,\ {reach_symbol(run)}-\delta$")
+    return ax
+
+
+def phase_portrait(
+    run: Run,
+    *,
+    bodies: tuple[int, ...] = (1, 2),
+    window: tuple[float, float] | None = None,
+    periods: float = 8,
+    points_per_period: int = 200,
+    color: Literal["regime"] | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw velocity against position: body 1 solid, body 2 dashed, impacts as vertical jumps.
+
+    Parameters
+    ----------
+    run, window, periods, points_per_period
+        As in `sample`.
+    bodies : tuple of int
+        Which bodies to draw: 1 the pendulum, 2 the oscillator.
+    color : "regime" or None
+        Mark the state before each impact by its regime.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
+    """
+    ax = new_axes(ax)
+    curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
+    hits = run.impacts[curve.impacts]
+    for body in bodies:
+        x, v = curve.state[:, 2 * body - 2], curve.state[:, 2 * body - 1]
+        solid = body == 1
+        ax.plot(
+            x,
+            v,
+            color=BLACK if solid else GREY,
+            lw=0.7,
+            ls="-" if solid else (0, (4, 1.5)),
+            label=rf"$x_{body},\ \dot x_{body}$",
+        )
+        if color == "regime":
+            mark_regimes(ax, run, hits[f"x{body}"], hits[f"v{body}_pre"], curve.impacts)
+    ax.set_xlabel("$" + r",\ ".join(f"x_{body}" for body in bodies) + "$")
+    ax.set_ylabel("$" + r",\ ".join(rf"\dot x_{body}" for body in bodies) + "$")
+    return ax
+
+
+def impact_section(
+    run: Run,
+    *,
+    x: str = "x1",
+    y: str = "v1_pre",
+    color: Literal["regime"] | None = None,
+    size: float = 6.0,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw two columns of `Run.impacts` against each other, one point for each kept impact.
+
+    Parameters
+    ----------
+    run : Run
+        Result of `vibroimpact.simulate`.
+    x, y : str
+        Columns of the impact table, by default the pendulum's angle and velocity before impact.
+    color : "regime" or None
+        Colour and shape by regime, or black dots.
+    size : float
+        Area of a marker in square points.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
+    """
+    ax = new_axes(ax)
+    impacts = run.impacts
+    if color == "regime":
+        for regime in np.unique(impacts["regime"]):
+            style = REGIME_STYLES[int(regime)]
+            here = impacts[impacts["regime"] == regime]
+            ax.scatter(
+                here[x],
+                here[y],
+                s=size,
+                color=style.color,
+                marker=style.marker,
+                linewidths=0,
+                label=style.text,
+                rasterized=True,
+            )
+    else:
+        ax.scatter(impacts[x], impacts[y], s=size, color=BLACK, linewidths=0, rasterized=True)
+    ax.set_xlabel(STATE_SYMBOLS.get(x, x))
+    ax.set_ylabel(STATE_SYMBOLS.get(y, y))
+    return ax
+
+
+def gap_history(
+    run: Run,
+    *,
+    window: tuple[float, float] | None = None,
+    periods: float = 8,
+    points_per_period: int = 200,
+    color: Literal["regime"] | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw the gap function sin x1 - x2 - delta against time; it is zero at an impact.
+
+    Parameters as in `time_history`.
+    """
+    ax = new_axes(ax)
+    curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
+    gap = reach(run, curve.state[:, 0]) - curve.state[:, 2] - run.system.gap
+    ax.axhline(0.0, color=VERMILLION, lw=0.6)
+    ax.plot(curve.time, gap, color=BLACK, lw=0.6)
+    if color == "regime":
+        hits = run.impacts[curve.impacts]
+        mark_regimes(ax, run, hits["time"], np.zeros(len(hits)), curve.impacts)
+    ax.set_xlim(curve.time[0], curve.time[-1])
+    ax.set_xlabel(r"$t$")
+    ax.set_ylabel(rf"${reach_symbol(run)}-x_2-\delta$")
+    return ax
+
+
+def displacement_history(
+    run: Run,
+    *,
+    window: tuple[float, float] | None = None,
+    periods: float = 8,
+    points_per_period: int = 200,
+    color: Literal["regime"] | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw x1 (thin, blue) and x2 (black) against time, as in the paper's Fig. 10(b).
+
+    Parameters as in `time_history`.
+    """
+    ax = new_axes(ax)
+    curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
+    ax.plot(curve.time, curve.state[:, 0], color=BLUE, lw=0.5, label=r"$x_1$")
+    ax.plot(curve.time, curve.state[:, 2], color=BLACK, lw=0.8, label=r"$x_2$")
+    if color == "regime":
+        hits = run.impacts[curve.impacts]
+        mark_regimes(ax, run, hits["time"], hits["x2"], curve.impacts)
+    ax.set_xlim(curve.time[0], curve.time[-1])
+    ax.set_xlabel(r"$t$")
+    ax.set_ylabel(r"$x_1,\ x_2$")
+    return ax
+
+
+def impact_count(run: Run, *, ax: Axes | None = None) -> Axes:
+    """Draw the number of kept impacts against the drive period in which they happen.
+
+    Both axes are logarithmic: impacts that stop after a finite number end in a level line.
+    """
+    ax = new_axes(ax)
+    period = run.impacts["period"] + 1
+    end = int(run.final_state.period)
+    count = np.arange(1, len(period) + 1)
+    ax.step(
+        np.concatenate([period, [end]]),
+        np.concatenate([count, count[-1:]]) if len(count) else [0],
+        where="post",
+        color=BLACK,
+        lw=0.9,
+    )
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_xlabel("drive periods")
+    ax.set_ylabel("impacts")
+    return ax

@@ -1,0 +1,153 @@
+"""Colours, markers, symbols and print sizes shared by all figures.
+
+Colours are the palette of Okabe and Ito (Color Universal Design, 2008), which readers with any of
+the common colour vision deficiencies can tell apart; where markers are large enough to have a
+shape, the regime is told by the shape as well. Symbols are those of docs/notation.md.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
+
+BLACK = "#000000"
+ORANGE = "#E69F00"
+SKY_BLUE = "#56B4E9"
+GREEN = "#009E73"
+BLUE = "#0072B2"
+VERMILLION = "#D55E00"
+PURPLE = "#CC79A7"
+GREY = "0.55"
+
+
+@dataclass(frozen=True)
+class RegimeStyle:
+    """How one impact regime is drawn and named."""
+
+    name: str
+    text: str
+    color: str
+    marker: str
+
+
+REGIME_STYLES = (
+    RegimeStyle("frictionless", "frictionless", BLACK, "o"),
+    RegimeStyle("slip", "slip", BLUE, "s"),
+    RegimeStyle("reversal_approach", "reversal in approach", VERMILLION, "^"),
+    RegimeStyle("reversal_restitution", "reversal in restitution", ORANGE, "v"),
+    RegimeStyle("stick_approach", "stick in approach", GREEN, "D"),
+    RegimeStyle("stick_restitution", "stick in restitution", PURPLE, "P"),
+)
+"""Style of each impact regime; the index is the value of `vibroimpact.Regime`."""
+
+PARAMETER_SYMBOLS = {
+    "mass_ratio": r"$\bar m$",
+    "frequency_ratio": r"$\omega_0$",
+    "restitution": r"$r$",
+    "gap": r"$\delta$",
+    "pendulum_damping": r"$\zeta_1$",
+    "oscillator_damping": r"$\zeta_2$",
+    "moment_amplitude": r"$f_1$",
+    "force_amplitude": r"$f_2$",
+    "drive_frequency": r"$\omega$",
+    "friction": r"$\mu$",
+    "phase": r"$\varphi$",
+}
+
+STATE_SYMBOLS = {
+    "x1": r"$x_1$",
+    "v1": r"$\dot x_1$",
+    "x2": r"$x_2$",
+    "v2": r"$\dot x_2$",
+    "v1_pre": r"$\dot x_1$ before impact",
+    "v1_post": r"$\dot x_1$ after impact",
+    "v2_pre": r"$\dot x_2$ before impact",
+    "v2_post": r"$\dot x_2$ after impact",
+    "phase": r"$\psi$ at impact",
+    "time": r"$t$",
+}
+
+PUBLICATION: dict[str, Any] = {
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 9,
+    "axes.labelsize": 9,
+    "axes.titlesize": 9,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "legend.fontsize": 8,
+    "figure.titlesize": 9,
+    "axes.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "legend.frameon": False,
+    "savefig.dpi": 300,
+    "pdf.fonttype": 42,
+}
+"""Settings for a page of 180 mm: text of at least 8 pt, 300 dots per inch, fonts embedded."""
+
+
+@contextmanager
+def publication_style() -> Iterator[None]:
+    """Draw with the settings of `PUBLICATION` inside a ``with`` block, and leave none behind."""
+    settings: Any = PUBLICATION  # matplotlib 3.11 types the keys as literals, 3.10 as str
+    with matplotlib.rc_context(settings):
+        yield
+
+
+def new_axes(ax: Axes | None) -> Axes:
+    """Return `ax`, or the axes of a new pyplot figure if it is None."""
+    if ax is not None:
+        return ax
+    from matplotlib import pyplot
+
+    return pyplot.figure(layout="constrained").add_subplot()
+
+
+def regime_handles(regimes: Iterable[int], *, shapes: bool = True) -> list[Artist]:
+    """Return one legend entry for each regime in `regimes`, in the order of their values.
+
+    Parameters
+    ----------
+    regimes : iterable of int
+        Values of `vibroimpact.Regime`, in any order and with repetitions.
+    shapes : bool
+        Show the shape of each regime's marker; False for points too small to have one.
+    """
+    return [
+        Line2D(
+            [],
+            [],
+            linestyle="none",
+            marker=REGIME_STYLES[regime].marker if shapes else "s",
+            markersize=4.5,
+            markeredgewidth=0,
+            color=REGIME_STYLES[regime].color,
+            label=REGIME_STYLES[regime].text,
+        )
+        for regime in sorted(set(regimes))
+    ]
+
+
+def legend_above(ax: Axes, handles: Sequence[Artist], columns: int = 2) -> Legend:
+    """Put a legend above the axes, where it hides no data."""
+    return ax.legend(
+        handles=list(handles),
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=columns,
+        borderaxespad=0.2,
+        handlelength=1.2,
+        handletextpad=0.5,
+        columnspacing=1.2,
+    )

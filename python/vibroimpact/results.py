@@ -1,0 +1,311 @@
+"""What a simulation returns: a run with its impacts, sections, events and label.
+
+Field names and meanings are those of docs/notation.md; all quantities are dimensionless. The
+numbers live in the compiled core; a Run hands them out as read-only arrays, built when first used.
+"""
+
+import dataclasses
+import os
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cached_property
+from typing import Any, Self, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core, archive
+from .checks import horizon, optional_count, vector
+from .errors import Interrupted
+from .system import System
+
+_T = TypeVar("_T", bound=np.generic)
+
+
+class Regime(IntEnum):
+    """What the contact point did during an impact (docs/theory.md, section 4)."""
+
+    FRICTIONLESS = 0
+    SLIP = 1
+    REVERSAL_APPROACH = 2
+    REVERSAL_RESTITUTION = 3
+    STICK_APPROACH = 4
+    STICK_RESTITUTION = 5
+
+
+class EventKind(IntEnum):
+    """The kinds of events of a run, as in the column ``kind`` of ``run.events``."""
+
+    IMPACT = 0
+    GRAZE = 1
+    CHATTER = 2
+    SLIDE_POSITIVE = 3
+    SLIDE_NEGATIVE = 4
+    STICK = 5
+    RELEASE = 6
+    STOP = 7
+
+
+@dataclass(frozen=True, kw_only=True)
+class FinalState:
+    """The state at the end of a run, after the impact if one falls on that instant.
+
+    Attributes
+    ----------
+    x1, v1, x2, v2
+        Pendulum angle and its rate, oscillator displacement and its rate.
+    time
+        Time since the start.
+    period, time_in_period
+        Completed drive periods and the time since the last one, which together stay exact where
+        ``time`` has lost digits.
+    mode
+        Contact mode.
+    """
+
+    x1: float
+    v1: float
+    x2: float
+    v2: float
+    time: float
+    period: int
+    time_in_period: float
+    mode: str
+
+    @property
+    def state(self) -> tuple[float, float, float, float]:
+        """The four state variables (x1, v1, x2, v2), as ``initial=`` takes them."""
+        return self.x1, self.v1, self.x2, self.v2
+
+
+@dataclass(frozen=True, kw_only=True)
+class PeriodReport:
+    """The period m-n of a motion, and how well it is known.
+
+    Attributes
+    ----------
+    m, n
+        Drive periods and impacts per orbit; None where no period was found.
+    residual
+        Largest difference between sections m periods apart.
+    rate
+        Rate of convergence of that difference.
+    growth, growth_error
+        Mean logarithmic growth of a small perturbation per drive period; NaN if not measured.
+    confidence
+        In [0, 1].
+    method
+        How the period was found.
+    label
+        ``"3-4"``, ``"1-0"``, ``"2-inf"``, ``"quasi-periodic"``, ``"chaotic"`` or
+        ``"unresolved"``.
+    """
+
+    m: int | None
+    n: int | None
+    residual: float
+    rate: float
+    growth: float
+    growth_error: float
+    confidence: float
+    method: str
+    label: str
+
+
+class Run:
+    """One simulated motion, as ``simulate``, ``Run.resume`` and ``load`` return it."""
+
+    def __init__(
+        self, core: _core.Run, system: System, initial: tuple[float, float, float, float]
+    ) -> None:
+        self._core = core
+        self._system = system
+        self._initial = initial
+
+    @property
+    def system(self) -> System:
+        """The system that was simulated."""
+        return self._system
+
+    @property
+    def initial(self) -> tuple[float, float, float, float]:
+        """The state (x1, v1, x2, v2) at t = 0."""
+        return self._initial
+
+    @cached_property
+    def impacts(self) -> NDArray[np.void]:
+        """Kept impacts: structured array, one row each.
+
+        Columns ``time, period, time_in_period, x1, v1_pre, v1_post, x2, v2_pre, v2_post, phase,
+        regime, impulse_normal, impulse_tangential, energy_loss``. Impulses are in units
+        M1 l omega_2, energies in M1 l^2 omega_2^2; ``regime`` is a Regime.
+        """
+        return read_only(self._core.impacts)
+
+    @cached_property
+    def stroboscopic(self) -> NDArray[np.float64]:
+        """Kept stroboscopic states x1, v1, x2, v2, shape (k, 4); (0, 4) without a drive period."""
+        return read_only(self._core.stroboscopic)
+
+    @cached_property
+    def events(self) -> NDArray[np.void]:
+        """Kept events: structured array ``time, period, kind, index``.
+
+        ``kind`` is an EventKind, ``index`` the row of ``impacts`` or ``grazes``.
+        """
+        return read_only(self._core.events)
+
+    @cached_property
+    def grazes(self) -> NDArray[np.void]:
+        """Kept grazes (contact without impulse): structured array."""
+        return read_only(self._core.grazes)
+
+    @cached_property
+    def final_state(self) -> FinalState:
+        """The state at the end."""
+        return FinalState(**_attributes(FinalState, self._core.final_state))
+
+    @property
+    def stop_reason(self) -> str:
+        """Why the run ended: ``"completed"``, or what stopped it earlier."""
+        return self._core.stop_reason
+
+    @property
+    def stop_detail(self) -> str:
+        """A sentence with time, impact number and state for a run that did not complete."""
+        return self._core.stop_detail
+
+    @property
+    def kept_from(self) -> float:
+        """The time at which the kept window starts."""
+        return self._core.kept_from
+
+    @property
+    def impact_count(self) -> int:
+        """Number of impacts since t = 0, kept or not."""
+        return self._core.impact_count
+
+    @cached_property
+    def period(self) -> PeriodReport:
+        """The period m-n with its evidence; may follow a nearby orbit for some periods."""
+        return PeriodReport(**_attributes(PeriodReport, self._core.period()))
+
+    @property
+    def label(self) -> str:
+        """The motion in a word: ``"1-1"``, ``"1-0"``, ``"quasi-periodic"``, ``"chaotic"`` ..."""
+        return self.period.label
+
+    def trajectory(self, t: ArrayLike) -> NDArray[np.float64]:
+        """Return the states x1, v1, x2, v2 at times ``t``, shape (len(t), 4).
+
+        At the instant of an impact this is the state after it.
+
+        Raises
+        ------
+        ValueError
+            If a time lies outside the kept window.
+        """
+        return self._core.trajectory(vector("t", t))
+
+    def resume(
+        self,
+        *,
+        periods: int | None = None,
+        time: float | None = None,
+        keep: int | None = None,
+        max_events: int | None = None,
+    ) -> "Run":
+        """Go on for so many further periods or so much further time, bit for bit as one long run.
+
+        Parameters
+        ----------
+        periods, time
+            Exactly one of them: how much further.
+        keep
+            Keep only the last so many periods.
+        max_events
+            Cap on the events of the continuation.
+
+        Raises
+        ------
+        Interrupted
+            After Ctrl-C; ``.result`` is the run up to there.
+        """
+        span = horizon(self._system.drive_frequency, periods=periods, time=time, keep=keep)
+        cap = optional_count("max_events", max_events, least=1)
+        core = self._core.resume(
+            periods=span.periods, time=span.time, keep=span.keep, max_events=cap
+        )
+        run = type(self)(core, self._system, self._initial)
+        raise_if_interrupted([run], run)
+        return run
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the run to ``path`` (.npz, no pickle); ``load`` gives it back bit for bit."""
+        metadata, arrays = self._parts()
+        archive.write(path, "run", metadata, arrays)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a run written by ``save``.
+
+        Raises
+        ------
+        ValueError
+            If the file is damaged, foreign, or holds something else.
+        """
+        return archive.read(path, {"run": cls._from_parts})
+
+    def _parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+        metadata = {
+            "system": self._system.to_dict(),
+            "initial": self._initial,
+            "core": self._core.to_json(),
+        }
+        arrays: dict[str, NDArray[Any]] = {
+            "impacts": self.impacts,
+            "stroboscopic": self.stroboscopic,
+            "events": self.events,
+            "grazes": self.grazes,
+        }
+        return metadata, arrays
+
+    @classmethod
+    def _from_parts(cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Self:
+        x1, v1, x2, v2 = map(float, metadata["initial"])
+        core = _core.Run.from_parts(metadata["core"], **arrays)
+        return cls(core, System.from_dict(metadata["system"]), (x1, v1, x2, v2))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle through the parts that ``save`` writes."""
+        return type(self)._from_parts, self._parts()
+
+    def __repr__(self) -> str:
+        """Say how the run ended and what it holds, without computing its label."""
+        end = self.final_state
+        return (
+            f"<Run {self.stop_reason} at time {end.time:.6g} (period {end.period}), "
+            f"{self.impact_count} impacts, {len(self.impacts)} kept>"
+        )
+
+
+def raise_if_interrupted(runs: list[Run], result: Run | list[Run]) -> None:
+    """Raise Interrupted, carrying ``result``, if Ctrl-C ended one of the runs."""
+    cut = [run for run in runs if run._core.interrupted]
+    if cut:
+        reached = min(run.final_state.time for run in cut)
+        raise Interrupted(
+            f"interrupted: {len(cut)} of {len(runs)} runs cut short, the earliest at "
+            f"time {reached:.6g}; .result holds what was done",
+            result,
+        )
+
+
+def read_only(array: NDArray[_T]) -> NDArray[_T]:
+    """Return the array with its writeable flag cleared."""
+    array.flags.writeable = False
+    return array
+
+
+def _attributes(cls: type[FinalState | PeriodReport], source: object) -> dict[str, Any]:
+    return {field.name: getattr(source, field.name) for field in dataclasses.fields(cls)}

@@ -1,0 +1,138 @@
+"""The call that simulates one motion or many (docs/theory.md, sections 2 to 6)."""
+
+from collections.abc import Sequence
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core
+from .checks import horizon, number, optional_count, positive, reject, states
+from .results import Run, raise_if_interrupted
+from .system import System
+
+
+@overload
+def simulate(
+    system: System,
+    *,
+    initial: Sequence[float],
+    periods: int | None = ...,
+    time: float | None = ...,
+    keep: int | None = ...,
+    max_events: int | None = ...,
+    tolerance: float = ...,
+    section_phase: float = ...,
+    workers: int | None = ...,
+) -> Run: ...
+
+
+@overload
+def simulate(
+    system: System,
+    *,
+    initial: Sequence[Sequence[float]],
+    periods: int | None = ...,
+    time: float | None = ...,
+    keep: int | None = ...,
+    max_events: int | None = ...,
+    tolerance: float = ...,
+    section_phase: float = ...,
+    workers: int | None = ...,
+) -> list[Run]: ...
+
+
+@overload
+def simulate(
+    system: System,
+    *,
+    initial: NDArray[Any],
+    periods: int | None = ...,
+    time: float | None = ...,
+    keep: int | None = ...,
+    max_events: int | None = ...,
+    tolerance: float = ...,
+    section_phase: float = ...,
+    workers: int | None = ...,
+) -> Any: ...
+
+
+def simulate(
+    system: System,
+    *,
+    initial: ArrayLike,
+    periods: int | None = None,
+    time: float | None = None,
+    keep: int | None = None,
+    max_events: int | None = None,
+    tolerance: float = 1e-12,
+    section_phase: float = 0.0,
+    workers: int | None = None,
+) -> Run | list[Run]:
+    """Simulate the motion from one initial state, or from several.
+
+    Every flight is exact and every contact is found (docs/theory.md, sections 2 and 3). All
+    quantities are dimensionless.
+
+    Parameters
+    ----------
+    system
+        The parameters.
+    initial
+        (x1, v1, x2, v2) at t = 0, shape (4,); or (k, 4) for k runs.
+    periods, time
+        Exactly one of them: number of drive periods, or length in time. A constant load
+        (``drive_frequency = 0``) has no period and needs ``time``.
+    keep
+        Keep impacts, events and sections of the last so many periods only; default all.
+    max_events
+        Cap on the events of a run, which ends it with the stop reason ``event_cap``.
+    tolerance
+        Absolute tolerance where something is approximated; flights and impacts are exact.
+    section_phase
+        Drive phase of the stroboscopic section, relative to that of the start, in radians.
+    workers
+        Threads for several initial states; default all cores. The results do not depend on it.
+
+    Returns
+    -------
+    Run or list of Run
+        For ``initial`` of shape (4,) or (k, 4). Runs that ended early say so in ``stop_reason``.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range.
+    StateError
+        If an initial state is not finite, or starts in contact or inside the other body.
+    Interrupted
+        After Ctrl-C; ``.result`` is what would have been returned, as far as it got.
+    """
+    if not isinstance(system, System):
+        reject("system", system, "a vibroimpact.System")
+    span = horizon(system.drive_frequency, periods=periods, time=time, keep=keep)
+    start = states(initial)
+    optional_count("workers", workers, least=1)
+    options: dict[str, Any] = {
+        "periods": span.periods,
+        "time": span.time,
+        "keep": span.keep,
+        "tolerance": positive("tolerance", tolerance),
+        "section_phase": number("section_phase", section_phase),
+    }
+    if optional_count("max_events", max_events, least=1) is not None:
+        options["max_events"] = max_events
+
+    if start.ndim == 1:
+        run = _wrap(_core.simulate(system._compiled, start.tolist(), **options), system, start)
+        raise_if_interrupted([run], run)
+        return run
+    cores = _core.simulate_many(system._compiled, start, workers=workers, **options)
+    runs = [_wrap(core, system, row) for core, row in zip(cores, start, strict=True)]
+    raise_if_interrupted(runs, runs)
+    return runs
+
+
+def _wrap(core: _core.Run, system: System, initial: NDArray[np.float64]) -> Run:
+    x1, v1, x2, v2 = initial.tolist()
+    return Run(core, system, (x1, v1, x2, v2))

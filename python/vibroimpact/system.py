@@ -1,0 +1,281 @@
+"""The parameters of the vibrating system, validated once and then immutable.
+
+    x1'' + 2 zeta1 omega0 x1' + omega0^2 x1 = f1 cos(omega t + phi)
+    x2'' + 2 zeta2        x2' +          x2 = f2 cos(omega t + phi)    while the gap is open
+
+Source: Han, Jin & Hu (2004), eq. (5), in the dimensionless form of docs/theory.md, section 1;
+symbols in docs/notation.md.
+"""
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Self
+
+from . import _core
+from .checks import number, reject
+from .errors import ParameterError
+from .physical import dimensionless
+
+# What each numeric parameter may be, for messages; the compiled core does the checking.
+NUMERIC_RANGES = {
+    "mass_ratio": "a finite number >= 0",
+    "frequency_ratio": "a finite number >= 0",
+    "restitution": "a number in [0, 1]",
+    "gap": "a finite number",
+    "drive_frequency": "a finite number >= 0",
+    "pendulum_damping": "a finite number >= 0",
+    "oscillator_damping": "a finite number >= 0",
+    "moment_amplitude": "a finite number",
+    "force_amplitude": "a finite number",
+    "friction": "a finite number >= 0",
+    "phase": "a finite number",
+}
+
+
+@dataclass(frozen=True, init=False, kw_only=True)
+class System:
+    """Two bodies that collide obliquely (or head-on): all parameters, dimensionless.
+
+    Immutable, comparable, hashable, picklable; ``eval(repr(system)) == system``.
+
+    Parameters
+    ----------
+    mass_ratio
+        M1/M2 >= 0; 0 means that impacts do not act on the second body.
+    frequency_ratio
+        omega_1/omega_2 >= 0; 0 is a free rotor.
+    restitution
+        Coefficient of restitution in [0, 1].
+    gap
+        Delta/l, any value with a reachable free region.
+    drive_frequency
+        Omega/omega_2 >= 0; 0 is a constant load, without drive period.
+    pendulum_damping, oscillator_damping
+        Damping ratios >= 0.
+    moment_amplitude, force_amplitude
+        f10/(M1 l^2 omega_2^2) and f20/(K2 l), any value.
+    friction
+        Coulomb's coefficient >= 0; must be 0 for ``contact="direct"``.
+    phase
+        Phase of the drive at t = 0 in radians.
+    contact
+        ``"oblique"`` or ``"direct"`` (head-on).
+    law
+        Impact law: ``"poisson"``, or ``"paper"`` for the formulas as printed in
+        Han, Jin & Hu (2004), eqs. (14), (16), (18), which can create energy.
+    damping
+        Shorthand (pendulum_damping, oscillator_damping).
+
+    Raises
+    ------
+    ParameterError
+        Names the parameter, its value and the allowed range.
+    """
+
+    mass_ratio: float
+    frequency_ratio: float
+    restitution: float
+    gap: float
+    drive_frequency: float
+    pendulum_damping: float = 0.0
+    oscillator_damping: float = 0.0
+    moment_amplitude: float = 0.0
+    force_amplitude: float = 0.0
+    friction: float = 0.0
+    phase: float = 0.0
+    contact: str = "oblique"
+    law: str = "poisson"
+
+    # Written out rather than generated: an InitVar would leave ``system.damping`` as None.
+    def __init__(
+        self,
+        *,
+        mass_ratio: float,
+        frequency_ratio: float,
+        restitution: float,
+        gap: float,
+        drive_frequency: float,
+        pendulum_damping: float = 0.0,
+        oscillator_damping: float = 0.0,
+        moment_amplitude: float = 0.0,
+        force_amplitude: float = 0.0,
+        friction: float = 0.0,
+        phase: float = 0.0,
+        contact: str = "oblique",
+        law: str = "poisson",
+        damping: tuple[float, float] | None = None,
+    ) -> None:
+        if damping is not None:
+            if pendulum_damping != 0.0 or oscillator_damping != 0.0:
+                reject("damping", damping, "None beside pendulum_damping or oscillator_damping")
+            pendulum_damping, oscillator_damping = _pair(damping)
+        numbers = {
+            "mass_ratio": mass_ratio,
+            "frequency_ratio": frequency_ratio,
+            "restitution": restitution,
+            "gap": gap,
+            "drive_frequency": drive_frequency,
+            "pendulum_damping": pendulum_damping,
+            "oscillator_damping": oscillator_damping,
+            "moment_amplitude": moment_amplitude,
+            "force_amplitude": force_amplitude,
+            "friction": friction,
+            "phase": phase,
+        }
+        for name, value in numbers.items():
+            object.__setattr__(self, name, number(name, value, NUMERIC_RANGES[name]))
+        for name, choice in (("contact", contact), ("law", law)):
+            if not isinstance(choice, str):
+                reject(name, choice, "a name, as a string")
+            object.__setattr__(self, name, choice)
+        self._compiled  # noqa: B018  builds the compiled form, which checks the ranges
+
+    @cached_property
+    def _compiled(self) -> _core.System:
+        # Lives in __dict__ only: no field, so no part of equality, hash, repr or pickle.
+        return _core.System(**self.to_dict())
+
+    @classmethod
+    def from_physical(
+        cls,
+        *,
+        pendulum_mass: float,
+        oscillator_mass: float,
+        length: float,
+        torsional_stiffness: float,
+        stiffness: float,
+        gap: float,
+        restitution: float,
+        drive_frequency: float,
+        torsional_damping: float = 0.0,
+        damping: float = 0.0,
+        moment_amplitude: float = 0.0,
+        force_amplitude: float = 0.0,
+        friction: float = 0.0,
+        phase: float = 0.0,
+        contact: str = "oblique",
+        law: str = "poisson",
+    ) -> Self:
+        """Build a system from SI quantities (docs/theory.md, section 1).
+
+        Parameters
+        ----------
+        pendulum_mass, oscillator_mass
+            M1, M2 in kg, > 0.
+        length
+            Length l of the pendulum in m, > 0.
+        torsional_stiffness, stiffness
+            K1 >= 0 in N m/rad, K2 > 0 in N/m.
+        gap
+            Delta in m.
+        restitution, friction, phase, contact, law
+            As in System.
+        drive_frequency
+            Omega in rad/s, >= 0.
+        torsional_damping, damping
+            C1 in N m s/rad and C2 in N s/m, >= 0; C1 > 0 needs K1 > 0.
+        moment_amplitude, force_amplitude
+            f10 in N m, f20 in N.
+
+        Raises
+        ------
+        ParameterError
+            Names the quantity, its value and the allowed range.
+        """
+        ratios = dimensionless(
+            pendulum_mass=pendulum_mass,
+            oscillator_mass=oscillator_mass,
+            length=length,
+            torsional_stiffness=torsional_stiffness,
+            stiffness=stiffness,
+            torsional_damping=torsional_damping,
+            damping=damping,
+            moment_amplitude=moment_amplitude,
+            force_amplitude=force_amplitude,
+            drive_frequency=drive_frequency,
+            gap=gap,
+        )
+        return cls(
+            **ratios,
+            restitution=restitution,
+            friction=friction,
+            phase=phase,
+            contact=contact,
+            law=law,
+        )
+
+    @property
+    def damping(self) -> tuple[float, float]:
+        """Both damping ratios, (pendulum_damping, oscillator_damping)."""
+        return self.pendulum_damping, self.oscillator_damping
+
+    @property
+    def drive_period(self) -> float:
+        """Drive period 2 pi/drive_frequency; infinite for a constant load."""
+        return self._compiled.drive_period
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a system with some parameters changed; ``damping=`` works here too."""
+        fields = self.to_dict()
+        if "damping" in changes:
+            del fields["pendulum_damping"], fields["oscillator_damping"]
+        return type(self)(**(fields | changes))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all fields by name; ``System.from_dict`` goes back."""
+        return dataclasses.asdict(self)
+
+    @classmethod
+    def from_dict(cls, fields: Mapping[str, Any]) -> Self:
+        """Build a system from a mapping of field names to values.
+
+        Raises
+        ------
+        ParameterError
+            For a missing or unknown name, or a value out of range.
+        """
+        if not isinstance(fields, Mapping):
+            reject("fields", fields, "a mapping of parameter names to values")
+        known = dataclasses.fields(cls)
+        unknown = sorted(map(str, set(fields) - {field.name for field in known}))
+        if unknown:
+            raise ParameterError(f"unknown system parameters: {', '.join(unknown)}")
+        required = {field.name for field in known if field.default is dataclasses.MISSING}
+        missing = sorted(required - set(fields))
+        if missing:
+            raise ParameterError(f"missing system parameters: {', '.join(missing)}")
+        return cls(**fields)
+
+    def to_json(self) -> str:
+        """Return the fields as a JSON object; the numbers come back bit for bit."""
+        return json.dumps(self.to_dict(), allow_nan=False)
+
+    @classmethod
+    def from_json(cls, text: str) -> Self:
+        """Build a system from the text of ``to_json``.
+
+        Raises
+        ------
+        ParameterError
+            If the text is no JSON object, or its fields do not make a system.
+        """
+        try:
+            fields = json.loads(text)
+        except (TypeError, ValueError) as error:
+            raise ParameterError(f"not the JSON of a system: {error}") from error
+        return cls.from_dict(fields)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle and copy through the fields, so that a copy is validated like any other."""
+        return type(self).from_dict, (self.to_dict(),)
+
+
+def _pair(damping: Any) -> tuple[float, float]:
+    try:
+        pendulum, oscillator = damping
+    except (TypeError, ValueError):
+        reject("damping", damping, "a pair (pendulum_damping, oscillator_damping)")
+    return pendulum, oscillator

@@ -1,0 +1,47 @@
+//! Tells complete chatter (infinitely many impacts in finite time) from many impacts
+//! (docs/theory.md, section 5).
+//!
+//! With the free gap acceleration g'' > 0 and impacts that shrink u by a ratio q < 1 the flights
+//! shrink by q too, and the sequence ends after T = 2 u_post/(g''(1 - q)). In `slip` and
+//! `frictionless` q = r to leading order; otherwise q is measured. Chatter is believed once
+//! several impacts in a row have kept the ratio and the remaining time is so short that what
+//! the leading order leaves out lies below the tolerance.
+
+use serde::{Deserialize, Serialize};
+
+use crate::impact::{Impact, RegimeKind};
+use crate::tolerance::{CHATTER_IMPACTS, CHATTER_RATIO_RTOL};
+
+/// Memory of the last impacts.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub(crate) struct ChatterMonitor {
+    /// Approach velocity of the last impact, 0 before the first.
+    last: f64,
+    ratio: f64,
+    kept: u32,
+}
+
+impl ChatterMonitor {
+    /// Takes an impact; returns the ratio once enough impacts have kept one.
+    pub fn observe(&mut self, impact: &Impact, restitution: f64) -> Option<f64> {
+        let slides =
+            matches!(impact.regime.kind(), RegimeKind::Frictionless | RegimeKind::Slip);
+        let measured =
+            if self.last > 0.0 { impact.approach_velocity / self.last } else { f64::INFINITY };
+        let predicted = if slides { restitution } else { self.ratio };
+        let keeps = measured < 1.0
+            && predicted < 1.0
+            && (measured - predicted).abs() <= CHATTER_RATIO_RTOL * predicted;
+        self.kept = if keeps { self.kept + 1 } else { 0 };
+        self.ratio = measured;
+        self.last = impact.approach_velocity;
+        (self.kept >= CHATTER_IMPACTS).then_some(measured)
+    }
+}
+
+/// Time left to the accumulation point and the error of that leading-order value, for a
+/// separation velocity, free gap acceleration and jerk just after an impact.
+pub(crate) fn remaining_time(separation: f64, ratio: f64, second: f64, third: f64) -> (f64, f64) {
+    let time = 2.0 * separation / (second * (1.0 - ratio));
+    (time, time * time * (third / second).abs())
+}

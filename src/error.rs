@@ -1,0 +1,100 @@
+//! The three kinds of failure that are errors: bad parameters, bad states, failed computations.
+//!
+//! Expected outcomes (time reached, event cap, chatter ...) are values of
+//! [`StopReason`](crate::StopReason), never errors.
+
+use std::borrow::Cow;
+
+/// A parameter outside its allowed range, found before any computation starts.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{name} = {value} is not allowed: {allowed}")]
+pub struct ParameterError {
+    /// Name of the parameter, as in [`SystemBuilder`](crate::SystemBuilder).
+    pub name: Cow<'static, str>,
+    /// The value that was given.
+    pub value: String,
+    /// The allowed range, in words.
+    pub allowed: Cow<'static, str>,
+}
+
+impl ParameterError {
+    pub(crate) fn new(
+        name: impl Into<Cow<'static, str>>,
+        value: impl ToString,
+        allowed: impl Into<Cow<'static, str>>,
+    ) -> Self {
+        Self { name: name.into(), value: value.to_string(), allowed: allowed.into() }
+    }
+}
+
+/// A start state that cannot be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StateError {
+    /// A component is NaN or infinite.
+    #[error("{name} = {value} is not allowed: a finite number")]
+    NotFinite {
+        /// Component: x1, v1, x2 or v2.
+        name: &'static str,
+        /// The value that was given.
+        value: f64,
+    },
+    /// The bodies touch at the start (the gap is zero to rounding).
+    #[error(
+        "the initial state is in contact: gap function g = {gap:e} at x1 = {x1}, x2 = {x2}; \
+         allowed: g < 0 by more than rounding ({noise:e})"
+    )]
+    InContact {
+        /// Value of the gap function.
+        gap: f64,
+        /// Rounding level of the gap function there.
+        noise: f64,
+        /// Pendulum angle.
+        x1: f64,
+        /// Oscillator displacement.
+        x2: f64,
+    },
+    /// The bodies overlap at the start.
+    #[error(
+        "the initial state is penetrating: gap function g = {gap} at x1 = {x1}, x2 = {x2}; \
+         allowed: g < 0"
+    )]
+    Penetrating {
+        /// Value of the gap function.
+        gap: f64,
+        /// Pendulum angle.
+        x1: f64,
+        /// Oscillator displacement.
+        x2: f64,
+    },
+}
+
+/// A computation that failed, with the place where it did.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SimulationError {
+    /// The motion left the range of finite numbers.
+    #[error(
+        "the motion is not finite after t = {time}, {impacts} impacts, in the flight from {state:?}"
+    )]
+    NotFinite {
+        /// Time at the start of the flight.
+        time: f64,
+        /// Impacts so far.
+        impacts: u64,
+        /// State (x1, v1, x2, v2) at the start of the flight.
+        state: [f64; 4],
+    },
+    /// The contact search used up its step budget.
+    #[error(
+        "the contact search stalled after t = {time}, {impacts} impacts, in the flight from {state:?}"
+    )]
+    SearchStalled {
+        /// Time at the start of the flight.
+        time: f64,
+        /// Impacts so far.
+        impacts: u64,
+        /// State (x1, v1, x2, v2) at the start of the flight.
+        state: [f64; 4],
+    },
+}

@@ -1,0 +1,135 @@
+//! The forcing cos(omega t + phi) and its clock: periods are counted, phases stay reduced.
+
+use crate::double_double::{DoubleDouble, TWO_PI};
+use crate::state::Clock;
+
+/// Cosine and sine of the forcing phase psi.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Trig {
+    pub cos: f64,
+    pub sin: f64,
+}
+
+/// The forcing phase after some time: the turn made since the start, and where it led.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Turn {
+    /// cos(omega s) - 1, without cancellation.
+    pub cos_minus_1: f64,
+    /// sin(omega s).
+    pub sin: f64,
+    /// cos psi and sin psi at that time.
+    pub phase: Trig,
+    /// cos psi and sin psi at the start.
+    pub start: Trig,
+}
+
+impl Turn {
+    /// For unforced bodies, which do not look at it.
+    pub const STILL: Self = Self {
+        cos_minus_1: 0.0,
+        sin: 0.0,
+        phase: Trig { cos: 1.0, sin: 0.0 },
+        start: Trig { cos: 1.0, sin: 0.0 },
+    };
+
+    fn new(start: Trig, cos_minus_1: f64, sin: f64) -> Self {
+        let phase = Trig {
+            cos: start.cos + (start.cos * cos_minus_1 - start.sin * sin),
+            sin: start.sin + (start.sin * cos_minus_1 + start.cos * sin),
+        };
+        Self { cos_minus_1, sin, phase, start }
+    }
+}
+
+/// Drive frequency, phase at t = 0, and the exact period.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Drive {
+    pub omega: f64,
+    phase: f64,
+    /// 2 pi/omega to 32 digits; infinite for a constant load.
+    pub period: DoubleDouble,
+}
+
+impl Drive {
+    pub fn new(omega: f64, phase: f64) -> Self {
+        let period = if omega > 0.0 {
+            TWO_PI.divide(DoubleDouble::new(omega))
+        } else {
+            DoubleDouble::new(f64::INFINITY)
+        };
+        // Reduced once, so that a large phase given by the user costs nothing later.
+        Self { omega, phase: DoubleDouble::new(phase).reduced_angle(), period }
+    }
+
+    pub fn has_period(&self) -> bool {
+        self.period.hi.is_finite()
+    }
+
+    /// Forcing phase at this time in the period.
+    pub fn trig_at(&self, time_in_period: f64) -> Trig {
+        let (sin, cos) = if self.omega > 0.0 {
+            (self.omega * time_in_period + self.phase).sin_cos()
+        } else {
+            self.phase.sin_cos()
+        };
+        Trig { cos, sin }
+    }
+
+    /// The forcing phase in [0, 2 pi) at this clock.
+    pub fn phase_at(&self, clock: Clock) -> f64 {
+        let angle = if self.omega > 0.0 { self.omega * clock.time_in_period } else { 0.0 };
+        let phase = (angle + self.phase).rem_euclid(TWO_PI.hi);
+        // rem_euclid of a tiny negative number rounds up to the modulus.
+        if phase < TWO_PI.hi { phase } else { 0.0 }
+    }
+
+    #[inline]
+    pub fn turned(&self, start: Trig, s: f64) -> Turn {
+        let (sin, cos) = (0.5 * self.omega * s).sin_cos();
+        Turn::new(start, -2.0 * sin * sin, 2.0 * sin * cos)
+    }
+
+    pub fn turned_far(&self, start: Trig, elapsed: DoubleDouble) -> Turn {
+        let angle = elapsed.scale(self.omega).reduced_angle();
+        let (sin, cos) = (0.5 * angle).sin_cos();
+        Turn::new(start, -2.0 * sin * sin, 2.0 * sin * cos)
+    }
+
+    /// The clock `elapsed` after `start`.
+    pub fn advance(&self, start: Clock, elapsed: DoubleDouble) -> Clock {
+        let mut time = elapsed + DoubleDouble::new(start.time_in_period);
+        let mut period = start.period;
+        if self.has_period() {
+            let whole = (time.hi / self.period.hi).floor();
+            if whole != 0.0 {
+                time = time - self.period.scale(whole);
+                period += whole as i64;
+            }
+            if time.hi < 0.0 {
+                time = time + self.period;
+                period -= 1;
+            } else if (time - self.period).hi >= 0.0 {
+                time = time - self.period;
+                period += 1;
+            }
+        }
+        Clock { period, time_in_period: time.value() }
+    }
+
+    /// Exact time from `start` to `(period, time_in_period)`.
+    pub fn until(&self, start: Clock, period: i64, time_in_period: f64) -> DoubleDouble {
+        let within = DoubleDouble::sum(time_in_period, -start.time_in_period);
+        let whole = period - start.period;
+        if whole == 0 { within } else { self.period.scale(whole as f64) + within }
+    }
+
+    /// Time since t = 0 as one double.
+    pub fn time(&self, clock: Clock) -> f64 {
+        self.until(Clock::START, clock.period, clock.time_in_period).value()
+    }
+
+    /// The clock at a time given as one double.
+    pub fn clock_at(&self, time: f64) -> Clock {
+        self.advance(Clock::START, DoubleDouble::new(time))
+    }
+}

@@ -1,0 +1,288 @@
+//! One forced, damped linear oscillator, x'' + 2 c x' + w^2 x = f cos psi, c = zeta w, in closed
+//! form for every damping, with the bounds on its derivatives that the contact search needs.
+//!
+//! Homogeneous part: x_h = a C + b S with C = e^{-cs} cos(wd s), S = e^{-cs} sin(wd s)/wd and
+//! b = v + c a (Han, Jin & Hu (2004), (A.1), (A.2)); C and S stay finite through critical damping.
+//! Forced part: the steady response Re(P e^{i psi}), or near resonance the response from rest.
+
+use nalgebra::Complex;
+
+use super::drive::{Trig, Turn};
+use super::resonance::RestResponse;
+use crate::double_double::DoubleDouble;
+use crate::tolerance::RESONANCE_LOSS;
+
+/// How a free oscillation decays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Decay {
+    /// zeta = 0, w > 0.
+    Undamped { wd: f64 },
+    /// 0 < zeta < 1.
+    Underdamped { wd: f64 },
+    /// zeta = 1, or the free rotor w = 0.
+    Critical,
+    /// zeta > 1: rates -slow and -slow - 2 kappa.
+    Overdamped { kappa: f64, slow: f64 },
+}
+
+/// How the forced motion is written.
+#[derive(Debug, Clone, Copy)]
+enum Response {
+    Unforced,
+    /// P = f/(w^2 - omega^2 + 2 i c omega).
+    Steady { amplitude: Complex<f64> },
+    /// Near resonance P is huge and cancels: the motion that starts from rest instead.
+    FromRest(RestResponse),
+}
+
+/// One body's equation of motion, worked out once per system.
+#[derive(Debug, Clone)]
+pub(crate) struct Oscillator {
+    natural_squared: f64,
+    decay_rate: f64,
+    decay: Decay,
+    /// Damped frequency (or kappa) to 32 digits, for long flights.
+    damped: DoubleDouble,
+    forcing: f64,
+    omega: f64,
+    response: Response,
+    span: f64,
+}
+
+/// One body's flight: its constants from the state at the start.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BodyFlight {
+    /// Displacement at the start (for the equation of motion).
+    x: f64,
+    /// Homogeneous displacement, rate, and the constants of x_h and v_h.
+    a: f64,
+    rate: f64,
+    b: f64,
+    k: f64,
+    /// Steady response: displacement p and rate/omega q at the start.
+    p: f64,
+    q: f64,
+}
+
+/// Motion of one body at some time of a flight.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Motion {
+    /// x(s) - x(0).
+    pub increment: f64,
+    pub rate: f64,
+    pub acceleration: f64,
+    pub jerk: f64,
+}
+
+/// Bounds of |x'|, |x''|, |x'''|, |x''''| during a local flight.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bounds(pub [f64; 4]);
+
+impl Oscillator {
+    pub fn new(natural: f64, damping: f64, forcing: f64, omega: f64, span: f64) -> Self {
+        let decay_rate = damping * natural;
+        let one = DoubleDouble::new(1.0);
+        let zeta = DoubleDouble::new(damping);
+        let radicand = (one - zeta) * (one + zeta);
+        let damped = DoubleDouble::new(natural)
+            * if radicand.hi < 0.0 { (-radicand).sqrt() } else { radicand.sqrt() };
+        let wd = damped.value();
+        let decay = if wd == 0.0 {
+            Decay::Critical
+        } else if damping == 0.0 {
+            Decay::Undamped { wd }
+        } else if damping < 1.0 {
+            Decay::Underdamped { wd }
+        } else {
+            Decay::Overdamped { kappa: wd, slow: natural * (natural / (decay_rate + wd)) }
+        };
+        let stiffness = Complex::new(
+            (natural - omega) * (natural + omega),
+            2.0 * decay_rate * omega,
+        );
+        let inverse = 1.0 / stiffness.norm();
+        // Size of the forced motion within one local flight, per unit force.
+        let reach = (0.5 * span * span).min(span / (natural + omega));
+        let response = if forcing == 0.0 {
+            Response::Unforced
+        } else if inverse <= RESONANCE_LOSS * reach {
+            Response::Steady { amplitude: Complex::new(forcing, 0.0) / stiffness }
+        } else {
+            let exponents = match decay {
+                Decay::Overdamped { kappa, slow } => {
+                    [(-slow, DoubleDouble::ZERO), (-slow - 2.0 * kappa, DoubleDouble::ZERO)]
+                }
+                _ => [(-decay_rate, damped), (-decay_rate, -damped)],
+            };
+            Response::FromRest(RestResponse::new(omega, exponents))
+        };
+        Self {
+            natural_squared: natural * natural,
+            decay_rate,
+            decay,
+            damped,
+            forcing,
+            omega,
+            response,
+            span,
+        }
+    }
+
+    pub fn is_forced(&self) -> bool {
+        self.forcing != 0.0
+    }
+
+    pub fn flight(&self, x: f64, v: f64, start: Trig) -> BodyFlight {
+        let (p, q) = match self.response {
+            Response::Steady { amplitude: z } => {
+                (z.re * start.cos - z.im * start.sin, -(z.re * start.sin + z.im * start.cos))
+            }
+            _ => (0.0, 0.0),
+        };
+        let a = x - p;
+        let rate = v - self.omega * q;
+        let c = self.decay_rate;
+        BodyFlight { x, a, rate, b: rate + c * a, k: self.natural_squared * a + c * rate, p, q }
+    }
+
+    /// (C - 1, S) at local time s.
+    #[inline]
+    fn basis(&self, s: f64) -> (f64, f64) {
+        match self.decay {
+            Decay::Undamped { wd } => {
+                let (sin, cos) = (0.5 * wd * s).sin_cos();
+                (-2.0 * sin * sin, 2.0 * sin * cos / wd)
+            }
+            Decay::Underdamped { wd } => {
+                let (sin, cos) = (0.5 * wd * s).sin_cos();
+                self.damped_basis(s, -2.0 * sin * sin, 2.0 * sin * cos / wd)
+            }
+            Decay::Critical | Decay::Overdamped { .. } => self.aperiodic_basis(s),
+        }
+    }
+
+    fn damped_basis(&self, s: f64, cos_minus_1: f64, sine: f64) -> (f64, f64) {
+        let shrink = (-self.decay_rate * s).exp_m1();
+        let remaining = 1.0 + shrink;
+        (shrink + remaining * cos_minus_1, remaining * sine)
+    }
+
+    fn aperiodic_basis(&self, s: f64) -> (f64, f64) {
+        match self.decay {
+            Decay::Overdamped { kappa, slow } => {
+                let slow_part = (-slow * s).exp_m1();
+                let fast_part = (-(slow + 2.0 * kappa) * s).exp_m1();
+                let split = -(-2.0 * kappa * s).exp_m1() / (2.0 * kappa);
+                (0.5 * (slow_part + fast_part), (1.0 + slow_part) * split)
+            }
+            _ => {
+                let shrink = (-self.decay_rate * s).exp_m1();
+                (shrink, s * (1.0 + shrink))
+            }
+        }
+    }
+
+    /// (C - 1, S) after any time, the angle reduced in double-double.
+    fn basis_far(&self, elapsed: DoubleDouble) -> (f64, f64) {
+        let reduced = |wd: f64| {
+            let angle = (self.damped * elapsed).reduced_angle();
+            let (sin, cos) = (0.5 * angle).sin_cos();
+            (-2.0 * sin * sin, 2.0 * sin * cos / wd)
+        };
+        match self.decay {
+            Decay::Undamped { wd } => reduced(wd),
+            Decay::Underdamped { wd } => {
+                let (cos_minus_1, sine) = reduced(wd);
+                self.damped_basis(elapsed.hi, cos_minus_1, sine)
+            }
+            Decay::Critical | Decay::Overdamped { .. } => self.aperiodic_basis(elapsed.hi),
+        }
+    }
+
+    #[inline]
+    fn combine(&self, f: &BodyFlight, (c1, s1): (f64, f64), turn: &Turn) -> (f64, f64) {
+        let increment = f.a * c1 + f.b * s1;
+        let rate = f.rate + (f.rate * c1 - f.k * s1);
+        match self.response {
+            Response::Steady { .. } => (
+                increment + (f.p * turn.cos_minus_1 + f.q * turn.sin),
+                rate + self.omega * (f.q + (f.q * turn.cos_minus_1 - f.p * turn.sin)),
+            ),
+            _ => (increment, rate),
+        }
+    }
+
+    /// Response from rest, with its rate, to be added near resonance.
+    #[cold]
+    fn rest_response(
+        &self,
+        response: &RestResponse,
+        elapsed: DoubleDouble,
+        sine: f64,
+        start: Trig,
+    ) -> (f64, f64) {
+        let phase = Complex::new(start.cos, start.sin) * self.forcing;
+        let g = response.at(elapsed);
+        let rate = Complex::new(sine, 0.0) + Complex::new(0.0, self.omega) * g;
+        ((phase * g).re, (phase * rate).re)
+    }
+
+    /// Motion at local time `s`.
+    #[inline]
+    pub fn at(&self, f: &BodyFlight, s: f64, turn: &Turn) -> Motion {
+        let basis = self.basis(s);
+        let (mut increment, mut rate) = self.combine(f, basis, turn);
+        if let Response::FromRest(response) = &self.response {
+            let (x, v) = self.rest_response(response, DoubleDouble::new(s), basis.1, turn.start);
+            increment += x;
+            rate += v;
+        }
+        let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
+        let acceleration = self.forcing * turn.phase.cos - c2 * rate - w2 * (f.x + increment);
+        let jerk = -self.forcing * self.omega * turn.phase.sin - c2 * acceleration - w2 * rate;
+        Motion { increment, rate, acceleration, jerk }
+    }
+
+    /// Displacement and rate after any time.
+    pub fn after(&self, f: &BodyFlight, x: f64, elapsed: DoubleDouble, turn: &Turn) -> (f64, f64) {
+        let basis = self.basis_far(elapsed);
+        let (mut increment, mut rate) = self.combine(f, basis, turn);
+        if let Response::FromRest(response) = &self.response {
+            let (dx, v) = self.rest_response(response, elapsed, basis.1, turn.start);
+            increment += dx;
+            rate += v;
+        }
+        (x + increment, rate)
+    }
+
+    /// Bounds over a local flight. Every derivative of a free oscillation is a free oscillation,
+    /// whose energy does not grow: |x_h^(n+1)| <= sqrt(x_h^(n+1)(0)^2 + w^2 x_h^(n)(0)^2).
+    /// The steady response adds |P| omega^(n+1); near resonance the whole motion is taken and
+    /// the forcing adds f omega^n per unit time.
+    pub fn bounds(&self, f: &BodyFlight, start: Trig) -> Bounds {
+        let (w2, c2, omega) = (self.natural_squared, 2.0 * self.decay_rate, self.omega);
+        let (forcing, mut extra, factor) = match self.response {
+            Response::Unforced => (Trig { cos: 0.0, sin: 0.0 }, 0.0, 0.0),
+            Response::Steady { amplitude } => {
+                (Trig { cos: 0.0, sin: 0.0 }, amplitude.norm() * omega, omega)
+            }
+            Response::FromRest(_) => (
+                Trig { cos: self.forcing * start.cos, sin: self.forcing * start.sin },
+                self.forcing.abs() * self.span,
+                omega,
+            ),
+        };
+        // Derivatives of the forcing at the start: f cos, -f omega sin, -f omega^2 cos.
+        let load = [forcing.cos, -omega * forcing.sin, -omega * omega * forcing.cos];
+        let mut bounds = [0.0; 4];
+        let (mut lower, mut upper) = (f.a, f.rate);
+        for (n, bound) in bounds.iter_mut().enumerate() {
+            *bound = (upper * upper + w2 * lower * lower).sqrt() + extra;
+            extra *= factor;
+            if n < 3 {
+                (lower, upper) = (upper, load[n] - c2 * upper - w2 * lower);
+            }
+        }
+        Bounds(bounds)
+    }
+}

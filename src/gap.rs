@@ -1,0 +1,196 @@
+//! Contact geometry: the gap function g (negative while the bodies are apart), its derivatives,
+//! and the rounding of its evaluation (docs/theory.md, section 1).
+//!
+//! *oblique*: g = sin x1 - x2 - delta; *direct*: g = x1 - x2 - delta.
+
+use crate::flight::{Flight, FreeMotion, Motion};
+use crate::params::{Contact, System};
+use crate::state::State;
+use crate::tolerance::{BOUND_MARGIN, EPS, FLIGHT_NOISE, GAP_NOISE};
+
+/// Gap function and its first three derivatives at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GapPoint {
+    /// g; zero in contact, negative apart.
+    pub value: f64,
+    /// g', positive in approach.
+    pub rate: f64,
+    /// g''.
+    pub second: f64,
+    /// g'''.
+    pub third: f64,
+}
+
+/// What differs between the geometries. The angle enters through sin and cos of x1 at the start
+/// of a flight, so that the gap is an increment too: relatively exact for short hops.
+pub(crate) trait Geometry {
+    /// Constants of a flight, from the pendulum's angle at its start.
+    type Anchor: Copy;
+    fn anchor(x1: f64) -> Self::Anchor;
+    /// Position of the tip along the normal: sin x1, or x1.
+    fn tip(anchor: Self::Anchor) -> f64;
+    /// Increment of the tip's position, and its derivatives 1 to 3.
+    fn tip_motion(anchor: Self::Anchor, p: &Motion) -> [f64; 4];
+    /// Bound of the fourth derivative of the tip's position, from bounds of x1', ..., x1''''.
+    fn fourth(bounds: &[f64; 4]) -> f64;
+}
+
+pub(crate) struct Oblique;
+pub(crate) struct Direct;
+
+impl Geometry for Oblique {
+    type Anchor = (f64, f64);
+
+    #[inline]
+    fn anchor(x1: f64) -> (f64, f64) {
+        x1.sin_cos()
+    }
+
+    #[inline]
+    fn tip((sin, _): (f64, f64)) -> f64 {
+        sin
+    }
+
+    #[inline]
+    fn tip_motion((sin0, cos0): (f64, f64), p: &Motion) -> [f64; 4] {
+        let (half_sin, half_cos) = (0.5 * p.increment).sin_cos();
+        let twice = 2.0 * half_sin;
+        let increment = twice * (cos0 * half_cos - sin0 * half_sin);
+        let sin = sin0 + increment;
+        let cos = cos0 - twice * (sin0 * half_cos + cos0 * half_sin);
+        let (v, a) = (p.rate, p.acceleration);
+        let v2 = v * v;
+        [
+            increment,
+            v * cos,
+            a * cos - v2 * sin,
+            (p.jerk - v2 * v) * cos - 3.0 * v * a * sin,
+        ]
+    }
+
+    fn fourth(&[v, a, j, s]: &[f64; 4]) -> f64 {
+        // (sin x)'''' = cos x (x'''' - 6 x'^2 x'') - sin x (4 x' x''' + 3 x''^2 - x'^4)
+        (s + 6.0 * v * v * a).hypot(4.0 * v * j + 3.0 * a * a + v.powi(4))
+    }
+}
+
+impl Geometry for Direct {
+    type Anchor = f64;
+
+    #[inline]
+    fn anchor(x1: f64) -> f64 {
+        x1
+    }
+
+    #[inline]
+    fn tip(x1: f64) -> f64 {
+        x1
+    }
+
+    #[inline]
+    fn tip_motion(_: f64, p: &Motion) -> [f64; 4] {
+        [p.increment, p.rate, p.acceleration, p.jerk]
+    }
+
+    fn fourth(&[_, _, _, s]: &[f64; 4]) -> f64 {
+        s
+    }
+}
+
+/// The gap function along one local flight.
+pub(crate) struct GapFlight<'a, G: Geometry> {
+    motion: &'a FreeMotion,
+    flight: &'a Flight,
+    anchor: G::Anchor,
+    start: f64,
+    start_noise: f64,
+    /// Bound of |g'|.
+    pub rate_bound: f64,
+    /// Bound of |g''''|.
+    pub fourth_bound: f64,
+}
+
+impl<'a, G: Geometry> GapFlight<'a, G> {
+    /// `touching`: the flight starts on the contact, g = 0 exactly (after an impact).
+    pub fn new(motion: &'a FreeMotion, flight: &'a Flight, delta: f64, touching: bool) -> Self {
+        let anchor = G::anchor(flight.state.x1);
+        let tip = G::tip(anchor);
+        let (start, start_noise) = if touching {
+            (0.0, 0.0)
+        } else {
+            (tip - flight.state.x2 - delta, noise(tip, flight.state.x2, delta))
+        };
+        let (p, o) = motion.bounds(flight);
+        Self {
+            motion,
+            flight,
+            anchor,
+            start,
+            start_noise,
+            rate_bound: p.0[0] + o.0[0],
+            fourth_bound: (G::fourth(&p.0) + o.0[3]) * BOUND_MARGIN,
+        }
+    }
+
+    #[inline]
+    pub fn at(&self, s: f64) -> GapPoint {
+        let (p, o) = self.motion.at(self.flight, s);
+        let tip = G::tip_motion(self.anchor, &p);
+        GapPoint {
+            value: self.start + (tip[0] - o.increment),
+            rate: tip[1] - o.rate,
+            second: tip[2] - o.acceleration,
+            third: tip[3] - o.jerk,
+        }
+    }
+
+    /// Bound of the rounding error of `at(s).value`.
+    #[inline]
+    pub fn noise(&self, s: f64) -> f64 {
+        self.start_noise + FLIGHT_NOISE * EPS * self.rate_bound * s
+    }
+}
+
+fn noise(tip: f64, x2: f64, delta: f64) -> f64 {
+    GAP_NOISE * EPS * (tip.abs() + x2.abs() + delta.abs())
+}
+
+impl FreeMotion {
+    /// The gap function and its derivatives at the start of a flight on the contact.
+    pub(crate) fn contact_gap(&self, flight: &Flight, contact: Contact) -> GapPoint {
+        match contact {
+            Contact::Oblique => GapFlight::<Oblique>::new(self, flight, 0.0, true).at(0.0),
+            Contact::Direct => GapFlight::<Direct>::new(self, flight, 0.0, true).at(0.0),
+        }
+    }
+}
+
+impl System {
+    /// Position of the pendulum's tip along the contact normal: sin x1, or x1 in direct contact.
+    pub(crate) fn tip(&self, x1: f64) -> f64 {
+        match self.contact {
+            Contact::Oblique => x1.sin(),
+            Contact::Direct => x1,
+        }
+    }
+
+    /// Gap function g = tip - x2 - delta of a state: negative while the bodies are apart.
+    #[must_use]
+    pub fn gap_function(&self, state: &State) -> f64 {
+        self.tip(state.x1) - state.x2 - self.gap
+    }
+
+    /// Rounding level of [`System::gap_function`] there.
+    pub(crate) fn gap_noise(&self, state: &State) -> f64 {
+        noise(self.tip(state.x1), state.x2, self.gap)
+    }
+
+    /// Approach velocity u = g' = v1 cos x1 - v2.
+    #[must_use]
+    pub fn approach_velocity(&self, state: &State) -> f64 {
+        match self.contact {
+            Contact::Oblique => state.v1 * state.x1.cos() - state.v2,
+            Contact::Direct => state.v1 - state.v2,
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! Instantaneous planar impact with Coulomb friction (docs/theory.md, section 4;
+//! Han, Jin & Hu (2004), section 2).
+//!
+//! With normal impulse P on the contact, s = sgn(x1'), k = cos x1 + mu s |sin x1|:
+//! dx1' = -k dP, dx2' = mbar dP, du = -(mbar + k cos x1) dP for the approach velocity
+//! u = x1' cos x1 - x2'. The impact is classified once, into a [`Regime`] with its impulse of
+//! switching, and then resolved.
+
+mod paper;
+mod regime;
+mod walk;
+
+pub use regime::{Regime, RegimeKind};
+
+use crate::params::{Contact, ImpactLaw, System};
+use crate::state::State;
+
+/// Velocities and geometry just before an impact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PreImpact {
+    /// cos x1 (1 in direct contact).
+    pub cos: f64,
+    /// sin x1 (0 in direct contact).
+    pub sin: f64,
+    /// x1' before.
+    pub v1: f64,
+    /// x2' before.
+    pub v2: f64,
+}
+
+impl PreImpact {
+    /// The state just before an impact, seen in this contact geometry.
+    #[must_use]
+    pub fn new(contact: Contact, state: &State) -> Self {
+        let (sin, cos) = match contact {
+            Contact::Oblique => state.x1.sin_cos(),
+            Contact::Direct => (0.0, 1.0),
+        };
+        Self { cos, sin, v1: state.v1, v2: state.v2 }
+    }
+
+    /// Approach velocity u = x1' cos x1 - x2'.
+    #[must_use]
+    pub fn approach_velocity(&self) -> f64 {
+        self.v1 * self.cos - self.v2
+    }
+}
+
+/// What an impact does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Impact {
+    /// Regime, with the impulse at which slip ended, if it did.
+    pub regime: Regime,
+    /// x1' after.
+    pub v1_post: f64,
+    /// x2' after.
+    pub v2_post: f64,
+    /// Approach velocity u before.
+    pub approach_velocity: f64,
+    /// u after: not positive.
+    pub separation_velocity: f64,
+    /// Normal impulse P_I at which the approach ends.
+    pub impulse_approach: f64,
+    /// Whole normal impulse P >= 0, in units M1 l omega_2.
+    pub impulse_normal: f64,
+    /// Whole tangential impulse: -mu s sgn(sin x1) P in slip, what keeps x1' = 0 in stick.
+    pub impulse_tangential: f64,
+    /// Energy taken by restitution and friction, in M1 l^2 omega_2^2; finite also for mbar = 0.
+    pub energy_loss: f64,
+}
+
+impl Impact {
+    /// Effective (kinematic) coefficient of restitution -u_post/u_pre.
+    #[must_use]
+    pub fn effective_restitution(&self) -> f64 {
+        -self.separation_velocity / self.approach_velocity
+    }
+}
+
+/// Why an impact has no outcome.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImpactFailure {
+    /// mbar = 0: the pendulum sticks against a wall that keeps approaching; no impulse ends it.
+    #[error("the pendulum is jammed against an approaching wall")]
+    Jammed,
+    /// law = paper: the bodies approach after the impact, or the result is not finite.
+    #[error("the impact law gives no admissible outcome")]
+    LawFailed,
+}
+
+/// The impact of `system` from a state just before it, u > 0.
+///
+/// # Errors
+/// [`ImpactFailure`] where the law gives no outcome.
+pub fn resolve(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure> {
+    let (mass_ratio, friction) = (system.mass_ratio, system.friction);
+    match system.law {
+        ImpactLaw::Poisson => {
+            let regime = regime::classify(pre, mass_ratio, system.restitution, friction)?;
+            Ok(walk::walk(pre, mass_ratio, system.restitution, friction, regime))
+        }
+        ImpactLaw::Paper => paper::resolve(pre, mass_ratio, system.restitution, friction),
+    }
+}
+
+/// Whether slip in the direction of x1' cannot stop the approach (mbar + k cos x1 <= 0): a graze
+/// there has a finite effect and is undecidable (docs/theory.md, section 4).
+pub(crate) fn approach_grows(system: &System, pre: &PreImpact) -> bool {
+    let slip = regime::slip_constant(pre, system.friction, pre.v1);
+    system.friction > 0.0 && pre.v1 != 0.0 && system.mass_ratio + slip * pre.cos <= 0.0
+}

@@ -1,0 +1,158 @@
+//! Regimes of an impact: when slip stops or reverses, relative to approach and restitution.
+//!
+//! P* is the impulse at which x1' = 0, P_f the one at which u = 0, both with the first slip
+//! direction (Han, Jin & Hu (2004), eqs. (9), (10) with |sin x1|).
+//!
+//! Edges: |cos x1| = mu |sin x1| sticks; P* = P_f counts as restitution; P* = (1 + r) P_f is slip;
+//! x1' = 0 at the start sticks, or slips with s = -sgn(cos x1); sin x1 = 0 is frictionless.
+//! The outcome is continuous across all of them.
+
+use serde::{Deserialize, Serialize};
+
+use super::{ImpactFailure, PreImpact};
+use crate::tolerance::SIMULTANEOUS;
+
+/// Regime of an impact with what the walk needs to know of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Regime {
+    /// mu = 0 or sin x1 = 0.
+    Frictionless,
+    /// Slip keeps its direction, sign +1 or -1.
+    Slip {
+        /// s = sgn(x1') during the impact.
+        direction: f64,
+    },
+    /// Slip reverses in approach, at this impulse.
+    ReversalInApproach {
+        /// P*.
+        switch: f64,
+    },
+    /// Slip reverses in restitution, at this impulse.
+    ReversalInRestitution {
+        /// P*.
+        switch: f64,
+    },
+    /// The tip sticks in approach, from this impulse.
+    StickInApproach {
+        /// P*.
+        switch: f64,
+    },
+    /// The tip sticks in restitution, from this impulse.
+    StickInRestitution {
+        /// P*.
+        switch: f64,
+    },
+}
+
+/// The regime without its data, as stored: 0 ... 5 in the order of the table in docs/theory.md.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[repr(u8)]
+#[non_exhaustive]
+pub enum RegimeKind {
+    /// No friction acts.
+    Frictionless = 0,
+    /// Slip in one direction.
+    Slip = 1,
+    /// Reversal in approach.
+    ReversalInApproach = 2,
+    /// Reversal in restitution.
+    ReversalInRestitution = 3,
+    /// Stick in approach.
+    StickInApproach = 4,
+    /// Stick in restitution.
+    StickInRestitution = 5,
+}
+
+impl RegimeKind {
+    /// The name used in Python and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Frictionless => "frictionless",
+            Self::Slip => "slip",
+            Self::ReversalInApproach => "reversal_approach",
+            Self::ReversalInRestitution => "reversal_restitution",
+            Self::StickInApproach => "stick_approach",
+            Self::StickInRestitution => "stick_restitution",
+        }
+    }
+}
+
+impl Regime {
+    /// The regime without its data.
+    #[must_use]
+    pub fn kind(&self) -> RegimeKind {
+        match self {
+            Self::Frictionless => RegimeKind::Frictionless,
+            Self::Slip { .. } => RegimeKind::Slip,
+            Self::ReversalInApproach { .. } => RegimeKind::ReversalInApproach,
+            Self::ReversalInRestitution { .. } => RegimeKind::ReversalInRestitution,
+            Self::StickInApproach { .. } => RegimeKind::StickInApproach,
+            Self::StickInRestitution { .. } => RegimeKind::StickInRestitution,
+        }
+    }
+}
+
+/// k = cos x1 + mu s |sin x1|, s the sign of `direction`.
+pub(super) fn slip_constant(pre: &PreImpact, friction: f64, direction: f64) -> f64 {
+    pre.cos + (friction * pre.sin.abs()).copysign(direction)
+}
+
+/// The regime of an impact with u > 0 under a walk law.
+pub(super) fn classify(
+    pre: &PreImpact,
+    mass_ratio: f64,
+    restitution: f64,
+    friction: f64,
+) -> Result<Regime, ImpactFailure> {
+    if friction == 0.0 || pre.sin == 0.0 {
+        return Ok(Regime::Frictionless);
+    }
+    let sticks = pre.cos.abs() <= friction * pre.sin.abs();
+    if pre.v1 == 0.0 {
+        return if sticks {
+            stick_in_approach(pre, mass_ratio, 0.0)
+        } else {
+            Ok(Regime::Slip { direction: -pre.cos.signum() })
+        };
+    }
+    let slip = slip_constant(pre, friction, pre.v1);
+    let slows = mass_ratio + slip * pre.cos;
+    let switch = pre.v1 / slip; // P*; infinite for k = 0
+    if slows <= 0.0 {
+        // u grows while the tip slips: it is driven to x1' = 0, where it sticks.
+        return if switch.is_finite() {
+            stick_in_approach(pre, mass_ratio, switch)
+        } else {
+            Err(ImpactFailure::Jammed)
+        };
+    }
+    let end_of_approach = pre.approach_velocity() / slows; // P_f
+    let regime = if switch <= 0.0 || switch >= (1.0 + restitution) * end_of_approach {
+        Regime::Slip { direction: 1f64.copysign(pre.v1) }
+    } else if switch >= end_of_approach * (1.0 - SIMULTANEOUS) {
+        if sticks {
+            Regime::StickInRestitution { switch }
+        } else {
+            Regime::ReversalInRestitution { switch }
+        }
+    } else if sticks {
+        return stick_in_approach(pre, mass_ratio, switch);
+    } else {
+        Regime::ReversalInApproach { switch }
+    };
+    Ok(regime)
+}
+
+fn stick_in_approach(
+    pre: &PreImpact,
+    mass_ratio: f64,
+    switch: f64,
+) -> Result<Regime, ImpactFailure> {
+    // In stick u = -x2' shrinks by mbar dP only: against a moving wall it never ends.
+    if mass_ratio == 0.0 && pre.v2 < 0.0 {
+        return Err(ImpactFailure::Jammed);
+    }
+    Ok(Regime::StickInApproach { switch })
+}

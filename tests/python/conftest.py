@@ -1,0 +1,25 @@
+"""The system and initial state that many tests of the Python package start from."""
+
+import pytest
+
+import vibroimpact as vi
+
+
+@pytest.fixture
+def system() -> vi.System:
+    """Return a frictional system with several impacts in every ten periods."""
+    return vi.System(
+        mass_ratio=0.6,
+        frequency_ratio=2.0,
+        restitution=0.8,
+        gap=0.5,
+        drive_frequency=1.545,
+        moment_amplitude=1.0,
+        friction=0.5,
+    )
+
+
+@pytest.fixture
+def initial() -> tuple[float, float, float, float]:
+    """Return the initial state of the paper's section 4."""
+    return (0.0, 0.5, 0.0, 0.0)

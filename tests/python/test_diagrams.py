@@ -1,0 +1,314 @@
+"""Bifurcation diagrams: ragged layout, the three ways to start, errors and files."""
+
+import math
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+
+# A length no run could reach: an error that comes late would not come at all.
+FOREVER = 10**12
+ARRAYS = (
+    "parameter",
+    "offset",
+    "x1",
+    "v1",
+    "v2",
+    "phase",
+    "regime",
+    "stroboscopic_offset",
+    "stroboscopic",
+    "status",
+    "m",
+    "n",
+    "residual",
+    "final_states",
+)
+
+
+def assert_same_bits(left: vi.Diagram, right: vi.Diagram) -> None:
+    assert left.parameter_name == right.parameter_name
+    for name in ARRAYS:
+        a, b = getattr(left, name), getattr(right, name)
+        assert (a.dtype, a.shape) == (b.dtype, b.shape), name
+        assert a.tobytes() == b.tobytes(), name
+
+
+@pytest.fixture
+def frequencies() -> np.ndarray:
+    return np.linspace(1.2, 2.0, 9)
+
+
+@pytest.fixture
+def diagram(system, initial, frequencies) -> vi.Diagram:
+    return vi.bifurcation_diagram(
+        system, initial=initial, periods=60, keep=20, drive_frequency=frequencies
+    )
+
+
+def test_each_point_is_the_run_at_its_value(diagram, system, initial, frequencies):
+    assert len(diagram) == 9
+    assert diagram.parameter_name == "drive_frequency"
+    assert diagram.parameter.tolist() == frequencies.tolist()
+    assert diagram.offset[0] == diagram.stroboscopic_offset[0] == 0
+    assert diagram.offset[-1] == len(diagram.x1) > 0
+    assert diagram.stroboscopic_offset[-1] == len(diagram.stroboscopic)
+    for i, frequency in enumerate(frequencies):
+        run = vi.simulate(
+            system.replace(drive_frequency=frequency), initial=initial, periods=60, keep=20
+        )
+        rows = slice(diagram.offset[i], diagram.offset[i + 1])
+        assert diagram.x1[rows].tolist() == run.impacts["x1"].tolist()
+        assert diagram.v1[rows].tolist() == run.impacts["v1_pre"].tolist()
+        assert diagram.v2[rows].tolist() == run.impacts["v2_pre"].tolist()
+        assert diagram.phase[rows].tolist() == run.impacts["phase"].tolist()
+        assert diagram.regime[rows].tolist() == run.impacts["regime"].tolist()
+        rows = slice(diagram.stroboscopic_offset[i], diagram.stroboscopic_offset[i + 1])
+        assert diagram.stroboscopic[rows].tobytes() == run.stroboscopic.tobytes()
+        assert diagram.status[i] == run.stop_reason
+        assert tuple(diagram.final_states[i]) == run.final_state.state
+        assert diagram.m[i] == (run.period.m or 0)
+
+
+def test_scatter_abscissae(diagram):
+    assert diagram.impact_parameter.shape == diagram.x1.shape
+    assert diagram.stroboscopic_parameter.shape == diagram.stroboscopic.shape[:1]
+    for i, value in enumerate(diagram.parameter):
+        assert (diagram.impact_parameter[diagram.offset[i] : diagram.offset[i + 1]] == value).all()
+        rows = slice(diagram.stroboscopic_offset[i], diagram.stroboscopic_offset[i + 1])
+        assert (diagram.stroboscopic_parameter[rows] == value).all()
+
+
+def test_settings_are_recorded(diagram, system, initial):
+    assert diagram.system == system
+    assert diagram.settings == vi.DiagramSettings(
+        periods=60,
+        keep=20,
+        initial=initial,
+        start="fresh",
+        max_events=None,
+        tolerance=1e-12,
+        section_phase=0.0,
+    )
+
+
+def test_arrays_are_read_only(diagram):
+    for name in ARRAYS:
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(diagram, name)[...] = getattr(diagram, name)
+    with pytest.raises(AttributeError):
+        diagram.x1 = None
+
+
+@pytest.mark.parametrize("start", ["fresh", "forward", "backward"])
+def test_workers_do_not_change_a_bit(system, initial, frequencies, start):
+    one, two = (
+        vi.bifurcation_diagram(
+            system,
+            initial=initial,
+            periods=60,
+            keep=20,
+            start=start,
+            workers=workers,
+            drive_frequency=frequencies,
+        )
+        for workers in (1, 2)
+    )
+    assert_same_bits(one, two)
+
+
+def _followed(system, initial, name, values, periods):
+    """Follow the last state by hand; the drive starts anew at each value."""
+    state, states = initial, []
+    for value in values:
+        run = vi.simulate(system.replace(**{name: value}), initial=state, periods=periods)
+        state = run.final_state.state
+        states.append(state)
+    return states
+
+
+@pytest.mark.parametrize(("start", "step"), [("forward", 1), ("backward", -1)])
+def test_a_followed_branch_hands_its_last_state_on(system, initial, frequencies, start, step):
+    diagram = vi.bifurcation_diagram(
+        system, initial=initial, periods=60, keep=20, start=start, drive_frequency=frequencies
+    )
+    assert (diagram.status == "completed").all()
+    assert diagram.parameter.tolist() == frequencies.tolist()
+    by_hand = _followed(system, initial, "drive_frequency", frequencies[::step], 60)[::step]
+    assert [tuple(row) for row in diagram.final_states] == by_hand
+
+
+def test_backward_is_forward_over_the_reversed_values(system, initial, frequencies):
+    options = {"initial": initial, "periods": 60, "keep": 20}
+    backward = vi.bifurcation_diagram(
+        system, **options, start="backward", drive_frequency=frequencies
+    )
+    forward = vi.bifurcation_diagram(
+        system, **options, start="forward", drive_frequency=frequencies[::-1]
+    )
+    assert backward.final_states.tobytes() == forward.final_states[::-1].tobytes()
+    assert np.diff(backward.offset).tolist() == np.diff(forward.offset)[::-1].tolist()
+    for i in range(9):
+        rows = slice(backward.offset[i], backward.offset[i + 1])
+        mirrored = slice(forward.offset[8 - i], forward.offset[9 - i])
+        assert backward.x1[rows].tobytes() == forward.x1[mirrored].tobytes()
+
+
+def test_a_followed_state_that_does_not_fit_restarts(system, initial):
+    # With the gap closed to -1 the state that was free at gap 0.5 may lie inside the other body.
+    diagram = vi.bifurcation_diagram(
+        system,
+        initial=(0.0, 0.5, 3.0, 0.0),
+        periods=30,
+        keep=5,
+        start="forward",
+        gap=[0.5, -1.0],
+    )
+    by_hand = vi.simulate(system.replace(gap=-1.0), initial=(0.0, 0.5, 3.0, 0.0), periods=30)
+    first = vi.simulate(system, initial=(0.0, 0.5, 3.0, 0.0), periods=30).final_state
+    assert math.sin(first.x1) - first.x2 + 1.0 > 0.0
+    assert diagram.status.tolist() == ["completed", "restarted"]
+    assert tuple(diagram.final_states[1]) == by_hand.final_state.state
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("mass_ratio", [0.0, 0.3]),
+        ("frequency_ratio", [1.0, 2.0]),
+        ("restitution", [0.5, 0.9]),
+        ("gap", [0.1, 0.5]),
+        ("drive_frequency", [1.0, 2.0]),
+        ("pendulum_damping", [0.0, 0.1]),
+        ("oscillator_damping", [0.0, 1.5]),
+        ("moment_amplitude", [-1.0, 1.0]),
+        ("force_amplitude", [0.0, 0.4]),
+        ("friction", [0.0, 0.3]),
+        ("phase", [0.0, 4.0]),
+    ],
+)
+def test_any_numeric_parameter_can_be_swept(system, initial, name, values):
+    diagram = vi.bifurcation_diagram(system, initial=initial, periods=20, keep=20, **{name: values})
+    for value, final in zip(values, diagram.final_states, strict=True):
+        run = vi.simulate(system.replace(**{name: value}), initial=initial, periods=20)
+        assert tuple(final) == run.final_state.state
+
+
+def test_stop_reasons_become_the_status(system, initial):
+    diagram = vi.bifurcation_diagram(
+        system, initial=initial, periods=60, keep=20, max_events=5, drive_frequency=[1.4, 1.6]
+    )
+    assert diagram.status.tolist() == ["event_cap", "event_cap"]
+    assert diagram.m.tolist() == [0, 0]
+
+
+def test_no_values_give_an_empty_diagram(system, initial, tmp_path):
+    diagram = vi.bifurcation_diagram(system, initial=initial, drive_frequency=[])
+    assert len(diagram) == 0
+    assert diagram.offset.tolist() == diagram.stroboscopic_offset.tolist() == [0]
+    assert diagram.stroboscopic.shape == (0, 4)
+    assert "0 values" in repr(diagram)
+    diagram.save(tmp_path / "empty")
+    assert_same_bits(vi.Diagram.load(tmp_path / "empty"), diagram)
+
+
+def test_progress_counts_every_point(system, initial, frequencies, capsys):
+    quiet = vi.bifurcation_diagram(
+        system, initial=initial, periods=20, keep=5, drive_frequency=frequencies
+    )
+    assert capsys.readouterr().err == ""
+    shown = vi.bifurcation_diagram(
+        system, initial=initial, periods=20, keep=5, progress=True, drive_frequency=frequencies
+    )
+    text = capsys.readouterr().err
+    assert "drive_frequency" in text
+    assert "9/9" in text
+    assert_same_bits(shown, quiet)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, "got nothing"),
+        ({"gap": [0.5], "friction": [0.1]}, "got gap, friction"),
+        ({"colour": [0.5]}, "got colour"),
+        ({"contact": ["direct"]}, "got contact"),
+        ({"damping": [0.1]}, "got damping"),
+        ({"gap": 0.5}, "gap of shape"),
+        ({"gap": [[0.5]]}, "gap of shape"),
+        ({"gap": ["0.5"]}, "gap of type"),
+        ({"gap": [0.5j]}, "gap of type"),
+        ({"gap": [True]}, "gap of type"),
+        ({"gap": [[0.5], [0.5, 0.6]]}, "gap = "),
+        ({"gap": [0.5, math.nan]}, r"gap\[1\] = nan"),
+        ({"friction": [0.5, math.inf]}, r"friction\[1\] = inf"),
+        ({"friction": [0.5, -0.1]}, "friction.* = -0.1 .*>= 0"),
+        ({"restitution": [0.5, 1.5]}, r"restitution.* = 1.5 .*\[0, 1\]"),
+        ({"drive_frequency": [1.5, 0.0]}, "drive_frequency.* = 0"),
+        ({"drive_frequency": [1.5, -1.0]}, "drive_frequency.* = -1"),
+        ({"gap": [0.5], "periods": 0}, "periods = 0"),
+        ({"gap": [0.5], "periods": None}, "periods = None"),
+        ({"gap": [0.5], "keep": None}, "keep = None"),
+        ({"gap": [0.5], "periods": 50}, "keep = 100 .* from 0 to 50"),
+        ({"gap": [0.5], "start": "sideways"}, "start = 'sideways'"),
+        ({"gap": [0.5], "tolerance": -1.0}, "tolerance = -1.0"),
+        ({"gap": [0.5], "section_phase": None}, "section_phase = None"),
+        ({"gap": [0.5], "max_events": 0}, "max_events = 0"),
+        ({"gap": [0.5], "workers": 0}, "workers = 0"),
+    ],
+    ids=str,
+)
+def test_bad_arguments_are_named_before_any_run(system, initial, arguments, message):
+    with pytest.raises(vi.ParameterError, match=message):
+        vi.bifurcation_diagram(system, initial=initial, **{"periods": FOREVER} | arguments)
+
+
+def test_other_early_errors(system, initial):
+    with pytest.raises(vi.ParameterError, match="system = 3"):
+        vi.bifurcation_diagram(3, initial=initial, gap=[0.5])
+    with pytest.raises(vi.ParameterError, match="drive_frequency"):
+        vi.bifurcation_diagram(system.replace(drive_frequency=0.0), initial=initial, gap=[0.5])
+    with pytest.raises(vi.ParameterError, match="friction"):
+        vi.bifurcation_diagram(
+            system.replace(friction=0.0, contact="direct"),
+            initial=initial,
+            periods=FOREVER,
+            friction=[0.0, 0.1],
+        )
+    with pytest.raises(TypeError, match="initial"):
+        vi.bifurcation_diagram(system, gap=[0.5])
+
+
+@pytest.mark.parametrize("start", ["fresh", "forward"])
+def test_an_initial_state_that_does_not_fit_every_value_is_an_early_error(system, initial, start):
+    # x2 = 0 and sin x1 = 0: in contact at gap 0, inside at gap -0.1.
+    for gap in (0.0, -0.1):
+        with pytest.raises(vi.StateError):
+            vi.bifurcation_diagram(
+                system, initial=initial, periods=FOREVER, start=start, gap=[0.5, gap]
+            )
+    for bad in ((0.0, 0.5, 0.0), [(0.0, 0.5, 0.0, 0.0)], (0.0, math.nan, 0.0, 0.0)):
+        with pytest.raises(vi.StateError):
+            vi.bifurcation_diagram(system, initial=bad, periods=FOREVER, gap=[0.5])
+
+
+@pytest.mark.parametrize("reader", [vi.load, vi.Diagram.load])
+def test_files_bring_a_diagram_back_bit_for_bit(diagram, tmp_path, reader):
+    path = tmp_path / "diagram.npz"
+    diagram.save(path)
+    back = reader(path)
+    assert type(back) is vi.Diagram
+    assert_same_bits(back, diagram)
+    assert back.system == diagram.system
+    assert back.settings == diagram.settings
+    with pytest.raises(ValueError, match="read-only"):
+        back.x1[0] = 0.0
+    with pytest.raises(ValueError, match="holds a diagram, not a run"):
+        vi.Run.load(path)
+
+
+def test_repr_says_what_it_is(diagram):
+    text = repr(diagram)
+    assert "9 values of drive_frequency in [1.2, 2]" in text
+    assert f"{len(diagram.x1)} impacts" in text

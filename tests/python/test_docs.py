@@ -1,0 +1,85 @@
+"""The documentation holds: its Python blocks run, its tables name what exists, its links lead on.
+
+Rust blocks of the README are executed by rustdoc (``make test``).
+"""
+
+import re
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+
+import vibroimpact as vi
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+NOTATION = (ROOT / "docs" / "notation.md").read_text(encoding="utf-8")
+
+
+def blocks(page: Path) -> list[str]:
+    """Every fenced Python block of a page."""
+    return re.findall(r"^```python\n(.*?)^```$", page.read_text(encoding="utf-8"), re.M | re.S)
+
+
+def first_column(section: str) -> list[str]:
+    """The back-quoted names in the first column of the table of a section of notation.md."""
+    text = NOTATION.split(f"\n## {section}\n", 1)[1].split("\n## ", 1)[0]
+    return re.findall(r"^\| `([^`]+)` \|", text, re.M)
+
+
+PAGES_WITH_BLOCKS = [page for page in PAGES if blocks(page)]
+
+
+def test_the_readme_has_examples():
+    assert ROOT / "README.md" in PAGES_WITH_BLOCKS
+
+
+@pytest.mark.parametrize("page", PAGES_WITH_BLOCKS, ids=lambda page: page.name)
+def test_python_blocks_run(page, tmp_path, monkeypatch):
+    # The blocks of a page share their names, as a reader would run them one after another.
+    monkeypatch.chdir(tmp_path)
+    mpl.use("Agg")
+    names = {"__name__": "__main__"}
+    for number, block in enumerate(blocks(page), start=1):
+        exec(compile(block, f"{page.name}, Python block {number}", "exec"), names)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_relative_links_lead_to_files(page):
+    text = page.read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", text):
+        if "://" not in target:
+            assert (page.parent / target).exists(), f"{page.name} links to {target}"
+
+
+@pytest.fixture(scope="module")
+def run():
+    system = vi.System(
+        mass_ratio=0.6,
+        frequency_ratio=2,
+        restitution=0.8,
+        gap=0.5,
+        drive_frequency=1.8,
+        moment_amplitude=1,
+    )
+    return vi.simulate(system, initial=(0, 0.5, 0, 0), periods=3)
+
+
+def test_notation_names_every_parameter(run):
+    assert first_column("Parameters") == list(run.system.to_dict())
+
+
+@pytest.mark.parametrize(("section", "table"), [("Impacts", "impacts"), ("Grazes", "grazes")])
+def test_notation_names_every_column(run, section, table):
+    assert first_column(section) == list(getattr(run, table).dtype.names)
+
+
+@pytest.mark.parametrize(("section", "kind"), [("Regimes", vi.Regime), ("Events", vi.EventKind)])
+def test_notation_names_every_member(section, kind):
+    assert first_column(section) == [member.name for member in kind]
+
+
+def test_notation_names_every_stop_reason():
+    source = (ROOT / "src" / "event.rs").read_text(encoding="utf-8")
+    body = source.split("impl StopReason", 1)[1].split("\n}\n", 1)[0]
+    assert first_column("Stop reasons") == re.findall(r'=> "(\w+)"', body)

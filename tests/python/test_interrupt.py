@@ -1,0 +1,90 @@
+"""Ctrl-C ends a long call early and hands over what was done by then."""
+
+import _thread
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+
+FOREVER = {"periods": 10**12, "keep": 1, "max_events": 10**15}
+
+
+@contextmanager
+def ctrl_c(after: float) -> Iterator[None]:
+    """Simulate Ctrl-C in the main thread after so many seconds."""
+    timer = threading.Timer(after, _thread.interrupt_main)
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        timer.join()
+
+
+def test_an_interrupted_run_can_be_looked_at_and_resumed(system, initial):
+    start = time.monotonic()
+    with ctrl_c(0.2), pytest.raises(vi.Interrupted) as caught:
+        vi.simulate(system, initial=initial, **FOREVER)
+    assert time.monotonic() - start < 5.0
+    run = caught.value.result
+    assert isinstance(run, vi.Run)
+    assert run.stop_reason == "interrupted"
+    assert run.final_state.period > 0
+    assert run.impact_count > 0
+    onward = run.resume(periods=3, keep=3)
+    assert onward.stop_reason == "completed"
+    assert onward.final_state.time > run.final_state.time
+
+
+def test_an_interrupted_resume(system, initial):
+    run = vi.simulate(system, initial=initial, periods=3)
+    with ctrl_c(0.2), pytest.raises(vi.Interrupted) as caught:
+        run.resume(**FOREVER)
+    assert caught.value.result.final_state.period > 3
+
+
+def test_interrupted_runs_come_as_a_list(system, initial):
+    initials = np.tile(initial, (5, 1))
+    with ctrl_c(0.2), pytest.raises(vi.Interrupted) as caught:
+        vi.simulate(system, initial=initials, **FOREVER, workers=1)
+    runs = caught.value.result
+    assert len(runs) == 5
+    assert all(isinstance(run, vi.Run) for run in runs)
+    assert runs[0].final_state.period > 0
+    assert {run.stop_reason for run in runs} == {"interrupted"}
+
+
+@pytest.mark.parametrize("start", ["fresh", "forward", "backward"])
+def test_an_interrupted_diagram_keeps_the_points_it_reached(system, initial, start):
+    # A tenth of a second of work per handful of points, a minute for all of them.
+    values = np.linspace(1.2, 2.0, 100_000)
+    options = {"initial": initial, "periods": 600, "keep": 2, "start": start, "workers": 2}
+    with ctrl_c(0.5), pytest.raises(vi.Interrupted, match="of 100000 points") as caught:
+        vi.bifurcation_diagram(system, **options, drive_frequency=values)
+    diagram = caught.value.result
+    assert diagram.parameter.tolist() == values.tolist()
+    pending = diagram.status == "pending"
+    assert 0 < np.count_nonzero(~pending) < len(values)
+    assert (np.diff(diagram.stroboscopic_offset)[~pending] == 2).all()
+    assert (np.diff(diagram.stroboscopic_offset)[pending] == 0).all()
+    assert (np.diff(diagram.offset)[pending] == 0).all()
+    # What was reached is what an undisturbed call gives there.
+    done = np.flatnonzero(~pending)
+    if start != "fresh":
+        expected = np.arange(len(done))
+        assert (
+            done.tolist()
+            == (expected if start == "forward" else expected + len(values) - len(done)).tolist()
+        )
+    few = done[:20] if start != "backward" else done[-20:]
+    again = vi.bifurcation_diagram(system, **options, drive_frequency=values[few])
+    assert diagram.final_states[few].tobytes() == again.final_states.tobytes()
+
+
+def test_interrupted_is_a_keyboard_interrupt():
+    assert issubclass(vi.Interrupted, KeyboardInterrupt)

@@ -1,0 +1,220 @@
+"""The Run: trajectory, label, resumption, files and pickles, all bit for bit."""
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+
+ARRAYS = ("impacts", "stroboscopic", "events", "grazes")
+
+
+def assert_same_bits(left: vi.Run, right: vi.Run) -> None:
+    for name in ARRAYS:
+        assert getattr(left, name).dtype == getattr(right, name).dtype
+        assert getattr(left, name).shape == getattr(right, name).shape
+        assert getattr(left, name).tobytes() == getattr(right, name).tobytes(), name
+    assert left.final_state == right.final_state
+    assert left.impact_count == right.impact_count
+    assert left.kept_from == right.kept_from
+    assert left.stop_reason == right.stop_reason
+    assert left.stop_detail == right.stop_detail
+
+
+@pytest.fixture
+def run(system, initial) -> vi.Run:
+    return vi.simulate(system, initial=initial, periods=40, keep=30)
+
+
+def test_arrays_are_cached_and_read_only(run):
+    for name in ARRAYS:
+        array = getattr(run, name)
+        assert getattr(run, name) is array
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = array
+    with pytest.raises(AttributeError):
+        run.label = "1-1"
+    with pytest.raises(AttributeError):
+        run.system = None
+
+
+def test_trajectory_passes_through_sections_and_impacts(run, system):
+    times = np.arange(11, 41) * system.drive_period
+    states = run.trajectory(times)
+    assert states.shape == (30, 4)
+    np.testing.assert_allclose(states, run.stroboscopic, rtol=0.0, atol=1e-11)
+    impacts = run.impacts
+    after = run.trajectory(impacts["time"])
+    columns = ("x1", "v1_post", "x2", "v2_post")
+    expected = np.column_stack([impacts[name] for name in columns])
+    # Right-continuous; a time is known to an ulp only.
+    np.testing.assert_allclose(after, expected, rtol=0.0, atol=1e-11)
+
+
+def test_trajectory_takes_times_in_any_order(run):
+    times = np.linspace(run.kept_from, run.final_state.time, 500)[1:]
+    shuffled = np.random.default_rng(1).permutation(times)
+    order = np.argsort(shuffled)
+    assert run.trajectory(shuffled)[order].tobytes() == run.trajectory(times).tobytes()
+    assert run.trajectory([]).shape == (0, 4)
+    assert run.trajectory(times[:3].tolist()).tobytes() == run.trajectory(times[:3]).tobytes()
+
+
+def test_trajectory_never_penetrates(run, system):
+    times = np.linspace(run.kept_from, run.final_state.time, 20_000)[1:]
+    x1, _, x2, _ = run.trajectory(times).T
+    assert (np.sin(x1) - x2 - system.gap).max() < 1e-12
+
+
+@pytest.mark.parametrize("where", ["before", "after", "nan", "shape", "text"])
+def test_trajectory_outside_the_kept_window_is_an_error(run, where):
+    times = {
+        "before": [run.kept_from * 0.999],
+        "after": [run.final_state.time * 1.001],
+        "nan": [np.nan],
+        "shape": [[run.final_state.time]],
+        "text": ["now"],
+    }
+    with pytest.raises(ValueError, match="t"):
+        run.trajectory(times[where])
+
+
+def test_resume_is_one_long_run_bit_for_bit(system, initial):
+    long = vi.simulate(system, initial=initial, periods=60, keep=20)
+    short = vi.simulate(system, initial=initial, periods=25, keep=5)
+    assert_same_bits(short.resume(periods=35, keep=20), long)
+    steps = short
+    for periods in (1, 14, 20):
+        steps = steps.resume(periods=periods, keep=min(periods, 20))
+    assert_same_bits(steps, long)
+    assert steps.system == system
+    assert steps.initial == initial
+
+
+def test_resume_leaves_the_first_run_alone(run):
+    before = pickle.dumps(run)
+    run.resume(periods=3)
+    assert pickle.dumps(run) == before
+
+
+def test_resume_checks_its_arguments(run):
+    for arguments in ({}, {"periods": 1, "time": 1.0}, {"periods": -1}, {"periods": 2, "keep": 3}):
+        with pytest.raises(vi.ParameterError):
+            run.resume(**arguments)
+
+
+@pytest.mark.parametrize("reader", [vi.load, vi.Run.load])
+def test_files_bring_a_run_back_bit_for_bit(run, tmp_path, reader):
+    path = tmp_path / "run"
+    run.save(path)
+    back = reader(path)
+    assert type(back) is vi.Run
+    assert_same_bits(back, run)
+    assert back.system == run.system
+    assert back.initial == run.initial
+    assert back.period == run.period
+    times = np.linspace(run.kept_from, run.final_state.time, 100)[1:]
+    assert back.trajectory(times).tobytes() == run.trajectory(times).tobytes()
+    assert_same_bits(back.resume(periods=20), run.resume(periods=20))
+    with pytest.raises(ValueError, match="read-only"):
+        back.impacts["x1"] = 0.0
+
+
+def test_pickles_bring_a_run_back_bit_for_bit(run):
+    back = pickle.loads(pickle.dumps(run))
+    assert_same_bits(back, run)
+    assert back.system == run.system
+    assert_same_bits(back.resume(periods=20), run.resume(periods=20))
+
+
+def test_a_file_is_open_to_plain_numpy(run, tmp_path):
+    path = tmp_path / "run.npz"
+    run.save(path)
+    with np.load(path, allow_pickle=False) as archive:
+        assert archive["impacts"].tobytes() == run.impacts.tobytes()
+        metadata = json.loads(archive["metadata"].item())
+    assert metadata["format"] == "vibroimpact"
+    assert metadata["version"] == vi.__version__
+    assert vi.System.from_dict(metadata["system"]) == run.system
+    assert [file.name for file in tmp_path.iterdir()] == ["run.npz"]
+
+
+def test_saving_replaces_an_old_file_and_leaves_no_other(run, tmp_path):
+    path = tmp_path / "run.npz"
+    path.write_bytes(b"old")
+    run.save(str(path))
+    assert_same_bits(vi.Run.load(str(path)), run)
+    assert [file.name for file in tmp_path.iterdir()] == ["run.npz"]
+
+
+def _foreign_files(run: vi.Run, directory) -> dict[str, bytes]:
+    path = directory / "good"
+    run.save(path)
+    good = path.read_bytes()
+    with np.load(path) as archive:
+        arrays = dict(archive)
+    metadata = json.loads(arrays.pop("metadata").item())
+
+    def rewritten(changes=None, drop=(), **more):
+        text = json.dumps({k: v for k, v in (metadata | (changes or {})).items() if k not in drop})
+        content = {"metadata": np.array(text)} | arrays | more
+        with open(path, "wb") as file:
+            np.savez(file, **content)
+        return path.read_bytes()
+
+    with open(path, "wb") as file:
+        np.save(file, np.zeros(3))
+    single = path.read_bytes()
+    with open(path, "wb") as file:
+        np.savez(file, x=np.zeros(3))
+    foreign = path.read_bytes()
+    half = len(good) // 2
+    return {
+        "empty": b"",
+        "text": b"time,x1\n0,0\n",
+        "single array": single,
+        "foreign archive": foreign,
+        "cut short": good[:half],
+        "flipped byte": good[:half] + bytes([good[half] ^ 0xFF]) + good[half + 1 :],
+        "other format": rewritten({"format": "other"}),
+        "newer format": rewritten({"format_version": 99}),
+        "other kind": rewritten({"kind": "basin"}),
+        "no core": rewritten(drop=("core",)),
+        "bad core": rewritten({"core": "{}"}),
+        "bad system": rewritten({"system": {"gap": 1.0}}),
+        "bad initial": rewritten({"initial": [0.0]}),
+        "array of another type": rewritten(impacts=np.zeros(3)),
+        "array too many": rewritten(extra=np.zeros(3)),
+        "pickled array": rewritten(impacts=np.array([{}], dtype=object)),
+    }
+
+
+def test_foreign_and_damaged_files_are_named(run, tmp_path):
+    for what, content in _foreign_files(run, tmp_path).items():
+        path = tmp_path / f"{what}.npz"
+        path.write_bytes(content)
+        with pytest.raises(ValueError, match=what):
+            vi.load(path)
+
+
+def test_loading_the_wrong_kind_or_nothing(run, tmp_path):
+    path = tmp_path / "run.npz"
+    run.save(path)
+    with pytest.raises(ValueError, match="holds a run, not a diagram"):
+        vi.Diagram.load(path)
+    with pytest.raises(FileNotFoundError):
+        vi.load(tmp_path / "absent.npz")
+
+
+def test_repr_says_what_it_is_without_computing_the_label(run):
+    text = repr(run)
+    assert text.startswith("<Run completed at time ")
+    assert "period 40" in text
+    assert "period" not in vars(run)
+
+
+def test_final_state_starts_another_run(run, system):
+    again = vi.simulate(system, initial=run.final_state.state, periods=1)
+    assert again.initial == run.final_state.state

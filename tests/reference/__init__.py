@@ -1,0 +1,1 @@
+"""Independent high-precision reference for flights, contacts, impacts and runs; see README.md."""

@@ -1,0 +1,253 @@
+"""Exact free motion of both bodies in ball arithmetic, at any precision.
+
+One body (docs/theory.md, section 1): x'' + 2 zeta omega0 x' + omega0^2 x = f cos psi,
+psi(t) = psi0 + omega t, with t = 0 at the start of the flight. The motion is the matrix
+exponential of the linear system in (x, v, f cos psi, f sin psi), which has no special cases
+(section 2); `Body.state_closed` is the textbook closed form, with all of them, as a check.
+Parameters and initial values are exact rationals; every result encloses the exact value.
+All quantities are dimensionless. The precision is python-flint's `ctx.prec`, in bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from flint import acb, arb, arb_mat, arb_series, ctx, fmpq
+
+#: An exact number as it may be written in a file: float64, C99 hex float or decimal string.
+Number = float | int | str | Fraction | fmpq
+#: An exact number or an enclosure of one.
+Value = fmpq | arb
+#: Enclosures of x1, v1, x2, v2.
+State = tuple[arb, arb, arb, arb]
+
+
+def exact(value: Number) -> fmpq:
+    """The rational that `value` stands for: floats bit for bit, strings as written."""
+    if isinstance(value, fmpq):
+        return value
+    if isinstance(value, str) and "0x" in value.lower():
+        value = float.fromhex(value)
+    fraction = Fraction(value)
+    return fmpq(fraction.numerator, fraction.denominator)
+
+
+def ball(value: Value) -> arb:
+    """Enclosure of `value` at the current precision; an enclosure is returned as it is."""
+    return value if isinstance(value, arb) else arb(value)
+
+
+def rational(point: arb) -> fmpq:
+    """The exact value of a ball of radius zero."""
+    mantissa, exponent = point.man_exp()
+    scale = fmpq(2) ** abs(int(exponent))
+    return fmpq(mantissa) * scale if exponent >= 0 else fmpq(mantissa) / scale
+
+
+@dataclass(frozen=True)
+class Body:
+    """One forced linear oscillator: any omega0, zeta, omega >= 0 and any f, all exact."""
+
+    omega0: fmpq
+    zeta: fmpq
+    f: fmpq
+    omega: fmpq
+    _cache: dict[int, tuple[arb, ...]] = field(default_factory=dict, compare=False, repr=False)
+
+    def _balls(self) -> tuple[arb, ...]:
+        """Damping 2 zeta omega0, stiffness omega0^2, f and omega at the current precision."""
+        found = self._cache.get(ctx.prec)
+        if found is None:
+            damping, stiffness = 2 * self.zeta * self.omega0, self.omega0**2
+            found = tuple(arb(q) for q in (damping, stiffness, self.f, self.omega))
+            self._cache[ctx.prec] = found
+        return found
+
+    def state(self, t: Value, x: Value, v: Value, psi: Value) -> tuple[arb, arb]:
+        """Position and velocity at time `t` from (x, v) and forcing phase `psi` at time 0."""
+        damping, stiffness, f, omega = self._balls()
+        tau, phase = ball(t), ball(psi)
+        turn, zero = omega * tau, arb(0)
+        flow = arb_mat(
+            [
+                [zero, tau, zero, zero],
+                [-stiffness * tau, -damping * tau, tau, zero],
+                [zero, zero, zero, -turn],
+                [zero, zero, turn, zero],
+            ]
+        ).exp()
+        start = (ball(x), ball(v), f * phase.cos(), f * phase.sin())
+        rows = [sum((flow[i, j] * start[j] for j in range(4)), arb(0)) for i in range(2)]
+        return rows[0], rows[1]
+
+    def state_closed(self, t: Value, x: Value, v: Value, psi: Value) -> tuple[arb, arb]:
+        """The same by the closed form, cases decided on the exact parameters."""
+        tau, phase = ball(t), ball(psi)
+        decay, stiffness = arb(self.zeta * self.omega0), arb(self.omega0**2)
+        discriminant = (self.zeta**2 - 1) * self.omega0**2
+        if discriminant == 0:
+            even, odd = arb(1), tau
+        else:
+            root = acb(arb(discriminant)).sqrt()
+            even, odd = (root * tau).cosh().real, ((root * tau).sinh() / root).real
+        damp = (-decay * tau).exp()
+        xp0, vp0 = self._particular(arb(0), phase)
+        xp, vp = self._particular(tau, phase)
+        xh, vh = ball(x) - xp0, ball(v) - vp0
+        return (
+            xp + damp * (even * xh + odd * (vh + decay * xh)),
+            vp + damp * (even * vh - odd * (decay * vh + stiffness * xh)),
+        )
+
+    def _particular(self, t: arb, psi0: arb) -> tuple[arb, arb]:
+        """A particular solution and its velocity: steady, secular or parabolic."""
+        f, omega = arb(self.f), arb(self.omega)
+        psi = psi0 + omega * t
+        detuning = self.omega0**2 - self.omega**2
+        loss = 2 * self.zeta * self.omega0 * self.omega
+        if detuning != 0 or loss != 0:
+            amplitude = acb(f) / acb(arb(detuning), arb(loss))
+            steady = amplitude * acb(psi.cos(), psi.sin())
+            return steady.real, -omega * steady.imag
+        if self.omega != 0:
+            swing = f / (2 * omega)
+            return swing * t * psi.sin(), swing * (psi.sin() + omega * t * psi.cos())
+        load = f * psi.cos()
+        return load * t**2 / 2, load * t
+
+    def rate(self) -> float:
+        """Bound on the relative rate of change of (max(omega0, 1/4) x, v) and of the forcing."""
+        omega0, zeta, omega = float(self.omega0), float(self.zeta), float(self.omega)
+        scale = max(omega0, 0.25)
+        return max(scale, omega0**2 / scale + 2 * zeta * omega0, omega)
+
+    def spread(self, x: arb, v: arb, h: arb) -> tuple[arb, arb]:
+        """Enclosures of position and velocity for all times within `h` of the state (x, v).
+
+        For y = (s x, v), |y'| <= b |y| + |f| in the maximum norm, so |y(t) - y| is at most
+        (exp(b h) - 1) (|y| + |f|/b) (Gronwall).
+        """
+        damping, stiffness, f, _ = self._balls()
+        scale = arb(max(float(self.omega0), 0.25))
+        bound = scale.max(stiffness / scale + damping)
+        size = (scale * x).abs_upper().max(v.abs_upper())
+        reach = ((bound * h).expm1() * (size + abs(f) / bound)).abs_upper()
+        return x + arb(0, reach / scale), v + arb(0, reach)
+
+    def taylor(self, x: arb, v: arb, psi: arb, order: int) -> list[arb]:
+        """Taylor coefficients 0 ... order of the position about a state with phase `psi`."""
+        damping, stiffness, f, omega = self._balls()
+        even, odd = f * psi.cos(), -f * omega * psi.sin()
+        minus_square = -(omega**2)
+        series = [x, v]
+        for j in range(order - 1):
+            force = even - damping * (j + 1) * series[j + 1] - stiffness * series[j]
+            series.append(force / ((j + 1) * (j + 2)))
+            even, odd = odd, even * minus_square / ((j + 1) * (j + 2))
+        return series
+
+
+@dataclass(frozen=True)
+class System:
+    """Parameters of the pair of bodies (docs/theory.md, section 1) as exact rationals."""
+
+    mbar: fmpq
+    omega0: fmpq
+    r: fmpq
+    delta: fmpq
+    zeta1: fmpq
+    zeta2: fmpq
+    f1: fmpq
+    f2: fmpq
+    omega: fmpq
+    mu: fmpq
+    oblique: bool = True
+
+    @classmethod
+    def parse(cls, values: Mapping[str, Number], contact: str = "oblique") -> System:
+        """From a mapping that has the ten symbols; other keys are ignored."""
+        if contact not in ("oblique", "direct"):
+            raise ValueError(f"contact is {contact!r}, not oblique or direct")
+        names = ("mbar", "omega0", "r", "delta", "zeta1", "zeta2", "f1", "f2", "omega", "mu")
+        return cls(**{name: exact(values[name]) for name in names}, oblique=contact == "oblique")
+
+    def bodies(self) -> tuple[Body, Body]:
+        """Pendulum and oscillator; the oscillator's own frequency is 1."""
+        first = Body(self.omega0, self.zeta1, self.f1, self.omega)
+        return first, Body(fmpq(1), self.zeta2, self.f2, self.omega)
+
+    def tip(self, x1: arb) -> arb:
+        """Position of the pendulum's tip along the contact normal: sin x1, or x1 if direct."""
+        return x1.sin() if self.oblique else x1
+
+
+class Flight:
+    """A free flight of both bodies and of the gap g = sin x1 - x2 - delta (direct: x1 for sin x1).
+
+    Parameters
+    ----------
+    system : System
+    start : (x1, v1, x2, v2), exact rationals or enclosures; x2 None: contact, g = 0 exactly
+    phase : forcing phase at the start of the flight
+    """
+
+    def __init__(
+        self, system: System, start: tuple[Value, Value, Value | None, Value], phase: Value
+    ) -> None:
+        self.system, self.phase = system, phase
+        self._start = start
+        self._first, self._second = system.bodies()
+        self.rate = max(self._first.rate(), self._second.rate())
+
+    def start(self) -> State:
+        """Enclosure of the initial state at the current precision."""
+        x1, v1, x2, v2 = self._start
+        if x2 is None:
+            other = self.system.tip(ball(x1)) - arb(self.system.delta)
+        else:
+            other = ball(x2)
+        return ball(x1), ball(v1), other, ball(v2)
+
+    def state(self, t: Value) -> State:
+        """Enclosure of (x1, v1, x2, v2) at time `t` of the flight."""
+        x1, v1, x2, v2 = self.start()
+        return *self._first.state(t, x1, v1, self.phase), *self._second.state(t, x2, v2, self.phase)
+
+    def gap(self, t: Value) -> arb:
+        """Enclosure of the gap function g at time `t` (g < 0: bodies apart)."""
+        x1, _, x2, _ = self.state(t)
+        return self.system.tip(x1) - x2 - arb(self.system.delta)
+
+    def gap_series(self, centre: fmpq, h: fmpq, order: int) -> list[arb]:
+        """Coefficients of g about `centre`, sound for |s| <= h: g(centre + s) lies in their sum.
+
+        Coefficients 0 ... order - 1 are Taylor's at the centre, the last one encloses Taylor's
+        at every point of the interval (Lagrange's remainder). Differentiating the sum term by
+        term gives sound enclosures of the derivatives of g in the same way.
+        """
+        x1, v1, x2, v2 = self.state(centre)
+        psi = ball(self.phase) + arb(self.system.omega) * arb(centre)
+        series = self._compose(x1, v1, x2, v2, psi, order)
+        if h != 0:
+            radius = arb(h)
+            wide1 = self._first.spread(x1, v1, radius)
+            wide2 = self._second.spread(x2, v2, radius)
+            wide_psi = psi + arb(0, (arb(self.system.omega) * radius).abs_upper())
+            series[-1] = self._compose(*wide1, *wide2, wide_psi, order)[-1]
+        series[0] -= arb(self.system.delta)
+        return series
+
+    def _compose(self, x1: arb, v1: arb, x2: arb, v2: arb, psi: arb, order: int) -> list[arb]:
+        """Taylor coefficients of g + delta from those of both bodies."""
+        first = self._first.taylor(x1, v1, psi, order)
+        second = self._second.taylor(x2, v2, psi, order)
+        if self.system.oblique:
+            cap, ctx.cap = ctx.cap, order + 1
+            try:
+                sine = arb_series(first, order + 1).sin()
+                first = [sine[j] for j in range(order + 1)]
+            finally:
+                ctx.cap = cap
+        return [p - q for p, q in zip(first, second, strict=True)]

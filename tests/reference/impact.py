@@ -1,0 +1,169 @@
+"""Impact laws in ball arithmetic: `poisson` (the walk of docs/theory.md, section 4) and `paper`.
+
+With M1 l^2 = 1 and normal impulse P: dv1 = -k dP, dv2 = mbar dP, k = cos x1 + mu s |sin x1|,
+s = sgn(v1); approach velocity u = v1 cos x1 - v2 > 0, du = -(mbar + k cos x1) dP. Direct contact:
+cos -> 1, sin -> 0. `paper` evaluates Han, Jin & Hu (2004), eqs (14), (16), (18)-(20), as printed:
+signed sine, cases by (9), (10), no guards.
+
+Edges: P* = P_f counts as restitution, P* = (1 + r) P_f as slip, |cos| = mu |sin| as sticking,
+v1 = 0 at the start as sticking or as slip with s = -sgn(cos x1). Comparisons are certified;
+one that the balls do not decide raises Undecided.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flint import arb
+
+from .contact import Undecided
+from .flight import System
+
+
+class Jammed(ArithmeticError):
+    """The approach never ends (mbar = 0), or the formulas have no value."""
+
+
+@dataclass(frozen=True)
+class Impact:
+    """Outcome of an impact: velocities after, regime, impulses (docs/theory.md, section 4).
+
+    `impulse` is the whole normal impulse, `approach` its part P_I until u = 0, `switch` the
+    impulse P* at which v1 = 0 (None if it is never reached or not positive).
+    `paper` leaves impulses None: its formulas give the velocities only.
+    """
+
+    regime: str
+    v1: arb
+    v2: arb
+    impulse: arb | None = None
+    approach: arb | None = None
+    switch: arb | None = None
+
+
+def poisson(system: System, x1: arb, v1: arb, v2: arb) -> Impact:
+    """Poisson's law, P_II = r P_I, on the exact walk along the impulse."""
+    mbar, r = arb(system.mbar), arb(system.r)
+    cos, friction = _geometry(system, x1)
+    u = v1 * cos - v2
+    if not _below(arb(0), u):
+        raise ValueError("the bodies do not approach each other")
+    if friction.is_zero():
+        approach = _divide(u, mbar + cos * cos)
+        total = (1 + r) * approach
+        return Impact("frictionless", v1 - cos * total, v2 + mbar * total, total, approach)
+
+    sticks = not _below(friction, abs(cos))
+    after = cos - _sign(cos) * friction  # k once slip has reversed; has the sign of cos
+    if v1.is_zero():
+        return _from_rest(system, u, v2, sticks, after, cos)
+
+    k = cos + _sign(v1) * friction
+    rate = mbar + k * cos
+    if _sign(k) != _sign(v1):
+        approach = _divide(u, rate)
+        return _slip(system, v1, v2, k, approach, None)
+    switch = v1 / k
+    # P* < P_f is u(P*) = -v2 - mbar P* > 0, without a division by mbar + k cos x1
+    left = -v2 - mbar * switch
+    wall_at_rest = system.mbar == 0 and v2.is_zero()
+    if not wall_at_rest and _below(arb(0), left):
+        if sticks:
+            approach = _divide(-v2, mbar)
+            return Impact("stick_approach", arb(0), -r * v2, (1 + r) * approach, approach, switch)
+        approach = switch + left / (mbar + after * cos)
+        total = (1 + r) * approach
+        v1_post = -after * (total - switch)
+        return Impact(
+            "reversal_approach", v1_post, v2 + mbar * total, total, approach, switch
+        )
+    approach = switch if wall_at_rest else u / rate
+    total = (1 + r) * approach
+    if not _below(switch, total):
+        return _slip(system, v1, v2, k, approach, switch)
+    v2_post = v2 + mbar * total
+    if sticks:
+        return Impact("stick_restitution", arb(0), v2_post, total, approach, switch)
+    v1_post = -after * (total - switch)
+    return Impact("reversal_restitution", v1_post, v2_post, total, approach, switch)
+
+
+def _from_rest(system: System, u: arb, v2: arb, sticks: bool, after: arb, cos: arb) -> Impact:
+    """v1 = 0 at the start of the impact: stick in approach, or slip driven by the impact."""
+    mbar, r = arb(system.mbar), arb(system.r)
+    if sticks:
+        approach = _divide(-v2, mbar)
+        return Impact("stick_approach", arb(0), -r * v2, (1 + r) * approach, approach, arb(0))
+    approach = _divide(u, mbar + after * cos)
+    return _slip(system, arb(0), v2, after, approach, None)
+
+
+def _slip(system: System, v1: arb, v2: arb, k: arb, approach: arb, switch: arb | None) -> Impact:
+    """Slip in one direction to the end."""
+    total = (1 + arb(system.r)) * approach
+    return Impact("slip", v1 - k * total, v2 + arb(system.mbar) * total, total, approach, switch)
+
+
+def paper(system: System, x1: arb, v1: arb, v2: arb) -> Impact:
+    """The paper's formulas as printed: eqs (14), (16), (18); (19), (20) without friction."""
+    if not system.oblique:
+        raise ValueError("the paper's formulas are for oblique contact")
+    m, r, mu = arb(system.mbar), arb(system.r), arb(system.mu)
+    c, s = x1.cos(), x1.sin()
+    if system.mu == 0:
+        below = m + c**2
+        return Impact(
+            "frictionless",
+            (m - r * c**2) / below * v1 + (1 + r) * c / below * v2,
+            (1 + r) * m * c / below * v1 + (c**2 - r * m) / below * v2,
+        )
+    sign = 0 if v1.is_zero() else _sign(v1)
+    plus, minus = c + mu * sign * s, c - mu * sign * s
+    p_f = _divide(v1 * c - v2, m + c**2 + mu * sign * s * c)  # (9)
+    p_star = _divide(v1, plus)  # (10)
+    b2 = m + c * plus  # (17a)
+    if _below(p_star, p_f):
+        a = mu**2 * s**2 * c - c**3 - m * plus  # (15)
+        v1_post = -minus / a * (m * v1 - r * v1 * c * minus + (1 + r) * v2 * plus)
+        v2_post = (
+            -(v2 * c * (c**2 - mu**2 * s**2) + (1 + r) * m * v1 * c * minus - r * m * v2 * plus) / a
+        )
+        return Impact("reversal_approach", v1_post, v2_post)  # (14)
+    v2_post = (v2 * c * plus + (1 + r) * m * v1 * c - r * m * v2) / b2  # (16b), (18b)
+    if _below(p_star, (1 + r) * p_f):
+        v1_post = minus / (b2 * plus) * (m * v1 - plus * (r * v1 * c - (1 + r) * v2))
+        return Impact("reversal_restitution", v1_post, v2_post)  # (16a)
+    v1_post = (m * v1 + plus * ((1 + r) * v2 - r * v1 * c)) / b2
+    return Impact("slip", v1_post, v2_post)  # (18a)
+
+
+#: Laws by the name that simulate knows them under.
+LAWS = {"poisson": poisson, "paper": paper}
+
+
+def _geometry(system: System, x1: arb) -> tuple[arb, arb]:
+    """cos x1 and mu |sin x1|, or 1 and 0 for direct contact."""
+    if not system.oblique:
+        return arb(1), arb(0)
+    return x1.cos(), arb(system.mu) * abs(x1.sin())
+
+
+def _below(a: arb, b: arb) -> bool:
+    """a < b, certified either way."""
+    if a < b:
+        return True
+    if a >= b:
+        return False
+    raise Undecided("a comparison in the impact law")
+
+
+def _sign(a: arb) -> int:
+    """Certified sign."""
+    return 0 if a.is_zero() else 1 if _below(arb(0), a) else -1
+
+
+def _divide(a: arb, b: arb) -> arb:
+    """a / b, the impulse at the rate b; Jammed if the rate is exactly zero."""
+    if b.is_zero():
+        raise Jammed("the approach does not end")
+    return a / b
