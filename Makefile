@@ -8,9 +8,10 @@ SHELL := /bin/bash
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
-# The first interpreter that is new enough; `make PYTHON=/path/to/python3` overrides.
+# The first interpreter that will do; `make PYTHON=/path/to/python3` overrides.
+IS_USABLE := import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 11))
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
-	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
+	$$p -c '$(IS_USABLE)' 2>/dev/null && echo $$p && break; done)
 VENV ?= .venv
 OUT ?= figures
 
@@ -91,7 +92,5 @@ $(INSTALLED): $(TOOLS) pyproject.toml $(RUST)
 .PHONY: check-tools
 check-tools:
 	@command -v cargo >/dev/null || { echo 'Rust is needed: https://rustup.rs'; exit 1; }
-	@test -n "$(PYTHON)" && $(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
-		|| { echo 'Python 3.11 or newer is needed: make PYTHON=/path/to/python3'; exit 1; }
-	@$(PYTHON) -c 'import venv, ensurepip' \
-		|| { echo '$(PYTHON) lacks its venv module (on Debian: apt install python3-venv)'; exit 1; }
+	@test -n "$(PYTHON)" && $(PYTHON) -c '$(IS_USABLE)' || { echo 'Python 3.11 or newer with its' \
+		'venv module is needed (Debian: python3-venv): make PYTHON=/path/to/python3'; exit 1; }

@@ -10,11 +10,13 @@
 //! crossing cannot slip through. At a start on the contact with g' < 0 the factor h is divided
 //! out, at one with g' = 0, g'' < 0 the factor h^2 (docs/theory.md, section 3).
 
-use crate::flight::{Flight, FreeMotion};
+use crate::flight::{Flight, FreeMotion, Motion};
 use crate::gap::{Direct, GapFlight, GapPoint, Geometry, Oblique};
 use crate::params::Contact;
+use crate::state::State;
 use crate::tolerance::{
-    EPS, GRAZE_NOISE, QUARTIC_RTOL, QUARTIC_STEPS, REST_NOISE, SEARCH_STEPS,
+    EPS, FLIGHT_NOISE, GRAZE_NOISE, QUARTIC_RTOL, QUARTIC_STEPS, REST_NOISE, SEARCH_STEPS,
+    TAYLOR_PART,
 };
 
 /// How a local flight starts, as far as the contact is concerned.
@@ -31,20 +33,10 @@ pub enum Start {
 /// What the search found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Found {
-    /// g = 0 with g' > 0 at this local time, for the first time.
-    Contact {
-        /// Local time.
-        time: f64,
-        /// The gap function there, |value| a few roundings at most.
-        gap: GapPoint,
-    },
+    /// g = 0 with g' > 0, for the first time.
+    Contact(Touch),
     /// The gap rises to zero within rounding and falls again: no impulse.
-    Graze {
-        /// Local time of the hump's top.
-        time: f64,
-        /// The gap function there.
-        gap: GapPoint,
-    },
+    Graze(Touch),
     /// No contact in the local flight.
     Nothing,
     /// The flight starts on the contact without separating (g' = 0 to rounding, g'' >= 0):
@@ -54,6 +46,28 @@ pub enum Found {
     NotFinite,
     /// The step budget is used up.
     Stalled,
+}
+
+/// A contact or the top of a graze. The instant is `time + offset`: kept apart, because the root
+/// lies between two neighbouring numbers and velocity times that spacing is not negligible.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Touch {
+    /// Local time of the last evaluation.
+    pub time: f64,
+    /// From there to the instant; so short that Taylor polynomials are exact to rounding.
+    pub offset: f64,
+    /// Gap function at the instant.
+    pub gap: GapPoint,
+    /// State of both bodies at the instant.
+    pub state: State,
+}
+
+impl Touch {
+    /// The local time as one number.
+    #[must_use]
+    pub fn local_time(&self) -> f64 {
+        self.time + self.offset
+    }
 }
 
 /// Outcome and cost of one search.
@@ -101,6 +115,14 @@ struct Search<'a, G: Geometry> {
     evaluations: u64,
 }
 
+/// The gap and both bodies at one local time.
+#[derive(Clone, Copy)]
+struct Sample {
+    time: f64,
+    gap: GapPoint,
+    bodies: (Motion, Motion),
+}
+
 /// Power of h that is divided out of q at a start on the contact.
 #[derive(Clone, Copy, PartialEq)]
 enum Lift {
@@ -110,61 +132,69 @@ enum Lift {
 }
 
 impl<G: Geometry> Search<'_, G> {
-    fn evaluate(&mut self, s: f64) -> GapPoint {
+    fn evaluate(&mut self, s: f64) -> Sample {
         self.evaluations += 1;
-        self.gap.at(s)
+        let (gap, bodies) = self.gap.at(s);
+        Sample { time: s, gap, bodies }
+    }
+
+    fn touch(&self, sample: &Sample, offset: f64) -> Touch {
+        Touch {
+            time: sample.time,
+            offset,
+            gap: sample.gap.later(offset),
+            state: self.gap.state_later(&sample.bodies, offset),
+        }
     }
 
     fn run(&mut self, start: Start) -> Found {
-        let mut s = if let Start::Grazed(time) = start { time } else { 0.0 };
-        let mut point = self.evaluate(s);
-        let rest = REST_NOISE * EPS * self.gap.rate_bound;
-        if !(self.gap.fourth_bound.is_finite() && point.value.is_finite()) {
+        let mut sample = self.evaluate(if let Start::Grazed(time) = start { time } else { 0.0 });
+        if !(self.gap.fourth_bound.is_finite() && sample.gap.value.is_finite()) {
             return Found::NotFinite;
         }
+        let rest = REST_NOISE * EPS * self.gap.rate_bound;
         let mut lift = match start {
             Start::Apart => Lift::None,
             Start::Grazed(_) => Lift::Twice,
-            Start::Touching if point.rate < -rest => Lift::Once,
-            Start::Touching if point.rate <= rest && point.second < 0.0 => Lift::Twice,
+            Start::Touching if sample.gap.rate < -rest => Lift::Once,
+            Start::Touching if sample.gap.rate <= rest && sample.gap.second < 0.0 => Lift::Twice,
             Start::Touching => return Found::Resting,
         };
         // Beyond this q is useless: its last term alone exceeds what g' can do.
         let reach = 3.0 * (self.gap.rate_bound / self.gap.fourth_bound).cbrt();
         while self.evaluations < SEARCH_STEPS {
+            let (s, gap) = (sample.time, sample.gap);
             let graze = GRAZE_NOISE * self.gap.noise(s);
-            if lift == Lift::None && point.value >= -2.0 * graze {
-                if point.rate > 0.0 {
-                    return self.settle(s, point);
+            if lift == Lift::None && gap.value >= -2.0 * graze {
+                if gap.rate > 0.0 {
+                    return self.settle(&sample, 0.0);
                 }
                 // On the contact to rounding, and leaving it.
-                lift = if point.rate < -rest { Lift::Once } else { Lift::Twice };
-                if lift == Lift::Twice && point.second >= 0.0 {
+                lift = if gap.rate < -rest { Lift::Once } else { Lift::Twice };
+                if lift == Lift::Twice && gap.second >= 0.0 {
                     return Found::Resting;
                 }
             }
-            let limit = (self.span - s).min(reach);
-            let step = self.safe_step(&point, lift, limit, graze);
-            let next = if step >= self.span - s { self.span } else { s + step };
-            if next <= s {
-                // The root is nearer than the spacing of numbers: this is it.
-                return self.settle(s, point);
-            }
-            s = next;
-            if s >= self.span {
+            let left = self.span - s;
+            let step = self.safe_step(&gap, lift, left.min(reach), graze);
+            if step >= left {
                 return Found::Nothing;
             }
+            let remainder = self.gap.fourth_bound / 24.0 * step.powi(4);
+            if remainder <= TAYLOR_PART * self.gap.noise(s + step) || s + step == s {
+                return self.settle(&sample, step);
+            }
             lift = Lift::None;
-            point = self.evaluate(s);
+            sample = self.evaluate(s + step);
         }
-        if point.value.is_finite() { Found::Stalled } else { Found::NotFinite }
+        if sample.gap.value.is_finite() { Found::Stalled } else { Found::NotFinite }
     }
 
     /// Largest h <= limit found such that q + graze < 0 on (0, h).
     fn safe_step(&self, point: &GapPoint, lift: Lift, limit: f64, graze: f64) -> f64 {
         let GapPoint { value, rate, second, third } = *point;
         let fourth = self.gap.fourth_bound / 24.0;
-        let creep = GRAZE_NOISE * (self.gap.noise(1.0) - self.gap.noise(0.0));
+        let creep = GRAZE_NOISE * FLIGHT_NOISE * EPS * self.gap.rate_bound;
         let c = match lift {
             Lift::None => [value + graze, rate, second / 2.0, third / 6.0, fourth],
             Lift::Once => [rate + creep, second / 2.0, third / 6.0, fourth, 0.0],
@@ -173,51 +203,48 @@ impl<G: Geometry> Search<'_, G> {
         first_root(&c, limit)
     }
 
-    /// On the contact to rounding and approaching: polish the root, or tell a graze.
-    fn settle(&mut self, s: f64, point: GapPoint) -> Found {
-        let level = GRAZE_NOISE * self.gap.noise(s);
-        let (mut best, mut best_point) = (s, point);
-        for _ in 0..12 {
-            let GapPoint { value: g, rate: u, second: a, .. } = best_point;
-            // Root, or top of the hump, of the parabola through (g, g', g'').
-            let discriminant = u * u - 2.0 * a * g;
-            if a < 0.0 && discriminant <= -2.0 * a * level {
-                if let Some(graze) = self.hump(best, best_point, level) {
-                    return graze;
-                }
+    /// A contact lies so near after `sample`, at about `h`, that the Taylor polynomial of the gap
+    /// gives it to rounding; unless it is a graze.
+    fn settle(&mut self, sample: &Sample, h: f64) -> Found {
+        let near = sample.gap.later(h);
+        // The hump's top by the parabola through (g, g', g'').
+        let level = GRAZE_NOISE * self.gap.noise(sample.time + h);
+        let height = near.rate * near.rate - 2.0 * near.second * near.value;
+        if near.second < 0.0 && height <= -2.0 * near.second * level {
+            if let Some(graze) = self.hump(sample, level) {
+                return graze;
             }
-            let slope = u + discriminant.max(0.0).sqrt();
-            let next = (best - 2.0 * g / slope).clamp(0.0, self.span);
-            if !next.is_finite() || next == best {
-                break;
-            }
-            let candidate = self.evaluate(next);
-            if candidate.rate <= 0.0 || candidate.value.abs() >= best_point.value.abs() {
-                break;
-            }
-            (best, best_point) = (next, candidate);
         }
-        Found::Contact { time: best, gap: best_point }
+        // First the parabola's root, which exists by the above, then Newton on the cubic.
+        let slope = near.rate + height.max(0.0).sqrt();
+        let mut offset = h - if slope > 0.0 { 2.0 * near.value / slope } else { 0.0 };
+        for _ in 0..3 {
+            let at = sample.gap.later(offset);
+            if at.rate > 0.0 {
+                offset -= at.value / at.rate;
+            }
+        }
+        Found::Contact(self.touch(sample, offset))
     }
 
     /// Top of the hump ahead, if it is no higher than `level`.
-    fn hump(&mut self, s: f64, point: GapPoint, level: f64) -> Option<Found> {
-        let (mut time, mut top) = (s, point);
+    fn hump(&mut self, sample: &Sample, level: f64) -> Option<Found> {
+        let mut top = *sample;
         for _ in 0..12 {
-            if top.second >= 0.0 {
+            if top.gap.second >= 0.0 {
                 return None;
             }
-            let next = time - top.rate / top.second;
-            if next == time || !(0.0..=self.span).contains(&next) {
+            let next = top.time - top.gap.rate / top.gap.second;
+            if next == top.time || !(0.0..=self.span).contains(&next) {
                 break;
             }
             let candidate = self.evaluate(next);
-            if candidate.rate.abs() >= top.rate.abs() {
+            if candidate.gap.rate.abs() >= top.gap.rate.abs() {
                 break;
             }
-            (time, top) = (next, candidate);
+            top = candidate;
         }
-        (top.value <= level).then_some(Found::Graze { time, gap: top })
+        (top.gap.value <= level).then(|| Found::Graze(self.touch(&top, 0.0)))
     }
 }
 
@@ -259,18 +286,29 @@ fn first_root(c: &[f64; 5], limit: f64) -> f64 {
 mod tests {
     use super::first_root;
 
+    fn value(c: &[f64; 5], h: f64) -> f64 {
+        c[0] + h * (c[1] + h * (c[2] + h * (c[3] + h * c[4])))
+    }
+
     #[test]
     fn first_root_stays_below_and_comes_close() {
-        // (h - 1)(h + 2)(h^2 + 1), and a double hump whose first root is at 0.1.
-        for (c, root) in [
-            ([-2.0, 1.0, -1.0, 1.0, 1.0], 1.0),
-            ([-0.001, 0.0101, -0.0011, 0.1001, 1.0], 0.092_4),
+        // (h - 1)(h + 2)(h^2 + 1); (h - 0.1)(h + 1)(h^2 + 1); a narrow hump at 0.3 before a
+        // larger root, -(h - 0.3)^2 - 1e-9 + h^4/1000.
+        for c in [
+            [-2.0, 1.0, -1.0, 1.0, 1.0],
+            [-0.1, 0.9, 0.9, 0.9, 1.0],
+            [-0.09 - 1e-9, 0.6, -1.0, 0.0, 1e-3],
         ] {
             let h = first_root(&c, 10.0);
-            let p = |h: f64| c[0] + h * (c[1] + h * (c[2] + h * (c[3] + h * c[4])));
-            assert!(p(h) <= 1e-12 && p(h + 1e-5) > 0.0, "{h} {root}");
+            let scanned = (1..).map(|i| 1e-5 * f64::from(i)).find(|&h| value(&c, h) >= 0.0);
+            let first = scanned.unwrap();
+            assert!(h <= first && h >= first - 3e-5, "{h} {first}");
         }
+    }
+
+    #[test]
+    fn without_a_root_the_limit_is_returned() {
         assert_eq!(first_root(&[-1.0, 0.0, 0.0, 0.0, 0.5], 1.0), 1.0);
-        assert_eq!(first_root(&[-1.0, 2.0, -2.0, 0.0, 0.01], 1.0), 1.0);
+        assert_eq!(first_root(&[-1.0, 1.0, -2.0, 0.0, 0.01], 1.0), 1.0);
     }
 }

@@ -59,7 +59,7 @@ impl FreeMotion {
     /// The local flight that starts at `clock` in `state`.
     #[must_use]
     pub fn flight(&self, clock: Clock, state: State) -> Flight {
-        let start = self.drive.trig_at(clock.time_in_period);
+        let start = self.drive.trig_at(clock);
         Flight {
             clock,
             state,
@@ -102,6 +102,13 @@ impl FreeMotion {
             x2: flight.state.x2 + o.increment,
             v2: o.rate,
         }
+    }
+
+    /// State a short time `h` after a motion of both bodies.
+    pub(crate) fn state_later(&self, flight: &Flight, (p, o): &(Motion, Motion), h: f64) -> State {
+        let (x1, v1) = self.pendulum.later(&flight.pendulum, p, h);
+        let (x2, v2) = self.oscillator.later(&flight.oscillator, o, h);
+        State { x1, v1, x2, v2 }
     }
 
     /// State after any time, however long, without loss of digits.

@@ -21,6 +21,19 @@ pub struct GapPoint {
     pub third: f64,
 }
 
+impl GapPoint {
+    /// The gap function a little later, from its Taylor polynomial.
+    pub(crate) fn later(&self, h: f64) -> Self {
+        let Self { value, rate, second, third } = *self;
+        Self {
+            value: value + h * (rate + h / 2.0 * (second + h / 3.0 * third)),
+            rate: rate + h * (second + h / 2.0 * third),
+            second: second + h * third,
+            third,
+        }
+    }
+}
+
 /// What differs between the geometries. The angle enters through sin and cos of x1 at the start
 /// of a flight, so that the gap is an increment too: relatively exact for short hops.
 pub(crate) trait Geometry {
@@ -132,16 +145,23 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
         }
     }
 
+    /// Gap function and motion of both bodies at local time `s`.
     #[inline]
-    pub fn at(&self, s: f64) -> GapPoint {
+    pub fn at(&self, s: f64) -> (GapPoint, (Motion, Motion)) {
         let (p, o) = self.motion.at(self.flight, s);
         let tip = G::tip_motion(self.anchor, &p);
-        GapPoint {
+        let gap = GapPoint {
             value: self.start + (tip[0] - o.increment),
             rate: tip[1] - o.rate,
             second: tip[2] - o.acceleration,
             third: tip[3] - o.jerk,
-        }
+        };
+        (gap, (p, o))
+    }
+
+    /// State `h` after a sampled local time, from the Taylor polynomials of both bodies.
+    pub fn state_later(&self, bodies: &(Motion, Motion), h: f64) -> State {
+        self.motion.state_later(self.flight, bodies, h)
     }
 
     /// Bound of the rounding error of `at(s).value`.
@@ -159,8 +179,8 @@ impl FreeMotion {
     /// The gap function and its derivatives at the start of a flight on the contact.
     pub(crate) fn contact_gap(&self, flight: &Flight, contact: Contact) -> GapPoint {
         match contact {
-            Contact::Oblique => GapFlight::<Oblique>::new(self, flight, 0.0, true).at(0.0),
-            Contact::Direct => GapFlight::<Direct>::new(self, flight, 0.0, true).at(0.0),
+            Contact::Oblique => GapFlight::<Oblique>::new(self, flight, 0.0, true).at(0.0).0,
+            Contact::Direct => GapFlight::<Direct>::new(self, flight, 0.0, true).at(0.0).0,
         }
     }
 }

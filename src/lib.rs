@@ -11,8 +11,11 @@ mod flight;
 mod gap;
 pub mod impact;
 mod params;
+mod period;
+mod run;
 mod simulate;
 mod state;
+mod sweep;
 pub mod tolerance;
 
 pub use error::{ParameterError, SimulationError, StateError};
@@ -23,5 +26,11 @@ pub use event::{
 pub use flight::{Flight, FreeMotion};
 pub use gap::GapPoint;
 pub use params::{Contact, ImpactLaw, System, SystemBuilder};
+pub use period::{Growth, Kind, PeriodReport, detect_period, resolve_by_growth};
+pub use run::{FinalState, Run, RunError, RunOptions, run};
 pub use simulate::{Horizon, Observer, Simulation};
 pub use state::{Clock, State};
+pub use sweep::{PointStatus, SweepPoint, SweepStart, Workers, run_many, sweep};
+
+#[cfg(feature = "python")]
+mod python;

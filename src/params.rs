@@ -139,7 +139,7 @@ macro_rules! numeric_parameters {
                 self.validated()
             }
 
-            fn validated(self) -> Result<Self, ParameterError> {
+            pub(crate) fn validated(self) -> Result<Self, ParameterError> {
                 $(if !Range::$range.holds(self.$name) {
                     return Err(ParameterError::new(
                         stringify!($name), self.$name, Range::$range.words()));

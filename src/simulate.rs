@@ -7,12 +7,11 @@
 use serde::{Deserialize, Serialize};
 
 use crate::chatter::{ChatterMonitor, remaining_time};
-use crate::contact::{Found, Start, next_contact};
+use crate::contact::{Found, Start, Touch, next_contact};
 use crate::double_double::DoubleDouble;
 use crate::error::{SimulationError, StateError};
 use crate::event::{Event, GrazeEvent, ImpactEvent, StopEvent, StopReason};
 use crate::flight::{Flight, FreeMotion};
-use crate::gap::GapPoint;
 use crate::impact::{self, ImpactFailure, PreImpact};
 use crate::params::System;
 use crate::state::{Clock, State};
@@ -210,13 +209,17 @@ impl Simulation {
         self.point
     }
 
+    /// Ends the run where it stands, at the start of the present flight.
+    pub(crate) fn interrupt(&mut self) -> StopEvent {
+        self.point.stopped = Some(StopReason::Interrupted);
+        let Flight { clock, state, .. } = self.flight;
+        let time = self.motion.drive.time(clock);
+        StopEvent { clock, time, state, reason: StopReason::Interrupted }
+    }
+
     /// Skips the sections before the `first`-th.
     pub(crate) fn sections_from(&mut self, first: i64) {
         self.point.next_section = self.point.next_section.max(first);
-    }
-
-    pub(crate) fn motion(&self) -> &FreeMotion {
-        &self.motion
     }
 
     /// Goes on to the next event; `None` after the stop.
@@ -236,7 +239,7 @@ impl Simulation {
             }
             let found = self.search();
             let reached = match found {
-                Found::Contact { time, .. } | Found::Graze { time, .. } => time,
+                Found::Contact(touch) | Found::Graze(touch) => touch.local_time(),
                 Found::Nothing => self.motion.span,
                 Found::Resting => 0.0,
                 Found::NotFinite => return Some(Err(self.fail(false))),
@@ -250,8 +253,8 @@ impl Simulation {
                 return Some(Ok(self.stop_at(end, self.end_reason())));
             }
             match found {
-                Found::Contact { time, gap } => return Some(self.strike(time, &gap)),
-                Found::Graze { time, gap } => return Some(Ok(self.graze(time, &gap))),
+                Found::Contact(touch) => return Some(self.strike(&touch)),
+                Found::Graze(touch) => return Some(Ok(self.graze(&touch))),
                 Found::Resting => return Some(Ok(self.stop_at(0.0, StopReason::Chatter))),
                 _ => {
                     self.point.chunk += 1;
@@ -299,7 +302,7 @@ impl Simulation {
         let (clock, drive) = (self.flight.clock, &self.motion.drive);
         let end = match self.horizon {
             Horizon::Periods(periods) if drive.has_period() => {
-                return drive.until(clock, periods, 0.0).value();
+                return drive.until(clock, Clock::new(periods, 0.0)).value();
             }
             Horizon::Periods(_) => f64::INFINITY,
             Horizon::Time(time) => time,
@@ -308,8 +311,7 @@ impl Simulation {
         if end.is_infinite() {
             return end;
         }
-        let target = drive.clock_at(end);
-        drive.until(clock, target.period, target.time_in_period).value()
+        drive.until(clock, drive.clock_at(end)).value()
     }
 
     fn end_reason(&self) -> StopReason {
@@ -336,7 +338,8 @@ impl Simulation {
         }
         loop {
             let period = self.point.next_section - i64::from(self.section_offset > 0.0);
-            let at = self.motion.drive.until(self.flight.clock, period, self.section_offset).value();
+            let section = Clock::new(period, self.section_offset);
+            let at = self.motion.drive.until(self.flight.clock, section).value();
             if at > reached || (at == reached && !inclusive) {
                 return;
             }
@@ -346,22 +349,22 @@ impl Simulation {
         }
     }
 
-    fn place(&self, local_time: f64) -> (Clock, f64, f64) {
+    fn place(&self, time: f64, offset: f64) -> (Clock, f64, f64) {
         let drive = &self.motion.drive;
-        let clock = drive.advance(self.flight.clock, DoubleDouble::new(local_time));
+        let clock = drive.advance(self.flight.clock, DoubleDouble::sum(time, offset));
         (clock, drive.time(clock), drive.phase_at(clock))
     }
 
-    /// The contact at local time `s`: impact, and a new anchor.
-    fn strike(&mut self, s: f64, gap: &GapPoint) -> Result<Event, SimulationError> {
-        let (clock, time, phase) = self.place(s);
-        let mut pre = self.motion.state_at(&self.flight, s);
+    /// Impact, and a new anchor.
+    fn strike(&mut self, touch: &Touch) -> Result<Event, SimulationError> {
+        let (clock, time, phase) = self.place(touch.time, touch.offset);
+        let mut pre = touch.state;
         // g = 0 to rounding: let x2 follow from it, so that rounding does not add up.
         pre.x2 = self.system.tip(pre.x1) - self.system.gap;
         let mut velocities = PreImpact::new(self.system.contact, &pre);
         if velocities.approach_velocity() <= 0.0 {
             // The approach velocity is below rounding; the search's own is positive.
-            velocities.v2 = velocities.v1 * velocities.cos - gap.rate.max(f64::MIN_POSITIVE);
+            velocities.v2 = velocities.v1 * velocities.cos - touch.gap.rate.max(f64::MIN_POSITIVE);
         }
         let impact = match impact::resolve(&self.system, &velocities) {
             Ok(impact) => impact,
@@ -401,21 +404,21 @@ impl Simulation {
         }
     }
 
-    fn graze(&mut self, s: f64, gap: &GapPoint) -> Event {
-        let (clock, time, phase) = self.place(s);
-        let state = self.motion.state_at(&self.flight, s);
+    fn graze(&mut self, touch: &Touch) -> Event {
+        let (clock, time, phase) = self.place(touch.time, touch.offset);
+        let state = touch.state;
         let pre = PreImpact::new(self.system.contact, &state);
         if impact::approach_grows(&self.system, &pre) {
             return self.stop(clock, time, state, StopReason::UndecidableGraze);
         }
-        self.point.grazed = Some(s);
+        self.point.grazed = Some(touch.local_time());
         self.point.events += 1;
         self.found = None;
-        Event::Graze(GrazeEvent { clock, time, phase, state, gap_acceleration: gap.second })
+        Event::Graze(GrazeEvent { clock, time, phase, state, gap_acceleration: touch.gap.second })
     }
 
     fn stop_at(&mut self, s: f64, reason: StopReason) -> Event {
-        let (clock, time, _) = self.place(s);
+        let (clock, time, _) = self.place(s, 0.0);
         let state = self.motion.state_at(&self.flight, s);
         self.stop(clock, time, state, reason)
     }

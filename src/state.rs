@@ -55,9 +55,17 @@ pub struct Clock {
     pub period: i64,
     /// Time since the start of the current period, in [0, 2 pi/omega).
     pub time_in_period: f64,
+    /// What rounding `time_in_period` to one number left out.
+    pub(crate) residual: f64,
 }
 
 impl Clock {
+    /// The instant `time_in_period` after `period` completed periods.
+    #[must_use]
+    pub const fn new(period: i64, time_in_period: f64) -> Self {
+        Self { period, time_in_period, residual: 0.0 }
+    }
+
     /// The start of a run, t = 0.
-    pub const START: Self = Self { period: 0, time_in_period: 0.0 };
+    pub const START: Self = Self { period: 0, time_in_period: 0.0, residual: 0.0 };
 }

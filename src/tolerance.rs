@@ -15,6 +15,10 @@ pub const FLIGHT_NOISE: f64 = 6.0;
 /// A hump of the gap function whose top lies within so many noise levels of zero is a graze.
 pub const GRAZE_NOISE: f64 = 4.0;
 
+/// A contact this close is read off the Taylor polynomial of the gap: the remainder
+/// `M h^4/24` is below this part of the rounding level, so another evaluation adds nothing.
+pub const TAYLOR_PART: f64 = 1.0 / 64.0;
+
 /// A separation velocity below so many `EPS V` is rounding and counts as zero; twice what the
 /// gap may rise by rounding alone per unit time.
 pub const REST_NOISE: f64 = 2.0 * GRAZE_NOISE * FLIGHT_NOISE;
@@ -40,7 +44,7 @@ pub const CHUNK_TURNS: f64 = 2.0;
 
 /// The steady response is used where it exceeds the true forced motion of a local flight at
 /// most by this factor, else the response from rest: three bits are lost at most.
-pub const RESONANCE_LOSS: f64 = 8.0;
+pub const RESONANCE_LOSS: f64 = 0.7;
 
 /// Spread of the exponents times time below which divided differences are summed as series.
 pub const SERIES_SPREAD: f64 = 1.0;

@@ -80,7 +80,9 @@ def horizon(drive_frequency: float, *, periods: Any, time: Any, keep: Any) -> Ho
             if value is not None:
                 reject(name, value, "None for drive_frequency = 0 (no drive period): use time=")
     if periods is None:
-        return Horizon(None, positive("time", time), optional_count("keep", keep, least=0))
+        if keep is not None:
+            reject("keep", keep, "None together with time=; it counts drive periods")
+        return Horizon(None, positive("time", time), None)
     periods = count("periods", periods, least=1)
     return Horizon(periods, None, optional_count("keep", keep, least=0, most=periods))
 

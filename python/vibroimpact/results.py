@@ -224,7 +224,7 @@ class Run:
         keep
             Keep only the last so many periods.
         max_events
-            Cap on the events of the continuation.
+            Cap on the number of events since t = 0; default the cap of this run.
 
         Raises
         ------

@@ -65,20 +65,19 @@ impl Drive {
         self.period.hi.is_finite()
     }
 
-    /// Forcing phase at this time in the period.
-    pub fn trig_at(&self, time_in_period: f64) -> Trig {
-        let (sin, cos) = if self.omega > 0.0 {
-            (self.omega * time_in_period + self.phase).sin_cos()
-        } else {
-            self.phase.sin_cos()
-        };
-        Trig { cos, sin }
+    /// Forcing phase at this clock, rounded once: product and sum are exact, the angle's tail
+    /// enters to first order.
+    pub fn trig_at(&self, clock: Clock) -> Trig {
+        let angle = DoubleDouble::product(self.omega, clock.time_in_period)
+            + DoubleDouble::new(self.phase);
+        let tail = angle.lo + self.omega * clock.residual;
+        let (sin, cos) = angle.hi.sin_cos();
+        Trig { cos: cos - tail * sin, sin: sin + tail * cos }
     }
 
     /// The forcing phase in [0, 2 pi) at this clock.
     pub fn phase_at(&self, clock: Clock) -> f64 {
-        let angle = if self.omega > 0.0 { self.omega * clock.time_in_period } else { 0.0 };
-        let phase = (angle + self.phase).rem_euclid(TWO_PI.hi);
+        let phase = (self.omega * clock.time_in_period + self.phase).rem_euclid(TWO_PI.hi);
         // rem_euclid of a tiny negative number rounds up to the modulus.
         if phase < TWO_PI.hi { phase } else { 0.0 }
     }
@@ -97,7 +96,8 @@ impl Drive {
 
     /// The clock `elapsed` after `start`.
     pub fn advance(&self, start: Clock, elapsed: DoubleDouble) -> Clock {
-        let mut time = elapsed + DoubleDouble::new(start.time_in_period);
+        let mut time = elapsed
+            + DoubleDouble { hi: start.time_in_period, lo: start.residual };
         let mut period = start.period;
         if self.has_period() {
             let whole = (time.hi / self.period.hi).floor();
@@ -113,19 +113,20 @@ impl Drive {
                 period += 1;
             }
         }
-        Clock { period, time_in_period: time.value() }
+        Clock { period, time_in_period: time.hi, residual: time.lo }
     }
 
-    /// Exact time from `start` to `(period, time_in_period)`.
-    pub fn until(&self, start: Clock, period: i64, time_in_period: f64) -> DoubleDouble {
-        let within = DoubleDouble::sum(time_in_period, -start.time_in_period);
-        let whole = period - start.period;
+    /// Exact time from `start` to `target`.
+    pub fn until(&self, start: Clock, target: Clock) -> DoubleDouble {
+        let within = DoubleDouble { hi: target.time_in_period, lo: target.residual }
+            - DoubleDouble { hi: start.time_in_period, lo: start.residual };
+        let whole = target.period - start.period;
         if whole == 0 { within } else { self.period.scale(whole as f64) + within }
     }
 
     /// Time since t = 0 as one double.
     pub fn time(&self, clock: Clock) -> f64 {
-        self.until(Clock::START, clock.period, clock.time_in_period).value()
+        self.until(Clock::START, clock).value()
     }
 
     /// The clock at a time given as one double.

@@ -3,12 +3,12 @@
 //!
 //! Homogeneous part: x_h = a C + b S with C = e^{-cs} cos(wd s), S = e^{-cs} sin(wd s)/wd and
 //! b = v + c a (Han, Jin & Hu (2004), (A.1), (A.2)); C and S stay finite through critical damping.
-//! Forced part: the steady response Re(P e^{i psi}), or near resonance the response from rest.
+//! Forced part: the steady response Re(P e^{i psi}), or near resonance one that stays finite.
 
 use nalgebra::Complex;
 
 use super::drive::{Trig, Turn};
-use super::resonance::RestResponse;
+use super::resonance::{Beat, RestResponse};
 use crate::double_double::DoubleDouble;
 use crate::tolerance::RESONANCE_LOSS;
 
@@ -31,7 +31,9 @@ enum Response {
     Unforced,
     /// P = f/(w^2 - omega^2 + 2 i c omega).
     Steady { amplitude: Complex<f64> },
-    /// Near resonance P is huge and cancels: the motion that starts from rest instead.
+    /// Near resonance P is huge and cancels: a motion that beats instead.
+    Beat(Beat),
+    /// Drive and both exponents close to zero: the motion that starts from rest.
     FromRest(RestResponse),
 }
 
@@ -59,7 +61,8 @@ pub(crate) struct BodyFlight {
     rate: f64,
     b: f64,
     k: f64,
-    /// Steady response: displacement p and rate/omega q at the start.
+    /// Steady response: displacement p and rate/omega q at the start. Beat: its complex factor
+    /// p + i q at the start.
     p: f64,
     q: f64,
 }
@@ -108,13 +111,19 @@ impl Oscillator {
         } else if inverse <= RESONANCE_LOSS * reach {
             Response::Steady { amplitude: Complex::new(forcing, 0.0) / stiffness }
         } else {
-            let exponents = match decay {
-                Decay::Overdamped { kappa, slow } => {
-                    [(-slow, DoubleDouble::ZERO), (-slow - 2.0 * kappa, DoubleDouble::ZERO)]
+            match decay {
+                Decay::Overdamped { kappa, slow } => Response::FromRest(RestResponse::new(
+                    omega,
+                    [(-slow, DoubleDouble::ZERO), (-slow - 2.0 * kappa, DoubleDouble::ZERO)],
+                )),
+                Decay::Undamped { wd } | Decay::Underdamped { wd } if (omega + wd) * span > 1.0 => {
+                    Response::Beat(Beat::new(forcing, omega, decay_rate, damped))
                 }
-                _ => [(-decay_rate, damped), (-decay_rate, -damped)],
-            };
-            Response::FromRest(RestResponse::new(omega, exponents))
+                _ => Response::FromRest(RestResponse::new(
+                    omega,
+                    [(-decay_rate, damped), (-decay_rate, -damped)],
+                )),
+            }
         };
         Self {
             natural_squared: natural * natural,
@@ -137,10 +146,14 @@ impl Oscillator {
             Response::Steady { amplitude: z } => {
                 (z.re * start.cos - z.im * start.sin, -(z.re * start.sin + z.im * start.cos))
             }
+            Response::Beat(beat) => beat.factor(start),
             _ => (0.0, 0.0),
         };
-        let a = x - p;
-        let rate = v - self.omega * q;
+        let (a, rate) = match self.response {
+            Response::Steady { .. } => (x - p, v - self.omega * q),
+            Response::Beat(_) => (x, v - p),
+            _ => (x, v),
+        };
         let c = self.decay_rate;
         BodyFlight { x, a, rate, b: rate + c * a, k: self.natural_squared * a + c * rate, p, q }
     }
@@ -212,19 +225,24 @@ impl Oscillator {
         }
     }
 
-    /// Response from rest, with its rate, to be added near resonance.
-    #[cold]
-    fn rest_response(
+    /// Forced motion and its rate where it is not the steady response.
+    fn resonant(
         &self,
-        response: &RestResponse,
+        f: &BodyFlight,
         elapsed: DoubleDouble,
-        sine: f64,
+        (c1, sine): (f64, f64),
         start: Trig,
-    ) -> (f64, f64) {
-        let phase = Complex::new(start.cos, start.sin) * self.forcing;
-        let g = response.at(elapsed);
-        let rate = Complex::new(sine, 0.0) + Complex::new(0.0, self.omega) * g;
-        ((phase * g).re, (phase * rate).re)
+    ) -> Option<(f64, f64)> {
+        match &self.response {
+            Response::Beat(beat) => Some(beat.at(f.p, f.q, elapsed, c1, sine)),
+            Response::FromRest(response) => {
+                let phase = Complex::new(start.cos, start.sin) * self.forcing;
+                let g = response.at(elapsed);
+                let rate = Complex::new(sine, 0.0) + Complex::new(0.0, self.omega) * g;
+                Some(((phase * g).re, (phase * rate).re))
+            }
+            _ => None,
+        }
     }
 
     /// Motion at local time `s`.
@@ -232,8 +250,7 @@ impl Oscillator {
     pub fn at(&self, f: &BodyFlight, s: f64, turn: &Turn) -> Motion {
         let basis = self.basis(s);
         let (mut increment, mut rate) = self.combine(f, basis, turn);
-        if let Response::FromRest(response) = &self.response {
-            let (x, v) = self.rest_response(response, DoubleDouble::new(s), basis.1, turn.start);
+        if let Some((x, v)) = self.resonant(f, DoubleDouble::new(s), basis, turn.start) {
             increment += x;
             rate += v;
         }
@@ -243,12 +260,23 @@ impl Oscillator {
         Motion { increment, rate, acceleration, jerk }
     }
 
+    /// Displacement and rate a short time `h` after a motion, by Taylor polynomials of order 4:
+    /// x'''' = -omega^2 f cos psi - 2 c x''' - w^2 x'', f cos psi from the equation of motion.
+    pub fn later(&self, f: &BodyFlight, m: &Motion, h: f64) -> (f64, f64) {
+        let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
+        let load = m.acceleration + c2 * m.rate + w2 * (f.x + m.increment);
+        let snap = -self.omega * self.omega * load - c2 * m.jerk - w2 * m.acceleration;
+        let displacement =
+            h * (m.rate + h / 2.0 * (m.acceleration + h / 3.0 * (m.jerk + h / 4.0 * snap)));
+        let speed = h * (m.acceleration + h / 2.0 * (m.jerk + h / 3.0 * snap));
+        (f.x + (m.increment + displacement), m.rate + speed)
+    }
+
     /// Displacement and rate after any time.
     pub fn after(&self, f: &BodyFlight, x: f64, elapsed: DoubleDouble, turn: &Turn) -> (f64, f64) {
         let basis = self.basis_far(elapsed);
         let (mut increment, mut rate) = self.combine(f, basis, turn);
-        if let Response::FromRest(response) = &self.response {
-            let (dx, v) = self.rest_response(response, elapsed, basis.1, turn.start);
+        if let Some((dx, v)) = self.resonant(f, elapsed, basis, turn.start) {
             increment += dx;
             rate += v;
         }
@@ -266,7 +294,7 @@ impl Oscillator {
             Response::Steady { amplitude } => {
                 (Trig { cos: 0.0, sin: 0.0 }, amplitude.norm() * omega, omega)
             }
-            Response::FromRest(_) => (
+            Response::Beat(_) | Response::FromRest(_) => (
                 Trig { cos: self.forcing * start.cos, sin: self.forcing * start.sin },
                 self.forcing.abs() * self.span,
                 omega,
@@ -275,7 +303,10 @@ impl Oscillator {
         // Derivatives of the forcing at the start: f cos, -f omega sin, -f omega^2 cos.
         let load = [forcing.cos, -omega * forcing.sin, -omega * omega * forcing.cos];
         let mut bounds = [0.0; 4];
-        let (mut lower, mut upper) = (f.a, f.rate);
+        let (mut lower, mut upper) = match self.response {
+            Response::Beat(_) => (f.x, f.rate + f.p),
+            _ => (f.a, f.rate),
+        };
         for (n, bound) in bounds.iter_mut().enumerate() {
             *bound = (upper * upper + w2 * lower * lower).sqrt() + extra;
             extra *= factor;

@@ -1,17 +1,76 @@
-//! The response from rest to a complex unit force e^{i omega t}, without cancellation at and near
-//! resonance, critical damping, and zero frequencies.
+//! Forced motions that stay finite at and near resonance, critical damping, and zero frequencies,
+//! where the steady response is infinite or cancels.
 //!
-//! G(t) = int_0^t S(t - s) e^{i omega s} ds is the second divided difference of e^{zt} at
-//! z = i omega and the two exponents of the free motion. Divided differences are summed as a
-//! series where the exponents are close, else formed from the most distant pair
+//! The response from rest to e^{i omega t}, int_0^t S(t - s) e^{i omega s} ds, is the second
+//! divided difference of e^{zt} at z0 = i omega and the exponents z1, z2 of the free motion. Where
+//! z0 and z1 are close and z2 is not, it is (E - S)/(z0 - z2), E the first divided difference at
+//! z0 and z1; the part with S is a free motion, so E/(z0 - z2) alone serves: the [`Beat`]. Where
+//! all three may be close, [`RestResponse`] sums a series, or goes by the most distant pair
 //! (McCurdy, Ng & Parlett (1984), Math. Comp. 43, 501-528).
 
 use nalgebra::Complex;
 
+use super::drive::Trig;
 use crate::double_double::DoubleDouble;
 use crate::tolerance::SERIES_SPREAD;
 
 type C64 = Complex<f64>;
+
+/// Forced motion Re(F E(t)), F = f e^{i psi}/(z0 - z2) with psi at the flight's start, and
+/// E = e^{(z0 + z1) t/2} t sinh(y)/y, y = (z0 - z1) t/2. It starts with displacement 0 and rate Re F.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Beat {
+    factor: C64,
+    omega: f64,
+    decay_rate: f64,
+    wd: f64,
+    half_sum: DoubleDouble,
+    half_difference: DoubleDouble,
+}
+
+impl Beat {
+    pub fn new(forcing: f64, omega: f64, decay_rate: f64, damped: DoubleDouble) -> Self {
+        let drive = DoubleDouble::new(omega);
+        let half_sum = (drive + damped).scale(0.5);
+        let distance = C64::new(decay_rate, 2.0 * half_sum.value());
+        Self {
+            factor: C64::new(forcing, 0.0) / distance,
+            omega,
+            decay_rate,
+            wd: damped.value(),
+            half_sum,
+            half_difference: (drive - damped).scale(0.5),
+        }
+    }
+
+    /// F, from the forcing phase at the start of a flight.
+    pub fn factor(&self, start: Trig) -> (f64, f64) {
+        let factor = self.factor * C64::new(start.cos, start.sin);
+        (factor.re, factor.im)
+    }
+
+    /// Displacement and rate after `elapsed`; C - 1 and S of the free motion then.
+    pub fn at(&self, p: f64, q: f64, elapsed: DoubleDouble, c1: f64, sine: f64) -> (f64, f64) {
+        let t = elapsed.hi;
+        let half_shrink = 0.5 * self.decay_rate * t;
+        let angle = self.half_difference * elapsed;
+        let (sin, cos) = angle.reduced_angle().sin_cos();
+        // e^{-half_shrink} sinh(y)/y
+        let quotient = if half_shrink == 0.0 {
+            let angle = angle.value();
+            C64::new(if angle == 0.0 { 1.0 } else { sin / angle }, 0.0)
+        } else {
+            let shrink = (-2.0 * half_shrink).exp_m1();
+            C64::new(-0.5 * shrink * cos, (1.0 + 0.5 * shrink) * sin)
+                / C64::new(half_shrink, angle.value())
+        };
+        let (sin, cos) = (self.half_sum * elapsed).reduced_angle().sin_cos();
+        let e = quotient * C64::new(cos, sin) * t;
+        // E' = e^{z1 t} + z0 E
+        let rate = C64::new(1.0 + c1 - self.omega * e.im, self.wd * sine + self.omega * e.re);
+        (p * e.re - q * e.im, p * rate.re - q * rate.im)
+    }
+}
 
 /// A complex exponent; the imaginary part to 32 digits, for long times.
 #[derive(Debug, Clone, Copy)]

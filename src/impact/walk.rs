@@ -21,6 +21,15 @@ struct Segment {
     friction: f64,
 }
 
+/// An impulse and what rounding left out of it: a rounded impulse would cost the velocities one
+/// unit of *its* last place.
+type Impulse = (f64, f64);
+
+fn quotient(numerator: f64, denominator: f64) -> Impulse {
+    let rounded = numerator / denominator;
+    (rounded, (-rounded).mul_add(denominator, numerator) / denominator)
+}
+
 /// Poisson's law in a given regime: approach to u = 0 at P_I, restitution to (1 + r) P_I.
 pub(super) fn walk(
     pre: &PreImpact,
@@ -55,9 +64,13 @@ pub(super) fn walk(
         tangential: 0.0,
         loss: 0.0,
     };
-    let mut step = |segment: &Segment, impulse: f64, stops: bool| {
-        let v1 = if stops { 0.0 } else { state.v1 - segment.k * impulse };
-        let v2 = state.v2 + mass_ratio * impulse;
+    let mut step = |segment: &Segment, (impulse, rest): Impulse, stops: bool| {
+        let v1 = if stops {
+            0.0
+        } else {
+            segment.k.mul_add(-impulse, state.v1) - segment.k * rest
+        };
+        let v2 = mass_ratio.mul_add(impulse, state.v2) + mass_ratio * rest;
         let u = v1 * pre.cos - v2;
         // Straight segments: the trapezoidal rule is exact. u dP is what restitution takes in
         // approach and gives back after, mu |sin x1| |x1'| dP the work of friction.
@@ -68,36 +81,37 @@ pub(super) fn walk(
         state.impulse += impulse;
         (state.v1, state.v2, state.u) = (v1, v2, u);
     };
-    let slows = |segment: &Segment| mass_ratio + segment.k * pre.cos;
+    let slows = |segment: &Segment| segment.k.mul_add(pre.cos, mass_ratio);
     let u = pre.approach_velocity();
 
     let impulse_approach = match regime {
         Regime::Frictionless | Regime::Slip { .. } => {
-            let approach = u / slows(&first);
-            step(&first, (1.0 + restitution) * approach, false);
-            approach
+            let slowing = slows(&first);
+            let total = quotient((1.0 + restitution) * u, slowing);
+            step(&first, total, false);
+            u / slowing
         }
         Regime::ReversalInRestitution { switch } | Regime::StickInRestitution { switch } => {
             let approach = u / slows(&first);
             let sticks = matches!(regime, Regime::StickInRestitution { .. });
-            step(&first, switch, true);
-            step(&after(sticks), ((1.0 + restitution) * approach - switch).max(0.0), sticks);
+            step(&first, (switch, 0.0), true);
+            step(&after(sticks), (((1.0 + restitution) * approach - switch).max(0.0), 0.0), sticks);
             approach
         }
         Regime::ReversalInApproach { switch } => {
-            step(&first, switch, true);
+            step(&first, (switch, 0.0), true);
             let second = after(false);
             // x1' = 0: u = -x2'.
             let approach = switch - (pre.v2 + mass_ratio * switch) / slows(&second);
-            step(&second, (1.0 + restitution) * approach - switch, false);
+            step(&second, ((1.0 + restitution) * approach - switch, 0.0), false);
             approach
         }
         Regime::StickInApproach { switch } => {
-            step(&first, switch, true);
+            step(&first, (switch, 0.0), true);
             // Stick: the approach ends at x2' = 0. A resting wall is there at once.
             let rest = if mass_ratio > 0.0 { -pre.v2 / mass_ratio } else { switch };
             let approach = rest.max(switch);
-            step(&after(true), (1.0 + restitution) * approach - switch, true);
+            step(&after(true), ((1.0 + restitution) * approach - switch, 0.0), true);
             approach
         }
     };

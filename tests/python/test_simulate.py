@@ -189,6 +189,7 @@ def test_event_cap_is_an_outcome(system, initial):
         ({"time": math.inf}, "time = inf is not allowed: a finite number > 0"),
         ({"keep": 6, "periods": 5}, "keep = 6 is not allowed: an integer from 0 to 5"),
         ({"keep": -1}, "keep = -1 is not allowed: an integer >= 0"),
+        ({"keep": 1, "time": 5.0}, "keep = 1 is not allowed: None together with time="),
         ({"keep": 1.0}, "keep = 1.0 is not allowed: an integer >= 0"),
         ({"max_events": 0}, "max_events = 0 is not allowed: an integer >= 1"),
         ({"max_events": 1e6}, "max_events = 1000000.0 is not allowed: an integer >= 1"),

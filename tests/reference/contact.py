@@ -126,6 +126,25 @@ def isolate(flight: Flight, a: fmpq, b: fmpq, *, level: int = 0, rising: bool = 
     return arb(a).union(arb(b))
 
 
+def top_near(flight: Flight, near: fmpq) -> tuple[fmpq, arb] | None:
+    """Time (to the precision, not enclosed) and height of the maximum of g next to `near`.
+
+    Newton's method on g' where g'' < 0; None if it leaves that region or strays further than 1/2.
+    """
+    t = near
+    for _ in range(60):
+        _, slope, bend, _ = derivatives(flight, t)
+        if not bend < 0:
+            return None
+        move = rational((slope / bend).mid())
+        t = rational(arb(t - move).mid())
+        if abs(t - near) > fmpq(1, 2):
+            return None
+        if abs(move) < 1 / fmpq(2) ** (ctx.prec * 3 // 4):
+            return t, derivatives(flight, t)[0]
+    return None
+
+
 def _scan(flight: Flight, end: fmpq, touching: int) -> Contact:
     """One pass at the present precision; raises Undecided."""
     at_start = derivatives(flight, fmpq(0))

@@ -16,7 +16,7 @@ from fractions import Fraction
 
 from flint import acb, arb, arb_mat, arb_series, ctx, fmpq
 
-#: An exact number as it may be written in a file: float64, C99 hex float or decimal string.
+#: An exact number: a float64 stands for its bits, a string for its decimal (0.6 for 3/5).
 Number = float | int | str | Fraction | fmpq
 #: An exact number or an enclosure of one.
 Value = fmpq | arb
@@ -28,10 +28,13 @@ def exact(value: Number) -> fmpq:
     """The rational that `value` stands for: floats bit for bit, strings as written."""
     if isinstance(value, fmpq):
         return value
-    if isinstance(value, str) and "0x" in value.lower():
-        value = float.fromhex(value)
     fraction = Fraction(value)
     return fmpq(fraction.numerator, fraction.denominator)
+
+
+def as_float(text: str) -> float:
+    """The float64 that a decimal or C99 hex string stands for; 0.6 is not 3/5 but the float."""
+    return float.fromhex(text) if "0x" in text.lower() else float(text)
 
 
 def ball(value: Value) -> arb:
@@ -204,11 +207,8 @@ class Flight:
     def start(self) -> State:
         """Enclosure of the initial state at the current precision."""
         x1, v1, x2, v2 = self._start
-        if x2 is None:
-            other = self.system.tip(ball(x1)) - arb(self.system.delta)
-        else:
-            other = ball(x2)
-        return ball(x1), ball(v1), other, ball(v2)
+        touching = self.system.tip(ball(x1)) - arb(self.system.delta)
+        return ball(x1), ball(v1), touching if x2 is None else ball(x2), ball(v2)
 
     def state(self, t: Value) -> State:
         """Enclosure of (x1, v1, x2, v2) at time `t` of the flight."""

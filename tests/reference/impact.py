@@ -74,9 +74,7 @@ def poisson(system: System, x1: arb, v1: arb, v2: arb) -> Impact:
         approach = switch + left / (mbar + after * cos)
         total = (1 + r) * approach
         v1_post = -after * (total - switch)
-        return Impact(
-            "reversal_approach", v1_post, v2 + mbar * total, total, approach, switch
-        )
+        return Impact("reversal_approach", v1_post, v2 + mbar * total, total, approach, switch)
     approach = switch if wall_at_rest else u / rate
     total = (1 + r) * approach
     if not _below(switch, total):
@@ -142,14 +140,14 @@ LAWS = {"poisson": poisson, "paper": paper}
 
 
 def _geometry(system: System, x1: arb) -> tuple[arb, arb]:
-    """cos x1 and mu |sin x1|, or 1 and 0 for direct contact."""
+    """Values of cos x1 and mu |sin x1|, or 1 and 0 for direct contact."""
     if not system.oblique:
         return arb(1), arb(0)
     return x1.cos(), arb(system.mu) * abs(x1.sin())
 
 
 def _below(a: arb, b: arb) -> bool:
-    """a < b, certified either way."""
+    """Whether a < b, certified either way."""
     if a < b:
         return True
     if a >= b:
@@ -163,7 +161,7 @@ def _sign(a: arb) -> int:
 
 
 def _divide(a: arb, b: arb) -> arb:
-    """a / b, the impulse at the rate b; Jammed if the rate is exactly zero."""
+    """Quotient a / b, the impulse at the rate b; Jammed if the rate is exactly zero."""
     if b.is_zero():
         raise Jammed("the approach does not end")
     return a / b

@@ -98,16 +98,16 @@ def draw_sporadic(shown: Shown, color: Color) -> Page:
         row_height=52.0,
     )
     left, right = page.row("(a)", widths=(2.0, 1.0))
-    plot.gap_history(run, window=window, points_per_period=60, color=color, ax=left)
+    plot.gap_history(run, window=window, color=color, ax=left)
     times = run.impacts["time"]
     centre = float(times[0]) if len(times) else 0.5 * _SPORADIC_END
     width = 0.15 * run.system.drive_period
     zoom = (max(centre - width, 0.0), centre + width)
-    plot.gap_history(run, window=zoom, points_per_period=400, color=color, ax=right)
+    plot.gap_history(run, window=zoom, points_per_period=1000, color=color, ax=right)
     right.set_title("around the first impact", loc="left", pad=3)
     drawn = [left, right]
     (ax,) = page.row("(b)", columns=1)
-    plot.displacement_history(run, window=window, points_per_period=60, color=color, ax=ax)
+    plot.displacement_history(run, window=window, color=color, ax=ax)
     drawn.append(ax)
     (ax,) = page.row(
         f"(c)  not in the paper: {len(times)} impacts within "

@@ -1,6 +1,6 @@
 """Draw Figs. 4 to 10 of the paper and judge its claims, from parameters to files.
 
-Source of the parameters: captions of Han, Jin & Hu (2004); of the axes: docs/notation.md.
+Source of the parameters: captions of Han, Jin & Hu (2004). The ranges of the axes are ours.
 """
 
 import os

@@ -99,7 +99,7 @@ def bifurcation(
         ax.set_xlim(float(np.min(diagram.parameter)), float(np.max(diagram.parameter)))
     name = diagram.parameter_name
     ax.set_xlabel(PARAMETER_SYMBOLS.get(name, name))
-    ax.set_ylabel(r"$x_1$")
+    ax.set_ylabel(r"$x_1$ at impact" if section == "impact" else r"$x_1$ once per drive period")
     return ax
 
 

@@ -15,11 +15,9 @@ from matplotlib.axes import Axes
 from .curve import mark_regimes, reach, reach_symbol, sample
 from .style import (
     BLACK,
-    BLUE,
     GREY,
     REGIME_STYLES,
     STATE_SYMBOLS,
-    VERMILLION,
     new_axes,
 )
 
@@ -174,7 +172,7 @@ def gap_history(
     ax = new_axes(ax)
     curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
     gap = reach(run, curve.state[:, 0]) - curve.state[:, 2] - run.system.gap
-    ax.axhline(0.0, color=VERMILLION, lw=0.6)
+    ax.axhline(0.0, color=GREY, lw=0.6)
     ax.plot(curve.time, gap, color=BLACK, lw=0.6)
     if color == "regime":
         hits = run.impacts[curve.impacts]
@@ -194,13 +192,13 @@ def displacement_history(
     color: Literal["regime"] | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw x1 (thin, blue) and x2 (black) against time, as in the paper's Fig. 10(b).
+    """Draw x1 (grey) and x2 (black) against time, as in the paper's Fig. 10(b).
 
     Parameters as in `time_history`.
     """
     ax = new_axes(ax)
     curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
-    ax.plot(curve.time, curve.state[:, 0], color=BLUE, lw=0.5, label=r"$x_1$")
+    ax.plot(curve.time, curve.state[:, 0], color=GREY, lw=0.6, label=r"$x_1$")
     ax.plot(curve.time, curve.state[:, 2], color=BLACK, lw=0.8, label=r"$x_2$")
     if color == "regime":
         hits = run.impacts[curve.impacts]
@@ -212,23 +210,23 @@ def displacement_history(
 
 
 def impact_count(run: Run, *, ax: Axes | None = None) -> Axes:
-    """Draw the number of kept impacts against the drive period in which they happen.
+    """Draw the number of impacts since t = 0 against drive periods, for the kept part of a run.
 
     Both axes are logarithmic: impacts that stop after a finite number end in a level line.
     """
     ax = new_axes(ax)
     period = run.impacts["period"] + 1
-    end = int(run.final_state.period)
-    count = np.arange(1, len(period) + 1)
+    count = np.arange(1, len(period) + 1) + run.impact_count - len(period)
     ax.step(
-        np.concatenate([period, [end]]),
-        np.concatenate([count, count[-1:]]) if len(count) else [0],
+        np.append(period, run.final_state.period),
+        np.append(count, run.impact_count),
         where="post",
         color=BLACK,
         lw=0.9,
     )
-    ax.set_xscale("log")
-    ax.set_yscale("log")
+    if run.impact_count:
+        ax.set_xscale("log")
+        ax.set_yscale("log")
     ax.set_xlabel("drive periods")
     ax.set_ylabel("impacts")
     return ax

@@ -1,0 +1,35 @@
+//! Python bindings: thin frozen wrappers around the core (`vibroimpact._core`).
+//!
+//! Errors cross in `errors.rs`, arrays in `arrays.rs`, nothing else is done here.
+
+mod arrays;
+mod errors;
+mod run;
+mod sweep;
+mod system;
+
+use pyo3::prelude::*;
+
+/// The compiled core of vibroimpact.
+#[pymodule]
+mod _core {
+    #[pymodule_export]
+    use super::run::{PyFinalState, PyPeriodReport, PyRun, simulate, simulate_many};
+    #[pymodule_export]
+    use super::sweep::{PySweep, sweep};
+    #[pymodule_export]
+    use super::system::PySystem;
+
+    use super::arrays;
+    use super::*;
+    use crate::event::{EventRecord, GrazeRecord, ImpactRecord};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        let py = module.py();
+        module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        module.add("IMPACT_DTYPE", arrays::dtype(py, ImpactRecord::COLUMNS)?)?;
+        module.add("EVENT_DTYPE", arrays::dtype(py, EventRecord::COLUMNS)?)?;
+        module.add("GRAZE_DTYPE", arrays::dtype(py, GrazeRecord::COLUMNS)?)
+    }
+}

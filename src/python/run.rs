@@ -1,0 +1,345 @@
+//! `_core.Run`, `simulate` and `simulate_many`.
+
+use std::cell::Cell;
+
+use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use super::arrays;
+use super::system::PySystem;
+use crate::error::ParameterError;
+use crate::event::{EventRecord, GrazeRecord, ImpactRecord, StopReason};
+use crate::period::PeriodReport;
+use crate::run::{FinalState, Run, RunOptions, run};
+use crate::simulate::Horizon;
+use crate::state::State;
+use crate::sweep::{Workers, run_many};
+use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
+
+/// State at the end of a run.
+#[pyclass(name = "FinalState", module = "vibroimpact._core", frozen)]
+pub(super) struct PyFinalState(FinalState);
+
+#[pymethods]
+impl PyFinalState {
+    #[getter]
+    fn x1(&self) -> f64 {
+        self.0.state.x1
+    }
+    #[getter]
+    fn v1(&self) -> f64 {
+        self.0.state.v1
+    }
+    #[getter]
+    fn x2(&self) -> f64 {
+        self.0.state.x2
+    }
+    #[getter]
+    fn v2(&self) -> f64 {
+        self.0.state.v2
+    }
+    #[getter]
+    fn time(&self) -> f64 {
+        self.0.time
+    }
+    #[getter]
+    fn period(&self) -> i64 {
+        self.0.clock.period
+    }
+    #[getter]
+    fn time_in_period(&self) -> f64 {
+        self.0.clock.time_in_period
+    }
+    /// Contact mode.
+    #[getter]
+    fn mode(&self) -> &'static str {
+        "flight"
+    }
+    fn __repr__(&self) -> String {
+        let FinalState { state: s, clock, time } = self.0;
+        format!(
+            "FinalState(x1={:?}, v1={:?}, x2={:?}, v2={:?}, time={time:?}, period={})",
+            s.x1, s.v1, s.x2, s.v2, clock.period
+        )
+    }
+}
+
+/// What the kept stroboscopic states say of the motion.
+#[pyclass(name = "PeriodReport", module = "vibroimpact._core", frozen)]
+pub(super) struct PyPeriodReport(PeriodReport);
+
+#[pymethods]
+impl PyPeriodReport {
+    #[getter]
+    fn m(&self) -> Option<usize> {
+        self.0.orbit.map(|(m, _)| m)
+    }
+    #[getter]
+    fn n(&self) -> Option<usize> {
+        self.0.orbit.map(|(_, n)| n)
+    }
+    #[getter]
+    fn residual(&self) -> f64 {
+        self.0.residual
+    }
+    #[getter]
+    fn rate(&self) -> f64 {
+        self.0.rate
+    }
+    /// Mean logarithmic growth of a small perturbation per drive period.
+    #[getter]
+    fn growth(&self) -> f64 {
+        self.0.growth.map_or(f64::NAN, |g| g.mean)
+    }
+    #[getter]
+    fn growth_error(&self) -> f64 {
+        self.0.growth.map_or(f64::NAN, |g| g.error)
+    }
+    #[getter]
+    fn confidence(&self) -> f64 {
+        self.0.confidence
+    }
+    #[getter]
+    fn method(&self) -> &'static str {
+        self.0.method
+    }
+    #[getter]
+    fn label(&self) -> String {
+        self.0.label()
+    }
+    fn __repr__(&self) -> String {
+        format!("PeriodReport(label={:?}, residual={:e})", self.0.label(), self.0.residual)
+    }
+}
+
+/// Result of simulate.
+#[pyclass(name = "Run", module = "vibroimpact._core", frozen)]
+pub(super) struct PyRun(Run);
+
+#[pymethods]
+impl PyRun {
+    #[getter]
+    fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::records(py, &self.0.impacts, ImpactRecord::COLUMNS)
+    }
+    #[getter]
+    fn stroboscopic<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        arrays::states(py, &self.0.stroboscopic)
+    }
+    #[getter]
+    fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::records(py, &self.0.events, EventRecord::COLUMNS)
+    }
+    #[getter]
+    fn grazes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::records(py, &self.0.grazes, GrazeRecord::COLUMNS)
+    }
+    #[getter]
+    fn final_state(&self) -> PyFinalState {
+        PyFinalState(self.0.final_state)
+    }
+    #[getter]
+    fn stop_reason(&self) -> &'static str {
+        self.0.stop_reason.name()
+    }
+    /// A sentence on how the run ended.
+    #[getter]
+    fn stop_detail(&self) -> String {
+        let FinalState { state, time, .. } = self.0.final_state;
+        format!(
+            "{} at t = {time} after {} impacts, state {:?}",
+            self.0.stop_reason.name(),
+            self.0.impact_count,
+            state.to_array()
+        )
+    }
+    /// Start of the kept window (time).
+    #[getter]
+    fn kept_from(&self) -> f64 {
+        self.0.kept_from()
+    }
+    /// Impacts since t = 0, kept or not.
+    #[getter]
+    fn impact_count(&self) -> u64 {
+        self.0.impact_count
+    }
+    #[getter]
+    fn interrupted(&self) -> bool {
+        self.0.stop_reason == StopReason::Interrupted
+    }
+
+    /// States (len(t), 4) at times inside the kept window.
+    fn trajectory<'py>(
+        &self,
+        py: Python<'py>,
+        t: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let times = arrays::to_vec(&t);
+        let states = py.detach(|| self.0.trajectory(&times)).ok_or_else(|| {
+            let (from, to) = (self.0.kept_from(), self.0.final_state.time);
+            PyValueError::new_err(format!("t outside the kept window [{from}, {to}]"))
+        })?;
+        arrays::states(py, &states)
+    }
+
+    /// Period, impact count and label.
+    fn period(&self, py: Python<'_>) -> PyPeriodReport {
+        PyPeriodReport(py.detach(|| self.0.period()))
+    }
+
+    /// Go on for so many further periods, or so much further time.
+    #[pyo3(signature = (*, periods = None, time = None, keep = None, max_events = None))]
+    fn resume(
+        &self,
+        py: Python<'_>,
+        periods: Option<i64>,
+        time: Option<f64>,
+        keep: Option<i64>,
+        max_events: Option<u64>,
+    ) -> PyResult<Self> {
+        let done = self.0.final_state.clock.period;
+        let horizon = match horizon(periods, time)? {
+            // Checked before the sum: a bad number must be named as it was given.
+            Horizon::Periods(more) if more < 0 || done.checked_add(more).is_none() => {
+                return Err(ParameterError::new("periods", more, "a whole number >= 0").into());
+            }
+            Horizon::Periods(more) => Horizon::Periods(done + more),
+            Horizon::Time(more) if more.is_nan() || more < 0.0 => {
+                return Err(ParameterError::new("time", more, "a finite number >= 0").into());
+            }
+            Horizon::Time(more) => Horizon::Time(self.0.final_state.time + more),
+            other => other,
+        };
+        if let (Some(keep), Some(periods)) = (keep, periods) {
+            if keep > periods {
+                let allowed = "a whole number in [0, periods]";
+                return Err(ParameterError::new("keep", keep, allowed).into());
+            }
+        }
+        let options = RunOptions {
+            horizon,
+            keep,
+            max_events: max_events.unwrap_or(self.0.options.max_events),
+            ..self.0.options
+        };
+        interruptible(py, |go_on| self.0.resume(options, go_on)).map(Self)
+    }
+
+    /// Everything but the arrays, as JSON with exact numbers.
+    fn to_json(&self) -> PyResult<String> {
+        serde_json::to_string(&self.0).map_err(|e| PyValueError::new_err(e.to_string()))
+    }
+
+    /// A run from what `to_json` and the arrays hold.
+    #[staticmethod]
+    fn from_parts(
+        text: &str,
+        impacts: &Bound<'_, PyAny>,
+        stroboscopic: PyReadonlyArray2<'_, f64>,
+        events: &Bound<'_, PyAny>,
+        grazes: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let mut run: Run =
+            serde_json::from_str(text).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        run.system = run.system.validated()?;
+        run.impacts = arrays::from_records(impacts, ImpactRecord::COLUMNS)?;
+        run.stroboscopic = arrays::to_states(&stroboscopic)?;
+        run.events = arrays::from_records(events, EventRecord::COLUMNS)?;
+        run.grazes = arrays::from_records(grazes, GrazeRecord::COLUMNS)?;
+        Ok(Self(run))
+    }
+}
+
+fn horizon(periods: Option<i64>, time: Option<f64>) -> PyResult<Horizon> {
+    match (periods, time) {
+        (Some(periods), None) => Ok(Horizon::Periods(periods)),
+        (None, Some(time)) => Ok(Horizon::Time(time)),
+        (None, None) => Err(ParameterError::new("periods", "missing", "periods or time").into()),
+        (Some(_), Some(time)) => {
+            Err(ParameterError::new("time", time, "only one of periods and time").into())
+        }
+    }
+}
+
+pub(super) fn to_state(initial: [f64; 4]) -> PyResult<State> {
+    let [x1, v1, x2, v2] = initial;
+    Ok(State::new(x1, v1, x2, v2)?)
+}
+
+/// Works with the interpreter released; Ctrl-C makes the work end early with what is done.
+fn interruptible<T: Send, E: Into<PyErr> + Send>(
+    py: Python<'_>,
+    work: impl FnOnce(&mut dyn FnMut() -> bool) -> Result<T, E> + Send,
+) -> PyResult<T> {
+    py.detach(|| {
+        let stopped = Cell::new(false);
+        let mut go_on = || {
+            if !stopped.get() && Python::attach(|py| py.check_signals()).is_err() {
+                stopped.set(true);
+            }
+            !stopped.get()
+        };
+        work(&mut go_on)
+    })
+    .map_err(Into::into)
+}
+
+/// One run.
+#[pyfunction]
+#[pyo3(signature = (
+    system, initial, *, periods = None, time = None, keep = None,
+    max_events = DEFAULT_MAX_EVENTS, tolerance = DEFAULT_TOLERANCE, section_phase = 0.0,
+))]
+#[allow(clippy::too_many_arguments)]
+pub(super) fn simulate(
+    py: Python<'_>,
+    system: &PySystem,
+    initial: [f64; 4],
+    periods: Option<i64>,
+    time: Option<f64>,
+    keep: Option<i64>,
+    max_events: u64,
+    tolerance: f64,
+    section_phase: f64,
+) -> PyResult<PyRun> {
+    let horizon = horizon(periods, time)?;
+    let options = RunOptions { horizon, keep, max_events, tolerance, section_phase };
+    options.check(&system.0)?;
+    let initial = to_state(initial)?;
+    let system = system.0;
+    interruptible(py, move |go_on| run(&system, initial, options, go_on)).map(PyRun)
+}
+
+/// One run per initial state, in parallel.
+#[pyfunction]
+#[pyo3(signature = (
+    system, initials, *, periods = None, time = None, keep = None,
+    max_events = DEFAULT_MAX_EVENTS, tolerance = DEFAULT_TOLERANCE, section_phase = 0.0,
+    workers = None,
+))]
+#[allow(clippy::too_many_arguments)]
+pub(super) fn simulate_many(
+    py: Python<'_>,
+    system: &PySystem,
+    initials: PyReadonlyArray2<'_, f64>,
+    periods: Option<i64>,
+    time: Option<f64>,
+    keep: Option<i64>,
+    max_events: u64,
+    tolerance: f64,
+    section_phase: f64,
+    workers: Option<usize>,
+) -> PyResult<Vec<PyRun>> {
+    let horizon = horizon(periods, time)?;
+    let options = RunOptions { horizon, keep, max_events, tolerance, section_phase };
+    options.check(&system.0)?;
+    let initials: PyResult<Vec<State>> =
+        arrays::to_states(&initials)?.into_iter().map(to_state).collect();
+    let (initials, system) = (initials?, system.0);
+    let workers = Workers::new(workers)?;
+    let runs = interruptible(py, move |go_on| {
+        run_many(&system, &initials, options, &workers, go_on)
+    })?;
+    Ok(runs.into_iter().map(PyRun).collect())
+}

@@ -1,0 +1,185 @@
+"""The reproduction: pages at print size that hold the computed data, files, and bad input."""
+
+import json
+
+import numpy as np
+import pytest
+from matplotlib.collections import PathCollection
+from matplotlib.image import imread
+
+import vibroimpact as vi
+from vibroimpact.paper import (
+    INITIAL,
+    MOTIONS,
+    TRANSITIONS,
+    evidence,
+    motions,
+    reproduce,
+    transitions,
+)
+from vibroimpact.paper.motions import Shown
+from vibroimpact.paper.windows import Window, period_windows
+
+BY_ID = {transition.id: transition for transition in TRANSITIONS}
+
+
+def texts(page) -> str:
+    return "\n".join(text.get_text() for text in page.figure.findobj(match=is_text))
+
+
+def is_text(artist) -> bool:
+    return hasattr(artist, "get_text") and hasattr(artist, "get_fontsize")
+
+
+def offsets(ax) -> np.ndarray:
+    (points,) = [item for item in ax.collections if isinstance(item, PathCollection)]
+    return np.asarray(points.get_offsets())
+
+
+def test_transitions_are_those_of_the_captions():
+    varied = {
+        name: (s.friction, *s.damping, s.moment_amplitude, s.force_amplitude)
+        for name, s in ((key, item.system) for key, item in BY_ID.items())
+    }
+    assert varied == {
+        "4": (0.0, 0.0, 0.0, 1.0, 0.0),
+        "7a": (0.0, 0.01, 0.01, 1.0, 0.5),
+        "7b": (0.0, 0.1, 0.1, 1.0, 0.5),
+        "7c": (0.0, 0.1, 0.1, 1.0, 1.5),
+        "8a": (0.5, 0.0, 0.0, 1.0, 0.0),
+        "8b": (0.4, 0.01, 0.01, 1.0, 0.5),
+        "8c": (0.8, 0.01, 0.01, 1.0, 0.5),
+    }
+
+
+def test_a_page_of_diagrams_holds_both_sections():
+    diagram = transitions.compute(BY_ID["7b"], 12, None)
+    assert (diagram.parameter[0], diagram.parameter[-1]) == (0.2, 4.0)
+    page = transitions.draw(7, [(BY_ID["7b"], diagram)], None)
+    left, right = page.figure.get_axes() or page.figure.subfigs[0].get_axes()
+    assert np.array_equal(offsets(left), np.column_stack([diagram.impact_parameter, diagram.x1]))
+    assert np.array_equal(offsets(right)[:, 1], diagram.stroboscopic[:, 0])
+    assert r"(b)  $\mu = 0$, $\zeta_1 = \zeta_2 = 0.1$, $f_1 = 1$, $f_2 = 0.5$" in texts(page)
+    assert "last 100 of 600 drive periods, 12 frequencies" in texts(page)
+
+
+def test_a_page_says_where_runs_stopped():
+    diagram = transitions.compute(BY_ID["7c"], 12, None)
+    stopped = int(np.count_nonzero(diagram.status == "chatter"))
+    assert stopped > 0
+    page = transitions.draw(7, [(BY_ID["7c"], diagram)], "regime")
+    assert f"grey rug: chatter at {stopped} frequencies" in texts(page)
+    assert "frictionless" in texts(page)
+
+
+def fake_diagram(m, n):
+    """A diagram as far as period_windows looks at it."""
+
+    class Periods:
+        parameter = np.linspace(0.0, 1.0, len(m))
+
+    Periods.m, Periods.n = np.array(m), np.array(n)
+    return Periods
+
+
+def test_windows_are_runs_of_one_longer_period():
+    m = [1, 3, 3, 3, 1, 5, 5, 5, 5, 5, 0, 4, 4, 4, 4, 6]
+    n = [1, 2, 2, 2, 1, 5, 5, 4, 4, 4, 0, 0, 0, 0, 0, 3]
+    x = np.linspace(0.0, 1.0, 16)
+    assert set(period_windows(fake_diagram(m, n))) == {
+        Window(x[1], x[3], 3, 2),
+        Window(x[7], x[9], 5, 4),
+    }
+    assert period_windows(fake_diagram(m, n), at_least=4) == []
+
+
+def test_windows_come_widest_first_and_widen_to_both_sides():
+    m = [3, 3, 3, 1, 4, 4, 4, 4, 4]
+    first, second = period_windows(fake_diagram(m, m))
+    assert (first.m, second.m) == (4, 3)
+    assert Window(1.0, 2.0, 3, 3).widened(0.25) == (0.75, 2.25)
+
+
+def test_an_enlarged_window_is_computed_on_a_finer_grid():
+    diagram = vi.bifurcation_diagram(
+        BY_ID["4"].system, initial=INITIAL, drive_frequency=np.linspace(2.52, 2.60, 9)
+    )
+    windows = period_windows(diagram)
+    assert (8, 6) in {(window.m, window.n) for window in windows}
+    parts = transitions.enlarge(BY_ID["4"], diagram, 200, None)
+    assert len(parts) == min(len(windows), transitions.MOST_WINDOWS)
+    for part in parts:
+        grid = part.diagram.parameter
+        assert grid[0] < part.window.low < part.window.high < grid[-1]
+        assert len(grid) == 20
+    page = transitions.draw_enlargements(BY_ID["4"], parts, None)
+    assert f"the {len(parts)} widest of {len(windows)} windows" in texts(page)
+    assert "8-6" in texts(page)
+
+
+def shown(name, **more) -> Shown:
+    (motion,) = [motion for motion in MOTIONS if motion.id == name]
+    run = vi.simulate(motion.system, initial=INITIAL, periods=600, keep=100)
+    return Shown(motion, run, **more)
+
+
+def test_both_coexisting_motions_are_drawn():
+    (motion,) = [motion for motion in MOTIONS if motion.id == "9(3)"]
+    other = evidence.coexisting(motion.system, "4-5", starts=evidence.random_starts(3))
+    page = motions.draw(9, [shown("9(3)", other=other)], "regime")
+    assert len(page.figure.subfigs) == 2
+    assert "paper: 4-5; found: 6-7" in texts(page)
+    assert "found: 4-5" in texts(page)
+    first, second = (part.get_axes()[0] for part in page.figure.subfigs)
+    assert first.get_xlim()[1] == pytest.approx(600 * motion.system.drive_period)
+    assert second.get_xlim()[1] == pytest.approx(other.run.final_state.time)
+
+
+def test_sporadic_impacts_are_drawn_from_the_start():
+    item = shown("10")
+    long_run = vi.simulate(item.motion.system, initial=INITIAL, periods=600)
+    page = motions.draw_sporadic(Shown(item.motion, item.run, long_run), None)
+    history, zoom = page.figure.subfigs[0].get_axes()
+    assert history.get_xlim() == (0.0, 400.0)
+    low, high = zoom.get_xlim()
+    assert low < long_run.impacts["time"][0] < high
+    assert "9 impacts within 600 drive periods" in texts(page)
+    with pytest.raises(ValueError, match="long run"):
+        motions.draw_sporadic(item, None)
+
+
+def test_reproduce_writes_pages_of_print_size_and_the_claims(tmp_path, capsys):
+    out = tmp_path / "new" / "figures"
+    result = reproduce(out, figures=[4, 5], frequencies=8, formats=("png", "pdf"))
+    pages = ["fig4", "fig4-regimes", "fig5", "fig5-regimes"]
+    written = [f"{page}.{suffix}" for page in pages for suffix in ("png", "pdf")]
+    assert [path.name for path in result.files] == [*written, "claims.json", "claims.md"]
+    assert all(path.is_file() for path in result.files)
+    assert imread(out / "fig5.png").shape[1] == pytest.approx(180 / 25.4 * 300, abs=1)
+    assert (out / "fig5.pdf").read_bytes().startswith(b"%PDF")
+    stored = json.loads((out / "claims.json").read_text(encoding="utf-8"))
+    assert [claim["id"] for claim in stored] == ["5a", "5b", "5c"]
+    assert [claim.id for claim in result.claims] == ["5a", "5b", "5c"]
+    assert "# The paper's named motions" in (out / "claims.md").read_text(encoding="utf-8")
+    report = capsys.readouterr()
+    assert report.out == ""
+    assert "figure 4: no window of period m > 2 on this grid" in report.err
+
+
+def test_reproduce_can_be_silent(tmp_path, capsys):
+    reproduce(tmp_path, figures=[5], progress=False)
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"figures": [3, 4]}, r"figures = \[3\]: allowed are 4, 5, 6, 7, 8, 9, 10"),
+        ({"formats": ["gif"]}, r"formats = \['gif'\]: allowed are png, pdf, svg"),
+        ({"frequencies": 1}, "frequencies = 1: allowed is an integer >= 2"),
+    ],
+)
+def test_bad_input_is_named_before_anything_is_written(tmp_path, arguments, message):
+    with pytest.raises(vi.ParameterError, match=message):
+        reproduce(tmp_path / "out", **arguments)
+    assert not (tmp_path / "out").exists()

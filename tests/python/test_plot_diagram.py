@@ -1,0 +1,162 @@
+"""Bifurcation plots show every point of the diagram once, in its colour, and what did not run."""
+
+import dataclasses
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib import pyplot
+from matplotlib.collections import PathCollection, PolyCollection
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+import vibroimpact as vi
+from vibroimpact.plot.style import PARAMETER_SYMBOLS
+from vibroimpact.system import NUMERIC_RANGES
+
+
+@pytest.fixture(scope="module")
+def diagram() -> vi.Diagram:
+    system = vi.System(
+        mass_ratio=0.6,
+        frequency_ratio=2.0,
+        restitution=0.8,
+        gap=0.5,
+        drive_frequency=1.0,
+        moment_amplitude=1.0,
+        friction=0.5,
+    )
+    return vi.bifurcation_diagram(
+        system,
+        initial=(0.0, 0.5, 0.0, 0.0),
+        periods=60,
+        keep=20,
+        drive_frequency=np.linspace(1.4, 1.7, 16),
+    )
+
+
+@pytest.fixture
+def ax():
+    return Figure().subplots()
+
+
+def points(ax) -> PathCollection:
+    (found,) = [item for item in ax.collections if isinstance(item, PathCollection)]
+    return found
+
+
+def rugs(ax) -> list[PolyCollection]:
+    return [item for item in ax.collections if isinstance(item, PolyCollection)]
+
+
+def by_row(*columns) -> np.ndarray:
+    table = np.column_stack(columns)
+    return table[np.lexsort(table.T)]
+
+
+def test_black_points_are_the_impacts(diagram, ax):
+    assert vi.plot.bifurcation(diagram, ax=ax) is ax
+    drawn = np.asarray(points(ax).get_offsets())
+    assert np.array_equal(drawn, np.column_stack([diagram.impact_parameter, diagram.x1]))
+    assert points(ax).get_facecolor().tolist() == [[0.0, 0.0, 0.0, 1.0]]
+    assert (ax.get_xlabel(), ax.get_xlim()) == (r"$\omega$", (1.4, 1.7))
+    assert points(ax).get_rasterized()
+
+
+def test_stroboscopic_points_are_the_first_state(diagram, ax):
+    vi.plot.bifurcation(diagram, section="stroboscopic", ax=ax)
+    expected = np.column_stack([diagram.stroboscopic_parameter, diagram.stroboscopic[:, 0]])
+    assert np.array_equal(np.asarray(points(ax).get_offsets()), expected)
+
+
+def test_each_impact_has_the_colour_of_its_regime(diagram, ax):
+    assert len(set(diagram.regime.tolist())) >= 3
+    vi.plot.bifurcation(diagram, color="regime", ax=ax)
+    colors = [style.color for style in vi.plot.REGIME_STYLES]
+    drawn = [colors.index(to_hex(rgba).upper()) for rgba in points(ax).get_facecolor()]
+    xy = np.asarray(points(ax).get_offsets())
+    expected = by_row(diagram.impact_parameter, diagram.x1, diagram.regime)
+    assert np.array_equal(by_row(xy[:, 0], xy[:, 1], drawn), expected)
+
+
+def test_no_regime_is_drawn_as_a_block_over_another(diagram, ax):
+    vi.plot.bifurcation(diagram, color="regime", ax=ax)
+    drawn = points(ax).get_facecolor()
+    changes = np.count_nonzero((np.diff(drawn, axis=0) != 0).any(axis=1))
+    shares = np.bincount(diagram.regime) / len(diagram.regime)
+    # In a random order neighbours differ with this probability; a sorted order has a few changes.
+    expected = (1.0 - np.sum(shares**2)) * len(drawn)
+    assert changes > 0.8 * expected
+
+
+def test_regimes_present_are_named_in_the_legend(diagram, ax):
+    vi.plot.bifurcation(diagram, color="regime", ax=ax)
+    named = [text.get_text() for text in ax.get_legend().get_texts()]
+    present = [vi.plot.REGIME_STYLES[code].text for code in np.unique(diagram.regime)]
+    assert named == present
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"section": "stroboscopic", "color": "regime"}, "only impacts have a regime"),
+        ({"section": "poincare"}, "section must be"),
+        ({"color": "red"}, "color must be"),
+    ],
+)
+def test_bad_arguments_are_named(diagram, ax, arguments, message):
+    with pytest.raises(ValueError, match=message):
+        vi.plot.bifurcation(diagram, ax=ax, **arguments)
+
+
+def test_completed_runs_leave_no_rug_and_no_legend(diagram, ax):
+    whole = dataclasses.replace(diagram, status=np.full(16, "completed"))
+    vi.plot.bifurcation(whole, ax=ax)
+    assert rugs(ax) == []
+    assert ax.get_legend() is None
+
+
+def test_runs_that_stopped_are_marked_where_they_are(diagram, ax):
+    status = np.full(16, "completed", dtype="<U12")
+    status[[0, 1, 2, 7]] = "chatter"
+    status[15] = "event_cap"
+    vi.plot.bifurcation(dataclasses.replace(diagram, status=status), ax=ax)
+    chatter, capped = rugs(ax)
+    half = 0.5 * (diagram.parameter[1] - diagram.parameter[0])
+    value = diagram.parameter
+    spans = [(path.vertices[:, 0].min(), path.vertices[:, 0].max()) for path in chatter.get_paths()]
+    expected = [(value[0], value[2] + half), (value[7] - half, value[7] + half)]
+    assert np.array(spans) == pytest.approx(np.array(expected), abs=1e-12)
+    (capped_path,) = capped.get_paths()
+    assert capped_path.vertices[:, 0].min() == pytest.approx(value[15] - half, abs=1e-12)
+    assert chatter.get_paths()[0].vertices[:, 1].max() <= capped_path.vertices[:, 1].min()
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [
+        "chatter: 4 of 16 values",
+        "event_cap: 1 of 16 values",
+    ]
+
+
+def test_styles_are_those_of_the_regimes_and_all_differ():
+    styles = vi.plot.REGIME_STYLES
+    assert [style.name for style in styles] == [regime.name.lower() for regime in vi.Regime]
+    assert len({style.color for style in styles}) == len({style.marker for style in styles}) == 6
+
+
+def test_every_parameter_has_its_symbol():
+    assert set(PARAMETER_SYMBOLS) == set(NUMERIC_RANGES)
+
+
+def test_without_axes_a_new_figure_is_made_and_not_shown(diagram, monkeypatch):
+    monkeypatch.setattr(pyplot, "show", lambda *_, **__: pytest.fail("a plot called show"))
+    with mpl.rc_context({"backend": "Agg"}):
+        before = pyplot.get_fignums()
+        ax = vi.plot.bifurcation(diagram)
+        assert len(pyplot.get_fignums()) == len(before) + 1
+        pyplot.close(ax.figure)
+
+
+def test_publication_style_ends_with_its_block():
+    before = mpl.rcParams["font.size"]
+    with vi.plot.publication_style():
+        assert mpl.rcParams["font.size"] == vi.plot.PUBLICATION["font.size"] != before
+    assert mpl.rcParams["font.size"] == before
