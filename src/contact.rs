@@ -138,6 +138,12 @@ impl<G: Geometry> Search<'_, G> {
         Sample { time: s, gap, bodies }
     }
 
+    fn evaluate_exactly(&mut self, s: f64) -> Sample {
+        self.evaluations += 1;
+        let (gap, bodies) = self.gap.at_exactly(s);
+        Sample { time: s, gap, bodies }
+    }
+
     fn touch(&self, sample: &Sample, offset: f64) -> Touch {
         Touch {
             time: sample.time,
@@ -215,6 +221,8 @@ impl<G: Geometry> Search<'_, G> {
                 return graze;
             }
         }
+        // Once more with care: whatever is lost here stays in the motion.
+        let sample = &self.evaluate_exactly(sample.time);
         // First the parabola's root, which exists by the above, then Newton on the cubic.
         let slope = near.rate + height.max(0.0).sqrt();
         let mut offset = h - if slope > 0.0 { 2.0 * near.value / slope } else { 0.0 };
@@ -249,28 +257,31 @@ impl<G: Geometry> Search<'_, G> {
 }
 
 /// A number just below the first positive root of c0 + c1 h + c2 h^2 + c3 h^3 + c4 h^4 in
-/// (0, limit], or `limit` if there is none; c0 < 0 and the last nonzero coefficient is positive.
+/// (0, limit], or `limit` if there is none; c0 < 0 and c4 >= 0.
 ///
-/// Each step goes to the root of a parabola that bounds the polynomial from above on the rest of
-/// the interval: its second derivative is convex, so largest at an end.
+/// Each step goes to the root of a parabola that bounds the polynomial from above on a window
+/// ahead: its second derivative is convex, so largest at an end of the window. The window
+/// follows the steps, so that close to the root the parabola is tight and steps are Newton's.
 fn first_root(c: &[f64; 5], limit: f64) -> f64 {
     let curvature = |h: f64| 2.0 * c[2] + h * (6.0 * c[3] + h * 12.0 * c[4]);
-    let at_limit = curvature(limit);
     let mut h = 0.0;
+    let mut window = limit;
     for _ in 0..QUARTIC_STEPS {
         let value = c[0] + h * (c[1] + h * (c[2] + h * (c[3] + h * c[4])));
         if value >= 0.0 {
             return h;
         }
         let rate = c[1] + h * (2.0 * c[2] + h * (3.0 * c[3] + h * 4.0 * c[4]));
-        let bend = curvature(h).max(at_limit);
+        let bend = curvature(h).max(curvature(h + window));
         let discriminant = rate * rate - 2.0 * bend * value;
-        if discriminant < 0.0 || (bend <= 0.0 && rate <= 0.0) {
-            return limit;
-        }
-        // -2 value/(rate + root) is the smaller positive root; for rate < 0 in a stable form.
-        let root = discriminant.sqrt();
-        let step = if rate >= 0.0 { -2.0 * value / (rate + root) } else { (root - rate) / bend };
+        let step = if discriminant < 0.0 || (bend <= 0.0 && rate <= 0.0) {
+            window
+        } else {
+            // The smaller positive root; for rate < 0 in a form that does not cancel.
+            let root = discriminant.sqrt();
+            let step = if rate >= 0.0 { -2.0 * value / (rate + root) } else { (root - rate) / bend };
+            step.min(window)
+        };
         h += step;
         if h >= limit {
             return limit;
@@ -278,6 +289,7 @@ fn first_root(c: &[f64; 5], limit: f64) -> f64 {
         if step <= QUARTIC_RTOL * h {
             return h;
         }
+        window = (4.0 * step).min(limit - h);
     }
     h
 }

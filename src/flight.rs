@@ -84,6 +84,16 @@ impl FreeMotion {
         )
     }
 
+    /// Like [`FreeMotion::at`], with the rounding of all angles made good: for the instant of a
+    /// contact, once per flight.
+    pub(crate) fn at_exactly(&self, flight: &Flight, s: f64) -> (Motion, Motion) {
+        let turn = self.drive.turned_exactly(flight.start, s);
+        (
+            self.pendulum.at_exactly(&flight.pendulum, s, &turn),
+            self.oscillator.at_exactly(&flight.oscillator, s, &turn),
+        )
+    }
+
     /// Bounds of the derivatives 1 to 4 of both displacements during the local flight.
     pub(crate) fn bounds(&self, flight: &Flight) -> (Bounds, Bounds) {
         (

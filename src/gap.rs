@@ -148,7 +148,16 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
     /// Gap function and motion of both bodies at local time `s`.
     #[inline]
     pub fn at(&self, s: f64) -> (GapPoint, (Motion, Motion)) {
-        let (p, o) = self.motion.at(self.flight, s);
+        self.gap(self.motion.at(self.flight, s))
+    }
+
+    /// The same with the rounding of all angles made good.
+    pub fn at_exactly(&self, s: f64) -> (GapPoint, (Motion, Motion)) {
+        self.gap(self.motion.at_exactly(self.flight, s))
+    }
+
+    #[inline]
+    fn gap(&self, (p, o): (Motion, Motion)) -> (GapPoint, (Motion, Motion)) {
         let tip = G::tip_motion(self.anchor, &p);
         let gap = GapPoint {
             value: self.start + (tip[0] - o.increment),

@@ -29,7 +29,7 @@ pub const BOUND_MARGIN: f64 = 1.0 + 1e-12;
 
 /// The search solves its quartic to this relative accuracy: one more gap evaluation costs
 /// about ten of the quartic's own steps.
-pub const QUARTIC_RTOL: f64 = 1e-7;
+pub const QUARTIC_RTOL: f64 = 1e-5;
 
 /// Steps of the solver of the quartic; it may stop anywhere, every iterate is a safe step.
 pub const QUARTIC_STEPS: usize = 24;
@@ -44,7 +44,7 @@ pub const CHUNK_TURNS: f64 = 2.0;
 
 /// The steady response is used where it exceeds the true forced motion of a local flight at
 /// most by this factor, else the response from rest: three bits are lost at most.
-pub const RESONANCE_LOSS: f64 = 0.7;
+pub const RESONANCE_LOSS: f64 = 1.0;
 
 /// Spread of the exponents times time below which divided differences are summed as series.
 pub const SERIES_SPREAD: f64 = 1.0;

@@ -232,9 +232,13 @@ def bifurcation_diagram(
     if (frequencies == 0.0).any():
         reject("drive_frequency", 0.0, "a number > 0: a diagram counts drive periods")
 
-    options = {
-        key: value for key, value in dataclasses.asdict(settings).items() if value is not None
-    }
+    # A zero-length run refuses an initial state that does not fit. Of all swept parameters only the
+    # gap matters to that, and a state that is free at the smallest gap is free at every other.
+    gap = values.min() if name == "gap" and len(values) else system.gap
+    _core.simulate(system.replace(gap=gap)._compiled, settings.initial, time=0.0)
+
+    # A cap of None stands for the core's own default.
+    options = {k: v for k, v in dataclasses.asdict(settings).items() if v is not None}
     with _progress_bar(len(values), name, shown=progress) as advance:
         sweep = _core.sweep(
             system._compiled, name, values, workers=workers, progress=advance, **options

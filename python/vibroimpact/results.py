@@ -237,7 +237,7 @@ class Run:
             periods=span.periods, time=span.time, keep=span.keep, max_events=cap
         )
         run = type(self)(core, self._system, self._initial)
-        raise_if_interrupted([run], run)
+        raise_if_interrupted([run], run, wanted=1)
         return run
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -289,16 +289,12 @@ class Run:
         )
 
 
-def raise_if_interrupted(runs: list[Run], result: Run | list[Run]) -> None:
-    """Raise Interrupted, carrying ``result``, if Ctrl-C ended one of the runs."""
-    cut = [run for run in runs if run._core.interrupted]
-    if cut:
-        reached = min(run.final_state.time for run in cut)
-        raise Interrupted(
-            f"interrupted: {len(cut)} of {len(runs)} runs cut short, the earliest at "
-            f"time {reached:.6g}; .result holds what was done",
-            result,
-        )
+def raise_if_interrupted(runs: list[Run], result: Run | list[Run], *, wanted: int) -> None:
+    """Raise Interrupted, carrying ``result``, if Ctrl-C cut a run short or left some out."""
+    whole = sum(not run._core.interrupted for run in runs)
+    if whole < wanted:
+        message = f"interrupted: {whole} of {wanted} runs are whole; .result holds what was done"
+        raise Interrupted(message, result)
 
 
 def read_only(array: NDArray[_T]) -> NDArray[_T]:

@@ -125,11 +125,12 @@ def simulate(
 
     if start.ndim == 1:
         run = _wrap(_core.simulate(system._compiled, start.tolist(), **options), system, start)
-        raise_if_interrupted([run], run)
+        raise_if_interrupted([run], run, wanted=1)
         return run
     cores = _core.simulate_many(system._compiled, start, workers=workers, **options)
-    runs = [_wrap(core, system, row) for core, row in zip(cores, start, strict=True)]
-    raise_if_interrupted(runs, runs)
+    # After Ctrl-C there may be fewer runs than starts; they are the first ones.
+    runs = [_wrap(core, system, row) for core, row in zip(cores, start, strict=False)]
+    raise_if_interrupted(runs, runs, wanted=len(start))
     return runs
 
 

@@ -41,6 +41,19 @@ impl Turn {
     }
 }
 
+/// (cos(w s) - 1, sin(w s)) with the tails of w and of the product w s to first order. A small
+/// angle is taken by halves, where the product's rounding is relative and 1 would swallow it.
+pub(super) fn turn_exactly(w: DoubleDouble, s: f64) -> (f64, f64) {
+    let angle = DoubleDouble::product(w.hi, s);
+    if angle.hi < 0.5 {
+        let (sin, cos) = (0.5 * angle.hi).sin_cos();
+        return (-2.0 * sin * sin, 2.0 * sin * cos);
+    }
+    let tail = angle.lo + w.lo * s;
+    let (sin, cos) = angle.hi.sin_cos();
+    ((cos - 1.0) - tail * sin, sin + tail * cos)
+}
+
 /// Drive frequency, phase at t = 0, and the exact period.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Drive {
@@ -86,6 +99,13 @@ impl Drive {
     pub fn turned(&self, start: Trig, s: f64) -> Turn {
         let (sin, cos) = (0.5 * self.omega * s).sin_cos();
         Turn::new(start, -2.0 * sin * sin, 2.0 * sin * cos)
+    }
+
+    /// Like [`Drive::turned`], with the rounding of the angle made good: for the instant of a
+    /// contact, once.
+    pub fn turned_exactly(&self, start: Trig, s: f64) -> Turn {
+        let (cos_minus_1, sin) = turn_exactly(DoubleDouble::new(self.omega), s);
+        Turn::new(start, cos_minus_1, sin)
     }
 
     pub fn turned_far(&self, start: Trig, elapsed: DoubleDouble) -> Turn {

@@ -7,7 +7,7 @@
 
 use nalgebra::Complex;
 
-use super::drive::{Trig, Turn};
+use super::drive::{Trig, Turn, turn_exactly};
 use super::resonance::{Beat, RestResponse};
 use crate::double_double::DoubleDouble;
 use crate::tolerance::RESONANCE_LOSS;
@@ -29,8 +29,8 @@ enum Decay {
 #[derive(Debug, Clone, Copy)]
 enum Response {
     Unforced,
-    /// P = f/(w^2 - omega^2 + 2 i c omega).
-    Steady { amplitude: Complex<f64> },
+    /// Re(P e^{i psi}).
+    Steady,
     /// Near resonance P is huge and cancels: a motion that beats instead.
     Beat(Beat),
     /// Drive and both exponents close to zero: the motion that starts from rest.
@@ -48,14 +48,17 @@ pub(crate) struct Oscillator {
     forcing: f64,
     omega: f64,
     response: Response,
+    /// P = f/(w^2 - omega^2 + 2 i c omega); not finite at resonance without damping.
+    steady: Complex<f64>,
     span: f64,
 }
 
 /// One body's flight: its constants from the state at the start.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BodyFlight {
-    /// Displacement at the start (for the equation of motion).
+    /// Displacement and rate at the start.
     x: f64,
+    v: f64,
     /// Homogeneous displacement, rate, and the constants of x_h and v_h.
     a: f64,
     rate: f64,
@@ -109,7 +112,7 @@ impl Oscillator {
         let response = if forcing == 0.0 {
             Response::Unforced
         } else if inverse <= RESONANCE_LOSS * reach {
-            Response::Steady { amplitude: Complex::new(forcing, 0.0) / stiffness }
+            Response::Steady
         } else {
             match decay {
                 Decay::Overdamped { kappa, slow } => Response::FromRest(RestResponse::new(
@@ -133,6 +136,11 @@ impl Oscillator {
             forcing,
             omega,
             response,
+            steady: if forcing == 0.0 {
+                Complex::new(0.0, 0.0)
+            } else {
+                Complex::new(forcing, 0.0) / stiffness
+            },
             span,
         }
     }
@@ -143,19 +151,17 @@ impl Oscillator {
 
     pub fn flight(&self, x: f64, v: f64, start: Trig) -> BodyFlight {
         let (p, q) = match self.response {
-            Response::Steady { amplitude: z } => {
-                (z.re * start.cos - z.im * start.sin, -(z.re * start.sin + z.im * start.cos))
-            }
+            Response::Steady => steady_start(self.steady, start),
             Response::Beat(beat) => beat.factor(start),
             _ => (0.0, 0.0),
         };
         let (a, rate) = match self.response {
-            Response::Steady { .. } => (x - p, v - self.omega * q),
+            Response::Steady => (x - p, v - self.omega * q),
             Response::Beat(_) => (x, v - p),
             _ => (x, v),
         };
         let c = self.decay_rate;
-        BodyFlight { x, a, rate, b: rate + c * a, k: self.natural_squared * a + c * rate, p, q }
+        BodyFlight { x, v, a, rate, b: rate + c * a, k: self.natural_squared * a + c * rate, p, q }
     }
 
     /// (C - 1, S) at local time s.
@@ -169,6 +175,22 @@ impl Oscillator {
             Decay::Underdamped { wd } => {
                 let (sin, cos) = (0.5 * wd * s).sin_cos();
                 self.damped_basis(s, -2.0 * sin * sin, 2.0 * sin * cos / wd)
+            }
+            Decay::Critical | Decay::Overdamped { .. } => self.aperiodic_basis(s),
+        }
+    }
+
+    /// (C - 1, S) with the rounding of the angle made good.
+    fn basis_exactly(&self, s: f64) -> (f64, f64) {
+        let turn = |wd: f64| {
+            let (cos_minus_1, sin) = turn_exactly(self.damped, s);
+            (cos_minus_1, sin / wd)
+        };
+        match self.decay {
+            Decay::Undamped { wd } => turn(wd),
+            Decay::Underdamped { wd } => {
+                let (cos_minus_1, sine) = turn(wd);
+                self.damped_basis(s, cos_minus_1, sine)
             }
             Decay::Critical | Decay::Overdamped { .. } => self.aperiodic_basis(s),
         }
@@ -217,7 +239,7 @@ impl Oscillator {
         let increment = f.a * c1 + f.b * s1;
         let rate = f.rate + (f.rate * c1 - f.k * s1);
         match self.response {
-            Response::Steady { .. } => (
+            Response::Steady => (
                 increment + (f.p * turn.cos_minus_1 + f.q * turn.sin),
                 rate + self.omega * (f.q + (f.q * turn.cos_minus_1 - f.p * turn.sin)),
             ),
@@ -248,7 +270,16 @@ impl Oscillator {
     /// Motion at local time `s`.
     #[inline]
     pub fn at(&self, f: &BodyFlight, s: f64, turn: &Turn) -> Motion {
-        let basis = self.basis(s);
+        self.motion(f, s, self.basis(s), turn)
+    }
+
+    /// Motion at local time `s`, with the rounding of the angles made good.
+    pub fn at_exactly(&self, f: &BodyFlight, s: f64, turn: &Turn) -> Motion {
+        self.motion(f, s, self.basis_exactly(s), turn)
+    }
+
+    #[inline]
+    fn motion(&self, f: &BodyFlight, s: f64, basis: (f64, f64), turn: &Turn) -> Motion {
         let (mut increment, mut rate) = self.combine(f, basis, turn);
         if let Some((x, v)) = self.resonant(f, DoubleDouble::new(s), basis, turn.start) {
             increment += x;
@@ -284,36 +315,49 @@ impl Oscillator {
     }
 
     /// Bounds over a local flight. Every derivative of a free oscillation is a free oscillation,
-    /// whose energy does not grow: |x_h^(n+1)| <= sqrt(x_h^(n+1)(0)^2 + w^2 x_h^(n)(0)^2).
-    /// The steady response adds |P| omega^(n+1); near resonance the whole motion is taken and
-    /// the forcing adds f omega^n per unit time.
+    /// whose energy does not grow: |x_h^(n+1)| <= sqrt(x_h^(n+1)(0)^2 + w^2 x_h^(n)(0)^2), and the
+    /// steady response adds |P| omega^(n+1). Near resonance, where that may be huge, the same
+    /// holds for the whole motion with |f| omega^n per unit time; the smaller bound is taken.
     pub fn bounds(&self, f: &BodyFlight, start: Trig) -> Bounds {
-        let (w2, c2, omega) = (self.natural_squared, 2.0 * self.decay_rate, self.omega);
-        let (forcing, mut extra, factor) = match self.response {
-            Response::Unforced => (Trig { cos: 0.0, sin: 0.0 }, 0.0, 0.0),
-            Response::Steady { amplitude } => {
-                (Trig { cos: 0.0, sin: 0.0 }, amplitude.norm() * omega, omega)
-            }
-            Response::Beat(_) | Response::FromRest(_) => (
-                Trig { cos: self.forcing * start.cos, sin: self.forcing * start.sin },
-                self.forcing.abs() * self.span,
-                omega,
-            ),
-        };
-        // Derivatives of the forcing at the start: f cos, -f omega sin, -f omega^2 cos.
-        let load = [forcing.cos, -omega * forcing.sin, -omega * omega * forcing.cos];
+        let omega = self.omega;
+        if let Response::Unforced | Response::Steady = self.response {
+            return self.energy_bounds(f.a, f.rate, [0.0; 3], self.steady.norm() * omega);
+        }
+        let (x, v) = (f.x, f.v);
+        let load = [
+            self.forcing * start.cos,
+            -self.forcing * omega * start.sin,
+            -self.forcing * omega * omega * start.cos,
+        ];
+        let driven = self.energy_bounds(x, v, load, self.forcing.abs() * self.span);
+        let (p, q) = steady_start(self.steady, start);
+        let free =
+            self.energy_bounds(x - p, v - omega * q, [0.0; 3], self.steady.norm() * omega);
+        // f64::min passes over the NaN of an infinite steady response.
+        Bounds(std::array::from_fn(|n| driven.0[n].min(free.0[n])))
+    }
+
+    /// sqrt(x^(n+1)^2 + w^2 x^(n)^2) + extra omega^n for n = 0 ... 3, the derivatives at the start
+    /// from the equation of motion under `load` (f cos psi and its derivatives).
+    fn energy_bounds(&self, x: f64, v: f64, load: [f64; 3], mut extra: f64) -> Bounds {
+        let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
         let mut bounds = [0.0; 4];
-        let (mut lower, mut upper) = match self.response {
-            Response::Beat(_) => (f.x, f.rate + f.p),
-            _ => (f.a, f.rate),
-        };
+        let (mut lower, mut upper) = (x, v);
         for (n, bound) in bounds.iter_mut().enumerate() {
             *bound = (upper * upper + w2 * lower * lower).sqrt() + extra;
-            extra *= factor;
+            extra *= self.omega;
             if n < 3 {
                 (lower, upper) = (upper, load[n] - c2 * upper - w2 * lower);
             }
         }
         Bounds(bounds)
     }
+}
+
+/// Displacement and rate/omega of the steady response Re(P e^{i psi}) at the start of a flight.
+fn steady_start(amplitude: Complex<f64>, start: Trig) -> (f64, f64) {
+    (
+        amplitude.re * start.cos - amplitude.im * start.sin,
+        -(amplitude.re * start.sin + amplitude.im * start.cos),
+    )
 }

@@ -83,3 +83,16 @@ def test_notation_names_every_stop_reason():
     source = (ROOT / "src" / "event.rs").read_text(encoding="utf-8")
     body = source.split("impl StopReason", 1)[1].split("\n}\n", 1)[0]
     assert first_column("Stop reasons") == re.findall(r'=> "(\w+)"', body)
+
+
+def test_no_arrow_of_the_module_diagram_runs_back_up():
+    contributing = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    diagram = contributing.split("```text\n", 1)[1].split("```", 1)[0]
+    lines = [re.sub(r"\{[^}]*\}", "", line) for line in diagram.splitlines()]
+    level = {name: row for row, line in enumerate(lines) for name in re.findall(r"\w+", line)}
+    sources = [path for path in (ROOT / "src").rglob("*.rs") if path.name != "lib.rs"]
+    assert len(sources) >= len(level)
+    for path in sources:
+        module = path.relative_to(ROOT / "src").parts[0].removesuffix(".rs")
+        for used in re.findall(r"^use crate::(\w+)", path.read_text(encoding="utf-8"), re.M):
+            assert used == module or level[used] < level[module], f"{path.name} uses {used}"

@@ -118,7 +118,8 @@ def test_impact_count_ends_at_the_number_of_impacts(system, initial, ax):
     run = vi.simulate(system, initial=initial, periods=40)
     vi.plot.impact_count(run, ax=ax)
     period, count = ax.get_lines()[0].get_data()
-    assert (period[-1], count[-1]) == (40, run.impact_count)
+    assert count[-1] == run.impact_count
+    assert period[-1] == pytest.approx(40)
     for end in (5, 20):
         assert count[period <= end].max() == np.count_nonzero(run.impacts["period"] < end)
     kept = vi.simulate(system, initial=initial, periods=40, keep=10)

@@ -93,6 +93,22 @@ def test_resume_is_one_long_run_bit_for_bit(system, initial):
     assert steps.initial == initial
 
 
+def test_a_resumed_run_knows_its_own_window(system, initial):
+    whole = vi.simulate(system, initial=initial, periods=30)
+    for periods in np.linspace(3.0, 20.0, 35):
+        first = vi.simulate(system, initial=initial, time=periods * system.drive_period)
+        more = first.resume(time=2.0 * system.drive_period)
+        times = np.linspace(more.kept_from, more.final_state.time, 200)
+        error = np.abs(more.trajectory(times) - whole.trajectory(times))
+        assert error.max() < 1e-11, periods
+
+
+def test_resume_after_a_stop_amid_a_period(system, initial):
+    short = vi.simulate(system, initial=initial, time=7.3 * system.drive_period)
+    long = vi.simulate(system, initial=initial, periods=12, keep=2)
+    assert_same_bits(short.resume(periods=5, keep=2), long)
+
+
 def test_resume_leaves_the_first_run_alone(run):
     before = pickle.dumps(run)
     run.resume(periods=3)

@@ -201,6 +201,8 @@ def main() -> int:
     options = parser.parse_args()
     with options.file.open(newline="") as stream:
         rows = list(csv.DictReader(stream))
+    if not rows or set(rows[0]) != set(COLUMNS):
+        parser.error(f"{options.file}: no flights, or columns other than {', '.join(COLUMNS)}")
     if options.sample is not None and options.sample < len(rows):
         rows = random.Random(options.seed).sample(rows, options.sample)
     report = certify(rows, options.limit)

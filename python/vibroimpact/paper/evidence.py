@@ -3,8 +3,10 @@
 Everything is computed when asked for; seeds are fixed.
 """
 
+import math
 from collections import Counter
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,3 +92,32 @@ def impacts_by(run: Run, horizons: tuple[int, ...] = HORIZONS) -> dict[int, int]
     """Return how many of the kept impacts of a run fall into the first so many drive periods."""
     period = run.impacts["period"]
     return {horizon: int(np.count_nonzero(period < horizon)) for horizon in horizons}
+
+
+def recurrence(system: System, *, largest: int = 1000) -> int | None:
+    """Return the number of drive periods after which a motion without impacts repeats.
+
+    That is the smallest m for which m omega0/omega and m/omega are whole numbers; None if damping
+    prevents it, or if no m <= `largest` does it to rounding.
+
+    An impact that separates with g' = -r u < 0 is never the last one of such a system: after one
+    recurrence a free motion would be back at this state, which it can only reach from g > 0.
+    """
+    omega = Fraction(system.drive_frequency).limit_denominator(largest)
+    omega0 = Fraction(system.frequency_ratio).limit_denominator(largest)
+    if any(system.damping) or omega == 0:
+        return None
+    if (float(omega), float(omega0)) != (system.drive_frequency, system.frequency_ratio):
+        return None
+    periods = math.lcm((1 / omega).denominator, (omega0 / omega).denominator)
+    return periods if periods <= largest else None
+
+
+def longest_wait(run: Run) -> float:
+    """Return the longest time between two kept contacts in drive periods, grazes included.
+
+    The time from the last contact to the end of the run counts too; 0 without contacts.
+    """
+    times = np.sort(np.concatenate([run.impacts["time"], run.grazes["time"]]))
+    waits = np.diff(np.append(times, run.final_state.time))
+    return float(waits.max(initial=0.0)) / run.system.drive_period

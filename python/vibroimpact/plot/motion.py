@@ -218,7 +218,7 @@ def impact_count(run: Run, *, ax: Axes | None = None) -> Axes:
     period = run.impacts["period"] + 1
     count = np.arange(1, len(period) + 1) + run.impact_count - len(period)
     ax.step(
-        np.append(period, run.final_state.period),
+        np.append(period, run.final_state.time / run.system.drive_period),
         np.append(count, run.impact_count),
         where="post",
         color=BLACK,
