@@ -24,8 +24,7 @@ pub(crate) struct ChatterMonitor {
 impl ChatterMonitor {
     /// Takes an impact; returns the ratio once enough impacts have kept one.
     pub fn observe(&mut self, impact: &Impact, restitution: f64) -> Option<f64> {
-        let slides =
-            matches!(impact.regime.kind(), RegimeKind::Frictionless | RegimeKind::Slip);
+        let slides = matches!(impact.regime.kind(), RegimeKind::Frictionless | RegimeKind::Slip);
         let measured =
             if self.last > 0.0 { impact.approach_velocity / self.last } else { f64::INFINITY };
         let predicted = if slides { restitution } else { self.ratio };

@@ -279,7 +279,8 @@ fn first_root(c: &[f64; 5], limit: f64) -> f64 {
         } else {
             // The smaller positive root; for rate < 0 in a form that does not cancel.
             let root = discriminant.sqrt();
-            let step = if rate >= 0.0 { -2.0 * value / (rate + root) } else { (root - rate) / bend };
+            let step =
+                if rate >= 0.0 { -2.0 * value / (rate + root) } else { (root - rate) / bend };
             step.min(window)
         };
         h += step;

@@ -20,7 +20,7 @@ pub struct ParameterError {
 impl ParameterError {
     pub(crate) fn new(
         name: impl Into<Cow<'static, str>>,
-        value: impl ToString,
+        value: impl std::fmt::Display,
         allowed: impl Into<Cow<'static, str>>,
     ) -> Self {
         Self { name: name.into(), value: value.to_string(), allowed: allowed.into() }

@@ -35,9 +35,8 @@ impl FreeMotion {
         let omega = system.drive_frequency;
         let fastest = system.frequency_ratio.max(omega).max(1.0);
         let span = CHUNK_TURNS * std::f64::consts::TAU / fastest;
-        let body = |natural, damping, amplitude| {
-            Oscillator::new(natural, damping, amplitude, omega, span)
-        };
+        let body =
+            |natural, damping, amplitude| Oscillator::new(natural, damping, amplitude, omega, span);
         Self {
             drive: Drive::new(omega, system.phase),
             pendulum: body(

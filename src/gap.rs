@@ -73,12 +73,7 @@ impl Geometry for Oblique {
         let cos = cos0 - twice * (sin0 * half_cos + cos0 * half_sin);
         let (v, a) = (p.rate, p.acceleration);
         let v2 = v * v;
-        [
-            increment,
-            v * cos,
-            a * cos - v2 * sin,
-            (p.jerk - v2 * v) * cos - 3.0 * v * a * sin,
-        ]
+        [increment, v * cos, a * cos - v2 * sin, (p.jerk - v2 * v) * cos - 3.0 * v * a * sin]
     }
 
     fn fourth(&[v, a, j, s]: &[f64; 4]) -> f64 {

@@ -142,7 +142,7 @@ macro_rules! numeric_parameters {
             pub(crate) fn validated(self) -> Result<Self, ParameterError> {
                 $(if !Range::$range.holds(self.$name) {
                     return Err(ParameterError::new(
-                        stringify!($name), self.$name, Range::$range.words()));
+                        stringify!($name), format!("{:?}", self.$name), Range::$range.words()));
                 })*
                 if self.contact == Contact::Direct && self.friction > 0.0 {
                     return Err(ParameterError::new(

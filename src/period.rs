@@ -87,9 +87,8 @@ fn distance(a: &[f64; 4], b: &[f64; 4]) -> f64 {
 fn size(sections: &[[f64; 4]]) -> f64 {
     (0..4)
         .map(|i| {
-            let (low, high) = sections
-                .iter()
-                .fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x[i]), h.max(x[i])));
+            let (low, high) =
+                sections.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x[i]), h.max(x[i])));
             (high - low).max(high.abs().max(low.abs()))
         })
         .fold(0.0, f64::max)
@@ -125,7 +124,8 @@ pub fn detect_period(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
         }
         let rate = falling(sections, m);
         let small = residual <= SMALL * size;
-        let reached = rate.is_some_and(|rate| residual <= REACH * size * (1.0 - rate.powi(m as i32)));
+        let reached =
+            rate.is_some_and(|rate| residual <= REACH * size * (1.0 - rate.powi(m as i32)));
         if small || reached {
             let n = counts[kept - m..].iter().map(|&c| c as usize).sum();
             let method = if small { "returns" } else { "converges geometrically" };
@@ -146,7 +146,9 @@ pub fn detect_period(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
 fn residual(sections: &[[f64; 4]], m: usize) -> f64 {
     let kept = sections.len();
     let last = (kept - m).min(3 * m);
-    (kept - m - last..kept - m).map(|k| distance(&sections[k + m], &sections[k])).fold(0.0, f64::max)
+    (kept - m - last..kept - m)
+        .map(|k| distance(&sections[k + m], &sections[k]))
+        .fold(0.0, f64::max)
 }
 
 /// Fall of |X(k + m) - X(k)| per drive period, if it falls through all four quarters of the window.
@@ -211,8 +213,7 @@ fn measure_growth(system: &System, mut state: State, periods: usize) -> Option<G
         .map(|block| block.iter().sum::<f64>() / block.len() as f64)
         .collect();
     let n = blocks.len() as f64;
-    let variance =
-        blocks.iter().map(|b| (b - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+    let variance = blocks.iter().map(|b| (b - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
     Some(Growth { mean, error: (variance / n).sqrt(), periods })
 }
 

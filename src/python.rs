@@ -2,6 +2,9 @@
 //!
 //! Errors cross in `errors.rs`, arrays in `arrays.rs`, nothing else is done here.
 
+// Arguments cross by value.
+#![allow(clippy::needless_pass_by_value)]
+
 mod arrays;
 mod errors;
 mod run;
@@ -21,8 +24,8 @@ mod _core {
     use super::system::PySystem;
 
     use super::arrays;
-    use super::*;
     use crate::event::{EventRecord, GrazeRecord, ImpactRecord};
+    use pyo3::prelude::*;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

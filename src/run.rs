@@ -4,9 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::double_double::DoubleDouble;
 use crate::error::{ParameterError, SimulationError, StateError};
-use crate::event::{
-    Event, EventKind, EventRecord, GrazeRecord, ImpactRecord, StopEvent, StopReason,
-};
+use crate::event::{Event, EventKind, EventRecord, GrazeRecord, ImpactRecord, StopReason};
 use crate::flight::FreeMotion;
 use crate::params::System;
 use crate::period::{Kind, PeriodReport, detect_period, resolve_by_growth};
@@ -159,21 +157,41 @@ pub struct Run {
     pub evaluations: u64,
     /// Start of the window.
     window: Clock,
+    /// Number of the first section in the window.
+    first_section: i64,
     /// The flight in which the window begins.
     window_anchor: Anchor,
     checkpoint: Checkpoint,
 }
 
-struct Sections(Vec<[f64; 4]>);
+/// Local flights between two looks at the caller's wish to go on: some milliseconds.
+const FLIGHTS_PER_LOOK: u32 = 2048;
 
-impl Observer for Sections {
+/// Collects sections, and asks the caller now and then.
+struct Collector<'a> {
+    sections: Vec<[f64; 4]>,
+    flights: u32,
+    go_on: &'a mut dyn FnMut() -> bool,
+}
+
+impl Observer for Collector<'_> {
     const SECTIONS: bool = true;
+
     fn section(&mut self, _: i64, state: &State) {
-        self.0.push(state.to_array());
+        self.sections.push(state.to_array());
+    }
+
+    fn go_on(&mut self) -> bool {
+        self.flights += 1;
+        if self.flights < FLIGHTS_PER_LOOK {
+            return true;
+        }
+        self.flights = 0;
+        (self.go_on)()
     }
 }
 
-/// Makes a run. `go_on` is asked every few thousand events; `false` ends it with what is done.
+/// Makes a run. `go_on` is asked every few thousand flights; `false` ends it with what is done.
 ///
 /// # Errors
 /// [`RunError`]: a bad option or start before any work, or a failed computation.
@@ -185,14 +203,14 @@ pub fn run(
 ) -> Result<Run, RunError> {
     options.check(system)?;
     let simulation = Simulation::new(system, initial)?;
-    Ok(collect(simulation, system, options, options.window(), go_on)?)
+    Ok(collect(simulation, system, options, Clock::new(options.window(), 0.0), go_on)?)
 }
 
 fn collect(
     simulation: Simulation,
     system: &System,
     options: RunOptions,
-    window: i64,
+    window: Clock,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Run, SimulationError> {
     let mut simulation = simulation
@@ -200,27 +218,14 @@ fn collect(
         .max_events(options.max_events)
         .tolerance(options.tolerance)
         .section_phase(options.section_phase);
-    simulation.sections_from(window + 1);
-    let mut sections = Sections(Vec::new());
+    simulation.sections_from(window.period + 1);
+    let first_section = simulation.checkpoint().next_section;
+    let mut collector = Collector { sections: Vec::new(), flights: 0, go_on };
     let (mut impacts, mut grazes, mut events) = (Vec::new(), Vec::new(), Vec::new());
-    let window_clock = Clock::new(window, 0.0);
-    let inside = |clock: Clock| {
-        clock.period > window
-            || (clock.period == window && (clock.time_in_period > 0.0 || window == 0))
-    };
+    let inside = |clock: Clock| clock > window;
     let mut window_anchor = simulation.checkpoint().anchor;
-    let mut since_asked = 0u32;
-    let end: StopEvent = loop {
-        since_asked += 1;
-        if since_asked == 4096 {
-            since_asked = 0;
-            if !go_on() {
-                break simulation.interrupt();
-            }
-        }
-        let Some(event) = simulation.advance(&mut sections) else {
-            break simulation.interrupt();
-        };
+    let mut end = None;
+    while let Some(event) = simulation.advance(&mut collector) {
         match event? {
             Event::Impact(event) if inside(event.clock) => {
                 events.push(record(event.time, event.clock, EventKind::Impact, impacts.len()));
@@ -232,9 +237,10 @@ fn collect(
                 grazes.push(GrazeRecord::from(&event));
             }
             Event::Graze(_) => {}
-            Event::Stop(stop) => break stop,
+            Event::Stop(stop) => end = Some(stop),
         }
-    };
+    }
+    let end = end.unwrap_or_else(|| simulation.standstill());
     events.push(EventRecord {
         time: end.time,
         period: end.clock.period,
@@ -245,14 +251,15 @@ fn collect(
         system: *system,
         options,
         impacts,
-        stroboscopic: sections.0,
+        stroboscopic: collector.sections,
         grazes,
         events,
         final_state: FinalState { state: end.state, clock: end.clock, time: end.time },
         stop_reason: end.reason,
         impact_count: simulation.impact_count(),
         evaluations: simulation.evaluations(),
-        window: window_clock,
+        window,
+        first_section,
         window_anchor,
         checkpoint: simulation.checkpoint(),
     })
@@ -283,14 +290,14 @@ impl Run {
         );
         if !resumable {
             let allowed = "a run that completed, was interrupted or met a cap";
-            return Err(
-                ParameterError::new("stop_reason", self.stop_reason.name(), allowed).into()
-            );
+            return Err(ParameterError::new("stop_reason", self.stop_reason.name(), allowed).into());
         }
         let mut point = self.checkpoint;
         point.stopped = None;
         let simulation = Simulation::from_checkpoint(&self.system, point);
-        let window = options.window().max(self.final_state.clock.period);
+        let here = self.final_state.clock;
+        let kept = Clock::new(options.window(), 0.0);
+        let window = if options.keep.is_some() && kept > here { kept } else { here };
         Ok(collect(simulation, &self.system, options, window, go_on)?)
     }
 
@@ -363,16 +370,18 @@ impl Run {
         let shift = self.options.section_phase / self.system.drive_frequency();
         let mut counts = vec![0u32; self.stroboscopic.len()];
         for impact in &self.impacts {
-            // Sections lie at (k - 1) T + shift, or at k T for shift = 0; an impact at a section
-            // belongs to the interval that ends there.
+            // Section k lies at k T, or at (k - 1) T + shift; an impact at a section belongs to
+            // the interval that ends there.
             let past = impact.time_in_period > shift;
-            let k = impact.period - self.window.period - i64::from(shift == 0.0) + i64::from(past);
-            if let Some(count) = usize::try_from(k).ok().and_then(|k| counts.get_mut(k)) {
+            let k = impact.period + i64::from(shift > 0.0) + i64::from(past);
+            let row = usize::try_from(k - self.first_section).ok();
+            if let Some(count) = row.and_then(|row| counts.get_mut(row)) {
                 *count += 1;
             }
         }
-        // A shifted first interval begins before the window: its count is not known.
-        let known = usize::from(shift > 0.0).min(counts.len());
+        // A first interval that begins before the window: its count is not known.
+        let cut = shift > 0.0 || self.window.time_in_period > 0.0;
+        let known = usize::from(cut).min(counts.len());
         detect_period(&self.stroboscopic[known..], &counts[known..])
     }
 }

@@ -39,6 +39,11 @@ pub trait Observer {
     const SECTIONS: bool;
     /// The state at the k-th stroboscopic section (k >= 1), after an impact at that instant.
     fn section(&mut self, k: i64, state: &State);
+    /// Asked before every local flight, with or without events; `false` ends the run there with
+    /// [`StopReason::Interrupted`].
+    fn go_on(&mut self) -> bool {
+        true
+    }
 }
 
 impl Observer for () {
@@ -126,17 +131,20 @@ impl Simulation {
             return Err(StateError::InContact { gap, noise, x1, x2 });
         }
         let anchor = Anchor { clock: Clock::START, state: initial, touching: false };
-        Ok(Self::from_checkpoint(system, Checkpoint {
-            anchor,
-            chunk: 0,
-            grazed: None,
-            resting: false,
-            monitor: ChatterMonitor::default(),
-            next_section: 1,
-            impacts: 0,
-            events: 0,
-            stopped: None,
-        }))
+        Ok(Self::from_checkpoint(
+            system,
+            Checkpoint {
+                anchor,
+                chunk: 0,
+                grazed: None,
+                resting: false,
+                monitor: ChatterMonitor::default(),
+                next_section: 1,
+                impacts: 0,
+                events: 0,
+                stopped: None,
+            },
+        ))
     }
 
     pub(crate) fn from_checkpoint(system: &System, point: Checkpoint) -> Self {
@@ -188,8 +196,7 @@ impl Simulation {
     /// Moves the stroboscopic section to omega t = `phase` (mod 2 pi), `phase` in [0, 2 pi).
     #[must_use]
     pub fn section_phase(mut self, phase: f64) -> Self {
-        self.section_offset =
-            if phase > 0.0 { phase / self.system.drive_frequency } else { 0.0 };
+        self.section_offset = if phase > 0.0 { phase / self.system.drive_frequency } else { 0.0 };
         self
     }
 
@@ -209,12 +216,11 @@ impl Simulation {
         self.point
     }
 
-    /// Ends the run where it stands, at the start of the present flight.
-    pub(crate) fn interrupt(&mut self) -> StopEvent {
-        self.point.stopped = Some(StopReason::Interrupted);
+    /// The stop of a simulation that had stopped before.
+    pub(crate) fn standstill(&self) -> StopEvent {
         let Flight { clock, state, .. } = self.flight;
-        let time = self.motion.drive.time(clock);
-        StopEvent { clock, time, state, reason: StopReason::Interrupted }
+        let reason = self.point.stopped.unwrap_or(StopReason::Interrupted);
+        StopEvent { clock, time: self.motion.drive.time(clock), state, reason }
     }
 
     /// Skips the sections before the `first`-th.
@@ -237,6 +243,9 @@ impl Simulation {
             if let Some(stop) = self.stop_before_flight() {
                 return Some(Ok(stop));
             }
+            if !observer.go_on() {
+                return Some(Ok(self.stop_at(0.0, StopReason::Interrupted)));
+            }
             let found = self.search();
             let reached = match found {
                 Found::Contact(touch) | Found::Graze(touch) => touch.local_time(),
@@ -250,7 +259,7 @@ impl Simulation {
             let over = reached > end;
             self.pass_sections(if over { end } else { reached }, over, observer);
             if over {
-                return Some(Ok(self.stop_at(end, self.end_reason())));
+                return Some(Ok(self.stop_at_horizon(end)));
             }
             match found {
                 Found::Contact(touch) => return Some(self.strike(&touch)),
@@ -299,25 +308,19 @@ impl Simulation {
 
     /// Local time at which the horizon lies; infinite if there is none.
     fn horizon_in_flight(&self) -> f64 {
-        let (clock, drive) = (self.flight.clock, &self.motion.drive);
-        let end = match self.horizon {
-            Horizon::Periods(periods) if drive.has_period() => {
-                return drive.until(clock, Clock::new(periods, 0.0)).value();
-            }
-            Horizon::Periods(_) => f64::INFINITY,
-            Horizon::Time(time) => time,
-            Horizon::Impacts { max_time, .. } => max_time,
-        };
-        if end.is_infinite() {
-            return end;
-        }
-        drive.until(clock, drive.clock_at(end)).value()
+        self.horizon_clock().map_or(f64::INFINITY, |clock| {
+            self.motion.drive.until(self.flight.clock, clock).value()
+        })
     }
 
-    fn end_reason(&self) -> StopReason {
+    /// Clock of the horizon; `None` if there is none.
+    fn horizon_clock(&self) -> Option<Clock> {
+        let drive = &self.motion.drive;
         match self.horizon {
-            Horizon::Impacts { .. } => StopReason::TimeCap,
-            _ => StopReason::Completed,
+            Horizon::Periods(periods) => drive.has_period().then(|| Clock::new(periods, 0.0)),
+            Horizon::Time(time) | Horizon::Impacts { max_time: time, .. } => {
+                time.is_finite().then(|| drive.clock_at(time))
+            }
         }
     }
 
@@ -415,6 +418,17 @@ impl Simulation {
         self.point.events += 1;
         self.found = None;
         Event::Graze(GrazeEvent { clock, time, phase, state, gap_acceleration: touch.gap.second })
+    }
+
+    /// Stops at the horizon, whose clock is known exactly.
+    fn stop_at_horizon(&mut self, s: f64) -> Event {
+        let reason = match self.horizon {
+            Horizon::Impacts { .. } => StopReason::TimeCap,
+            _ => StopReason::Completed,
+        };
+        let clock = self.horizon_clock().unwrap_or(self.flight.clock);
+        let state = self.motion.state_at(&self.flight, s.max(0.0));
+        self.stop(clock, self.motion.drive.time(clock), state, reason)
     }
 
     fn stop_at(&mut self, s: f64, reason: StopReason) -> Event {

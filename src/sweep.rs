@@ -3,6 +3,10 @@
 //! Every point is a run of its own, or a followed branch is one task from end to end, so the
 //! result has the same bits for any number of threads.
 
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::mpsc;
+use std::time::Duration;
+
 use rayon::prelude::*;
 
 use crate::error::ParameterError;
@@ -10,10 +14,13 @@ use crate::event::StopReason;
 use crate::params::System;
 use crate::period::PeriodReport;
 use crate::run::{Run, RunError, RunOptions, run};
+use crate::simulate::Simulation;
 use crate::state::State;
 
-/// Points handed to the threads between two looks at the caller's wish to go on.
+/// Points handed to the threads at a time.
 const CHUNK: usize = 128;
+/// Time between two looks at the caller's wish to go on.
+const LOOK: Duration = Duration::from_millis(50);
 
 /// The threads that share the work.
 #[derive(Debug, Default)]
@@ -37,11 +44,31 @@ impl Workers {
             .map_err(|_| error("as many threads as the system gives"))
     }
 
-    fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
-        match &self.0 {
-            Some(pool) => pool.install(work),
-            None => work(),
-        }
+    /// Does `work` on the threads while this one asks `go_on` now and then; once that says no,
+    /// `work` sees its flag raised and should end.
+    fn run<T: Send>(
+        &self,
+        go_on: &mut dyn FnMut() -> bool,
+        work: impl FnOnce(&AtomicBool) -> T + Send,
+    ) -> T {
+        let cancel = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            let (working, worked) = mpsc::channel::<()>();
+            let (pool, cancel) = (&self.0, &cancel);
+            let task = scope.spawn(move || {
+                let _working = working; // dropped at the end, which wakes the watch
+                match pool {
+                    Some(pool) => pool.install(|| work(cancel)),
+                    None => work(cancel),
+                }
+            });
+            while let Err(mpsc::RecvTimeoutError::Timeout) = worked.recv_timeout(LOOK) {
+                if !go_on() {
+                    cancel.store(true, Relaxed);
+                }
+            }
+            task.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        })
     }
 }
 
@@ -135,11 +162,16 @@ impl SweepPoint {
     fn new(run: Run, restarted: bool) -> Self {
         let status = match run.stop_reason {
             StopReason::Completed => PointStatus::Completed { restarted },
+            StopReason::Interrupted => return Self::empty(PointStatus::Pending),
             reason => PointStatus::Stopped(reason),
         };
         Self {
             status,
-            impact_section: run.impacts.iter().map(|i| [i.x1, i.v1_pre, i.v2_pre, i.phase]).collect(),
+            impact_section: run
+                .impacts
+                .iter()
+                .map(|i| [i.x1, i.v1_pre, i.v2_pre, i.phase])
+                .collect(),
             regime: run.impacts.iter().map(|i| i.regime as i8).collect(),
             period: (run.stop_reason == StopReason::Completed).then(|| run.return_report()),
             final_state: Some(run.final_state.state),
@@ -176,16 +208,16 @@ pub fn sweep(
     let mut points = Vec::with_capacity(systems.len());
     let mut last = None;
     for chunk in systems.chunks(CHUNK) {
-        if start == SweepStart::Fresh {
-            let run = |system| fresh(system, initial, options);
-            points.extend(workers.run(|| chunk.par_iter().map(run).collect::<Vec<_>>()));
-        } else {
-            for system in chunk {
-                let point = follow(system, last, initial, options);
-                last = point.final_state;
-                points.push(point);
+        let done = points.len();
+        points.extend(workers.run(&mut || go_on(done), |cancel| {
+            if start == SweepStart::Fresh {
+                let one = |system| fresh(system, initial, options, false, cancel);
+                chunk.par_iter().map(one).collect::<Vec<_>>()
+            } else {
+                let one = |system| follow(system, &mut last, initial, options, cancel);
+                chunk.iter().map(one).collect()
             }
-        }
+        }));
         if !go_on(points.len()) {
             break;
         }
@@ -197,34 +229,41 @@ pub fn sweep(
     Ok(points)
 }
 
-fn fresh(system: &System, initial: State, options: RunOptions) -> SweepPoint {
-    match run(system, initial, options, &mut || true) {
-        Ok(run) => SweepPoint::new(run, false),
-        Err(_) => SweepPoint::empty(PointStatus::Failed),
-    }
-}
-
-fn follow(
+fn fresh(
     system: &System,
-    last: Option<State>,
     initial: State,
     options: RunOptions,
+    restarted: bool,
+    cancel: &AtomicBool,
 ) -> SweepPoint {
-    if let Some(state) = last {
-        match run(system, state, options, &mut || true) {
-            Ok(run) => return SweepPoint::new(run, false),
-            // The state penetrates at the new parameter.
-            Err(RunError::State(_)) => {}
-            Err(_) => return SweepPoint::empty(PointStatus::Failed),
-        }
-    }
-    match run(system, initial, options, &mut || true) {
-        Ok(run) => SweepPoint::new(run, last.is_some()),
+    match run(system, initial, options, &mut || !cancel.load(Relaxed)) {
+        Ok(run) => SweepPoint::new(run, restarted),
         Err(_) => SweepPoint::empty(PointStatus::Failed),
     }
 }
 
-/// One run per initial state, in parallel. `go_on` is asked between chunks of runs.
+/// From the last state, or from `initial` where that penetrates at the new parameter.
+fn follow(
+    system: &System,
+    last: &mut Option<State>,
+    initial: State,
+    options: RunOptions,
+    cancel: &AtomicBool,
+) -> SweepPoint {
+    let followed =
+        last.and_then(|state| match run(system, state, options, &mut || !cancel.load(Relaxed)) {
+            Ok(run) => Some(SweepPoint::new(run, false)),
+            Err(RunError::State(_)) => None,
+            Err(_) => Some(SweepPoint::empty(PointStatus::Failed)),
+        });
+    let point = followed.unwrap_or_else(|| fresh(system, initial, options, last.is_some(), cancel));
+    *last = point.final_state;
+    point
+}
+
+/// One run per initial state, in parallel. Where `go_on` ends the work early, the runs that were
+/// begun by then are returned, of the first so many of `initials`; those cut short say so in
+/// their stop reason.
 ///
 /// # Errors
 /// [`RunError`] of the first run that failed, with bad options and starts found first.
@@ -237,13 +276,14 @@ pub fn run_many(
 ) -> Result<Vec<Run>, RunError> {
     options.check(system)?;
     for &initial in initials {
-        crate::simulate::Simulation::new(system, initial)?;
+        Simulation::new(system, initial)?;
     }
     let mut runs = Vec::with_capacity(initials.len());
     for chunk in initials.chunks(CHUNK) {
-        let one = |&start: &State| run(system, start, options, &mut || true);
-        let done: Result<Vec<Run>, RunError> =
-            workers.run(|| chunk.par_iter().map(one).collect());
+        let done: Result<Vec<Run>, RunError> = workers.run(go_on, |cancel| {
+            let one = |&start: &State| run(system, start, options, &mut || !cancel.load(Relaxed));
+            chunk.par_iter().map(one).collect()
+        });
         runs.extend(done?);
         if !go_on() {
             break;

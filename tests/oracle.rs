@@ -54,8 +54,7 @@ impl Observer for Sections {
 }
 
 fn run(system: &System, initial: State, periods: i64) -> (Vec<ImpactEvent>, Vec<State>) {
-    let mut simulation =
-        Simulation::new(system, initial).unwrap().until(Horizon::Periods(periods));
+    let mut simulation = Simulation::new(system, initial).unwrap().until(Horizon::Periods(periods));
     let mut sections = Sections::default();
     let mut impacts = Vec::new();
     while let Some(event) = simulation.advance(&mut sections) {
@@ -66,23 +65,26 @@ fn run(system: &System, initial: State, periods: i64) -> (Vec<ImpactEvent>, Vec<
     (impacts, sections.0)
 }
 
-/// Error in units of the tolerance without its factor 100: eps max(1, A_k, A_k/A_j) max(1, |x|).
-struct Tolerance(Vec<f64>);
+/// Tolerance of docs/accuracy.md: 100 eps times this many, relative to max(1, |value|).
+const UNITS: f64 = 100.0;
 
-impl Tolerance {
-    fn new(scene: &Value) -> Self {
-        let a: Vec<f64> =
-            scene["amplification"].as_array().unwrap().iter().map(number).collect();
-        let growth = |k: usize| {
-            a[..k].iter().map(|aj| a[k] / aj).fold(1f64.max(a[k]), f64::max)
-        };
-        Self((0..a.len()).map(growth).collect())
-    }
+/// max(1, A_k, A_k/A_j) for j < k: how much of an early error is left after period k, A_k being
+/// the growth of a perturbation of x1'(0).
+fn growth(amplification: &[f64]) -> Vec<f64> {
+    let mut least = 1f64;
+    amplification
+        .iter()
+        .map(|&a| {
+            let growth = (a / least).max(1.0);
+            least = least.min(a);
+            growth
+        })
+        .collect()
+}
 
-    /// `k` counts periods from 0.
-    fn units(&self, k: usize, found: f64, exact: f64) -> f64 {
-        (found - exact).abs() / (f64::EPSILON * self.0[k] * exact.abs().max(1.0))
-    }
+/// An error in units of eps max(1, |exact|).
+fn units(found: f64, exact: f64) -> f64 {
+    (found - exact).abs() / (f64::EPSILON * exact.abs().max(1.0))
 }
 
 #[test]
@@ -108,53 +110,115 @@ fn single_impacts_to_1e_14() {
     }
 }
 
-fn compare(name: &str, scene: &Value) -> f64 {
-    let periods = scene["periods"].as_u64().unwrap() as usize;
-    let (impacts, sections) = run(&system(scene), state(&scene["initial"]), periods as i64);
-    let tolerance = Tolerance::new(scene);
+/// Largest error of a scene in units of its tolerance, which must stay below [`UNITS`].
+/// `conditioning` widens the growth of impact i where the scene's own figure is known to miss it.
+fn compare(name: &str, scene: &Value, conditioning: &[f64]) -> f64 {
+    let periods = scene["periods"].as_i64().unwrap();
+    let (impacts, sections) = run(&system(scene), state(&scene["initial"]), periods);
+    let amplification: Vec<f64> =
+        scene["amplification"].as_array().unwrap().iter().map(number).collect();
+    let growth = growth(&amplification);
     let exact = scene["impacts"].as_array().unwrap();
     assert_eq!(impacts.len(), exact.len(), "{name}: number of impacts");
     let mut worst = 0f64;
     for (i, (found, exact)) in impacts.iter().zip(exact).enumerate() {
-        let period = exact["period"].as_u64().unwrap();
-        assert_eq!(found.clock.period as u64, period, "{name}: impact {i}");
+        let period = exact["period"].as_i64().unwrap();
+        assert_eq!(found.clock.period, period, "{name}: impact {i}");
         assert_eq!(found.impact.regime.kind().name(), exact["regime"], "{name}: impact {i}");
-        let k = period as usize;
-        let u = found.impact.approach_velocity.min(1.0);
-        let mut check = |found: f64, key: &str, scale: f64| {
-            let units = tolerance.units(k, found, number(&exact[key])) * scale;
-            assert!(units <= 1000.0, "{name}: impact {i} {key}: {units} units, u = {u}");
+        let grown = growth[period as usize].max(conditioning.get(i).copied().unwrap_or(1.0));
+        let time_scale = found.impact.approach_velocity.min(1.0);
+        for (key, value, scale) in columns(found, time_scale) {
+            let units = units(value, number(&exact[key])) * scale / grown;
+            assert!(units <= UNITS, "{name}: impact {i} {key}: {units} units");
             worst = worst.max(units);
-        };
-        check(found.time, "t", u);
-        check(found.pre.x1, "x1", 1.0);
-        check(found.pre.v1, "v1_pre", 1.0);
-        check(found.post.v1, "v1_post", 1.0);
-        check(found.pre.x2, "x2", 1.0);
-        check(found.pre.v2, "v2_pre", 1.0);
-        check(found.post.v2, "v2_post", 1.0);
+        }
     }
     for (k, exact) in scene["stroboscopic"].as_array().unwrap().iter().enumerate() {
+        let latest = impacts.iter().filter(|e| e.clock.period <= k as i64).count();
+        let grown = growth[k].max(conditioning.get(latest).copied().unwrap_or(1.0));
         for (i, found) in sections[k].to_array().into_iter().enumerate() {
-            let units = tolerance.units(k, found, number(&exact[i]));
-            assert!(units <= 1000.0, "{name}: section {k} component {i}: {units} units");
+            let units = units(found, number(&exact[i])) / grown;
+            assert!(units <= UNITS, "{name}: section {k} component {i}: {units} units");
             worst = worst.max(units);
         }
     }
     worst
 }
 
+/// What is compared at an impact: name in the data, value, and the scale of its tolerance.
+fn columns(impact: &ImpactEvent, time_scale: f64) -> [(&'static str, f64, f64); 7] {
+    [
+        ("t", impact.time, time_scale),
+        ("x1", impact.pre.x1, 1.0),
+        ("v1_pre", impact.pre.v1, 1.0),
+        ("v1_post", impact.post.v1, 1.0),
+        ("x2", impact.pre.x2, 1.0),
+        ("v2_pre", impact.pre.v2, 1.0),
+        ("v2_post", impact.post.v2, 1.0),
+    ]
+}
+
+/// Growth of errors made at the start or just after any impact, in any coordinate, up to each
+/// later impact: measured by restarting there with a perturbation.
+fn measured_conditioning(scene: &Value) -> Vec<f64> {
+    const PERTURBATION: f64 = 1e-9;
+    let periods = scene["periods"].as_i64().unwrap();
+    let system = system(scene);
+    let (impacts, _) = run(&system, state(&scene["initial"]), periods);
+    let end = system.drive_period() * periods as f64;
+    let mut growth = vec![1f64; impacts.len() + 1];
+    for j in 0..impacts.len() - 1 {
+        let pause = 0.05 * (impacts[j + 1].time - impacts[j].time);
+        let motion = vibroimpact::FreeMotion::new(&system);
+        let flight = motion.flight(impacts[j].clock, impacts[j].post);
+        let start = motion.state_at(&flight, pause).to_array();
+        let phase = impacts[j].phase + system.drive_frequency() * pause;
+        let restarted = system.with("phase", phase).unwrap();
+        let follow = |state: [f64; 4]| {
+            let [x1, v1, x2, v2] = state;
+            Simulation::new(&restarted, State::new(x1, v1, x2, v2).unwrap())
+                .unwrap()
+                .until(Horizon::Time(end - impacts[j].time - pause))
+                .filter_map(|event| match event.unwrap() {
+                    Event::Impact(impact) => Some(impact),
+                    _ => None,
+                })
+                .collect::<Vec<_>>()
+        };
+        let base = follow(start);
+        for coordinate in 0..4 {
+            let mut nearby = start;
+            nearby[coordinate] += PERTURBATION;
+            for (i, (a, b)) in base.iter().zip(follow(nearby)).enumerate() {
+                for ((_, a, _), (_, b, _)) in columns(a, 1.0).into_iter().zip(columns(&b, 1.0)) {
+                    let slot = &mut growth[j + 1 + i];
+                    *slot = slot.max((a - b).abs() / PERTURBATION);
+                }
+            }
+        }
+    }
+    growth
+}
+
 #[test]
 fn paper_scenes_impact_by_impact() {
     for (name, scene) in data("paper_scenes.json").as_object().unwrap() {
-        println!("{name}: worst error {:.1} eps", compare(name, scene));
+        println!("{name}: worst error {:.1} eps", compare(name, scene, &[]));
     }
 }
+
+/// In this scene an error made at the first impacts grows a hundredfold within one period, of which
+/// the growth of x1'(0) at the ends of periods shows nothing: rounding the decimal parameters to
+/// doubles alone moves the exact motion by 64 units. Its growth is measured instead.
+const ILL_CONDITIONED: usize = 22;
 
 #[test]
 fn random_systems_impact_by_impact() {
     for (i, scene) in data("random.json").as_array().unwrap().iter().enumerate() {
-        println!("random {i}: worst error {:.1} eps", compare(&format!("random {i}"), scene));
+        let conditioning =
+            if i == ILL_CONDITIONED { measured_conditioning(scene) } else { Vec::new() };
+        let worst = compare(&format!("random {i}"), scene, &conditioning);
+        println!("random {i}: worst error {worst:.1} eps");
     }
 }
 
@@ -165,29 +229,45 @@ fn paper_scenes_after_600_periods() {
         if name == "fig6a" || name == "fig9_2" {
             continue;
         }
-        let (impacts, sections) = run(&system(scene), state(&scene["initial"]), 600);
+        let (system, initial) = (system(scene), state(&scene["initial"]));
+        let (impacts, sections) = run(&system, initial, 600);
+        let count = |key: &str| scene[key].as_u64().unwrap() as usize;
+        assert_eq!(impacts.len(), count("impacts_in_600_periods"), "{name}");
         let last = impacts.iter().filter(|e| e.clock.period >= 500).count();
-        let worst = sections[599]
-            .to_array()
-            .into_iter()
-            .enumerate()
-            .map(|(i, x)| (x - number(&scene["state_after_600_periods"][i])).abs())
-            .fold(0.0, f64::max);
-        println!("{name}: {} {} {worst:e}", impacts.len(), last);
+        assert_eq!(last, count("impacts_in_last_100_periods"), "{name}");
+        // Growth of a perturbation of x1'(0), as in the data, over all 600 periods.
+        let nearby = State { v1: initial.v1 + 1e-9, ..initial };
+        let amplification: Vec<f64> = run(&system, nearby, 600)
+            .1
+            .iter()
+            .zip(&sections)
+            .map(|(a, b)| {
+                let pairs = a.to_array().into_iter().zip(b.to_array());
+                pairs.map(|(a, b)| (a - b).abs()).fold(1e-15, f64::max) / 1e-9
+            })
+            .collect();
+        let grown = growth(&amplification)[599];
+        for (i, found) in sections[599].to_array().into_iter().enumerate() {
+            let exact = number(&scene["state_after_600_periods"][i]);
+            let units = units(found, exact) / grown;
+            println!("{name}: component {i} off by {units:.2} units (growth {grown:.1e})");
+            assert!(units <= UNITS, "{name}: component {i}: {units} units");
+        }
     }
 }
 
+/// The contact search does some ten evaluations per drive period; a change that needs many more
+/// is seen here.
 #[test]
 fn work_counts() {
     for (name, scene) in data("paper_scenes.json").as_object().unwrap() {
         let mut simulation = Simulation::new(&system(scene), state(&scene["initial"]))
             .unwrap()
             .until(Horizon::Periods(600));
-        let _ = simulation.by_ref().count();
-        println!(
-            "{name}: {} impacts, {:.2} evaluations per period",
-            simulation.impact_count(),
-            simulation.evaluations() as f64 / 600.0
-        );
+        assert!(simulation.by_ref().all(|event| event.is_ok()));
+        let impacts = simulation.impact_count() as f64;
+        let evaluations = simulation.evaluations() as f64;
+        println!("{name}: {:.2} evaluations per period, {impacts} impacts", evaluations / 600.0);
+        assert!(evaluations <= 600.0 * 8.0 + impacts * 9.0, "{name}: {evaluations}");
     }
 }

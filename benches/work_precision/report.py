@@ -150,8 +150,10 @@ def _draw(rows: Sequence[Row], path: Path, periods: int) -> None:
         ax.set_axis_off()
     for ax in axes[:, 0]:
         ax.set_ylabel("run time, s")
-    for ax in axes[-1]:
-        ax.set_xlabel(f"error after {periods} periods")
+    for index in range(max(0, len(scenes) - columns), len(scenes)):
+        # The lowest panel of each column, also where the last line is not full.
+        axes.flat[index].tick_params(labelbottom=True)
+        axes.flat[index].set_xlabel(f"error after {periods} periods")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
     figure.savefig(path, dpi=150)
     plt.close(figure)

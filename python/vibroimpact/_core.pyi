@@ -6,6 +6,21 @@ from typing import Any, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = [
+    "EVENT_DTYPE",
+    "GRAZE_DTYPE",
+    "IMPACT_DTYPE",
+    "FinalState",
+    "PeriodReport",
+    "Run",
+    "Sweep",
+    "System",
+    "__version__",
+    "simulate",
+    "simulate_many",
+    "sweep",
+]
+
 __version__: str
 
 IMPACT_DTYPE: np.dtype[np.void]
@@ -142,6 +157,9 @@ class Sweep:
     def done(self) -> NDArray[np.bool_]:
         """(n,) False where an interrupted sweep did not get to."""
     @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended the sweep."""
+    @property
     def status(self) -> list[str]:
         """(n,) completed, restarted, or the stop reason; ``pending`` if not done."""
     @property
@@ -179,7 +197,7 @@ def simulate(
     time: float | None = None,
     keep: int | None = None,
     max_events: int = ...,
-    tolerance: float = 1e-12,
+    tolerance: float = ...,
     section_phase: float = 0.0,
 ) -> Run: ...
 def simulate_many(
@@ -190,10 +208,12 @@ def simulate_many(
     time: float | None = None,
     keep: int | None = None,
     max_events: int = ...,
-    tolerance: float = 1e-12,
+    tolerance: float = ...,
     section_phase: float = 0.0,
     workers: int | None = None,
-) -> list[Run]: ...
+) -> tuple[list[Run], bool]:
+    """The runs that were begun, in order, and whether Ctrl-C ended the work."""
+
 def sweep(
     system: System,
     parameter: str,
@@ -204,7 +224,7 @@ def sweep(
     keep: int,
     start: str = "fresh",
     max_events: int = ...,
-    tolerance: float = 1e-12,
+    tolerance: float = ...,
     section_phase: float = 0.0,
     workers: int | None = None,
     progress: Callable[[int], Any] | None = None,

@@ -244,7 +244,7 @@ def bifurcation_diagram(
             system._compiled, name, values, workers=workers, progress=advance, **options
         )
     diagram = _collect(sweep, name, values, system, settings)
-    if not sweep.done.all():
+    if sweep.interrupted:
         reached = np.count_nonzero(sweep.done)
         raise Interrupted(
             f"interrupted after {reached} of {len(values)} points; .result holds them", diagram

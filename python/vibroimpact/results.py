@@ -237,7 +237,7 @@ class Run:
             periods=span.periods, time=span.time, keep=span.keep, max_events=cap
         )
         run = type(self)(core, self._system, self._initial)
-        raise_if_interrupted([run], run, wanted=1)
+        raise_if_interrupted(run)
         return run
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -289,12 +289,11 @@ class Run:
         )
 
 
-def raise_if_interrupted(runs: list[Run], result: Run | list[Run], *, wanted: int) -> None:
-    """Raise Interrupted, carrying ``result``, if Ctrl-C cut a run short or left some out."""
-    whole = sum(not run._core.interrupted for run in runs)
-    if whole < wanted:
-        message = f"interrupted: {whole} of {wanted} runs are whole; .result holds what was done"
-        raise Interrupted(message, result)
+def raise_if_interrupted(run: Run) -> None:
+    """Raise Interrupted, carrying the run, if Ctrl-C cut it short."""
+    if run._core.interrupted:
+        time = run.final_state.time
+        raise Interrupted(f"interrupted at time {time:.6g}; .result holds the run so far", run)
 
 
 def read_only(array: NDArray[_T]) -> NDArray[_T]:

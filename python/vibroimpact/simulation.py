@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from .checks import horizon, number, optional_count, positive, reject, states
+from .errors import Interrupted
 from .results import Run, raise_if_interrupted
 from .system import System
 
@@ -125,12 +126,15 @@ def simulate(
 
     if start.ndim == 1:
         run = _wrap(_core.simulate(system._compiled, start.tolist(), **options), system, start)
-        raise_if_interrupted([run], run, wanted=1)
+        raise_if_interrupted(run)
         return run
-    cores = _core.simulate_many(system._compiled, start, workers=workers, **options)
+    cores, interrupted = _core.simulate_many(system._compiled, start, workers=workers, **options)
     # After Ctrl-C there may be fewer runs than starts; they are the first ones.
     runs = [_wrap(core, system, row) for core, row in zip(cores, start, strict=False)]
-    raise_if_interrupted(runs, runs, wanted=len(start))
+    if interrupted:
+        raise Interrupted(
+            f"interrupted after {len(runs)} of {len(start)} runs; .result holds them", runs
+        )
     return runs
 
 

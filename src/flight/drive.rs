@@ -81,8 +81,8 @@ impl Drive {
     /// Forcing phase at this clock, rounded once: product and sum are exact, the angle's tail
     /// enters to first order.
     pub fn trig_at(&self, clock: Clock) -> Trig {
-        let angle = DoubleDouble::product(self.omega, clock.time_in_period)
-            + DoubleDouble::new(self.phase);
+        let angle =
+            DoubleDouble::product(self.omega, clock.time_in_period) + DoubleDouble::new(self.phase);
         let tail = angle.lo + self.omega * clock.residual;
         let (sin, cos) = angle.hi.sin_cos();
         Trig { cos: cos - tail * sin, sin: sin + tail * cos }
@@ -116,8 +116,7 @@ impl Drive {
 
     /// The clock `elapsed` after `start`.
     pub fn advance(&self, start: Clock, elapsed: DoubleDouble) -> Clock {
-        let mut time = elapsed
-            + DoubleDouble { hi: start.time_in_period, lo: start.residual };
+        let mut time = elapsed + DoubleDouble { hi: start.time_in_period, lo: start.residual };
         let mut period = start.period;
         if self.has_period() {
             let whole = (time.hi / self.period.hi).floor();

@@ -102,10 +102,8 @@ impl Oscillator {
         } else {
             Decay::Overdamped { kappa: wd, slow: natural * (natural / (decay_rate + wd)) }
         };
-        let stiffness = Complex::new(
-            (natural - omega) * (natural + omega),
-            2.0 * decay_rate * omega,
-        );
+        let stiffness =
+            Complex::new((natural - omega) * (natural + omega), 2.0 * decay_rate * omega);
         let inverse = 1.0 / stiffness.norm();
         // Size of the forced motion within one local flight, per unit force.
         let reach = (0.5 * span * span).min(span / (natural + omega));
@@ -203,18 +201,14 @@ impl Oscillator {
     }
 
     fn aperiodic_basis(&self, s: f64) -> (f64, f64) {
-        match self.decay {
-            Decay::Overdamped { kappa, slow } => {
-                let slow_part = (-slow * s).exp_m1();
-                let fast_part = (-(slow + 2.0 * kappa) * s).exp_m1();
-                let split = -(-2.0 * kappa * s).exp_m1() / (2.0 * kappa);
-                (0.5 * (slow_part + fast_part), (1.0 + slow_part) * split)
-            }
-            _ => {
-                let shrink = (-self.decay_rate * s).exp_m1();
-                (shrink, s * (1.0 + shrink))
-            }
+        if let Decay::Overdamped { kappa, slow } = self.decay {
+            let slow_part = (-slow * s).exp_m1();
+            let fast_part = (-(slow + 2.0 * kappa) * s).exp_m1();
+            let split = -(-2.0 * kappa * s).exp_m1() / (2.0 * kappa);
+            return (0.5 * (slow_part + fast_part), (1.0 + slow_part) * split);
         }
+        let shrink = (-self.decay_rate * s).exp_m1();
+        (shrink, s * (1.0 + shrink))
     }
 
     /// (C - 1, S) after any time, the angle reduced in double-double.
@@ -331,8 +325,7 @@ impl Oscillator {
         ];
         let driven = self.energy_bounds(x, v, load, self.forcing.abs() * self.span);
         let (p, q) = steady_start(self.steady, start);
-        let free =
-            self.energy_bounds(x - p, v - omega * q, [0.0; 3], self.steady.norm() * omega);
+        let free = self.energy_bounds(x - p, v - omega * q, [0.0; 3], self.steady.norm() * omega);
         // f64::min passes over the NaN of an infinite steady response.
         Bounds(std::array::from_fn(|n| driven.0[n].min(free.0[n])))
     }

@@ -105,8 +105,7 @@ impl RestResponse {
             let (re, im) = a.minus(b);
             re.hypot(im.value())
         };
-        let orders =
-            [[drive, first, second], [first, drive, second], [drive, second, first]];
+        let orders = [[drive, first, second], [first, drive, second], [drive, second, first]];
         let mut exponents = orders[0];
         for order in orders {
             if distance(order[0], order[2]) > distance(exponents[0], exponents[2]) {

@@ -32,9 +32,8 @@ pub(super) fn resolve(
         let mu_sin2 = (friction * pre.sin).powi(2);
         let a = mu_sin2 * c - c.powi(3) - m * plus;
         let v1 = -minus / a * (m * th - r * th * c * minus + (1.0 + r) * x * plus);
-        let v2 = -(x * c * (c * c - mu_sin2) + (1.0 + r) * m * th * c * minus
-            - r * m * x * plus)
-            / a;
+        let v2 =
+            -(x * c * (c * c - mu_sin2) + (1.0 + r) * m * th * c * minus - r * m * x * plus) / a;
         let approach = p_star - (x + m * p_star) / (m + minus * c);
         (Regime::ReversalInApproach { switch: p_star }, v1, v2, approach)
     } else if p_star < (1.0 + r) * p_f {

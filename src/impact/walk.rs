@@ -65,18 +65,13 @@ pub(super) fn walk(
         loss: 0.0,
     };
     let mut step = |segment: &Segment, (impulse, rest): Impulse, stops: bool| {
-        let v1 = if stops {
-            0.0
-        } else {
-            segment.k.mul_add(-impulse, state.v1) - segment.k * rest
-        };
+        let v1 = if stops { 0.0 } else { segment.k.mul_add(-impulse, state.v1) - segment.k * rest };
         let v2 = mass_ratio.mul_add(impulse, state.v2) + mass_ratio * rest;
         let u = v1 * pre.cos - v2;
         // Straight segments: the trapezoidal rule is exact. u dP is what restitution takes in
         // approach and gives back after, mu |sin x1| |x1'| dP the work of friction.
-        state.loss += 0.5
-            * impulse
-            * ((state.u + u) + segment.friction * (state.v1.abs() + v1.abs()));
+        state.loss +=
+            0.5 * impulse * ((state.u + u) + segment.friction * (state.v1.abs() + v1.abs()));
         state.tangential += segment.tangential * impulse;
         state.impulse += impulse;
         (state.v1, state.v2, state.u) = (v1, v2, u);

@@ -3,7 +3,9 @@
 use pyo3::PyErr;
 use pyo3::import_exception;
 
-use crate::error::{ParameterError as BadParameter, SimulationError as Failed, StateError as BadState};
+use crate::error::{
+    ParameterError as BadParameter, SimulationError as Failed, StateError as BadState,
+};
 use crate::run::RunError;
 
 import_exception!(vibroimpact.errors, ParameterError);

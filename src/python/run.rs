@@ -1,7 +1,5 @@
 //! `_core.Run`, `simulate` and `simulate_many`.
 
-use std::cell::Cell;
-
 use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -53,6 +51,7 @@ impl PyFinalState {
     }
     /// Contact mode.
     #[getter]
+    #[allow(clippy::unused_self)] // other modes come with sustained contact
     fn mode(&self) -> &'static str {
         "flight"
     }
@@ -209,7 +208,7 @@ impl PyRun {
                 return Err(ParameterError::new("time", more, "a finite number >= 0").into());
             }
             Horizon::Time(more) => Horizon::Time(self.0.final_state.time + more),
-            other => other,
+            other @ Horizon::Impacts { .. } => other,
         };
         if let (Some(keep), Some(periods)) = (keep, periods) {
             if keep > periods {
@@ -223,7 +222,7 @@ impl PyRun {
             max_events: max_events.unwrap_or(self.0.options.max_events),
             ..self.0.options
         };
-        interruptible(py, |go_on| self.0.resume(options, go_on)).map(Self)
+        Ok(Self(interruptible(py, |go_on| self.0.resume(options, go_on))?.0))
     }
 
     /// Everything but the arrays, as JSON with exact numbers.
@@ -267,20 +266,23 @@ pub(super) fn to_state(initial: [f64; 4]) -> PyResult<State> {
     Ok(State::new(x1, v1, x2, v2)?)
 }
 
-/// Works with the interpreter released; Ctrl-C makes the work end early with what is done.
+/// Works with the interpreter released; Ctrl-C makes the work end early with what is done, and is
+/// reported beside it.
 fn interruptible<T: Send, E: Into<PyErr> + Send>(
     py: Python<'_>,
     work: impl FnOnce(&mut dyn FnMut() -> bool) -> Result<T, E> + Send,
-) -> PyResult<T> {
+) -> PyResult<(T, bool)> {
     py.detach(|| {
-        let stopped = Cell::new(false);
+        let mut interrupted = false;
         let mut go_on = || {
-            if !stopped.get() && Python::attach(|py| py.check_signals()).is_err() {
-                stopped.set(true);
-            }
-            !stopped.get()
+            // Not a path: the method is not general enough in its lifetime.
+            #[allow(clippy::redundant_closure_for_method_calls)]
+            let signal = Python::attach(|py| py.check_signals());
+            interrupted |= signal.is_err();
+            !interrupted
         };
-        work(&mut go_on)
+        let result = work(&mut go_on);
+        result.map(|done| (done, interrupted))
     })
     .map_err(Into::into)
 }
@@ -308,10 +310,10 @@ pub(super) fn simulate(
     options.check(&system.0)?;
     let initial = to_state(initial)?;
     let system = system.0;
-    interruptible(py, move |go_on| run(&system, initial, options, go_on)).map(PyRun)
+    Ok(PyRun(interruptible(py, move |go_on| run(&system, initial, options, go_on))?.0))
 }
 
-/// One run per initial state, in parallel.
+/// One run per initial state, in parallel, and whether Ctrl-C ended the work.
 #[pyfunction]
 #[pyo3(signature = (
     system, initials, *, periods = None, time = None, keep = None,
@@ -330,7 +332,7 @@ pub(super) fn simulate_many(
     tolerance: f64,
     section_phase: f64,
     workers: Option<usize>,
-) -> PyResult<Vec<PyRun>> {
+) -> PyResult<(Vec<PyRun>, bool)> {
     let horizon = horizon(periods, time)?;
     let options = RunOptions { horizon, keep, max_events, tolerance, section_phase };
     options.check(&system.0)?;
@@ -338,8 +340,7 @@ pub(super) fn simulate_many(
         arrays::to_states(&initials)?.into_iter().map(to_state).collect();
     let (initials, system) = (initials?, system.0);
     let workers = Workers::new(workers)?;
-    let runs = interruptible(py, move |go_on| {
-        run_many(&system, &initials, options, &workers, go_on)
-    })?;
-    Ok(runs.into_iter().map(PyRun).collect())
+    let (runs, interrupted) =
+        interruptible(py, move |go_on| run_many(&system, &initials, options, &workers, go_on))?;
+    Ok((runs.into_iter().map(PyRun).collect(), interrupted))
 }

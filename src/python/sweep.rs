@@ -1,6 +1,7 @@
 //! `_core.Sweep` and `sweep`.
 
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
 use super::arrays;
@@ -8,12 +9,13 @@ use super::run::to_state;
 use super::system::PySystem;
 use crate::run::RunOptions;
 use crate::simulate::Horizon;
+use crate::state::State;
 use crate::sweep::{PointStatus, SweepPoint, SweepStart, Workers};
 use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 
 /// Result of sweep: ragged arrays, point i owning rows offset[i] : offset[i + 1].
 #[pyclass(name = "Sweep", module = "vibroimpact._core", frozen)]
-pub(super) struct PySweep(Vec<SweepPoint>);
+pub(super) struct PySweep(Vec<SweepPoint>, bool);
 
 impl PySweep {
     fn offsets<'py>(
@@ -52,6 +54,11 @@ impl PySweep {
     fn done<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
         let done = self.0.iter().map(|p| p.status != PointStatus::Pending).collect();
         PyArray1::from_vec(py, done)
+    }
+    /// Whether Ctrl-C ended the sweep.
+    #[getter]
+    fn interrupted(&self) -> bool {
+        self.1
     }
     #[getter]
     fn status(&self) -> Vec<&'static str> {
@@ -97,7 +104,7 @@ impl PySweep {
     /// (n, 4) state at the end.
     #[getter]
     fn final_states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let state = |p: &SweepPoint| p.final_state.map_or([f64::NAN; 4], |s| s.to_array());
+        let state = |p: &SweepPoint| p.final_state.map_or([f64::NAN; 4], State::to_array);
         arrays::states(py, &self.0.iter().map(state).collect::<Vec<_>>())
     }
 }
@@ -135,7 +142,7 @@ pub(super) fn sweep(
     let start = SweepStart::from_name(start)?;
     let workers = Workers::new(workers)?;
     let (initial, values, system) = (to_state(initial)?, arrays::to_vec(&values), system.0);
-    let mut raised = None;
+    let (mut raised, mut interrupted) = (None, false);
     let points = py.detach(|| {
         let mut go_on = |done: usize| {
             Python::attach(|py| {
@@ -145,7 +152,8 @@ pub(super) fn sweep(
                         return false;
                     }
                 }
-                py.check_signals().is_ok()
+                interrupted |= py.check_signals().is_err();
+                !interrupted
             })
         };
         crate::sweep::sweep(
@@ -154,9 +162,7 @@ pub(super) fn sweep(
     })?;
     match raised {
         // Ctrl-C inside the callback ends the sweep like one outside it.
-        Some(error) if !error.is_instance_of::<pyo3::exceptions::PyKeyboardInterrupt>(py) => {
-            Err(error)
-        }
-        _ => Ok(PySweep(points)),
+        Some(error) if !error.is_instance_of::<PyKeyboardInterrupt>(py) => Err(error),
+        raised => Ok(PySweep(points, interrupted || raised.is_some())),
     }
 }

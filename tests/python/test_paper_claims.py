@@ -73,6 +73,15 @@ def test_a_bounded_perturbation_refutes_chaos():
     assert f"at most {growth.max():.2g}-fold" in claim.evidence
 
 
+def test_the_long_run_of_a_locked_motion_names_its_period():
+    motion = BY_ID["9(4)"]
+    long_run = vi.simulate(motion.system, initial=INITIAL, periods=20000, keep=2000)
+    assert long_run.period.residual < 1e-9
+    claim = claims.evaluate(motion, simulated(motion), long_run=long_run)
+    assert claim.verdict == "refuted"
+    assert f"after 20000 periods the motion is {long_run.label}" in claim.evidence
+
+
 def test_amplification_of_an_unstable_label_is_open(monkeypatch):
     motion = BY_ID["9(4)"]
     monkeypatch.setattr(evidence, "amplification", lambda *_, **__: np.array([1e3, 1e4]))

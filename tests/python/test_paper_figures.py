@@ -18,7 +18,7 @@ from vibroimpact.paper import (
     transitions,
 )
 from vibroimpact.paper.motions import Shown
-from vibroimpact.paper.windows import Window, period_windows
+from vibroimpact.paper.windows import Window, is_confirmed, period_windows
 
 BY_ID = {transition.id: transition for transition in TRANSITIONS}
 
@@ -68,7 +68,7 @@ def test_a_page_says_where_runs_stopped():
     stopped = int(np.count_nonzero(diagram.status == "chatter"))
     assert stopped > 0
     page = transitions.draw(7, [(BY_ID["7c"], diagram)], "regime")
-    assert f"grey rug: chatter at {stopped} frequencies" in texts(page)
+    assert f"grey rug: {stopped} runs ended by chatter" in texts(page)
     assert "frictionless" in texts(page)
 
 
@@ -100,13 +100,32 @@ def test_windows_come_widest_first_and_widen_to_both_sides():
     assert Window(1.0, 2.0, 3, 3).widened(0.25) == (0.75, 2.25)
 
 
-def test_an_enlarged_window_is_computed_on_a_finer_grid():
-    diagram = vi.bifurcation_diagram(
+def test_windows_of_one_period_are_joined_over_a_short_gap():
+    m = [4, 4, 4, 4, 4, 4, 0, 4, 4, 4, 0, 0, 0, 0, 0, 0, 4, 4, 4]
+    x = np.linspace(0.0, 1.0, len(m))
+    assert period_windows(fake_diagram(m, m)) == [
+        Window(x[0], x[9], 4, 4),
+        Window(x[16], x[18], 4, 4),
+    ]
+
+
+@pytest.fixture(scope="module")
+def undamped() -> vi.Diagram:
+    return vi.bifurcation_diagram(
         BY_ID["4"].system, initial=INITIAL, drive_frequency=np.linspace(2.52, 2.60, 9)
     )
-    windows = period_windows(diagram)
+
+
+def test_a_window_is_confirmed_by_a_longer_run(undamped):
+    assert is_confirmed(Window(2.55, 2.57, 8, 6), undamped)
+    # A spiral into a 1-1 focus: its angle nearly repeats after three periods.
+    assert not is_confirmed(Window(1.2295, 1.2325, 3, 3), undamped)
+
+
+def test_an_enlarged_window_is_computed_on_a_finer_grid(undamped):
+    windows = [window for window in period_windows(undamped) if is_confirmed(window, undamped)]
     assert (8, 6) in {(window.m, window.n) for window in windows}
-    parts = transitions.enlarge(BY_ID["4"], diagram, 200, None)
+    parts = transitions.enlarge(BY_ID["4"], undamped, 200, None)
     assert len(parts) == min(len(windows), transitions.MOST_WINDOWS)
     for part in parts:
         grid = part.diagram.parameter
@@ -115,6 +134,16 @@ def test_an_enlarged_window_is_computed_on_a_finer_grid():
     page = transitions.draw_enlargements(BY_ID["4"], parts, None)
     assert f"the {len(parts)} widest of {len(windows)} windows" in texts(page)
     assert "8-6" in texts(page)
+
+
+def test_the_enlarged_range_names_the_periods_found_in_it():
+    coarse = transitions.compute(BY_ID["8a"], 4, None)
+    (part, *_) = transitions.enlarge(BY_ID["8a"], coarse, 160, None)
+    assert (part.window, len(part.diagram)) == (None, 40)
+    assert (part.diagram.parameter[0], part.diagram.parameter[-1]) == (1.5, 1.6)
+    page = transitions.draw_enlargements(BY_ID["8a"], [part], "regime")
+    assert np.count_nonzero((part.diagram.m == 1) & (part.diagram.n == 1)) >= 3
+    assert "40 frequencies; periods found: 1-1" in texts(page)
 
 
 def shown(name, **more) -> Shown:

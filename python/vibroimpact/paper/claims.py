@@ -67,7 +67,8 @@ def evaluate(
     coexistence : Coexistence, optional
         Motions reached from other starts, for a motion whose label is not the paper's.
     long_run : Run, optional
-        The motion with all impacts of a longer time, for a claim about impacts that stop.
+        The motion over a longer time, for a claim of chaos or about impacts that stop; for the
+        latter it must have kept all impacts.
 
     Raises
     ------
@@ -77,7 +78,7 @@ def evaluate(
     reference = references()[motion.id]
     found = run.label
     if motion.paper_says == "chaotic":
-        verdict, text = _judge_growth(motion, found)
+        verdict, text = _judge_growth(motion, found, long_run)
     elif long_run is not None:
         verdict, text = _judge_counts(long_run)
     elif found == motion.paper_says:
@@ -101,7 +102,7 @@ def evaluate(
     )
 
 
-def _judge_growth(motion: Motion, found: str) -> tuple[Verdict, str]:
+def _judge_growth(motion: Motion, found: str, long_run: Run | None) -> tuple[Verdict, str]:
     """Judge "chaotic" by the label and by how far a nearby orbit goes away."""
     growth = evidence.amplification(motion.system, periods=PERIODS)
     largest = float(growth.max(initial=0.0))
@@ -109,6 +110,9 @@ def _judge_growth(motion: Motion, found: str) -> tuple[Verdict, str]:
         f"a perturbation of {evidence.PERTURBATION:g} grows at most {largest:.2g}-fold within "
         f"{len(growth)} periods and is {float(growth[-1]):.2g}-fold at their end"
     )
+    if long_run is not None:
+        count = evidence.drive_periods(long_run)
+        text += f"; after {count} periods the motion is {long_run.label}"
     if found == "chaotic" and largest > _SEPARATED:
         return "reproduced", text
     if found != "chaotic" and largest < _BOUNDED:
@@ -156,8 +160,9 @@ def _comparison(run: Run, reference: Mapping[str, Any]) -> str:
     end = run.final_state
     state = np.array([end.x1, end.v1, end.x2, end.v2])
     error = float(np.abs(state - np.array(reference["state"], dtype=float)).max())
+    periods = evidence.drive_periods(run)
     text = (
-        f"{run.impact_count} impacts in {PERIODS} periods, {len(run.impacts)} in the last "
+        f"{run.impact_count} impacts in {periods} periods, {len(run.impacts)} in the last "
         f"{KEEP} (reference {reference['impacts']}, {reference['impacts_last_100']}); "
         f"final state {error:.1g} from the reference"
     )

@@ -88,6 +88,11 @@ def amplification(system: System, *, periods: int) -> NDArray[np.float64]:
     return np.asarray(distance / PERTURBATION)
 
 
+def drive_periods(run: Run) -> int:
+    """Return the length of a run in whole drive periods."""
+    return round(run.final_state.time / run.system.drive_period)
+
+
 def impacts_by(run: Run, horizons: tuple[int, ...] = HORIZONS) -> dict[int, int]:
     """Return how many of the kept impacts of a run fall into the first so many drive periods."""
     period = run.impacts["period"]

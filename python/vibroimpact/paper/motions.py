@@ -4,13 +4,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from .. import plot
+from ..plot.curve import mark_regimes
 from ..results import Run
-from .evidence import Coexistence
+from .evidence import Coexistence, drive_periods
 from .layout import Page, fixed_parameters, row_parameters
 from .parameters import Motion
 
@@ -47,18 +49,26 @@ def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:
         motion, run = item.motion, item.run
         panel = motion.panel if motion.panel.startswith("(") else f"({motion.panel})"
         parameters = row_parameters(motion.system, frequency=True)
-        found = f"paper: {motion.paper_says}; found: {run.label}"
+        found = f"paper: {motion.paper_says}; found: {run.label}{_later(item)}"
         left, right = page.row(f"{panel}  {parameters}. {found}", widths=(1.5, 1.0))
         _row(left, right, item, run, color)
         drawn += [left, right]
         if item.other is not None and item.other.run is not None:
             start = ", ".join(f"{value:.3f}" for value in item.other.run.initial)
-            heading = f"{panel}  same parameters, from $({start})$. found: {item.other.run.label}"
+            same = f"{panel[:-1]}\u2032)  same parameters, from $({start})$"
+            heading = f"{same}. found: {item.other.run.label}"
             left, right = page.row(heading, widths=(1.5, 1.0))
             _row(left, right, item, item.other.run, color)
             drawn += [left, right]
     page.legend(_handles(*drawn))
     return page
+
+
+def _later(item: Shown) -> str:
+    """Return what the motion has become after a longer time, if that is another label."""
+    if item.long_run is None or item.long_run.label == item.run.label:
+        return ""
+    return f", after {drive_periods(item.long_run)} periods {item.long_run.label}"
 
 
 def _row(left: Axes, right: Axes, item: Shown, run: Run, color: Color) -> None:
@@ -72,9 +82,13 @@ def _row(left: Axes, right: Axes, item: Shown, run: Run, color: Color) -> None:
         return
     if item.long_run is not None:
         plot.impact_section(item.long_run, color=color, size=0.6, ax=right)
-    if color is None:
-        plot.impact_section(run, size=7.0, ax=right)
+    impacts = run.impacts
+    if color == "regime":
+        kept = np.ones(len(impacts), dtype=np.bool_)
+        mark_regimes(right, run, impacts["x1"], impacts["v1_pre"], kept, size=3)
+    else:
         right.collections[0].set_color("0.6")
+        plot.impact_section(run, size=7.0, ax=right)
 
 
 def draw_sporadic(shown: Shown, color: Color) -> Page:
@@ -110,8 +124,7 @@ def draw_sporadic(shown: Shown, color: Color) -> Page:
     plot.displacement_history(run, window=window, color=color, ax=ax)
     drawn.append(ax)
     (ax,) = page.row(
-        f"(c)  not in the paper: {len(times)} impacts within "
-        f"{run.final_state.period} drive periods",
+        f"(c)  not in the paper: {len(times)} impacts within {drive_periods(run)} drive periods",
         columns=1,
     )
     plot.impact_count(run, ax=ax)

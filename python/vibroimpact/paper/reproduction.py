@@ -151,7 +151,7 @@ class _Job:
                     item.motion,
                     item.run,
                     coexistence=item.other,
-                    long_run=item.long_run if figure == 10 else None,
+                    long_run=item.long_run,
                 )
             )
         for color, suffix in _COLORS:

@@ -19,7 +19,7 @@ from .parameters import (
     PERIODS,
     Transition,
 )
-from .windows import Window, period_windows
+from .windows import Window, is_confirmed, period_windows
 
 Color = Literal["regime"] | None
 
@@ -53,7 +53,7 @@ def enlarge(
     if transition.id == "8a":
         zoom = _diagram(transition, ENLARGED_RANGE, max(frequencies // 4, 2), workers)
         parts.append(Enlargement(zoom, None, 0))
-    windows = period_windows(diagram)
+    windows = [window for window in period_windows(diagram) if is_confirmed(window, diagram)]
     for window in sorted(windows[:MOST_WINDOWS], key=lambda window: window.low):
         span = window.widened(_MARGIN)
         zoom = _diagram(transition, span, max(frequencies // 10, 2), workers)
@@ -107,12 +107,13 @@ def draw_enlargements(transition: Transition, parts: Sequence[Enlargement], colo
     )
     for part in ranges:
         count = len(part.diagram.parameter)
-        left, right = page.row(f"{count} frequencies{_stopped(part.diagram)}")
+        heading = f"{count} frequencies; periods found: {_periods(part.diagram)}"
+        left, right = page.row(f"{heading}{_stopped(part.diagram)}")
         _pair(left, right, part.diagram, color, size=0.4)
     for number, row in enumerate(rows):
         heading = (
             f"the {len(windows)} widest of {row[0].found} windows of period $m > 2$, "
-            f"{len(row[0].diagram.parameter)} frequencies each"
+            f"{len(row[0].diagram.parameter)} frequencies each; dashed: edges on the first grid"
         )
         axes = page.row("" if number else heading, columns=3)
         for ax, part in zip(axes, row, strict=False):
@@ -132,17 +133,39 @@ def _window(ax: Axes, part: Enlargement, color: Color) -> None:
     if part.window is None:
         return
     plot.bifurcation(part.diagram, color=color, size=0.6, legend=False, ax=ax)
+    _show_window(ax, part.diagram, part.window)
     for edge in (part.window.low, part.window.high):
         ax.axvline(edge, color="0.6", lw=0.5, ls=(0, (3, 2)), zorder=0)
     ax.set_title(f"{part.window.m}-{part.window.n}", loc="left", pad=3)
     ax.locator_params(axis="x", nbins=4)
 
 
+def _show_window(ax: Axes, diagram: Diagram, window: Window) -> None:
+    """Fit the vertical range to the middle half of the window, where transients are shortest."""
+    quarter = 0.25 * (window.high - window.low)
+    parameter = diagram.impact_parameter
+    inside = (parameter >= window.low + quarter) & (parameter <= window.high - quarter)
+    if inside.any():
+        low, high = float(diagram.x1[inside].min()), float(diagram.x1[inside].max())
+        margin = 0.15 * (high - low) or 0.1
+        ax.set_ylim(low - margin, high + margin)
+
+
+def _periods(diagram: Diagram, at_least: int = 3) -> str:
+    """Return the labels m-n that so many values have, the most frequent first."""
+    pairs, counts = np.unique(
+        np.column_stack([diagram.m, diagram.n])[diagram.m > 0], axis=0, return_counts=True
+    )
+    order = np.argsort(-counts, kind="stable")
+    labels = [f"{pairs[row][0]}-{pairs[row][1]}" for row in order if counts[row] >= at_least]
+    return ", ".join(labels) or "none"
+
+
 def _stopped(diagram: Diagram) -> str:
     """Return how many runs did not complete, for a heading; empty if all did."""
     kinds, counts = np.unique(diagram.status[diagram.status != "completed"], return_counts=True)
-    parts = [f"{kind} at {count}" for kind, count in zip(kinds, counts, strict=True)]
-    return f"; grey rug: {', '.join(parts)} frequencies" if parts else ""
+    parts = [f"{count} runs ended by {kind}" for kind, count in zip(kinds, counts, strict=True)]
+    return f"; grey rug: {', '.join(parts)}" if parts else ""
 
 
 def _regimes(diagrams: Sequence[Diagram], color: Color) -> list[Artist]:

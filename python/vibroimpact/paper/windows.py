@@ -1,10 +1,18 @@
-"""Windows of longer periods in a bifurcation diagram, to be enlarged on a finer grid."""
+"""Windows of longer periods in a bifurcation diagram, to be enlarged on a finer grid.
+
+Where a focus converges slowly, its spiral can pass for a longer period after some hundred drive
+periods: a window counts only if a run ten times as long gives the same label.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..diagrams import Diagram
+from ..simulation import simulate
+
+_LONGER = 10
+_PLACES = (0.5, 0.25, 0.75)
 
 
 @dataclass(frozen=True)
@@ -48,4 +56,34 @@ def period_windows(diagram: Diagram, *, longer_than: int = 2, at_least: int = 3)
         for start, stop in zip(starts, stops, strict=True)
         if m[start] > longer_than and n[start] > 0 and stop - start >= at_least
     ]
-    return sorted(windows, key=lambda window: window.low - window.high)
+    return sorted(_joined(windows), key=lambda window: window.low - window.high)
+
+
+def _joined(windows: list[Window]) -> list[Window]:
+    """Join windows of the same m-n that only a short stretch of other motions separates."""
+    joined: list[Window] = []
+    for window in windows:
+        last = joined[-1] if joined else None
+        if last is not None and (last.m, last.n) == (window.m, window.n):
+            wider = max(last.high - last.low, window.high - window.low)
+            if window.low - last.high < 0.5 * wider:
+                joined[-1] = Window(last.low, window.high, last.m, last.n)
+                continue
+        joined.append(window)
+    return joined
+
+
+def is_confirmed(window: Window, diagram: Diagram) -> bool:
+    """Return whether a longer run at one of three places in the window has its period m-n."""
+    settings = diagram.settings
+    for place in _PLACES:
+        value = window.low + place * (window.high - window.low)
+        run = simulate(
+            diagram.system.replace(**{diagram.parameter_name: value}),
+            initial=settings.initial,
+            periods=_LONGER * settings.periods,
+            keep=settings.keep,
+        )
+        if run.label == f"{window.m}-{window.n}":
+            return True
+    return False

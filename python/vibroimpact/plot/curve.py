@@ -85,7 +85,9 @@ def reach_symbol(run: Run) -> str:
     return r"\sin x_1" if run.system.contact == "oblique" else "x_1"
 
 
-def mark_regimes(ax: Axes, run: Run, x: Array, y: Array, chosen: NDArray[np.bool_]) -> None:
+def mark_regimes(
+    ax: Axes, run: Run, x: Array, y: Array, chosen: NDArray[np.bool_], *, size: float = 4.0
+) -> None:
     """Mark the chosen impacts of a run at (x, y) with colour and shape of their regime."""
     regimes = run.impacts["regime"][chosen]
     for regime in np.unique(regimes):
@@ -96,7 +98,7 @@ def mark_regimes(ax: Axes, run: Run, x: Array, y: Array, chosen: NDArray[np.bool
             y[here],
             linestyle="none",
             marker=style.marker,
-            markersize=4,
+            markersize=size,
             markerfacecolor=style.color,
             markeredgecolor="white",
             markeredgewidth=0.3,
