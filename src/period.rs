@@ -13,10 +13,11 @@ use crate::state::State;
 /// A distance below this, relative to the motion's size, is a return; the steady state of a
 /// damped motion repeats to 1e-13.
 const SMALL: f64 = 1e-9;
-/// A falling distance must fall at least by this factor from quarter to quarter of the window,
+/// Where a motion still converges, its extent must shrink at least by this factor from quarter to
+/// quarter of the window,
 const FALL: f64 = 0.97;
-/// and must promise to end no further away than this part of the motion's size.
-const REACH: f64 = 0.1;
+/// and must promise to go no further than this part of the motion's size.
+const REACH: f64 = 0.25;
 /// Size of the perturbation whose growth is measured.
 const PERTURBATION: f64 = 1e-8;
 /// Shortest and longest measurement, in drive periods.
@@ -80,18 +81,12 @@ impl PeriodReport {
 }
 
 fn distance(a: &[f64; 4], b: &[f64; 4]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
+    largest(std::array::from_fn(|i| (a[i] - b[i]).abs()))
 }
 
-/// Size of the motion on the section: the largest extent of a coordinate, at least its rounding.
+/// Size of the motion on the section: the largest extent or value of a coordinate.
 fn size(sections: &[[f64; 4]]) -> f64 {
-    (0..4)
-        .map(|i| {
-            let (low, high) =
-                sections.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x[i]), h.max(x[i])));
-            (high - low).max(high.abs().max(low.abs()))
-        })
-        .fold(0.0, f64::max)
+    largest(bounding_box(sections.iter()).map(|(l, h)| (h - l).max(h.abs()).max(l.abs())))
 }
 
 /// Looks for a period in consecutive sections; `counts[k]` are the impacts in the drive period
@@ -113,32 +108,29 @@ pub fn detect_period(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
     }
     let size = size(sections).max(f64::MIN_POSITIVE);
     report.method = "no return found";
-    for m in 1..=kept / 4 {
-        let residual = residual(sections, m);
-        if m == 1 {
-            report.residual = residual;
-        }
-        let blocks_differ = counts.windows(m + 1).any(|w| w[0] != w[m]);
-        if blocks_differ {
+    let equal_counts = |m: usize| counts.windows(m + 1).all(|w| w[0] == w[m]);
+    report.residual = residual(sections, 1);
+    for m in (1..=kept / 4).filter(|&m| equal_counts(m)) {
+        let small = residual(sections, m) <= SMALL * size;
+        let approach = approach(sections, m).filter(|a| a.remaining <= REACH * size);
+        if !small && approach.is_none() {
             continue;
         }
-        let rate = falling(sections, m);
-        let small = residual <= SMALL * size;
-        let reached =
-            rate.is_some_and(|rate| residual <= REACH * size * (1.0 - rate.powi(m as i32)));
-        if small || reached {
-            let n = counts[kept - m..].iter().map(|&c| c as usize).sum();
-            let method = if small { "returns" } else { "converges geometrically" };
-            return PeriodReport {
-                orbit: Some((m, n)),
-                residual,
-                rate: rate.unwrap_or(1.0),
-                confidence: if small { 1.0 } else { 0.9 },
-                method,
-                kind: Kind::Periodic,
-                ..report
-            };
-        }
+        // While it converges, an orbit whose points are no further apart than they still move may
+        // be one of fewer periods.
+        let remaining = approach.as_ref().map_or(0.0, |a| a.remaining);
+        let merged = |d: usize| m % d == 0 && residual(sections, d) <= 2.0 * remaining;
+        let m = (1..m).filter(|&d| equal_counts(d)).find(|&d| !small && merged(d)).unwrap_or(m);
+        let n = counts[kept - m..].iter().map(|&c| c as usize).sum();
+        return PeriodReport {
+            orbit: Some((m, n)),
+            residual: residual(sections, m),
+            rate: approach.map_or(1.0, |a| a.rate),
+            confidence: if small { 1.0 } else { 0.9 },
+            method: if small { "returns" } else { "converges geometrically" },
+            kind: Kind::Periodic,
+            ..report
+        };
     }
     report
 }
@@ -151,22 +143,59 @@ fn residual(sections: &[[f64; 4]], m: usize) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Fall of |X(k + m) - X(k)| per drive period, if it falls through all four quarters of the window.
-fn falling(sections: &[[f64; 4]], m: usize) -> Option<f64> {
-    let differences = sections.len() - m;
-    let quarter = differences / 4;
-    if quarter < m {
+/// How the sections k, k + m, k + 2m ... draw together.
+struct Approach {
+    /// Factor per drive period by which their extent shrinks.
+    rate: f64,
+    /// How far they may still go: half their extent, and the drift of its middle by the geometric
+    /// series over quarters of the window.
+    remaining: f64,
+}
+
+/// Extent of the sections k, k + m, ... in each quarter of the window, if it shrinks through all
+/// four. The extent, unlike the distance of neighbours, does not mistake a slow spiral of m = 1 for
+/// a larger m whose turn happens to be nearly full.
+fn approach(sections: &[[f64; 4]], m: usize) -> Option<Approach> {
+    // Whole multiples of m, so that a residue class keeps its place from quarter to quarter.
+    let quarter = sections.len() / (4 * m) * m;
+    if quarter < 2 * m {
         return None;
     }
-    let mut peaks = [0f64; 4];
-    for (i, peak) in peaks.iter_mut().enumerate() {
-        let first = differences - (4 - i) * quarter;
-        *peak = (first..first + quarter)
-            .map(|k| distance(&sections[k + m], &sections[k]))
-            .fold(0.0, f64::max);
+    let start = sections.len() - 4 * quarter;
+    let boxes = |i: usize| {
+        let part = &sections[start + i * quarter..start + (i + 1) * quarter];
+        (0..m).map(move |residue| bounding_box(part.iter().skip(residue).step_by(m)))
+    };
+    let extents: [f64; 4] = std::array::from_fn(|i| {
+        boxes(i).map(|b| largest(b.map(|(l, h)| h - l))).fold(0.0, f64::max)
+    });
+    if extents.windows(2).any(|w| w[1] > FALL * w[0]) {
+        return None;
     }
-    let falls = peaks.windows(2).all(|w| w[1] <= FALL * w[0]);
-    falls.then(|| (peaks[3] / peaks[0]).powf(1.0 / (3 * quarter) as f64))
+    let middle = |(low, high): (f64, f64)| 0.5 * (low + high);
+    let drift = boxes(2)
+        .zip(boxes(3))
+        .map(|(a, b)| largest(std::array::from_fn(|i| (middle(a[i]) - middle(b[i])).abs())))
+        .fold(0.0, f64::max);
+    Some(Approach {
+        rate: (extents[3] / extents[0]).powf(1.0 / (3 * quarter) as f64),
+        remaining: 0.5 * extents[3] + drift / (1.0 - extents[3] / extents[2]),
+    })
+}
+
+/// Lowest and highest value of each coordinate.
+fn bounding_box<'a>(sections: impl Iterator<Item = &'a [f64; 4]>) -> [(f64, f64); 4] {
+    sections.fold([(f64::MAX, f64::MIN); 4], |mut bounds, section| {
+        for ((low, high), &x) in bounds.iter_mut().zip(section) {
+            *low = low.min(x);
+            *high = high.max(x);
+        }
+        bounds
+    })
+}
+
+fn largest(values: [f64; 4]) -> f64 {
+    values.into_iter().fold(0.0, f64::max)
 }
 
 struct LastSection(Option<State>);
@@ -276,6 +305,20 @@ mod tests {
         let sections = vec![[1.0, 0.0, 0.0, 0.0]; 40];
         let counts: Vec<u32> = (0..40).map(|k| k % 2).collect();
         assert_eq!(detect_period(&sections, &counts).orbit, Some((2, 1)));
+    }
+
+    #[test]
+    fn a_slow_spiral_is_not_taken_for_the_period_of_its_turn() {
+        // Turns by nearly a third while it shrinks by 1 % a period.
+        let angle = std::f64::consts::TAU / 3.0 + 1e-3;
+        let spiral: Vec<[f64; 4]> = (0..100)
+            .map(|k| {
+                let r = 0.1 * 0.99f64.powi(k);
+                let (s, c) = (angle * f64::from(k)).sin_cos();
+                [1.0 + r * c, r * s, 0.0, 0.0]
+            })
+            .collect();
+        assert_eq!(detect_period(&spiral, &[1; 100]).orbit, Some((1, 1)));
     }
 
     #[test]

@@ -27,9 +27,9 @@ pub const REST_NOISE: f64 = 2.0 * GRAZE_NOISE * FLIGHT_NOISE;
 /// itself (a few dozen operations) cannot make it too small.
 pub const BOUND_MARGIN: f64 = 1.0 + 1e-12;
 
-/// The search solves its quartic to this relative accuracy: one more gap evaluation costs
-/// about ten of the quartic's own steps.
-pub const QUARTIC_RTOL: f64 = 1e-5;
+/// The search solves its quartic to this relative accuracy; the next evaluation of the gap
+/// starts afresh from there.
+pub const QUARTIC_RTOL: f64 = 1e-4;
 
 /// Steps of the solver of the quartic; it may stop anywhere, every iterate is a safe step.
 pub const QUARTIC_STEPS: usize = 24;
@@ -43,7 +43,7 @@ pub const SEARCH_STEPS: u64 = 200_000;
 pub const CHUNK_TURNS: f64 = 2.0;
 
 /// The steady response is used where it exceeds the true forced motion of a local flight at
-/// most by this factor, else the response from rest: three bits are lost at most.
+/// most by this factor, else one that stays finite (more work per evaluation).
 pub const RESONANCE_LOSS: f64 = 1.0;
 
 /// Spread of the exponents times time below which divided differences are summed as series.

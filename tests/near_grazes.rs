@@ -16,8 +16,8 @@ use vibroimpact::{Clock, Contact, Event, FreeMotion, Horizon, Simulation, State,
 /// Allowed error of a contact's time, in units of eps max(1, t)/min(1, u).
 const ALLOWED: f64 = 100.0;
 
-/// Higher humps of the ladder, of quantities of order 1, are decided: 1e-12 and all above.
-const LARGEST_THRESHOLD: f64 = 3e-13;
+/// Higher humps of the ladder are decided: 1e-13 and all above.
+const LARGEST_THRESHOLD: f64 = 5e-14;
 
 struct Case {
     name: String,

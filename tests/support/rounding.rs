@@ -54,6 +54,11 @@ impl Level {
         Self { start, rate_bound: rate_bound(system, state, span) }
     }
 
+    /// V.
+    pub fn rate_bound(&self) -> f64 {
+        self.rate_bound
+    }
+
     /// e(s).
     pub fn at(&self, s: f64) -> f64 {
         self.start + FLIGHT_NOISE * EPS * self.rate_bound * s

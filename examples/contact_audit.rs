@@ -1,0 +1,44 @@
+//! The contact audit (docs/contact-audit.md): random flights, the library's first contact against
+//! an independent dense search in double-double arithmetic.
+//!
+//! `cargo run --release --example contact_audit -- [--flights N] [--seed S] [--csv FILE]`
+//!
+//! FILE receives all disagreements and 10,000 flights at equal distances, for the referee in ball
+//! arithmetic: `cd tests && python -m reference.certify FILE`. Ends with status 1 if any flight
+//! disagrees.
+
+#[path = "../tests/support/audit.rs"]
+mod audit;
+
+use std::error::Error;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::process::ExitCode;
+
+/// Flights written for the referee besides the disagreements.
+const ROWS: u64 = 10_000;
+
+fn main() -> Result<ExitCode, Box<dyn Error>> {
+    let (mut flights, mut seed, mut csv) = (1_000_000, 1, None);
+    let mut arguments = std::env::args().skip(1);
+    while let Some(flag) = arguments.next() {
+        let value = arguments.next().ok_or_else(|| format!("{flag} needs a value"))?;
+        match flag.as_str() {
+            "--flights" => flights = value.parse()?,
+            "--seed" => seed = value.parse()?,
+            "--csv" => csv = Some(value),
+            _ => return Err(format!("unknown argument {flag}").into()),
+        }
+    }
+    let tally = audit::audit(seed, flights, ROWS);
+    println!("seed {seed}\n{tally}");
+    if let Some(path) = csv {
+        let mut file = BufWriter::new(File::create(path)?);
+        writeln!(file, "{}", audit::HEADER)?;
+        for (_, row) in &tally.rows {
+            writeln!(file, "{row}")?;
+        }
+        file.flush()?;
+    }
+    Ok(if tally.disagreements.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}

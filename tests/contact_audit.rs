@@ -1,0 +1,24 @@
+//! A sample of the contact audit (docs/contact-audit.md): random flights, the library's first
+//! contact against an independent dense search in double-double arithmetic.
+
+#[path = "support/audit.rs"]
+mod audit;
+
+use audit::{HEADER, Outcome, audit};
+
+/// Not the seed of the large run.
+const SEED: u64 = 2;
+const FLIGHTS: u64 = 20_000;
+
+#[test]
+fn no_contact_is_missed_or_invented() {
+    let tally = audit(SEED, FLIGHTS, 10);
+    println!("{tally}");
+    assert!(tally.disagreements.is_empty(), "{tally}");
+    // The sample has to reach what it is for.
+    assert!(tally.contacts > FLIGHTS / 4 && tally.grazes > 10);
+    assert!(tally.count(Outcome::Undecided) < FLIGHTS / 10);
+    for (_, row) in &tally.rows {
+        assert_eq!(row.split(',').count(), HEADER.split(',').count());
+    }
+}
