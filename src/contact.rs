@@ -313,7 +313,8 @@ mod tests {
             [-0.09 - 1e-9, 0.6, -1.0, 0.0, 1e-3],
         ] {
             let h = first_root(&c, 10.0);
-            let scanned = (1..).map(|i| 1e-5 * f64::from(i)).find(|&h| value(&c, h) >= 0.0);
+            let scanned =
+                (1..=1_000_000).map(|i| 1e-5 * f64::from(i)).find(|&h| value(&c, h) >= 0.0);
             let first = scanned.unwrap();
             assert!(h <= first && h >= first - 3e-5, "{h} {first}");
         }

@@ -78,7 +78,8 @@ pub enum StopReason {
     Chatter,
     /// A graze where slip cannot stop the approach (mbar + k cos x1 <= 0) has a finite effect.
     UndecidableGraze,
-    /// mbar = 0: the pendulum sticks against a wall that keeps approaching.
+    /// mbar = 0: the pendulum sticks against a wall that keeps approaching, or is driven by it
+    /// to the end of its reach.
     Jammed,
     /// law = paper gave no admissible outcome.
     LawFailed,

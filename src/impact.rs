@@ -14,6 +14,7 @@ pub use regime::{Regime, RegimeKind};
 
 use crate::params::{Contact, ImpactLaw, System};
 use crate::state::State;
+use crate::tolerance::NO_ROOM;
 
 /// Velocities and geometry just before an impact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,7 +82,8 @@ impl Impact {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImpactFailure {
-    /// mbar = 0: the pendulum sticks against a wall that keeps approaching; no impulse ends it.
+    /// mbar = 0 and a wall that keeps approaching: the pendulum sticks against it, which no impulse
+    /// ends, or its tip has been driven to the end of its reach, sin x1 = -1.
     #[error("the pendulum is jammed against an approaching wall")]
     Jammed,
     /// law = paper: the bodies approach after the impact, or the result is not finite.
@@ -95,6 +97,9 @@ pub enum ImpactFailure {
 /// [`ImpactFailure`] where the law gives no outcome.
 pub fn resolve(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure> {
     let (mass_ratio, friction) = (system.mass_ratio, system.friction);
+    if mass_ratio == 0.0 && pre.v2 < 0.0 && pre.sin < 0.0 && pre.cos.abs() <= NO_ROOM {
+        return Err(ImpactFailure::Jammed);
+    }
     match system.law {
         ImpactLaw::Poisson => {
             let regime = regime::classify(pre, mass_ratio, system.restitution, friction)?;

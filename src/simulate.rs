@@ -15,7 +15,7 @@ use crate::flight::{Flight, FreeMotion};
 use crate::impact::{self, ImpactFailure, PreImpact};
 use crate::params::System;
 use crate::state::{Clock, State};
-use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE, EPS};
+use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, EPS};
 
 /// How far a simulation goes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -116,7 +116,7 @@ pub struct Simulation {
 
 impl Simulation {
     /// A simulation from `initial` at t = 0, forcing cos(omega t + phi). Without a horizon it runs
-    /// for ever (up to the event cap).
+    /// up to the caps on events and time.
     ///
     /// # Errors
     /// [`StateError`] if the bodies touch or overlap in `initial`.
@@ -153,7 +153,7 @@ impl Simulation {
         let mut simulation = Self {
             system: *system,
             motion,
-            horizon: Horizon::Time(f64::INFINITY),
+            horizon: Horizon::Impacts { count: u64::MAX, max_time: DEFAULT_MAX_TIME },
             max_events: DEFAULT_MAX_EVENTS,
             tolerance: DEFAULT_TOLERANCE,
             section_offset: 0.0,
@@ -166,16 +166,23 @@ impl Simulation {
         simulation
     }
 
-    /// Ends after so many drive periods (ignored with a constant load, which has none).
+    /// Ends after so many drive periods; a constant load has none, and meets the time cap.
     #[must_use]
     pub fn periods(self, periods: u32) -> Self {
         self.until(Horizon::Periods(i64::from(periods)))
     }
 
-    /// Ends at this horizon.
+    /// Ends at this horizon; its time must be finite, or the default cap on time takes its place.
     #[must_use]
     pub fn until(mut self, horizon: Horizon) -> Self {
-        self.horizon = horizon;
+        let capped = |time: f64| if time.is_finite() { time } else { DEFAULT_MAX_TIME };
+        self.horizon = match horizon {
+            Horizon::Periods(_) => horizon,
+            Horizon::Time(time) => Horizon::Time(capped(time)),
+            Horizon::Impacts { count, max_time } => {
+                Horizon::Impacts { count, max_time: capped(max_time) }
+            }
+        };
         self
     }
 
@@ -306,21 +313,18 @@ impl Simulation {
         report.found
     }
 
-    /// Local time at which the horizon lies; infinite if there is none.
+    /// Local time at which the horizon lies.
     fn horizon_in_flight(&self) -> f64 {
-        self.horizon_clock().map_or(f64::INFINITY, |clock| {
-            self.motion.drive.until(self.flight.clock, clock).value()
-        })
+        self.motion.drive.until(self.flight.clock, self.horizon_clock()).value()
     }
 
-    /// Clock of the horizon; `None` if there is none.
-    fn horizon_clock(&self) -> Option<Clock> {
+    /// Clock of the horizon. Every run has one: a motion without contact must end too.
+    fn horizon_clock(&self) -> Clock {
         let drive = &self.motion.drive;
         match self.horizon {
-            Horizon::Periods(periods) => drive.has_period().then(|| Clock::new(periods, 0.0)),
-            Horizon::Time(time) | Horizon::Impacts { max_time: time, .. } => {
-                time.is_finite().then(|| drive.clock_at(time))
-            }
+            Horizon::Periods(periods) if drive.has_period() => Clock::new(periods, 0.0),
+            Horizon::Periods(_) => drive.clock_at(DEFAULT_MAX_TIME),
+            Horizon::Time(time) | Horizon::Impacts { max_time: time, .. } => drive.clock_at(time),
         }
     }
 
@@ -424,9 +428,10 @@ impl Simulation {
     fn stop_at_horizon(&mut self, s: f64) -> Event {
         let reason = match self.horizon {
             Horizon::Impacts { .. } => StopReason::TimeCap,
+            Horizon::Periods(_) if !self.motion.drive.has_period() => StopReason::TimeCap,
             _ => StopReason::Completed,
         };
-        let clock = self.horizon_clock().unwrap_or(self.flight.clock);
+        let clock = self.horizon_clock();
         let state = self.motion.state_at(&self.flight, s.max(0.0));
         self.stop(clock, self.motion.drive.time(clock), state, reason)
     }

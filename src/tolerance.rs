@@ -53,6 +53,11 @@ pub const SERIES_SPREAD: f64 = 1.0;
 /// (wall at rest) rounding must not decide (theory.md, section 4).
 pub const SIMULTANEOUS: f64 = 8.0 * EPS;
 
+/// With |cos x1| below this the tip has no room left before sin x1 = -1: 1 - |sin x1| is below
+/// rounding. A wall (mbar = 0) that still approaches then jams it; its impacts would drive
+/// x1' beyond all bounds.
+pub const NO_ROOM: f64 = 1e-7;
+
 /// Impacts in a row that must shrink by one ratio before chatter is believed.
 pub const CHATTER_IMPACTS: u32 = 8;
 
@@ -64,3 +69,7 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-12;
 
 /// Default cap on the events of one run.
 pub const DEFAULT_MAX_EVENTS: u64 = 10_000_000;
+
+/// Cap on the time of a run that was given no horizon: such a run must end even if the bodies
+/// never meet again (some seconds of computing).
+pub const DEFAULT_MAX_TIME: f64 = 1e7;

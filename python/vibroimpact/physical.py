@@ -4,7 +4,7 @@ Time is measured in 1/omega_2 and length in l, with the natural frequencies of t
 
     omega_1 = sqrt(K1 / (M1 l^2)),    omega_2 = sqrt(K2 / M2).
 
-Source: Han, Jin & Hu (2004), the definitions before eq. (5).
+Source: Han, Jin & Hu (2004), eq. (23).
 """
 
 import math
