@@ -38,9 +38,9 @@ impl ChatterMonitor {
     }
 }
 
-/// Time left to the accumulation point and the error of that leading-order value, for a
-/// separation velocity, free gap acceleration and jerk just after an impact.
-pub(crate) fn remaining_time(separation: f64, ratio: f64, second: f64, third: f64) -> (f64, f64) {
+/// Error of the leading-order time to the accumulation point, T = 2 u/(g'' (1 - q)), for a
+/// separation velocity u, free gap acceleration g'' and its derivative just after an impact.
+pub(crate) fn remaining_time_error(separation: f64, ratio: f64, second: f64, third: f64) -> f64 {
     let time = 2.0 * separation / (second * (1.0 - ratio));
-    (time, time * time * (third / second).abs())
+    time * time * (third / second).abs()
 }

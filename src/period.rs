@@ -18,10 +18,12 @@ const SMALL: f64 = 1e-9;
 const FALL: f64 = 0.97;
 /// and must promise to go no further than this part of the motion's size.
 const REACH: f64 = 0.25;
+/// Fewest sections from which a period is told: too few make a slow drift look like convergence.
+const SHORTEST_TAIL: usize = 100;
 /// Size of the perturbation whose growth is measured.
 const PERTURBATION: f64 = 1e-8;
 /// Shortest and longest measurement, in drive periods.
-const GROWTH_PERIODS: (usize, usize) = (200, 1600);
+const GROWTH_PERIODS: (usize, usize) = (400, 3200);
 
 /// Growth of a small perturbation, renormalised after every drive period (Benettin et al. 1980).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,9 +92,24 @@ fn size(sections: &[[f64; 4]]) -> f64 {
 }
 
 /// Looks for a period in consecutive sections; `counts[k]` are the impacts in the drive period
-/// that ends at section k.
+/// that ends at section k. A motion that still moved early in the window may have settled late in
+/// it: if the whole window shows no return, its last half, quarter ... are tried.
 #[must_use]
 pub fn detect_period(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
+    let whole = detect_in(sections, counts);
+    let kept = sections.len();
+    if whole.orbit.is_some() || counts.len() != kept {
+        return whole;
+    }
+    let tails = std::iter::successors(Some(kept / 2), |tail| Some(tail / 2));
+    tails
+        .take_while(|&tail| tail >= SHORTEST_TAIL)
+        .map(|tail| detect_in(&sections[kept - tail..], &counts[kept - tail..]))
+        .find(|report| report.orbit.is_some())
+        .unwrap_or(whole)
+}
+
+fn detect_in(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
     let kept = sections.len();
     let mut report = PeriodReport {
         orbit: None,
@@ -207,66 +224,102 @@ impl Observer for LastSection {
     }
 }
 
-/// State one drive period after a section.
-fn one_period(system: &System, state: State) -> Option<State> {
+/// State one drive period after a section, and the impacts on the way.
+fn one_period(system: &System, state: State) -> Option<(State, u32)> {
     let mut simulation = Simulation::new(system, state).ok()?.until(Horizon::Periods(1));
     let mut section = LastSection(None);
+    let mut impacts = 0;
     while let Some(event) = simulation.advance(&mut section) {
-        if let Event::Stop(stop) = event.ok()? {
-            return (stop.reason == StopReason::Completed).then_some(section.0)?;
+        match event.ok()? {
+            Event::Impact(_) => impacts += 1,
+            Event::Graze(_) => {}
+            Event::Stop(stop) if stop.reason == StopReason::Completed => {}
+            Event::Stop(_) => return None,
         }
     }
-    None
+    section.0.map(|state| (state, impacts))
 }
 
-/// Growth of a perturbation of a motion that passes through `state` at a section of phase phi.
-fn measure_growth(system: &System, mut state: State, periods: usize) -> Option<Growth> {
-    let mut nearby = State { v1: state.v1 + PERTURBATION, ..state };
-    let mut logs = Vec::with_capacity(periods);
-    for _ in 0..periods {
-        let next = one_period(system, state)?;
-        let next_nearby = one_period(system, nearby)?;
-        let (a, b) = (next.to_array(), next_nearby.to_array());
-        let d = distance(&a, &b).max(f64::EPSILON * PERTURBATION);
-        logs.push((d / PERTURBATION).ln());
-        let scale = PERTURBATION / d;
-        let pulled: [f64; 4] = std::array::from_fn(|i| a[i] + (b[i] - a[i]) * scale);
-        nearby = State::from_array(pulled);
-        state = next;
+/// A motion and a nearby one, followed from a section of forcing phase phi.
+struct Pair<'a> {
+    system: &'a System,
+    state: State,
+    nearby: State,
+    logs: Vec<f64>,
+    sections: Vec<[f64; 4]>,
+    counts: Vec<u32>,
+}
+
+impl<'a> Pair<'a> {
+    /// Both bodies are perturbed: without contact, or without friction, they know nothing of each
+    /// other.
+    fn new(system: &'a System, state: State) -> Self {
+        let nearby = State { v1: state.v1 + PERTURBATION, v2: state.v2 + PERTURBATION, ..state };
+        Self { system, state, nearby, logs: Vec::new(), sections: Vec::new(), counts: Vec::new() }
     }
-    // The first tenth aligns the perturbation.
-    let used = &logs[periods / 10..];
-    let mean = used.iter().sum::<f64>() / used.len() as f64;
-    let blocks: Vec<f64> = used
-        .chunks(used.len().div_ceil(10))
-        .map(|block| block.iter().sum::<f64>() / block.len() as f64)
-        .collect();
-    let n = blocks.len() as f64;
-    let variance = blocks.iter().map(|b| (b - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-    Some(Growth { mean, error: (variance / n).sqrt(), periods })
+
+    /// Goes on until so many periods are followed; `None` where the motion cannot be.
+    fn follow(&mut self, periods: usize) -> Option<()> {
+        while self.logs.len() < periods {
+            let (next, impacts) = one_period(self.system, self.state)?;
+            let (nearby, _) = one_period(self.system, self.nearby)?;
+            let (a, b) = (next.to_array(), nearby.to_array());
+            let d = distance(&a, &b).max(f64::EPSILON * PERTURBATION);
+            self.logs.push((d / PERTURBATION).ln());
+            let pull = PERTURBATION / d;
+            self.nearby = State::from_array(std::array::from_fn(|i| a[i] + (b[i] - a[i]) * pull));
+            self.state = next;
+            self.sections.push(a);
+            self.counts.push(impacts);
+        }
+        Some(())
+    }
+
+    fn growth(&self) -> Growth {
+        // The first quarter aligns the perturbation.
+        let used = &self.logs[self.logs.len() / 4..];
+        let mean = used.iter().sum::<f64>() / used.len() as f64;
+        let blocks: Vec<f64> = used
+            .chunks(used.len().div_ceil(10))
+            .map(|block| block.iter().sum::<f64>() / block.len() as f64)
+            .collect();
+        let n = blocks.len() as f64;
+        let variance = blocks.iter().map(|b| (b - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        Growth { mean, error: (variance / n).sqrt(), periods: self.logs.len() }
+    }
 }
 
-/// Decides a motion that does not repeat by following a nearby one from `state`, the state at a
-/// section of forcing phase phi.
+/// Decides a motion that does not repeat by following it and a nearby one from `state`, the state
+/// at a section of forcing phase phi.
 #[must_use]
 pub fn resolve_by_growth(system: &System, state: State, mut report: PeriodReport) -> PeriodReport {
     let (mut periods, longest) = GROWTH_PERIODS;
+    let mut pair = Pair::new(system, state);
     while periods <= longest {
-        let Some(growth) = measure_growth(system, state, periods) else {
+        if pair.follow(periods).is_none() {
             report.method = "no return found, growth not measurable";
             return report;
-        };
+        }
+        let growth = pair.growth();
         report.growth = Some(growth);
         let total = growth.mean * periods as f64;
         // A shear grows like the time itself: ln(periods) is no sign of chaos.
         let shear = (periods as f64).ln();
-        if total > shear + 4.0 && growth.mean > 3.0 * growth.error {
+        if total > shear + 4.0 && growth.mean > 4.0 * growth.error {
             report.kind = Kind::Chaotic;
             report.confidence = 1.0 - (-(total - shear) / 4.0).exp();
             report.method = "a nearby orbit departs exponentially";
             return report;
         }
-        if total < shear + 1.0 && periods >= 2 * GROWTH_PERIODS.0 {
+        if total < -(shear + 4.0) && growth.mean < -4.0 * growth.error {
+            // It still settles: it will return.
+            let later = detect_period(&pair.sections, &pair.counts);
+            if later.orbit.is_some() {
+                let method = "a nearby orbit comes closer; returns when followed further";
+                let confidence = 0.7 * later.confidence;
+                return PeriodReport { growth: report.growth, confidence, method, ..later };
+            }
+        } else if total < shear + 1.0 && growth.mean < 2.0 * growth.error {
             report.kind = Kind::QuasiPeriodic;
             report.confidence = 0.8;
             report.method = "no return found, a nearby orbit does not depart";

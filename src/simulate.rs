@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::chatter::{ChatterMonitor, remaining_time};
+use crate::chatter::{ChatterMonitor, remaining_time_error};
 use crate::contact::{Found, Start, Touch, next_contact};
 use crate::double_double::DoubleDouble;
 use crate::error::{SimulationError, StateError};
@@ -15,7 +15,7 @@ use crate::flight::{Flight, FreeMotion};
 use crate::impact::{self, ImpactFailure, PreImpact};
 use crate::params::System;
 use crate::state::{Clock, State};
-use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, EPS};
+use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE};
 
 /// How far a simulation goes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -251,7 +251,7 @@ impl Simulation {
                 return Some(Ok(stop));
             }
             if !observer.go_on() {
-                return Some(Ok(self.stop_at(0.0, StopReason::Interrupted)));
+                return Some(Ok(self.stop_here(StopReason::Interrupted)));
             }
             let found = self.search();
             let reached = match found {
@@ -271,7 +271,7 @@ impl Simulation {
             match found {
                 Found::Contact(touch) => return Some(self.strike(&touch)),
                 Found::Graze(touch) => return Some(Ok(self.graze(&touch))),
-                Found::Resting => return Some(Ok(self.stop_at(0.0, StopReason::Chatter))),
+                Found::Resting => return Some(Ok(self.stop_here(StopReason::Chatter))),
                 _ => {
                     self.point.chunk += 1;
                     self.point.grazed = None;
@@ -334,7 +334,7 @@ impl Simulation {
             _ if self.point.events >= self.max_events => StopReason::EventCap,
             _ => return None,
         };
-        Some(self.stop_at(self.point.grazed.unwrap_or(0.0), reason))
+        Some(self.stop_here(reason))
     }
 
     /// Hands the sections up to local time `reached` to the observer; one that falls on an impact
@@ -403,8 +403,10 @@ impl Simulation {
     fn believe_chatter(&mut self, ratio: f64, separation: f64) {
         let gap = self.motion.contact_gap(&self.flight, self.system.contact);
         if gap.second > 0.0 {
-            let (time, error) = remaining_time(separation, ratio, gap.second, gap.third);
-            if error <= self.tolerance && time * EPS < self.tolerance {
+            let error = remaining_time_error(separation, ratio, gap.second, gap.third);
+            // Neither the time nor the height of the hops left out may be seen.
+            let height = separation * separation / (2.0 * gap.second);
+            if error <= self.tolerance && height <= self.tolerance {
                 self.point.resting = true;
                 self.found = Some(Found::Resting);
             }
@@ -436,7 +438,9 @@ impl Simulation {
         self.stop(clock, self.motion.drive.time(clock), state, reason)
     }
 
-    fn stop_at(&mut self, s: f64, reason: StopReason) -> Event {
+    /// Stops at the start of the present flight, or at the graze it goes on from.
+    fn stop_here(&mut self, reason: StopReason) -> Event {
+        let s = self.point.grazed.unwrap_or(0.0);
         let (clock, time, _) = self.place(s, 0.0);
         let state = self.motion.state_at(&self.flight, s);
         self.stop(clock, time, state, reason)

@@ -214,8 +214,10 @@ pub fn sweep(
                 let one = |system| fresh(system, initial, options, false, cancel);
                 chunk.par_iter().map(one).collect::<Vec<_>>()
             } else {
-                let one = |system| follow(system, &mut last, initial, options, cancel);
-                chunk.iter().map(one).collect()
+                let one = |(i, system)| {
+                    follow(system, done + i == 0, &mut last, initial, options, cancel)
+                };
+                chunk.iter().enumerate().map(one).collect()
             }
         }));
         if !go_on(points.len()) {
@@ -242,9 +244,10 @@ fn fresh(
     }
 }
 
-/// From the last state, or from `initial` where that penetrates at the new parameter.
+/// From the last state, or from `initial` where there is none or it penetrates at the new value.
 fn follow(
     system: &System,
+    first: bool,
     last: &mut Option<State>,
     initial: State,
     options: RunOptions,
@@ -256,8 +259,10 @@ fn follow(
             Err(RunError::State(_)) => None,
             Err(_) => Some(SweepPoint::empty(PointStatus::Failed)),
         });
-    let point = followed.unwrap_or_else(|| fresh(system, initial, options, last.is_some(), cancel));
-    *last = point.final_state;
+    let point = followed.unwrap_or_else(|| fresh(system, initial, options, !first, cancel));
+    if point.final_state.is_some() {
+        *last = point.final_state;
+    }
     point
 }
 

@@ -1,6 +1,8 @@
 //! A sample of the contact audit (docs/contact-audit.md): random flights, the library's first
 //! contact against an independent dense search in double-double arithmetic.
 
+#![allow(clippy::unwrap_used)]
+
 #[path = "support/audit.rs"]
 mod audit;
 

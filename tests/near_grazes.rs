@@ -2,6 +2,8 @@
 //! d = +-1e-2 ... +-1e-14. Above the stated threshold every contact is found, below minus the
 //! threshold none, and in between the outcome is a graze or either side (docs/contact-detection.md).
 
+#![allow(clippy::unwrap_used)]
+
 #[path = "support/rounding.rs"]
 mod rounding;
 

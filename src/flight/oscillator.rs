@@ -10,7 +10,7 @@ use nalgebra::Complex;
 use super::drive::{Trig, Turn, turn_exactly};
 use super::resonance::{Beat, RestResponse};
 use crate::double_double::DoubleDouble;
-use crate::tolerance::RESONANCE_LOSS;
+use crate::tolerance::{RESONANCE_LOSS, SHORT_ANGLE, SHORT_ORDER};
 
 /// How a free oscillation decays.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,6 +51,8 @@ pub(crate) struct Oscillator {
     /// P = f/(w^2 - omega^2 + 2 i c omega); not finite at resonance without damping.
     steady: Complex<f64>,
     span: f64,
+    /// Longest time for the Taylor series.
+    short: f64,
 }
 
 /// One body's flight: its constants from the state at the start.
@@ -140,6 +142,7 @@ impl Oscillator {
                 Complex::new(forcing, 0.0) / stiffness
             },
             span,
+            short: SHORT_ANGLE / natural.max(omega).max(2.0 * decay_rate).max(1.0),
         }
     }
 
@@ -264,12 +267,38 @@ impl Oscillator {
     /// Motion at local time `s`.
     #[inline]
     pub fn at(&self, f: &BodyFlight, s: f64, turn: &Turn) -> Motion {
+        if s <= self.short {
+            return self.short_motion(f, s, turn);
+        }
         self.motion(f, s, self.basis(s), turn)
     }
 
     /// Motion at local time `s`, with the rounding of the angles made good.
     pub fn at_exactly(&self, f: &BodyFlight, s: f64, turn: &Turn) -> Motion {
+        if s <= self.short {
+            return self.short_motion(f, s, turn);
+        }
         self.motion(f, s, self.basis_exactly(s), turn)
+    }
+
+    /// Motion a short time after the start, by its Taylor series: free and steady motion cancel
+    /// there, and a body that starts at rest would move by their rounding.
+    fn short_motion(&self, f: &BodyFlight, s: f64, turn: &Turn) -> Motion {
+        let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
+        // Taylor coefficients of x, and of f cos psi and f sin psi by (cos)' = -omega sin.
+        let (mut lower, mut upper) = (f.x, f.v);
+        let (mut cos, mut sin) = (self.forcing * turn.start.cos, self.forcing * turn.start.sin);
+        let (mut increment, mut rate, mut power) = (0.0, 0.0, 1.0);
+        for n in 1..=SHORT_ORDER {
+            let order = f64::from(n);
+            rate += order * upper * power;
+            power *= s;
+            increment += upper * power;
+            let next = (cos - c2 * order * upper - w2 * lower) / (order * (order + 1.0));
+            (lower, upper) = (upper, next);
+            (cos, sin) = (-self.omega * sin / order, self.omega * cos / order);
+        }
+        self.motion_from(f, increment, rate, turn)
     }
 
     #[inline]
@@ -279,6 +308,12 @@ impl Oscillator {
             increment += x;
             rate += v;
         }
+        self.motion_from(f, increment, rate, turn)
+    }
+
+    /// The next derivatives from the equation of motion.
+    #[inline]
+    fn motion_from(&self, f: &BodyFlight, increment: f64, rate: f64, turn: &Turn) -> Motion {
         let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
         let acceleration = self.forcing * turn.phase.cos - c2 * rate - w2 * (f.x + increment);
         let jerk = -self.forcing * self.omega * turn.phase.sin - c2 * acceleration - w2 * rate;
@@ -299,6 +334,10 @@ impl Oscillator {
 
     /// Displacement and rate after any time.
     pub fn after(&self, f: &BodyFlight, x: f64, elapsed: DoubleDouble, turn: &Turn) -> (f64, f64) {
+        if elapsed.hi <= self.short {
+            let motion = self.short_motion(f, elapsed.hi, turn);
+            return (x + motion.increment, motion.rate);
+        }
         let basis = self.basis_far(elapsed);
         let (mut increment, mut rate) = self.combine(f, basis, turn);
         if let Some((dx, v)) = self.resonant(f, elapsed, basis, turn.start) {

@@ -110,15 +110,21 @@ pub(super) fn walk(
             approach
         }
     };
+    let v2_post = match regime {
+        // Exact too, also where r = 0 ends in rest.
+        Regime::StickInApproach { .. } if mass_ratio > 0.0 => -restitution * pre.v2,
+        _ => state.v2,
+    };
     let separation = match regime {
         // Exact identity; the difference of the velocities has their rounding.
         Regime::Frictionless | Regime::Slip { .. } => -restitution * u,
+        Regime::StickInApproach { .. } => -v2_post,
         _ => state.u.min(0.0),
     };
     Impact {
         regime,
         v1_post: state.v1,
-        v2_post: state.v2,
+        v2_post,
         approach_velocity: u,
         separation_velocity: separation,
         impulse_approach,

@@ -26,11 +26,8 @@ fn the_iterator_and_the_run_see_the_same() {
         let system = draw.system();
         let start = draw.start(&system);
         let run = go(&system, start, RunOptions::periods(30));
-        let events: Vec<Event> = Simulation::new(&system, start)
-            .unwrap()
-            .periods(30)
-            .map(Result::unwrap)
-            .collect();
+        let events: Vec<Event> =
+            Simulation::new(&system, start).unwrap().periods(30).map(Result::unwrap).collect();
         let impacts: Vec<ImpactRecord> = events
             .iter()
             .filter_map(|event| match event {
@@ -43,10 +40,8 @@ fn the_iterator_and_the_run_see_the_same() {
         assert_eq!(run.events.len(), events.len());
         let mut simulation = Simulation::new(&system, start).unwrap().periods(30);
         let mut sections = Sections::default();
-        let Event::Stop(stop) = std::iter::from_fn(|| simulation.advance(&mut sections))
-            .last()
-            .unwrap()
-            .unwrap()
+        let Event::Stop(stop) =
+            std::iter::from_fn(|| simulation.advance(&mut sections)).last().unwrap().unwrap()
         else {
             panic!("the last event is the stop");
         };
@@ -55,6 +50,16 @@ fn the_iterator_and_the_run_see_the_same() {
         assert_eq!(states, run.stroboscopic);
         assert!(sections.0.iter().map(|&(k, _)| k).eq(1..=states.len() as i64));
     }
+}
+
+/// Flights start from records, whose times are rounded: the states agree to that rounding.
+fn assert_same_motion(run: &Run, other: &Run, times: &[f64]) {
+    let (found, expected) = (run.trajectory(times).unwrap(), other.trajectory(times).unwrap());
+    let mut worst = 0f64;
+    for (a, b) in found.iter().flatten().zip(expected.iter().flatten()) {
+        worst = worst.max((a - b).abs() / b.abs().max(1.0));
+    }
+    assert!(worst <= 1e-13, "{worst:e}");
 }
 
 #[test]
@@ -85,11 +90,13 @@ fn the_window_holds_the_last_periods() {
         let times: Vec<f64> =
             (0..=300).map(|i| from + (to - from) * f64::from(i) / 300.0).collect();
         let times = &times[1..300];
-        assert_eq!(kept.trajectory(times), whole.trajectory(times));
+        assert_same_motion(&kept, &whole, times);
         assert!(kept.trajectory(&[from - 1e-6]).is_none());
         assert!(kept.trajectory(&[to + 1e-6]).is_none());
         assert!(kept.trajectory(&[f64::NAN]).is_none());
-        assert!(whole.trajectory(&[0.0]).unwrap()[0] == start.to_array());
+        for (found, given) in whole.trajectory(&[0.0]).unwrap()[0].iter().zip(start.to_array()) {
+            assert!((found - given).abs() <= f64::EPSILON);
+        }
         let none = go(&system, start, RunOptions::periods(40).keep(0));
         assert!(none.impacts.is_empty() && none.stroboscopic.is_empty());
     }
@@ -101,7 +108,12 @@ fn the_trajectory_is_right_continuous_and_passes_through_the_impacts() {
     let run = go(&system, paper_start(), RunOptions::periods(50));
     let times: Vec<f64> = run.impacts.iter().map(|impact| impact.time).collect();
     for (impact, state) in run.impacts.iter().zip(run.trajectory(&times).unwrap()) {
-        assert_eq!([impact.x1, impact.v1_post, impact.x2, impact.v2_post], state);
+        let post = [impact.x1, impact.v1_post, impact.x2, impact.v2_post];
+        // The rounded time is late by one spacing at most; accelerations stay below 10.
+        let moved = 10.0 * f64::EPSILON * impact.time.max(1.0);
+        for (found, expected) in state.iter().zip(post) {
+            assert!((found - expected).abs() <= moved, "{state:?} {impact:?}");
+        }
     }
     let before: Vec<f64> = times.iter().map(|time| time - 1e-9).collect();
     for (impact, state) in run.impacts.iter().zip(run.trajectory(&before).unwrap()) {
@@ -181,8 +193,8 @@ fn a_flight_longer_than_a_local_one_is_resumed_with_the_same_bits() {
     let parts = in_parts(&system, paper_start(), &cuts);
     assert_joined(&timed, &parts);
     assert_eq!(parts.len(), 20);
-    // A rare contact after a long flight: the beat of an undamped system.
-    let system = paper(2.1).gap(0.97).moment_amplitude(0.17).build().unwrap();
+    // Sporadic impacts (Han, Jin & Hu (2004), Fig. 10).
+    let system = paper(2.98).friction(0.3).build().unwrap();
     let whole = go(&system, paper_start(), RunOptions::periods(400));
     assert!(whole.impacts.len() > 2, "{}", whole.impacts.len());
     let longest = whole.impacts.windows(2).map(|w| w[1].time - w[0].time).fold(0.0, f64::max);
@@ -200,7 +212,7 @@ fn a_resumed_window_and_trajectory_begin_where_the_run_ended() {
     let from = 33.0 * system.drive_period();
     assert!((rest.kept_from() - from).abs() < 1e-12);
     let times: Vec<f64> = (1..200).map(|i| from + 0.13 * f64::from(i)).collect();
-    assert_eq!(rest.trajectory(&times), whole.trajectory(&times));
+    assert_same_motion(&rest, &whole, &times);
     let last = first.resume(RunOptions::periods(80).keep(10), &mut || true).unwrap();
     assert_eq!(last.stroboscopic, whole.stroboscopic[70..]);
 }
@@ -260,7 +272,8 @@ fn a_section_at_the_instant_of_an_impact_sees_the_state_after_it() {
             .unwrap();
         let period = system.drive_period();
         let start = state(-period, 1.0, 0.0, 0.0);
-        for options in [RunOptions::periods(1), RunOptions::periods(2), RunOptions::periods(2).keep(1)]
+        for options in
+            [RunOptions::periods(1), RunOptions::periods(2), RunOptions::periods(2).keep(1)]
         {
             let run = go(&system, start, options);
             assert_eq!(run.impact_count, 1);

@@ -1,38 +1,59 @@
-//! Labels of random systems against those found with twice the periods (docs/definitions of the
-//! label: m drive periods, n impacts per orbit, or why none).
+//! Labels of random systems equal those found with twice the periods, but for a listed few.
+//!
+//! A motion that is still a chaotic transient after N periods and settles later cannot have its
+//! final label from N periods; those are what remains.
 
 use vibroimpact::{RunOptions, StopReason};
 
-use crate::{Draw, go};
+use crate::{Draw, go, paper, paper_start};
 
-fn explore(periods: i64, keep: i64) {
+const PERIODS: i64 = 600;
+const KEEP: i64 = 200;
+/// Of 200 random systems.
+const MISMATCHES: usize = 6;
+
+#[test]
+fn labels_hold_with_twice_the_periods() {
     let mut draw = Draw::new(30);
-    let mut mismatches = 0;
-    let mut kinds = std::collections::BTreeMap::new();
-    let begin = std::time::Instant::now();
+    let (mut mismatches, mut repeating, mut completed) = (0, 0, 0);
     for i in 0..200 {
         let system = draw.system();
         let start = draw.start(&system);
-        let run = go(&system, start, RunOptions::periods(periods).keep(keep));
-        let twice = go(&system, start, RunOptions::periods(2 * periods).keep(2*keep));
-        if run.stop_reason != StopReason::Completed || twice.stop_reason != StopReason::Completed {
-            *kinds.entry(format!("{}/{}", run.stop_reason.name(), twice.stop_reason.name())).or_insert(0) += 1;
+        let once = go(&system, start, RunOptions::periods(PERIODS).keep(KEEP));
+        let twice = go(&system, start, RunOptions::periods(2 * PERIODS).keep(2 * KEEP));
+        if once.stop_reason != StopReason::Completed || twice.stop_reason != StopReason::Completed {
+            // Chatter has no label yet; it comes in both runs or after the shorter one.
+            assert!(
+                once.stop_reason == twice.stop_reason || once.stop_reason == StopReason::Completed
+            );
             continue;
         }
-        let (a, b) = (run.period(), twice.period());
-        let class = |l: String| if l.contains('-') && l != "quasi-periodic" { "periodic".into() } else { l };
-        *kinds.entry(class(a.label())).or_insert(0) += 1;
+        completed += 1;
+        let (a, b) = (once.period(), twice.period());
+        repeating += usize::from(b.orbit.is_some());
         if a.label() != b.label() {
             mismatches += 1;
-            println!("{i}: {} (res {:.2e} rate {:.6} conf {:.2} {} {:?}) / {} (res {:.2e} rate {:.6} {:.2} {} {:?}) z1 {:.4} z2 {:.4} mu {:.3} r {:.3}", a.label(), a.residual, a.rate, a.confidence, a.method, a.growth, b.label(), b.residual, b.rate, b.confidence, b.method, b.growth, system.pendulum_damping(), system.oscillator_damping(), system.friction(), system.restitution());
+            println!(
+                "system {i}: {} after {PERIODS} periods, {} after twice",
+                a.label(),
+                b.label()
+            );
+            println!("  {a:?}\n  {b:?}\n  {system:?} from {start:?}");
         }
     }
-    println!("N {periods} K {keep}: {mismatches} mismatches, {kinds:?}, {:.1} s", begin.elapsed().as_secs_f64());
+    println!("{mismatches} mismatches among {completed} completed, {repeating} of them periodic");
+    assert!(mismatches <= MISMATCHES);
+    assert!(completed > 150 && repeating > 90);
 }
 
 #[test]
-fn explore_labels() {
-    explore(600, 100);
-    explore(600, 300);
-    explore(1000, 1000);
+fn the_label_of_a_settled_motion_does_not_depend_on_how_much_is_kept() {
+    // 1-1 at 1.25 and 1.8, 2-4 at 1.1 (docs/theory.md, section 10), with the transient kept too.
+    for (drive_frequency, label) in [(1.25, "1-1"), (1.8, "1-1"), (1.1, "2-4")] {
+        let system = paper(drive_frequency).build().unwrap();
+        for keep in [50, 100, 300, 600] {
+            let run = go(&system, paper_start(), RunOptions::periods(600).keep(keep));
+            assert_eq!(run.period().label(), label, "omega = {drive_frequency}, keep = {keep}");
+        }
+    }
 }

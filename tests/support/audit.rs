@@ -4,12 +4,14 @@
 mod dense;
 mod double_double;
 mod draw;
+mod exact_motion;
 mod rounding;
 mod tally;
 
-use dense::{DenseFlight, Place, Seen};
+use dense::{Place, Seen};
 use double_double::Dd;
 use draw::{Draw, draw};
+use exact_motion::DenseFlight;
 use rayon::prelude::*;
 use rounding::Level;
 use vibroimpact::contact::{Found, Start, Touch, next_contact};
@@ -62,8 +64,8 @@ pub struct Errors {
     pub gap: f64,
     /// |g| there, in units of the stated rounding level e.
     pub level: f64,
-    /// Of displacements and of velocities at the instant found, in units of eps (|x| + V t)
-    /// and eps V, V the bound of |g'|.
+    /// Of displacements and of velocities at the instant found, in units of
+    /// eps (|tip| + |x2| + |delta| + |x1| + V t) and eps V, V the bound of |g'|.
     pub displacement: f64,
     pub velocity: f64,
 }
@@ -74,8 +76,8 @@ pub struct Judged {
     pub draw: Draw,
     pub outcome: Outcome,
     pub errors: Option<Errors>,
-    /// Of humps told as grazes: the largest |height|/e.
-    pub graze: Option<f64>,
+    /// Of humps told as grazes: the lowest and the highest height/e.
+    pub grazes: Option<[f64; 2]>,
     pub evaluations: u64,
     pub span: f64,
     /// What the library found first: a time, `none`, `graze` or `failed`.
@@ -119,12 +121,13 @@ pub fn judge(seed: u64, index: u64) -> Judged {
     let searched = search(&draw, &motion);
     let judge = Judge { dense, seen, level, span };
     let (mut outcome, errors) = judge.compare(&searched);
-    let mut graze = None;
+    let mut grazes: Option<[f64; 2]> = None;
     for touch in &searched.grazes {
         match judge.hump(touch.local_time()) {
             Some(hump) => {
-                let height = hump.gap.value.hi.abs() / level.at(hump.time.hi);
-                graze = Some(height.max(graze.unwrap_or(0.0)));
+                let height = hump.gap.value.hi / level.at(hump.time.hi);
+                let [low, high] = grazes.unwrap_or([height; 2]);
+                grazes = Some([low.min(height), high.max(height)]);
             }
             // Above the level it is a contact, below it nothing.
             None => {
@@ -140,7 +143,7 @@ pub fn judge(seed: u64, index: u64) -> Judged {
         _ => "failed".into(),
     };
     let (evaluations, samples) = (searched.evaluations, judge.seen.samples);
-    Judged { index, draw, outcome, errors, graze, evaluations, span, found, samples }
+    Judged { index, draw, outcome, errors, grazes, evaluations, span, found, samples }
 }
 
 struct Judge {
@@ -195,7 +198,8 @@ impl Judge {
     /// The hump within the level at whose top, or on whose slope within the level, a time lies.
     fn hump(&self, time: f64) -> Option<&Place> {
         self.seen.humps.iter().find(|hump| {
-            let width = (4.0 * self.level.undecided(hump.time.hi) / hump.gap.second.hi.abs()).sqrt();
+            let width =
+                (4.0 * self.level.undecided(hump.time.hi) / hump.gap.second.hi.abs()).sqrt();
             (time - hump.time.hi).abs() <= 2.0 * width
         })
     }
@@ -206,23 +210,18 @@ impl Judge {
         let point = self.dense.later(&root.point, late);
         let gap = self.dense.gap(&point);
         let (t, u) = (root.time.hi, root.gap.rate.hi);
-        let bound = self.level.rate_bound();
+        let bound = self.level.rate_bound;
         let worst = |errors: [f64; 2]| errors[0].max(errors[1]);
         let off = |exact: Dd, found: f64| (exact - Dd::new(found)).hi.abs();
-        let displacement = |exact: Dd, found: f64| {
-            off(exact, found) / (EPS * (exact.hi.abs() + bound * t))
-        };
-        let state = touch.state;
+        let (state, size) = (touch.state, self.dense.size(&point));
+        let length = size + point.x[0].hi.abs() + bound * t;
         Errors {
             time: late.hi.abs() * u.min(1.0) / (EPS * t.max(1.0)),
-            gap: gap.value.hi.abs() / (EPS * self.dense.size(&point)),
+            gap: gap.value.hi.abs() / (EPS * size),
             level: gap.value.hi.abs() / self.level.at(t),
-            displacement: worst([
-                displacement(point.x[0], state.x1),
-                displacement(point.x[1], state.x2),
-            ]),
-            velocity: worst([off(point.v[0], state.v1), off(point.v[1], state.v2)])
-                / (EPS * bound),
+            displacement: worst([off(point.x[0], state.x1), off(point.x[1], state.x2)])
+                / (EPS * length),
+            velocity: worst([off(point.v[0], state.v1), off(point.v[1], state.v2)]) / (EPS * bound),
         }
     }
 }

@@ -142,3 +142,49 @@ impl Mul for Dd {
         quick_two_sum(product.hi, product.lo + (self.hi * other.lo + self.lo * other.hi))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Dd;
+
+    #[test]
+    fn sine_and_cosine_have_thirty_digits() {
+        // To 32 digits by ball arithmetic (python-flint), as hi + lo.
+        for (angle, [sine, cosine]) in [
+            (
+                1.0,
+                [
+                    (0.841_470_984_807_896_5, 1.776_845_092_935_536e-18),
+                    (0.540_302_305_868_139_8, -4.760_954_612_604_417e-17),
+                ],
+            ),
+            (
+                3.0,
+                [
+                    (0.141_120_008_059_867_2, 8.577_269_787_017_502e-18),
+                    (-0.989_992_496_600_445_4, -4.206_026_156_609_973_4e-17),
+                ],
+            ),
+            (
+                1000.0,
+                [
+                    (0.826_879_540_532_002_5, 3.867_581_909_641_312e-17),
+                    (0.562_379_076_290_702_9, 5.161_142_354_384_820_4e-17),
+                ],
+            ),
+        ] {
+            let (sin, cos) = Dd::new(angle).sin_cos();
+            for (found, (hi, lo)) in [(sin, sine), (cos, cosine)] {
+                let error = (found - Dd { hi, lo }).hi.abs();
+                assert!(error < 2e-31, "{angle}: {error:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn quotients_undo_products() {
+        let (a, b) = (Dd { hi: 3.7, lo: 1.1e-17 }, Dd { hi: -0.3, lo: 7e-18 });
+        assert!(((a * b).divide(b) - a).hi.abs() < 1e-30);
+        assert!(((a * Dd::new(7.0)).over(7.0) - a).hi.abs() < 1e-30);
+    }
+}

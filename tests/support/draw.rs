@@ -9,8 +9,9 @@ use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
 use vibroimpact::{Contact, FreeMotion, State, System};
 
-use super::dense::{DenseFlight, Place};
+use super::dense::Place;
 use super::double_double::Dd;
+use super::exact_motion::DenseFlight;
 use super::rounding;
 
 /// How a flight starts.
@@ -45,6 +46,9 @@ impl Kind {
     }
 }
 
+/// Largest |v2| that may come of a wanted hump.
+const FASTEST: f64 = 20.0;
+
 /// A flight that starts at t = 0.
 #[derive(Debug, Clone, Copy)]
 pub struct Draw {
@@ -67,9 +71,9 @@ pub fn draw(seed: u64, index: u64) -> Draw {
         _ => Kind::ImpactNearGraze,
     };
     loop {
-        let drawn = Drawer(&mut rng).draw(kind);
-        if admissible(&drawn) {
-            return drawn;
+        match Drawer(&mut rng).draw(kind) {
+            Some(drawn) if admissible(&drawn) => return drawn,
+            _ => {}
         }
     }
 }
@@ -161,10 +165,11 @@ impl Drawer<'_> {
             .gap(self.uniform(-0.5, 1.0))
             .contact(contact)
             .build()
-            .unwrap()
+            .expect("parameters are within their ranges")
     }
 
-    fn draw(&mut self, kind: Kind) -> Draw {
+    /// `None` if a hump is wanted and there is none.
+    fn draw(&mut self, kind: Kind) -> Option<Draw> {
         let system = self.system();
         let direct = system.contact() == Contact::Direct;
         let (x1, v1) = (self.uniform(-PI, PI), self.uniform(-3.0, 3.0));
@@ -181,12 +186,12 @@ impl Drawer<'_> {
             _ if kind.touching() => speed + self.uniform(0.0, 5.0),
             _ => self.uniform(-3.0, 3.0),
         };
-        let plain = Draw { kind, system, state: State::new(x1, v1, x2, v2).unwrap() };
+        let plain = Draw { kind, system, state: State { x1, v1, x2, v2 } };
         let target = self.sign() * self.power(-15.0, -1.0);
         match kind {
             Kind::NearGraze => self.lowered(plain, target),
             Kind::ImpactNearGraze => self.thrown(plain, target),
-            _ => plain,
+            _ => Some(plain),
         }
     }
 
@@ -196,18 +201,16 @@ impl Drawer<'_> {
     }
 
     /// The flight with its gap parameter such that one of its humps is `target` high.
-    fn lowered(&mut self, mut draw: Draw, target: f64) -> Draw {
-        if let Some(hump) = self.some_hump(&draw) {
-            let gap = Dd::new(draw.system.gap()) + hump.gap.value - Dd::new(target);
-            draw.system = draw.system.with("gap", gap.value()).unwrap();
-        }
-        draw
+    fn lowered(&mut self, draw: Draw, target: f64) -> Option<Draw> {
+        let hump = self.some_hump(&draw)?;
+        let gap = Dd::new(draw.system.gap()) + hump.gap.value - Dd::new(target);
+        Some(Draw { system: draw.system.with("gap", gap.value()).ok()?, ..draw })
     }
 
     /// The flight with v2 such that one of its humps is about `target` high: secant steps, the
     /// hump being followed by its time.
-    fn thrown(&mut self, mut draw: Draw, target: f64) -> Draw {
-        let Some(first) = self.some_hump(&draw) else { return draw };
+    fn thrown(&mut self, mut draw: Draw, target: f64) -> Option<Draw> {
+        let first = self.some_hump(&draw)?;
         let (mut time, mut height) = (first.time.hi, first.gap.value.value() - target);
         let mut change = 1e-3;
         for _ in 0..8 {
@@ -217,18 +220,18 @@ impl Drawer<'_> {
                 break;
             }
             let moved = Draw { state: State { v2, ..draw.state }, ..draw };
-            let near = humps(&moved).into_iter().min_by(|a, b| {
-                (a.time.hi - time).abs().total_cmp(&(b.time.hi - time).abs())
-            });
-            let Some(hump) = near else { break };
+            let near = humps(&moved)
+                .into_iter()
+                .min_by(|a, b| (a.time.hi - time).abs().total_cmp(&(b.time.hi - time).abs()));
+            let hump = near?;
             let new = hump.gap.value.value() - target;
             change = -new * step / (new - height);
             (draw, time, height) = (moved, hump.time.hi, new);
-            if !(change.abs() < 10.0) {
+            if !change.is_finite() {
                 break;
             }
         }
-        draw
+        (draw.state.v2.abs() < FASTEST).then_some(draw)
     }
 }
 

@@ -45,18 +45,14 @@ pub fn rate_bound(system: &System, state: &State, span: f64) -> f64 {
 #[derive(Debug, Clone, Copy)]
 pub struct Level {
     start: f64,
-    rate_bound: f64,
+    /// V.
+    pub rate_bound: f64,
 }
 
 impl Level {
     pub fn new(system: &System, state: &State, touching: bool, span: f64) -> Self {
         let start = if touching { 0.0 } else { GAP_NOISE * EPS * size(system, state) };
         Self { start, rate_bound: rate_bound(system, state, span) }
-    }
-
-    /// V.
-    pub fn rate_bound(&self) -> f64 {
-        self.rate_bound
     }
 
     /// e(s).

@@ -22,8 +22,8 @@ pub struct Worst {
 
 impl Worst {
     fn see(&mut self, value: f64, index: u64) {
-        // Written so that a NaN shows.
-        if !(value <= self.value) {
+        let value = if value.is_nan() { f64::INFINITY } else { value };
+        if value > self.value {
             *self = Self { value, index };
         }
     }
@@ -57,7 +57,9 @@ pub struct Tally {
     pub level: Worst,
     pub displacement: Worst,
     pub velocity: Worst,
-    pub graze: Worst,
+    /// Depth below and height above zero of humps told as grazes, in units of e.
+    pub graze_below: Worst,
+    pub graze_above: Worst,
     pub evaluations: u64,
     pub most_evaluations: Worst,
     pub samples: u64,
@@ -71,11 +73,11 @@ impl Tally {
     pub fn add(&mut self, judged: &Judged, every: u64) {
         let Judged { index, outcome, .. } = *judged;
         self.flights += 1;
-        let kind = Kind::ALL.iter().position(|&kind| kind == judged.draw.kind).unwrap();
-        self.counts[kind][outcome as usize] += 1;
+        self.counts[judged.draw.kind as usize][outcome as usize] += 1;
         if let Some(errors) = judged.errors {
             self.contacts += 1;
-            let decade = [1.0, 10.0, 100.0, 1000.0].iter().filter(|&&top| errors.time > top).count();
+            let decade =
+                [1.0, 10.0, 100.0, 1000.0].iter().filter(|&&top| errors.time > top).count();
             self.time_decades[decade] += 1;
             self.time.see(errors.time, index);
             self.gap.see(errors.gap, index);
@@ -83,9 +85,10 @@ impl Tally {
             self.displacement.see(errors.displacement, index);
             self.velocity.see(errors.velocity, index);
         }
-        if let Some(height) = judged.graze {
+        if let Some([low, high]) = judged.grazes {
             self.grazes += 1;
-            self.graze.see(height, index);
+            self.graze_below.see(-low, index);
+            self.graze_above.see(high, index);
         }
         self.evaluations += judged.evaluations;
         self.most_evaluations.see(judged.evaluations as f64, index);
@@ -113,7 +116,8 @@ impl Tally {
         self.level = self.level.merge(other.level);
         self.displacement = self.displacement.merge(other.displacement);
         self.velocity = self.velocity.merge(other.velocity);
-        self.graze = self.graze.merge(other.graze);
+        self.graze_below = self.graze_below.merge(other.graze_below);
+        self.graze_above = self.graze_above.merge(other.graze_above);
         self.evaluations += other.evaluations;
         self.most_evaluations = self.most_evaluations.merge(other.most_evaluations);
         self.samples += other.samples;
@@ -180,9 +184,9 @@ impl fmt::Display for Tally {
         writeln!(f, "  up to 1, 10, 100, 1000, beyond: {:?}", self.time_decades)?;
         writeln!(f, "|g| found/(eps (|tip| + |x2| + |delta|)): worst {}", self.gap)?;
         writeln!(f, "|g| found/e: worst {}", self.level)?;
-        writeln!(f, "displacement error/(eps (|x| + V t)): worst {}", self.displacement)?;
+        writeln!(f, "displacement error/(eps (size + |x1| + V t)): worst {}", self.displacement)?;
         writeln!(f, "velocity error/(eps V): worst {}", self.velocity)?;
-        writeln!(f, "|height| of grazes/e: worst {}", self.graze)?;
+        writeln!(f, "grazes: lowest -{} e, highest {} e", self.graze_below, self.graze_above)?;
         let mean = self.evaluations as f64 / flights;
         writeln!(f, "evaluations: mean {mean:.2}, most {}", self.most_evaluations)?;
         writeln!(f, "dense samples: mean {:.0}", self.samples as f64 / flights)?;

@@ -1,0 +1,132 @@
+//! Cost of the parts of a simulation: a flight and its evaluation, the search for the next
+//! contact, an impact in each regime. Inputs are built outside the timed closures.
+
+#![allow(missing_docs)] // criterion's macros
+#![allow(clippy::unwrap_used)]
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use vibroimpact::contact::{Start, next_contact};
+use vibroimpact::impact::{PreImpact, resolve};
+use vibroimpact::{
+    Clock, Event, Flight, FreeMotion, ImpactLaw, Simulation, State, System, SystemBuilder,
+};
+
+fn paper() -> SystemBuilder {
+    System::builder()
+        .mass_ratio(0.6)
+        .frequency_ratio(2.0)
+        .restitution(0.8)
+        .gap(0.5)
+        .drive_frequency(1.545)
+        .moment_amplitude(1.0)
+}
+
+/// What a flight can be spared: forcing, damping, the resonant form.
+fn flights() -> Vec<(&'static str, System)> {
+    [
+        ("free", paper().moment_amplitude(0.0)),
+        ("undamped, one body forced", paper()),
+        (
+            "damped, both bodies forced",
+            paper().pendulum_damping(0.1).oscillator_damping(0.1).force_amplitude(1.5),
+        ),
+        ("exact resonance", paper().drive_frequency(2.0)),
+        ("overdamped", paper().pendulum_damping(1.5).oscillator_damping(2.0)),
+    ]
+    .map(|(name, builder)| (name, builder.build().unwrap()))
+    .into()
+}
+
+fn start() -> State {
+    State::new(0.0, 0.5, 0.0, 0.0).unwrap()
+}
+
+fn flight(c: &mut Criterion) {
+    let mut group = c.benchmark_group("flight");
+    for (name, system) in flights() {
+        let motion = FreeMotion::new(&system);
+        let clock = Clock::new(3, 0.4);
+        group.bench_function(format!("start/{name}"), |b| {
+            b.iter(|| motion.flight(black_box(clock), black_box(start())));
+        });
+        let flight = motion.flight(clock, start());
+        group.bench_function(format!("evaluate/{name}"), |b| {
+            b.iter(|| motion.state_at(&flight, black_box(0.7)));
+        });
+        group.bench_function(format!("evaluate after 1e6 periods/{name}"), |b| {
+            b.iter(|| motion.state_after_periods(&flight, black_box(1_000_000), black_box(0.7)));
+        });
+    }
+    group.finish();
+}
+
+fn contact_search(c: &mut Criterion) {
+    let mut group = c.benchmark_group("contact");
+    for (name, system) in [
+        ("frictionless", paper().build().unwrap()),
+        ("friction", paper().friction(0.5).build().unwrap()),
+        ("out of reach", paper().gap(3.0).build().unwrap()),
+    ] {
+        let motion = FreeMotion::new(&system);
+        // The flights after the first impacts of the motion, or the first flight.
+        let mut flights: Vec<(Flight, Start)> = Simulation::new(&system, start())
+            .unwrap()
+            .periods(200)
+            .filter_map(|event| match event.unwrap() {
+                Event::Impact(e) => Some((motion.flight(e.clock, e.post), Start::Touching)),
+                _ => None,
+            })
+            .collect();
+        if flights.is_empty() {
+            flights.push((motion.flight(Clock::START, start()), Start::Apart));
+        }
+        let mut next = flights.iter().cycle();
+        let (contact, gap, span) = (system.contact(), system.gap(), motion.span());
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                let (flight, from) = next.next().unwrap();
+                next_contact(&motion, black_box(flight), contact, gap, *from, span)
+            });
+        });
+    }
+    group.finish();
+}
+
+fn impact(c: &mut Criterion) {
+    let mut group = c.benchmark_group("impact");
+    let law = |friction, law| paper().friction(friction).law(law).build().unwrap();
+    let poisson = |friction| law(friction, ImpactLaw::Poisson);
+    let (sin, cos) = 0.4f64.sin_cos();
+    let at = |v1, v2| PreImpact { cos, sin, v1, v2 };
+    for (system, pre) in [
+        (poisson(0.0), at(1.0, -0.5)),
+        (poisson(0.3), at(1.0, 0.5)),
+        (poisson(0.3), at(0.5, -1.0)),
+        (poisson(0.3), at(1.0, -0.2)),
+        (poisson(3.0), at(0.5, -1.0)),
+        (poisson(3.0), at(1.0, 0.0)),
+    ] {
+        let name = resolve(&system, &pre).unwrap().regime.kind().name();
+        group.bench_function(name, |b| b.iter(|| resolve(&system, black_box(&pre))));
+    }
+    let (literal, pre) = (law(0.3, ImpactLaw::Paper), at(0.5, -1.0));
+    group.bench_function("as printed", |b| b.iter(|| resolve(&literal, black_box(&pre))));
+    group.finish();
+}
+
+fn quick() -> Criterion {
+    Criterion::default()
+        .warm_up_time(Duration::from_millis(200))
+        .measurement_time(Duration::from_millis(800))
+        .sample_size(30)
+}
+
+criterion_group! {
+    name = benches;
+    config = quick();
+    targets = flight, contact_search, impact
+}
+criterion_main!(benches);

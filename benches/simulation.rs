@@ -1,0 +1,141 @@
+//! Cost of whole runs by scene class, of what is kept, and of a sweep by threads and start. One run
+//! is 600 drive periods of Han, Jin & Hu (2004), section 4, from (0, 0.5, 0, 0).
+
+#![allow(missing_docs)] // criterion's macros
+#![allow(clippy::unwrap_used)]
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use vibroimpact::{
+    Contact, Horizon, RunOptions, Simulation, State, SweepStart, System, SystemBuilder, Workers,
+    run, sweep,
+};
+
+const PERIODS: i64 = 600;
+
+fn paper(drive_frequency: f64) -> SystemBuilder {
+    System::builder()
+        .mass_ratio(0.6)
+        .frequency_ratio(2.0)
+        .restitution(0.8)
+        .gap(0.5)
+        .drive_frequency(drive_frequency)
+        .moment_amplitude(1.0)
+}
+
+fn start() -> State {
+    State::new(0.0, 0.5, 0.0, 0.0).unwrap()
+}
+
+/// Each class takes more work than the one before it, or of another kind.
+fn scenes() -> Vec<(&'static str, System, State)> {
+    let wall = System::builder()
+        .mass_ratio(0.0)
+        .frequency_ratio(1.0)
+        .restitution(0.8)
+        .gap(1.0)
+        .drive_frequency(1.0)
+        .pendulum_damping(0.05)
+        .moment_amplitude(1.0)
+        .contact(Contact::Direct);
+    [
+        ("no impacts", paper(1.8).gap(3.0)),
+        ("direct, wall", wall),
+        ("frictionless, undamped", paper(1.8)),
+        ("frictionless, several impacts per period", paper(1.1)),
+        ("friction, chaotic", paper(1.545).friction(0.5)),
+        (
+            "friction, damped, both bodies forced",
+            paper(2.55)
+                .friction(0.4)
+                .pendulum_damping(0.01)
+                .oscillator_damping(0.01)
+                .force_amplitude(0.5),
+        ),
+        ("exact resonance", paper(2.0).pendulum_damping(0.05)),
+    ]
+    .map(|(name, builder)| (name, builder.build().unwrap(), start()))
+    .into()
+}
+
+fn simulation(c: &mut Criterion) {
+    let mut group = c.benchmark_group("simulation");
+    for (name, system, from) in scenes() {
+        group.throughput(Throughput::Elements(PERIODS as u64));
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                Simulation::new(black_box(&system), from)
+                    .unwrap()
+                    .until(Horizon::Periods(PERIODS))
+                    .count()
+            });
+        });
+    }
+    group.finish();
+}
+
+/// What is not kept is not stored, and sections are not computed before the window.
+fn kept(c: &mut Criterion) {
+    let mut group = c.benchmark_group("kept");
+    let system = paper(1.545).friction(0.5).build().unwrap();
+    for (name, options) in [
+        ("nothing", RunOptions::periods(PERIODS).keep(0)),
+        ("last 100 periods", RunOptions::periods(PERIODS).keep(100)),
+        ("everything", RunOptions::periods(PERIODS)),
+    ] {
+        group.bench_function(name, |b| {
+            b.iter(|| run(black_box(&system), start(), options, &mut || true).unwrap());
+        });
+    }
+    let options = RunOptions::periods(PERIODS).keep(100);
+    let periodic = run(&paper(1.1).build().unwrap(), start(), options, &mut || true).unwrap();
+    group.bench_function("label of a periodic run", |b| b.iter(|| black_box(&periodic).period()));
+    group.finish();
+}
+
+fn sweeps(c: &mut Criterion) {
+    let mut group = c.benchmark_group("sweep");
+    let frequencies: Vec<f64> = (0..128).map(|i| 1.2 + 0.01 * f64::from(i)).collect();
+    let (system, options) = (paper(1.0).build().unwrap(), RunOptions::periods(100).keep(20));
+    group.throughput(Throughput::Elements(frequencies.len() as u64));
+    for (name, begin, threads) in [
+        ("fresh, 1 thread", SweepStart::Fresh, 1),
+        ("fresh, 2 threads", SweepStart::Fresh, 2),
+        ("forward", SweepStart::Forward, 1),
+    ] {
+        let workers = Workers::new(Some(threads)).unwrap();
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                let parameter = "drive_frequency";
+                let go_on = &mut |_| true;
+                sweep(
+                    black_box(&system),
+                    parameter,
+                    &frequencies,
+                    start(),
+                    options,
+                    begin,
+                    &workers,
+                    go_on,
+                )
+            });
+        });
+    }
+    group.finish();
+}
+
+fn quick() -> Criterion {
+    Criterion::default()
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_millis(1500))
+        .sample_size(20)
+}
+
+criterion_group! {
+    name = benches;
+    config = quick();
+    targets = simulation, kept, sweeps
+}
+criterion_main!(benches);

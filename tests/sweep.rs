@@ -1,0 +1,270 @@
+//! Sweeps over a parameter: the same bits for any number of threads and as single runs, a status
+//! for every point, an early end that keeps what is done.
+
+#![allow(clippy::unwrap_used)]
+
+use vibroimpact::{
+    PointStatus, RunOptions, State, StopReason, SweepPoint, SweepStart, System, Workers, run,
+    run_many, sweep,
+};
+
+fn paper() -> System {
+    System::builder()
+        .mass_ratio(0.6)
+        .frequency_ratio(2.0)
+        .restitution(0.8)
+        .gap(0.5)
+        .drive_frequency(1.0)
+        .moment_amplitude(1.0)
+        .friction(0.3)
+        .build()
+        .unwrap()
+}
+
+fn start() -> State {
+    State::new(0.0, 0.5, 0.0, 0.0).unwrap()
+}
+
+fn values(low: f64, high: f64, count: usize) -> Vec<f64> {
+    (0..count).map(|i| low + (high - low) * i as f64 / (count - 1) as f64).collect()
+}
+
+fn options() -> RunOptions {
+    RunOptions::periods(60).keep(20)
+}
+
+fn sweep_with(
+    parameter: &str,
+    values: &[f64],
+    begin: SweepStart,
+    threads: Option<usize>,
+) -> Vec<SweepPoint> {
+    let workers = Workers::new(threads).unwrap();
+    sweep(&paper(), parameter, values, start(), options(), begin, &workers, &mut |_| true).unwrap()
+}
+
+/// Bits, so that NaN equals NaN and 0 differs from -0.
+fn bits(points: &[SweepPoint]) -> Vec<(PointStatus, Vec<u64>)> {
+    points
+        .iter()
+        .map(|point| {
+            let rows = point.impact_section.iter().chain(&point.stroboscopic).flatten();
+            let last = point.final_state.map(State::to_array);
+            (point.status, rows.chain(last.iter().flatten()).map(|x| x.to_bits()).collect())
+        })
+        .collect()
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    // More points than are handed out at a time.
+    let frequencies = values(0.6, 4.0, 300);
+    for begin in [SweepStart::Fresh, SweepStart::Forward, SweepStart::Backward] {
+        let one = sweep_with("drive_frequency", &frequencies, begin, Some(1));
+        assert_eq!(one.len(), 300);
+        assert!(one.iter().filter(|p| !p.stroboscopic.is_empty()).count() > 250);
+        for threads in [Some(2), Some(5), None] {
+            let other = sweep_with("drive_frequency", &frequencies, begin, threads);
+            assert!(bits(&one) == bits(&other), "{begin:?} {threads:?}");
+        }
+    }
+}
+
+#[test]
+fn a_point_is_the_run_of_its_value() {
+    let frequencies = values(0.6, 4.0, 40);
+    let points = sweep_with("drive_frequency", &frequencies, SweepStart::Fresh, None);
+    for (&value, point) in frequencies.iter().zip(&points) {
+        let system = paper().with("drive_frequency", value).unwrap();
+        let run = run(&system, start(), options(), &mut || true).unwrap();
+        assert_eq!(point.stroboscopic, run.stroboscopic);
+        assert_eq!(point.final_state, Some(run.final_state.state));
+        assert_eq!(point.impact_section.len(), run.impacts.len());
+        for ((row, regime), impact) in
+            point.impact_section.iter().zip(&point.regime).zip(&run.impacts)
+        {
+            assert_eq!(row, &[impact.x1, impact.v1_pre, impact.v2_pre, impact.phase]);
+            assert_eq!(i64::from(*regime), impact.regime);
+        }
+        match point.status {
+            PointStatus::Completed { restarted: false } => {
+                assert_eq!(run.stop_reason, StopReason::Completed);
+                assert_eq!(point.period, Some(run.return_report()));
+            }
+            PointStatus::Stopped(reason) => assert_eq!(reason, run.stop_reason),
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_followed_branch_hands_on_its_last_state() {
+    let frequencies = values(1.7, 1.9, 15);
+    let forward = sweep_with("drive_frequency", &frequencies, SweepStart::Forward, None);
+    let mut from = start();
+    for (&value, point) in frequencies.iter().zip(&forward) {
+        let system = paper().with("drive_frequency", value).unwrap();
+        let run = run(&system, from, options(), &mut || true).unwrap();
+        assert_eq!(point.status, PointStatus::Completed { restarted: false });
+        assert_eq!(point.stroboscopic, run.stroboscopic);
+        from = run.final_state.state;
+    }
+    // Backward is forward over the reversed values.
+    let reversed: Vec<f64> = frequencies.iter().rev().copied().collect();
+    let mut there = sweep_with("drive_frequency", &reversed, SweepStart::Forward, None);
+    there.reverse();
+    let backward = sweep_with("drive_frequency", &frequencies, SweepStart::Backward, None);
+    assert!(bits(&backward) == bits(&there));
+    assert!(bits(&backward) != bits(&forward));
+}
+
+#[test]
+fn a_state_that_does_not_fit_the_next_value_restarts_the_branch() {
+    // The gap closes: a state from a wide gap overlaps in the narrow one, the start does not.
+    let narrow = paper().with("gap", 0.01).unwrap();
+    let wide = values(0.1, 1.2, 30)
+        .into_iter()
+        .find(|&gap| {
+            let system = paper().with("gap", gap).unwrap();
+            let run = run(&system, start(), options(), &mut || true).unwrap();
+            narrow.gap_function(&run.final_state.state) > 0.0
+        })
+        .unwrap();
+    let points = sweep_with("gap", &[wide, 0.01, wide], SweepStart::Forward, None);
+    assert_eq!(points[1].status, PointStatus::Completed { restarted: true });
+    let fresh = run(&narrow, start(), options(), &mut || true).unwrap();
+    assert_eq!(points[1].stroboscopic, fresh.stroboscopic);
+    assert_eq!(points[1].status.name(), "restarted");
+}
+
+#[test]
+fn a_point_that_fails_or_stops_leaves_the_others_alone() {
+    // Out of the range of numbers; and with a gap that the start violates.
+    let amplitudes = [1.0, 1e308, 0.5];
+    let gaps = [0.5, -0.5, 0.7];
+    for begin in [SweepStart::Fresh, SweepStart::Forward, SweepStart::Backward] {
+        let points = sweep_with("moment_amplitude", &amplitudes, begin, None);
+        assert_eq!(points[1].status, PointStatus::Failed, "{begin:?}");
+        assert_eq!(points[1].status.name(), "failed");
+        assert!(points[1].stroboscopic.is_empty() && points[1].final_state.is_none());
+        for i in [0, 2] {
+            assert!(matches!(points[i].status, PointStatus::Completed { .. }), "{begin:?} {i}");
+            assert_eq!(points[i].stroboscopic.len(), 20);
+        }
+    }
+    let points = sweep_with("gap", &gaps, SweepStart::Fresh, None);
+    assert_eq!(points[1].status, PointStatus::Failed);
+    assert_eq!(points[2].status, PointStatus::Completed { restarted: false });
+
+    let mut capped = options();
+    capped.max_events = 5;
+    let workers = Workers::default();
+    let points = sweep(
+        &paper(),
+        "drive_frequency",
+        &[1.8, 2.0],
+        start(),
+        capped,
+        SweepStart::Fresh,
+        &workers,
+        &mut |_| true,
+    )
+    .unwrap();
+    assert!(points.iter().all(|p| p.status == PointStatus::Stopped(StopReason::EventCap)));
+    assert!(points.iter().all(|p| p.period.is_none() && p.final_state.is_some()));
+}
+
+#[test]
+fn values_out_of_range_are_refused_before_any_run() {
+    let workers = Workers::default();
+    let mut looks = 0;
+    let mut attempt = |parameter: &str, values: &[f64], options: RunOptions| {
+        let mut look = |_| {
+            looks += 1;
+            true
+        };
+        let begin = SweepStart::Fresh;
+        sweep(&paper(), parameter, values, start(), options, begin, &workers, &mut look)
+            .unwrap_err()
+            .name
+            .to_string()
+    };
+    assert_eq!(attempt("restitution", &[0.5, 1.5], options()), "restitution");
+    assert_eq!(attempt("friction", &[0.5, f64::NAN], options()), "friction");
+    assert_eq!(attempt("colour", &[0.5], options()), "parameter");
+    // Without a drive there are no periods to run.
+    assert_eq!(attempt("drive_frequency", &[1.0, 0.0], options()), "periods");
+    assert_eq!(attempt("gap", &[0.5], options().keep(61)), "keep");
+    assert_eq!(looks, 0);
+    assert_eq!(Workers::new(Some(0)).unwrap_err().name, "workers");
+    assert!(SweepStart::from_name("sideways").is_err());
+}
+
+#[test]
+fn a_sweep_that_is_ended_early_keeps_what_is_done() {
+    let frequencies = values(0.6, 4.0, 300);
+    for begin in [SweepStart::Fresh, SweepStart::Forward, SweepStart::Backward] {
+        let whole = sweep_with("drive_frequency", &frequencies, begin, Some(2));
+        let mut done = 0;
+        let points = sweep(
+            &paper(),
+            "drive_frequency",
+            &frequencies,
+            start(),
+            options(),
+            begin,
+            &Workers::new(Some(2)).unwrap(),
+            &mut |count| {
+                done = count;
+                count == 0
+            },
+        )
+        .unwrap();
+        assert_eq!(points.len(), 300);
+        let pending = points.iter().filter(|p| p.status == PointStatus::Pending).count();
+        assert!(done > 0 && pending == 300 - done, "{done} {pending}");
+        // What is done has the bits of the whole sweep; a branch runs from its own end.
+        let range = if begin == SweepStart::Backward { 300 - done..300 } else { 0..done };
+        assert!(bits(&points[range.clone()]) == bits(&whole[range]));
+    }
+}
+
+#[test]
+fn a_long_point_is_cut_short() {
+    let long = RunOptions::periods(2_000_000_000).keep(1);
+    let mut looks = 0;
+    let points = sweep(
+        &paper(),
+        "drive_frequency",
+        &[1.7, 1.8, 1.9],
+        start(),
+        long,
+        SweepStart::Fresh,
+        &Workers::new(Some(2)).unwrap(),
+        &mut |_| {
+            looks += 1;
+            looks < 3
+        },
+    )
+    .unwrap();
+    assert!(points.iter().all(|point| point.status == PointStatus::Pending));
+}
+
+#[test]
+fn runs_from_many_starts_are_the_single_runs() {
+    let starts: Vec<State> = values(-0.3, 0.3, 150)
+        .into_iter()
+        .map(|x1| State::new(x1, 0.5, 0.0, 0.0).unwrap())
+        .collect();
+    let many = |threads| {
+        let workers = Workers::new(threads).unwrap();
+        run_many(&paper(), &starts, options(), &workers, &mut || true).unwrap()
+    };
+    let runs = many(Some(1));
+    assert_eq!(runs, many(Some(2)));
+    for (run_, &from) in runs.iter().zip(&starts) {
+        assert_eq!(*run_, run(&paper(), from, options(), &mut || true).unwrap());
+    }
+    let bad = [start(), State::new(0.0, 0.0, -1.0, 0.0).unwrap()];
+    assert!(run_many(&paper(), &bad, options(), &Workers::default(), &mut || true).is_err());
+}
