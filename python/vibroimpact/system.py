@@ -3,7 +3,7 @@
     x1'' + 2 zeta1 omega0 x1' + omega0^2 x1 = f1 cos(omega t + phi)
     x2'' + 2 zeta2        x2' +          x2 = f2 cos(omega t + phi)    while the gap is open
 
-Source: Han, Jin & Hu (2004), eqs. (22), (23), in the dimensionless form of docs/theory.md, section 1;
+Source: Han, Jin & Hu (2004), eqs. (22), (23), as in docs/theory.md, section 1;
 symbols in docs/notation.md.
 """
 
