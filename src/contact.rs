@@ -123,6 +123,13 @@ struct Sample {
     bodies: (Motion, Motion),
 }
 
+/// What a rise of the gap to rounding level turned out to be.
+enum Settled {
+    Found(Found),
+    /// The top of a hump that stays below zero by more than rounding.
+    Below(Sample),
+}
+
 /// Power of h that is divided out of q at a start on the contact.
 #[derive(Clone, Copy, PartialEq)]
 enum Lift {
@@ -173,7 +180,12 @@ impl<G: Geometry> Search<'_, G> {
             let graze = GRAZE_NOISE * self.gap.noise(s);
             if lift == Lift::None && gap.value >= -2.0 * graze {
                 if gap.rate > 0.0 {
-                    return self.settle(&sample, 0.0);
+                    match self.settle(&sample, 0.0) {
+                        Settled::Found(found) => return found,
+                        Settled::Below(top) => sample = top,
+                    }
+                    lift = Lift::Twice;
+                    continue;
                 }
                 // On the contact to rounding, and leaving it.
                 lift = if gap.rate < -rest { Lift::Once } else { Lift::Twice };
@@ -188,7 +200,12 @@ impl<G: Geometry> Search<'_, G> {
             }
             let remainder = self.gap.fourth_bound / 24.0 * step.powi(4);
             if remainder <= TAYLOR_PART * self.gap.noise(s + step) || s + step == s {
-                return self.settle(&sample, step);
+                match self.settle(&sample, step) {
+                    Settled::Found(found) => return found,
+                    Settled::Below(top) => sample = top,
+                }
+                lift = Lift::Twice;
+                continue;
             }
             lift = Lift::None;
             sample = self.evaluate(s + step);
@@ -211,14 +228,14 @@ impl<G: Geometry> Search<'_, G> {
 
     /// A contact lies so near after `sample`, at about `h`, that the Taylor polynomial of the gap
     /// gives it to rounding; unless it is a graze.
-    fn settle(&mut self, sample: &Sample, h: f64) -> Found {
+    fn settle(&mut self, sample: &Sample, h: f64) -> Settled {
         let near = sample.gap.later(h);
         // The hump's top by the parabola through (g, g', g'').
         let level = GRAZE_NOISE * self.gap.noise(sample.time + h);
         let height = near.rate * near.rate - 2.0 * near.second * near.value;
         if near.second < 0.0 && height <= -2.0 * near.second * level {
-            if let Some(graze) = self.hump(sample, level) {
-                return graze;
+            if let Some(settled) = self.hump(sample, level) {
+                return settled;
             }
         }
         // Once more with care: whatever is lost here stays in the motion.
@@ -232,18 +249,18 @@ impl<G: Geometry> Search<'_, G> {
                 offset -= at.value / at.rate;
             }
         }
-        Found::Contact(self.touch(sample, offset))
+        Settled::Found(Found::Contact(self.touch(sample, offset)))
     }
 
-    /// Top of the hump ahead, if it is no higher than `level`.
-    fn hump(&mut self, sample: &Sample, level: f64) -> Option<Found> {
+    /// Top of the hump ahead, unless it is higher than `level`.
+    fn hump(&mut self, sample: &Sample, level: f64) -> Option<Settled> {
         let mut top = *sample;
         for _ in 0..12 {
             if top.gap.second >= 0.0 {
                 return None;
             }
-            let next = top.time - top.gap.rate / top.gap.second;
-            if next == top.time || !(0.0..=self.span).contains(&next) {
+            let next = (top.time - top.gap.rate / top.gap.second).clamp(0.0, self.span);
+            if next == top.time {
                 break;
             }
             let candidate = self.evaluate(next);
@@ -252,7 +269,17 @@ impl<G: Geometry> Search<'_, G> {
             }
             top = candidate;
         }
-        (top.gap.value <= level).then(|| Found::Graze(self.touch(&top, 0.0)))
+        if top.gap.value > level {
+            return None;
+        }
+        Some(if top.time == self.span && top.gap.rate > 0.0 {
+            // The top belongs to the next local flight.
+            Settled::Found(Found::Nothing)
+        } else if top.gap.value < -level {
+            Settled::Below(top)
+        } else {
+            Settled::Found(Found::Graze(self.touch(&top, 0.0)))
+        })
     }
 }
 

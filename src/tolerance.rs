@@ -51,10 +51,10 @@ pub const SERIES_SPREAD: f64 = 1.0;
 
 /// Below this angle of the fastest of free motion, decay and drive, a flight is summed as a
 /// Taylor series,
-pub const SHORT_ANGLE: f64 = 1.0 / 16.0;
+pub const SHORT_ANGLE: f64 = 1.0 / 4.0;
 
-/// of this order: the next term is below `SHORT_ANGLE^12/12!` = 1e-23 of the first.
-pub const SHORT_ORDER: u32 = 12;
+/// of this order: the next term is below `SHORT_ANGLE^14/14!` = 5e-20 of the first.
+pub const SHORT_ORDER: u32 = 14;
 
 /// P* at least P_f (1 - this) counts as restitution: where both are equal by an identity
 /// (wall at rest) rounding must not decide (theory.md, section 4).

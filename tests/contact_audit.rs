@@ -6,7 +6,7 @@
 #[path = "support/audit.rs"]
 mod audit;
 
-use audit::{HEADER, Outcome, audit};
+use audit::{HEADER, Outcome, audit, judge};
 
 /// Not the seed of the large run.
 const SEED: u64 = 2;
@@ -18,9 +18,20 @@ fn no_contact_is_missed_or_invented() {
     println!("{tally}");
     assert!(tally.disagreements.is_empty(), "{tally}");
     // The sample has to reach what it is for.
-    assert!(tally.contacts > FLIGHTS / 4 && tally.grazes > 10);
+    assert!(tally.contacts > FLIGHTS / 4 && tally.grazes > 100);
     assert!(tally.count(Outcome::Undecided) < FLIGHTS / 10);
     for (_, row) in &tally.rows {
         assert_eq!(row.split(',').count(), HEADER.split(',').count());
+    }
+}
+
+/// Flights of the large run that an earlier search told wrongly: humps too far below zero told as
+/// grazes, a graze reported away from its top at the end of a flight, a constant load with
+/// cos phi close to 0.
+#[test]
+fn flights_once_told_wrongly() {
+    for index in [33_975, 243_456, 739_869, 95_370] {
+        let judged = judge(1, index);
+        assert!(!judged.outcome.is_disagreement(), "flight {index}: {:?}", judged.outcome);
     }
 }

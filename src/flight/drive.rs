@@ -85,7 +85,10 @@ impl Drive {
             DoubleDouble::product(self.omega, clock.time_in_period) + DoubleDouble::new(self.phase);
         let tail = angle.lo + self.omega * clock.residual;
         let (sin, cos) = angle.hi.sin_cos();
-        Trig { cos: cos - tail * sin, sin: sin + tail * cos }
+        let cos_psi = cos - tail * sin;
+        // A constant load f cos phi is real: a large sin phi would only bring rounding.
+        let sin_psi = if self.omega > 0.0 { sin + tail * cos } else { 0.0 };
+        Trig { cos: cos_psi, sin: sin_psi }
     }
 
     /// The forcing phase in [0, 2 pi) at this clock.
