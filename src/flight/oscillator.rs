@@ -142,7 +142,8 @@ impl Oscillator {
                 Complex::new(forcing, 0.0) / stiffness
             },
             span,
-            short: SHORT_ANGLE / natural.max(omega).max(2.0 * decay_rate).max(1.0),
+            // Infinite where nothing turns or decays: the series is then finite.
+            short: SHORT_ANGLE / natural.max(omega).max(2.0 * decay_rate),
         }
     }
 
