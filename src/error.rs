@@ -7,7 +7,7 @@ use std::borrow::Cow;
 
 /// A parameter outside its allowed range, found before any computation starts.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{name} = {value} is not allowed: {allowed}")]
+#[error("{name} = {value} is not allowed; allowed: {allowed}")]
 pub struct ParameterError {
     /// Name of the parameter, as in [`SystemBuilder`](crate::SystemBuilder).
     pub name: Cow<'static, str>,
@@ -32,7 +32,7 @@ impl ParameterError {
 #[non_exhaustive]
 pub enum StateError {
     /// A component is NaN or infinite.
-    #[error("{name} = {value} is not allowed: a finite number")]
+    #[error("{name} = {value} is not allowed; allowed: a finite number")]
     NotFinite {
         /// Component: x1, v1, x2 or v2.
         name: &'static str,

@@ -319,7 +319,8 @@ pub fn resolve_by_growth(system: &System, state: State, mut report: PeriodReport
                 let confidence = 0.7 * later.confidence;
                 return PeriodReport { growth: report.growth, confidence, method, ..later };
             }
-        } else if total < shear + 1.0 && growth.mean < 2.0 * growth.error {
+        } else if total + 2.0 * growth.error * (periods as f64) < shear + 1.0 {
+            // Even two standard errors more would be no more than a shear.
             report.kind = Kind::QuasiPeriodic;
             report.confidence = 0.8;
             report.method = "no return found, a nearby orbit does not depart";

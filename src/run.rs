@@ -17,7 +17,8 @@ use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 pub struct RunOptions {
     /// How far the run goes, from t = 0.
     pub horizon: Horizon,
-    /// Keep only the last so many drive periods (of a horizon in periods); everything if `None`.
+    /// Keep only the last so many drive periods before the horizon; everything if `None`. A run
+    /// that stops before they begin keeps nothing.
     pub keep: Option<i64>,
     /// Cap on the number of events.
     pub max_events: u64,
@@ -222,7 +223,7 @@ fn collect(
     let first_section = simulation.checkpoint().next_section;
     let mut collector = Collector { sections: Vec::new(), flights: 0, go_on };
     let (mut impacts, mut grazes, mut events) = (Vec::new(), Vec::new(), Vec::new());
-    let inside = |clock: Clock| clock > window;
+    let inside = move |clock: Clock| clock > window;
     let mut window_anchor = simulation.checkpoint().anchor;
     let mut end = None;
     while let Some(event) = simulation.advance(&mut collector) {
@@ -241,6 +242,8 @@ fn collect(
         }
     }
     let end = end.unwrap_or_else(|| simulation.standstill());
+    // A run that ends before its window has kept nothing: its window is its end.
+    let window = if window > end.clock { end.clock } else { window };
     events.push(EventRecord {
         time: end.time,
         period: end.clock.period,

@@ -209,7 +209,12 @@ pub fn sweep(
     let mut last = None;
     for chunk in systems.chunks(CHUNK) {
         let done = points.len();
-        points.extend(workers.run(&mut || go_on(done), |cancel| {
+        let mut cancelled = false;
+        let mut watch = || {
+            cancelled |= !go_on(done);
+            !cancelled
+        };
+        points.extend(workers.run(&mut watch, |cancel| {
             if start == SweepStart::Fresh {
                 let one = |system| fresh(system, initial, options, false, cancel);
                 chunk.par_iter().map(one).collect::<Vec<_>>()
@@ -220,7 +225,7 @@ pub fn sweep(
                 chunk.iter().enumerate().map(one).collect()
             }
         }));
-        if !go_on(points.len()) {
+        if cancelled || !go_on(points.len()) {
             break;
         }
     }

@@ -27,7 +27,7 @@ class Horizon(NamedTuple):
 
 def reject(name: str, value: object, allowed: str) -> NoReturn:
     """Raise the ParameterError for ``name``; the wording is that of the compiled core."""
-    raise ParameterError(f"{name} = {value!r} is not allowed: {allowed}")
+    raise ParameterError(f"{name} = {value!r} is not allowed; allowed: {allowed}")
 
 
 def number(name: str, value: Any, allowed: str = "a finite number") -> float:
@@ -93,18 +93,18 @@ def states(initial: Any) -> NDArray[np.float64]:
     try:
         array = np.asarray(initial)
     except ValueError as error:  # a ragged nesting
-        raise StateError(f"initial = {initial!r} is not allowed: {wanted}") from error
+        raise StateError(f"initial = {initial!r} is not allowed; allowed: {wanted}") from error
     if array.shape != (4,) and (array.ndim != 2 or array.shape[1] != 4):
-        raise StateError(f"initial of shape {array.shape} is not allowed: {wanted}")
+        raise StateError(f"initial of shape {array.shape} is not allowed; allowed: {wanted}")
     if array.dtype.kind not in "iuf":
-        raise StateError(f"initial = {initial!r} is not allowed: finite numbers {wanted}")
+        raise StateError(f"initial = {initial!r} is not allowed; allowed: finite numbers {wanted}")
     result = array.astype(np.float64) + 0.0
     finite = np.isfinite(result).reshape(-1, 4).all(axis=1)
     if not finite.all():
         row = int(np.argmin(finite))
         bad = tuple(result.reshape(-1, 4)[row].tolist())
         where = "" if result.ndim == 1 else f" (row {row})"
-        raise StateError(f"initial = {bad}{where} is not allowed: finite numbers")
+        raise StateError(f"initial = {bad}{where} is not allowed; allowed: finite numbers")
     return result
 
 
@@ -112,7 +112,9 @@ def state(initial: Any) -> tuple[float, float, float, float]:
     """Return one initial state as four floats."""
     array = states(initial)
     if array.ndim != 1:
-        raise StateError(f"initial of shape {array.shape} is not allowed: (x1, v1, x2, v2)")
+        raise StateError(
+            f"initial of shape {array.shape} is not allowed; allowed: (x1, v1, x2, v2)"
+        )
     x1, v1, x2, v2 = array.tolist()
     return x1, v1, x2, v2
 
@@ -124,9 +126,11 @@ def vector(name: str, values: Any) -> NDArray[np.float64]:
     except ValueError:  # a ragged nesting
         reject(name, values, "a one-dimensional array of finite numbers")
     if array.ndim != 1:
-        raise ParameterError(f"{name} of shape {array.shape} is not allowed: one dimension")
+        raise ParameterError(
+            f"{name} of shape {array.shape} is not allowed; allowed: one dimension"
+        )
     if array.dtype.kind not in "iuf" and array.size > 0:
-        raise ParameterError(f"{name} of type {array.dtype} is not allowed: real numbers")
+        raise ParameterError(f"{name} of type {array.dtype} is not allowed; allowed: real numbers")
     result = array.astype(np.float64) + 0.0
     if not np.isfinite(result).all():
         index = int(np.argmin(np.isfinite(result)))

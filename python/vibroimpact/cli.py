@@ -52,7 +52,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except SimulationError as error:
         return _fail(error, 1)
     except KeyboardInterrupt as error:
-        return _fail(str(error) or "interrupted", 130)
+        # The commands have printed and written what was done by then.
+        return _fail(str(error).partition("; .result")[0] or "interrupted", 130)
     return 0
 
 

@@ -39,14 +39,20 @@ def reproduce(options: argparse.Namespace) -> None:
 
 
 def simulate(options: argparse.Namespace) -> None:
-    """Simulate one motion and say what it is."""
-    run: Run = simulate_motion(
-        System.from_dict(_fields(options)),
-        initial=options.initial,
-        periods=options.periods,
-        time=options.time,
-        keep=options.keep,
-    )
+    """Simulate one motion and say what it is; after Ctrl-C write what is done, then raise."""
+    interrupted: Interrupted | None = None
+    try:
+        run: Run = simulate_motion(
+            System.from_dict(_fields(options)),
+            initial=options.initial,
+            periods=options.periods,
+            time=options.time,
+            keep=options.keep,
+        )
+    except Interrupted as error:
+        if error.result is None:
+            raise
+        run, interrupted = error.result, error
     if options.csv:
         names = run.impacts.dtype.names or ()
         rows = (
@@ -62,6 +68,8 @@ def simulate(options: argparse.Namespace) -> None:
     if options.plot:
         _plot_run(run, options.plot)
     _print_summary(_describe_run(run), options)
+    if interrupted is not None:
+        raise interrupted
 
 
 def _describe_run(run: Run) -> list[tuple[str, str]]:

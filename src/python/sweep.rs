@@ -145,6 +145,9 @@ pub(super) fn sweep(
     let (mut raised, mut interrupted) = (None, false);
     let points = py.detach(|| {
         let mut go_on = |done: usize| {
+            if interrupted || raised.is_some() {
+                return false;
+            }
             Python::attach(|py| {
                 if let Some(progress) = &progress {
                     if let Err(error) = progress.call1(py, (done,)) {

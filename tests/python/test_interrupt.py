@@ -99,5 +99,17 @@ def test_an_interrupted_diagram_keeps_the_points_it_reached(system, initial, sta
     assert diagram.final_states[few].tobytes() == again.final_states.tobytes()
 
 
+def test_ctrl_c_is_not_lost_in_a_progress_bar(system, initial):
+    values = np.linspace(0.4, 0.6, 1000)
+    with ctrl_c(0.3), pytest.raises(vi.Interrupted) as caught:
+        vi.bifurcation_diagram(
+            system, initial=initial, periods=20_000, keep=1, progress=True, gap=values
+        )
+    done = np.asarray(caught.value.result.status) != "pending"
+    assert np.count_nonzero(done) < len(values) - 128
+    # Nothing is begun after the chunk in which it came.
+    assert not done[np.flatnonzero(~done)[0] + 128 :].any()
+
+
 def test_interrupted_is_a_keyboard_interrupt():
     assert issubclass(vi.Interrupted, KeyboardInterrupt)

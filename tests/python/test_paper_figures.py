@@ -112,7 +112,11 @@ def test_windows_of_one_period_are_joined_over_a_short_gap():
 @pytest.fixture(scope="module")
 def undamped() -> vi.Diagram:
     return vi.bifurcation_diagram(
-        BY_ID["4"].system, initial=INITIAL, drive_frequency=np.linspace(2.52, 2.60, 9)
+        BY_ID["4"].system,
+        initial=INITIAL,
+        # Long enough for the transients, chaotic at some of these, to have settled.
+        periods=3000,
+        drive_frequency=np.linspace(2.52, 2.60, 9),
     )
 
 
