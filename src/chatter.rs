@@ -19,6 +19,8 @@ pub(crate) struct ChatterMonitor {
     last: f64,
     ratio: f64,
     kept: u32,
+    /// Free gap acceleration after the last impact of a believed sequence, 0 before.
+    second: f64,
 }
 
 impl ChatterMonitor {
@@ -31,10 +33,21 @@ impl ChatterMonitor {
         let keeps = measured < 1.0
             && predicted < 1.0
             && (measured - predicted).abs() <= CHATTER_RATIO_RTOL * predicted;
+        if !keeps {
+            self.second = 0.0;
+        }
         self.kept = if keeps { self.kept + 1 } else { 0 };
-        self.ratio = measured;
+        self.ratio = if measured.is_finite() { measured } else { 0.0 };
         self.last = impact.approach_velocity;
         (self.kept >= CHATTER_IMPACTS).then_some(measured)
+    }
+
+    /// Whether g'' will keep its value over all hops to come: its change from hop to hop shrinks
+    /// by the ratio too.
+    pub fn is_steady(&mut self, second: f64, ratio: f64) -> bool {
+        let change = (second - self.second).abs();
+        self.second = second;
+        change <= 1e-2 * (1.0 - ratio) * second
     }
 }
 

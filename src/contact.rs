@@ -175,11 +175,13 @@ impl<G: Geometry> Search<'_, G> {
         };
         // Beyond this q is useless: its last term alone exceeds what g' can do.
         let reach = 3.0 * (self.gap.rate_bound / self.gap.fourth_bound).cbrt();
-        while self.evaluations < SEARCH_STEPS {
+        for _ in 0..SEARCH_STEPS {
             let (s, gap) = (sample.time, sample.gap);
             let graze = GRAZE_NOISE * self.gap.noise(s);
             if lift == Lift::None && gap.value >= -2.0 * graze {
-                if gap.rate > 0.0 {
+                // A gap at rest that closes is met, not rested on: it was not started on.
+                let closes = gap.value < 0.0 && gap.rate >= -rest && gap.second > 0.0;
+                if gap.rate > 0.0 || closes {
                     match self.settle(&sample, 0.0) {
                         Settled::Found(found) => return found,
                         Settled::Below(top) => sample = top,
@@ -194,12 +196,26 @@ impl<G: Geometry> Search<'_, G> {
                 }
             }
             let left = self.span - s;
-            let step = self.safe_step(&gap, lift, left.min(reach), graze);
+            let mut step = self.safe_step(&gap, lift, left.min(reach), graze);
             if step >= left {
                 return Found::Nothing;
             }
             let remainder = self.gap.fourth_bound / 24.0 * step.powi(4);
-            if remainder <= TAYLOR_PART * self.gap.noise(s + step) || s + step == s {
+            let tiny = remainder <= TAYLOR_PART * self.gap.noise(s + step) || s + step == s;
+            if tiny && lift == Lift::Twice {
+                // A top so flat that the step off it ends at rounding level: it goes on as one
+                // graze while the gap stays there.
+                step = self.flat_step(&gap, left.min(reach), graze);
+                if step >= left {
+                    return Found::Nothing;
+                }
+                sample = self.evaluate((s + step).max(s.next_up()));
+                let level = GRAZE_NOISE * self.gap.noise(sample.time);
+                let stays = sample.gap.value >= -2.0 * level && sample.gap.rate <= rest;
+                lift = if stays { Lift::Twice } else { Lift::None };
+                continue;
+            }
+            if tiny {
                 match self.settle(&sample, step) {
                     Settled::Found(found) => return found,
                     Settled::Below(top) => sample = top,
@@ -211,6 +227,17 @@ impl<G: Geometry> Search<'_, G> {
             sample = self.evaluate(s + step);
         }
         if sample.gap.value.is_finite() { Found::Stalled } else { Found::NotFinite }
+    }
+
+    /// Largest h <= limit found such that the gap does not rise above the graze level on (0, h),
+    /// from a point at that level.
+    fn flat_step(&self, point: &GapPoint, limit: f64, graze: f64) -> f64 {
+        let GapPoint { value, rate, second, third } = *point;
+        let fourth = self.gap.fourth_bound / 24.0;
+        first_root(
+            &[value.min(graze) - 2.0 * graze, rate, second / 2.0, third / 6.0, fourth],
+            limit,
+        )
     }
 
     /// Largest h <= limit found such that q + graze < 0 on (0, h).
@@ -283,7 +310,7 @@ impl<G: Geometry> Search<'_, G> {
     }
 }
 
-/// A number just below the first positive root of c0 + c1 h + c2 h^2 + c3 h^3 + c4 h^4 in
+/// A number at or just below (to rounding) the first positive root of c0 + c1 h + c2 h^2 + c3 h^3 + c4 h^4 in
 /// (0, limit], or `limit` if there is none; c0 < 0 and c4 >= 0.
 ///
 /// Each step goes to the root of a parabola that bounds the polynomial from above on a window

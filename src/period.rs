@@ -124,11 +124,14 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
         return report;
     }
     let size = size(sections).max(f64::MIN_POSITIVE);
+    // Values far from zero (a rotor after many turns) must not make a drift look small.
+    let extent = largest(bounding_box(sections.iter()).map(|(l, h)| h - l));
+    let negligible = (SMALL * extent).max(1e-13 * size);
     report.method = "no return found";
     let equal_counts = |m: usize| counts.windows(m + 1).all(|w| w[0] == w[m]);
     report.residual = residual(sections, 1);
     for m in (1..=kept / 4).filter(|&m| equal_counts(m)) {
-        let small = residual(sections, m) <= SMALL * size;
+        let small = residual(sections, m) <= negligible;
         let approach = approach(sections, m).filter(|a| a.remaining <= REACH * size);
         if !small && approach.is_none() {
             continue;

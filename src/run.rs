@@ -76,6 +76,15 @@ impl RunOptions {
             }
             _ => {}
         }
+        let turns = match self.horizon {
+            Horizon::Periods(periods) => periods as f64,
+            Horizon::Time(time) | Horizon::Impacts { max_time: time, .. } => {
+                time / system.drive_period()
+            }
+        };
+        if turns > MOST_PERIODS {
+            return error("time", turns.to_string(), "at most 2^53 drive periods");
+        }
         match (self.keep, self.horizon) {
             (Some(keep), Horizon::Periods(periods)) if !(0..=periods).contains(&keep) => {
                 return error("keep", keep.to_string(), "a whole number in [0, periods]");
@@ -164,6 +173,9 @@ pub struct Run {
     window_anchor: Anchor,
     checkpoint: Checkpoint,
 }
+
+/// Drive periods that can be counted without a gap in the numbers.
+const MOST_PERIODS: f64 = 9_007_199_254_740_992.0;
 
 /// Local flights between two looks at the caller's wish to go on: some milliseconds.
 const FLIGHTS_PER_LOOK: u32 = 2048;
@@ -297,8 +309,12 @@ impl Run {
         }
         let mut point = self.checkpoint;
         point.stopped = None;
-        let simulation = Simulation::from_checkpoint(&self.system, point);
+        let simulation = Simulation::from_checkpoint(&self.system, point).until(options.horizon);
         let here = self.final_state.clock;
+        if simulation.horizon_clock() < here {
+            let value = format!("{:?}", options.horizon);
+            return Err(ParameterError::new("horizon", value, "not before the run's end").into());
+        }
         let kept = Clock::new(options.window(), 0.0);
         let window = if options.keep.is_some() && kept > here { kept } else { here };
         Ok(collect(simulation, &self.system, options, window, go_on)?)
@@ -360,8 +376,12 @@ impl Run {
             return report;
         }
         if report.kind == Kind::Unresolved && report.residual.is_finite() {
-            if let (Some(last), 0.0) = (self.stroboscopic.last(), self.options.section_phase) {
-                return resolve_by_growth(&self.system, State::from_array(*last), report);
+            // A phase that fits the section makes it the start of a drive period.
+            let phase = self.system.phase() + self.options.section_phase;
+            if let (Some(last), Ok(system)) =
+                (self.stroboscopic.last(), self.system.with("phase", phase))
+            {
+                return resolve_by_growth(&system, State::from_array(*last), report);
             }
         }
         report

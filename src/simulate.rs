@@ -13,7 +13,7 @@ use crate::error::{SimulationError, StateError};
 use crate::event::{Event, GrazeEvent, ImpactEvent, StopEvent, StopReason};
 use crate::flight::{Flight, FreeMotion};
 use crate::impact::{self, ImpactFailure, PreImpact};
-use crate::params::System;
+use crate::params::{ImpactLaw, System};
 use crate::state::{Clock, State};
 use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE};
 
@@ -258,6 +258,10 @@ impl Simulation {
                 Found::Contact(touch) | Found::Graze(touch) => touch.local_time(),
                 Found::Nothing => self.motion.span,
                 Found::Resting => 0.0,
+                // The literal law creates energy without bound.
+                Found::NotFinite | Found::Stalled if self.system.law == ImpactLaw::Paper => {
+                    return Some(Ok(self.stop_here(StopReason::LawFailed)));
+                }
                 Found::NotFinite => return Some(Err(self.fail(false))),
                 Found::Stalled => return Some(Err(self.fail(true))),
             };
@@ -319,7 +323,7 @@ impl Simulation {
     }
 
     /// Clock of the horizon. Every run has one: a motion without contact must end too.
-    fn horizon_clock(&self) -> Clock {
+    pub(crate) fn horizon_clock(&self) -> Clock {
         let drive = &self.motion.drive;
         match self.horizon {
             Horizon::Periods(periods) if drive.has_period() => Clock::new(periods, 0.0),
@@ -384,7 +388,7 @@ impl Simulation {
             }
         };
         let post = State { v1: impact.v1_post, v2: impact.v2_post, ..pre };
-        if !post.is_finite() {
+        if !(post.is_finite() && impact.impulse_normal.is_finite()) {
             return Err(self.fail(false));
         }
         self.point.anchor = Anchor { clock, state: post, touching: true };
@@ -406,7 +410,8 @@ impl Simulation {
             let error = remaining_time_error(separation, ratio, gap.second, gap.third);
             // Neither the time nor the height of the hops left out may be seen.
             let height = separation * separation / (2.0 * gap.second);
-            if error <= self.tolerance && height <= self.tolerance {
+            let steady = self.point.monitor.is_steady(gap.second, ratio);
+            if steady && error <= self.tolerance && height <= self.tolerance {
                 self.point.resting = true;
                 self.found = Some(Found::Resting);
             }

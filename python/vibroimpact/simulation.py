@@ -87,7 +87,8 @@ def simulate(
     keep
         Keep impacts, events and sections of the last so many periods only; default all.
     max_events
-        Cap on the events of a run, which ends it with the stop reason ``event_cap``.
+        Cap on the events of a run since t = 0, which ends it with the stop reason ``event_cap``;
+        10 million unless given.
     tolerance
         Absolute tolerance where something is approximated; flights and impacts are exact.
     section_phase

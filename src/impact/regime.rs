@@ -129,7 +129,9 @@ pub(super) fn classify(
         };
     }
     let end_of_approach = pre.approach_velocity() / slows; // P_f
-    let regime = if switch <= 0.0 || switch >= (1.0 + restitution) * end_of_approach {
+    // By signs, not by the sign of the quotient, which may underflow to zero.
+    let never = slip == 0.0 || (slip > 0.0) != (pre.v1 > 0.0);
+    let regime = if never || switch >= (1.0 + restitution) * end_of_approach {
         Regime::Slip { direction: 1f64.copysign(pre.v1) }
     } else if switch >= end_of_approach * (1.0 - SIMULTANEOUS) {
         if sticks {

@@ -234,3 +234,15 @@ def test_repr_says_what_it_is_without_computing_the_label(run):
 def test_final_state_starts_another_run(run, system):
     again = vi.simulate(system, initial=run.final_state.state, periods=1)
     assert again.initial == run.final_state.state
+
+
+@pytest.mark.parametrize("impacts", [0, 1, 2])
+def test_a_run_with_few_impacts_can_be_saved(system, initial, tmp_path, impacts):
+    whole = vi.simulate(system, initial=initial, periods=30)
+    times = [0.0, *whole.impacts["time"][:3]]
+    run = vi.simulate(system, initial=initial, time=0.5 * (times[impacts] + times[impacts + 1]))
+    assert run.impact_count == impacts
+    run.save(tmp_path / "run.npz")
+    again = vi.load(tmp_path / "run.npz")
+    assert again.impacts.tobytes() == run.impacts.tobytes()
+    assert again.resume(time=20.0).impacts.tobytes() == run.resume(time=20.0).impacts.tobytes()
