@@ -1,7 +1,7 @@
 //! `_core.Run`, `simulate` and `simulate_many`.
 
 use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
 
 use super::arrays;
@@ -267,24 +267,28 @@ pub(super) fn to_state(initial: [f64; 4]) -> PyResult<State> {
 }
 
 /// Works with the interpreter released; Ctrl-C makes the work end early with what is done, and is
-/// reported beside it.
+/// reported beside it. Another exception of a signal handler is raised.
 fn interruptible<T: Send, E: Into<PyErr> + Send>(
     py: Python<'_>,
     work: impl FnOnce(&mut dyn FnMut() -> bool) -> Result<T, E> + Send,
 ) -> PyResult<(T, bool)> {
-    py.detach(|| {
-        let mut interrupted = false;
+    let (result, signal) = py.detach(|| {
+        let mut signal = None;
         let mut go_on = || {
-            // Not a path: the method is not general enough in its lifetime.
-            #[allow(clippy::redundant_closure_for_method_calls)]
-            let signal = Python::attach(|py| py.check_signals());
-            interrupted |= signal.is_err();
-            !interrupted
+            if signal.is_none() {
+                // Not a path: the method is not general enough in its lifetime.
+                #[allow(clippy::redundant_closure_for_method_calls)]
+                let checked = Python::attach(|py| py.check_signals());
+                signal = checked.err();
+            }
+            signal.is_none()
         };
-        let result = work(&mut go_on);
-        result.map(|done| (done, interrupted))
-    })
-    .map_err(Into::into)
+        (work(&mut go_on), signal)
+    });
+    match signal {
+        Some(error) if !error.is_instance_of::<PyKeyboardInterrupt>(py) => Err(error),
+        signal => result.map(|done| (done, signal.is_some())).map_err(Into::into),
+    }
 }
 
 /// One run.

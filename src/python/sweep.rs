@@ -142,30 +142,27 @@ pub(super) fn sweep(
     let start = SweepStart::from_name(start)?;
     let workers = Workers::new(workers)?;
     let (initial, values, system) = (to_state(initial)?, arrays::to_vec(&values), system.0);
-    let (mut raised, mut interrupted) = (None, false);
+    let mut raised = None;
     let points = py.detach(|| {
         let mut go_on = |done: usize| {
-            if interrupted || raised.is_some() {
-                return false;
-            }
-            Python::attach(|py| {
-                if let Some(progress) = &progress {
-                    if let Err(error) = progress.call1(py, (done,)) {
-                        raised = Some(error);
-                        return false;
+            if raised.is_none() {
+                raised = Python::attach(|py| {
+                    if let Some(progress) = &progress {
+                        progress.call1(py, (done,))?;
                     }
-                }
-                interrupted |= py.check_signals().is_err();
-                !interrupted
-            })
+                    py.check_signals()
+                })
+                .err();
+            }
+            raised.is_none()
         };
         crate::sweep::sweep(
             &system, parameter, &values, initial, options, start, &workers, &mut go_on,
         )
     })?;
     match raised {
-        // Ctrl-C inside the callback ends the sweep like one outside it.
+        // Ctrl-C ends the sweep with what is done, inside the callback as outside it.
         Some(error) if !error.is_instance_of::<PyKeyboardInterrupt>(py) => Err(error),
-        raised => Ok(PySweep(points, interrupted || raised.is_some())),
+        raised => Ok(PySweep(points, raised.is_some())),
     }
 }

@@ -1,6 +1,7 @@
 """Ctrl-C ends a long call early and hands over what was done by then."""
 
 import _thread
+import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -109,6 +110,23 @@ def test_ctrl_c_is_not_lost_in_a_progress_bar(system, initial):
     assert np.count_nonzero(done) < len(values) - 128
     # Nothing is begun after the chunk in which it came.
     assert not done[np.flatnonzero(~done)[0] + 128 :].any()
+
+
+def test_another_exception_of_a_signal_handler_is_raised(system, initial):
+    class Alarm(Exception):
+        pass
+
+    def ring(*_):
+        raise Alarm
+
+    before = signal.signal(signal.SIGALRM, ring)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.2)
+        with pytest.raises(Alarm):
+            vi.simulate(system, initial=initial, **LONG)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def test_interrupted_is_a_keyboard_interrupt():
