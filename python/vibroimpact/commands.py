@@ -6,10 +6,10 @@ Each command takes the parsed arguments and raises the errors of vibroimpact.err
 import argparse
 import csv
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, TextIO, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ from .errors import Interrupted, ParameterError
 from .results import Regime, Run
 from .simulation import simulate as simulate_motion
 from .system import NUMERIC_RANGES, System
+
+_Result = TypeVar("_Result")
 
 
 def reproduce(options: argparse.Namespace) -> None:
@@ -38,21 +40,27 @@ def reproduce(options: argparse.Namespace) -> None:
         print(table(result.claims))
 
 
+def _as_far_as_it_got(compute: Callable[[], _Result]) -> tuple[_Result, Interrupted | None]:
+    """Return the result and, if Ctrl-C cut it short, the exception to raise once it is written."""
+    try:
+        return compute(), None
+    except Interrupted as error:
+        if error.result is None:
+            raise
+        return error.result, error
+
+
 def simulate(options: argparse.Namespace) -> None:
     """Simulate one motion and say what it is; after Ctrl-C write what is done, then raise."""
-    interrupted: Interrupted | None = None
-    try:
-        run: Run = simulate_motion(
+    run, interrupted = _as_far_as_it_got(
+        lambda: simulate_motion(
             System.from_dict(_fields(options)),
             initial=options.initial,
             periods=options.periods,
             time=options.time,
             keep=options.keep,
         )
-    except Interrupted as error:
-        if error.result is None:
-            raise
-        run, interrupted = error.result, error
+    )
     if options.csv:
         names = run.impacts.dtype.names or ()
         rows = (
@@ -95,9 +103,8 @@ def diagram(options: argparse.Namespace) -> None:
     fields = _fields(options)
     fields.setdefault(name, float(values[0]))
     swept: dict[str, Any] = {name: values}
-    interrupted: Interrupted | None = None
-    try:
-        result = bifurcation_diagram(
+    result, interrupted = _as_far_as_it_got(
+        lambda: bifurcation_diagram(
             System.from_dict(fields),
             initial=options.initial,
             periods=options.periods,
@@ -107,10 +114,7 @@ def diagram(options: argparse.Namespace) -> None:
             workers=options.workers,
             **swept,
         )
-    except Interrupted as error:
-        if error.result is None:
-            raise
-        result, interrupted = error.result, error
+    )
     if options.csv:
         columns = (result.impact_parameter, result.x1, result.v1, result.v2, result.phase)
         numbers = np.column_stack(columns).tolist()
