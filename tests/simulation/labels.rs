@@ -10,7 +10,7 @@ use crate::{Draw, go, paper, paper_start};
 const PERIODS: i64 = 600;
 const KEEP: i64 = 200;
 /// Of 200 random systems.
-const MISMATCHES: usize = 6;
+const MISMATCHES: usize = 5;
 
 #[test]
 fn labels_hold_with_twice_the_periods() {
