@@ -39,6 +39,20 @@ pub enum StateError {
         /// The value that was given.
         value: f64,
     },
+    /// The bodies do not approach each other: no impact starts here.
+    #[error(
+        "approach velocity u = {u} at x1 = {x1}, v1 = {v1}, v2 = {v2} is not allowed; allowed: u > 0"
+    )]
+    NotApproaching {
+        /// Approach velocity u = x1' cos x1 - x2'.
+        u: f64,
+        /// Pendulum angle.
+        x1: f64,
+        /// Its rate.
+        v1: f64,
+        /// Velocity of the oscillator.
+        v2: f64,
+    },
     /// The bodies touch at the start (the gap is zero to rounding).
     #[error(
         "the initial state is in contact: gap function g = {gap:e} at x1 = {x1}, x2 = {x2}; \

@@ -4,14 +4,21 @@
 //! With normal impulse P on the contact, s = sgn(x1'), k = cos x1 + mu s |sin x1|:
 //! dx1' = -k dP, dx2' = mbar dP, du = -(mbar + k cos x1) dP for the approach velocity
 //! u = x1' cos x1 - x2'. The impact is classified once, into a [`Regime`] with its impulse of
-//! switching, and then resolved.
+//! switching, and then resolved; the laws of restitution differ in where the walk along the
+//! impulse ends. [`incremental`] does the same in many small steps, as an independent check.
 
+mod incremental;
+mod laws;
+mod outcome;
 mod paper;
 mod regime;
 mod walk;
 
+pub use incremental::{IncrementalError, incremental};
+pub use outcome::{ImpactOutcome, OutcomeError};
 pub use regime::{Regime, RegimeKind};
 
+use self::laws::{Energetic, Newton, Poisson, Restitution};
 use crate::params::{Contact, ImpactLaw, System};
 use crate::state::State;
 use crate::tolerance::NO_ROOM;
@@ -67,7 +74,12 @@ pub struct Impact {
     /// Whole tangential impulse: -mu s sgn(sin x1) P in slip, what keeps x1' = 0 in stick.
     pub impulse_tangential: f64,
     /// Energy taken by restitution and friction, in M1 l^2 omega_2^2; finite also for mbar = 0.
+    /// Negative where a law creates energy: `newton` and `paper` can.
     pub energy_loss: f64,
+    /// The part of it that is friction's work, the integral of mu |sin x1| |x1'| dP; the rest is
+    /// what restitution does not give back of the work of approach. Under `paper` the tangential
+    /// impulse times the mean slip velocity, negative where that law's friction drives the slip.
+    pub friction_loss: f64,
 }
 
 impl Impact {
@@ -96,17 +108,28 @@ pub enum ImpactFailure {
 /// # Errors
 /// [`ImpactFailure`] where the law gives no outcome.
 pub fn resolve(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure> {
-    let (mass_ratio, friction) = (system.mass_ratio, system.friction);
-    if mass_ratio == 0.0 && pre.v2 < 0.0 && pre.sin < 0.0 && pre.cos.abs() <= NO_ROOM {
+    if no_room(system, pre) {
         return Err(ImpactFailure::Jammed);
     }
     match system.law {
-        ImpactLaw::Poisson => {
-            let regime = regime::classify(pre, mass_ratio, system.restitution, friction)?;
-            Ok(walk::walk(pre, mass_ratio, system.restitution, friction, regime))
+        ImpactLaw::Poisson => walk_under::<Poisson>(system, pre),
+        ImpactLaw::Newton => walk_under::<Newton>(system, pre),
+        ImpactLaw::Energetic => walk_under::<Energetic>(system, pre),
+        ImpactLaw::Paper => {
+            paper::resolve(pre, system.mass_ratio, system.restitution, system.friction)
         }
-        ImpactLaw::Paper => paper::resolve(pre, mass_ratio, system.restitution, friction),
     }
+}
+
+fn walk_under<L: Restitution>(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure> {
+    let &System { mass_ratio, restitution, friction, .. } = system;
+    let regime = regime::classify(pre, mass_ratio, restitution, friction)?;
+    Ok(walk::walk::<L>(pre, mass_ratio, restitution, friction, regime))
+}
+
+/// A wall that approaches a tip at the end of its reach: it would drive x1' beyond all bounds.
+fn no_room(system: &System, pre: &PreImpact) -> bool {
+    system.mass_ratio == 0.0 && pre.v2 < 0.0 && pre.sin < 0.0 && pre.cos.abs() <= NO_ROOM
 }
 
 /// Whether slip in the direction of x1' cannot stop the approach (mbar + k cos x1 <= 0): a graze

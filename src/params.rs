@@ -46,6 +46,13 @@ pub enum ImpactLaw {
     /// Coulomb friction along the impulse, Poisson's restitution P_II = r P_I; never creates energy.
     #[default]
     Poisson,
+    /// The same friction, restitution u_post = -r u. **It can create energy** where slip ends during
+    /// the impact: a few per cent at mbar = 0.6, without bound as mbar -> 0 and the tip sticks.
+    /// With mbar = 0 and the tip sticking no impulse gets to -r u: the impact ends there.
+    Newton,
+    /// The same friction, work of the normal impulse in restitution r^2 times that in approach
+    /// (Stronge; Beghin and Boulanger); never creates energy.
+    Energetic,
     /// The formulas (14), (16), (18) as Han, Jin & Hu (2004) print them: friction with the signed
     /// sine, no sticking, no guard for P* < 0. It can create energy; for comparison only.
     Paper,
@@ -57,6 +64,8 @@ impl ImpactLaw {
     pub fn name(self) -> &'static str {
         match self {
             Self::Poisson => "poisson",
+            Self::Newton => "newton",
+            Self::Energetic => "energetic",
             Self::Paper => "paper",
         }
     }
@@ -66,10 +75,12 @@ impl ImpactLaw {
     /// # Errors
     /// [`ParameterError`] for an unknown name.
     pub fn from_name(name: &str) -> Result<Self, ParameterError> {
-        [Self::Poisson, Self::Paper]
+        [Self::Poisson, Self::Newton, Self::Energetic, Self::Paper]
             .into_iter()
             .find(|l| l.name() == name)
-            .ok_or_else(|| ParameterError::new("law", name, "one of poisson, paper"))
+            .ok_or_else(|| {
+                ParameterError::new("law", name, "one of poisson, newton, energetic, paper")
+            })
     }
 }
 
@@ -203,7 +214,7 @@ numeric_parameters! {
     mass_ratio: NotNegative;
     /// omega0 = omega_1/omega_2 >= 0; 0: free rotor.
     frequency_ratio: NotNegative;
-    /// r, Poisson's coefficient of restitution, in [0, 1].
+    /// r, the coefficient of restitution of the impact law, in [0, 1].
     restitution: Unit;
     /// delta = Delta/l.
     gap: Any;

@@ -7,6 +7,7 @@
 
 mod arrays;
 mod errors;
+mod impact;
 mod run;
 mod sweep;
 mod system;
@@ -17,6 +18,8 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     #[pymodule_export]
+    use super::impact::impact;
+    #[pymodule_export]
     use super::run::{PyFinalState, PyPeriodReport, PyRun, simulate, simulate_many};
     #[pymodule_export]
     use super::sweep::{PySweep, sweep};
@@ -25,6 +28,7 @@ mod _core {
 
     use super::arrays;
     use crate::event::{EventRecord, GrazeRecord, ImpactRecord};
+    use crate::impact::ImpactOutcome;
     use pyo3::prelude::*;
 
     #[pymodule_init]
@@ -32,6 +36,7 @@ mod _core {
         let py = module.py();
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add("IMPACT_DTYPE", arrays::dtype(py, ImpactRecord::COLUMNS)?)?;
+        module.add("OUTCOME_DTYPE", arrays::dtype(py, ImpactOutcome::COLUMNS)?)?;
         module.add("EVENT_DTYPE", arrays::dtype(py, EventRecord::COLUMNS)?)?;
         module.add("GRAZE_DTYPE", arrays::dtype(py, GrazeRecord::COLUMNS)?)
     }

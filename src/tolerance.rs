@@ -66,6 +66,10 @@ pub const SIMULTANEOUS: f64 = 8.0 * EPS;
 /// x1' beyond all bounds.
 pub const NO_ROOM: f64 = 1e-7;
 
+/// Most steps of the incremental-impulse integrator: with more, the sum of their roundings would
+/// approach the error of the steps themselves.
+pub const MAX_INCREMENTS: u32 = 1_000_000;
+
 /// Impacts in a row that must shrink by one ratio before chatter is believed.
 pub const CHATTER_IMPACTS: u32 = 8;
 

@@ -10,12 +10,14 @@ __all__ = [
     "EVENT_DTYPE",
     "GRAZE_DTYPE",
     "IMPACT_DTYPE",
+    "OUTCOME_DTYPE",
     "FinalState",
     "PeriodReport",
     "Run",
     "Sweep",
     "System",
     "__version__",
+    "impact",
     "simulate",
     "simulate_many",
     "sweep",
@@ -26,6 +28,7 @@ __version__: str
 IMPACT_DTYPE: np.dtype[np.void]
 EVENT_DTYPE: np.dtype[np.void]
 GRAZE_DTYPE: np.dtype[np.void]
+OUTCOME_DTYPE: np.dtype[np.void]
 
 @final
 class System:
@@ -188,6 +191,20 @@ class Sweep:
     @property
     def final_states(self) -> NDArray[np.float64]:
         """(n, 4) state at the end."""
+
+def impact(
+    system: System,
+    x1: NDArray[np.float64],
+    v1: NDArray[np.float64],
+    v2: NDArray[np.float64],
+    *,
+    steps: int | None = None,
+) -> NDArray[np.void]:
+    """Single impacts from one-dimensional arrays of one length, rows of OUTCOME_DTYPE.
+
+    In closed form, or by the incremental-impulse integrator in so many steps. Raises StateError
+    where an input is not finite or the bodies do not approach, ParameterError for bad steps.
+    """
 
 def simulate(
     system: System,

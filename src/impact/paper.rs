@@ -56,6 +56,9 @@ pub(super) fn resolve(
         _ if pre.sin == 0.0 => 0.0,
         _ => (v1 - th + c * impulse) / pre.sin,
     };
+    // Work of the tangential impulse at the mean slip velocity of the tip, x1' sin x1.
+    let friction_loss =
+        if tangential == 0.0 { 0.0 } else { -0.5 * (v1 - th + c * impulse) * (th + v1) };
     // Work of the impulses on both bodies at the mean velocities.
     let loss = 0.5 * (th * th - v1 * v1) - 0.5 * impulse * (x + v2);
     let separation = v1 * c - v2;
@@ -72,5 +75,6 @@ pub(super) fn resolve(
         impulse_normal: impulse,
         impulse_tangential: tangential,
         energy_loss: loss,
+        friction_loss,
     })
 }

@@ -1,5 +1,6 @@
 //! The walk along the impulse in closed form: at most three straight segments.
 
+use super::laws::{Bend, Restitution};
 use super::regime::{Regime, slip_constant};
 use super::{Impact, PreImpact};
 
@@ -11,6 +12,7 @@ struct Walk {
     impulse: f64,
     tangential: f64,
     loss: f64,
+    friction: f64,
 }
 
 /// One law of motion along the impulse: dx1' = -k dP, d(tangential) = t dP,
@@ -30,8 +32,9 @@ fn quotient(numerator: f64, denominator: f64) -> Impulse {
     (rounded, (-rounded).mul_add(denominator, numerator) / denominator)
 }
 
-/// Poisson's law in a given regime: approach to u = 0 at P_I, restitution to (1 + r) P_I.
-pub(super) fn walk(
+/// The impact in a given regime: approach to u = 0 at P_I, restitution to where the law ends it.
+/// Each law is compiled on its own, so that none pays for another.
+pub(super) fn walk<L: Restitution>(
     pre: &PreImpact,
     mass_ratio: f64,
     restitution: f64,
@@ -63,6 +66,7 @@ pub(super) fn walk(
         impulse: 0.0,
         tangential: 0.0,
         loss: 0.0,
+        friction: 0.0,
     };
     let mut step = |segment: &Segment, (impulse, rest): Impulse, stops: bool| {
         let v1 = if stops { 0.0 } else { segment.k.mul_add(-impulse, state.v1) - segment.k * rest };
@@ -70,8 +74,9 @@ pub(super) fn walk(
         let u = v1 * pre.cos - v2;
         // Straight segments: the trapezoidal rule is exact. u dP is what restitution takes in
         // approach and gives back after, mu |sin x1| |x1'| dP the work of friction.
-        state.loss +=
-            0.5 * impulse * ((state.u + u) + segment.friction * (state.v1.abs() + v1.abs()));
+        let rubbed = segment.friction * (state.v1.abs() + v1.abs());
+        state.loss += 0.5 * impulse * ((state.u + u) + rubbed);
+        state.friction += 0.5 * impulse * rubbed;
         state.tangential += segment.tangential * impulse;
         state.impulse += impulse;
         (state.v1, state.v2, state.u) = (v1, v2, u);
@@ -79,57 +84,76 @@ pub(super) fn walk(
     let slows = |segment: &Segment| segment.k.mul_add(pre.cos, mass_ratio);
     let u = pre.approach_velocity();
 
-    let impulse_approach = match regime {
+    let (switch, in_approach, sticks) = match regime {
         Regime::Frictionless | Regime::Slip { .. } => {
             let slowing = slows(&first);
             let total = quotient((1.0 + restitution) * u, slowing);
             step(&first, total, false);
-            u / slowing
+            // All laws end here and none gains energy. -r u is exact; the difference of the
+            // velocities has rounding.
+            state.loss = state.loss.max(0.0);
+            return state.outcome::<L>(regime, u, -restitution * u, u / slowing);
         }
-        Regime::ReversalInRestitution { switch } | Regime::StickInRestitution { switch } => {
-            let approach = u / slows(&first);
-            let sticks = matches!(regime, Regime::StickInRestitution { .. });
-            step(&first, (switch, 0.0), true);
-            step(&after(sticks), (((1.0 + restitution) * approach - switch).max(0.0), 0.0), sticks);
-            approach
-        }
-        Regime::ReversalInApproach { switch } => {
-            step(&first, (switch, 0.0), true);
-            let second = after(false);
-            // x1' = 0: u = -x2'.
-            let approach = switch - (pre.v2 + mass_ratio * switch) / slows(&second);
-            step(&second, ((1.0 + restitution) * approach - switch, 0.0), false);
-            approach
-        }
-        Regime::StickInApproach { switch } => {
-            step(&first, (switch, 0.0), true);
-            // Stick: the approach ends at x2' = 0. A resting wall is there at once.
-            let rest = if mass_ratio > 0.0 { -pre.v2 / mass_ratio } else { switch };
-            let approach = rest.max(switch);
-            step(&after(true), ((1.0 + restitution) * approach - switch, 0.0), true);
-            approach
-        }
+        Regime::ReversalInApproach { switch } => (switch, true, false),
+        Regime::StickInApproach { switch } => (switch, true, true),
+        Regime::ReversalInRestitution { switch } => (switch, false, false),
+        Regime::StickInRestitution { switch } => (switch, false, true),
     };
-    let v2_post = match regime {
-        // Exact too, also where r = 0 ends in rest.
-        Regime::StickInApproach { .. } if mass_ratio > 0.0 => -restitution * pre.v2,
-        _ => state.v2,
+    step(&first, (switch, 0.0), true);
+    let second = after(sticks);
+    let (slows_before, slows_after) = (slows(&first), slows(&second));
+    // x1' = 0 at P*: u = -x2' there.
+    let impulse_approach = match (in_approach, sticks) {
+        (false, _) => u / slows_before,
+        (true, false) => switch - (pre.v2 + mass_ratio * switch) / slows_after,
+        // The approach ends at x2' = 0. A resting wall is there at once.
+        (true, true) if mass_ratio > 0.0 => (-pre.v2 / mass_ratio).max(switch),
+        (true, true) => switch,
     };
-    let separation = match regime {
-        // Exact identity; the difference of the velocities has their rounding.
-        Regime::Frictionless | Regime::Slip { .. } => -restitution * u,
-        Regime::StickInApproach { .. } => -v2_post,
-        _ => state.u.min(0.0),
-    };
-    Impact {
-        regime,
-        v1_post: state.v1,
-        v2_post,
+    let end = L::end(&Bend {
+        restitution,
         approach_velocity: u,
-        separation_velocity: separation,
+        v2: pre.v2,
+        switch,
         impulse_approach,
-        impulse_normal: state.impulse,
-        impulse_tangential: state.tangential,
-        energy_loss: state.loss.max(0.0),
+        u: -mass_ratio.mul_add(switch, pre.v2),
+        slows_before,
+        slows_after,
+        in_approach,
+        sticks_on_mass: sticks && mass_ratio > 0.0,
+    });
+    step(&second, (end.impulse, 0.0), sticks);
+    if let (true, Some(separation)) = (sticks, end.separation) {
+        // u = -x2' in stick: exact too, also where r = 0 ends in rest.
+        state.v2 = -separation;
+    }
+    let separation = end.separation.unwrap_or(match regime {
+        Regime::StickInApproach { .. } => -state.v2,
+        _ => state.u.min(0.0),
+    });
+    state.outcome::<L>(regime, u, separation, impulse_approach)
+}
+
+impl Walk {
+    fn outcome<L: Restitution>(
+        self,
+        regime: Regime,
+        approach_velocity: f64,
+        separation_velocity: f64,
+        impulse_approach: f64,
+    ) -> Impact {
+        Impact {
+            regime,
+            v1_post: self.v1,
+            v2_post: self.v2,
+            approach_velocity,
+            separation_velocity,
+            impulse_approach,
+            impulse_normal: self.impulse,
+            impulse_tangential: self.tangential,
+            // A law that cannot gain energy has a loss below zero by rounding only.
+            energy_loss: if L::CAN_GAIN { self.loss } else { self.loss.max(0.0) },
+            friction_loss: self.friction,
+        }
     }
 }
