@@ -19,6 +19,7 @@ from ._core import __version__
 from .diagrams import Diagram, DiagramSettings, bifurcation_diagram
 from .errors import Interrupted, ParameterError, SimulationError, StateError
 from .files import load
+from .impacts import ImpactRegimes, impact, impact_regimes
 from .results import EventKind, FinalState, PeriodReport, Regime, Run
 from .simulation import simulate
 from .system import System
@@ -41,6 +42,7 @@ __all__ = [
     "DiagramSettings",
     "EventKind",
     "FinalState",
+    "ImpactRegimes",
     "Interrupted",
     "ParameterError",
     "PeriodReport",
@@ -51,6 +53,8 @@ __all__ = [
     "System",
     "__version__",
     "bifurcation_diagram",
+    "impact",
+    "impact_regimes",
     "load",
     "plot",
     "simulate",
