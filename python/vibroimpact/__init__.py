@@ -19,7 +19,13 @@ from ._core import __version__
 from .diagrams import Diagram, DiagramSettings, bifurcation_diagram
 from .errors import Interrupted, ParameterError, SimulationError, StateError
 from .files import load
-from .impacts import ImpactRegimes, impact, impact_regimes
+from .impacts import (
+    ImpactAgreement,
+    ImpactRegimes,
+    impact,
+    impact_agreement,
+    impact_regimes,
+)
 from .results import EventKind, FinalState, PeriodReport, Regime, Run
 from .simulation import simulate
 from .system import System
@@ -42,6 +48,7 @@ __all__ = [
     "DiagramSettings",
     "EventKind",
     "FinalState",
+    "ImpactAgreement",
     "ImpactRegimes",
     "Interrupted",
     "ParameterError",
@@ -54,6 +61,7 @@ __all__ = [
     "__version__",
     "bifurcation_diagram",
     "impact",
+    "impact_agreement",
     "impact_regimes",
     "load",
     "plot",

@@ -28,10 +28,13 @@ _BOUNDED = 1e3
 
 @dataclass(frozen=True)
 class Claim:
-    """One line of claims.json; `residual` is that of `PeriodReport`, None without a period."""
+    """One line of claims.json.
+
+    `residual` is that of `PeriodReport`, None without a period; `figure` is None for a conclusion.
+    """
 
     id: str
-    figure: int
+    figure: int | None
     source: str
     paper_says: str
     found: str
@@ -214,22 +217,23 @@ def to_markdown(claims: Sequence[Claim]) -> str:
         "",
         "Paper: Han, Jin & Hu (2004). Labels are m-n: m drive periods and n impacts per orbit. The",
         f"residual is the largest change of the stroboscopic state over m periods after {PERIODS}",
-        "drive periods; the reference was computed in 400-bit arithmetic. Verdicts: reproduced, as",
-        "the paper says; corrected, something else from the stated start, but what the paper shows",
-        "coexists; refuted, the evidence speaks against the paper; open, it does not decide.",
+        "drive periods; the reference was computed in 400-bit arithmetic, for a conclusion in another",
+        "way that its evidence names. Verdicts: reproduced, as the paper says; corrected, something",
+        "else from the stated start, but what the paper shows coexists; refuted, the evidence speaks",
+        "against the paper; open, it does not decide.",
         "",
         "| motion | paper says | found | residual | reference | verdict |",
         "|---|---|---|---|---|---|",
     ]
     for claim in claims:
         lines.append(
-            f"| Fig. {claim.id} | {claim.paper_says} | {claim.found} | {_number(claim.residual)} "
+            f"| {_title(claim)} | {claim.paper_says} | {claim.found} | {_number(claim.residual)} "
             f"| {claim.reference['label']} | {claim.verdict} |"
         )
     for claim in claims:
         lines += [
             "",
-            f"## Fig. {claim.id}: {claim.verdict}",
+            f"## {_title(claim)}: {claim.verdict}",
             "",
             f"{claim.evidence[0].upper()}{claim.evidence[1:]}.",
             "",
@@ -238,6 +242,10 @@ def to_markdown(claims: Sequence[Claim]) -> str:
             f"    {claim.command}",
         ]
     return "\n".join(lines) + "\n"
+
+
+def _title(claim: Claim) -> str:
+    return claim.id if claim.figure is None else f"Fig. {claim.id}"
 
 
 def _number(value: float | None) -> str:

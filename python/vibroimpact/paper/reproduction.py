@@ -1,4 +1,4 @@
-"""Draw Figs. 4 to 10 of the paper and judge its claims, from parameters to files.
+"""Draw Figs. 4 to 10 of the paper and its impact law, judge its claims: parameters to files.
 
 Source of the parameters: captions of Han, Jin & Hu (2004). The ranges of the axes are ours.
 """
@@ -14,7 +14,7 @@ from ..errors import ParameterError
 from ..plot import publication_style
 from ..results import Run
 from ..simulation import simulate
-from . import claims, evidence, motions, transitions
+from . import claims, evidence, motions, restitution, transitions
 from .claims import Claim
 from .layout import Page
 from .motions import Shown
@@ -51,7 +51,8 @@ def reproduce(
     formats : sequence of {"png", "pdf", "svg"}
         One file per page and format.
     figures : iterable of int, optional
-        Which of Figs. 4 to 10; all by default. The claims are those of the chosen figures.
+        Which of Figs. 4 to 10; by default all, and the pages on the impact law besides. The claims
+        are those of the chosen figures.
     frequencies : int
         Drive frequencies of each bifurcation diagram, at least 2.
     workers : int, optional
@@ -86,6 +87,10 @@ def reproduce(
             else:
                 job.motion_pages(figure)
             job.report(f"figure {figure}: {time.perf_counter() - started:.1f} s")
+        if figures is None:
+            started = time.perf_counter()
+            job.impact_pages()
+            job.report(f"impact law: {time.perf_counter() - started:.1f} s")
     for name, text in (
         ("json", claims.to_json(job.claims)),
         ("md", claims.to_markdown(job.claims)),
@@ -161,6 +166,14 @@ class _Job:
                 else motions.draw(figure, shown, color)
             )
             self.save(page, f"fig{figure}{suffix}")
+
+    def impact_pages(self) -> None:
+        """Map the impacts of the paper's system, judge its first conclusion, write the pages."""
+        computed = restitution.compute()
+        claim = restitution.judge(computed)
+        self.claims.append(claim)
+        self.save(restitution.draw(computed, claim), "impact-regimes")
+        self.save(restitution.draw_agreement(restitution.agreement()), "impact-incremental")
 
     def _shown(self, motion: Motion) -> Shown:
         run: Run = simulate(motion.system, initial=INITIAL, periods=PERIODS, keep=KEEP)

@@ -1,9 +1,11 @@
 """Figures of runs and diagrams: every function takes ``ax=None``, returns the axes, shows nothing.
 
-The functions draw what a `Run` or a `Diagram` holds and compute no dynamics.
+The functions draw what a result (`Run`, `Diagram`, `ImpactRegimes` ...) holds and compute no
+dynamics.
 """
 
 from .diagram import bifurcation
+from .impacts import impact_agreement, impact_regimes
 from .motion import (
     displacement_history,
     gap_history,
@@ -25,7 +27,9 @@ __all__ = [
     "bifurcation",
     "displacement_history",
     "gap_history",
+    "impact_agreement",
     "impact_count",
+    "impact_regimes",
     "impact_section",
     "phase_portrait",
     "publication_style",
