@@ -19,13 +19,8 @@ from ._core import __version__
 from .diagrams import Diagram, DiagramSettings, bifurcation_diagram
 from .errors import Interrupted, ParameterError, SimulationError, StateError
 from .files import load
-from .impacts import (
-    ImpactAgreement,
-    ImpactRegimes,
-    impact,
-    impact_agreement,
-    impact_regimes,
-)
+from .impact_maps import ImpactAgreement, ImpactRegimes, impact_agreement, impact_regimes
+from .impacts import impact
 from .results import EventKind, FinalState, PeriodReport, Regime, Run
 from .simulation import simulate
 from .system import System

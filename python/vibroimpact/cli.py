@@ -165,7 +165,7 @@ def _add_system(command: argparse.ArgumentParser) -> None:
     for name, allowed in NUMERIC_RANGES.items():
         group.add_argument(f"--{name.replace('_', '-')}", type=float, metavar="X", help=allowed)
     group.add_argument("--contact", help="oblique (default) or direct")
-    group.add_argument("--law", help="impact law: poisson (default) or paper")
+    group.add_argument("--law", help="impact law: poisson (default), newton, energetic, paper")
     command.add_argument(
         "--initial",
         type=float,

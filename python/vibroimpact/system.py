@@ -64,8 +64,12 @@ class System:
     contact
         ``"oblique"`` or ``"direct"`` (head-on).
     law
-        Impact law: ``"poisson"``, or ``"paper"`` for the formulas as printed in
-        Han, Jin & Hu (2004), eqs. (14), (16), (18), which can create energy.
+        Impact law. Three of them follow friction along the impulse and differ in restitution:
+        ``"poisson"``, impulses, P_II = r P_I; ``"newton"``, velocities, u_post = -r u;
+        ``"energetic"``, works of the normal impulse, r^2 (Stronge). ``"paper"`` takes the formulas
+        as printed in Han, Jin & Hu (2004), eqs. (14), (16), (18). **Warning**: ``"newton"`` can
+        create energy where slip ends during an impact, a few per cent at the paper's mass ratio
+        and without bound as ``mass_ratio`` goes to 0, and so can ``"paper"``.
     damping
         Shorthand (pendulum_damping, oscillator_damping).
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from .style import BLACK, GREY, REGIME_STYLES, regime_handles
 
 if TYPE_CHECKING:
-    from ..impacts import ImpactAgreement, ImpactRegimes
+    from ..impact_maps import ImpactAgreement, ImpactRegimes
 
 _NO_OUTCOME = "0.85"
 _TICKS = {
@@ -96,8 +96,9 @@ def impact_regimes(
         here = [int(number) for number in np.unique(result.regime) if number >= 0]
         handles = regime_handles(here, shapes=False)
         if (result.regime < 0).any():
-            label = {"color": _NO_OUTCOME, "label": "no outcome"}
-            handles.append(Line2D([], [], ls="none", marker="s", markersize=4.5, **label))
+            grey = Line2D([], [], ls="none", marker="s", markersize=4.5, color=_NO_OUTCOME)
+            grey.set_label("no outcome")
+            handles.append(grey)
         axes[0].figure.legend(
             handles=handles, loc="outside lower center", ncols=3, handletextpad=0.5
         )
@@ -167,7 +168,7 @@ def impact_agreement(
         ax.annotate(
             "slope 1",
             (step[-1], 2.0 * high * step[-1] / step[0]),
-            xytext=(-2, 8),
+            xytext=(0, 14),
             textcoords="offset points",
             fontsize=8,
         )
