@@ -135,7 +135,7 @@ def test_the_first_conclusion_is_reproduced_from_the_spread(computed):
     claim = restitution.judge(computed)
     assert (claim.id, claim.figure, claim.verdict) == ("conclusion-1", None, "reproduced")
     low, high = computed.regimes.spread
-    assert claim.found == f"-u_post/u is {low:.3f} to {high:.3f}"
+    assert claim.found == f"-u_post/u {low:.3f} to {high:.3f}"
     assert high - low > 0.4
     # The reference comes from the integrator in small steps, and agrees to their size.
     assert claim.reference["spread"] == pytest.approx([low, high], abs=0.02)
@@ -172,7 +172,7 @@ def test_the_command_of_the_claim_prints_the_spread(computed):
 def test_the_claim_fits_the_tables(computed):
     claim = restitution.judge(computed)
     assert json.loads(claims.to_json([claim]))[0]["figure"] is None
-    assert "| conclusion-1 | restitution is not" in claims.to_markdown([claim])
+    assert "| conclusion-1 | restitution is not a constant |" in claims.to_markdown([claim])
     assert "## conclusion-1: reproduced" in claims.to_markdown([claim])
     assert "conclusion-1" in claims.table([claim])
 

@@ -66,8 +66,8 @@ def judge(computed: Restitution) -> Claim:
         id="conclusion-1",
         figure=None,
         source="Han, Jin & Hu (2004), section 5",
-        paper_says="restitution is not constant in oblique impacts",
-        found=f"-u_post/u is {_range(computed.regimes)}",
+        paper_says="restitution is not a constant",
+        found=f"-u_post/u {_range(computed.regimes)}",
         residual=None,
         reference={"label": _range(computed.stepped), "steps": STEPS, "spread": list(stepped)},
         verdict=verdict,
@@ -105,8 +105,8 @@ def draw(computed: Restitution, claim: Claim) -> Page:
     """Draw regime, effective restitution and energy loss of every impact, under the verdict."""
     result = computed.regimes
     page = Page(
-        f"The paper: {claim.paper_says}. {claim.verdict.capitalize()}: $-u_+/u$ is "
-        f"{_range(result)}.",
+        f"The paper: {claim.paper_says} in oblique impacts. {claim.verdict.capitalize()}: "
+        f"$-u_+/u$ {_range(result)}.",
         rows=1,
         row_height=76.0,
     )
