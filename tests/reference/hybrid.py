@@ -1,0 +1,250 @@
+"""The whole motion: flights, impacts, completed chatter, sustained contact, release.
+
+flight -> impact -> flight | contact -> flight, docs/theory.md, sections 3 to 5. Flights, first
+contacts and impacts are those of simulate.py, each certified from its own start; chatter.py and
+hold.py supply the rest. Between two steps a state is rounded to the midpoint of its ball: enclosures
+would not survive the limit of a chatter, so the whole run is no enclosure. Its stated error comes
+from `measured`: two runs that differ in precision, in the number of impacts before a chatter is
+completed, in the order of the Taylor series and in the length of their steps. All quantities are
+dimensionless.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from flint import arb, ctx, fmpq
+
+from .chatter import Bounce, Tail
+from .contact import Undecided, first_contact
+from .flight import Flight, Number, State, System, exact, rational
+from .hold import Hold, Phase, sign
+from .impact import Jammed, poisson
+from .slide import Settings, Slide, Touch
+
+#: Differs from the standard settings in everything that a result might depend on.
+FINER = Settings(precision=544, order=52, tolerance=1e-60)
+MAX_IMPACTS = 20_000
+
+
+@dataclass(frozen=True)
+class Run:
+    """Phases in order, states at the times asked for, why it ended and when, impacts met.
+
+    `ending`: completed, rest, painleve or jammed; times after the end have no states, but a
+    motion at rest goes on.
+    """
+
+    phases: list[Phase]
+    samples: list[State]
+    ending: str
+    impacts: int
+
+
+class _Samples:
+    """Takes the states at given ascending times from whatever motion reaches over them."""
+
+    def __init__(self, times: Sequence[arb]) -> None:
+        self.times, self.states = times, list[State]()
+
+    def take(self, until: arb, state: Callable[[arb], State]) -> None:
+        """States at the times before `until`; one that is not certainly before or after fails."""
+        while len(self.states) < len(self.times):
+            time = self.times[len(self.states)]
+            if time > until:
+                return
+            last = len(self.states) + 1 == len(self.times)
+            if not (time < until or (last and time.overlaps(until))):
+                raise Undecided("an event at a sampled time")
+            self.states.append(state(time))
+
+    def full(self) -> bool:
+        """Whether all states are known."""
+        return len(self.states) == len(self.times)
+
+
+def follow(
+    system: System,
+    initial: Sequence[Number],
+    times: Callable[[], Sequence[arb]],
+    *,
+    phase: Number = 0,
+    settings: Settings | None = None,
+) -> Run:
+    """Follow the motion from `initial` = (x1, v1, x2, v2), g <= 0, to the last of `times`.
+
+    Parameters
+    ----------
+    times : makes the ascending times of the samples at the working precision, as for `sections`
+
+    Raises
+    ------
+    ValueError : an inadmissible start
+    Undecided : an event, a regime or a mode is not decided: a graze, or a start on an edge
+    RuntimeError : too many impacts or phases
+    """
+    settings = settings or Settings()
+    with ctx.workprec(settings.precision):
+        return _Motion(system, initial, times(), exact(phase), settings).run()
+
+
+def sections(system: System, periods: int) -> Callable[[], Sequence[arb]]:
+    """The ends of the first drive periods."""
+    return lambda: [2 * arb.pi() * k / arb(system.omega) for k in range(1, periods + 1)]
+
+
+class _Motion:
+    """One run; `now` and the state are points."""
+
+    def __init__(
+        self,
+        system: System,
+        initial: Sequence[Number],
+        times: Sequence[arb],
+        phase: fmpq,
+        settings: Settings,
+    ) -> None:
+        self.system, self.settings, self.phase = system, settings, arb(phase)
+        self.samples, self.end = _Samples(times), times[-1]
+        self.start = [exact(value) for value in initial]
+        self.at_rest = system.mbar == 0 and system.f2 == 0 and self.start[2:] == [0, 0]
+        self.hold = Hold(system, self.phase, self.at_rest, settings)
+        self.tail = Tail(arb(settings.tolerance))
+        self.phases: list[Phase] = []
+        self.impacts = 0
+        self.now = arb(0)
+        self.x1, self.v1, self.x2, self.v2 = (arb(q) for q in self.start)
+        #: Derivatives of g, from g itself on, that vanish at the start of the next flight.
+        self.touching = 0
+
+    def run(self) -> Run:
+        """To the end."""
+        try:
+            ending = self._begin() or self._loop()
+        except Jammed:
+            ending = "jammed"
+        return Run(self.phases, self.samples.states, ending, self.impacts)
+
+    def _begin(self) -> str | None:
+        """A start in contact (docs/theory.md, section 3); the ending, if the run ends at once."""
+        x1, v1, x2, v2 = self.start
+        # sin x1 is rational at x1 = 0 only
+        known = x1 if not self.system.oblique or x1 == 0 else None
+        if known is None or known - x2 - self.system.delta != 0:
+            return None
+        self.touching = 1
+        if v1 < v2:
+            return None
+        return self._impact("impact_at_start") if v1 > v2 else self._contact(self._touch())
+
+    def _loop(self) -> str:
+        """Flights, and the impacts or contacts that end them."""
+        system, bits = self.system, self.settings.precision
+        while self.impacts < MAX_IMPACTS:
+            x2 = self.x2 if self.touching == 0 or system.mbar == 0 else None
+            psi = self.phase + arb(system.omega) * self.now
+            flight = Flight(system, (self.x1, self.v1, x2, self.v2), psi)
+            left = rational((self.end - self.now).upper())
+            found = first_contact(flight, left, touching=self.touching, precision=bits, cap=bits)
+            if found.kind in ("undecided", "immediate"):
+                raise Undecided(f"{found.kind} contact after {self.impacts} impacts")
+            then = self.end if found.time is None else self.now + found.time
+
+            def state(t: arb, flight: Flight = flight, began: arb = self.now) -> State:
+                return flight.state(t - began)
+
+            self.samples.take(then, state)
+            if found.time is None or self.samples.full():
+                return "completed"
+            self.now = then.mid()
+            self.x1, self.v1, self.x2, self.v2 = (q.mid() for q in flight.state(found.time))
+            ending = self._impact()
+            if ending is not None:
+                return ending
+        raise RuntimeError(f"more than {MAX_IMPACTS} impacts")
+
+    def _impact(self, event: str | None = None) -> str | None:
+        """An impact, and the contact it leads to; the ending, if the run ends there.
+
+        A tail is completed from the states before its impacts, in place of the last of them.
+        """
+        system = self.system
+        outcome = poisson(system, self.x1, self.v1, self.v2)
+        self.impacts += 1
+        kinks = system.mu != 0
+        signs = (sign(self.v1), sign(self.x1.sin())) if kinks else (0, 0)
+        u = self.v1 * (self.x1.cos() if system.oblique else 1) - self.v2
+        limit = self.tail.observe(
+            Bounce(self.now, self.x1, self.v1, self.v2, u.mid(), outcome.regime, signs)
+        )
+        if limit is not None:
+            self.samples.take(limit.time, _no_state)
+            self.now, self.x1, self.v1 = (q.mid() for q in (limit.time, limit.x1, limit.v1))
+            # all but slip and frictionless impacts reverse or stop v1, so v1 is of the order of u
+            if self.at_rest or limit.regime not in ("slip", "frictionless"):
+                self.v1 = arb(0)
+            elif kinks and not abs(self.v1) > 10 * limit.error():
+                raise Undecided("the direction of slip at the end of a chatter")
+            return self._contact(self._touch(), "chatter", limit.error())
+        self.v1, self.v2 = outcome.v1.mid(), outcome.v2.mid()
+        if system.r == 0 or (self.at_rest and self.v1.is_zero()):
+            return self._contact(self._touch(), event or "impact")
+        if event:
+            self._record(event, arb(0))
+        self.touching = 1
+        return None
+
+    def _contact(
+        self, touch: Touch, event: str | None = None, error: arb | None = None
+    ) -> str | None:
+        """Contact at g = g' = 0, or the flight that begins there; the ending, if the run ends.
+
+        `event` is what led here; `error` its stated error.
+        """
+        error = arb(0) if error is None else error
+        self.v2 = self._state()[3].mid()
+        separates = self.hold.mode(touch) == "separate"
+        if event == "chatter" and separates:
+            raise Undecided("a chatter whose limit is no contact")
+        if event and not (event == "impact" and separates):
+            self._record(event, error)
+        if separates:
+            self.touching = 3 if touch.unloaded else 2
+            return None
+        held = self.hold.follow(touch, self.end, self.samples.take, error)
+        self.phases += held.phases
+        self.now, self.x1, self.v1 = held.touch.time, held.touch.x1, held.touch.v1
+        self.x2, self.v2 = (q.mid() for q in self._state()[2:])
+        self.touching = 3
+        self.tail.forget()
+        if held.ending == "release":
+            return None
+        return "completed" if held.ending == "end" else held.ending
+
+    def _touch(self) -> Touch:
+        """The present state as one on g = g' = 0."""
+        crossing = self.system.oblique and self.x1.is_zero()
+        touch = Touch(self.now, self.x1, self.v1, int(self.v1.is_zero()), crossing)
+        free = self.hold.slide(touch, 1).free_acceleration(touch)
+        return replace(touch, unloaded=True) if free.is_zero() else touch
+
+    def _record(self, event: str, error: arb) -> None:
+        """An event at the present state, without forces."""
+        blur = arb(0, error.abs_upper())
+        x1, v1, x2, v2 = self._state()
+        if event == "impact_at_start":
+            v2 = self.v2
+        state = (x1 + blur, v1 + blur, x2 + blur, v2 + blur)
+        self.phases.append(Phase(event, self.now + blur, state))
+
+    def _state(self) -> State:
+        """The present state on g = g' = 0; the wall at rest stays where it is, exactly."""
+        if self.at_rest:
+            return self.x1, self.v1, arb(0), arb(0)
+        return Slide(self.system, self.phase, 1, 1).state(self.x1, self.v1)
+
+
+def _no_state(time: arb) -> State:
+    """No state is known between the last impact of a tail and its limit."""
+    raise Undecided(f"the sampled time {time.str(10)} falls into the end of a chatter")
