@@ -8,8 +8,13 @@ sin x1 stay the same. So t, x1, v1, v2 just before the impacts are analytic func
 tail, and their values at u = 0 follow by polynomial extrapolation (Neville's scheme): from nodes
 u_1 < u_2 < ... < u_n inside the radius R of convergence the error is of order u_1 u_2 ... u_n/R^n.
 
-A tail ends when the last two orders agree to the tolerance. Their difference is the stated error,
-an estimate and no enclosure; it is returned as the radius of the balls.
+Impacts that stick or reverse are another matter: v1 goes to 0 with u, and where they reverse the
+quotient v1/u tends to its limit at a rate of its own, so that nothing is analytic in u alone. Such
+tails, of whatever regimes, are followed until the last step of a linear extrapolation is itself
+below the tolerance.
+
+A tail ends when its stated error is below the tolerance: the difference of the last two orders, or
+the last step. It is an estimate and no enclosure, and is returned as the radius of the balls.
 """
 
 from __future__ import annotations
@@ -24,6 +29,8 @@ from flint import arb
 SPACING = 0.5
 #: No extrapolation from fewer nodes: two or three may agree by chance.
 LEAST_NODES = 6
+#: Regimes of tails that are analytic in u.
+ANALYTIC = ("slip", "frictionless")
 
 
 @dataclass(frozen=True)
@@ -50,7 +57,7 @@ class Bounce:
 class Accumulation:
     """The end of a chatter: time and state, with the stated error as radius.
 
-    `ratio` is the last measured q, `nodes` the number of impacts the limit rests on.
+    `ratio` is the last measured q, `regime` that of the last impact.
     """
 
     time: arb
@@ -59,7 +66,6 @@ class Accumulation:
     v2: arb
     ratio: float
     regime: str
-    nodes: int
 
     def error(self) -> arb:
         """Largest stated error of time and state."""
@@ -81,35 +87,52 @@ class Tail:
         self._tolerance = tolerance
         self._nodes: list[Bounce] = []
         self._last: Bounce | None = None
+        self._falling = 0
 
     def forget(self) -> None:
         """Start anew, after a contact phase."""
-        self._nodes, self._last = [], None
+        self._nodes, self._last, self._falling = [], None, 0
 
     def observe(self, bounce: Bounce) -> Accumulation | None:
         """Take the next impact; the accumulation point as soon as it is known well enough."""
         last, self._last = self._last, bounce
-        same = last is not None and (last.regime, last.signs) == (bounce.regime, bounce.signs)
-        if last is None or not same or not bounce.u < last.u:
+        if last is None or not bounce.u < last.u:
+            self._nodes, self._falling = [bounce], 1
+            return None
+        self._falling += 1
+        found = None
+        if bounce.regime not in ANALYTIC:
+            self._nodes = []
+            # linear extrapolation: do not try before u is that small
+            if self._falling >= LEAST_NODES and bounce.u < self._tolerance:
+                found = step_to_limit(last, bounce)
+        elif (last.regime, last.signs) != (bounce.regime, bounce.signs):
             self._nodes = [bounce]
-            return None
-        if not bounce.u < self._nodes[-1].u * SPACING:
-            return None
-        self._nodes.append(bounce)
-        if len(self._nodes) < LEAST_NODES:
-            return None
-        found = accumulate(self._nodes, float(bounce.u / last.u))
-        return found if found.error() < self._tolerance else None
+        elif bounce.u < self._nodes[-1].u * SPACING:
+            self._nodes.append(bounce)
+            if len(self._nodes) >= LEAST_NODES:
+                found = accumulate(self._nodes, float(bounce.u / last.u))
+        return found if found is not None and found.error() < self._tolerance else None
 
 
 def accumulate(bounces: Sequence[Bounce], ratio: float) -> Accumulation:
-    """Accumulation point of a tail of bounces with falling u, by extrapolation from all of them."""
-    nodes = sorted(bounces, key=lambda bounce: float(bounce.u.log()))
+    """Accumulation point of an analytic tail, u falling, by extrapolation from all its bounces."""
+    nodes = bounces[::-1]
     steps = [node.u for node in nodes]
     time, x1, v1, v2 = (
         extrapolate(steps, column) for column in zip(*(b.values() for b in nodes), strict=True)
     )
-    return Accumulation(time, x1, v1, v2, ratio, nodes[0].regime, len(nodes))
+    return Accumulation(time, x1, v1, v2, ratio, nodes[0].regime)
+
+
+def step_to_limit(before: Bounce, last: Bounce) -> Accumulation:
+    """Accumulation point of any tail: what is left if all steps shrink as u just did."""
+    ratio = (last.u / before.u).mid()
+    time, x1, v1, v2 = (
+        arb((q + (q - p) * ratio / (1 - ratio)).mid(), abs((q - p) / (1 - ratio)).abs_upper())
+        for p, q in zip(before.values(), last.values(), strict=True)
+    )
+    return Accumulation(time, x1, v1, v2, float(ratio), last.regime)
 
 
 def extrapolate(steps: Sequence[arb], values: Sequence[arb]) -> arb:

@@ -155,6 +155,9 @@ def _scan(flight: Flight, end: fmpq, touching: int) -> Contact:
     shortest = max(widest, fmpq(1)) / fmpq(2) ** ctx.prec
     humps: list[Hump] = []
     a, width, held = fmpq(0), widest, touching
+    if touching == 1 and at_start[2] > 0:
+        # a hop of a chatter is about 2 |g'|/g'' long: shortening from the widest would take long
+        width = min(widest, rational((-3 * at_start[1] / at_start[2]).mid()))
     while a < end:
         b = min(end, _dyadic(a + width))
         root = _decide(flight, a, b, held, humps)

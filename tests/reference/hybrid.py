@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 from flint import arb, ctx, fmpq
 
-from .chatter import Bounce, Tail
+from .chatter import ANALYTIC, Bounce, Tail
 from .contact import Undecided, first_contact
 from .flight import Flight, Number, State, System, exact, rational
 from .hold import Hold, Phase, sign
@@ -94,6 +94,15 @@ def sections(system: System, periods: int) -> Callable[[], Sequence[arb]]:
     return lambda: [2 * arb.pi() * k / arb(system.omega) for k in range(1, periods + 1)]
 
 
+def approach_in_contact(system: System, start: Sequence[fmpq]) -> fmpq | None:
+    """Approach velocity u of a start with g = 0 exactly; None if g is not 0."""
+    x1, v1, x2, v2 = start
+    # sin x1 is rational at x1 = 0 only, and cos x1 = 1 there
+    if (system.oblique and x1 != 0) or x1 - x2 - system.delta != 0:
+        return None
+    return v1 - v2
+
+
 class _Motion:
     """One run; `now` and the state are points."""
 
@@ -128,15 +137,13 @@ class _Motion:
 
     def _begin(self) -> str | None:
         """A start in contact (docs/theory.md, section 3); the ending, if the run ends at once."""
-        x1, v1, x2, v2 = self.start
-        # sin x1 is rational at x1 = 0 only
-        known = x1 if not self.system.oblique or x1 == 0 else None
-        if known is None or known - x2 - self.system.delta != 0:
+        approach = approach_in_contact(self.system, self.start)
+        if approach is None:
             return None
         self.touching = 1
-        if v1 < v2:
+        if approach < 0:
             return None
-        return self._impact("impact_at_start") if v1 > v2 else self._contact(self._touch())
+        return self._impact("impact_at_start") if approach > 0 else self._contact(self._touch())
 
     def _loop(self) -> str:
         """Flights, and the impacts or contacts that end them."""
@@ -182,7 +189,7 @@ class _Motion:
             self.samples.take(limit.time, _no_state)
             self.now, self.x1, self.v1 = (q.mid() for q in (limit.time, limit.x1, limit.v1))
             # all but slip and frictionless impacts reverse or stop v1, so v1 is of the order of u
-            if self.at_rest or limit.regime not in ("slip", "frictionless"):
+            if self.at_rest or limit.regime not in ANALYTIC:
                 self.v1 = arb(0)
             elif kinks and not abs(self.v1) > 10 * limit.error():
                 raise Undecided("the direction of slip at the end of a chatter")

@@ -3,8 +3,7 @@
 Error: the run is repeated with finer settings; the difference, and what both runs state for their
 own steps, is the radius of every value. Amplification, as in docs/accuracy.md: the growth of a
 perturbation of v1(0) by 1e-30, in the maximum norm of a state, or of the time and state of a phase.
-A start at rest in contact (u = 0) has v2(0) perturbed alike, which keeps u = 0; at the wall at rest
-x1(0) is perturbed instead. Dimensionless.
+At a start with g = u = 0, v2(0) is perturbed alike, which keeps u = 0. Dimensionless.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from flint import arb, ctx
 
 from .flight import Number, State, System, exact
 from .hold import Phase
-from .hybrid import FINER, Run, follow
+from .hybrid import FINER, Run, approach_in_contact, follow
 
 #: Size of the perturbation: far above the errors, far below all scales of the motion.
 NUDGE = exact("1e-30")
@@ -46,8 +45,9 @@ def measured(
     plain = follow(system, initial, times, phase=phase)
     finer = follow(system, initial, times, phase=phase, settings=FINER)
     start = [exact(value) for value in initial]
+    touching = approach_in_contact(system, start) == 0
     start[1] += NUDGE
-    if plain.phases and plain.phases[0].time.is_zero() and start[1] - NUDGE == start[3]:
+    if touching:
         start[3] += NUDGE
     moved = follow(system, start, times, phase=phase)
     for other in (finer, moved):

@@ -200,7 +200,7 @@ class Slide:
         if self.system.mu != 0:
             watched += [
                 ("stop", series["velocity"], touch.flat),
-                ("cross", series["sine"], 1 if touch.crossing else 0),
+                ("cross", series["sine"], 1 + touch.flat if touch.crossing else 0),
                 ("painleve", series["denominator"], 0),
             ]
         kind: Ending = "end"
