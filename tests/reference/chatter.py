@@ -13,8 +13,8 @@ quotient v1/u tends to its limit at a rate of its own, so that nothing is analyt
 tails, of whatever regimes, are followed until the last step of a linear extrapolation is itself
 below the tolerance.
 
-A tail ends when its stated error is below the tolerance: the difference of the last two orders, or
-the last step. It is an estimate and no enclosure, and is returned as the radius of the balls.
+A tail ends when its stated error is below the tolerance: the differences of the last three orders,
+or the last step. It is an estimate and no enclosure, and is returned as the radius of the balls.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from flint import arb
+from flint import arb, ctx
 
 #: A node needs at most this share of the approach velocity of the node before it: closer nodes
 #: would magnify rounding, at a half the sum of the weights is below 9.
@@ -139,11 +139,13 @@ def extrapolate(steps: Sequence[arb], values: Sequence[arb]) -> arb:
     """Value at 0 of the function with the given values at `steps`, ascending and positive.
 
     Of the polynomials through the first 2, 3, ... nodes the one is taken that differs least from
-    its predecessor, since nodes beyond the radius of convergence spoil the value again. The
-    difference is the radius of the result.
+    its two predecessors, since nodes beyond the radius of convergence spoil the value again. The
+    larger one of the last two differences, and a bound of rounding, is the radius of the result:
+    the last alone may be small by chance.
     """
     diagonal: list[arb] = []
     best: arb | None = None
+    before: arb | None = None
     for k, value in enumerate(values):
         # P_{a..k}(0) = (u_a P_{a+1..k} - u_k P_{a..k-1})/(u_a - u_k), a = k - j (Neville)
         following = [value.mid()]
@@ -152,10 +154,14 @@ def extrapolate(steps: Sequence[arb], values: Sequence[arb]) -> arb:
             weighted = a * following[j - 1] - b * diagonal[j - 1]
             following.append((weighted / (a - b)).mid())
         if k > 0:
-            difference = abs(following[k] - diagonal[k - 1]).abs_upper()
-            if best is None or difference < best.rad():
-                best = arb(following[k], difference)
+            last = abs(following[k] - diagonal[k - 1])
+            if before is not None:
+                rounding = abs(following[k]) * arb(2) ** (16 - ctx.prec)
+                error = (last.max(before) + rounding).abs_upper()
+                if best is None or error < best.rad():
+                    best = arb(following[k], error)
+            before = last
         diagonal = following
     if best is None:
-        raise ValueError("extrapolation needs two nodes")
+        raise ValueError("extrapolation needs three nodes")
     return best

@@ -2,11 +2,11 @@
 
 flight -> impact -> flight | contact -> flight, docs/theory.md, sections 3 to 5. Flights, first
 contacts and impacts are those of simulate.py, each certified from its own start; chatter.py and
-hold.py supply the rest. Between two steps a state is rounded to the midpoint of its ball: enclosures
-would not survive the limit of a chatter, so the whole run is no enclosure. Its stated error comes
-from `measured`: two runs that differ in precision, in the number of impacts before a chatter is
-completed, in the order of the Taylor series and in the length of their steps. All quantities are
-dimensionless.
+hold.py supply the rest. Between two steps a state is rounded to the midpoint of its ball, since
+enclosures would not survive the limit of a chatter: a run as a whole is no enclosure. Its stated
+error comes from measure.py: two runs that differ in precision, in the number of impacts before a
+chatter is completed, in the order of the Taylor series and in the length of their steps. All
+quantities are dimensionless.
 """
 
 from __future__ import annotations

@@ -19,6 +19,8 @@ from .hybrid import FINER, Run, approach_in_contact, follow
 
 #: Size of the perturbation: far above the errors, far below all scales of the motion.
 NUDGE = exact("1e-30")
+#: Differences below this may come from the errors of the runs, 1e-43 at most.
+UNSEEN = 1e-41
 
 
 @dataclass(frozen=True)
@@ -55,9 +57,7 @@ def measured(
         assert (plain.ending, len(plain.samples)) == (other.ending, len(other.samples))
     with ctx.workprec(FINER.precision):
         phases = [_merged(p, q) for p, q in zip(plain.phases, finer.phases, strict=True)]
-        samples = [
-            _state(one, two) for one, two in zip(plain.samples, finer.samples, strict=True)
-        ]
+        samples = [_state(one, two) for one, two in zip(plain.samples, finer.samples, strict=True)]
         worst = arb(0)
         for values in (*(_values(p) for p in phases), *samples):
             for value in values:
@@ -97,6 +97,6 @@ def _values(phase: Phase) -> tuple[arb, ...]:
 
 
 def _growth(one: Sequence[arb], two: Sequence[arb]) -> float:
-    """Largest difference in units of the perturbation, to three digits."""
+    """Largest difference in units of the perturbation, to three digits; 0 if it is not seen."""
     worst = max(float(abs(p.mid() - q.mid())) for p, q in zip(one, two, strict=True))
-    return float(f"{worst / float(NUDGE):.3g}")
+    return float(f"{worst / float(NUDGE):.3g}") if worst > UNSEEN else 0.0

@@ -1,9 +1,9 @@
 """Event loop in ball arithmetic: every impact and every stroboscopic state, enclosed.
 
 Flights, contacts and impacts follow docs/theory.md, sections 2 to 4; T = 2 pi/omega is the drive
-period, counted exactly. Sustained contact is not modelled: complete chatter ends at the impact
-cap. All quantities are dimensionless; a result is as narrow as the motion's growth allows, and an
-event the precision does not decide raises `Undecided`.
+period, counted exactly. Complete chatter runs into the impact cap; hybrid.py goes on through it,
+without enclosing the result. All quantities are dimensionless; a result is as narrow as the
+motion's growth allows, and an event the precision does not decide raises `Undecided`.
 
 Run `python -m reference.simulate` (in tests/) to compare with the reference data in tests/data.
 """

@@ -20,7 +20,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from flint import arb, arb_poly
+from flint import arb, arb_poly, fmpq
 
 from .contact import Undecided
 from .flight import State, System
@@ -28,7 +28,9 @@ from .flight import State, System
 Ending = Literal["end", "release", "stop", "cross", "painleve"]
 #: A step below this is taken for the approach to a pole of p, a Painleve point.
 SHORTEST_STEP = 1e-9
-#: Halvings of an interval before a root is called undecided (a double root, or one at an end).
+#: Where an interval is cut in two: not in the middle, where a root may well lie.
+CUT = fmpq(479, 1024)
+#: Cuts of an interval before a root is called undecided (a double root, or one at an end).
 DEEPEST = 60
 
 
@@ -240,7 +242,8 @@ def first_root(coefficients: Sequence[arb], end: arb) -> arb | None:
             return _polish(poly, slope, span)
         if depth == DEEPEST:
             raise Undecided("a double root in contact")
-        pending += [(middle, b, depth + 1), (a, middle, depth + 1)]
+        cut = (a + (b - a) * CUT).mid()
+        pending += [(cut, b, depth + 1), (a, cut, depth + 1)]
     return None
 
 
@@ -287,4 +290,3 @@ def _truncation(coefficients: Sequence[arb], h: arb) -> arb:
     """Sum of the last two terms of a series."""
     n = len(coefficients) - 1
     return (abs(coefficients[n]) * h**n + abs(coefficients[n - 1]) * h ** (n - 1)).abs_upper()
-
