@@ -29,6 +29,16 @@ fn start() -> State {
     State::new(0.0, 0.5, 0.0, 0.0).unwrap()
 }
 
+/// Fig. 7(c) at omega = 0.25: each period has about 30 impacts before chatter is completed.
+fn contact(friction: f64) -> SystemBuilder {
+    paper(0.25)
+        .restitution(0.3)
+        .pendulum_damping(0.1)
+        .oscillator_damping(0.1)
+        .force_amplitude(1.5)
+        .friction(friction)
+}
+
 /// Each class takes more work than the one before it, or of another kind.
 fn scenes() -> Vec<(&'static str, System, State)> {
     let wall = System::builder()
@@ -55,6 +65,8 @@ fn scenes() -> Vec<(&'static str, System, State)> {
                 .force_amplitude(0.5),
         ),
         ("exact resonance", paper(2.0).pendulum_damping(0.05)),
+        ("chatter and contact in every period", contact(0.0).restitution(0.8)),
+        ("chatter, sliding and sticking in every period", contact(0.3).moment_amplitude(3.0)),
     ]
     .map(|(name, builder)| (name, builder.build().unwrap(), start()))
     .into()

@@ -1,16 +1,46 @@
-//! Tells complete chatter (infinitely many impacts in finite time) from many impacts
+//! Complete chatter: infinitely many impacts in finite time, carried to their accumulation point
 //! (docs/theory.md, section 5).
 //!
-//! With the free gap acceleration g'' > 0 and impacts that shrink u by a ratio q < 1 the flights
-//! shrink by q too, and the sequence ends after T = 2 u_post/(g''(1 - q)). In `slip` and
-//! `frictionless` q = r to leading order; otherwise q is measured. Chatter is believed once
-//! several impacts in a row have kept the ratio and the remaining time is so short that what
-//! the leading order leaves out lies below the tolerance.
+//! With the free gap acceleration g'' > 0 and impacts that shrink u by a ratio q < 1 (q = r to
+//! leading order in `slip` and `frictionless`, else measured) the flights shrink by q too, and the
+//! sequence ends after T = 2 u_post/(g''(1 - q)) to leading order. Time and state at the impacts
+//! of one sequence are smooth functions of u, because the impact map is smooth and u = 0 is its
+//! fixed points (where slip reverses in each impact they are not: x1'/u has a ratio of its own, and
+//! such sequences are followed bounce by bounce): so they are extrapolated to u = 0 by the polynomial through the last samples
+//! (Neville's scheme), with an error O(u^n) for n samples. The larger one of the last two
+//! differences between orders, with a factor of safety, is the stated error.
 
 use serde::{Deserialize, Serialize};
 
+use crate::flight::Drive;
 use crate::impact::{Impact, RegimeKind};
-use crate::tolerance::{CHATTER_IMPACTS, CHATTER_RATIO_RTOL};
+use crate::state::{Clock, State};
+use crate::tolerance::{
+    CHATTER_IMPACTS, CHATTER_NOISE, CHATTER_RATIO_RTOL, CHATTER_SAFETY, CHATTER_SPACING, EPS,
+};
+
+/// Most samples, and so the highest order of the extrapolation.
+const MOST: usize = 8;
+/// Fewest, so that three orders can be compared and all mean something.
+const FEWEST: usize = 4;
+
+/// What tells sequences of different kinds apart: regime, direction of slip, side of sin x1 = 0.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Character {
+    regime: RegimeKind,
+    forward: bool,
+    upper: bool,
+}
+
+/// Time and state just after an impact with separation velocity `u`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Sample {
+    u: f64,
+    clock: Clock,
+    x1: f64,
+    v1: f64,
+    v2: f64,
+}
 
 /// Memory of the last impacts.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -19,13 +49,40 @@ pub(crate) struct ChatterMonitor {
     last: f64,
     ratio: f64,
     kept: u32,
-    /// Free gap acceleration after the last impact of a believed sequence, 0 before.
-    second: f64,
+    /// Whether the tip stopped during the last impact.
+    pub stopped: bool,
+    character: Option<Character>,
+    samples: [Option<Sample>; MOST],
+}
+
+/// Where a chatter sequence accumulates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Limit {
+    /// Time from the last impact to the accumulation point.
+    pub time: f64,
+    /// x1 and x1' there.
+    pub x1: f64,
+    pub v1: f64,
+    /// Ratio by which u shrinks.
+    pub ratio: f64,
+    /// Error of time and state, without rounding.
+    pub error: f64,
+}
+
+impl Limit {
+    /// Rounding of the limit, and of the time it takes from a separation velocity that has the
+    /// rounding of the velocities: T = 2 u/(g''(1 - q)).
+    pub fn rounding(&self, state: &State, second: f64) -> f64 {
+        let size = state.to_array().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+        let speed = state.v1.abs() + state.v2.abs();
+        CHATTER_NOISE * EPS * (size + speed / (second * (1.0 - self.ratio)))
+    }
 }
 
 impl ChatterMonitor {
-    /// Takes an impact; returns the ratio once enough impacts have kept one.
-    pub fn observe(&mut self, impact: &Impact, restitution: f64) -> Option<f64> {
+    /// Takes an impact; returns whether enough of them have kept one ratio.
+    #[inline]
+    pub fn observe(&mut self, impact: &Impact, restitution: f64) -> bool {
         let slides = matches!(impact.regime.kind(), RegimeKind::Frictionless | RegimeKind::Slip);
         let measured =
             if self.last > 0.0 { impact.approach_velocity / self.last } else { f64::INFINITY };
@@ -33,27 +90,99 @@ impl ChatterMonitor {
         let keeps = measured < 1.0
             && predicted < 1.0
             && (measured - predicted).abs() <= CHATTER_RATIO_RTOL * predicted;
-        if !keeps {
-            self.second = 0.0;
-        }
         self.kept = if keeps { self.kept + 1 } else { 0 };
+        self.stopped = !slides;
         self.ratio = if measured.is_finite() { measured } else { 0.0 };
         self.last = impact.approach_velocity;
-        (self.kept >= CHATTER_IMPACTS).then_some(measured)
+        self.kept >= CHATTER_IMPACTS
     }
 
-    /// Whether g'' will keep its value over all hops to come: its change from hop to hop shrinks
-    /// by the ratio too.
-    pub fn is_steady(&mut self, second: f64, ratio: f64) -> bool {
-        let change = (second - self.second).abs();
-        self.second = second;
-        change <= 1e-2 * (1.0 - ratio) * second
+    /// Ratio of the last bounces if they shrink as chatter does, and so does this one, which leaves
+    /// the contact with `separation`; a plastic impact leaves it with 0 or with rounding.
+    pub fn shrinks(&self, separation: f64) -> Option<f64> {
+        let continues = separation > 0.5 * self.ratio * self.last;
+        (self.kept > 0 && continues).then_some(self.ratio)
+    }
+
+    /// Samples the state just after an impact of a sequence that keeps its ratio, and extrapolates
+    /// it; `None` while there are too few samples.
+    pub fn extrapolate(
+        &mut self,
+        drive: &Drive,
+        clock: Clock,
+        state: &State,
+        impact: &Impact,
+    ) -> Option<Limit> {
+        let frictional = impact.regime.kind() != RegimeKind::Frictionless;
+        let character = Some(Character {
+            regime: impact.regime.kind(),
+            forward: frictional && state.v1 > 0.0,
+            upper: frictional && state.x1.sin() > 0.0,
+        });
+        let u = -impact.separation_velocity;
+        if matches!(
+            impact.regime.kind(),
+            RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution
+        ) {
+            return None;
+        }
+        if character != self.character || self.kept == CHATTER_IMPACTS {
+            self.character = character;
+            self.samples = [None; MOST];
+        }
+        let spaced = self.samples[0].is_none_or(|newest| u <= CHATTER_SPACING * newest.u);
+        if !spaced || u <= 0.0 {
+            return None;
+        }
+        self.samples.rotate_right(1);
+        self.samples[0] = Some(Sample { u, clock, x1: state.x1, v1: state.v1, v2: state.v2 });
+        let count = self.samples.iter().flatten().count();
+        if count < FEWEST {
+            return None;
+        }
+        let mut nodes = [0.0; MOST];
+        let mut values = [[0.0; 4]; MOST];
+        for (i, sample) in self.samples.iter().flatten().enumerate() {
+            nodes[i] = sample.u;
+            let time = drive.until(clock, sample.clock).value();
+            // Differences from the newest sample: their rounding is that of the state.
+            values[i] = [time, sample.x1 - state.x1, sample.v1 - state.v1, sample.v2 - state.v2];
+        }
+        let high = at_zero(&nodes[..count], &values);
+        let low = at_zero(&nodes[..count - 1], &values);
+        let lower = at_zero(&nodes[..count - 2], &values);
+        let difference = |a: &[f64; 4], b: &[f64; 4]| {
+            a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        };
+        let sliding = matches!(impact.regime.kind(), RegimeKind::Frictionless | RegimeKind::Slip);
+        let limit = Limit {
+            time: high[0],
+            x1: state.x1 + high[1],
+            // A tip that stopped during the impacts is at rest in the limit.
+            v1: if sliding { state.v1 + high[2] } else { 0.0 },
+            ratio: self.ratio,
+            error: CHATTER_SAFETY * difference(&high, &low).max(difference(&low, &lower)),
+        };
+        // Slip must go on to the end: x1' keeps its sign, and the tip its side of sin x1 = 0.
+        let keeps = impact.regime.kind() != RegimeKind::Slip
+            || (limit.v1 * state.v1 > 0.0
+                && high[2].abs() < limit.v1.abs()
+                && (limit.x1.sin() > 0.0) == (state.x1.sin() > 0.0));
+        (limit.time > 0.0 && keeps).then_some(limit)
     }
 }
 
-/// Error of the leading-order time to the accumulation point, T = 2 u/(g'' (1 - q)), for a
-/// separation velocity u, free gap acceleration g'' and its derivative just after an impact.
-pub(crate) fn remaining_time_error(separation: f64, ratio: f64, second: f64, third: f64) -> f64 {
-    let time = 2.0 * separation / (second * (1.0 - ratio));
-    time * time * (third / second).abs()
+/// The polynomials through (u_i, y_i), newest first, at u = 0 (Neville's scheme).
+fn at_zero(nodes: &[f64], values: &[[f64; 4]; MOST]) -> [f64; 4] {
+    let mut table = *values;
+    for level in 1..nodes.len() {
+        for i in 0..nodes.len() - level {
+            let (near, far) = (nodes[i], nodes[i + level]);
+            let (upper, lower) = (table[i], table[i + 1]);
+            // y + (y - y_far) u_near/(u_far - u_near).
+            let weight = near / (far - near);
+            table[i] = std::array::from_fn(|c| upper[c] + (upper[c] - lower[c]) * weight);
+        }
+    }
+    table[0]
 }

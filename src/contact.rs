@@ -8,15 +8,16 @@
 //! The search steps to the first positive root of q (or just short of it): never past the first
 //! contact, and towards it with order four. No sign change at step ends is needed, so a double
 //! crossing cannot slip through. At a start on the contact with g' < 0 the factor h is divided
-//! out, at one with g' = 0, g'' < 0 the factor h^2 (docs/theory.md, section 3).
+//! out, at one with g' = 0, g'' < 0 the factor h^2, at a release the factor h^3 (docs/theory.md,
+//! section 3).
 
 use crate::flight::{Flight, FreeMotion, Motion};
 use crate::gap::{Direct, GapFlight, GapPoint, Geometry, Oblique};
+use crate::majorant::first_root;
 use crate::params::Contact;
 use crate::state::State;
 use crate::tolerance::{
-    EPS, FLIGHT_NOISE, GRAZE_NOISE, QUARTIC_RTOL, QUARTIC_STEPS, REST_NOISE, SEARCH_STEPS,
-    TAYLOR_PART,
+    EPS, FLIGHT_NOISE, GRAZE_NOISE, RELEASE_PROBE, REST_NOISE, SEARCH_STEPS, TAYLOR_PART,
 };
 
 /// How a local flight starts, as far as the contact is concerned.
@@ -28,6 +29,8 @@ pub enum Start {
     Touching,
     /// Past a graze at this local time: g = g' = 0, g'' < 0 there.
     Grazed(f64),
+    /// Released from contact: g = g' = g'' = 0, g''' < 0.
+    Released,
 }
 
 /// What the search found.
@@ -39,9 +42,9 @@ pub enum Found {
     Graze(Touch),
     /// No contact in the local flight.
     Nothing,
-    /// The flight starts on the contact without separating (g' = 0 to rounding, g'' >= 0):
-    /// contact lasts.
-    Resting,
+    /// The bodies are on the contact without separating (g = g' = 0 to rounding, g'' >= 0), as a
+    /// rule at the start of the flight: contact lasts.
+    Resting(Touch),
     /// The gap is not a finite number.
     NotFinite,
     /// The step budget is used up.
@@ -102,7 +105,7 @@ fn search<G: Geometry>(
     start: Start,
     span: f64,
 ) -> ContactReport {
-    let touching = start == Start::Touching;
+    let touching = matches!(start, Start::Touching | Start::Released);
     let gap = GapFlight::<G>::new(motion, flight, delta, touching);
     let mut search = Search { gap, span, evaluations: 0 };
     let found = search.run(start);
@@ -136,6 +139,7 @@ enum Lift {
     None,
     Once,
     Twice,
+    Thrice,
 }
 
 impl<G: Geometry> Search<'_, G> {
@@ -171,7 +175,15 @@ impl<G: Geometry> Search<'_, G> {
             Start::Grazed(_) => Lift::Twice,
             Start::Touching if sample.gap.rate < -rest => Lift::Once,
             Start::Touching if sample.gap.rate <= rest && sample.gap.second < 0.0 => Lift::Twice,
-            Start::Touching => return Found::Resting,
+            Start::Touching => return Found::Resting(self.touch(&sample, 0.0)),
+            Start::Released if self.leaves(&sample.gap) => Lift::Thrice,
+            Start::Released => match self.apart_soon() {
+                Some(later) => {
+                    sample = later;
+                    Lift::None
+                }
+                None => return Found::Resting(self.touch(&sample, 0.0)),
+            },
         };
         // Beyond this q is useless: its last term alone exceeds what g' can do.
         let reach = 3.0 * (self.gap.rate_bound / self.gap.fourth_bound).cbrt();
@@ -192,7 +204,7 @@ impl<G: Geometry> Search<'_, G> {
                 // On the contact to rounding, and leaving it.
                 lift = if gap.rate < -rest { Lift::Once } else { Lift::Twice };
                 if lift == Lift::Twice && gap.second >= 0.0 {
-                    return Found::Resting;
+                    return Found::Resting(self.touch(&sample, 0.0));
                 }
             }
             let left = self.span - s;
@@ -205,13 +217,18 @@ impl<G: Geometry> Search<'_, G> {
             if tiny && lift == Lift::Twice {
                 // A top so flat that the step off it ends at rounding level: it goes on as one
                 // graze while the gap stays there.
-                step = self.flat_step(&gap, left.min(reach), graze);
+                let level = GRAZE_NOISE * self.gap.noise(s + step);
+                step = step.max(self.flat_step(&gap, left.min(reach), level));
                 if step >= left {
                     return Found::Nothing;
                 }
                 sample = self.evaluate((s + step).max(s.next_up()));
                 let level = GRAZE_NOISE * self.gap.noise(sample.time);
                 let stays = sample.gap.value >= -2.0 * level && sample.gap.rate <= rest;
+                if stays && sample.gap.second > 0.0 {
+                    // Still on the contact, and pressed on it by now.
+                    return Found::Resting(self.touch(&sample, 0.0));
+                }
                 lift = if stays { Lift::Twice } else { Lift::None };
                 continue;
             }
@@ -227,6 +244,28 @@ impl<G: Geometry> Search<'_, G> {
             sample = self.evaluate(s + step);
         }
         if sample.gap.value.is_finite() { Found::Stalled } else { Found::NotFinite }
+    }
+
+    /// Whether g''' < 0 alone takes the bodies apart, by more than rounding, before the bound of
+    /// g'''' allows them back.
+    fn leaves(&self, point: &GapPoint) -> bool {
+        let step = (-4.0 * point.third / self.gap.fourth_bound).clamp(0.0, self.span);
+        -point.third * step.powi(3) > GRAZE_NOISE * self.gap.noise(step)
+    }
+
+    /// A release so flat that g''' = 0 to rounding: the first of a few short times at which the
+    /// bodies are apart beyond doubt. Between the start and it the gap is at rounding level.
+    fn apart_soon(&mut self) -> Option<Sample> {
+        let (mut s, longest) = RELEASE_PROBE;
+        while s <= longest {
+            let sample = self.evaluate(s * self.span);
+            let level = GRAZE_NOISE * self.gap.noise(sample.time);
+            if sample.gap.value.abs() > 2.0 * level {
+                return (sample.gap.value < 0.0).then_some(sample);
+            }
+            s *= 2.0;
+        }
+        None
     }
 
     /// Largest h <= limit found such that the gap does not rise above the graze level on (0, h),
@@ -249,6 +288,7 @@ impl<G: Geometry> Search<'_, G> {
             Lift::None => [value + graze, rate, second / 2.0, third / 6.0, fourth],
             Lift::Once => [rate + creep, second / 2.0, third / 6.0, fourth, 0.0],
             Lift::Twice => [second / 2.0, third / 6.0, fourth, 0.0, 0.0],
+            Lift::Thrice => [third / 6.0, fourth, 0.0, 0.0, 0.0],
         };
         first_root(&c, limit)
     }
@@ -307,76 +347,5 @@ impl<G: Geometry> Search<'_, G> {
         } else {
             Settled::Found(Found::Graze(self.touch(&top, 0.0)))
         })
-    }
-}
-
-/// A number at or just below (to rounding) the first positive root of c0 + c1 h + c2 h^2 + c3 h^3 + c4 h^4 in
-/// (0, limit], or `limit` if there is none; c0 < 0 and c4 >= 0.
-///
-/// Each step goes to the root of a parabola that bounds the polynomial from above on a window
-/// ahead: its second derivative is convex, so largest at an end of the window. The window
-/// follows the steps, so that close to the root the parabola is tight and steps are Newton's.
-fn first_root(c: &[f64; 5], limit: f64) -> f64 {
-    let curvature = |h: f64| 2.0 * c[2] + h * (6.0 * c[3] + h * 12.0 * c[4]);
-    let mut h = 0.0;
-    let mut window = limit;
-    for _ in 0..QUARTIC_STEPS {
-        let value = c[0] + h * (c[1] + h * (c[2] + h * (c[3] + h * c[4])));
-        if value >= 0.0 {
-            return h;
-        }
-        let rate = c[1] + h * (2.0 * c[2] + h * (3.0 * c[3] + h * 4.0 * c[4]));
-        let bend = curvature(h).max(curvature(h + window));
-        let discriminant = rate * rate - 2.0 * bend * value;
-        let step = if discriminant < 0.0 || (bend <= 0.0 && rate <= 0.0) {
-            window
-        } else {
-            // The smaller positive root; for rate < 0 in a form that does not cancel.
-            let root = discriminant.sqrt();
-            let step =
-                if rate >= 0.0 { -2.0 * value / (rate + root) } else { (root - rate) / bend };
-            step.min(window)
-        };
-        h += step;
-        if h >= limit {
-            return limit;
-        }
-        if step <= QUARTIC_RTOL * h {
-            return h;
-        }
-        window = (4.0 * step).min(limit - h);
-    }
-    h
-}
-
-#[cfg(test)]
-mod tests {
-    use super::first_root;
-
-    fn value(c: &[f64; 5], h: f64) -> f64 {
-        c[0] + h * (c[1] + h * (c[2] + h * (c[3] + h * c[4])))
-    }
-
-    #[test]
-    fn first_root_stays_below_and_comes_close() {
-        // (h - 1)(h + 2)(h^2 + 1); (h - 0.1)(h + 1)(h^2 + 1); a narrow hump at 0.3 before a
-        // larger root, -(h - 0.3)^2 - 1e-9 + h^4/1000.
-        for c in [
-            [-2.0, 1.0, -1.0, 1.0, 1.0],
-            [-0.1, 0.9, 0.9, 0.9, 1.0],
-            [-0.09 - 1e-9, 0.6, -1.0, 0.0, 1e-3],
-        ] {
-            let h = first_root(&c, 10.0);
-            let scanned =
-                (1..=1_000_000).map(|i| 1e-5 * f64::from(i)).find(|&h| value(&c, h) >= 0.0);
-            let first = scanned.unwrap();
-            assert!(h <= first && h >= first - 3e-5, "{h} {first}");
-        }
-    }
-
-    #[test]
-    fn without_a_root_the_limit_is_returned() {
-        assert_eq!(first_root(&[-1.0, 0.0, 0.0, 0.0, 0.5], 1.0), 1.0);
-        assert_eq!(first_root(&[-1.0, 1.0, -2.0, 0.0, 0.01], 1.0), 1.0);
     }
 }

@@ -53,25 +53,10 @@ pub enum StateError {
         /// Velocity of the oscillator.
         v2: f64,
     },
-    /// The bodies touch at the start (the gap is zero to rounding).
-    #[error(
-        "the initial state is in contact: gap function g = {gap:e} at x1 = {x1}, x2 = {x2}; \
-         allowed: g < 0 by more than rounding ({noise:e})"
-    )]
-    InContact {
-        /// Value of the gap function.
-        gap: f64,
-        /// Rounding level of the gap function there.
-        noise: f64,
-        /// Pendulum angle.
-        x1: f64,
-        /// Oscillator displacement.
-        x2: f64,
-    },
     /// The bodies overlap at the start.
     #[error(
         "the initial state is penetrating: gap function g = {gap} at x1 = {x1}, x2 = {x2}; \
-         allowed: g < 0"
+         allowed: g <= 0"
     )]
     Penetrating {
         /// Value of the gap function.

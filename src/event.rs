@@ -1,8 +1,13 @@
-//! What happens in a run: events, the records that are kept of them, and why a run stopped.
+//! What happens in a run: events, and why a run stopped. The records that are kept of events are in
+//! `event/records.rs`.
 
-use bytemuck::{Pod, Zeroable};
+mod records;
+
+pub use records::{ContactRecord, EventKind, EventRecord, GrazeRecord, ImpactRecord};
+
 use serde::{Deserialize, Serialize};
 
+use crate::hold::{ContactForce, ContactMode};
 use crate::impact::Impact;
 use crate::state::{Clock, State};
 
@@ -38,6 +43,45 @@ pub struct GrazeEvent {
     pub gap_acceleration: f64,
 }
 
+/// Complete chatter: the infinitely many impacts left are skipped, to their accumulation point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ChatterEvent {
+    /// Periods and time in the period of the accumulation point.
+    pub clock: Clock,
+    /// Its time since the start of the run.
+    pub time: f64,
+    /// Forcing phase in [0, 2 pi).
+    pub phase: f64,
+    /// State there, with g = g' = 0.
+    pub state: State,
+    /// Force of the contact that follows; 0 where none does.
+    pub force: ContactForce,
+    /// How many of the impacts skipped come before the time left is lost in the rounding of the
+    /// time itself. (There are infinitely many.)
+    pub impacts_skipped: f64,
+    /// Time from the last impact to the accumulation point.
+    pub time_jump: f64,
+    /// Bound of the error of time and state, absolute.
+    pub error: f64,
+}
+
+/// Contact begins, changes its mode, or ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactEvent {
+    /// Periods and time in the period.
+    pub clock: Clock,
+    /// Time since the start of the run.
+    pub time: f64,
+    /// Forcing phase in [0, 2 pi).
+    pub phase: f64,
+    /// State at that instant.
+    pub state: State,
+    /// Mode from now on; `None`: flight.
+    pub mode: Option<ContactMode>,
+    /// Force just after.
+    pub force: ContactForce,
+}
+
 /// The end of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StopEvent {
@@ -59,6 +103,16 @@ pub enum Event {
     Impact(ImpactEvent),
     /// The bodies touch without an impulse.
     Graze(GrazeEvent),
+    /// Infinitely many impacts are carried to their accumulation point.
+    Chatter(ChatterEvent),
+    /// The tip begins to slide in contact, x1' > 0.
+    SlidePositive(ContactEvent),
+    /// The tip begins to slide in contact, x1' < 0.
+    SlideNegative(ContactEvent),
+    /// The tip begins to stick in contact.
+    Stick(ContactEvent),
+    /// Contact ends: its force has fallen to zero.
+    Release(ContactEvent),
     /// The run ends; always the last event.
     Stop(StopEvent),
 }
@@ -74,8 +128,12 @@ pub enum StopReason {
     EventCap,
     /// The cap on the time is reached before the number of impacts asked for.
     TimeCap,
-    /// Complete chatter: infinitely many impacts follow in finite time, then contact lasts.
-    Chatter,
+    /// Both bodies rest in contact, and nothing will ever move them. The run is carried to the end
+    /// that was asked for; one without an end stops there.
+    Rest,
+    /// Contact where slip drives the bodies into each other (mbar + k cos x1 <= 0): no contact
+    /// force fits, or more than one does (Painleve).
+    Painleve,
     /// A graze where slip cannot stop the approach (mbar + k cos x1 <= 0) has a finite effect.
     UndecidableGraze,
     /// mbar = 0: the pendulum sticks against a wall that keeps approaching, or is driven by it
@@ -88,6 +146,12 @@ pub enum StopReason {
 }
 
 impl StopReason {
+    /// Whether the run came to the time or the number of impacts asked for.
+    #[must_use]
+    pub fn reached_the_end(self) -> bool {
+        matches!(self, Self::Completed | Self::Rest)
+    }
+
     /// The name used in Python and in files.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -95,154 +159,12 @@ impl StopReason {
             Self::Completed => "completed",
             Self::EventCap => "event_cap",
             Self::TimeCap => "time_cap",
-            Self::Chatter => "chatter",
+            Self::Rest => "rest",
+            Self::Painleve => "painleve",
             Self::UndecidableGraze => "undecidable_graze",
             Self::Jammed => "jammed",
             Self::LawFailed => "law_failed",
             Self::Interrupted => "interrupted",
         }
     }
-}
-
-/// Kind of an event as stored: the numbers of `vibroimpact.EventKind` in Python.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-#[non_exhaustive]
-pub enum EventKind {
-    /// Index points into the impacts.
-    Impact = 0,
-    /// Index points into the grazes.
-    Graze = 1,
-    /// Index is -1.
-    Stop = 7,
-}
-
-/// A kept impact: the columns of `run.impacts`.
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-#[allow(missing_docs)]
-pub struct ImpactRecord {
-    pub time: f64,
-    pub period: i64,
-    pub time_in_period: f64,
-    pub x1: f64,
-    pub v1_pre: f64,
-    pub v1_post: f64,
-    pub x2: f64,
-    pub v2_pre: f64,
-    pub v2_post: f64,
-    pub phase: f64,
-    /// Number of the regime.
-    pub regime: i64,
-    pub impulse_normal: f64,
-    pub impulse_tangential: f64,
-    pub energy_loss: f64,
-}
-
-impl ImpactRecord {
-    /// Column names and NumPy formats, in order.
-    pub const COLUMNS: &'static [(&'static str, &'static str)] = &[
-        ("time", "<f8"),
-        ("period", "<i8"),
-        ("time_in_period", "<f8"),
-        ("x1", "<f8"),
-        ("v1_pre", "<f8"),
-        ("v1_post", "<f8"),
-        ("x2", "<f8"),
-        ("v2_pre", "<f8"),
-        ("v2_post", "<f8"),
-        ("phase", "<f8"),
-        ("regime", "<i8"),
-        ("impulse_normal", "<f8"),
-        ("impulse_tangential", "<f8"),
-        ("energy_loss", "<f8"),
-    ];
-}
-
-impl From<&ImpactEvent> for ImpactRecord {
-    fn from(e: &ImpactEvent) -> Self {
-        Self {
-            time: e.time,
-            period: e.clock.period,
-            time_in_period: e.clock.time_in_period,
-            x1: e.pre.x1,
-            v1_pre: e.pre.v1,
-            v1_post: e.post.v1,
-            x2: e.pre.x2,
-            v2_pre: e.pre.v2,
-            v2_post: e.post.v2,
-            phase: e.phase,
-            regime: e.impact.regime.kind() as i64,
-            impulse_normal: e.impact.impulse_normal,
-            impulse_tangential: e.impact.impulse_tangential,
-            energy_loss: e.impact.energy_loss,
-        }
-    }
-}
-
-/// A kept graze: the columns of `run.grazes`.
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-#[allow(missing_docs)]
-pub struct GrazeRecord {
-    pub time: f64,
-    pub period: i64,
-    pub time_in_period: f64,
-    pub x1: f64,
-    pub v1: f64,
-    pub x2: f64,
-    pub v2: f64,
-    pub phase: f64,
-    /// g'' at the graze.
-    pub gap_acceleration: f64,
-}
-
-impl GrazeRecord {
-    /// Column names and NumPy formats, in order.
-    pub const COLUMNS: &'static [(&'static str, &'static str)] = &[
-        ("time", "<f8"),
-        ("period", "<i8"),
-        ("time_in_period", "<f8"),
-        ("x1", "<f8"),
-        ("v1", "<f8"),
-        ("x2", "<f8"),
-        ("v2", "<f8"),
-        ("phase", "<f8"),
-        ("gap_acceleration", "<f8"),
-    ];
-}
-
-impl From<&GrazeEvent> for GrazeRecord {
-    fn from(e: &GrazeEvent) -> Self {
-        Self {
-            time: e.time,
-            period: e.clock.period,
-            time_in_period: e.clock.time_in_period,
-            x1: e.state.x1,
-            v1: e.state.v1,
-            x2: e.state.x2,
-            v2: e.state.v2,
-            phase: e.phase,
-            gap_acceleration: e.gap_acceleration,
-        }
-    }
-}
-
-/// A kept event: the columns of `run.events`.
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-#[allow(missing_docs)]
-pub struct EventRecord {
-    pub time: f64,
-    pub period: i64,
-    /// Number of the [`EventKind`].
-    pub kind: i64,
-    /// Row in the table of that kind, -1 for stop.
-    pub index: i64,
-}
-
-impl EventRecord {
-    /// Column names and NumPy formats, in order.
-    pub const COLUMNS: &'static [(&'static str, &'static str)] =
-        &[("time", "<f8"), ("period", "<i8"), ("kind", "<i8"), ("index", "<i8")];
 }

@@ -58,7 +58,9 @@ mod error;
 mod event;
 mod flight;
 mod gap;
+mod hold;
 pub mod impact;
+mod majorant;
 mod params;
 mod period;
 mod run;
@@ -69,14 +71,17 @@ pub mod tolerance;
 
 pub use error::{ParameterError, SimulationError, StateError};
 pub use event::{
-    Event, EventKind, EventRecord, GrazeEvent, GrazeRecord, ImpactEvent, ImpactRecord, StopEvent,
-    StopReason,
+    ChatterEvent, ContactEvent, ContactRecord, Event, EventKind, EventRecord, GrazeEvent,
+    GrazeRecord, ImpactEvent, ImpactRecord, StopEvent, StopReason,
 };
 pub use flight::{Flight, FreeMotion};
 pub use gap::GapPoint;
+pub use hold::{ContactForce, ContactMode};
 pub use params::{Contact, ImpactLaw, System, SystemBuilder};
-pub use period::{Growth, Kind, PeriodReport, detect_period, resolve_by_growth};
-pub use run::{FinalState, Run, RunError, RunOptions, run};
+pub use period::{
+    CHATTERING, Growth, ImpactCount, Kind, PeriodReport, detect_period, resolve_by_growth,
+};
+pub use run::{EnergyAudit, FinalState, Run, RunError, RunOptions, run};
 pub use simulate::{Horizon, Observer, Simulation};
 pub use state::{Clock, State};
 pub use sweep::{PointStatus, SweepPoint, SweepStart, Workers, run_many, sweep};

@@ -253,6 +253,13 @@ impl System {
         self.law
     }
 
+    /// This system under another impact law.
+    #[must_use]
+    pub fn with_law(mut self, law: ImpactLaw) -> Self {
+        self.law = law;
+        self
+    }
+
     /// 2 pi/omega, infinite for a constant load.
     #[must_use]
     pub fn drive_period(&self) -> f64 {

@@ -5,7 +5,7 @@
 //! told apart by the measured growth of a small perturbation ([`Growth`]): chaotic if it grows,
 //! quasi-periodic if it does not, unresolved if neither is certain.
 
-use crate::event::{Event, StopReason};
+use crate::event::Event;
 use crate::params::System;
 use crate::simulate::{Horizon, Observer, Simulation};
 use crate::state::State;
@@ -23,7 +23,7 @@ const SHORTEST_TAIL: usize = 100;
 /// Size of the perturbation whose growth is measured.
 const PERTURBATION: f64 = 1e-8;
 /// Shortest and longest measurement, in drive periods.
-const GROWTH_PERIODS: (usize, usize) = (400, 3200);
+const GROWTH_PERIODS: (usize, usize) = (1600, 6400);
 
 /// Growth of a small perturbation, renormalised after every drive period (Benettin et al. 1980).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,7 +40,7 @@ pub struct Growth {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeriodReport {
     /// Drive periods m and impacts n per orbit, if the motion repeats.
-    pub orbit: Option<(usize, usize)>,
+    pub orbit: Option<(usize, ImpactCount)>,
     /// Largest |X(k + m) - X(k)| over the last min(K - m, 3 m) sections; for m = 1 if none fits.
     pub residual: f64,
     /// Factor by which the residual falls per drive period; 1 where it does not.
@@ -54,6 +54,27 @@ pub struct PeriodReport {
     /// The verdict where the motion does not repeat.
     pub kind: Kind,
 }
+
+/// Impacts per orbit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ImpactCount {
+    /// So many.
+    Finite(usize),
+    /// Complete chatter.
+    Infinite,
+}
+
+impl std::fmt::Display for ImpactCount {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Finite(n) => write!(f, "{n}"),
+            Self::Infinite => write!(f, "inf"),
+        }
+    }
+}
+
+/// Impacts in a drive period with complete chatter.
+pub const CHATTERING: u32 = u32::MAX;
 
 /// Kind of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,7 +91,7 @@ pub enum Kind {
 }
 
 impl PeriodReport {
-    /// The label: `3-4`, `1-0`, `quasi-periodic`, `chaotic`, `unresolved`.
+    /// The label: `3-4`, `1-0`, `2-inf` (chatter), `quasi-periodic`, `chaotic`, `unresolved`.
     #[must_use]
     pub fn label(&self) -> String {
         match (self.kind, self.orbit) {
@@ -92,7 +113,7 @@ fn size(sections: &[[f64; 4]]) -> f64 {
 }
 
 /// Looks for a period in consecutive sections; `counts[k]` are the impacts in the drive period
-/// that ends at section k. A motion that still moved early in the window may have settled late in
+/// that ends at section k, [`CHATTERING`] where they are infinitely many. A motion that still moved early in the window may have settled late in
 /// it: if the whole window shows no return, its last half, quarter ... are tried.
 #[must_use]
 pub fn detect_period(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
@@ -141,7 +162,12 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
         let remaining = approach.as_ref().map_or(0.0, |a| a.remaining);
         let merged = |d: usize| m % d == 0 && residual(sections, d) <= 2.0 * remaining;
         let m = (1..m).filter(|&d| equal_counts(d)).find(|&d| !small && merged(d)).unwrap_or(m);
-        let n = counts[kept - m..].iter().map(|&c| c as usize).sum();
+        let orbit = &counts[kept - m..];
+        let n = if orbit.contains(&CHATTERING) {
+            ImpactCount::Infinite
+        } else {
+            ImpactCount::Finite(orbit.iter().map(|&c| c as usize).sum())
+        };
         return PeriodReport {
             orbit: Some((m, n)),
             residual: residual(sections, m),
@@ -234,10 +260,10 @@ fn one_period(system: &System, state: State) -> Option<(State, u32)> {
     let mut impacts = 0;
     while let Some(event) = simulation.advance(&mut section) {
         match event.ok()? {
-            Event::Impact(_) => impacts += 1,
-            Event::Graze(_) => {}
-            Event::Stop(stop) if stop.reason == StopReason::Completed => {}
-            Event::Stop(_) => return None,
+            Event::Impact(_) => impacts = u32::saturating_add(impacts, 1),
+            Event::Chatter(_) => impacts = CHATTERING,
+            Event::Stop(stop) if !stop.reason.reached_the_end() => return None,
+            _ => {}
         }
     }
     section.0.map(|state| (state, impacts))
@@ -270,7 +296,10 @@ impl<'a> Pair<'a> {
             let d = distance(&a, &b).max(f64::EPSILON * PERTURBATION);
             self.logs.push((d / PERTURBATION).ln());
             let pull = PERTURBATION / d;
-            self.nearby = State::from_array(std::array::from_fn(|i| a[i] + (b[i] - a[i]) * pull));
+            let nearby = State::from_array(std::array::from_fn(|i| a[i] + (b[i] - a[i]) * pull));
+            // Between two states in contact g may be positive, by the square of the distance.
+            let overlaps = self.system.gap_function(&nearby) > 0.0;
+            self.nearby = if overlaps { self.system.touching(nearby) } else { nearby };
             self.state = next;
             self.sections.push(a);
             self.counts.push(impacts);
@@ -353,7 +382,7 @@ mod tests {
     fn a_closed_orbit_is_found_with_its_smallest_period() {
         let angle = std::f64::consts::TAU / 5.0;
         let report = detect_period(&circle(angle, 0.0, 60), &[2; 60]);
-        assert_eq!(report.orbit, Some((5, 10)));
+        assert_eq!(report.orbit, Some((5, ImpactCount::Finite(10))));
         assert_eq!(report.label(), "5-10");
     }
 
@@ -361,7 +390,7 @@ mod tests {
     fn unequal_impact_counts_rule_a_period_out() {
         let sections = vec![[1.0, 0.0, 0.0, 0.0]; 40];
         let counts: Vec<u32> = (0..40).map(|k| k % 2).collect();
-        assert_eq!(detect_period(&sections, &counts).orbit, Some((2, 1)));
+        assert_eq!(detect_period(&sections, &counts).orbit, Some((2, ImpactCount::Finite(1))));
     }
 
     #[test]
@@ -375,7 +404,7 @@ mod tests {
                 [1.0 + r * c, r * s, 0.0, 0.0]
             })
             .collect();
-        assert_eq!(detect_period(&spiral, &[1; 100]).orbit, Some((1, 1)));
+        assert_eq!(detect_period(&spiral, &[1; 100]).orbit, Some((1, ImpactCount::Finite(1))));
     }
 
     #[test]
@@ -383,7 +412,7 @@ mod tests {
         let slow: Vec<[f64; 4]> =
             (0..100).map(|k| [1.0 + 0.1 * 0.95f64.powi(k), 0.0, 0.0, 0.0]).collect();
         let report = detect_period(&slow, &[1; 100]);
-        assert_eq!(report.orbit, Some((1, 1)));
+        assert_eq!(report.orbit, Some((1, ImpactCount::Finite(1))));
         assert!((report.rate - 0.95).abs() < 1e-3);
         assert_eq!(detect_period(&circle(1.0, 0.0, 100), &[1; 100]).orbit, None);
     }

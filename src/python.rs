@@ -27,7 +27,7 @@ mod _core {
     use super::system::PySystem;
 
     use super::arrays;
-    use crate::event::{EventRecord, GrazeRecord, ImpactRecord};
+    use crate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
     use crate::impact::ImpactOutcome;
     use pyo3::prelude::*;
 
@@ -38,6 +38,7 @@ mod _core {
         module.add("IMPACT_DTYPE", arrays::dtype(py, ImpactRecord::COLUMNS)?)?;
         module.add("OUTCOME_DTYPE", arrays::dtype(py, ImpactOutcome::COLUMNS)?)?;
         module.add("EVENT_DTYPE", arrays::dtype(py, EventRecord::COLUMNS)?)?;
-        module.add("GRAZE_DTYPE", arrays::dtype(py, GrazeRecord::COLUMNS)?)
+        module.add("GRAZE_DTYPE", arrays::dtype(py, GrazeRecord::COLUMNS)?)?;
+        module.add("CONTACT_DTYPE", arrays::dtype(py, ContactRecord::COLUMNS)?)
     }
 }

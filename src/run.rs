@@ -1,116 +1,24 @@
 //! A whole run with what is kept of it: the last periods' impacts, sections, grazes and events.
 
+mod audit;
+mod legs;
+mod options;
+
+pub use audit::EnergyAudit;
+pub use options::RunOptions;
+
 use serde::{Deserialize, Serialize};
 
-use crate::double_double::DoubleDouble;
 use crate::error::{ParameterError, SimulationError, StateError};
-use crate::event::{Event, EventKind, EventRecord, GrazeRecord, ImpactRecord, StopReason};
+use crate::event::{
+    ContactRecord, Event, EventKind, EventRecord, GrazeRecord, ImpactRecord, StopReason,
+};
 use crate::flight::FreeMotion;
+use crate::hold::ContactMode;
 use crate::params::System;
-use crate::period::{Kind, PeriodReport, detect_period, resolve_by_growth};
-use crate::simulate::{Anchor, Checkpoint, Horizon, Observer, Simulation};
+use crate::period::{CHATTERING, Kind, PeriodReport, detect_period, resolve_by_growth};
+use crate::simulate::{Anchor, Checkpoint, Observer, Simulation};
 use crate::state::{Clock, State};
-use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
-
-/// How a run is made and what is kept of it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct RunOptions {
-    /// How far the run goes, from t = 0.
-    pub horizon: Horizon,
-    /// Keep only the last so many drive periods before the horizon; everything if `None`. A run
-    /// that stops before they begin keeps nothing.
-    pub keep: Option<i64>,
-    /// Cap on the number of events.
-    pub max_events: u64,
-    /// Absolute tolerance in time where something is approximated (chatter).
-    pub tolerance: f64,
-    /// The stroboscopic section lies at omega t = this (mod 2 pi), in [0, 2 pi).
-    pub section_phase: f64,
-}
-
-impl RunOptions {
-    /// So many drive periods, everything kept.
-    #[must_use]
-    pub fn periods(periods: i64) -> Self {
-        Self::until(Horizon::Periods(periods))
-    }
-
-    /// Up to a horizon, everything kept.
-    #[must_use]
-    pub fn until(horizon: Horizon) -> Self {
-        Self {
-            horizon,
-            keep: None,
-            max_events: DEFAULT_MAX_EVENTS,
-            tolerance: DEFAULT_TOLERANCE,
-            section_phase: 0.0,
-        }
-    }
-
-    /// Keeps the last so many periods only.
-    #[must_use]
-    pub fn keep(mut self, periods: i64) -> Self {
-        self.keep = Some(periods);
-        self
-    }
-
-    /// Refuses what makes no sense for `system`, before any work.
-    ///
-    /// # Errors
-    /// [`ParameterError`] names the option, its value and the allowed range.
-    pub fn check(&self, system: &System) -> Result<(), ParameterError> {
-        let error = |name, value: String, allowed: &str| {
-            Err(ParameterError::new(name, value, allowed.to_string()))
-        };
-        match self.horizon {
-            Horizon::Periods(periods) if system.drive_frequency() == 0.0 => {
-                return error("periods", periods.to_string(), "time instead: drive_frequency is 0");
-            }
-            Horizon::Periods(periods) if periods < 0 => {
-                return error("periods", periods.to_string(), "a whole number >= 0");
-            }
-            Horizon::Time(time) | Horizon::Impacts { max_time: time, .. }
-                if !(time.is_finite() && time >= 0.0) =>
-            {
-                return error("time", time.to_string(), "a finite number >= 0");
-            }
-            _ => {}
-        }
-        let turns = match self.horizon {
-            Horizon::Periods(periods) => periods as f64,
-            Horizon::Time(time) | Horizon::Impacts { max_time: time, .. } => {
-                time / system.drive_period()
-            }
-        };
-        if turns > MOST_PERIODS {
-            return error("time", turns.to_string(), "at most 2^53 drive periods");
-        }
-        match (self.keep, self.horizon) {
-            (Some(keep), Horizon::Periods(periods)) if !(0..=periods).contains(&keep) => {
-                return error("keep", keep.to_string(), "a whole number in [0, periods]");
-            }
-            (Some(keep), Horizon::Time(_) | Horizon::Impacts { .. }) => {
-                return error("keep", keep.to_string(), "only together with periods");
-            }
-            _ => {}
-        }
-        if !(self.tolerance.is_finite() && self.tolerance > 0.0) {
-            return error("tolerance", self.tolerance.to_string(), "a finite number > 0");
-        }
-        if !(0.0..std::f64::consts::TAU).contains(&self.section_phase) {
-            return error("section_phase", self.section_phase.to_string(), "in [0, 2 pi)");
-        }
-        Ok(())
-    }
-
-    /// First drive period of which anything is kept.
-    fn window(&self) -> i64 {
-        match (self.keep, self.horizon) {
-            (Some(keep), Horizon::Periods(periods)) => periods - keep,
-            _ => 0,
-        }
-    }
-}
 
 /// Why a run could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -136,6 +44,8 @@ pub struct FinalState {
     pub clock: Clock,
     /// Time since the start.
     pub time: f64,
+    /// Contact mode; `None` in flight.
+    pub mode: Option<ContactMode>,
 }
 
 /// A run: what was kept, how it ended, and what is needed to go on.
@@ -154,6 +64,9 @@ pub struct Run {
     /// Grazes in the window.
     #[serde(skip)]
     pub grazes: Vec<GrazeRecord>,
+    /// Events of lasting contact in the window.
+    #[serde(skip)]
+    pub contacts: Vec<ContactRecord>,
     /// Events in the window.
     #[serde(skip)]
     pub events: Vec<EventRecord>,
@@ -173,9 +86,6 @@ pub struct Run {
     window_anchor: Anchor,
     checkpoint: Checkpoint,
 }
-
-/// Drive periods that can be counted without a gap in the numbers.
-const MOST_PERIODS: f64 = 9_007_199_254_740_992.0;
 
 /// Local flights between two looks at the caller's wish to go on: some milliseconds.
 const FLIGHTS_PER_LOOK: u32 = 2048;
@@ -234,28 +144,21 @@ fn collect(
     simulation.sections_from(window.period + 1);
     let first_section = simulation.checkpoint().next_section;
     let mut collector = Collector { sections: Vec::new(), flights: 0, go_on };
-    let (mut impacts, mut grazes, mut events) = (Vec::new(), Vec::new(), Vec::new());
-    let inside = move |clock: Clock| clock > window;
+    let mut kept = Kept::default();
     let mut window_anchor = simulation.checkpoint().anchor;
     let mut end = None;
     while let Some(event) = simulation.advance(&mut collector) {
-        match event? {
-            Event::Impact(event) if inside(event.clock) => {
-                events.push(record(event.time, event.clock, EventKind::Impact, impacts.len()));
-                impacts.push(ImpactRecord::from(&event));
-            }
-            Event::Impact(_) => window_anchor = simulation.checkpoint().anchor,
-            Event::Graze(event) if inside(event.clock) => {
-                events.push(record(event.time, event.clock, EventKind::Graze, grazes.len()));
-                grazes.push(GrazeRecord::from(&event));
-            }
-            Event::Graze(_) => {}
-            Event::Stop(stop) => end = Some(stop),
+        let event = event?;
+        if let Event::Stop(stop) = event {
+            end = Some(stop);
+        } else if !kept.take(&event, window) {
+            window_anchor = simulation.checkpoint().anchor;
         }
     }
     let end = end.unwrap_or_else(|| simulation.standstill());
     // A run that ends before its window has kept nothing: its window is its end.
     let window = if window > end.clock { end.clock } else { window };
+    let Kept { impacts, grazes, contacts, mut events } = kept;
     events.push(EventRecord {
         time: end.time,
         period: end.clock.period,
@@ -268,20 +171,64 @@ fn collect(
         impacts,
         stroboscopic: collector.sections,
         grazes,
+        contacts,
         events,
-        final_state: FinalState { state: end.state, clock: end.clock, time: end.time },
+        final_state: FinalState {
+            state: end.state,
+            clock: end.clock,
+            time: end.time,
+            mode: simulation.mode(),
+        },
         stop_reason: end.reason,
         impact_count: simulation.impact_count(),
         evaluations: simulation.evaluations(),
         window,
         first_section,
         window_anchor,
-        checkpoint: simulation.checkpoint(),
+        checkpoint: *simulation.checkpoint(),
     })
 }
 
-fn record(time: f64, clock: Clock, kind: EventKind, index: usize) -> EventRecord {
-    EventRecord { time, period: clock.period, kind: kind as i64, index: index as i64 }
+/// The events of the window, in their tables.
+#[derive(Default)]
+struct Kept {
+    impacts: Vec<ImpactRecord>,
+    grazes: Vec<GrazeRecord>,
+    contacts: Vec<ContactRecord>,
+    events: Vec<EventRecord>,
+}
+
+impl Kept {
+    /// Takes an event after the start of the window; `false` if it comes before.
+    fn take(&mut self, event: &Event, window: Clock) -> bool {
+        let (clock, time, kind, index) = match event {
+            Event::Impact(e) => (e.clock, e.time, EventKind::Impact, self.impacts.len()),
+            Event::Graze(e) => (e.clock, e.time, EventKind::Graze, self.grazes.len()),
+            Event::Chatter(e) => (e.clock, e.time, EventKind::Chatter, self.contacts.len()),
+            Event::SlidePositive(e)
+            | Event::SlideNegative(e)
+            | Event::Stick(e)
+            | Event::Release(e) => (e.clock, e.time, EventKind::of(e.mode), self.contacts.len()),
+            Event::Stop(_) => return true,
+        };
+        // What happens at t = 0 belongs to a run that keeps it all.
+        if clock <= window && !(clock == Clock::START && window == Clock::START) {
+            return false;
+        }
+        match event {
+            Event::Impact(e) => self.impacts.push(ImpactRecord::from(e)),
+            Event::Graze(e) => self.grazes.push(GrazeRecord::from(e)),
+            Event::Chatter(e) => self.contacts.push(ContactRecord::from(e)),
+            Event::SlidePositive(e)
+            | Event::SlideNegative(e)
+            | Event::Stick(e)
+            | Event::Release(e) => self.contacts.push(ContactRecord::from(e)),
+            Event::Stop(_) => {}
+        }
+        let (kind, index) = (kind as i64, index as i64);
+        self.events.push(EventRecord { time, period: clock.period, kind, index });
+        true
+    }
 }
 
 impl Run {
@@ -301,6 +248,7 @@ impl Run {
             StopReason::Completed
                 | StopReason::EventCap
                 | StopReason::TimeCap
+                | StopReason::Rest
                 | StopReason::Interrupted
         );
         if !resumable {
@@ -309,7 +257,7 @@ impl Run {
         }
         let mut point = self.checkpoint;
         point.stopped = None;
-        let simulation = Simulation::from_checkpoint(&self.system, point).until(options.horizon);
+        let simulation = Simulation::from_checkpoint(&self.system, &point).until(options.horizon);
         let here = self.final_state.clock;
         if simulation.horizon_clock() < here {
             let value = format!("{:?}", options.horizon);
@@ -326,50 +274,12 @@ impl Run {
         FreeMotion::new(&self.system).drive.time(self.window)
     }
 
-    /// States at the given times, right-continuous: after the impact at its instant. `None` for a
-    /// time outside the kept window.
-    #[must_use]
-    pub fn trajectory(&self, times: &[f64]) -> Option<Vec<[f64; 4]>> {
-        let motion = FreeMotion::new(&self.system);
-        let (from, to) = (motion.drive.time(self.window), self.final_state.time);
-        let mut states = Vec::with_capacity(times.len());
-        let mut last = None;
-        for &time in times {
-            if !(from..=to).contains(&time) {
-                return None;
-            }
-            // The flight that holds this time: after the last impact not later than it.
-            let index = self.impacts.partition_point(|impact| impact.time <= time);
-            let (clock, flight) = match last {
-                Some((i, clock, flight)) if i == index => (clock, flight),
-                _ => {
-                    let (clock, state) = self.flight_start(index);
-                    (clock, motion.flight(clock, state))
-                }
-            };
-            last = Some((index, clock, flight));
-            let elapsed = motion.drive.until(clock, motion.drive.clock_at(time));
-            let elapsed = if elapsed.hi < 0.0 { DoubleDouble::ZERO } else { elapsed };
-            states.push(motion.state_after(&flight, elapsed).to_array());
-        }
-        Some(states)
-    }
-
-    fn flight_start(&self, index: usize) -> (Clock, State) {
-        if index == 0 {
-            return (self.window_anchor.clock, self.window_anchor.state);
-        }
-        let i = &self.impacts[index - 1];
-        let state = State { x1: i.x1, v1: i.v1_post, x2: i.x2, v2: i.v2_post };
-        (Clock::new(i.period, i.time_in_period), state)
-    }
-
     /// Period and label of the motion in the kept window; follows a nearby orbit if it does not
     /// repeat.
     #[must_use]
     pub fn period(&self) -> PeriodReport {
         let mut report = self.return_report();
-        if self.stop_reason != StopReason::Completed {
+        if !self.stop_reason.reached_the_end() {
             report.kind = Kind::Unresolved;
             report.orbit = None;
             report.method = "the run did not complete";
@@ -392,14 +302,24 @@ impl Run {
     pub fn return_report(&self) -> PeriodReport {
         let shift = self.options.section_phase / self.system.drive_frequency();
         let mut counts = vec![0u32; self.stroboscopic.len()];
+        // Section k lies at k T, or at (k - 1) T + shift; what happens at a section belongs to the
+        // interval that ends there.
+        let row = |period: i64, time_in_period: f64| {
+            let k = period + i64::from(shift > 0.0) + i64::from(time_in_period > shift);
+            usize::try_from(k - self.first_section).ok()
+        };
         for impact in &self.impacts {
-            // Section k lies at k T, or at (k - 1) T + shift; an impact at a section belongs to
-            // the interval that ends there.
-            let past = impact.time_in_period > shift;
-            let k = impact.period + i64::from(shift > 0.0) + i64::from(past);
-            let row = usize::try_from(k - self.first_section).ok();
+            let row = row(impact.period, impact.time_in_period);
             if let Some(count) = row.and_then(|row| counts.get_mut(row)) {
                 *count += 1;
+            }
+        }
+        for event in &self.contacts {
+            let row = row(event.period, event.time_in_period);
+            if let Some(count) = row.and_then(|row| counts.get_mut(row)) {
+                if event.kind == EventKind::Chatter as i64 {
+                    *count = CHATTERING;
+                }
             }
         }
         // A first interval that begins before the window: its count is not known.

@@ -1,21 +1,29 @@
-//! The hybrid automaton as an iterator of events: flight -> impact -> flight, with grazes, caps
-//! and typed stop reasons (docs/theory.md, sections 3 to 5).
+//! The hybrid automaton as an iterator of events (docs/theory.md, sections 3 to 5):
+//! flight -> impact -> flight | contact (slide, stick) -> flight, with grazes, complete chatter,
+//! caps and typed stop reasons.
 //!
-//! The search of a flight never depends on where the run is asked to end, so a run that is
-//! resumed gives the same bits as one long run.
+//! Nothing before the end depends on where the run is asked to end, so a run that is resumed gives
+//! the same bits as one long run.
+
+mod contact;
+mod flight;
+
+pub(crate) use flight::{followed_by_hops, hops};
 
 use serde::{Deserialize, Serialize};
 
-use crate::chatter::{ChatterMonitor, remaining_time_error};
-use crate::contact::{Found, Start, Touch, next_contact};
+use crate::chatter::ChatterMonitor;
+use crate::contact::Found;
 use crate::double_double::DoubleDouble;
 use crate::error::{SimulationError, StateError};
-use crate::event::{Event, GrazeEvent, ImpactEvent, StopEvent, StopReason};
+use crate::event::{Event, StopEvent, StopReason};
 use crate::flight::{Flight, FreeMotion};
-use crate::impact::{self, ImpactFailure, PreImpact};
-use crate::params::{ImpactLaw, System};
+use crate::hold::ContactMode;
+use crate::params::System;
 use crate::state::{Clock, State};
-use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE};
+use crate::tolerance::{
+    DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, EPS, REST_NOISE, STANDSTILL_EVENTS,
+};
 
 /// How far a simulation goes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -51,13 +59,47 @@ impl Observer for () {
     fn section(&mut self, _: i64, _: &State) {}
 }
 
-/// Start of a flight, from which everything up to the next impact follows.
+/// What the automaton is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) enum Phase {
+    /// Free flight.
+    Flight(Takeoff),
+    /// On the contact and approaching: an impact at once (a start only).
+    Strike,
+    /// On the contact with g' = 0: contact or flight follows, as the forces say.
+    Landing,
+    /// Sustained contact.
+    Contact(ContactMode),
+}
+
+/// How a flight began.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) enum Takeoff {
+    /// Apart.
+    Apart,
+    /// On the contact, g' < 0 or g' = 0 and g'' < 0.
+    Touching,
+    /// On the contact with g' = g'' = 0.
+    Released,
+}
+
+/// Start of a leg (a flight, or a step of a contact phase), from which everything up to the next
+/// event follows.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Anchor {
     pub clock: Clock,
     pub state: State,
-    /// On the contact, just after an impact.
-    pub touching: bool,
+    pub phase: Phase,
+}
+
+/// Where the chatter that follows an impact ends.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Completion {
+    clock: Clock,
+    state: State,
+    impacts_skipped: f64,
+    time_jump: f64,
+    error: f64,
 }
 
 /// All that is needed to go on later with the same bits.
@@ -68,8 +110,10 @@ pub(crate) struct Checkpoint {
     chunk: u64,
     /// Local time of a graze in the present local flight.
     grazed: Option<f64>,
-    /// Chatter completes: the next flight does not start.
-    resting: bool,
+    /// The impacts after the anchor are skipped.
+    completion: Option<Completion>,
+    /// Changes of the contact mode without progress in time.
+    standstill: u32,
     monitor: ChatterMonitor,
     /// Next stroboscopic section.
     pub next_section: i64,
@@ -102,8 +146,12 @@ pub struct Simulation {
     system: System,
     motion: FreeMotion,
     horizon: Horizon,
+    /// Clock of the horizon.
+    end: Clock,
     max_events: u64,
     tolerance: f64,
+    /// Whether chatter is completed; not while single hops of it are asked for.
+    completes: bool,
     /// Section time in the period.
     section_offset: f64,
     point: Checkpoint,
@@ -114,50 +162,57 @@ pub struct Simulation {
     evaluations: u64,
 }
 
+/// How one turn of the automaton ends: with an event, or without one.
+type Turn = Option<Result<Event, SimulationError>>;
+
 impl Simulation {
-    /// A simulation from `initial` at t = 0, forcing cos(omega t + phi). Without a horizon it runs
-    /// up to the caps on events and time.
+    /// A simulation from `initial` at t = 0, forcing cos(omega t + phi). A start on the contact
+    /// (g = 0 to rounding) begins with an impact, a contact phase or a flight, as its velocities
+    /// and forces say. Without a horizon it runs up to the caps on events and time.
     ///
     /// # Errors
-    /// [`StateError`] if the bodies touch or overlap in `initial`.
+    /// [`StateError`] if the bodies overlap in `initial`.
     pub fn new(system: &System, initial: State) -> Result<Self, StateError> {
         let gap = system.gap_function(&initial);
         let noise = system.gap_noise(&initial);
-        let State { x1, x2, .. } = initial;
+        let State { x1, v1, x2, v2 } = initial;
         if gap > noise {
             return Err(StateError::Penetrating { gap, x1, x2 });
         }
-        if gap >= -noise {
-            return Err(StateError::InContact { gap, noise, x1, x2 });
-        }
-        let anchor = Anchor { clock: Clock::START, state: initial, touching: false };
-        Ok(Self::from_checkpoint(
-            system,
-            Checkpoint {
-                anchor,
-                chunk: 0,
-                grazed: None,
-                resting: false,
-                monitor: ChatterMonitor::default(),
-                next_section: 1,
-                impacts: 0,
-                events: 0,
-                stopped: None,
-            },
-        ))
+        let anchor = if gap < -noise {
+            Anchor { clock: Clock::START, state: initial, phase: Phase::Flight(Takeoff::Apart) }
+        } else {
+            let approach = system.approach_velocity(&initial);
+            let rest = REST_NOISE * EPS * (v1.abs() + v2.abs());
+            let phase = if approach > rest {
+                Phase::Strike
+            } else if approach < -rest {
+                Phase::Flight(Takeoff::Touching)
+            } else {
+                Phase::Landing
+            };
+            let state = match phase {
+                Phase::Landing => system.landed(initial),
+                _ => system.touching(initial),
+            };
+            Anchor { clock: Clock::START, state, phase }
+        };
+        Ok(Self::from_checkpoint(system, &Checkpoint::at(anchor)))
     }
 
-    pub(crate) fn from_checkpoint(system: &System, point: Checkpoint) -> Self {
+    pub(crate) fn from_checkpoint(system: &System, point: &Checkpoint) -> Self {
         let motion = FreeMotion::new(system);
         let flight = motion.flight(point.anchor.clock, point.anchor.state);
         let mut simulation = Self {
             system: *system,
+            end: motion.drive.clock_at(DEFAULT_MAX_TIME),
             motion,
             horizon: Horizon::Impacts { count: u64::MAX, max_time: DEFAULT_MAX_TIME },
             max_events: DEFAULT_MAX_EVENTS,
             tolerance: DEFAULT_TOLERANCE,
+            completes: true,
             section_offset: 0.0,
-            point,
+            point: *point,
             flight,
             found: None,
             evaluations: 0,
@@ -183,6 +238,12 @@ impl Simulation {
                 Horizon::Impacts { count, max_time: capped(max_time) }
             }
         };
+        let drive = &self.motion.drive;
+        self.end = match self.horizon {
+            Horizon::Periods(periods) if drive.has_period() => Clock::new(periods, 0.0),
+            Horizon::Periods(_) => drive.clock_at(DEFAULT_MAX_TIME),
+            Horizon::Time(time) | Horizon::Impacts { max_time: time, .. } => drive.clock_at(time),
+        };
         self
     }
 
@@ -193,7 +254,8 @@ impl Simulation {
         self
     }
 
-    /// Absolute tolerance in time where something is approximated (chatter).
+    /// Absolute tolerance in time and state where something is approximated (the completion of
+    /// chatter).
     #[must_use]
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
@@ -219,8 +281,22 @@ impl Simulation {
         self.point.impacts
     }
 
-    pub(crate) fn checkpoint(&self) -> Checkpoint {
-        self.point
+    /// Contact mode at present; `None` in flight.
+    #[must_use]
+    pub fn mode(&self) -> Option<ContactMode> {
+        match self.point.anchor.phase {
+            Phase::Contact(mode) => Some(mode),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn checkpoint(&self) -> &Checkpoint {
+        &self.point
+    }
+
+    /// Clock of the horizon. Every run has one: a motion without contact must end too.
+    pub(crate) fn horizon_clock(&self) -> Clock {
+        self.end
     }
 
     /// The stop of a simulation that had stopped before.
@@ -239,100 +315,39 @@ impl Simulation {
     ///
     /// # Errors
     /// [`SimulationError`] with time, number of impacts and state.
-    pub fn advance(
+    pub fn advance<O: Observer>(
         &mut self,
-        observer: &mut impl Observer,
+        observer: &mut O,
     ) -> Option<Result<Event, SimulationError>> {
         if self.point.stopped.is_some() {
             return None;
         }
         loop {
-            if let Some(stop) = self.stop_before_flight() {
+            if let Some(stop) = self.stop_before_leg() {
                 return Some(Ok(stop));
             }
             if !observer.go_on() {
                 return Some(Ok(self.stop_here(StopReason::Interrupted)));
             }
-            let found = self.search();
-            let reached = match found {
-                Found::Contact(touch) | Found::Graze(touch) => touch.local_time(),
-                Found::Nothing => self.motion.span,
-                Found::Resting => 0.0,
-                // The literal law creates energy without bound.
-                Found::NotFinite | Found::Stalled if self.system.law == ImpactLaw::Paper => {
-                    return Some(Ok(self.stop_here(StopReason::LawFailed)));
-                }
-                Found::NotFinite => return Some(Err(self.fail(false))),
-                Found::Stalled => return Some(Err(self.fail(true))),
+            let turn = match self.point.anchor.phase {
+                Phase::Flight(_) if self.point.completion.is_some() => self.complete(observer),
+                Phase::Flight(takeoff) => self.fly(takeoff, observer),
+                Phase::Contact(mode) => self.hold(mode, observer),
+                Phase::Landing => self.land(),
+                Phase::Strike => Some(self.strike_at_start()),
             };
-            let end = self.horizon_in_flight();
-            // A contact at the very end still belongs to the run.
-            let over = reached > end;
-            self.pass_sections(if over { end } else { reached }, over, observer);
-            if over {
-                return Some(Ok(self.stop_at_horizon(end)));
-            }
-            match found {
-                Found::Contact(touch) => return Some(self.strike(&touch)),
-                Found::Graze(touch) => return Some(Ok(self.graze(&touch))),
-                Found::Resting => return Some(Ok(self.stop_here(StopReason::Chatter))),
-                _ => {
-                    self.point.chunk += 1;
-                    self.point.grazed = None;
-                    self.enter_chunk();
-                    if !self.flight.state.is_finite() {
-                        return Some(Err(self.fail(false)));
-                    }
-                }
+            if turn.is_some() {
+                return turn;
             }
         }
     }
 
-    /// Starts the present local flight, from the anchor without accumulating rounding.
-    fn enter_chunk(&mut self) {
-        let Anchor { clock, state, .. } = self.point.anchor;
-        self.found = self.point.resting.then_some(Found::Resting);
-        self.flight = self.motion.flight(clock, state);
-        if self.point.chunk > 0 {
-            let elapsed = DoubleDouble::product(self.motion.span, self.point.chunk as f64);
-            let state = self.motion.state_after(&self.flight, elapsed);
-            self.flight = self.motion.flight(self.motion.drive.advance(clock, elapsed), state);
-        }
+    /// Local time from the start of the present leg at which the horizon lies.
+    fn horizon_in_leg(&self) -> f64 {
+        self.motion.drive.until(self.flight.clock, self.end).value()
     }
 
-    fn search(&mut self) -> Found {
-        if let Some(found) = self.found {
-            return found;
-        }
-        let start = match self.point.grazed {
-            Some(time) => Start::Grazed(time),
-            None if self.point.anchor.touching && self.point.chunk == 0 => Start::Touching,
-            None => Start::Apart,
-        };
-        let System { contact, gap, .. } = self.system;
-        let report =
-            next_contact(&self.motion, &self.flight, contact, gap, start, self.motion.span);
-        self.evaluations += report.evaluations;
-        self.found = Some(report.found);
-        report.found
-    }
-
-    /// Local time at which the horizon lies.
-    fn horizon_in_flight(&self) -> f64 {
-        self.motion.drive.until(self.flight.clock, self.horizon_clock()).value()
-    }
-
-    /// Clock of the horizon. Every run has one: a motion without contact must end too.
-    pub(crate) fn horizon_clock(&self) -> Clock {
-        let drive = &self.motion.drive;
-        match self.horizon {
-            Horizon::Periods(periods) if drive.has_period() => Clock::new(periods, 0.0),
-            Horizon::Periods(_) => drive.clock_at(DEFAULT_MAX_TIME),
-            Horizon::Time(time) | Horizon::Impacts { max_time: time, .. } => drive.clock_at(time),
-        }
-    }
-
-    fn stop_before_flight(&mut self) -> Option<Event> {
+    fn stop_before_leg(&mut self) -> Option<Event> {
         let reason = match self.horizon {
             Horizon::Impacts { count, .. } if self.point.impacts >= count => StopReason::Completed,
             _ if self.point.events >= self.max_events => StopReason::EventCap,
@@ -341,9 +356,15 @@ impl Simulation {
         Some(self.stop_here(reason))
     }
 
-    /// Hands the sections up to local time `reached` to the observer; one that falls on an impact
-    /// is left for the flight after it.
-    fn pass_sections<O: Observer>(&mut self, reached: f64, inclusive: bool, observer: &mut O) {
+    /// Hands the sections up to local time `reached` to the observer; one that falls on an event
+    /// is left for the leg after it.
+    fn pass_sections<O: Observer>(
+        &mut self,
+        reached: f64,
+        inclusive: bool,
+        observer: &mut O,
+        state_at: impl Fn(&Self, f64) -> State,
+    ) {
         if !O::SECTIONS || !self.motion.drive.has_period() {
             return;
         }
@@ -354,96 +375,43 @@ impl Simulation {
             if at > reached || (at == reached && !inclusive) {
                 return;
             }
-            let state = self.motion.state_at(&self.flight, at.max(0.0));
+            let state = state_at(self, at.max(0.0));
             observer.section(self.point.next_section, &state);
             self.point.next_section += 1;
         }
     }
 
+    /// Clock, time and phase at a local time of the present leg, given in two parts.
     fn place(&self, time: f64, offset: f64) -> (Clock, f64, f64) {
         let drive = &self.motion.drive;
         let clock = drive.advance(self.flight.clock, DoubleDouble::sum(time, offset));
         (clock, drive.time(clock), drive.phase_at(clock))
     }
 
-    /// Impact, and a new anchor.
-    fn strike(&mut self, touch: &Touch) -> Result<Event, SimulationError> {
-        let (clock, time, phase) = self.place(touch.time, touch.offset);
-        let mut pre = touch.state;
-        // g = 0 to rounding: let x2 follow from it, so that rounding does not add up.
-        pre.x2 = self.system.tip(pre.x1) - self.system.gap;
-        let mut velocities = PreImpact::new(self.system.contact, &pre);
-        if velocities.approach_velocity() <= 0.0 {
-            // The approach velocity is below rounding; the search's own is positive.
-            velocities.v2 = velocities.v1 * velocities.cos - touch.gap.rate.max(f64::MIN_POSITIVE);
-        }
-        let impact = match impact::resolve(&self.system, &velocities) {
-            Ok(impact) => impact,
-            Err(failure) => {
-                let reason = match failure {
-                    ImpactFailure::Jammed => StopReason::Jammed,
-                    ImpactFailure::LawFailed => StopReason::LawFailed,
-                };
-                return Ok(self.stop(clock, time, pre, reason));
-            }
-        };
-        let post = State { v1: impact.v1_post, v2: impact.v2_post, ..pre };
-        if !(post.is_finite() && impact.impulse_normal.is_finite()) {
-            return Err(self.fail(false));
-        }
-        self.point.anchor = Anchor { clock, state: post, touching: true };
+    /// Starts a new leg.
+    fn anchor(&mut self, clock: Clock, state: State, phase: Phase) {
+        self.point.anchor = Anchor { clock, state, phase };
         self.point.chunk = 0;
         self.point.grazed = None;
-        self.point.impacts += 1;
-        self.point.events += 1;
         self.enter_chunk();
-        if let Some(ratio) = self.point.monitor.observe(&impact, self.system.restitution) {
-            self.believe_chatter(ratio, -impact.separation_velocity);
-        }
-        Ok(Event::Impact(ImpactEvent { clock, time, phase, pre, post, impact }))
-    }
-
-    /// Ends the next flight before it starts if chatter completes within the tolerance.
-    fn believe_chatter(&mut self, ratio: f64, separation: f64) {
-        let gap = self.motion.contact_gap(&self.flight, self.system.contact);
-        if gap.second > 0.0 {
-            let error = remaining_time_error(separation, ratio, gap.second, gap.third);
-            // Neither the time nor the height of the hops left out may be seen.
-            let height = separation * separation / (2.0 * gap.second);
-            let steady = self.point.monitor.is_steady(gap.second, ratio);
-            if steady && error <= self.tolerance && height <= self.tolerance {
-                self.point.resting = true;
-                self.found = Some(Found::Resting);
-            }
-        }
-    }
-
-    fn graze(&mut self, touch: &Touch) -> Event {
-        let (clock, time, phase) = self.place(touch.time, touch.offset);
-        let state = touch.state;
-        let pre = PreImpact::new(self.system.contact, &state);
-        if impact::approach_grows(&self.system, &pre) {
-            return self.stop(clock, time, state, StopReason::UndecidableGraze);
-        }
-        self.point.grazed = Some(touch.local_time());
-        self.point.events += 1;
-        self.found = None;
-        Event::Graze(GrazeEvent { clock, time, phase, state, gap_acceleration: touch.gap.second })
     }
 
     /// Stops at the horizon, whose clock is known exactly.
-    fn stop_at_horizon(&mut self, s: f64) -> Event {
+    fn stop_at_horizon(&mut self, state: State) -> Event {
         let reason = match self.horizon {
             Horizon::Impacts { .. } => StopReason::TimeCap,
             Horizon::Periods(_) if !self.motion.drive.has_period() => StopReason::TimeCap,
             _ => StopReason::Completed,
         };
-        let clock = self.horizon_clock();
-        let state = self.motion.state_at(&self.flight, s.max(0.0));
+        self.stop_at_end(state, reason)
+    }
+
+    fn stop_at_end(&mut self, state: State, reason: StopReason) -> Event {
+        let clock = self.end;
         self.stop(clock, self.motion.drive.time(clock), state, reason)
     }
 
-    /// Stops at the start of the present flight, or at the graze it goes on from.
+    /// Stops at the start of the present leg, or at the graze it goes on from.
     fn stop_here(&mut self, reason: StopReason) -> Event {
         let s = self.point.grazed.unwrap_or(0.0);
         let (clock, time, _) = self.place(s, 0.0);
@@ -465,6 +433,28 @@ impl Simulation {
             SimulationError::SearchStalled { time, impacts, state }
         } else {
             SimulationError::NotFinite { time, impacts, state }
+        }
+    }
+}
+
+impl Checkpoint {
+    /// Whether the impacts that follow are skipped.
+    pub(crate) fn skips(&self) -> bool {
+        self.completion.is_some()
+    }
+
+    fn at(anchor: Anchor) -> Self {
+        Self {
+            anchor,
+            chunk: 0,
+            grazed: None,
+            completion: None,
+            standstill: 0,
+            monitor: ChatterMonitor::default(),
+            next_section: 1,
+            impacts: 0,
+            events: 0,
+            stopped: None,
         }
     }
 }

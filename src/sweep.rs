@@ -145,6 +145,8 @@ pub struct SweepPoint {
     pub period: Option<PeriodReport>,
     /// State at the end.
     pub final_state: Option<State>,
+    /// Part of the kept window in contact; NaN where nothing is kept.
+    pub contact_fraction: f64,
 }
 
 impl SweepPoint {
@@ -156,6 +158,7 @@ impl SweepPoint {
             stroboscopic: Vec::new(),
             period: None,
             final_state: None,
+            contact_fraction: f64::NAN,
         }
     }
 
@@ -173,7 +176,8 @@ impl SweepPoint {
                 .map(|i| [i.x1, i.v1_pre, i.v2_pre, i.phase])
                 .collect(),
             regime: run.impacts.iter().map(|i| i.regime as i8).collect(),
-            period: (run.stop_reason == StopReason::Completed).then(|| run.return_report()),
+            contact_fraction: run.time_in_contact() / (run.final_state.time - run.kept_from()),
+            period: run.stop_reason.reached_the_end().then(|| run.return_report()),
             final_state: Some(run.final_state.state),
             stroboscopic: run.stroboscopic,
         }

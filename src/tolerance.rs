@@ -66,17 +66,64 @@ pub const SIMULTANEOUS: f64 = 8.0 * EPS;
 /// x1' beyond all bounds.
 pub const NO_ROOM: f64 = 1e-7;
 
+/// First and last part of a local flight at which a release with g''' = 0 is probed.
+pub const RELEASE_PROBE: (f64, f64) = (1e-6, 1e-2);
+
 /// Most steps of the incremental-impulse integrator: with more, the sum of their roundings would
 /// approach the error of the steps themselves.
 pub const MAX_INCREMENTS: u32 = 1_000_000;
 
-/// Impacts in a row that must shrink by one ratio before chatter is believed.
-pub const CHATTER_IMPACTS: u32 = 8;
+/// Impacts in a row that must shrink by one ratio before a chatter sequence is sampled.
+pub const CHATTER_IMPACTS: u32 = 3;
 
-/// Allowed relative deviation of that ratio.
-pub const CHATTER_RATIO_RTOL: f64 = 1e-3;
+/// Allowed relative deviation of that ratio; the accuracy of the completion is judged apart.
+pub const CHATTER_RATIO_RTOL: f64 = 0.05;
 
-/// Default tolerance where something is approximated (chatter): absolute, in time.
+/// Impacts whose u has fallen by this factor since the last sample are sampled: closer ones
+/// would make the extrapolation ill-conditioned.
+pub const CHATTER_SPACING: f64 = 0.6;
+
+/// Rounding of an extrapolated state, in units of `EPS` times its size: the rounding of one
+/// impact, a few units, times the norm of the extrapolation, 27 at the above spacing.
+pub const CHATTER_NOISE: f64 = 64.0;
+
+/// Factor of safety on the difference of two orders of the extrapolation: without it the error is
+/// up to 2.5 times the difference where a loose tolerance accepts it early
+/// (tests/simulation/chatter.rs).
+pub const CHATTER_SAFETY: f64 = 10.0;
+
+/// Extrapolated time to the accumulation point and the leading order 2 u/(g'' (1 - q)) must
+/// agree to this relative accuracy.
+pub const CHATTER_LEADING_RTOL: f64 = 0.2;
+
+/// Rounding of the free gap acceleration in contact, in units of `EPS` times its terms.
+pub const FORCE_NOISE: f64 = 16.0;
+
+/// mbar + k cos x1 below this part of its terms counts as zero: a Painleve point. The contact
+/// force grows beyond all bounds there, and the steps of the integration shrink.
+pub const PAINLEVE_LEVEL: f64 = 1e-9;
+
+/// Against a wall (mbar = 0) k cos x1 below this counts as zero too: with |cos x1| = 1e-5 the wall
+/// drives the tip 1e5 times as fast as itself, to the end of its reach.
+pub const REACH_LEVEL: f64 = 1e-10;
+
+/// With |cos x1| above this, x1 follows a wall (mbar = 0) on the contact; below, where x1 would
+/// magnify the wall's rounding, the wall is moved by rounding instead.
+pub const WALL_SLOPE: f64 = 1e-3;
+
+/// Longest step of the contact phase, as an angle of the fastest of both bodies and the drive:
+/// what a series of order `hold::slide::ORDER` still sums to rounding.
+pub const CONTACT_ANGLE: f64 = 1.5;
+
+/// Panels of the energy audit's quadrature, as an angle of the fastest motion: 16 Gauss points
+/// integrate a sine of twice that angle to rounding.
+pub const AUDIT_ANGLE: f64 = 1.5;
+
+/// Changes of the contact mode without progress in time before the run fails.
+pub const STANDSTILL_EVENTS: u32 = 64;
+
+/// Default tolerance where something is approximated (completion of chatter): absolute, in time
+/// and state. The contact phase is integrated to rounding whatever its value.
 pub const DEFAULT_TOLERANCE: f64 = 1e-12;
 
 /// Default cap on the events of one run.

@@ -5,6 +5,10 @@
 
 #[path = "simulation/chatter.rs"]
 mod chatter;
+#[path = "simulation/contact.rs"]
+mod contact;
+#[path = "simulation/energy.rs"]
+mod energy;
 #[path = "simulation/invariants.rs"]
 mod invariants;
 #[path = "simulation/kept.rs"]
@@ -57,6 +61,12 @@ fn ball(gravity: f64, restitution: f64) -> System {
         .contact(Contact::Direct)
         .build()
         .unwrap()
+}
+
+/// Fig. 7(c)'s system: complete chatter and sustained contact in every period at low frequencies
+/// (docs/theory.md, section 5 and E8).
+fn chattering(drive_frequency: f64) -> SystemBuilder {
+    paper(drive_frequency).pendulum_damping(0.1).oscillator_damping(0.1).force_amplitude(1.5)
 }
 
 /// Random systems of the paper's kind, each with a start that is apart.

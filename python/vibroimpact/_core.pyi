@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "CONTACT_DTYPE",
     "EVENT_DTYPE",
     "GRAZE_DTYPE",
     "IMPACT_DTYPE",
@@ -29,6 +30,7 @@ IMPACT_DTYPE: np.dtype[np.void]
 EVENT_DTYPE: np.dtype[np.void]
 GRAZE_DTYPE: np.dtype[np.void]
 OUTCOME_DTYPE: np.dtype[np.void]
+CONTACT_DTYPE: np.dtype[np.void]
 
 @final
 class System:
@@ -75,7 +77,7 @@ class FinalState:
     def time_in_period(self) -> float: ...
     @property
     def mode(self) -> str:
-        """Contact mode; ``flight`` is the only one so far."""
+        """Contact mode: flight, slide_positive, slide_negative, stick."""
 
 @final
 class PeriodReport:
@@ -84,7 +86,8 @@ class PeriodReport:
     @property
     def m(self) -> int | None: ...
     @property
-    def n(self) -> int | None: ...
+    def n(self) -> float | None:
+        """Impacts per orbit, a whole number or infinity (complete chatter)."""
     @property
     def residual(self) -> float: ...
     @property
@@ -114,6 +117,11 @@ class Run:
     @property
     def grazes(self) -> NDArray[np.void]: ...
     @property
+    def contacts(self) -> NDArray[np.void]: ...
+    @property
+    def time_in_contact(self) -> float:
+        """Time in contact within the kept window."""
+    @property
     def final_state(self) -> FinalState: ...
     @property
     def stop_reason(self) -> str: ...
@@ -130,6 +138,8 @@ class Run:
     def interrupted(self) -> bool: ...
     def trajectory(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
         """States (len(t), 4) at increasing or arbitrary times inside the kept window."""
+    def contact_forces(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Normal and tangential contact force (len(t), 2), zero in flight; times as above."""
     def period(self) -> PeriodReport:
         """Period, impact count and label; may follow a nearby orbit for some periods."""
     def resume(
@@ -150,6 +160,7 @@ class Run:
         stroboscopic: NDArray[np.float64],
         events: NDArray[np.void],
         grazes: NDArray[np.void],
+        contacts: NDArray[np.void],
     ) -> Run: ...
 
 @final
@@ -185,7 +196,10 @@ class Sweep:
         """(n,) period in drive periods, 0 where none was found."""
     @property
     def n(self) -> NDArray[np.int64]:
-        """(n,) impacts per orbit."""
+        """(n,) impacts per orbit, -1 with complete chatter."""
+    @property
+    def contact_fraction(self) -> NDArray[np.float64]:
+        """(n,) part of the kept window in lasting contact; NaN where nothing is kept."""
     @property
     def residual(self) -> NDArray[np.float64]: ...
     @property

@@ -14,7 +14,7 @@ from typing import Any, TextIO, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .diagrams import Diagram, bifurcation_diagram
+from .diagrams import Diagram, bifurcation_diagram, orbit_label
 from .errors import Interrupted, ParameterError
 from .results import Regime, Run
 from .simulation import simulate as simulate_motion
@@ -91,6 +91,8 @@ def _describe_run(run: Run) -> list[tuple[str, str]]:
         )
     lines.append(("confidence", f"{period.confidence:.2f} ({period.method})"))
     lines.append(("impacts", f"{run.impact_count}, {len(run.impacts)} kept"))
+    if run.time_in_contact:
+        lines.append(("contact", f"{run.time_in_contact:.6g} of the kept time"))
     lines.append(("stopped", run.stop_detail or run.stop_reason))
     state = ", ".join(f"{name} = {getattr(end, name)!r}" for name in ("x1", "v1", "x2", "v2"))
     lines.append(("state", f"{state} at t = {end.time!r}"))
@@ -143,7 +145,7 @@ def _describe_diagram(diagram: Diagram) -> list[tuple[str, str]]:
     )
     for row in np.argsort(-counts, kind="stable")[:10]:
         m, n = pairs[row]
-        lines.append((f"{m}-{n}", f"{counts[row]} values"))
+        lines.append((orbit_label(m, n), f"{counts[row]} values"))
     return lines
 
 

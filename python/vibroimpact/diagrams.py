@@ -36,6 +36,7 @@ _ARRAYS = (
     "m",
     "n",
     "residual",
+    "contact_fraction",
     "final_states",
 )
 
@@ -73,9 +74,12 @@ class Diagram:
         Shape (n,): ``completed``, ``restarted`` (a followed state did not fit the new parameter),
         the stop reason, or ``pending`` for a point an interrupted call did not reach.
     m, n
-        Drive periods and impacts per orbit, shape (n,); m = 0 where no period was found.
+        Drive periods and impacts per orbit, shape (n,); m = 0 where no period was found, n = -1
+        where the orbit has complete chatter, infinitely many impacts in a finite time.
     residual
         Largest difference between sections m periods apart, shape (n,).
+    contact_fraction
+        Part of the kept time in lasting contact, in [0, 1], shape (n,); NaN where nothing is kept.
     final_states
         State x1, v1, x2, v2 at the end of each run, shape (n, 4).
     system
@@ -98,6 +102,7 @@ class Diagram:
     m: NDArray[np.int64]
     n: NDArray[np.int64]
     residual: NDArray[np.float64]
+    contact_fraction: NDArray[np.float64]
     final_states: NDArray[np.float64]
     system: System
     settings: DiagramSettings
@@ -161,6 +166,11 @@ class Diagram:
         )
 
 
+def orbit_label(m: int, n: int) -> str:
+    """Return the label of an orbit from the columns `m` and `n` of a diagram: 3-4, 1-inf."""
+    return f"{m}-{'inf' if n == -1 else n}"
+
+
 def bifurcation_diagram(
     system: System,
     *,
@@ -208,7 +218,7 @@ def bifurcation_diagram(
     ParameterError
         If an argument or one of the values is out of range; nothing has run then.
     StateError
-        If ``initial`` is not finite, or in contact at one of the values.
+        If ``initial`` is not finite, or the bodies overlap in it at one of the values.
     Interrupted
         After Ctrl-C; ``.result`` is the Diagram, unreached points having the status ``pending``.
     """
@@ -233,7 +243,7 @@ def bifurcation_diagram(
         reject("drive_frequency", 0.0, "a number > 0: a diagram counts drive periods")
 
     # A zero-length run refuses an initial state that does not fit. Of all swept parameters only the
-    # gap matters to that, and a state that is free at the smallest gap is free at every other.
+    # gap matters to that, and a state without overlap at the smallest gap has none at any other.
     gap = values.min() if name == "gap" and len(values) else system.gap
     _core.simulate(system.replace(gap=gap)._compiled, settings.initial, time=0.0)
 
@@ -297,6 +307,7 @@ def _collect(
         m=sweep.m,
         n=sweep.n,
         residual=sweep.residual,
+        contact_fraction=sweep.contact_fraction,
         final_states=sweep.final_states,
         system=system,
         settings=settings,

@@ -5,6 +5,7 @@ numbers live in the compiled core; a Run hands them out as read-only arrays, bui
 """
 
 import dataclasses
+import math
 import os
 from dataclasses import dataclass
 from enum import IntEnum
@@ -60,7 +61,9 @@ class FinalState:
         Completed drive periods and the time since the last one, which together stay exact where
         ``time`` has lost digits.
     mode
-        Contact mode.
+        ``"flight"``, or in lasting contact ``"slide_positive"``, ``"slide_negative"`` (the sign of
+        x1' while the tip slides; without friction, that at the start of the slide) or ``"stick"``
+        (x1' = 0, held by friction or by a wall at rest).
     """
 
     x1: float
@@ -85,7 +88,8 @@ class PeriodReport:
     Attributes
     ----------
     m, n
-        Drive periods and impacts per orbit; None where no period was found.
+        Drive periods and impacts per orbit; None where no period was found. n is ``math.inf`` for
+        a motion with complete chatter, infinitely many impacts in a finite time.
     residual
         Largest difference between sections m periods apart.
     rate
@@ -102,7 +106,7 @@ class PeriodReport:
     """
 
     m: int | None
-    n: int | None
+    n: int | float | None
     residual: float
     rate: float
     growth: float
@@ -151,7 +155,8 @@ class Run:
     def events(self) -> NDArray[np.void]:
         """Kept events: structured array ``time, period, kind, index``.
 
-        ``kind`` is an EventKind, ``index`` the row of ``impacts`` or ``grazes``.
+        ``kind`` is an EventKind, ``index`` the row of ``impacts``, ``grazes`` or ``contacts``, -1
+        for the stop.
         """
         return read_only(self._core.events)
 
@@ -161,13 +166,39 @@ class Run:
         return read_only(self._core.grazes)
 
     @cached_property
+    def contacts(self) -> NDArray[np.void]:
+        """Kept events of lasting contact: structured array, one row each.
+
+        Columns ``time, period, time_in_period, kind, x1, v1, x2, v2, phase, normal_force,
+        tangential_force, impacts_skipped, time_jump, error``. ``kind`` is an EventKind: CHATTER
+        (infinitely many impacts end here), SLIDE_POSITIVE, SLIDE_NEGATIVE or STICK (contact begins,
+        or goes on in this mode) or RELEASE (flight again). State and forces are those just after
+        the event; forces are in units M1 l omega_2^2, the tangential one acts on the tip.
+
+        The last three columns are 0 but in rows of CHATTER: ``impacts_skipped`` the impacts left
+        out before the time left is lost in the rounding of the time itself, ``time_jump`` the time
+        from the last impact to the accumulation point, ``error`` a bound on the error of time and
+        state there, absolute. Source: docs/theory.md, section 5.
+        """
+        return read_only(self._core.contacts)
+
+    @property
+    def time_in_contact(self) -> float:
+        """Time in lasting contact within the kept window; impacts take no time."""
+        return self._core.time_in_contact
+
+    @cached_property
     def final_state(self) -> FinalState:
         """The state at the end."""
         return FinalState(**_attributes(FinalState, self._core.final_state))
 
     @property
     def stop_reason(self) -> str:
-        """Why the run ended: ``"completed"``, or what stopped it earlier."""
+        """Why the run ended: ``"completed"``, or what stopped it earlier; docs/notation.md.
+
+        ``"rest"`` is no early stop: both bodies rest in contact, nothing will ever move them, and
+        the run is carried to the end asked for.
+        """
         return self._core.stop_reason
 
     @property
@@ -188,24 +219,45 @@ class Run:
     @cached_property
     def period(self) -> PeriodReport:
         """The period m-n with its evidence; may follow a nearby orbit for some periods."""
-        return PeriodReport(**_attributes(PeriodReport, self._core.period()))
+        found = _attributes(PeriodReport, self._core.period())
+        if found["n"] is not None and math.isfinite(found["n"]):
+            found["n"] = int(found["n"])
+        return PeriodReport(**found)
 
     @property
     def label(self) -> str:
-        """The motion in a word: ``"1-1"``, ``"1-0"``, ``"quasi-periodic"``, ``"chaotic"`` ..."""
+        """The motion in a word: ``"1-1"``, ``"1-0"``, ``"2-inf"`` (chatter), ``"chaotic"`` ..."""
         return self.period.label
 
-    def trajectory(self, t: ArrayLike) -> NDArray[np.float64]:
-        """Return the states x1, v1, x2, v2 at times ``t``, shape (len(t), 4).
+    def trajectory(self, t: ArrayLike, *, forces: bool = False) -> NDArray[np.float64]:
+        """Return the states x1, v1, x2, v2 at times ``t``, with ``forces`` the contact forces too.
 
-        At the instant of an impact this is the state after it.
+        At the instant of an event this is the state after it. Within a complete chatter the states
+        between the skipped impacts are computed as asked for.
+
+        Parameters
+        ----------
+        t
+            Times inside the kept window, in any order, shape (k,).
+        forces
+            Add two columns: normal force p >= 0 and tangential force on the tip, in units
+            M1 l omega_2^2, zero in flight (docs/theory.md, section 5). The impulses of impacts are
+            no forces: they stand in ``impacts``.
+
+        Returns
+        -------
+        array, shape (k, 4), or (k, 6) with ``forces``
 
         Raises
         ------
         ValueError
             If a time lies outside the kept window.
         """
-        return self._core.trajectory(vector("t", t))
+        times = vector("t", t)
+        states = self._core.trajectory(times)
+        if not forces:
+            return states
+        return np.hstack([states, self._core.contact_forces(times)])
 
     def resume(
         self,
@@ -267,6 +319,7 @@ class Run:
             "stroboscopic": self.stroboscopic,
             "events": self.events,
             "grazes": self.grazes,
+            "contacts": self.contacts,
         }
         return metadata, arrays
 

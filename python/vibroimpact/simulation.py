@@ -72,15 +72,18 @@ def simulate(
 ) -> Run | list[Run]:
     """Simulate the motion from one initial state, or from several.
 
-    Every flight is exact and every contact is found (docs/theory.md, sections 2 and 3). All
-    quantities are dimensionless.
+    Every flight is exact and every contact is found (docs/theory.md, sections 2 and 3). Complete
+    chatter is carried to its accumulation point, and the run goes on through the lasting contact
+    that follows: slide, stick, release (section 5). All quantities are dimensionless.
 
     Parameters
     ----------
     system
         The parameters.
     initial
-        (x1, v1, x2, v2) at t = 0, shape (4,); or (k, 4) for k runs.
+        (x1, v1, x2, v2) at t = 0, shape (4,); or (k, 4) for k runs. A start on the contact (g = 0
+        to rounding) begins with an impact, a flight or lasting contact, as velocities and forces
+        say.
     periods, time
         Exactly one of them: number of drive periods, or length in time. A constant load
         (``drive_frequency = 0``) has no period and needs ``time``.
@@ -90,7 +93,8 @@ def simulate(
         Cap on the events of a run since t = 0, which ends it with the stop reason ``event_cap``;
         10 million unless given.
     tolerance
-        Absolute tolerance where something is approximated; flights and impacts are exact.
+        Absolute tolerance on time and state where chatter is completed; flights and impacts are
+        exact, and lasting contact is integrated to rounding.
     section_phase
         Drive phase of the stroboscopic section, relative to that of the start, in radians.
     workers
@@ -106,7 +110,7 @@ def simulate(
     ParameterError
         If an argument is out of range.
     StateError
-        If an initial state is not finite, or starts in contact or inside the other body.
+        If an initial state is not finite, or the bodies overlap in it.
     Interrupted
         After Ctrl-C; ``.result`` is what would have been returned, as far as it got.
     """

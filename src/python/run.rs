@@ -1,14 +1,15 @@
 //! `_core.Run`, `simulate` and `simulate_many`.
 
-use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
 
 use super::arrays;
 use super::system::PySystem;
 use crate::error::ParameterError;
-use crate::event::{EventRecord, GrazeRecord, ImpactRecord, StopReason};
-use crate::period::PeriodReport;
+use crate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord, StopReason};
+use crate::hold::ContactMode;
+use crate::period::{ImpactCount, PeriodReport};
 use crate::run::{FinalState, Run, RunOptions, run};
 use crate::simulate::Horizon;
 use crate::state::State;
@@ -51,12 +52,11 @@ impl PyFinalState {
     }
     /// Contact mode.
     #[getter]
-    #[allow(clippy::unused_self)] // other modes come with sustained contact
     fn mode(&self) -> &'static str {
-        "flight"
+        self.0.mode.map_or("flight", ContactMode::name)
     }
     fn __repr__(&self) -> String {
-        let FinalState { state: s, clock, time } = self.0;
+        let FinalState { state: s, clock, time, .. } = self.0;
         format!(
             "FinalState(x1={:?}, v1={:?}, x2={:?}, v2={:?}, time={time:?}, period={})",
             s.x1, s.v1, s.x2, s.v2, clock.period
@@ -75,8 +75,11 @@ impl PyPeriodReport {
         self.0.orbit.map(|(m, _)| m)
     }
     #[getter]
-    fn n(&self) -> Option<usize> {
-        self.0.orbit.map(|(_, n)| n)
+    fn n(&self) -> Option<f64> {
+        self.0.orbit.map(|(_, n)| match n {
+            ImpactCount::Finite(n) => n as f64,
+            ImpactCount::Infinite => f64::INFINITY,
+        })
     }
     #[getter]
     fn residual(&self) -> f64 {
@@ -135,6 +138,15 @@ impl PyRun {
         arrays::records(py, &self.0.grazes, GrazeRecord::COLUMNS)
     }
     #[getter]
+    fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::records(py, &self.0.contacts, ContactRecord::COLUMNS)
+    }
+    /// Time in contact within the kept window.
+    #[getter]
+    fn time_in_contact(&self) -> f64 {
+        self.0.time_in_contact()
+    }
+    #[getter]
     fn final_state(&self) -> PyFinalState {
         PyFinalState(self.0.final_state)
     }
@@ -175,11 +187,20 @@ impl PyRun {
         t: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let times = arrays::to_vec(&t);
-        let states = py.detach(|| self.0.trajectory(&times)).ok_or_else(|| {
-            let (from, to) = (self.0.kept_from(), self.0.final_state.time);
-            PyValueError::new_err(format!("t outside the kept window [{from}, {to}]"))
-        })?;
+        let states = py.detach(|| self.0.trajectory(&times)).ok_or_else(|| self.outside())?;
         arrays::states(py, &states)
+    }
+
+    /// Normal and tangential contact force (len(t), 2) at times inside the kept window.
+    fn contact_forces<'py>(
+        &self,
+        py: Python<'py>,
+        t: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let times = arrays::to_vec(&t);
+        let forces = py.detach(|| self.0.contact_forces(&times)).ok_or_else(|| self.outside())?;
+        let flat: Vec<f64> = forces.iter().flat_map(|f| [f.normal, f.tangential]).collect();
+        PyArray1::from_vec(py, flat).reshape([forces.len(), 2])
     }
 
     /// Period, impact count and label.
@@ -238,6 +259,7 @@ impl PyRun {
         stroboscopic: PyReadonlyArray2<'_, f64>,
         events: &Bound<'_, PyAny>,
         grazes: &Bound<'_, PyAny>,
+        contacts: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
         let mut run: Run =
             serde_json::from_str(text).map_err(|e| PyValueError::new_err(e.to_string()))?;
@@ -246,7 +268,15 @@ impl PyRun {
         run.stroboscopic = arrays::to_states(&stroboscopic)?;
         run.events = arrays::from_records(events, EventRecord::COLUMNS)?;
         run.grazes = arrays::from_records(grazes, GrazeRecord::COLUMNS)?;
+        run.contacts = arrays::from_records(contacts, ContactRecord::COLUMNS)?;
         Ok(Self(run))
+    }
+}
+
+impl PyRun {
+    fn outside(&self) -> PyErr {
+        let (from, to) = (self.0.kept_from(), self.0.final_state.time);
+        PyValueError::new_err(format!("t outside the kept window [{from}, {to}]"))
     }
 }
 

@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use super::arrays;
 use super::run::to_state;
 use super::system::PySystem;
+use crate::period::ImpactCount;
 use crate::run::RunOptions;
 use crate::simulate::Horizon;
 use crate::state::State;
@@ -42,8 +43,8 @@ impl PySweep {
         arrays::states(py, &all)
     }
 
-    fn orbit(&self, part: impl Fn((usize, usize)) -> usize) -> Vec<i64> {
-        let orbit = |p: &SweepPoint| p.period.and_then(|r| r.orbit).map_or(0, &part) as i64;
+    fn orbit(&self, part: impl Fn((usize, ImpactCount)) -> i64) -> Vec<i64> {
+        let orbit = |p: &SweepPoint| p.period.and_then(|r| r.orbit).map_or(0, &part);
         self.0.iter().map(orbit).collect()
     }
 }
@@ -89,12 +90,21 @@ impl PySweep {
     /// (n,) period in drive periods, 0 where none was found.
     #[getter]
     fn m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        PyArray1::from_vec(py, self.orbit(|(m, _)| m))
+        PyArray1::from_vec(py, self.orbit(|(m, _)| m as i64))
     }
-    /// (n,) impacts per orbit.
+    /// (n,) impacts per orbit, -1 with complete chatter.
     #[getter]
     fn n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        PyArray1::from_vec(py, self.orbit(|(_, n)| n))
+        let count = |(_, n)| match n {
+            ImpactCount::Finite(n) => n as i64,
+            ImpactCount::Infinite => -1,
+        };
+        PyArray1::from_vec(py, self.orbit(count))
+    }
+    /// (n,) part of the kept window in contact.
+    #[getter]
+    fn contact_fraction<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_vec(py, self.0.iter().map(|p| p.contact_fraction).collect())
     }
     #[getter]
     fn residual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {

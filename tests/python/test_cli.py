@@ -136,6 +136,19 @@ def test_diagram_counts_motions_and_writes_its_files(run_command, tmp_path):
     assert imread(tmp_path / "d.png").std() > 0.0
 
 
+def test_complete_chatter_is_named_in_words(run_command):
+    low = f"{SYSTEM} --force-amplitude 1.5 --pendulum-damping 0.1 --oscillator-damping 0.1 {START}"
+    code, out, _ = run_command(f"simulate {low} --drive-frequency 0.25 --periods 100 --keep 20")
+    printed = fields(out)
+    assert (code, printed["label"]) == (0, "1-inf")
+    share = float(printed["contact"].split()[0]) * 0.25 / (20 * 2 * np.pi)
+    assert share == pytest.approx(0.24, abs=5e-3)  # docs/theory.md, section 5
+    code, out, _ = run_command(
+        f"diagram {low} --vary drive-frequency 0.25 0.3 2 --periods 100 --keep 20 --quiet"
+    )
+    assert (code, fields(out)["1-inf"]) == (0, "2 values")
+
+
 def test_reproduce_prints_the_table(run_command, tmp_path):
     code, out, err = run_command("reproduce --figures 6 --quiet --out", tmp_path)
     assert (code, err) == (0, "")

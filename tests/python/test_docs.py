@@ -69,7 +69,10 @@ def test_notation_names_every_parameter(run):
     assert first_column("Parameters") == list(run.system.to_dict())
 
 
-@pytest.mark.parametrize(("section", "table"), [("Impacts", "impacts"), ("Grazes", "grazes")])
+@pytest.mark.parametrize(
+    ("section", "table"),
+    [("Impacts", "impacts"), ("Grazes", "grazes"), ("Lasting contact", "contacts")],
+)
 def test_notation_names_every_column(run, section, table):
     assert first_column(section) == list(getattr(run, table).dtype.names)
 

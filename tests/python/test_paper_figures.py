@@ -1,5 +1,6 @@
 """The reproduction: pages at print size that hold the computed data, files, and bad input."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -65,11 +66,45 @@ def test_a_page_of_diagrams_holds_both_sections():
 
 def test_a_page_says_where_runs_stopped():
     diagram = transitions.compute(BY_ID["7c"], 12, None)
-    stopped = int(np.count_nonzero(diagram.status == "chatter"))
-    assert stopped > 0
-    page = transitions.draw(7, [(BY_ID["7c"], diagram)], "regime")
-    assert f"grey rug: {stopped} runs ended by chatter" in texts(page)
+    status = diagram.status.astype("<U12")
+    status[[0, 3, 4]] = ["painleve", "event_cap", "rest"]
+    stopped = dataclasses.replace(diagram, status=status)
+    page = transitions.draw(7, [(BY_ID["7c"], stopped)], "regime")
+    # A motion at rest was carried to the end asked for.
+    assert "grey rug: 1 runs ended by event_cap, 1 runs ended by painleve" in texts(page)
     assert "frictionless" in texts(page)
+    assert "grey rug" not in texts(transitions.draw(7, [(BY_ID["7c"], diagram)], "regime"))
+
+
+def test_a_diagram_with_chatter_has_its_time_in_contact_beneath():
+    diagram = transitions.compute(BY_ID["7c"], 39, None)
+    assert diagram.n[:3].tolist() == [-1, -1, -1]
+    page = transitions.draw(7, [(BY_ID["7c"], diagram)], None)
+    section, stroboscopic, whole, low = page.figure.subfigs[0].get_axes()
+    assert np.array_equal(offsets(section)[:, 1], diagram.x1)
+    assert np.array_equal(offsets(stroboscopic)[:, 1], diagram.stroboscopic[:, 0])
+    for ax in (whole, low):
+        frequency, fraction = ax.get_lines()[0].get_data()
+        assert np.array_equal(frequency, diagram.parameter)
+        assert np.array_equal(fraction, diagram.contact_fraction)
+    assert whole.get_xlim() == section.get_xlim()
+    assert 0.45 < low.get_xlim()[1] < 1.0
+    assert "complete chatter" in texts(page)
+    without = transitions.compute(BY_ID["7b"], 12, None)
+    assert "chatter" not in texts(transitions.draw(7, [(BY_ID["7b"], without)], None))
+
+
+def test_the_low_frequencies_are_enlarged_with_an_example():
+    coarse = transitions.compute(BY_ID["7c"], 4, None)
+    (part,) = transitions.enlarge(BY_ID["7c"], coarse, 20, None)
+    assert (part.diagram.parameter[0], part.diagram.parameter[-1]) == (0.2, 0.6)
+    assert part.example.label == "1-inf"
+    page = transitions.draw_enlargements(BY_ID["7c"], [part], "regime")
+    assert r"$\omega = 0.3$: 1-inf, 18.0% of the time in contact" in texts(page)
+    assert "contact, sliding" in texts(page)
+    *_, beneath, motion = page.figure.subfigs[0].get_axes()
+    assert np.array_equal(beneath.get_lines()[0].get_ydata(), part.diagram.contact_fraction)
+    assert motion.get_xlim()[1] == pytest.approx(600 * part.example.system.drive_period)
 
 
 def fake_diagram(m, n):
@@ -197,6 +232,15 @@ def test_reproduce_writes_pages_of_print_size_and_the_claims(tmp_path, capsys):
     report = capsys.readouterr()
     assert report.out == ""
     assert "figure 4: no window of period m > 2 on this grid" in report.err
+
+
+def test_figure_7_comes_with_the_claim_of_its_low_frequencies(tmp_path):
+    result = reproduce(tmp_path, figures=[7], frequencies=8, progress=False)
+    pages = ["fig7", "fig7-regimes", "fig7c-enlarged", "fig7c-enlarged-regimes"]
+    assert [path.stem for path in result.files] == [*pages, "claims", "claims"]
+    (claim,) = result.claims
+    assert (claim.id, claim.verdict) == ("7c-low", "refuted")
+    assert "## Fig. 7c-low: refuted" in (tmp_path / "claims.md").read_text(encoding="utf-8")
 
 
 def test_reproduce_can_be_silent(tmp_path, capsys):

@@ -118,21 +118,21 @@ def test_completed_runs_leave_no_rug_and_no_legend(diagram, ax):
 
 def test_runs_that_stopped_are_marked_where_they_are(diagram, ax):
     status = np.full(16, "completed", dtype="<U12")
-    status[[0, 1, 2, 7]] = "chatter"
+    status[[0, 1, 2, 7]] = "jammed"
     status[15] = "event_cap"
     vi.plot.bifurcation(dataclasses.replace(diagram, status=status), ax=ax)
-    chatter, capped = rugs(ax)
+    capped, jammed = rugs(ax)
     half = 0.5 * (diagram.parameter[1] - diagram.parameter[0])
     value = diagram.parameter
-    spans = [(path.vertices[:, 0].min(), path.vertices[:, 0].max()) for path in chatter.get_paths()]
+    spans = [(path.vertices[:, 0].min(), path.vertices[:, 0].max()) for path in jammed.get_paths()]
     expected = [(value[0], value[2] + half), (value[7] - half, value[7] + half)]
     assert np.array(spans) == pytest.approx(np.array(expected), abs=1e-12)
     (capped_path,) = capped.get_paths()
     assert capped_path.vertices[:, 0].min() == pytest.approx(value[15] - half, abs=1e-12)
-    assert chatter.get_paths()[0].vertices[:, 1].max() <= capped_path.vertices[:, 1].min()
+    assert capped_path.vertices[:, 1].max() <= jammed.get_paths()[0].vertices[:, 1].min()
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [
-        "chatter: 4 of 16 values",
         "event_cap: 1 of 16 values",
+        "jammed: 4 of 16 values",
     ]
 
 

@@ -7,20 +7,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-
-ARRAYS = ("impacts", "stroboscopic", "events", "grazes")
-
-
-def assert_same_bits(left: vi.Run, right: vi.Run) -> None:
-    for name in ARRAYS:
-        assert getattr(left, name).dtype == getattr(right, name).dtype
-        assert getattr(left, name).shape == getattr(right, name).shape
-        assert getattr(left, name).tobytes() == getattr(right, name).tobytes(), name
-    assert left.final_state == right.final_state
-    assert left.impact_count == right.impact_count
-    assert left.kept_from == right.kept_from
-    assert left.stop_reason == right.stop_reason
-    assert left.stop_detail == right.stop_detail
+from comparing import ARRAYS, assert_same_bits
 
 
 @pytest.fixture
@@ -196,6 +183,7 @@ def _foreign_files(run: vi.Run, directory) -> dict[str, bytes]:
         "flipped byte": good[:half] + bytes([good[half] ^ 0xFF]) + good[half + 1 :],
         "other format": rewritten({"format": "other"}),
         "newer format": rewritten({"format_version": 99}),
+        "format before lasting contact": rewritten({"format_version": 1}),
         "other kind": rewritten({"kind": "basin"}),
         "no core": rewritten(drop=("core",)),
         "bad core": rewritten({"core": "{}"}),
@@ -213,6 +201,22 @@ def test_foreign_and_damaged_files_are_named(run, tmp_path):
         path.write_bytes(content)
         with pytest.raises(ValueError, match=what):
             vi.load(path)
+
+
+def test_a_file_of_the_version_before_lasting_contact_is_refused(run, tmp_path):
+    path = tmp_path / "run.npz"
+    run.save(path)
+    with np.load(path) as archive:
+        arrays = dict(archive)
+    metadata = json.loads(arrays.pop("metadata").item())
+    del arrays["contacts"]
+    np.savez(path, metadata=json.dumps(metadata | {"format_version": 1}), **arrays)
+    with pytest.raises(ValueError, match=r"in format 1 by vibroimpact .* reads format 2$"):
+        vi.load(path)
+    # Nor does a file do that lacks the contacts under the present number.
+    np.savez(path, metadata=json.dumps(metadata), **arrays)
+    with pytest.raises(ValueError, match=r"damaged .*contacts"):
+        vi.load(path)
 
 
 def test_loading_the_wrong_kind_or_nothing(run, tmp_path):

@@ -239,7 +239,7 @@ def test_a_constant_load_has_no_periods(system, initial, arguments, name):
         (0.0, math.nan, 0.0, 0.0),
         [(0.0, 0.5, 0.0, 0.0), (0.0, math.inf, 0.0, 0.0)],
         (1.0, 0.0, 0.0, 0.0),  # inside: sin 1 - 0 - 0.5 > 0
-        (0.0, 0.0, -0.5, 0.0),  # in contact: 0 + 0.5 - 0.5 = 0
+        (0.0, 0.0, -0.5 - 1e-9, 0.0),  # inside by little: g = 1e-9
         [(0.0, 0.5, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)],
     ],
     ids=str,

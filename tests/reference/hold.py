@@ -87,6 +87,8 @@ class Hold:
                 touch = Touch(until.mid(), touch.x1, arb(0), flat=2)
                 if then is None or not then < end:
                     return Held("rest" if then is None else "end", touch, phases, error)
+                if mode != "separate":
+                    mode = self._slides(touch, 1 if mode == "slide_positive" else -1)
                 continue
             slide = self.slide(touch, 1 if mode == "slide_positive" else -1)
             normal = slide.force(touch)
@@ -120,34 +122,46 @@ class Hold:
         if touch.unloaded:
             # g''' of the free flight is the slope of the free g'' along the contact, as p = 0
             free = ahead.series(touch, 2)["numerator"][1]
+        rubs = bool(system.mu) and not self.at_rest
+        stopped = rubs and touch.v1.is_zero()
         if sign(free) < 0:
-            return "separate"
+            # where slip could drive the bodies together, both flight and stick may be possible
+            tight = stopped and any(
+                not self.slide(touch, s).denominator(touch) > 0 for s in (1, -1) if system.mbar
+            )
+            return "painleve" if tight and self._sticks(touch) else "separate"
         if self.at_rest:
             return "stick"
-        if system.mu == 0:
+        if not rubs:
             series = ahead.series(touch, 3)["velocity"]
             return _named(next((sign(c) for c in series if not c.is_zero()), 1))
-        if not touch.v1.is_zero():
-            direction = sign(touch.v1)
-            bottom = self.slide(touch, direction).denominator(touch)
-            return _named(direction) if bottom > 0 else "painleve"
-        if any(not self.slide(touch, s).denominator(touch) > 0 for s in (1, -1) if system.mbar):
-            return "painleve"
-        cos, sine = touch.x1.cos(), arb(0) if touch.crossing else touch.x1.sin()
+        if not stopped:
+            return self._slides(touch, sign(touch.v1))
         a1, a2 = self._free(touch)
+        cos = touch.x1.cos()
         if system.mbar == 0:
             # p_s = -a2/mbar is infinite: its sign decides
-            sticks = sign(arb(system.mu) * abs(sine) - abs(cos)) >= 0
-            if sign(a2) < 0 and sticks:
+            sine = arb(0) if touch.crossing else touch.x1.sin()
+            if sign(a2) < 0 and sign(arb(system.mu) * abs(sine) - abs(cos)) >= 0:
                 return "jammed"
-            direction = sign(a2 * cos)
-            bottom = self.slide(touch, direction).denominator(touch)
-            return _named(direction) if bottom > 0 else "painleve"
-        push = -a2 / arb(system.mbar)
-        drive = a1 - push * cos
-        if sign(push) >= 0 and sign(arb(system.mu) * push * abs(sine) - abs(drive)) >= 0:
+            return self._slides(touch, sign(a2 * cos))
+        if self._sticks(touch):
             return "stick"
-        return _named(sign(drive))
+        return self._slides(touch, sign(a1 + a2 * cos / arb(system.mbar)))
+
+    def _slides(self, touch: Touch, direction: int) -> Mode:
+        """A slide, or a Painleve point: no contact force fits where mbar + k cos x1 <= 0."""
+        return (
+            _named(direction) if self.slide(touch, direction).denominator(touch) > 0 else "painleve"
+        )
+
+    def _sticks(self, touch: Touch) -> bool:
+        """Whether friction can hold the tip: p_s = -a2/mbar >= 0 and the cone (mbar > 0)."""
+        a1, a2 = self._free(touch)
+        cos, sine = touch.x1.cos(), arb(0) if touch.crossing else touch.x1.sin()
+        push = -a2 / arb(self.system.mbar)
+        grip = arb(self.system.mu) * push * abs(sine)
+        return sign(push) >= 0 and sign(grip - abs(a1 - push * cos)) >= 0
 
     def _free(self, touch: Touch) -> tuple[arb, arb]:
         """Free accelerations a1, a2 at a state with v1 = v2 = 0."""

@@ -155,6 +155,12 @@ SCENES: dict[str, Scene] = {
         initial=(0.0, 0.5, 0.3, 0.0), phase=4.0,
     ),
     "painleve": Scene(
+        {"mu": 1.5, "r": 0.1, "omega": 0.9, "f1": 0.9, "f2": 3.0, "mbar": 0.05, "omega0": 0.1,
+         "delta": 0.4},
+        initial=(0.0, 0.5, 0.1, 0.0),
+    ),
+    # one slip direction is forbidden, but friction holds the tip
+    "stick_beside_painleve": Scene(
         {"mu": 1.9, "r": 0.3, "omega": 0.9, "f1": 0.9, "f2": 3.0, "mbar": 0.2}, phase=4.0
     ),
     # starts at g = 0: u > 0, u < 0, u = 0 with g'' > 0 and < 0, with friction (sin x1 = 0),

@@ -219,8 +219,16 @@ fn a_resumed_window_and_trajectory_begin_where_the_run_ended() {
 
 #[test]
 fn a_run_that_ended_for_good_cannot_be_resumed() {
-    let ended = go(&ball(9.8, 0.5), state(-1.0, 0.0, 0.0, 0.0), until(2.0));
+    // A wall that swings against a tip held by friction.
+    let jams = paper(0.7).mass_ratio(0.0).friction(3.0).gap(0.0).frequency_ratio(0.0);
+    let jams = jams.moment_amplitude(0.0).build().unwrap();
+    let ended = go(&jams, state(1.2, 0.0, 1.2f64.sin(), 0.0), until(2.0));
+    assert_eq!(ended.stop_reason, StopReason::Jammed);
     assert!(ended.resume(until(3.0), &mut || true).is_err());
+    // One at rest goes on resting.
+    let resting = go(&ball(9.8, 0.5), state(-1.0, 0.0, 0.0, 0.0), until(2.0));
+    let later = resting.resume(until(3.0), &mut || true).unwrap();
+    assert_eq!((later.stop_reason, later.final_state.time), (StopReason::Rest, 3.0));
 }
 
 #[test]

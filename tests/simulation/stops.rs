@@ -17,9 +17,8 @@ fn refused(start: State) -> StateError {
 }
 
 #[test]
-fn a_start_in_contact_or_beyond_is_refused_with_its_gap() {
+fn a_start_beyond_contact_is_refused_with_its_gap() {
     let contact = 0.3f64.sin() - 0.5;
-    assert!(matches!(refused(state(0.3, 0.0, contact, 0.0)), StateError::InContact { .. }));
     match refused(state(0.3, 0.0, contact - 0.1, 0.0)) {
         StateError::Penetrating { gap, x1, .. } => {
             assert!((gap - 0.1).abs() < 1e-15);
@@ -30,6 +29,7 @@ fn a_start_in_contact_or_beyond_is_refused_with_its_gap() {
     // A hair's breadth apart is apart.
     let system = paper(1.8).build().unwrap();
     assert!(Simulation::new(&system, state(0.3, 0.0, contact + 1e-13, 0.0)).is_ok());
+    assert!(Simulation::new(&system, state(0.3, 0.0, contact, 0.0)).is_ok());
     for (bad, name) in [
         (State::new(f64::NAN, 0.0, 0.0, 0.0), "x1"),
         (State::new(0.0, f64::INFINITY, 0.0, 0.0), "v1"),

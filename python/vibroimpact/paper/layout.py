@@ -29,13 +29,20 @@ class Page:
         Number of rows.
     row_height : float
         Height of a row in mm, its heading included.
+    heights : sequence of float, optional
+        Heights of the rows one by one, where they differ.
     """
 
-    def __init__(self, heading: str, rows: int, row_height: float) -> None:
-        height = rows * row_height + 14.0
+    def __init__(
+        self, heading: str, rows: int, row_height: float, heights: Sequence[float] | None = None
+    ) -> None:
+        heights = heights or [row_height] * rows
+        height = sum(heights) + 14.0
         self.figure = Figure(figsize=(WIDTH_MM / _INCH_MM, height / _INCH_MM), layout="constrained")
         self.figure.suptitle(heading, x=0.012, ha="left")
-        self._rows: list[SubFigure] = list(self.figure.subfigures(rows, 1, squeeze=False)[:, 0])
+        self._rows: list[SubFigure] = list(
+            self.figure.subfigures(rows, 1, squeeze=False, height_ratios=heights)[:, 0]
+        )
         self._used = 0
 
     def row(
@@ -47,6 +54,13 @@ class Page:
         if heading:
             part.suptitle(heading, x=0.012, ha="left")
         return list(part.subplots(1, columns, squeeze=False, width_ratios=widths)[0])
+
+    def double_row(self, heading: str, heights: tuple[float, float]) -> list[Axes]:
+        """Return the axes of the next row: two above two, aligned, heights in this ratio."""
+        part = self._rows[self._used]
+        self._used += 1
+        part.suptitle(heading, x=0.012, ha="left")
+        return list(part.subplots(2, 2, height_ratios=heights).flat)
 
     def legend(self, handles: Sequence[Artist]) -> None:
         """Put one legend at the foot of the page; entries of the same name are shown once."""

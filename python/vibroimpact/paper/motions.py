@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from .. import plot
-from ..plot.curve import mark_regimes
+from ..plot.marks import mark_regimes
 from ..results import Run
 from .evidence import Coexistence, drive_periods
 from .layout import Page, fixed_parameters, row_parameters

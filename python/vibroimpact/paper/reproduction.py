@@ -14,7 +14,7 @@ from ..errors import ParameterError
 from ..plot import publication_style
 from ..results import Run
 from ..simulation import simulate
-from . import claims, evidence, motions, restitution, transitions
+from . import claims, evidence, lasting, motions, restitution, transitions
 from .claims import Claim
 from .layout import Page
 from .motions import Shown
@@ -22,7 +22,7 @@ from .parameters import FIGURES, INITIAL, KEEP, MOTIONS, PERIODS, TRANSITIONS, M
 
 FORMATS = ("png", "pdf", "svg")
 _COLORS: tuple[tuple[transitions.Color, str], ...] = ((None, ""), ("regime", "-regimes"))
-_ENLARGED = ("4", "8a")
+_ENLARGED = ("4", "7c", "8a")
 
 
 @dataclass(frozen=True)
@@ -137,6 +137,9 @@ class _Job:
         for color, suffix in _COLORS:
             self.save(transitions.draw(figure, panels, color), f"fig{figure}{suffix}")
         for transition, diagram in panels:
+            if transition.id == "7c":
+                observed = lasting.observe(transition, workers=self.workers)
+                self.claims.append(lasting.evaluate(observed))
             if transition.id not in _ENLARGED:
                 continue
             parts = transitions.enlarge(transition, diagram, self.frequencies, self.workers)

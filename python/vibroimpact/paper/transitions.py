@@ -9,13 +9,17 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from .. import plot
-from ..diagrams import Diagram, bifurcation_diagram
+from ..diagrams import Diagram, bifurcation_diagram, orbit_label
+from ..results import Run
+from ..simulation import simulate
 from .layout import Page, fixed_parameters, row_parameters
 from .parameters import (
     ENLARGED_RANGE,
     FREQUENCY_RANGE,
     INITIAL,
     KEEP,
+    LOW_EXAMPLES,
+    LOW_RANGE,
     PERIODS,
     Transition,
 )
@@ -25,15 +29,25 @@ Color = Literal["regime"] | None
 
 MOST_WINDOWS = 6
 _MARGIN = 0.25
+# Heights in mm: of a row, and of one with the time in contact beneath. That is drawn where so large
+# a part of the values have complete chatter: a few values among chaotic ones need none.
+_HEIGHT = 62.0
+_DOUBLE_HEIGHT = 100.0
+_CHATTERING = 0.01
+_RATIO = (1.0, 0.55)
 
 
 @dataclass(frozen=True)
 class Enlargement:
-    """A part of a diagram on a finer grid; `window` is None for a range fixed beforehand."""
+    """A part of a diagram on a finer grid; `window` is None for a range fixed beforehand.
+
+    `example` is a motion with lasting contact inside it.
+    """
 
     diagram: Diagram
     window: Window | None
     found: int
+    example: Run | None = None
 
 
 def compute(transition: Transition, frequencies: int, workers: int | None) -> Diagram:
@@ -46,10 +60,16 @@ def enlarge(
 ) -> list[Enlargement]:
     """Return the parts of a diagram that are shown enlarged.
 
-    For Fig. 8(a) the range in which the paper reports 2-2, 6-6, 4-5 and 8-10 motions; then the
-    widest windows of period m > 2, at most `MOST_WINDOWS`, in the order of their frequencies.
+    For Fig. 7(c) the low frequencies with complete chatter, and one motion there. For Fig. 8(a) the
+    range in which the paper reports 2-2, 6-6, 4-5 and 8-10 motions; then the widest windows of
+    period m > 2, at most `MOST_WINDOWS`, in the order of their frequencies.
     """
     parts = []
+    if transition.id == "7c":
+        zoom = _diagram(transition, LOW_RANGE, max(frequencies // 4, 2), workers)
+        system = transition.system.replace(drive_frequency=LOW_EXAMPLES[1])
+        run: Run = simulate(system, initial=INITIAL, periods=PERIODS, keep=KEEP)
+        return [Enlargement(zoom, None, 0, run)]
     if transition.id == "8a":
         zoom = _diagram(transition, ENLARGED_RANGE, max(frequencies // 4, 2), workers)
         parts.append(Enlargement(zoom, None, 0))
@@ -75,40 +95,75 @@ def _diagram(
 
 
 def draw(figure: int, panels: Sequence[tuple[Transition, Diagram]], color: Color) -> Page:
-    """Draw a page with one row for each panel: impact section left, stroboscopic section right."""
+    """Draw a page with one row for each panel: impact section left, stroboscopic section right.
+
+    Where the motion has complete chatter over a range of frequencies, panels beneath show the time
+    in lasting contact: over all frequencies left, over that range right.
+    """
     first = panels[0][1]
+    heights = [_DOUBLE_HEIGHT if _chatters(diagram) else _HEIGHT for _, diagram in panels]
     page = Page(
         f"Fig. {figure}: {fixed_parameters(first.system)}; last {KEEP} of {PERIODS} drive periods, "
         f"{len(first.parameter)} frequencies",
-        rows=len(panels),
-        row_height=62.0,
+        rows=len(heights),
+        row_height=_HEIGHT,
+        heights=heights,
     )
     for transition, diagram in panels:
         letter = f"({transition.panel})  " if transition.panel else ""
         parameters = row_parameters(transition.system, frequency=False)
-        left, right = page.row(f"{letter}{parameters}{_stopped(diagram)}")
+        heading = f"{letter}{parameters}{_stopped(diagram)}"
+        if not _chatters(diagram):
+            left, right = page.row(heading)
+        else:
+            left, right, whole, low = page.double_row(heading, _RATIO)
+            plot.contact_fraction(diagram, ax=whole)
+            plot.contact_fraction(diagram, ax=low)
+            whole.set_title("time in lasting contact", loc="left", pad=3)
+            low.set_title("the same, low frequencies", loc="left", pad=3)
+            low.set_xlim(diagram.parameter[0], 1.25 * diagram.parameter[diagram.n == -1].max())
         _pair(left, right, diagram, color, size=0.25)
-    page.legend(_regimes([diagram for _, diagram in panels], color))
+    page.legend(_entries([diagram for _, diagram in panels], color))
     return page
 
 
+def _chatters(diagram: Diagram) -> bool:
+    """Return whether the motion has complete chatter over a range of frequencies."""
+    return bool(np.count_nonzero(diagram.n == -1) > _CHATTERING * len(diagram))
+
+
 def draw_enlargements(transition: Transition, parts: Sequence[Enlargement], color: Color) -> Page:
-    """Draw the enlarged parts of a diagram: fixed ranges in full width, windows three in a row."""
+    """Draw the enlarged parts of a diagram: fixed ranges in full width, windows three in a row.
+
+    Beneath a range with an example of lasting contact: the time in contact, and that motion.
+    """
     ranges = [part for part in parts if part.window is None]
     windows = [part for part in parts if part.window is not None]
     rows = [windows[start : start + 3] for start in range(0, len(windows), 3)]
+    heights = [_HEIGHT if part.example is None else _DOUBLE_HEIGHT for part in ranges]
+    heights += [60.0] * len(rows)
     page = Page(
         f"Fig. {transition.figure}{transition.panel and f'({transition.panel})'} enlarged: "
         f"{fixed_parameters(transition.system)},\n"
         f"{row_parameters(transition.system, frequency=False)}; last {KEEP} of {PERIODS} drive "
         "periods",
-        rows=len(ranges) + len(rows),
+        rows=len(heights),
         row_height=60.0,
+        heights=heights,
     )
+    examples: list[Artist] = []
     for part in ranges:
         count = len(part.diagram.parameter)
         heading = f"{count} frequencies; periods found: {_periods(part.diagram)}"
-        left, right = page.row(f"{heading}{_stopped(part.diagram)}")
+        heading = f"{heading}{_stopped(part.diagram)}"
+        if part.example is None:
+            left, right = page.row(heading)
+        else:
+            left, right, beneath, motion = page.double_row(heading, _RATIO)
+            plot.contact_fraction(part.diagram, ax=beneath)
+            beneath.set_title("time in lasting contact", loc="left", pad=3)
+            _example(motion, part.example)
+            examples += motion.get_legend_handles_labels()[0]
         _pair(left, right, part.diagram, color, size=0.4)
     for number, row in enumerate(rows):
         heading = (
@@ -120,8 +175,16 @@ def draw_enlargements(transition: Transition, parts: Sequence[Enlargement], colo
             _window(ax, part, color)
         for ax in axes[len(row) :]:
             ax.set_axis_off()
-    page.legend(_regimes([part.diagram for part in parts], color))
+    page.legend([*_entries([part.diagram for part in parts], color), *examples])
     return page
+
+
+def _example(ax: Axes, run: Run) -> None:
+    plot.time_history(run, periods=2, points_per_period=1000, ax=ax)
+    share = run.time_in_contact / (run.final_state.time - run.kept_from)
+    frequency = rf"$\omega = {run.system.drive_frequency:g}$"
+    text = f"{frequency}: {run.label}, {share:.1%} of the time in contact"
+    ax.set_title(text, loc="left", pad=3)
 
 
 def _pair(left: Axes, right: Axes, diagram: Diagram, color: Color, size: float) -> None:
@@ -157,19 +220,22 @@ def _periods(diagram: Diagram, at_least: int = 3) -> str:
         np.column_stack([diagram.m, diagram.n])[diagram.m > 0], axis=0, return_counts=True
     )
     order = np.argsort(-counts, kind="stable")
-    labels = [f"{pairs[row][0]}-{pairs[row][1]}" for row in order if counts[row] >= at_least]
+    labels = [orbit_label(*pairs[row]) for row in order if counts[row] >= at_least]
     return ", ".join(labels) or "none"
 
 
 def _stopped(diagram: Diagram) -> str:
     """Return how many runs did not complete, for a heading; empty if all did."""
-    kinds, counts = np.unique(diagram.status[diagram.status != "completed"], return_counts=True)
+    early = ~np.isin(diagram.status, ["completed", "rest"])
+    kinds, counts = np.unique(diagram.status[early], return_counts=True)
     parts = [f"{count} runs ended by {kind}" for kind, count in zip(kinds, counts, strict=True)]
     return f"; grey rug: {', '.join(parts)}" if parts else ""
 
 
-def _regimes(diagrams: Sequence[Diagram], color: Color) -> list[Artist]:
+def _entries(diagrams: Sequence[Diagram], color: Color) -> list[Artist]:
+    """Return the legend entries of a page: complete chatter, and regimes where they are shown."""
+    chatter = [handle for diagram in diagrams for handle in plot.chatter_handles(diagram)]
     if color is None:
-        return []
+        return chatter
     present = np.unique(np.concatenate([np.asarray(diagram.regime) for diagram in diagrams]))
-    return plot.regime_handles(present.tolist(), shapes=False)
+    return [*plot.regime_handles(present.tolist(), shapes=False), *chatter]

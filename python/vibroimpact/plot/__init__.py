@@ -4,7 +4,8 @@ The functions draw what a result (`Run`, `Diagram`, `ImpactRegimes` ...) holds a
 dynamics.
 """
 
-from .diagram import bifurcation
+from .diagram import bifurcation, chatter_handles, contact_fraction
+from .force import contact_force
 from .impacts import impact_agreement, impact_regimes
 from .motion import (
     displacement_history,
@@ -25,6 +26,9 @@ __all__ = [
     "PUBLICATION",
     "REGIME_STYLES",
     "bifurcation",
+    "chatter_handles",
+    "contact_force",
+    "contact_fraction",
     "displacement_history",
     "gap_history",
     "impact_agreement",

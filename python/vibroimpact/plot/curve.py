@@ -1,7 +1,7 @@
-"""Samples of a run for drawing: both sides of every impact, and marks for its regime.
+"""Samples of a run for drawing: both sides of every impact, and when it is over.
 
 A curve holds the state before and after every impact at the same instant, so that a drawn velocity
-jumps there and not one sample beside it.
+jumps there and not one sample beside it. Marks for impacts and lasting contact: `marks`.
 """
 
 from __future__ import annotations
@@ -9,10 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
-
-from .style import REGIME_STYLES
 
 if TYPE_CHECKING:
     from ..results import Run
@@ -37,6 +34,8 @@ def sample(
 ) -> Curve:
     """Sample a run over a time window, with both sides of every impact.
 
+    The instants at which lasting contact begins, changes or ends are among the samples.
+
     Parameters
     ----------
     run : Run
@@ -60,9 +59,10 @@ def sample(
             raise ValueError("a constant load has no drive period: give window=(start, end)")
         end = float(run.final_state.time)
         window = (max(float(run.kept_from), end - periods * length), end)
-    start, end = window
+    start, end = window = (float(window[0]), float(window[1]))
     spans = (end - start) / length if np.isfinite(length) else 1.0
     grid = np.linspace(start, end, max(int(np.ceil(spans * points_per_period)), 1) + 1)
+    grid = np.union1d(grid, times_within(run.contacts["time"], window))
     impacts = run.impacts
     inside = (impacts["time"] > start) & (impacts["time"] <= end)
     hits = impacts[inside]
@@ -85,23 +85,6 @@ def reach_symbol(run: Run) -> str:
     return r"\sin x_1" if run.system.contact == "oblique" else "x_1"
 
 
-def mark_regimes(
-    ax: Axes, run: Run, x: Array, y: Array, chosen: NDArray[np.bool_], *, size: float = 4.0
-) -> None:
-    """Mark the chosen impacts of a run at (x, y) with colour and shape of their regime."""
-    regimes = run.impacts["regime"][chosen]
-    for regime in np.unique(regimes):
-        style = REGIME_STYLES[int(regime)]
-        here = regimes == regime
-        ax.plot(
-            x[here],
-            y[here],
-            linestyle="none",
-            marker=style.marker,
-            markersize=size,
-            markerfacecolor=style.color,
-            markeredgecolor="white",
-            markeredgewidth=0.3,
-            label=style.text,
-            zorder=3,
-        )
+def times_within(times: Array, window: tuple[float, float]) -> Array:
+    """Return the times inside a window, its ends included."""
+    return times[(times >= window[0]) & (times <= window[1])]

@@ -1,6 +1,7 @@
 """Bifurcation diagrams: a section of the long-term motion against the swept parameter.
 
-The impact section is the state just before each impact, the stroboscopic section the state once
+`contact_fraction` draws the time in lasting contact beneath (docs/theory.md, section 5). The impact
+section is the state just before each impact, the stroboscopic section the state once
 per drive period; Han, Jin & Hu (2004), eqs. (48a) and (48b), docs/theory.md section 6.
 """
 
@@ -12,12 +13,15 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from .style import (
     BLACK,
+    CHATTER_COLOR,
     PARAMETER_SYMBOLS,
     REGIME_STYLES,
+    SLIDE_STYLE,
     legend_above,
     new_axes,
     regime_handles,
@@ -28,6 +32,7 @@ if TYPE_CHECKING:
 
 _RUG_HEIGHT = 0.035
 _RUG_GREYS = ("0.45", "0.7", "0.2")
+_CHATTER_TEXT = r"complete chatter ($m$-$\infty$)"
 
 
 def bifurcation(
@@ -42,7 +47,11 @@ def bifurcation(
     """Draw the pendulum angle on a section against the swept parameter.
 
     Values whose run did not complete are marked by a grey rug along the bottom axis, one row for
-    each status, so that an empty column is never mistaken for a motion without impacts.
+    each status, so that an empty column is never mistaken for a motion without impacts. Values
+    whose motion has complete chatter in every orbit (`Diagram.n` = -1) have a strip of their own
+    colour along the top, and black points take that colour too: what is drawn there are the
+    impacts before the chatter is carried to its end, the infinitely many after them lie at the tip
+    of the column.
 
     Parameters
     ----------
@@ -56,7 +65,7 @@ def bifurcation(
     size : float
         Area of a point in square points, as in `matplotlib.axes.Axes.scatter`.
     legend : bool
-        Name the regimes and the rug above the axes.
+        Name the regimes, the strip and the rug above the axes.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
 
@@ -90,8 +99,12 @@ def bifurcation(
         colors = palette[regime[order]]
         parameter, x1 = parameter[order], x1[order]
         handles += regime_handles(np.unique(regime).tolist(), shapes=False)
+    elif (chatters := np.asarray(diagram.n) == -1).any():
+        offset = diagram.offset if section == "impact" else diagram.stroboscopic_offset
+        colors = np.where(np.repeat(chatters, np.diff(offset)), CHATTER_COLOR, BLACK)
     ax.scatter(parameter, x1, s=size, c=colors, marker="s", linewidths=0, rasterized=True)
 
+    handles += _chatter_strip(ax, diagram)
     handles += _status_rug(ax, np.asarray(diagram.parameter), list(diagram.status))
     if legend and handles:
         legend_above(ax, handles)
@@ -103,6 +116,77 @@ def bifurcation(
     return ax
 
 
+def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
+    """Draw the part of the time that the bodies are in lasting contact against the parameter.
+
+    The time is that of the kept drive periods, so that for a settled motion this is the part of
+    the drive period. Values where nothing is kept leave a gap.
+
+    Parameters
+    ----------
+    diagram : Diagram
+        Result of `vibroimpact.bifurcation_diagram`; its values must increase or decrease.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    ax = new_axes(ax)
+    fraction = np.asarray(diagram.contact_fraction)
+    ax.fill_between(diagram.parameter, 0.0, fraction, color=SLIDE_STYLE.band, lw=0)
+    ax.plot(diagram.parameter, fraction, color=BLACK, lw=0.7)
+    ax.set_ylim(bottom=0.0)
+    if len(diagram.parameter) > 1:
+        ax.set_xlim(float(np.min(diagram.parameter)), float(np.max(diagram.parameter)))
+    name = diagram.parameter_name
+    ax.set_xlabel(PARAMETER_SYMBOLS.get(name, name))
+    ax.set_ylabel("part in contact")
+    return ax
+
+
+def chatter_handles(diagram: Diagram) -> list[Artist]:
+    """Return the legend entry of complete chatter, if any value of the diagram has it."""
+    if not (np.asarray(diagram.n) == -1).any():
+        return []
+    return [
+        Line2D(
+            [],
+            [],
+            linestyle="none",
+            marker="s",
+            markersize=4.5,
+            markeredgewidth=0,
+            color=CHATTER_COLOR,
+            label=_CHATTER_TEXT,
+        )
+    ]
+
+
+def _chatter_strip(ax: Axes, diagram: Diagram) -> list[Artist]:
+    """Mark the values with complete chatter along the top axis; return the legend entry."""
+    parameter = np.asarray(diagram.parameter)
+    strip = PolyCollection(
+        _boxes(_cells(parameter, np.asarray(diagram.n) == -1), 1.0 - _RUG_HEIGHT, 1.0),
+        facecolors=CHATTER_COLOR,
+        edgecolors=CHATTER_COLOR,
+        linewidths=0.4,
+        transform=ax.get_xaxis_transform(),
+    )
+    handles = chatter_handles(diagram)
+    if handles:
+        strip.set_gid("complete-chatter")
+        ax.add_collection(strip, autolim=False)
+    return handles
+
+
+def _boxes(
+    cells: list[tuple[float, float]], low: float, high: float
+) -> list[list[tuple[float, float]]]:
+    return [[(left, low), (left, high), (right, high), (right, low)] for left, right in cells]
+
+
 def _status_rug(
     ax: Axes, parameter: NDArray[np.float64], status: list[str]
 ) -> list[PolyCollection]:
@@ -111,11 +195,7 @@ def _status_rug(
     entries = []
     for row, kind in enumerate(sorted(set(status) - {"completed"})):
         stopped = kinds == kind
-        low, high = row * _RUG_HEIGHT, (row + 1) * _RUG_HEIGHT
-        boxes = [
-            [(left, low), (left, high), (right, high), (right, low)]
-            for left, right in _cells(parameter, stopped)
-        ]
+        boxes = _boxes(_cells(parameter, stopped), row * _RUG_HEIGHT, (row + 1) * _RUG_HEIGHT)
         grey = _RUG_GREYS[row % len(_RUG_GREYS)]
         # The outline keeps a single value visible where its cell is narrower than a dot.
         rug = PolyCollection(

@@ -1,8 +1,10 @@
 """Time histories, phase portraits and impact sections of one run.
 
 Curves are drawn through `Run.trajectory` with the states before and after every impact inserted,
-so that a velocity jumps at the instant of the impact and not one sample beside it. Symbols as in
-docs/notation.md: gap function g = sin x1 - x2 - delta (oblique), docs/theory.md section 1.
+so that a velocity jumps at the instant of the impact and not one sample beside it. Lasting contact
+is marked: bands on an axis of time, a broad line and dots in a portrait; sticking is darker and
+hatched. Symbols as in docs/notation.md: gap function g = sin x1 - x2 - delta (oblique),
+docs/theory.md section 1.
 """
 
 from __future__ import annotations
@@ -12,7 +14,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from matplotlib.axes import Axes
 
-from .curve import mark_regimes, reach, reach_symbol, sample
+from .curve import reach, reach_symbol, sample
+from .marks import mark_contact_path, mark_contact_times, mark_regimes
 from .style import (
     BLACK,
     GREY,
@@ -37,7 +40,7 @@ def time_history(
     r"""Draw the contact faces of both bodies and the drive against time.
 
     The thick curve is `x2`, the thin one `sin x1 - delta` (they touch at an impact), the dashed
-    one `cos(omega t + phi)`, as in the paper's Figs. 5, 6 and 9.
+    one `cos(omega t + phi)`, as in the paper's Figs. 5, 6 and 9. Bands mark lasting contact.
 
     Parameters
     ----------
@@ -50,6 +53,7 @@ def time_history(
     """
     ax = new_axes(ax)
     curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
+    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]))
     system = run.system
     face = reach(run, curve.state[:, 0]) - system.gap
     drive = np.cos(system.drive_frequency * curve.time + system.phase)
@@ -77,6 +81,8 @@ def phase_portrait(
 ) -> Axes:
     """Draw velocity against position: body 1 solid, body 2 dashed, impacts as vertical jumps.
 
+    A broad light line marks sliding in lasting contact, a dot sticking.
+
     Parameters
     ----------
     run, window, periods, points_per_period
@@ -94,6 +100,7 @@ def phase_portrait(
     for body in bodies:
         x, v = curve.state[:, 2 * body - 2], curve.state[:, 2 * body - 1]
         solid = body == 1
+        mark_contact_path(ax, run, curve, x, v, named=body == bodies[0])
         ax.plot(
             x,
             v,
@@ -167,11 +174,14 @@ def gap_history(
 ) -> Axes:
     """Draw the gap function sin x1 - x2 - delta against time; it is zero at an impact.
 
+    It stays zero in lasting contact, which bands mark.
+
     Parameters as in `time_history`.
     """
     ax = new_axes(ax)
     curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
     gap = reach(run, curve.state[:, 0]) - curve.state[:, 2] - run.system.gap
+    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]))
     ax.axhline(0.0, color=GREY, lw=0.6)
     ax.plot(curve.time, gap, color=BLACK, lw=0.6)
     if color == "regime":
@@ -194,10 +204,13 @@ def displacement_history(
 ) -> Axes:
     """Draw x1 (grey) and x2 (black) against time, as in the paper's Fig. 10(b).
 
+    Bands mark lasting contact.
+
     Parameters as in `time_history`.
     """
     ax = new_axes(ax)
     curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
+    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]))
     ax.plot(curve.time, curve.state[:, 0], color=GREY, lw=0.6, label=r"$x_1$")
     ax.plot(curve.time, curve.state[:, 2], color=BLACK, lw=0.8, label=r"$x_2$")
     if color == "regime":

@@ -25,6 +25,9 @@ VERMILLION = "#D55E00"
 PURPLE = "#CC79A7"
 GREY = "0.55"
 
+CHATTER_COLOR = SKY_BLUE
+"""Points of motions with complete chatter: the one colour of the palette no regime has."""
+
 
 @dataclass(frozen=True)
 class RegimeStyle:
@@ -45,6 +48,21 @@ REGIME_STYLES = (
     RegimeStyle("stick_restitution", "stick in restitution", PURPLE, "P"),
 )
 """Style of each impact regime; the index is the value of `vibroimpact.Regime`."""
+
+
+@dataclass(frozen=True)
+class ContactStyle:
+    """How lasting contact in one mode is drawn: a band with its outline and hatch, or a mark."""
+
+    text: str
+    band: str
+    edge: str
+    hatch: str
+    color: str
+
+
+SLIDE_STYLE = ContactStyle("contact, sliding", "#DCEEF9", "#DCEEF9", "", SKY_BLUE)
+STICK_STYLE = ContactStyle("contact, sticking", "#B9DAEE", "#7FB6DA", "///", BLUE)
 
 PARAMETER_SYMBOLS = {
     "mass_ratio": r"$\bar m$",

@@ -1,0 +1,65 @@
+"""The contact force of one run over time.
+
+Normal force p and tangential force on the tip, docs/theory.md section 5: in slip the tangential
+force is -mu s sgn(sin x1) p, in stick whatever holds the tip, at most mu p in size.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from .curve import sample, times_within
+from .marks import mark_contact_times
+from .style import BLACK, VERMILLION, new_axes
+
+if TYPE_CHECKING:
+    from ..results import Run
+
+
+def contact_force(
+    run: Run,
+    *,
+    window: tuple[float, float] | None = None,
+    periods: float = 8,
+    points_per_period: int = 200,
+    ax: Axes | None = None,
+) -> Axes:
+    r"""Draw the normal and the tangential contact force against time.
+
+    Both are zero in flight; the impulses of impacts take no time and are no part of them. The
+    dotted lines are the edges of Coulomb's cone, `mu p` to either side: on an edge the tip slides,
+    between them it sticks. Bands mark lasting contact. Unit: M1 l omega_2^2.
+
+    Parameters
+    ----------
+    run, window, periods, points_per_period
+        As in `sample`.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    ax = new_axes(ax)
+    curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
+    start, end = window = (float(curve.time[0]), float(curve.time[-1]))
+    # Both sides of every change, where the forces jump.
+    changes = times_within(run.contacts["time"], window)
+    before = times_within(np.nextafter(changes, -np.inf), window)
+    time = np.unique(np.concatenate([curve.time, before]))
+    normal, tangential = run.trajectory(time, forces=True)[:, 4:].T
+    mark_contact_times(ax, run, window)
+    friction = run.system.friction
+    if friction > 0.0 and normal.any():
+        for sign, label in ((1.0, r"$\pm\mu p$"), (-1.0, "_nolegend_")):
+            ax.plot(time, sign * friction * normal, color="0.4", lw=0.7, ls=":", label=label)
+    ax.plot(time, normal, color=BLACK, lw=1.2, label=r"normal, $p$")
+    ax.plot(time, tangential, color=VERMILLION, lw=1.0, ls=(0, (4, 1.5)), label="tangential")
+    ax.set_xlim(start, end)
+    ax.set_xlabel(r"$t$")
+    ax.set_ylabel("contact force")
+    return ax

@@ -1,0 +1,147 @@
+"""Marks on the drawing of a run: impacts by their regime, and the times of lasting contact.
+
+Lasting contact is docs/theory.md, section 5; the rows of `Run.contacts` say when it begins, changes
+its mode and ends.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from numpy.typing import NDArray
+
+from ..results import EventKind
+from .curve import Array, Curve
+from .style import REGIME_STYLES, SLIDE_STYLE, STICK_STYLE, ContactStyle
+
+if TYPE_CHECKING:
+    from ..results import Run
+
+_STYLES: dict[str, ContactStyle] = {"slide": SLIDE_STYLE, "stick": STICK_STYLE}
+
+
+class ContactSpan(NamedTuple):
+    """A stretch of lasting contact in one mode; slides to either side are one mode here."""
+
+    start: float
+    end: float
+    mode: Literal["slide", "stick"]
+
+
+def contact_spans(run: Run, window: tuple[float, float]) -> list[ContactSpan]:
+    """Return the stretches of lasting contact in a time window, in order."""
+    start, end = window
+    changes: list[tuple[float, Literal["slide", "stick"] | None]] = [
+        (float(row["time"]), _mode(int(row["kind"])))
+        for row in run.contacts
+        if row["kind"] != EventKind.CHATTER
+    ]
+    # What the window begins with happened before its first event: the contact force tells.
+    _, v1, _, _, normal, _ = run.trajectory([run.kept_from], forces=True)[0]
+    first: Literal["slide", "stick"] = "slide" if v1 else "stick"
+    changes.insert(0, (float(run.kept_from), first if normal > 0.0 else None))
+    changes.append((float(run.final_state.time), None))
+    spans: list[ContactSpan] = []
+    for (since, mode), (until, _) in pairwise(changes):
+        low, high = max(since, start), min(until, end)
+        if mode is None or high <= low:
+            continue
+        if spans and (spans[-1].end, spans[-1].mode) == (low, mode):
+            low = spans.pop().start
+        spans.append(ContactSpan(low, high, mode))
+    return spans
+
+
+def _mode(kind: int) -> Literal["slide", "stick"] | None:
+    if kind == EventKind.RELEASE:
+        return None
+    return "stick" if kind == EventKind.STICK else "slide"
+
+
+def mark_contact_times(ax: Axes, run: Run, window: tuple[float, float]) -> None:
+    """Draw the times of lasting contact as bands over the height of the axes."""
+    spans = contact_spans(run, window)
+    for mode, style in _STYLES.items():
+        boxes = [
+            [(span.start, 0.0), (span.start, 1.0), (span.end, 1.0), (span.end, 0.0)]
+            for span in spans
+            if span.mode == mode
+        ]
+        if not boxes:
+            continue
+        bands = PolyCollection(
+            boxes,
+            facecolors=style.band,
+            # The outline keeps a stick visible that is shorter than a dot is wide.
+            edgecolors=style.edge,
+            hatch=style.hatch or None,
+            linewidths=0.8 if style.hatch else 0.4,
+            transform=ax.get_xaxis_transform(),
+            label=style.text,
+            zorder=0,
+        )
+        bands.set_gid(f"contact-{mode}")
+        ax.add_collection(bands, autolim=False)
+
+
+def mark_contact_path(
+    ax: Axes, run: Run, curve: Curve, x: Array, y: Array, *, named: bool = True
+) -> None:
+    """Mark the part of a curve (x, y) that belongs to lasting contact, in the legend if `named`.
+
+    Sliding is a broad line under the curve; sticking, where the bodies rest, a dot.
+    """
+    window = (float(curve.time[0]), float(curve.time[-1]))
+    for mode, style in _STYLES.items():
+        parts = [
+            (curve.time >= span.start) & (curve.time <= span.end)
+            for span in contact_spans(run, window)
+            if span.mode == mode
+        ]
+        if not parts:
+            continue
+        # A gap between the parts, so that no line joins them.
+        path = np.concatenate([_closed(np.column_stack([x, y])[part]) for part in parts])
+        ax.plot(
+            path[:, 0],
+            path[:, 1],
+            color=style.color,
+            linestyle="-" if mode == "slide" else "none",
+            lw=3.0,
+            solid_capstyle="round",
+            marker="" if mode == "slide" else "o",
+            markersize=5.0,
+            markeredgewidth=0.0,
+            label=style.text if named else "_nolegend_",
+            zorder=1,
+        )
+
+
+def _closed(part: Array) -> Array:
+    return np.vstack([part, np.full((1, 2), np.nan)])
+
+
+def mark_regimes(
+    ax: Axes, run: Run, x: Array, y: Array, chosen: NDArray[np.bool_], *, size: float = 4.0
+) -> None:
+    """Mark the chosen impacts of a run at (x, y) with colour and shape of their regime."""
+    regimes = run.impacts["regime"][chosen]
+    for regime in np.unique(regimes):
+        style = REGIME_STYLES[int(regime)]
+        here = regimes == regime
+        ax.plot(
+            x[here],
+            y[here],
+            linestyle="none",
+            marker=style.marker,
+            markersize=size,
+            markerfacecolor=style.color,
+            markeredgecolor="white",
+            markeredgewidth=0.3,
+            label=style.text,
+            zorder=3,
+        )

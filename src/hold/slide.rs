@@ -1,0 +1,303 @@
+//! Sliding on the contact: one step of the one-dimensional equation of motion by its Taylor series,
+//! and the first event in it.
+//!
+//! Equations of `hold.rs`; the coefficients follow by the recursions of automatic differentiation
+//! (Jorba & Zou (2005), Exp. Math. 14, 99), sums of products and one quotient. The series is the
+//! dense output too: on it the events are found by the majorant search of the contact detection,
+//! which cannot step over a root. The side of sin x1 = 0 and the direction of slip are constants of
+//! a step, so that |sin x1| and sgn x1' have no kink in it. docs/contact-phase.md measures all this
+//! against a general integrator.
+
+use std::f64::consts::PI;
+
+use super::ContactMode;
+use crate::flight::Trig;
+use crate::majorant::first_root;
+use crate::params::{Contact, System};
+use crate::state::State;
+use crate::tolerance::{CONTACT_ANGLE, EPS, FORCE_NOISE};
+
+/// Order of the series of x1.
+pub(super) const ORDER: usize = 24;
+/// Order of the series of the force, two derivatives less.
+const FORCED: usize = ORDER - 2;
+
+type Series = [f64; ORDER + 1];
+
+/// One step of a slide.
+#[derive(Debug, Clone)]
+pub(crate) struct SlideStep {
+    x: Series,
+    v: Series,
+    /// sin x1 (direct: 0).
+    sin: Series,
+    /// p (mbar + k cos x1): the free gap acceleration.
+    free: Series,
+    /// mbar + k cos x1.
+    inertia: Series,
+    /// Length of the step.
+    pub span: f64,
+    mode: ContactMode,
+    /// sgn(sin x1), 0 where friction plays no part.
+    side: f64,
+    /// Rounding of `free` and of x1''.
+    noise: f64,
+    acceleration_noise: f64,
+    least_inertia: f64,
+}
+
+/// What ends a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum SlideEnd {
+    /// The series is used up.
+    Continues,
+    /// p falls through 0.
+    Released,
+    /// x1' reaches 0 (with friction only).
+    Stopped,
+    /// sin x1 = 0: the friction's side changes.
+    Side,
+    /// mbar + k cos x1 reaches 0.
+    Painleve,
+}
+
+impl SlideEnd {
+    /// Whether the slide goes on with another step.
+    pub fn goes_on(self) -> bool {
+        matches!(self, Self::Continues | Self::Side)
+    }
+}
+
+/// Coefficient n of a product.
+fn product(a: &Series, b: &Series, n: usize) -> f64 {
+    (0..=n).map(|j| a[j] * b[n - j]).sum()
+}
+
+impl SlideStep {
+    pub fn new(system: &System, phase: Trig, state: &State, mode: ContactMode) -> Self {
+        let (w, omega) = (system.frequency_ratio, system.drive_frequency);
+        let (stiffness, damping) = (w * w, 2.0 * system.pendulum_damping * w);
+        let other_damping = 2.0 * system.oscillator_damping;
+        let oblique = system.contact == Contact::Oblique;
+        let (sin0, cos0) = if oblique { state.x1.sin_cos() } else { (0.0, 1.0) };
+        let rubs = system.friction > 0.0;
+        let side = if !rubs {
+            0.0
+        } else if near_kink(state.x1, sin0) {
+            // On the line: the side the tip slides to.
+            1f64.copysign(mode.direction() * cos0)
+        } else {
+            1f64.copysign(sin0)
+        };
+        let friction = system.friction * mode.direction() * side;
+
+        let zero = [0.0; ORDER + 1];
+        let (mut x, mut v, mut sin, mut cos) = (zero, zero, zero, zero);
+        let (mut a1, mut k, mut square) = (zero, zero, zero);
+        let (mut free, mut inertia, mut force) = (zero, zero, zero);
+        (x[0], x[1], v[0]) = (state.x1, state.v1, state.v1);
+        (sin[0], cos[0]) = (sin0, cos0);
+        // Coefficients of cos psi by (cos psi)'' = -omega^2 cos psi.
+        let (mut load, mut next_load) = (phase.cos, -omega * phase.sin);
+        for n in 0..=FORCED {
+            let order = (n + 1) as f64;
+            // (n + 1) sin_(n+1): the rate of the tip, x2' too.
+            let tip_rate = if oblique {
+                let rate = product(&cos, &v, n);
+                cos[n + 1] = -product(&sin, &v, n) / order;
+                sin[n + 1] = rate / order;
+                rate
+            } else {
+                v[n]
+            };
+            let constant = if n == 0 { 1.0 } else { 0.0 };
+            let tip = if oblique { sin[n] } else { x[n] };
+            a1[n] = system.moment_amplitude * load - damping * v[n] - stiffness * x[n];
+            let a2 = system.force_amplitude * load
+                - other_damping * tip_rate
+                - (tip - constant * system.gap);
+            k[n] = cos[n] + friction * sin[n];
+            inertia[n] = constant * system.mass_ratio + product(&k, &cos, n);
+            square[n] = product(&v, &v, n);
+            let (pull, turn) = (product(&a1, &cos, n), product(&square, &sin, n));
+            free[n] = pull - turn - a2;
+            let earlier: f64 = (1..=n).map(|j| inertia[j] * force[n - j]).sum();
+            force[n] = (free[n] - earlier) / inertia[0];
+            let acceleration = a1[n] - product(&k, &force, n);
+            v[n + 1] = acceleration / order;
+            x[n + 2] = v[n + 1] / (order + 1.0);
+            (load, next_load) = (next_load, -omega * omega * load / (order * (order + 1.0)));
+        }
+        let fastest = w.max(omega).max(damping).max(other_damping).max(1.0);
+        // The phase is rounded: the instant itself is known to this.
+        let instant_noise = if omega > 0.0 { 2.0 * PI * EPS / omega } else { 0.0 };
+        let instant = system.instant(phase, state);
+        let terms = system.mass_ratio + (cos0.abs() + friction.abs() * sin0.abs()) * cos0.abs();
+        Self {
+            span: span(&x, &v, fastest),
+            x,
+            v,
+            sin,
+            free,
+            inertia,
+            mode,
+            side: if rubs { side } else { 0.0 },
+            noise: instant.noise() + instant_noise * free[1].abs(),
+            acceleration_noise: FORCE_NOISE * EPS * instant.size1
+                + (k[0] / inertia[0]).abs() * instant.noise()
+                + instant_noise * 2.0 * v[2].abs(),
+            least_inertia: system.painleve_level(terms),
+        }
+    }
+
+    /// x1 and x1' at local time s.
+    pub fn at(&self, s: f64) -> (f64, f64) {
+        (value(&self.x, s), value(&self.v, s))
+    }
+
+    /// Whether a contact force of 0 at the start falls.
+    pub fn falls(&self) -> bool {
+        (1..=FORCED)
+            .find(|&n| self.free[n].abs() * self.span.powi(n as i32) > self.noise)
+            .is_some_and(|n| self.free[n] < 0.0)
+    }
+
+    /// The first event of the step, and its local time.
+    pub fn end(&self) -> (f64, SlideEnd) {
+        let mut first = (self.span, SlideEnd::Continues);
+        let mut consider =
+            |series: &Series, length: usize, sign: f64, noise: f64, end: SlideEnd| {
+                let mut c = [0.0; ORDER + 1];
+                for (c, s) in c[..=length].iter_mut().zip(series) {
+                    *c = sign * s;
+                }
+                if let Some(time) = first_crossing(&c[..=length], first.0, noise) {
+                    first = (time, end);
+                }
+            };
+        consider(&self.free, FORCED, -1.0, self.noise, SlideEnd::Released);
+        if self.side != 0.0 {
+            let direction = self.mode.direction();
+            let noise = self.acceleration_noise * self.span;
+            consider(&self.v, ORDER - 1, -direction, noise, SlideEnd::Stopped);
+            consider(&self.sin, FORCED, -self.side, kink_noise(self.x[0]), SlideEnd::Side);
+        }
+        let mut margin = self.inertia;
+        margin[0] -= self.least_inertia;
+        consider(&margin, FORCED, -1.0, 0.0, SlideEnd::Painleve);
+        first
+    }
+}
+
+/// Whether x1 is a multiple of pi to rounding.
+fn near_kink(x1: f64, sin: f64) -> bool {
+    sin.abs() <= kink_noise(x1)
+}
+
+fn kink_noise(x1: f64) -> f64 {
+    2.0 * EPS * x1.abs().max(PI)
+}
+
+/// Step length at which the last two terms of the series of x1 and x1' are below rounding of the
+/// motion's size, which the first four terms give (Jorba & Zou (2005), section 3.2); by iteration
+/// from the longest step. The terms of x1' are n/h times those of x1: where x1'' changes fast, and
+/// the step is short, they bound it.
+fn span(x: &Series, v: &Series, fastest: f64) -> f64 {
+    let size = |c: &Series, s: f64| value(&[c[0].abs(), c[1].abs(), c[2].abs(), c[3].abs()], s);
+    let mut step = CONTACT_ANGLE / fastest;
+    for _ in 0..4 {
+        let displacement = size(x, step);
+        let speed = displacement * fastest + size(v, step);
+        for (n, last, scale) in [
+            (ORDER, x[ORDER], displacement),
+            (ORDER - 1, x[ORDER - 1], displacement),
+            (ORDER - 1, v[ORDER - 1], speed),
+            (ORDER - 2, v[ORDER - 2], speed),
+        ] {
+            if last != 0.0 {
+                step = step.min((EPS * scale / last.abs()).powf(1.0 / n as f64));
+            }
+        }
+    }
+    step
+}
+
+fn value(c: &[f64], s: f64) -> f64 {
+    c.iter().rev().fold(0.0, |sum, c| sum * s + c)
+}
+
+/// Value and first three derivatives, over their factorials.
+fn local(c: &[f64], s: f64) -> [f64; 4] {
+    let mut d = [0.0; 4];
+    for c in c.iter().rev() {
+        for i in (1..4).rev() {
+            d[i] = d[i] * s + d[i - 1];
+        }
+        d[0] = d[0] * s + c;
+    }
+    d
+}
+
+/// First time in (0, end] at which a series that begins below zero reaches it. Leading terms at
+/// rounding level (`noise`, over the whole step) are zero by definition: there the series starts
+/// on the root, which does not count.
+fn first_crossing(c: &[f64], end: f64, noise: f64) -> Option<f64> {
+    let skip = (0..c.len().min(4)).find(|&n| c[n].abs() * end.powi(n as i32) > noise)?;
+    let c = &c[skip..];
+    if c[0] >= 0.0 {
+        return Some(0.0);
+    }
+    // Bound of the fourth derivative over 4!.
+    let choose = |n: usize| (n * (n - 1) * (n - 2) * (n - 3)) as f64 / 24.0;
+    let fourth: f64 = (4..c.len()).map(|n| choose(n) * c[n].abs() * end.powi(n as i32 - 4)).sum();
+    let level = noise / end.powi(skip as i32);
+    let mut s = 0.0;
+    for _ in 0..200 {
+        let [value, rate, second, third] = local(c, s);
+        if value >= -level && rate > 0.0 {
+            return Some(polish(c, s, end));
+        }
+        let step = first_root(&[value, rate, second, third, fourth], end - s);
+        if step >= end - s {
+            return None;
+        }
+        if s + step <= s + EPS * s {
+            return Some(polish(c, s, end));
+        }
+        s += step;
+    }
+    Some(polish(c, s, end))
+}
+
+/// Newton's last steps onto the root.
+fn polish(c: &[f64], mut s: f64, end: f64) -> f64 {
+    for _ in 0..3 {
+        let [value, rate, ..] = local(c, s);
+        if rate > 0.0 {
+            s = (s - value / rate).clamp(0.0, end);
+        }
+    }
+    s
+}
+
+#[cfg(test)]
+mod tests {
+    use super::first_crossing;
+
+    #[test]
+    fn crossings_are_found_after_the_start_and_before_the_end() {
+        // (t - 0.25)(t - 0.5)^2 ... rises through zero at 0.25.
+        let c = [-0.0625, 0.5, -1.25, 1.0];
+        assert!((first_crossing(&c, 1.0, 1e-16).unwrap() - 0.25).abs() < 1e-15);
+        assert_eq!(first_crossing(&c, 0.2, 1e-16), None);
+        // A double crossing between the ends: -(t - 0.5)^2 + 1e-6.
+        let c = [-0.25 + 1e-6, 1.0, -1.0];
+        assert!((first_crossing(&c, 1.0, 1e-16).unwrap() - 0.499).abs() < 1e-12);
+        // Starts on the root and leaves it: -t (1 - t).
+        let c = [1e-18, -1.0, 1.0];
+        assert!((first_crossing(&c, 2.0, 1e-16).unwrap() - 1.0).abs() < 1e-15);
+        // At once.
+        assert_eq!(first_crossing(&[1e-18, 1.0], 1.0, 1e-16), Some(0.0));
+        assert_eq!(first_crossing(&[0.0, 0.0], 1.0, 1e-16), None);
+    }
+}

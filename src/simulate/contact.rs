@@ -1,0 +1,200 @@
+//! Lasting contact: the end of chatter, landings, slides, sticks and releases.
+
+use super::{Completion, Horizon, Observer, Phase, STANDSTILL_EVENTS, Simulation, Takeoff, Turn};
+use crate::chatter::Limit;
+use crate::contact::Touch;
+use crate::event::{ChatterEvent, ContactEvent, Event, StopReason};
+use crate::hold::{ContactForce, ContactMode, Next, SlideEnd, SlideStep, next_change};
+use crate::state::{Clock, State};
+
+impl Simulation {
+    /// Carries a chatter sequence to its accumulation point.
+    pub(super) fn complete<O: Observer>(&mut self, observer: &mut O) -> Turn {
+        let completion = self.point.completion?;
+        let reached = completion.time_jump;
+        let end = self.horizon_in_leg();
+        let over = reached > end;
+        let state_at = |this: &Self, s: f64| this.hop(&completion, s);
+        self.pass_sections(if over { end } else { reached }, over, observer, state_at);
+        if over {
+            let state = state_at(self, end.max(0.0));
+            return Some(Ok(self.stop_at_horizon(state)));
+        }
+        Some(Ok(self.accumulate(&completion)))
+    }
+
+    /// The accumulation point.
+    fn accumulate(&mut self, completion: &Completion) -> Event {
+        let Completion { clock, state, impacts_skipped, time_jump, error } = *completion;
+        self.point.completion = None;
+        self.point.events += 1;
+        self.point.monitor = crate::chatter::ChatterMonitor::default();
+        self.anchor(clock, state, Phase::Landing);
+        let drive = &self.motion.drive;
+        let (time, phase) = (drive.time(clock), drive.phase_at(clock));
+        let force = match self.system.land(drive.trig_at(clock), &state) {
+            Next::Hold(mode) => self.force(clock, &state, mode),
+            _ => ContactForce::default(),
+        };
+        Event::Chatter(ChatterEvent {
+            clock,
+            time,
+            phase,
+            state,
+            force,
+            impacts_skipped,
+            time_jump,
+            error,
+        })
+    }
+
+    /// The bodies meet at g = g' = 0 to rounding: the end of bounces too low to tell, which are
+    /// carried on to leading order, or a plastic impact.
+    pub(super) fn come_to_rest(&mut self, touch: &Touch) -> Turn {
+        let (clock, _, _) = self.place(touch.time, touch.offset);
+        let u = -self.system.approach_velocity(&self.point.anchor.state);
+        if let Some(ratio) = self.point.monitor.shrinks(u) {
+            let state = touch.state;
+            let second = touch.gap.second.max(f64::MIN_POSITIVE);
+            let time = (2.0 * u / (second * (1.0 - ratio))).min(self.motion.span);
+            let phase = self.motion.drive.trig_at(clock);
+            let v1 = if self.point.monitor.stopped {
+                0.0
+            } else {
+                self.system.after_bounces(phase, &state, u, ratio, time)
+            };
+            let limit =
+                Limit { time, x1: state.x1 + state.v1 * time, v1, ratio, error: time * time };
+            let completion = self.completion(&limit, &state, second);
+            return Some(Ok(self.accumulate(&completion)));
+        }
+        self.anchor(clock, self.system.landed(touch.state), Phase::Landing);
+        None
+    }
+
+    /// Decides what follows a landing.
+    pub(super) fn land(&mut self) -> Turn {
+        let super::Anchor { clock, state, .. } = self.point.anchor;
+        let next = self.system.land(self.motion.drive.trig_at(clock), &state);
+        self.go_over(clock, state, next, false)
+    }
+
+    /// Goes over to what follows; `held`: from contact, so that its end is an event.
+    fn go_over(&mut self, clock: Clock, state: State, next: Next, held: bool) -> Turn {
+        if self.stands_still(clock) {
+            return Some(Err(self.fail(true)));
+        }
+        let (time, phase) = (self.motion.drive.time(clock), self.motion.drive.phase_at(clock));
+        let (mode, leg) = match next {
+            Next::Hold(mode) => (Some(mode), Phase::Contact(mode)),
+            Next::Separate => (None, Phase::Flight(Takeoff::Touching)),
+            Next::Release => (None, Phase::Flight(Takeoff::Released)),
+            Next::Painleve => return Some(Ok(self.stop(clock, time, state, StopReason::Painleve))),
+            Next::Jammed => return Some(Ok(self.stop(clock, time, state, StopReason::Jammed))),
+        };
+        self.anchor(clock, state, leg);
+        if mode.is_none() && !held {
+            return None;
+        }
+        self.point.events += 1;
+        let force = mode.map_or(ContactForce::default(), |mode| self.force(clock, &state, mode));
+        let event = ContactEvent { clock, time, phase, state, mode, force };
+        Some(Ok(match mode {
+            Some(ContactMode::SlidePositive) => Event::SlidePositive(event),
+            Some(ContactMode::SlideNegative) => Event::SlideNegative(event),
+            Some(ContactMode::Stick) => Event::Stick(event),
+            None => Event::Release(event),
+        }))
+    }
+
+    /// Counts changes at one instant; whether there are too many.
+    fn stands_still(&mut self, clock: Clock) -> bool {
+        let again = clock == self.point.anchor.clock;
+        self.point.standstill = if again { self.point.standstill + 1 } else { 0 };
+        self.point.standstill > STANDSTILL_EVENTS
+    }
+
+    fn force(&self, clock: Clock, state: &State, mode: ContactMode) -> ContactForce {
+        self.system.contact_force(self.motion.drive.trig_at(clock), state, mode)
+    }
+
+    /// One step of a contact phase.
+    pub(super) fn hold<O: Observer>(&mut self, mode: ContactMode, observer: &mut O) -> Turn {
+        if mode == ContactMode::Stick { self.stick(observer) } else { self.slide(mode, observer) }
+    }
+
+    fn slide<O: Observer>(&mut self, mode: ContactMode, observer: &mut O) -> Turn {
+        let super::Anchor { clock, state, .. } = self.point.anchor;
+        let step = SlideStep::new(&self.system, self.motion.drive.trig_at(clock), &state, mode);
+        let (reached, cause) = step.end();
+        let end = self.horizon_in_leg();
+        let over = reached > end;
+        let state_at = |this: &Self, s: f64| {
+            let (x1, v1) = step.at(s);
+            this.system.on_contact(x1, v1)
+        };
+        self.pass_sections(if over { end } else { reached }, over, observer, state_at);
+        if over {
+            let state = state_at(self, end.max(0.0));
+            return Some(Ok(self.stop_at_horizon(state)));
+        }
+        let (clock, _, _) = self.place(reached, 0.0);
+        let state = state_at(self, reached);
+        if !state.is_finite() {
+            return Some(Err(self.fail(false)));
+        }
+        match cause {
+            SlideEnd::Continues | SlideEnd::Side => {
+                if self.stands_still(clock) {
+                    return Some(Err(self.fail(true)));
+                }
+                self.anchor(clock, state, Phase::Contact(mode));
+                None
+            }
+            SlideEnd::Released => self.go_over(clock, state, Next::Release, true),
+            SlideEnd::Stopped => {
+                let state = self.system.on_contact(state.x1, 0.0);
+                let next = self.system.land(self.motion.drive.trig_at(clock), &state);
+                self.go_over(clock, state, next, true)
+            }
+            SlideEnd::Painleve => {
+                let next =
+                    if self.system.mass_ratio() > 0.0 { Next::Painleve } else { Next::Jammed };
+                self.go_over(clock, state, next, true)
+            }
+        }
+    }
+
+    fn stick<O: Observer>(&mut self, observer: &mut O) -> Turn {
+        let super::Anchor { clock, state, .. } = self.point.anchor;
+        let change = next_change(&self.system, &self.motion.drive, clock, &state);
+        if change.is_none() && matches!(self.horizon, Horizon::Impacts { .. }) {
+            return Some(Ok(self.stop(
+                clock,
+                self.motion.drive.time(clock),
+                state,
+                StopReason::Rest,
+            )));
+        }
+        // A rest for ever goes on in pieces, so that the caller is asked now and then.
+        let reached = change.map_or(REST_TURNS * self.motion.span, |(time, _)| time);
+        let end = self.horizon_in_leg();
+        let over = reached > end;
+        self.pass_sections(if over { end } else { reached }, over, observer, |_, _| state);
+        if over {
+            return Some(Ok(match change {
+                Some(_) => self.stop_at_horizon(state),
+                None => self.stop_at_end(state, StopReason::Rest),
+            }));
+        }
+        let (clock, _, _) = self.place(reached, 0.0);
+        if let Some((_, next)) = change {
+            return self.go_over(clock, state, next, true);
+        }
+        self.anchor(clock, state, Phase::Contact(ContactMode::Stick));
+        None
+    }
+}
+
+/// Local flights' spans by which a rest for ever is carried on at a time.
+const REST_TURNS: f64 = 256.0;

@@ -1,0 +1,236 @@
+//! Free flights, the impacts that end them, and grazes.
+
+use super::{Anchor, Checkpoint, Completion, Observer, Phase, Simulation, Takeoff, Turn};
+use crate::chatter::Limit;
+use crate::contact::{Found, Start, Touch, next_contact};
+use crate::double_double::DoubleDouble;
+use crate::error::SimulationError;
+use crate::event::{Event, GrazeEvent, ImpactEvent, StopReason};
+use crate::hold::Next;
+use crate::impact::{self, Impact, ImpactFailure, PreImpact};
+use crate::params::{ImpactLaw, System};
+use crate::state::{Clock, State};
+use crate::tolerance::{CHATTER_LEADING_RTOL, EPS};
+
+impl Simulation {
+    /// One local flight.
+    pub(super) fn fly<O: Observer>(&mut self, takeoff: Takeoff, observer: &mut O) -> Turn {
+        let found = self.search(takeoff);
+        let reached = match found {
+            Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch) => {
+                touch.local_time()
+            }
+            Found::Nothing => self.motion.span,
+            // The literal law creates energy without bound.
+            Found::NotFinite | Found::Stalled if self.system.law == ImpactLaw::Paper => {
+                return Some(Ok(self.stop_here(StopReason::LawFailed)));
+            }
+            Found::NotFinite => return Some(Err(self.fail(false))),
+            Found::Stalled => return Some(Err(self.fail(true))),
+        };
+        let end = self.horizon_in_leg();
+        // A contact at the very end still belongs to the run.
+        let over = reached > end;
+        let state_at = |this: &Self, s: f64| this.motion.state_at(&this.flight, s);
+        self.pass_sections(if over { end } else { reached }, over, observer, state_at);
+        if over {
+            let state = state_at(self, end.max(0.0));
+            return Some(Ok(self.stop_at_horizon(state)));
+        }
+        match found {
+            Found::Contact(touch) => Some(self.strike(&touch)),
+            Found::Graze(touch) => Some(Ok(self.graze(&touch))),
+            Found::Resting(touch) => self.come_to_rest(&touch),
+            _ => {
+                self.point.chunk += 1;
+                self.point.grazed = None;
+                self.enter_chunk();
+                (!self.flight.state.is_finite()).then(|| Err(self.fail(false)))
+            }
+        }
+    }
+
+    /// Starts the present local flight, from the anchor without accumulating rounding.
+    pub(super) fn enter_chunk(&mut self) {
+        let Anchor { clock, state, .. } = self.point.anchor;
+        self.found = None;
+        self.flight = self.motion.flight(clock, state);
+        if self.point.chunk > 0 {
+            let elapsed = DoubleDouble::product(self.motion.span, self.point.chunk as f64);
+            let state = self.motion.state_after(&self.flight, elapsed);
+            self.flight = self.motion.flight(self.motion.drive.advance(clock, elapsed), state);
+        }
+    }
+
+    fn search(&mut self, takeoff: Takeoff) -> Found {
+        if let Some(found) = self.found {
+            return found;
+        }
+        let start = match (self.point.grazed, takeoff) {
+            (Some(time), _) => Start::Grazed(time),
+            (None, Takeoff::Touching) if self.point.chunk == 0 => Start::Touching,
+            (None, Takeoff::Released) if self.point.chunk == 0 => Start::Released,
+            _ => Start::Apart,
+        };
+        let System { contact, gap, .. } = self.system;
+        let report =
+            next_contact(&self.motion, &self.flight, contact, gap, start, self.motion.span);
+        self.evaluations += report.evaluations;
+        self.found = Some(report.found);
+        report.found
+    }
+
+    /// Impact at the end of a flight.
+    fn strike(&mut self, touch: &Touch) -> Result<Event, SimulationError> {
+        // g = 0 to rounding: the state is moved onto it, so that rounding does not add up.
+        let pre = self.system.touching(touch.state);
+        self.strike_from((touch.time, touch.offset), pre, touch.gap.rate)
+    }
+
+    /// Impact of a start on the contact that approaches.
+    pub(super) fn strike_at_start(&mut self) -> Result<Event, SimulationError> {
+        let pre = self.point.anchor.state;
+        let rate = self.system.approach_velocity(&pre);
+        self.strike_from((0.0, 0.0), pre, rate)
+    }
+
+    /// Impact at a local time, and a new flight.
+    fn strike_from(
+        &mut self,
+        (time, offset): (f64, f64),
+        pre: State,
+        rate: f64,
+    ) -> Result<Event, SimulationError> {
+        let (clock, time, phase) = self.place(time, offset);
+        let mut velocities = PreImpact::new(self.system.contact, &pre);
+        if velocities.approach_velocity() <= 0.0 {
+            // The approach velocity is below rounding; the search's own is positive.
+            velocities.v2 = velocities.v1 * velocities.cos - rate.max(f64::MIN_POSITIVE);
+        }
+        let impact = match impact::resolve(&self.system, &velocities) {
+            Ok(impact) => impact,
+            Err(failure) => {
+                let reason = match failure {
+                    ImpactFailure::Jammed => StopReason::Jammed,
+                    ImpactFailure::LawFailed => StopReason::LawFailed,
+                };
+                return Ok(self.stop(clock, time, pre, reason));
+            }
+        };
+        let post = State { v1: impact.v1_post, v2: impact.v2_post, ..pre };
+        if !(post.is_finite() && impact.impulse_normal.is_finite()) {
+            return Err(self.fail(false));
+        }
+        self.anchor(clock, post, Phase::Flight(Takeoff::Touching));
+        self.point.impacts += 1;
+        self.point.events += 1;
+        self.point.standstill = 0;
+        if self.point.monitor.observe(&impact, self.system.restitution) && self.completes {
+            self.point.completion = self.believe_chatter(clock, &impact);
+        }
+        Ok(Event::Impact(ImpactEvent { clock, time, phase, pre, post, impact }))
+    }
+
+    /// Where chatter ends, once that is known within the tolerance and contact follows.
+    fn believe_chatter(&mut self, clock: Clock, impact: &Impact) -> Option<Completion> {
+        let post = self.point.anchor.state;
+        let drive = &self.motion.drive;
+        let limit = self.point.monitor.extrapolate(drive, clock, &post, impact)?;
+        let gap = self.motion.contact_gap(&self.flight, self.system.contact);
+        if gap.second <= 0.0 {
+            return None;
+        }
+        let leading = 2.0 * -impact.separation_velocity / (gap.second * (1.0 - limit.ratio));
+        let agrees = (limit.time - leading).abs() <= CHATTER_LEADING_RTOL * limit.time;
+        if !agrees || limit.time > self.motion.span {
+            return None;
+        }
+        let completion = self.completion(&limit, &post, gap.second);
+        if completion.error > self.tolerance {
+            return None;
+        }
+        let phase = self.motion.drive.trig_at(completion.clock);
+        let holds = matches!(self.system.land(phase, &completion.state), Next::Hold(_));
+        holds.then_some(completion)
+    }
+
+    /// The accumulation point that lies `limit` after the start of the present flight.
+    pub(super) fn completion(&self, limit: &Limit, post: &State, second: f64) -> Completion {
+        let drive = &self.motion.drive;
+        let clock = drive.advance(self.flight.clock, DoubleDouble::new(limit.time));
+        let mut error = limit.error + limit.rounding(post, second);
+        let state = if self.system.mass_ratio() > 0.0 {
+            self.system.on_contact(limit.x1, limit.v1)
+        } else {
+            // The wall's own motion, which x1' = x2'/cos x1 magnifies.
+            error /= self.system.tip_slope(limit.x1).powi(2);
+            let free = self.motion.state_at(&self.flight, limit.time);
+            self.system.landed(State { x1: limit.x1, v1: limit.v1, ..free })
+        };
+        let resolution = EPS * drive.time(clock).abs().max(1.0);
+        Completion {
+            clock,
+            state,
+            impacts_skipped: ((limit.time / resolution).ln() / -limit.ratio.ln()).ceil().max(0.0),
+            time_jump: limit.time,
+            error,
+        }
+    }
+
+    fn graze(&mut self, touch: &Touch) -> Event {
+        let (clock, time, phase) = self.place(touch.time, touch.offset);
+        let state = touch.state;
+        let pre = PreImpact::new(self.system.contact, &state);
+        if impact::approach_grows(&self.system, &pre) {
+            return self.stop(clock, time, state, StopReason::UndecidableGraze);
+        }
+        self.point.grazed = Some(touch.local_time());
+        self.point.events += 1;
+        self.found = None;
+        Event::Graze(GrazeEvent { clock, time, phase, state, gap_acceleration: touch.gap.second })
+    }
+
+    /// The state at local time `s` inside a chatter sequence that is skipped: its hops one by one
+    /// from the last impact.
+    pub(super) fn hop(&self, completion: &Completion, s: f64) -> State {
+        let target = self.motion.drive.advance(self.flight.clock, DoubleDouble::new(s));
+        hops(&self.system, self.point.anchor, target).unwrap_or(completion.state)
+    }
+}
+
+/// State at `target` by single hops, `None` if the bodies come to rest before.
+pub(crate) fn hops(system: &System, anchor: Anchor, target: Clock) -> Option<State> {
+    let mut simulation = Simulation::hopping(system, anchor, target);
+    loop {
+        match simulation.advance(&mut ()) {
+            Some(Ok(Event::Impact(_) | Event::Graze(_))) => {}
+            Some(Ok(Event::Stop(stop))) => return Some(stop.state),
+            _ => return None,
+        }
+    }
+}
+
+/// The impacts of single hops up to `target`, or until the bodies come to rest.
+pub(crate) fn followed_by_hops(
+    system: &System,
+    anchor: Anchor,
+    target: Clock,
+) -> impl Iterator<Item = ImpactEvent> {
+    let is_hop = |event: &Result<Event, SimulationError>| {
+        matches!(event, Ok(Event::Impact(_) | Event::Graze(_)))
+    };
+    Simulation::hopping(system, anchor, target).take_while(is_hop).filter_map(|event| match event {
+        Ok(Event::Impact(impact)) => Some(impact),
+        _ => None,
+    })
+}
+
+impl Simulation {
+    /// A simulation that resolves chatter, hop by hop.
+    fn hopping(system: &System, anchor: Anchor, target: Clock) -> Self {
+        let mut simulation = Self::from_checkpoint(system, &Checkpoint::at(anchor));
+        (simulation.completes, simulation.end) = (false, target);
+        simulation.max_events = u64::MAX;
+        simulation
+    }
+}
