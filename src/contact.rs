@@ -17,7 +17,8 @@ use crate::majorant::first_root;
 use crate::params::Contact;
 use crate::state::State;
 use crate::tolerance::{
-    EPS, FLIGHT_NOISE, GRAZE_NOISE, RELEASE_PROBE, REST_NOISE, SEARCH_STEPS, TAYLOR_PART,
+    EPS, FLIGHT_NOISE, GRAZE_NOISE, PAUSE_NOISE, RELEASE_PROBE, REST_NOISE, SEARCH_PATIENCE,
+    SEARCH_STEPS, TAYLOR_PART,
 };
 
 /// How a local flight starts, as far as the contact is concerned.
@@ -42,6 +43,9 @@ pub enum Found {
     Graze(Touch),
     /// No contact in the local flight.
     Nothing,
+    /// No contact up to this local time. The motion has calmed since the start, or turns so fast
+    /// that many steps were needed: a new local flight from here has closer bounds.
+    Paused(f64),
     /// The bodies are on the contact without separating (g = g' = 0 to rounding, g'' >= 0), as a
     /// rule at the start of the flight: contact lasts.
     Resting(Touch),
@@ -242,6 +246,10 @@ impl<G: Geometry> Search<'_, G> {
             }
             lift = Lift::None;
             sample = self.evaluate(s + step);
+            let apart = -sample.gap.value > PAUSE_NOISE * self.gap.fresh_noise;
+            if self.evaluations > SEARCH_PATIENCE && apart {
+                return Found::Paused(sample.time);
+            }
         }
         if sample.gap.value.is_finite() { Found::Stalled } else { Found::NotFinite }
     }

@@ -7,8 +7,10 @@
 use std::f64::consts::PI;
 use std::ops::{Add, Mul, Neg, Sub};
 
+use serde::{Deserialize, Serialize};
+
 /// An unevaluated sum `hi + lo` with `|lo| <= ulp(hi)/2`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct DoubleDouble {
     pub hi: f64,
     pub lo: f64,

@@ -112,6 +112,8 @@ pub(crate) struct GapFlight<'a, G: Geometry> {
     anchor: G::Anchor,
     start: f64,
     start_noise: f64,
+    /// Rounding of g at the start of a flight that is not on the contact by definition.
+    pub fresh_noise: f64,
     /// Bound of |g'|.
     pub rate_bound: f64,
     /// Bound of |g''''|.
@@ -123,11 +125,9 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
     pub fn new(motion: &'a FreeMotion, flight: &'a Flight, delta: f64, touching: bool) -> Self {
         let anchor = G::anchor(flight.state.x1);
         let tip = G::tip(anchor);
-        let (start, start_noise) = if touching {
-            (0.0, 0.0)
-        } else {
-            (tip - flight.state.x2 - delta, noise(tip, flight.state.x2, delta))
-        };
+        let fresh_noise = noise(tip, flight.state.x2, delta);
+        let (start, start_noise) =
+            if touching { (0.0, 0.0) } else { (tip - flight.state.x2 - delta, fresh_noise) };
         let (p, o) = motion.bounds(flight);
         Self {
             motion,
@@ -135,6 +135,7 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
             anchor,
             start,
             start_noise,
+            fresh_noise,
             rate_bound: p.0[0] + o.0[0],
             fourth_bound: (G::fourth(&p.0) + o.0[3]) * BOUND_MARGIN,
         }

@@ -148,7 +148,8 @@ impl System {
         (PAINLEVE_LEVEL * size).max(if self.mass_ratio == 0.0 { REACH_LEVEL } else { 0.0 })
     }
 
-    fn stuck(&self) -> Next {
+    /// No contact force fits: a Painleve point, or a wall that jams the pendulum.
+    pub(crate) fn stuck(&self) -> Next {
         if self.mass_ratio == 0.0 { Next::Jammed } else { Next::Painleve }
     }
 

@@ -106,8 +106,8 @@ pub(crate) struct Completion {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Checkpoint {
     pub anchor: Anchor,
-    /// Local flights of the full span since the anchor.
-    chunk: u64,
+    /// Time from the anchor to the start of the present local flight.
+    elapsed: DoubleDouble,
     /// Local time of a graze in the present local flight.
     grazed: Option<f64>,
     /// The impacts after the anchor are skipped.
@@ -217,7 +217,7 @@ impl Simulation {
             found: None,
             evaluations: 0,
         };
-        simulation.enter_chunk();
+        simulation.enter_flight();
         simulation
     }
 
@@ -391,9 +391,9 @@ impl Simulation {
     /// Starts a new leg.
     fn anchor(&mut self, clock: Clock, state: State, phase: Phase) {
         self.point.anchor = Anchor { clock, state, phase };
-        self.point.chunk = 0;
+        self.point.elapsed = DoubleDouble::ZERO;
         self.point.grazed = None;
-        self.enter_chunk();
+        self.enter_flight();
     }
 
     /// Stops at the horizon, whose clock is known exactly.
@@ -446,7 +446,7 @@ impl Checkpoint {
     fn at(anchor: Anchor) -> Self {
         Self {
             anchor,
-            chunk: 0,
+            elapsed: DoubleDouble::ZERO,
             grazed: None,
             completion: None,
             standstill: 0,

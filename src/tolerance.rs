@@ -43,6 +43,12 @@ pub const SEARCH_STEPS: u64 = 200_000;
 /// Angles then stay below 4 pi and lose no more than two bits to rounding.
 pub const CHUNK_TURNS: f64 = 2.0;
 
+/// Gap evaluations after which a search goes on as a new local flight, with bounds of its own.
+pub const SEARCH_PATIENCE: u64 = 20_000;
+
+/// It does so where the bodies are apart by so many rounding levels of a fresh start.
+pub const PAUSE_NOISE: f64 = 1024.0;
+
 /// The steady response is used where it exceeds the true forced motion of a local flight at
 /// most by this factor, else one that stays finite (more work per evaluation).
 pub const RESONANCE_LOSS: f64 = 1.0;

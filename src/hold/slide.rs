@@ -24,7 +24,8 @@ const FORCED: usize = ORDER - 2;
 
 type Series = [f64; ORDER + 1];
 
-/// One step of a slide.
+/// One step of a slide. The series are in time over `unit`, in which the motion is of order one:
+/// in plain time the coefficients of a tip driven to the end of its reach overflow.
 #[derive(Debug, Clone)]
 pub(crate) struct SlideStep {
     x: Series,
@@ -35,8 +36,10 @@ pub(crate) struct SlideStep {
     free: Series,
     /// mbar + k cos x1.
     inertia: Series,
-    /// Length of the step.
-    pub span: f64,
+    /// A power of two, so that no digit is lost.
+    unit: f64,
+    /// Length of the step, in `unit`.
+    reach: f64,
     mode: ContactMode,
     /// sgn(sin x1), 0 where friction plays no part.
     side: f64,
@@ -75,10 +78,20 @@ fn product(a: &Series, b: &Series, n: usize) -> f64 {
 
 impl SlideStep {
     pub fn new(system: &System, phase: Trig, state: &State, mode: ContactMode) -> Self {
-        let (w, omega) = (system.frequency_ratio, system.drive_frequency);
-        let (stiffness, damping) = (w * w, 2.0 * system.pendulum_damping * w);
-        let other_damping = 2.0 * system.oscillator_damping;
         let oblique = system.contact == Contact::Oblique;
+        let w = system.frequency_ratio;
+        let fastest = (1.0 + 2.0 * system.oscillator_damping)
+            .max(w * (1.0 + 2.0 * system.pendulum_damping))
+            .max(system.drive_frequency);
+        let turning = if oblique { state.v1.abs() } else { 0.0 };
+        let unit = (-(fastest + turning).log2().ceil()).exp2();
+        let square_unit = unit * unit;
+        let (f1, f2) =
+            (system.moment_amplitude * square_unit, system.force_amplitude * square_unit);
+        let (stiffness, spring) = (w * w * square_unit, square_unit);
+        let damping = 2.0 * system.pendulum_damping * w * unit;
+        let other_damping = 2.0 * system.oscillator_damping * unit;
+        let omega = system.drive_frequency * unit;
         let (sin0, cos0) = if oblique { state.x1.sin_cos() } else { (0.0, 1.0) };
         let rubs = system.friction > 0.0;
         let side = if !rubs {
@@ -95,7 +108,7 @@ impl SlideStep {
         let (mut x, mut v, mut sin, mut cos) = (zero, zero, zero, zero);
         let (mut a1, mut k, mut square) = (zero, zero, zero);
         let (mut free, mut inertia, mut force) = (zero, zero, zero);
-        (x[0], x[1], v[0]) = (state.x1, state.v1, state.v1);
+        (x[0], x[1], v[0]) = (state.x1, state.v1 * unit, state.v1 * unit);
         (sin[0], cos[0]) = (sin0, cos0);
         // Coefficients of cos psi by (cos psi)'' = -omega^2 cos psi.
         let (mut load, mut next_load) = (phase.cos, -omega * phase.sin);
@@ -112,10 +125,8 @@ impl SlideStep {
             };
             let constant = if n == 0 { 1.0 } else { 0.0 };
             let tip = if oblique { sin[n] } else { x[n] };
-            a1[n] = system.moment_amplitude * load - damping * v[n] - stiffness * x[n];
-            let a2 = system.force_amplitude * load
-                - other_damping * tip_rate
-                - (tip - constant * system.gap);
+            a1[n] = f1 * load - damping * v[n] - stiffness * x[n];
+            let a2 = f2 * load - other_damping * tip_rate - spring * (tip - constant * system.gap);
             k[n] = cos[n] + friction * sin[n];
             inertia[n] = constant * system.mass_ratio + product(&k, &cos, n);
             square[n] = product(&v, &v, n);
@@ -128,13 +139,13 @@ impl SlideStep {
             x[n + 2] = v[n + 1] / (order + 1.0);
             (load, next_load) = (next_load, -omega * omega * load / (order * (order + 1.0)));
         }
-        let fastest = w.max(omega).max(damping).max(other_damping).max(1.0);
         // The phase is rounded: the instant itself is known to this.
         let instant_noise = if omega > 0.0 { 2.0 * PI * EPS / omega } else { 0.0 };
         let instant = system.instant(phase, state);
         let terms = system.mass_ratio + (cos0.abs() + friction.abs() * sin0.abs()) * cos0.abs();
         Self {
-            span: span(&x, &v, fastest),
+            unit,
+            reach: reach(&x, &v, fastest * unit),
             x,
             v,
             sin,
@@ -142,9 +153,9 @@ impl SlideStep {
             inertia,
             mode,
             side: if rubs { side } else { 0.0 },
-            noise: instant.noise() + instant_noise * free[1].abs(),
-            acceleration_noise: FORCE_NOISE * EPS * instant.size1
-                + (k[0] / inertia[0]).abs() * instant.noise()
+            noise: instant.noise() * square_unit + instant_noise * free[1].abs(),
+            acceleration_noise: FORCE_NOISE * EPS * instant.size1 * square_unit
+                + (k[0] / inertia[0]).abs() * instant.noise() * square_unit
                 + instant_noise * 2.0 * v[2].abs(),
             least_inertia: system.painleve_level(terms),
         }
@@ -152,19 +163,20 @@ impl SlideStep {
 
     /// x1 and x1' at local time s.
     pub fn at(&self, s: f64) -> (f64, f64) {
-        (value(&self.x, s), value(&self.v, s))
+        let s = s / self.unit;
+        (value(&self.x, s), value(&self.v, s) / self.unit)
     }
 
     /// Whether a contact force of 0 at the start falls.
     pub fn falls(&self) -> bool {
         (1..=FORCED)
-            .find(|&n| self.free[n].abs() * self.span.powi(n as i32) > self.noise)
+            .find(|&n| self.free[n].abs() * self.reach.powi(n as i32) > self.noise)
             .is_some_and(|n| self.free[n] < 0.0)
     }
 
     /// The first event of the step, and its local time.
     pub fn end(&self) -> (f64, SlideEnd) {
-        let mut first = (self.span, SlideEnd::Continues);
+        let mut first = (self.reach, SlideEnd::Continues);
         let mut consider =
             |series: &Series, length: usize, sign: f64, noise: f64, end: SlideEnd| {
                 let mut c = [0.0; ORDER + 1];
@@ -178,14 +190,14 @@ impl SlideStep {
         consider(&self.free, FORCED, -1.0, self.noise, SlideEnd::Released);
         if self.side != 0.0 {
             let direction = self.mode.direction();
-            let noise = self.acceleration_noise * self.span;
+            let noise = self.acceleration_noise * self.reach;
             consider(&self.v, ORDER - 1, -direction, noise, SlideEnd::Stopped);
             consider(&self.sin, FORCED, -self.side, kink_noise(self.x[0]), SlideEnd::Side);
         }
         let mut margin = self.inertia;
         margin[0] -= self.least_inertia;
         consider(&margin, FORCED, -1.0, 0.0, SlideEnd::Painleve);
-        first
+        (first.0 * self.unit, first.1)
     }
 }
 
@@ -202,7 +214,7 @@ fn kink_noise(x1: f64) -> f64 {
 /// motion's size, which the first four terms give (Jorba & Zou (2005), section 3.2); by iteration
 /// from the longest step. The terms of x1' are n/h times those of x1: where x1'' changes fast, and
 /// the step is short, they bound it.
-fn span(x: &Series, v: &Series, fastest: f64) -> f64 {
+fn reach(x: &Series, v: &Series, fastest: f64) -> f64 {
     let size = |c: &Series, s: f64| value(&[c[0].abs(), c[1].abs(), c[2].abs(), c[3].abs()], s);
     let mut step = CONTACT_ANGLE / fastest;
     for _ in 0..4 {

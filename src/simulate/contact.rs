@@ -141,7 +141,10 @@ impl Simulation {
         let (clock, _, _) = self.place(reached, 0.0);
         let state = state_at(self, reached);
         if !state.is_finite() {
-            return Some(Err(self.fail(false)));
+            // The force has grown beyond all bounds.
+            let next = self.system.stuck();
+            let state = self.point.anchor.state;
+            return self.go_over(self.point.anchor.clock, state, next, true);
         }
         match cause {
             SlideEnd::Continues | SlideEnd::Side => {

@@ -21,6 +21,7 @@ impl Simulation {
                 touch.local_time()
             }
             Found::Nothing => self.motion.span,
+            Found::Paused(time) => time,
             // The literal law creates energy without bound.
             Found::NotFinite | Found::Stalled if self.system.law == ImpactLaw::Paper => {
                 return Some(Ok(self.stop_here(StopReason::LawFailed)));
@@ -42,21 +43,21 @@ impl Simulation {
             Found::Graze(touch) => Some(Ok(self.graze(&touch))),
             Found::Resting(touch) => self.come_to_rest(&touch),
             _ => {
-                self.point.chunk += 1;
+                self.point.elapsed = self.point.elapsed + DoubleDouble::new(reached);
                 self.point.grazed = None;
-                self.enter_chunk();
+                self.enter_flight();
                 (!self.flight.state.is_finite()).then(|| Err(self.fail(false)))
             }
         }
     }
 
     /// Starts the present local flight, from the anchor without accumulating rounding.
-    pub(super) fn enter_chunk(&mut self) {
+    pub(super) fn enter_flight(&mut self) {
         let Anchor { clock, state, .. } = self.point.anchor;
         self.found = None;
         self.flight = self.motion.flight(clock, state);
-        if self.point.chunk > 0 {
-            let elapsed = DoubleDouble::product(self.motion.span, self.point.chunk as f64);
+        let elapsed = self.point.elapsed;
+        if elapsed.hi > 0.0 {
             let state = self.motion.state_after(&self.flight, elapsed);
             self.flight = self.motion.flight(self.motion.drive.advance(clock, elapsed), state);
         }
@@ -68,8 +69,8 @@ impl Simulation {
         }
         let start = match (self.point.grazed, takeoff) {
             (Some(time), _) => Start::Grazed(time),
-            (None, Takeoff::Touching) if self.point.chunk == 0 => Start::Touching,
-            (None, Takeoff::Released) if self.point.chunk == 0 => Start::Released,
+            (None, Takeoff::Touching) if self.point.elapsed.hi == 0.0 => Start::Touching,
+            (None, Takeoff::Released) if self.point.elapsed.hi == 0.0 => Start::Released,
             _ => Start::Apart,
         };
         let System { contact, gap, .. } = self.system;
