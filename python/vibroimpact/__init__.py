@@ -21,7 +21,7 @@ from .errors import Interrupted, ParameterError, SimulationError, StateError
 from .files import load
 from .impact_maps import ImpactAgreement, ImpactRegimes, impact_agreement, impact_regimes
 from .impacts import impact
-from .results import EventKind, FinalState, PeriodReport, Regime, Run
+from .results import EnergyAudit, EventKind, FinalState, PeriodReport, Regime, Run
 from .simulation import simulate
 from .system import System
 
@@ -41,6 +41,7 @@ else:
 __all__ = [
     "Diagram",
     "DiagramSettings",
+    "EnergyAudit",
     "EventKind",
     "FinalState",
     "ImpactAgreement",

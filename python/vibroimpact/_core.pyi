@@ -140,6 +140,8 @@ class Run:
         """States (len(t), 4) at increasing or arbitrary times inside the kept window."""
     def contact_forces(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
         """Normal and tangential contact force (len(t), 2), zero in flight; times as above."""
+    def energy_audit(self) -> dict[str, float]:
+        """Energies and works in the kept window, by name (docs/theory.md, section 7)."""
     def period(self) -> PeriodReport:
         """Period, impact count and label; may follow a nearby orbit for some periods."""
     def resume(

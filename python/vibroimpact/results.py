@@ -116,6 +116,49 @@ class PeriodReport:
     label: str
 
 
+@dataclass(frozen=True, kw_only=True)
+class EnergyAudit:
+    """The works of all forces in the kept window of a run, in M1 l^2 omega_2^2.
+
+    Energy is E = x1'^2/2 + omega0^2 x1^2/2 + (x2'^2 + x2^2)/(2 mbar); with mass_ratio = 0 body 2 is
+    a wall, which has no energy of its own but does work. Works are positive where energy enters.
+    The works between impacts are integrated by quadrature along the motion, independently of the
+    formulas that gave it; impacts skipped in chatter are resolved.
+
+    Attributes
+    ----------
+    energy_start, energy_end
+        E at both ends of the window.
+    moment, force
+        Work of the forcing on pendulum and oscillator.
+    damping
+        Work of both dampers, <= 0.
+    restitution, impact_friction
+        Work of the normal impulses and of friction during impacts; restitution is <= 0 but under
+        ``law="newton"``, friction always.
+    contact_friction
+        Work of friction in sustained contact, <= 0.
+    wall
+        Work of a wall (mass_ratio = 0) on the pendulum, in impacts and contact.
+    total
+        Sum of all absolute works.
+    residual
+        Change of energy that no work explains: rounding, some 1e-13 of ``total``.
+    """
+
+    energy_start: float
+    energy_end: float
+    moment: float
+    force: float
+    damping: float
+    restitution: float
+    impact_friction: float
+    contact_friction: float
+    wall: float
+    total: float
+    residual: float
+
+
 class Run:
     """One simulated motion, as ``simulate``, ``Run.resume`` and ``load`` return it."""
 
@@ -258,6 +301,10 @@ class Run:
         if not forces:
             return states
         return np.hstack([states, self._core.contact_forces(times)])
+
+    def energy_audit(self) -> EnergyAudit:
+        """Add up the works of all forces in the kept window and compare with the energies."""
+        return EnergyAudit(**self._core.energy_audit())
 
     def resume(
         self,

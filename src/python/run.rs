@@ -1,5 +1,7 @@
 //! `_core.Run`, `simulate` and `simulate_many`.
 
+use std::collections::BTreeMap;
+
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
@@ -201,6 +203,24 @@ impl PyRun {
         let forces = py.detach(|| self.0.contact_forces(&times)).ok_or_else(|| self.outside())?;
         let flat: Vec<f64> = forces.iter().flat_map(|f| [f.normal, f.tangential]).collect();
         PyArray1::from_vec(py, flat).reshape([forces.len(), 2])
+    }
+
+    /// Energies and works in the kept window, by name.
+    fn energy_audit(&self, py: Python<'_>) -> BTreeMap<&'static str, f64> {
+        let audit = py.detach(|| self.0.energy_audit());
+        BTreeMap::from([
+            ("energy_start", audit.energy_start),
+            ("energy_end", audit.energy_end),
+            ("moment", audit.moment),
+            ("force", audit.force),
+            ("damping", audit.damping),
+            ("restitution", audit.restitution),
+            ("impact_friction", audit.impact_friction),
+            ("contact_friction", audit.contact_friction),
+            ("wall", audit.wall),
+            ("total", audit.total),
+            ("residual", audit.residual()),
+        ])
     }
 
     /// Period, impact count and label.
