@@ -74,7 +74,8 @@ impl Limit {
     /// rounding of the velocities: T = 2 u/(g''(1 - q)).
     pub fn rounding(&self, state: &State, second: f64) -> f64 {
         let size = state.to_array().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
-        let speed = state.v1.abs() + state.v2.abs();
+        // A rounded x1 turns x1' cos x1 by |x1 x1'| roundings.
+        let speed = state.v1.abs() * (1.0 + state.x1.abs()) + state.v2.abs();
         CHATTER_NOISE * EPS * (size + speed / (second * (1.0 - self.ratio)))
     }
 }

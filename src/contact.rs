@@ -17,8 +17,8 @@ use crate::majorant::first_root;
 use crate::params::Contact;
 use crate::state::State;
 use crate::tolerance::{
-    EPS, FLIGHT_NOISE, GRAZE_NOISE, PAUSE_NOISE, RELEASE_PROBE, REST_NOISE, SEARCH_PATIENCE,
-    SEARCH_STEPS, TAYLOR_PART,
+    EPS, FLIGHT_NOISE, GRAZE_NOISE, PAUSE_NOISE, RELEASE_PROBE, SEARCH_PATIENCE, SEARCH_STEPS,
+    SETTLE_STEPS, TAYLOR_PART,
 };
 
 /// How a local flight starts, as far as the contact is concerned.
@@ -173,7 +173,7 @@ impl<G: Geometry> Search<'_, G> {
         if !(self.gap.fourth_bound.is_finite() && sample.gap.value.is_finite()) {
             return Found::NotFinite;
         }
-        let rest = REST_NOISE * EPS * self.gap.rate_bound;
+        let rest = self.gap.rest;
         let mut lift = match start {
             Start::Apart => Lift::None,
             Start::Grazed(_) => Lift::Twice,
@@ -181,13 +181,14 @@ impl<G: Geometry> Search<'_, G> {
             Start::Touching if sample.gap.rate <= rest && sample.gap.second < 0.0 => Lift::Twice,
             Start::Touching => return Found::Resting(self.touch(&sample, 0.0)),
             Start::Released if self.leaves(&sample.gap) => Lift::Thrice,
-            Start::Released => match self.apart_soon() {
-                Some(later) => {
-                    sample = later;
-                    Lift::None
+            Start::Released => {
+                sample = self.after_flat_release(sample);
+                let level = GRAZE_NOISE * self.gap.noise(sample.time);
+                if sample.gap.value >= -2.0 * level {
+                    return Found::Resting(self.touch(&sample, 0.0));
                 }
-                None => return Found::Resting(self.touch(&sample, 0.0)),
-            },
+                Lift::None
+            }
         };
         // Beyond this q is useless: its last term alone exceeds what g' can do.
         let reach = 3.0 * (self.gap.rate_bound / self.gap.fourth_bound).cbrt();
@@ -262,18 +263,23 @@ impl<G: Geometry> Search<'_, G> {
     }
 
     /// A release so flat that g''' = 0 to rounding: the first of a few short times at which the
-    /// bodies are apart beyond doubt. Between the start and it the gap is at rounding level.
-    fn apart_soon(&mut self) -> Option<Sample> {
+    /// bodies are apart beyond doubt, or the last up to which the gap is at rounding level.
+    fn after_flat_release(&mut self, start: Sample) -> Sample {
         let (mut s, longest) = RELEASE_PROBE;
+        let mut last = start;
         while s <= longest {
             let sample = self.evaluate(s * self.span);
-            let level = GRAZE_NOISE * self.gap.noise(sample.time);
-            if sample.gap.value.abs() > 2.0 * level {
-                return (sample.gap.value < 0.0).then_some(sample);
+            let level = 2.0 * GRAZE_NOISE * self.gap.noise(sample.time);
+            if sample.gap.value > level {
+                return last;
+            }
+            last = sample;
+            if sample.gap.value < -level {
+                return last;
             }
             s *= 2.0;
         }
-        None
+        last
     }
 
     /// Largest h <= limit found such that the gap does not rise above the graze level on (0, h),
@@ -318,13 +324,25 @@ impl<G: Geometry> Search<'_, G> {
         // First the parabola's root, which exists by the above, then Newton on the cubic.
         let slope = near.rate + height.max(0.0).sqrt();
         let mut offset = h - if slope > 0.0 { 2.0 * near.value / slope } else { 0.0 };
-        for _ in 0..3 {
-            let at = sample.gap.later(offset);
-            if at.rate > 0.0 {
-                offset -= at.value / at.rate;
+        let mut sample = *sample;
+        for _ in 0..SETTLE_STEPS {
+            for _ in 0..3 {
+                let at = sample.gap.later(offset);
+                if at.rate > 0.0 {
+                    offset -= at.value / at.rate;
+                }
             }
+            // Near a double root it may lie further than the polynomials are exact.
+            let remainder = self.gap.fourth_bound / 24.0 * offset.powi(4);
+            let time = sample.time + offset;
+            let inside = (0.0..=self.span).contains(&time);
+            if remainder <= self.gap.noise(time.max(0.0)) || !inside {
+                break;
+            }
+            sample = self.evaluate_exactly(time);
+            offset = 0.0;
         }
-        Settled::Found(Found::Contact(self.touch(sample, offset)))
+        Settled::Found(Found::Contact(self.touch(&sample, offset)))
     }
 
     /// Top of the hump ahead, unless it is higher than `level`.

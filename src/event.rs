@@ -61,7 +61,9 @@ pub struct ChatterEvent {
     pub impacts_skipped: f64,
     /// Time from the last impact to the accumulation point.
     pub time_jump: f64,
-    /// Bound of the error of time and state, absolute.
+    /// Bound of the error that the completion adds to time and state, absolute. Where g'' is so small
+    /// that the accumulation point is not certain to 1e-12, contact begins once the bounces are at
+    /// rounding level: `time_jump` is 0 then and this bounds the state alone.
     pub error: f64,
 }
 

@@ -6,7 +6,7 @@
 use crate::flight::{Flight, FreeMotion, Motion};
 use crate::params::{Contact, System};
 use crate::state::State;
-use crate::tolerance::{BOUND_MARGIN, EPS, FLIGHT_NOISE, GAP_NOISE};
+use crate::tolerance::{BOUND_MARGIN, EPS, FLIGHT_NOISE, GAP_NOISE, REST_NOISE};
 
 /// Gap function and its first three derivatives at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,6 +44,8 @@ pub(crate) trait Geometry {
     fn tip(anchor: Self::Anchor) -> f64;
     /// Increment of the tip's position, and its derivatives 1 to 3.
     fn tip_motion(anchor: Self::Anchor, p: &Motion) -> [f64; 4];
+    /// Change of g' by the rounding of x1, at a rate x1' of this size.
+    fn slope_noise(x1: f64, speed: f64) -> f64;
     /// Bound of the fourth derivative of the tip's position, from bounds of x1', ..., x1''''.
     fn fourth(bounds: &[f64; 4]) -> f64;
 }
@@ -76,6 +78,10 @@ impl Geometry for Oblique {
         [increment, v * cos, a * cos - v2 * sin, (p.jerk - v2 * v) * cos - 3.0 * v * a * sin]
     }
 
+    fn slope_noise(x1: f64, speed: f64) -> f64 {
+        EPS * x1.abs() * speed
+    }
+
     fn fourth(&[v, a, j, s]: &[f64; 4]) -> f64 {
         // (sin x)'''' = cos x (x'''' - 6 x'^2 x'') - sin x (4 x' x''' + 3 x''^2 - x'^4)
         (s + 6.0 * v * v * a).hypot(4.0 * v * j + 3.0 * a * a + v.powi(4))
@@ -100,6 +106,10 @@ impl Geometry for Direct {
         [p.increment, p.rate, p.acceleration, p.jerk]
     }
 
+    fn slope_noise(_: f64, _: f64) -> f64 {
+        0.0
+    }
+
     fn fourth(&[_, _, _, s]: &[f64; 4]) -> f64 {
         s
     }
@@ -116,6 +126,8 @@ pub(crate) struct GapFlight<'a, G: Geometry> {
     pub fresh_noise: f64,
     /// Bound of |g'|.
     pub rate_bound: f64,
+    /// A separation velocity below this is rounding and counts as zero.
+    pub rest: f64,
     /// Bound of |g''''|.
     pub fourth_bound: f64,
 }
@@ -137,6 +149,8 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
             start_noise,
             fresh_noise,
             rate_bound: p.0[0] + o.0[0],
+            rest: REST_NOISE * EPS * (p.0[0] + o.0[0])
+                + 2.0 * G::slope_noise(flight.state.x1, p.0[0]),
             fourth_bound: (G::fourth(&p.0) + o.0[3]) * BOUND_MARGIN,
         }
     }

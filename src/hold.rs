@@ -159,6 +159,10 @@ impl System {
         let free = i.a1 * i.cos - i.v1 * i.v1 * i.sin - i.a2;
         let noise = i.noise();
         let rubs = self.friction > 0.0 && i.sin != 0.0;
+        if rubs && i.v1 != 0.0 && self.slip_inertia(i.sin, i.cos, i.v1.signum()) == 0.0 {
+            // Pressed together no force fits; pulled apart, flight and contact do.
+            return self.stuck();
+        }
         if free < -noise {
             let ambiguous = rubs
                 && i.v1 == 0.0
@@ -168,7 +172,7 @@ impl System {
         }
         let next = if i.v1 != 0.0 {
             self.slide(&i, i.v1)
-        } else if self.wall_at_rest(state) || (rubs && self.sticks(&i)) {
+        } else if self.wall_at_rest(state) || (rubs && self.sticks(&i)) || self.balances(&i) {
             Next::Hold(ContactMode::Stick)
         } else if self.mass_ratio == 0.0 {
             // The tip follows the wall: x1'' cos x1 = a2.
@@ -204,6 +208,14 @@ impl System {
         self.mass_ratio > 0.0
             && i.a2 <= 0.0
             && (self.mass_ratio * i.a1 + i.a2 * i.cos).abs() <= -self.friction * i.a2 * i.sin.abs()
+    }
+
+    /// Whether a constant load leaves the bodies where they are, without friction.
+    fn balances(&self, i: &Instant) -> bool {
+        let unforced = self.moment_amplitude == 0.0 && self.force_amplitude == 0.0;
+        self.mass_ratio > 0.0
+            && (self.drive_frequency == 0.0 || unforced)
+            && self.mass_ratio * i.a1 + i.a2 * i.cos == 0.0
     }
 
     /// Contact force in a mode.

@@ -20,6 +20,8 @@
 //! * Flights are exact: closed forms for every damping, resonance and zero frequency, finite in all
 //!   neighbourhoods; drive periods are counted, so the millionth is as accurate as the first.
 //! * The first contact is found with a guarantee ([`contact`]): no double crossing is missed.
+//! * Complete chatter is carried to its accumulation point with a stated error, and runs go on
+//!   through sustained contact ([`ContactMode`]): slide, stick, release.
 //! * Expected outcomes are values ([`StopReason`]); bad input and failed computations are typed
 //!   errors.
 //! * The same input gives the same bits for any number of threads.

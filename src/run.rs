@@ -145,13 +145,14 @@ fn collect(
     let first_section = simulation.checkpoint().next_section;
     let mut collector = Collector { sections: Vec::new(), flights: 0, go_on };
     let mut kept = Kept::default();
+    let inclusive = window <= simulation.clock();
     let mut window_anchor = simulation.checkpoint().anchor;
     let mut end = None;
     while let Some(event) = simulation.advance(&mut collector) {
         let event = event?;
         if let Event::Stop(stop) = event {
             end = Some(stop);
-        } else if !kept.take(&event, window) {
+        } else if !kept.take(&event, window, inclusive) {
             window_anchor = simulation.checkpoint().anchor;
         }
     }
@@ -200,7 +201,7 @@ struct Kept {
 
 impl Kept {
     /// Takes an event after the start of the window; `false` if it comes before.
-    fn take(&mut self, event: &Event, window: Clock) -> bool {
+    fn take(&mut self, event: &Event, window: Clock, inclusive: bool) -> bool {
         let (clock, time, kind, index) = match event {
             Event::Impact(e) => (e.clock, e.time, EventKind::Impact, self.impacts.len()),
             Event::Graze(e) => (e.clock, e.time, EventKind::Graze, self.grazes.len()),
@@ -211,8 +212,8 @@ impl Kept {
             | Event::Release(e) => (e.clock, e.time, EventKind::of(e.mode), self.contacts.len()),
             Event::Stop(_) => return true,
         };
-        // What happens at t = 0 belongs to a run that keeps it all.
-        if clock <= window && !(clock == Clock::START && window == Clock::START) {
+        // What happens at the start belongs to a run whose window is all of it.
+        if clock < window || (clock == window && !inclusive) {
             return false;
         }
         match event {

@@ -21,9 +21,7 @@ use crate::flight::{Flight, FreeMotion};
 use crate::hold::ContactMode;
 use crate::params::System;
 use crate::state::{Clock, State};
-use crate::tolerance::{
-    DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, EPS, REST_NOISE, STANDSTILL_EVENTS,
-};
+use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, EPS, REST_NOISE};
 
 /// How far a simulation goes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -114,6 +112,8 @@ pub(crate) struct Checkpoint {
     completion: Option<Completion>,
     /// Changes of the contact mode without progress in time.
     standstill: u32,
+    /// How often time was moved on because of them.
+    moves: u32,
     monitor: ChatterMonitor,
     /// Next stroboscopic section.
     pub next_section: i64,
@@ -290,6 +290,11 @@ impl Simulation {
         }
     }
 
+    /// Clock at the start of the present leg.
+    pub(crate) fn clock(&self) -> Clock {
+        self.point.anchor.clock
+    }
+
     pub(crate) fn checkpoint(&self) -> &Checkpoint {
         &self.point
     }
@@ -450,6 +455,7 @@ impl Checkpoint {
             grazed: None,
             completion: None,
             standstill: 0,
+            moves: 0,
             monitor: ChatterMonitor::default(),
             next_section: 1,
             impacts: 0,

@@ -79,6 +79,9 @@ pub const RELEASE_PROBE: (f64, f64) = (1e-6, 1e-2);
 /// approach the error of the steps themselves.
 pub const MAX_INCREMENTS: u32 = 1_000_000;
 
+/// Evaluations by which a contact near a double root is settled; each is a Newton step.
+pub const SETTLE_STEPS: usize = 6;
+
 /// Impacts in a row that must shrink by one ratio before a chatter sequence is sampled.
 pub const CHATTER_IMPACTS: u32 = 3;
 
@@ -125,8 +128,16 @@ pub const CONTACT_ANGLE: f64 = 1.5;
 /// integrate a sine of twice that angle to rounding.
 pub const AUDIT_ANGLE: f64 = 1.5;
 
-/// Changes of the contact mode without progress in time before the run fails.
-pub const STANDSTILL_EVENTS: u32 = 64;
+/// Chatter is completed with at most this error even if a looser tolerance is asked for: the
+/// difference of two orders is a bound only where the extrapolation converges well.
+pub const LOOSEST_COMPLETION: f64 = 1e-7;
+
+/// Changes of the contact mode without progress in time before time is moved on: what decides
+/// between the modes is then at rounding level.
+pub const STANDSTILL_EVENTS: u32 = 8;
+
+/// Progress in time below this part of a local flight is hardly any.
+pub const STANDSTILL_TIME: f64 = 1e-3;
 
 /// Default tolerance where something is approximated (completion of chatter): absolute, in time
 /// and state. The contact phase is integrated to rounding whatever its value.

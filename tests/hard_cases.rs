@@ -97,3 +97,82 @@ fn a_drifting_rotor_far_from_zero_does_not_repeat() {
     let run = go(&system, [far, 1e-3, 0.0, 0.0], RunOptions::periods(200).keep(100));
     assert!(run.return_report().orbit.is_none());
 }
+
+/// One rounding of a large angle turns g' by more than the last bounces: they must end.
+#[test]
+fn chatter_at_a_large_angle_comes_to_rest() {
+    let mut capped = 0;
+    for i in 0..60 {
+        let part = f64::from(i) / 60.0;
+        let system = System::builder()
+            .mass_ratio(1.0 + 90.0 * part)
+            .frequency_ratio(0.03)
+            .restitution(0.2 + 0.6 * (7.0 * part).fract())
+            .gap(0.9 * (3.0 * part).fract() - 0.3)
+            .drive_frequency(0.05 + 0.4 * (11.0 * part).fract())
+            .moment_amplitude(1.0 + 4.0 * (5.0 * part).fract())
+            .force_amplitude(5.0 * (13.0 * part).fract())
+            .build()
+            .unwrap();
+        let x2 = 0.3 - system.gap() + 0.1f64.sin();
+        let mut options = RunOptions::periods(50);
+        options.max_events = 60_000;
+        let run = go(&system, [0.1, 0.5, x2, 0.0], options);
+        capped += usize::from(run.stop_reason == StopReason::EventCap);
+    }
+    assert_eq!(capped, 0);
+}
+
+/// Two bodies that swing alike to rounding: what decides between contact and flight is below it.
+#[test]
+fn bodies_that_move_alike_go_on() {
+    for (mass_ratio, restitution) in [(0.1, 0.0), (0.5, 0.5), (2.0, 0.8)] {
+        for damping in [0.05, 0.1, 0.4] {
+            for friction in [0.0, 0.5] {
+                let system = paper()
+                    .mass_ratio(mass_ratio)
+                    .frequency_ratio(1.0)
+                    .restitution(restitution)
+                    .gap(0.0)
+                    .drive_frequency(0.3)
+                    .pendulum_damping(damping)
+                    .oscillator_damping(damping)
+                    .moment_amplitude(0.0)
+                    .friction(friction)
+                    .build()
+                    .unwrap();
+                let run = go(&system, [-0.4, 0.0, (-0.4f64).sin(), 0.0], RunOptions::periods(50));
+                assert!(run.stop_reason.reached_the_end(), "{:?}", run.stop_reason);
+            }
+        }
+    }
+}
+
+/// A sliding tip that meets the contact at a near double root: its state is the exact motion's, not
+/// a Taylor polynomial's from afar. The wall (mbar = 0) follows its own equation.
+#[test]
+fn a_contact_near_a_double_root_is_settled_exactly() {
+    let system = System::builder()
+        .mass_ratio(0.0)
+        .frequency_ratio(1.0)
+        .restitution(0.6)
+        .gap(0.0)
+        .drive_frequency(1.0)
+        .oscillator_damping(0.2)
+        .force_amplitude(0.245_786_179_502_290_1)
+        .contact(Contact::Direct)
+        .phase(1.0)
+        .build()
+        .unwrap();
+    let start = State::new(0.2, 0.0, 0.25, 0.1).unwrap();
+    let run = go(&system, start.to_array(), RunOptions::periods(50));
+    let motion = vibroimpact::FreeMotion::new(&system);
+    let flight = motion.flight(vibroimpact::Clock::new(0, 0.0), start);
+    let mut worst: f64 = 0.0;
+    for impact in &run.impacts {
+        let wall = motion.state_after_periods(&flight, impact.period, impact.time_in_period);
+        worst = worst.max((impact.x2 - wall.x2).abs()).max((impact.v2_pre - wall.v2).abs());
+    }
+    assert!(worst < 1e-12, "{worst:e}");
+    assert!(run.contacts.iter().all(|c| c.error <= 1e-12), "{:?}", run.contacts);
+}

@@ -8,7 +8,7 @@ class ParameterError(ValueError):
 
 
 class StateError(ValueError):
-    """An initial state is not finite, or starts in contact or inside the other body."""
+    """An initial state is not finite, or starts inside the other body."""
 
 
 class SimulationError(RuntimeError):

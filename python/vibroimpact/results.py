@@ -134,8 +134,8 @@ class EnergyAudit:
     damping
         Work of both dampers, <= 0.
     restitution, impact_friction
-        Work of the normal impulses and of friction during impacts; restitution is <= 0 but under
-        ``law="newton"``, friction always.
+        Work of the normal impulses and of friction during impacts. Friction's is <= 0; that of the
+        normal impulses is so as a rule, but not where friction drives the bodies together.
     contact_friction
         Work of friction in sustained contact, <= 0.
     wall

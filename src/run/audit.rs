@@ -32,8 +32,8 @@ pub struct EnergyAudit {
     pub force: f64,
     /// Work of both dampers, not positive.
     pub damping: f64,
-    /// Work of the normal impulses, restitution's loss: not positive under `poisson` and
-    /// `energetic`.
+    /// Work of the normal impulses, restitution's loss: negative as a rule; where friction drives the
+    /// tip against the other body (x1' cos x1 < 0 before a stick) it can be positive.
     pub restitution: f64,
     /// Work of friction during impacts, not positive.
     pub impact_friction: f64,

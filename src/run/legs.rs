@@ -138,7 +138,8 @@ impl Run {
 /// Evaluates one leg at times that mostly increase.
 pub(super) enum Follower {
     Flight(Flight),
-    Hops,
+    /// The start of the last hop looked at.
+    Hops(Anchor),
     Slide(Box<Slide>),
     Stick,
 }
@@ -174,7 +175,7 @@ impl Follower {
     pub fn new(run: &Run, motion: &FreeMotion, leg: &Leg) -> Self {
         match leg.kind {
             Kind::Flight => Self::Flight(motion.flight(leg.anchor.clock, leg.anchor.state)),
-            Kind::Hops(_) => Self::Hops,
+            Kind::Hops(_) => Self::Hops(leg.anchor),
             Kind::Contact(ContactMode::Stick) => Self::Stick,
             Kind::Contact(mode) => {
                 Self::Slide(Box::new(Slide::new(run, motion, &leg.anchor, mode)))
@@ -200,7 +201,12 @@ impl Follower {
             let state = match (self, leg.kind) {
                 (Self::Flight(flight), _) => motion.state_after(flight, since(flight.clock)),
                 // Where the hops are too short to tell, their limit stands for all.
-                (_, Kind::Hops(limit)) => hops(&run.system, leg.anchor, clock).unwrap_or(limit),
+                (Self::Hops(last), Kind::Hops(limit)) => {
+                    let start = if last.clock <= clock { *last } else { leg.anchor };
+                    let (state, hop) = hops(&run.system, start, clock);
+                    *last = hop;
+                    state.unwrap_or(limit)
+                }
                 _ => leg.anchor.state,
             };
             return (state, ContactForce::default());

@@ -1,11 +1,15 @@
 //! Lasting contact: the end of chatter, landings, slides, sticks and releases.
 
-use super::{Completion, Horizon, Observer, Phase, STANDSTILL_EVENTS, Simulation, Takeoff, Turn};
+use super::{Completion, Horizon, Observer, Phase, Simulation, Takeoff, Turn};
 use crate::chatter::Limit;
 use crate::contact::Touch;
+use crate::double_double::DoubleDouble;
 use crate::event::{ChatterEvent, ContactEvent, Event, StopReason};
 use crate::hold::{ContactForce, ContactMode, Next, SlideEnd, SlideStep, next_change};
 use crate::state::{Clock, State};
+use crate::tolerance::{
+    CHATTER_NOISE, DEFAULT_TOLERANCE, EPS, RELEASE_PROBE, STANDSTILL_EVENTS, STANDSTILL_TIME,
+};
 
 impl Simulation {
     /// Carries a chatter sequence to its accumulation point.
@@ -65,7 +69,19 @@ impl Simulation {
             };
             let limit =
                 Limit { time, x1: state.x1 + state.v1 * time, v1, ratio, error: time * time };
-            let completion = self.completion(&limit, &state, second);
+            let mut completion = self.completion(&limit, &state, second);
+            if completion.error > self.tolerance.max(DEFAULT_TOLERANCE) {
+                // g'' so small that the accumulation point is not certain: bounces as low as this
+                // are contact already.
+                let size = state.to_array().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+                let state = self.system.landed(State {
+                    v1: if self.point.monitor.stopped { 0.0 } else { state.v1 },
+                    ..state
+                });
+                let error = u + CHATTER_NOISE * EPS * size;
+                let time_jump = touch.local_time();
+                completion = Completion { clock, state, time_jump, error, ..completion };
+            }
             return Some(Ok(self.accumulate(&completion)));
         }
         self.anchor(clock, self.system.landed(touch.state), Phase::Landing);
@@ -81,8 +97,9 @@ impl Simulation {
 
     /// Goes over to what follows; `held`: from contact, so that its end is an event.
     fn go_over(&mut self, clock: Clock, state: State, next: Next, held: bool) -> Turn {
-        if self.stands_still(clock) {
-            return Some(Err(self.fail(true)));
+        if let Some((clock, state)) = self.moved_on(clock, &state) {
+            self.anchor(clock, state, Phase::Landing);
+            return None;
         }
         let (time, phase) = (self.motion.drive.time(clock), self.motion.drive.phase_at(clock));
         let (mode, leg) = match next {
@@ -107,11 +124,32 @@ impl Simulation {
         }))
     }
 
-    /// Counts changes at one instant; whether there are too many.
-    fn stands_still(&mut self, clock: Clock) -> bool {
-        let again = clock == self.point.anchor.clock;
-        self.point.standstill = if again { self.point.standstill + 1 } else { 0 };
-        self.point.standstill > STANDSTILL_EVENTS
+    /// Counts changes with hardly any progress in time. Where there are too many, rounding decides
+    /// between the modes: time is moved on, further each time, but only so far that the gap of a
+    /// free motion stays at rounding level.
+    fn moved_on(&mut self, clock: Clock, state: &State) -> Option<(Clock, State)> {
+        let span = self.motion.span;
+        let passed = self.motion.drive.until(self.point.anchor.clock, clock).value();
+        if passed > STANDSTILL_TIME * span {
+            (self.point.standstill, self.point.moves) = (0, 0);
+        }
+        self.point.standstill += 1;
+        if self.point.standstill <= STANDSTILL_EVENTS {
+            return None;
+        }
+        self.point.standstill = 0;
+        self.point.moves += 1;
+        let flight = self.motion.flight(clock, *state);
+        let gap = self.motion.contact_gap(&flight, self.system.contact);
+        let level = EPS * state.x1.abs().max(state.x2.abs()).max(1.0);
+        let time = (EPS * 2f64.powi(self.point.moves.min(64) as i32))
+            .min(RELEASE_PROBE.1)
+            .min((2.0 * level / gap.second.abs()).sqrt() / span)
+            .min((6.0 * level / gap.third.abs()).cbrt() / span);
+        let time = span * time.max(EPS);
+        let later = self.motion.drive.advance(clock, DoubleDouble::new(time));
+        let moved = self.motion.state_at(&flight, time);
+        Some((later, self.system.landed(moved)))
     }
 
     fn force(&self, clock: Clock, state: &State, mode: ContactMode) -> ContactForce {
@@ -148,9 +186,7 @@ impl Simulation {
         }
         match cause {
             SlideEnd::Continues | SlideEnd::Side => {
-                if self.stands_still(clock) {
-                    return Some(Err(self.fail(true)));
-                }
+                let (clock, state) = self.moved_on(clock, &state).unwrap_or((clock, state));
                 self.anchor(clock, state, Phase::Contact(mode));
                 None
             }

@@ -10,7 +10,9 @@ use crate::hold::Next;
 use crate::impact::{self, Impact, ImpactFailure, PreImpact};
 use crate::params::{ImpactLaw, System};
 use crate::state::{Clock, State};
-use crate::tolerance::{CHATTER_LEADING_RTOL, EPS};
+use crate::tolerance::{
+    CHATTER_LEADING_RTOL, EPS, LOOSEST_COMPLETION, STANDSTILL_EVENTS, STANDSTILL_TIME,
+};
 
 impl Simulation {
     /// One local flight.
@@ -40,7 +42,7 @@ impl Simulation {
         }
         match found {
             Found::Contact(touch) => Some(self.strike(&touch)),
-            Found::Graze(touch) => Some(Ok(self.graze(&touch))),
+            Found::Graze(touch) => self.graze(&touch),
             Found::Resting(touch) => self.come_to_rest(&touch),
             _ => {
                 self.point.elapsed = self.point.elapsed + DoubleDouble::new(reached);
@@ -147,7 +149,7 @@ impl Simulation {
             return None;
         }
         let completion = self.completion(&limit, &post, gap.second);
-        if completion.error > self.tolerance {
+        if completion.error > self.tolerance.min(LOOSEST_COMPLETION) {
             return None;
         }
         let phase = self.motion.drive.trig_at(completion.clock);
@@ -168,7 +170,9 @@ impl Simulation {
             let free = self.motion.state_at(&self.flight, limit.time);
             self.system.landed(State { x1: limit.x1, v1: limit.v1, ..free })
         };
-        let resolution = EPS * drive.time(clock).abs().max(1.0);
+        let time = drive.time(clock).abs();
+        error += EPS * time;
+        let resolution = EPS * time.max(1.0);
         Completion {
             clock,
             state,
@@ -178,35 +182,48 @@ impl Simulation {
         }
     }
 
-    fn graze(&mut self, touch: &Touch) -> Event {
+    fn graze(&mut self, touch: &Touch) -> Turn {
         let (clock, time, phase) = self.place(touch.time, touch.offset);
         let state = touch.state;
         let pre = PreImpact::new(self.system.contact, &state);
         if impact::approach_grows(&self.system, &pre) {
-            return self.stop(clock, time, state, StopReason::UndecidableGraze);
+            return Some(Ok(self.stop(clock, time, state, StopReason::UndecidableGraze)));
+        }
+        let before = self.point.grazed.unwrap_or(f64::NEG_INFINITY);
+        if touch.local_time() <= before + STANDSTILL_TIME * self.motion.span {
+            // The gap stays at rounding level: no graze follows another so closely for ever.
+            self.point.standstill += 1;
+            if self.point.standstill > STANDSTILL_EVENTS {
+                self.anchor(clock, self.system.landed(state), Phase::Landing);
+                return None;
+            }
         }
         self.point.grazed = Some(touch.local_time());
         self.point.events += 1;
         self.found = None;
-        Event::Graze(GrazeEvent { clock, time, phase, state, gap_acceleration: touch.gap.second })
+        let gap_acceleration = touch.gap.second;
+        Some(Ok(Event::Graze(GrazeEvent { clock, time, phase, state, gap_acceleration })))
     }
 
     /// The state at local time `s` inside a chatter sequence that is skipped: its hops one by one
     /// from the last impact.
     pub(super) fn hop(&self, completion: &Completion, s: f64) -> State {
         let target = self.motion.drive.advance(self.flight.clock, DoubleDouble::new(s));
-        hops(&self.system, self.point.anchor, target).unwrap_or(completion.state)
+        hops(&self.system, self.point.anchor, target).0.unwrap_or(completion.state)
     }
 }
 
-/// State at `target` by single hops, `None` if the bodies come to rest before.
-pub(crate) fn hops(system: &System, anchor: Anchor, target: Clock) -> Option<State> {
+/// State at `target` by single hops, `None` if the bodies come to rest before; and the last hop's
+/// start, from which a later time can go on.
+pub(crate) fn hops(system: &System, anchor: Anchor, target: Clock) -> (Option<State>, Anchor) {
     let mut simulation = Simulation::hopping(system, anchor, target);
+    let mut last = anchor;
     loop {
         match simulation.advance(&mut ()) {
-            Some(Ok(Event::Impact(_) | Event::Graze(_))) => {}
-            Some(Ok(Event::Stop(stop))) => return Some(stop.state),
-            _ => return None,
+            Some(Ok(Event::Impact(_))) => last = simulation.point.anchor,
+            Some(Ok(Event::Graze(_))) => {}
+            Some(Ok(Event::Stop(stop))) => return (Some(stop.state), last),
+            _ => return (None, last),
         }
     }
 }

@@ -10,7 +10,7 @@ const RESIDUAL: f64 = 1e-12;
 
 fn check(run: &Run) -> f64 {
     let audit = run.energy_audit();
-    let residual = audit.residual().abs() / audit.total.max(audit.energy_start);
+    let residual = audit.residual().abs() / audit.total;
     // A wall that drives the tip to the end of its reach, cos x1 = 0, leaves no digits.
     if run.stop_reason == StopReason::Jammed {
         return 0.0;
@@ -33,9 +33,6 @@ fn the_works_of_random_runs_sum_to_the_change_of_energy() {
             let run = go(&system, start, RunOptions::periods(40));
             worst = worst.max(check(&run));
             let impacts = run.energy_audit();
-            if law != ImpactLaw::Newton {
-                assert!(impacts.restitution <= 1e-15, "{impacts:?}");
-            }
             assert!(impacts.impact_friction <= 0.0);
         }
     }
