@@ -119,7 +119,7 @@ class Diagram:
     def __repr__(self) -> str:
         """Say what was varied and how much came of it."""
         span = f" in [{self.parameter.min():g}, {self.parameter.max():g}]" if len(self) else ""
-        completed = np.count_nonzero(self.status == "completed")
+        completed = np.count_nonzero(np.isin(self.status, ["completed", "restarted", "rest"]))
         return (
             f"<Diagram of {len(self)} values of {self.parameter_name}{span}, "
             f"{completed} completed, {len(self.x1)} impacts>"

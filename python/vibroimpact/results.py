@@ -135,7 +135,8 @@ class EnergyAudit:
         Work of both dampers, <= 0.
     restitution, impact_friction
         Work of the normal impulses and of friction during impacts. Friction's is <= 0; that of the
-        normal impulses is so as a rule, but not where friction drives the bodies together.
+        normal impulses is so as a rule, but not where friction drives the bodies together; under
+        ``law="paper"`` either may be positive.
     contact_friction
         Work of friction in sustained contact, <= 0.
     wall
@@ -143,7 +144,8 @@ class EnergyAudit:
     total
         Sum of all absolute works.
     residual
-        Change of energy that no work explains: rounding, some 1e-13 of ``total``.
+        Change of energy that no work explains: rounding, some 1e-13 of ``total``, more where a run
+        ends jammed or at a Painleve point.
     """
 
     energy_start: float

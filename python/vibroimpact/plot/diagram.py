@@ -190,10 +190,10 @@ def _boxes(
 def _status_rug(
     ax: Axes, parameter: NDArray[np.float64], status: list[str]
 ) -> list[PolyCollection]:
-    """Mark every value whose status is not ``completed``; return the legend entries."""
+    """Mark every value whose run ended early; return the legend entries."""
     kinds = np.asarray(status, dtype=object)
     entries = []
-    for row, kind in enumerate(sorted(set(status) - {"completed"})):
+    for row, kind in enumerate(sorted(set(status) - {"completed", "rest"})):
         stopped = kinds == kind
         boxes = _boxes(_cells(parameter, stopped), row * _RUG_HEIGHT, (row + 1) * _RUG_HEIGHT)
         grey = _RUG_GREYS[row % len(_RUG_GREYS)]
