@@ -247,8 +247,9 @@ impl<G: Geometry> Search<'_, G> {
             }
             lift = Lift::None;
             sample = self.evaluate(s + step);
-            let apart = -sample.gap.value > PAUSE_NOISE * self.gap.fresh_noise;
-            if self.evaluations > SEARCH_PATIENCE && apart {
+            if self.evaluations > SEARCH_PATIENCE
+                && -sample.gap.value > PAUSE_NOISE * self.gap.fresh_noise
+            {
                 return Found::Paused(sample.time);
             }
         }
