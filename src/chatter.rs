@@ -5,10 +5,12 @@
 //! leading order in `slip` and `frictionless`, else measured) the flights shrink by q too, and the
 //! sequence ends after T = 2 u_post/(g''(1 - q)) to leading order. Time and state at the impacts
 //! of one sequence are smooth functions of u, because the impact map is smooth and u = 0 is its
-//! fixed points (where slip reverses in each impact they are not: x1'/u has a ratio of its own, and
-//! such sequences are followed bounce by bounce): so they are extrapolated to u = 0 by the polynomial through the last samples
+//! fixed points: so they are extrapolated to u = 0 by the polynomial through the last samples
 //! (Neville's scheme), with an error O(u^n) for n samples. The larger one of the last two
 //! differences between orders, with a factor of safety, is the stated error.
+//!
+//! Where slip reverses in each impact they are not smooth (x1'/u has a ratio of its own): such
+//! sequences are followed bounce by bounce.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,5 +1,6 @@
 //! Chatter, sustained contact and release against the high-precision reference
-//! (tests/data/contact_reference.json; 43 scenes, values good to 1e-43).
+//! (tests/data/contact_reference.json; 43 scenes, values good to 1e-43), and against the supplied
+//! contact.json (4 scenes, good to about 1e-10).
 
 #![allow(clippy::unwrap_used)]
 
@@ -16,8 +17,13 @@ fn scenes() -> serde_json::Map<String, Value> {
     serde_json::from_str(include_str!("data/contact_reference.json")).unwrap()
 }
 
+/// The supplied scenes: oblique, phase 0.
+fn supplied() -> serde_json::Map<String, Value> {
+    serde_json::from_str(include_str!("data/contact.json")).unwrap()
+}
+
 fn number(value: &Value) -> f64 {
-    value.as_str().unwrap().parse().unwrap()
+    value.as_str().map_or_else(|| value.as_f64().unwrap(), |text| text.parse().unwrap())
 }
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -37,8 +43,8 @@ fn system(scene: &Value) -> System {
         .moment_amplitude(get("f1"))
         .force_amplitude(get("f2"))
         .friction(get("mu"))
-        .phase(number(&scene["phase"]))
-        .contact(Contact::from_name(scene["contact"].as_str().unwrap()).unwrap())
+        .phase(scene.get("phase").map_or(0.0, number))
+        .contact(Contact::from_name(scene["contact"].as_str().unwrap_or("oblique")).unwrap())
         .build()
         .unwrap()
 }
@@ -153,4 +159,35 @@ fn the_scenes_reach_every_kind_of_event_and_ending() {
     for reason in [StopReason::Completed, StopReason::Rest, StopReason::Painleve] {
         assert!(scenes.values().any(|scene| scene["ending"] == reason.name()));
     }
+}
+
+#[test]
+fn the_supplied_phases_come_out() {
+    let mut worst: f64 = 0.0;
+    for (name, scene) in supplied() {
+        let run = go(&scene, &system(&scene));
+        let phases = scene["phases"].as_array().unwrap();
+        // There the end of chatter is a contact, and slides have no direction.
+        let found = run.contacts.iter().map(|c| match word(c.kind) {
+            "chatter" => "contact",
+            word if word.starts_with("slide") => "slide",
+            word => word,
+        });
+        let expected = phases.iter().map(|phase| phase["event"].as_str().unwrap());
+        assert!(found.eq(expected), "{name}");
+        for (c, phase) in run.contacts.iter().zip(phases) {
+            for (value, key) in [(c.time, "t"), (c.x1, "x1"), (c.v1, "v1")] {
+                worst = worst.max((value - number(&phase[key])).abs());
+            }
+        }
+        let sections = scene["stroboscopic"].as_array().unwrap();
+        assert_eq!(run.stroboscopic.len(), sections.len(), "{name}");
+        for (row, section) in run.stroboscopic.iter().zip(sections) {
+            for (value, reference) in row.iter().zip(numbers(section)) {
+                worst = worst.max((value - reference).abs());
+            }
+        }
+    }
+    println!("worst difference {worst:e}");
+    assert!(worst < 1e-9, "{worst:e}");
 }

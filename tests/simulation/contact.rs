@@ -1,79 +1,12 @@
-//! Sustained contact: reference phases, starts in contact, Coulomb's law, sections and resumed runs
-//! inside contact, and every way it can end (docs/theory.md, section 5).
+//! Sustained contact: starts in contact, Coulomb's law, sections and resumed runs inside contact, and
+//! every way it can end (docs/theory.md, section 5). Its numbers: tests/contact_reference.rs.
 
-use serde_json::Value;
 use vibroimpact::{
     Contact, ContactMode, ContactRecord, Event, EventKind, Run, RunOptions, Simulation, State,
     StopReason, System,
 };
 
 use crate::{ball, chattering, go, paper, paper_start, state, until};
-
-/// tests/data/contact.json: contact phases of Fig. 7(c) and of friction with stick and slip.
-fn reference() -> serde_json::Map<String, Value> {
-    serde_json::from_str(include_str!("../data/contact.json")).unwrap()
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_str().map_or_else(|| value.as_f64().unwrap(), |text| text.parse().unwrap())
-}
-
-fn scene(value: &Value) -> (System, State, i64) {
-    let get = |name: &str| number(&value["params"][name]);
-    let system = System::builder()
-        .mass_ratio(get("mbar"))
-        .frequency_ratio(get("omega0"))
-        .restitution(get("r"))
-        .gap(get("delta"))
-        .drive_frequency(get("omega"))
-        .pendulum_damping(get("zeta1"))
-        .oscillator_damping(get("zeta2"))
-        .moment_amplitude(get("f1"))
-        .force_amplitude(get("f2"))
-        .friction(get("mu"))
-        .build()
-        .unwrap();
-    let x: Vec<f64> = value["initial"].as_array().unwrap().iter().map(number).collect();
-    (system, state(x[0], x[1], x[2], x[3]), value["periods"].as_i64().unwrap())
-}
-
-fn event_name(kind: i64) -> &'static str {
-    match kind {
-        k if k == EventKind::Chatter as i64 => "contact",
-        k if k == EventKind::Stick as i64 => "stick",
-        k if k == EventKind::Release as i64 => "release",
-        _ => "slide",
-    }
-}
-
-#[test]
-fn the_reference_phases_come_out() {
-    let mut worst: f64 = 0.0;
-    for (name, value) in reference() {
-        let (system, start, periods) = scene(&value);
-        let run = go(&system, start, RunOptions::periods(periods));
-        let phases = value["phases"].as_array().unwrap();
-        let found: Vec<&str> = run.contacts.iter().map(|c| event_name(c.kind)).collect();
-        let expected: Vec<&str> = phases.iter().map(|p| p["event"].as_str().unwrap()).collect();
-        assert_eq!(found, expected, "{name}");
-        for (contact, phase) in run.contacts.iter().zip(phases) {
-            let pairs = [(contact.time, "t"), (contact.x1, "x1"), (contact.v1, "v1")];
-            for (value, key) in pairs {
-                worst = worst.max((value - number(&phase[key])).abs());
-            }
-        }
-        let sections = value["stroboscopic"].as_array().unwrap();
-        assert_eq!(run.stroboscopic.len(), sections.len());
-        for (state, section) in run.stroboscopic.iter().zip(sections) {
-            for (value, reference) in state.iter().zip(section.as_array().unwrap()) {
-                worst = worst.max((value - number(reference)).abs());
-            }
-        }
-    }
-    println!("worst difference {worst:e}");
-    // The reference itself is good to about 1e-10 at changes between stick and slip.
-    assert!(worst < 1e-9, "{worst:e}");
-}
 
 /// What Coulomb's law and the constraint ask of a run in contact.
 fn check_contact(system: &System, run: &Run) -> usize {
