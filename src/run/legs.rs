@@ -205,7 +205,9 @@ impl Follower {
                     let start = if last.clock <= clock { *last } else { leg.anchor };
                     let (state, hop) = hops(&run.system, start, clock);
                     *last = hop;
-                    state.unwrap_or(limit)
+                    state.unwrap_or_else(|| {
+                        limit.earlier(motion.drive.until(clock, leg.end).value())
+                    })
                 }
                 _ => leg.anchor.state,
             };

@@ -209,7 +209,8 @@ impl Simulation {
     /// from the last impact.
     pub(super) fn hop(&self, completion: &Completion, s: f64) -> State {
         let target = self.motion.drive.advance(self.flight.clock, DoubleDouble::new(s));
-        hops(&self.system, self.point.anchor, target).0.unwrap_or(completion.state)
+        let (state, _) = hops(&self.system, self.point.anchor, target);
+        state.unwrap_or_else(|| completion.state.earlier(completion.time_jump - s))
     }
 }
 
