@@ -56,19 +56,24 @@
 mod chatter;
 pub mod contact;
 mod double_double;
+mod dual;
 mod error;
 mod event;
 mod flight;
 mod gap;
 mod hold;
 pub mod impact;
+pub mod itinerary;
 mod majorant;
+pub mod orbit;
 mod params;
 mod period;
+mod quadrature;
 mod run;
 mod simulate;
 mod state;
 mod sweep;
+mod tangent;
 pub mod tolerance;
 
 pub use error::{ParameterError, SimulationError, StateError};

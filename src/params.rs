@@ -163,6 +163,19 @@ macro_rules! numeric_parameters {
             }
         }
 
+        /// The numeric parameters as numbers that may carry derivatives.
+        #[derive(Debug, Clone, Copy)]
+        pub(crate) struct Parameters<T> {
+            $(pub $name: T,)*
+        }
+
+        impl System {
+            /// The numeric parameters, each as `number` makes it from name and value.
+            pub(crate) fn parameters<T>(&self, number: impl Fn(&str, f64) -> T) -> Parameters<T> {
+                Parameters { $($name: number(stringify!($name), self.$name),)* }
+            }
+        }
+
         /// Builder of a [`System`]; mass_ratio, frequency_ratio, restitution, gap and
         /// drive_frequency must be given, the rest have defaults.
         #[derive(Debug, Clone, Default)]

@@ -8,6 +8,7 @@
 mod arrays;
 mod errors;
 mod impact;
+mod orbit;
 mod run;
 mod sweep;
 mod system;
@@ -19,6 +20,8 @@ use pyo3::prelude::*;
 mod _core {
     #[pymodule_export]
     use super::impact::impact;
+    #[pymodule_export]
+    use super::orbit::PyItinerary;
     #[pymodule_export]
     use super::run::{PyFinalState, PyPeriodReport, PyRun, simulate, simulate_many};
     #[pymodule_export]

@@ -128,6 +128,13 @@ pub const CONTACT_ANGLE: f64 = 1.5;
 /// integrate a sine of twice that angle to rounding.
 pub const AUDIT_ANGLE: f64 = 1.5;
 
+/// Impacts before chatter with less than this part of the highest approach velocity belong to the
+/// chatter's leg in the analysis of periodic motions.
+pub const LOW_BOUNCE: f64 = 0.1;
+
+/// Step, as an angle of the fastest motion, at which a flight is sampled for maxima of the gap.
+pub const HUMP_ANGLE: f64 = 0.25;
+
 /// Chatter is completed with at most this error even if a looser tolerance is asked for: the
 /// difference of two orders is a bound only where the extrapolation converges well.
 pub const LOOSEST_COMPLETION: f64 = 1e-7;

@@ -13,6 +13,7 @@ __all__ = [
     "IMPACT_DTYPE",
     "OUTCOME_DTYPE",
     "FinalState",
+    "Itinerary",
     "PeriodReport",
     "Run",
     "Sweep",
@@ -56,6 +57,72 @@ class System:
     @property
     def drive_period(self) -> float:
         """2 pi / drive_frequency; infinite for a constant load."""
+
+@final
+class Itinerary:
+    """The legs of a periodic motion, and the kernels of shooting on them.
+
+    A leg is written ``"impact:slip:+-"`` (regime, signs of x1' and of sin x1),
+    ``"impact:frictionless"``, ``"chatter"``, ``"slide+:release"``, ``"slide-:stop"``,
+    ``"stick:slide+"``, ``"stick:release"``, or ``"circuit"`` alone for a motion without events.
+    Nodes, shape (legs, 4), are (x1, v1, v2, t) just after the event at which a leg starts: t is the
+    time in the drive period, x2 follows from the contact. A circuit starts with a drive period, and
+    has x2 in place of t.
+    """
+
+    def __new__(
+        cls,
+        legs: list[str],
+        periods: int,
+        clocks: list[int] | None = None,
+        wall_at_rest: bool = False,
+    ) -> Self: ...
+    @staticmethod
+    def follow(
+        system: System, initial: tuple[float, float, float, float], periods: int, max_events: int
+    ) -> tuple[tuple[Itinerary, NDArray[np.float64]] | None, str]:
+        """Read the legs off a simulation from t = 0; or say why there are none."""
+
+    @property
+    def legs(self) -> list[str]: ...
+    @property
+    def periods(self) -> int:
+        """Drive periods after which the motion repeats."""
+
+    @property
+    def clocks(self) -> list[int]:
+        """Completed drive periods at the start of each leg."""
+
+    @property
+    def wall_at_rest(self) -> bool:
+        """Whether body 2 is a wall at rest, which is left out."""
+
+    def residual(
+        self, system: System, nodes: NDArray[np.float64], parameters: list[str] | None = None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Four equations per leg, and their derivatives by nodes and by up to two parameters.
+
+        NaN where a leg cannot be followed.
+        """
+
+    def tests(
+        self, system: System, nodes: NDArray[np.float64]
+    ) -> list[tuple[str, int, str, float, float]]:
+        """Functions positive inside: (kind, leg, name, value, time in the leg)."""
+
+    def transfer(self, system: System, nodes: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Derivatives of the legs' maps of (x1, v1, v2, t), shape (legs, 4, 4)."""
+
+    def before_events(self, system: System, nodes: NDArray[np.float64]) -> NDArray[np.float64]:
+        """States x1, v1, x2, v2 just before the event of each leg, shape (legs, 4)."""
+
+    def humps(self, system: System, nodes: NDArray[np.float64]) -> list[tuple[float, float] | None]:
+        """Time and value of the largest local maximum of the gap inside each flight, or None."""
+
+    def state_in_leg(
+        self, system: System, nodes: NDArray[np.float64], leg: int, time: float
+    ) -> tuple[float, float, float, float] | None:
+        """State at a time after the start of a leg, whether or not the bodies overlap."""
 
 @final
 class FinalState:

@@ -348,6 +348,14 @@ impl Oscillator {
         (x + increment, rate)
     }
 
+    /// Derivative of displacement and rate after `elapsed` with respect to those at the start:
+    /// x = a C + (v + c a) S.
+    pub fn transition(&self, elapsed: DoubleDouble) -> [[f64; 2]; 2] {
+        let (c1, sine) = self.basis_far(elapsed);
+        let shift = self.decay_rate * sine;
+        [[1.0 + c1 + shift, sine], [-self.natural_squared * sine, 1.0 + c1 - shift]]
+    }
+
     /// Bounds over a local flight. Every derivative of a free oscillation is a free oscillation,
     /// whose energy does not grow: |x_h^(n+1)| <= sqrt(x_h^(n+1)(0)^2 + w^2 x_h^(n)(0)^2), and the
     /// steady response adds |P| omega^(n+1). Near resonance, where that may be huge, the same

@@ -11,9 +11,10 @@
 use std::f64::consts::PI;
 
 use super::ContactMode;
+use crate::dual::Number;
 use crate::flight::Trig;
 use crate::majorant::first_root;
-use crate::params::{Contact, System};
+use crate::params::{Contact, Parameters, System};
 use crate::state::State;
 use crate::tolerance::{CONTACT_ANGLE, EPS, FORCE_NOISE};
 
@@ -22,22 +23,30 @@ pub(super) const ORDER: usize = 24;
 /// Order of the series of the force, two derivatives less.
 const FORCED: usize = ORDER - 2;
 
-type Series = [f64; ORDER + 1];
+type Series<T> = [T; ORDER + 1];
 
-/// One step of a slide. The series are in time over `unit`, in which the motion is of order one:
-/// in plain time the coefficients of a tip driven to the end of its reach overflow.
+/// The series of a step, in time over `unit`, in which the motion is of order one: in plain time
+/// the coefficients of a tip driven to the end of its reach overflow.
 #[derive(Debug, Clone)]
-pub(crate) struct SlideStep {
-    x: Series,
-    v: Series,
+pub(crate) struct SlideSeries<T> {
+    x: Series<T>,
+    v: Series<T>,
     /// sin x1 (direct: 0).
-    sin: Series,
+    sin: Series<T>,
     /// p (mbar + k cos x1): the free gap acceleration.
-    free: Series,
+    free: Series<T>,
     /// mbar + k cos x1.
-    inertia: Series,
+    inertia: Series<T>,
+    /// k at the start.
+    k: T,
     /// A power of two, so that no digit is lost.
     unit: f64,
+}
+
+/// One step of a slide.
+#[derive(Debug, Clone)]
+pub(crate) struct SlideStep {
+    series: SlideSeries<f64>,
     /// Length of the step, in `unit`.
     reach: f64,
     mode: ContactMode,
@@ -72,8 +81,80 @@ impl SlideEnd {
 }
 
 /// Coefficient n of a product.
-fn product(a: &Series, b: &Series, n: usize) -> f64 {
-    (0..=n).map(|j| a[j] * b[n - j]).sum()
+fn product<T: Number>(a: &Series<T>, b: &Series<T>, n: usize) -> T {
+    (0..=n).fold(T::constant(0.0), |sum, j| sum + a[j] * b[n - j])
+}
+/// The equation of a slide, with or without derivatives.
+struct Equation<'a, T> {
+    parameters: &'a Parameters<T>,
+    contact: Contact,
+    /// s sgn(sin x1): k = cos x1 + mu s |sin x1|.
+    slip: f64,
+    unit: f64,
+}
+
+impl<T: Number> Equation<'_, T> {
+    /// The series from a forcing phase (its cosine and sine), x1 and x1'.
+    fn series(&self, (cos_psi, sin_psi): (T, T), x1: T, v1: T) -> SlideSeries<T> {
+        let &Self { parameters: p, contact, slip, unit } = self;
+        let oblique = contact == Contact::Oblique;
+        let square_unit = unit * unit;
+        let (f1, f2) = (p.moment_amplitude * square_unit, p.force_amplitude * square_unit);
+        let w = p.frequency_ratio;
+        let stiffness = w * w * square_unit;
+        let damping = p.pendulum_damping * 2.0 * w * unit;
+        let other_damping = p.oscillator_damping * 2.0 * unit;
+        let omega = p.drive_frequency * unit;
+        let friction = p.friction * slip;
+        let zero = [T::constant(0.0); ORDER + 1];
+        let (mut x, mut v, mut sin, mut cos) = (zero, zero, zero, zero);
+        let (mut a1, mut k, mut square) = (zero, zero, zero);
+        let (mut free, mut inertia, mut force) = (zero, zero, zero);
+        (x[0], x[1], v[0]) = (x1, v1 * unit, v1 * unit);
+        (sin[0], cos[0]) =
+            if oblique { x1.sin_cos() } else { (T::constant(0.0), T::constant(1.0)) };
+        // Coefficients of cos psi by (cos psi)'' = -omega^2 cos psi.
+        let (mut load, mut next_load) = (cos_psi, -omega * sin_psi);
+        for n in 0..=FORCED {
+            let order = (n + 1) as f64;
+            let over = |numerator: T, divisor: f64| numerator / T::constant(divisor);
+            // (n + 1) sin_(n+1): the rate of the tip, x2' too.
+            let tip_rate = if oblique {
+                let rate = product(&cos, &v, n);
+                cos[n + 1] = over(-product(&sin, &v, n), order);
+                sin[n + 1] = over(rate, order);
+                rate
+            } else {
+                v[n]
+            };
+            let tip = if oblique { sin[n] } else { x[n] };
+            let place = if n == 0 { tip - p.gap } else { tip };
+            a1[n] = f1 * load - damping * v[n] - stiffness * x[n];
+            let a2 = f2 * load - other_damping * tip_rate - place * square_unit;
+            k[n] = cos[n] + friction * sin[n];
+            let slope = product(&k, &cos, n);
+            inertia[n] = if n == 0 { p.mass_ratio + slope } else { slope };
+            square[n] = product(&v, &v, n);
+            let (pull, turn) = (product(&a1, &cos, n), product(&square, &sin, n));
+            free[n] = pull - turn - a2;
+            let earlier = (1..=n).fold(T::constant(0.0), |sum, j| sum + inertia[j] * force[n - j]);
+            force[n] = (free[n] - earlier) / inertia[0];
+            let acceleration = a1[n] - product(&k, &force, n);
+            v[n + 1] = over(acceleration, order);
+            x[n + 2] = over(v[n + 1], order + 1.0);
+            (load, next_load) = (next_load, over(-omega * omega * load, order * (order + 1.0)));
+        }
+        SlideSeries { x, v, sin, free, inertia, k: k[0], unit }
+    }
+}
+
+impl<T: Number> SlideSeries<T> {
+    /// x1 and x1' at local time s.
+    pub fn at(&self, s: T) -> (T, T) {
+        let unit = T::constant(self.unit);
+        let s = s / unit;
+        (value(&self.x, s), value(&self.v, s) / unit)
+    }
 }
 
 impl SlideStep {
@@ -86,12 +167,6 @@ impl SlideStep {
         let turning = if oblique { state.v1.abs() } else { 0.0 };
         let unit = (-(fastest + turning).log2().ceil()).exp2();
         let square_unit = unit * unit;
-        let (f1, f2) =
-            (system.moment_amplitude * square_unit, system.force_amplitude * square_unit);
-        let (stiffness, spring) = (w * w * square_unit, square_unit);
-        let damping = 2.0 * system.pendulum_damping * w * unit;
-        let other_damping = 2.0 * system.oscillator_damping * unit;
-        let omega = system.drive_frequency * unit;
         let (sin0, cos0) = if oblique { state.x1.sin_cos() } else { (0.0, 1.0) };
         let rubs = system.friction > 0.0;
         let side = if !rubs {
@@ -102,83 +177,66 @@ impl SlideStep {
         } else {
             1f64.copysign(sin0)
         };
-        let friction = system.friction * mode.direction() * side;
-
-        let zero = [0.0; ORDER + 1];
-        let (mut x, mut v, mut sin, mut cos) = (zero, zero, zero, zero);
-        let (mut a1, mut k, mut square) = (zero, zero, zero);
-        let (mut free, mut inertia, mut force) = (zero, zero, zero);
-        (x[0], x[1], v[0]) = (state.x1, state.v1 * unit, state.v1 * unit);
-        (sin[0], cos[0]) = (sin0, cos0);
-        // Coefficients of cos psi by (cos psi)'' = -omega^2 cos psi.
-        let (mut load, mut next_load) = (phase.cos, -omega * phase.sin);
-        for n in 0..=FORCED {
-            let order = (n + 1) as f64;
-            // (n + 1) sin_(n+1): the rate of the tip, x2' too.
-            let tip_rate = if oblique {
-                let rate = product(&cos, &v, n);
-                cos[n + 1] = -product(&sin, &v, n) / order;
-                sin[n + 1] = rate / order;
-                rate
-            } else {
-                v[n]
-            };
-            let constant = if n == 0 { 1.0 } else { 0.0 };
-            let tip = if oblique { sin[n] } else { x[n] };
-            a1[n] = f1 * load - damping * v[n] - stiffness * x[n];
-            let a2 = f2 * load - other_damping * tip_rate - spring * (tip - constant * system.gap);
-            k[n] = cos[n] + friction * sin[n];
-            inertia[n] = constant * system.mass_ratio + product(&k, &cos, n);
-            square[n] = product(&v, &v, n);
-            let (pull, turn) = (product(&a1, &cos, n), product(&square, &sin, n));
-            free[n] = pull - turn - a2;
-            let earlier: f64 = (1..=n).map(|j| inertia[j] * force[n - j]).sum();
-            force[n] = (free[n] - earlier) / inertia[0];
-            let acceleration = a1[n] - product(&k, &force, n);
-            v[n + 1] = acceleration / order;
-            x[n + 2] = v[n + 1] / (order + 1.0);
-            (load, next_load) = (next_load, -omega * omega * load / (order * (order + 1.0)));
-        }
+        let slip = mode.direction() * side;
+        let parameters = system.parameters(|_, value| value);
+        let equation = Equation { parameters: &parameters, contact: system.contact, slip, unit };
+        let series = equation.series((phase.cos, phase.sin), state.x1, state.v1);
+        let (v, free, k, inertia) = (series.v, series.free, series.k, series.inertia);
+        let omega = system.drive_frequency * unit;
         // The phase is rounded: the instant itself is known to this.
         let instant_noise = if omega > 0.0 { 2.0 * PI * EPS / omega } else { 0.0 };
         let instant = system.instant(phase, state);
+        let friction = system.friction * slip;
         let terms = system.mass_ratio + (cos0.abs() + friction.abs() * sin0.abs()) * cos0.abs();
         Self {
-            unit,
-            reach: reach(&x, &v, fastest * unit),
-            x,
-            v,
-            sin,
-            free,
-            inertia,
+            reach: reach(&series.x, &v, fastest * unit),
             mode,
-            side: if rubs { side } else { 0.0 },
+            side,
             noise: instant.noise() * square_unit + instant_noise * free[1].abs(),
             acceleration_noise: FORCE_NOISE * EPS * instant.size1 * square_unit
-                + (k[0] / inertia[0]).abs() * instant.noise() * square_unit
+                + (k / inertia[0]).abs() * instant.noise() * square_unit
                 + instant_noise * 2.0 * v[2].abs(),
             least_inertia: system.painleve_level(terms),
+            series,
         }
+    }
+
+    /// Local time at which the step is used up.
+    pub fn length(&self) -> f64 {
+        self.reach * self.series.unit
+    }
+
+    /// The same step with derivatives: cosine and sine of the forcing phase, x1 and x1' at its
+    /// start must have the values it was made with.
+    pub fn with_derivatives<T: Number>(
+        &self,
+        parameters: &Parameters<T>,
+        contact: Contact,
+        phase: (T, T),
+        x1: T,
+        v1: T,
+    ) -> SlideSeries<T> {
+        let slip = self.mode.direction() * self.side;
+        Equation { parameters, contact, slip, unit: self.series.unit }.series(phase, x1, v1)
     }
 
     /// x1 and x1' at local time s.
     pub fn at(&self, s: f64) -> (f64, f64) {
-        let s = s / self.unit;
-        (value(&self.x, s), value(&self.v, s) / self.unit)
+        self.series.at(s)
     }
 
     /// Whether a contact force of 0 at the start falls.
     pub fn falls(&self) -> bool {
         (1..=FORCED)
-            .find(|&n| self.free[n].abs() * self.reach.powi(n as i32) > self.noise)
-            .is_some_and(|n| self.free[n] < 0.0)
+            .find(|&n| self.series.free[n].abs() * self.reach.powi(n as i32) > self.noise)
+            .is_some_and(|n| self.series.free[n] < 0.0)
     }
 
     /// The first event of the step, and its local time.
     pub fn end(&self) -> (f64, SlideEnd) {
         let mut first = (self.reach, SlideEnd::Continues);
         let mut consider =
-            |series: &Series, length: usize, sign: f64, noise: f64, end: SlideEnd| {
+            |series: &Series<f64>, length: usize, sign: f64, noise: f64, end: SlideEnd| {
                 let mut c = [0.0; ORDER + 1];
                 for (c, s) in c[..=length].iter_mut().zip(series) {
                     *c = sign * s;
@@ -187,17 +245,23 @@ impl SlideStep {
                     first = (time, end);
                 }
             };
-        consider(&self.free, FORCED, -1.0, self.noise, SlideEnd::Released);
+        consider(&self.series.free, FORCED, -1.0, self.noise, SlideEnd::Released);
         if self.side != 0.0 {
             let direction = self.mode.direction();
             let noise = self.acceleration_noise * self.reach;
-            consider(&self.v, ORDER - 1, -direction, noise, SlideEnd::Stopped);
-            consider(&self.sin, FORCED, -self.side, kink_noise(self.x[0]), SlideEnd::Side);
+            consider(&self.series.v, ORDER - 1, -direction, noise, SlideEnd::Stopped);
+            consider(
+                &self.series.sin,
+                FORCED,
+                -self.side,
+                kink_noise(self.series.x[0]),
+                SlideEnd::Side,
+            );
         }
-        let mut margin = self.inertia;
+        let mut margin = self.series.inertia;
         margin[0] -= self.least_inertia;
         consider(&margin, FORCED, -1.0, 0.0, SlideEnd::Painleve);
-        (first.0 * self.unit, first.1)
+        (first.0 * self.series.unit, first.1)
     }
 }
 
@@ -214,8 +278,9 @@ fn kink_noise(x1: f64) -> f64 {
 /// motion's size, which the first four terms give (Jorba & Zou (2005), section 3.2); by iteration
 /// from the longest step. The terms of x1' are n/h times those of x1: where x1'' changes fast, and
 /// the step is short, they bound it.
-fn reach(x: &Series, v: &Series, fastest: f64) -> f64 {
-    let size = |c: &Series, s: f64| value(&[c[0].abs(), c[1].abs(), c[2].abs(), c[3].abs()], s);
+fn reach(x: &Series<f64>, v: &Series<f64>, fastest: f64) -> f64 {
+    let size =
+        |c: &Series<f64>, s: f64| value(&[c[0].abs(), c[1].abs(), c[2].abs(), c[3].abs()], s);
     let mut step = CONTACT_ANGLE / fastest;
     for _ in 0..4 {
         let displacement = size(x, step);
@@ -234,8 +299,8 @@ fn reach(x: &Series, v: &Series, fastest: f64) -> f64 {
     step
 }
 
-fn value(c: &[f64], s: f64) -> f64 {
-    c.iter().rev().fold(0.0, |sum, c| sum * s + c)
+fn value<T: Number>(c: &[T], s: T) -> T {
+    c.iter().rev().fold(T::constant(0.0), |sum, &c| sum * s + c)
 }
 
 /// Value and first three derivatives, over their factorials.

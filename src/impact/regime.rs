@@ -77,6 +77,21 @@ impl RegimeKind {
             Self::StickInRestitution => "stick_restitution",
         }
     }
+
+    /// The regime of this name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        [
+            Self::Frictionless,
+            Self::Slip,
+            Self::ReversalInApproach,
+            Self::ReversalInRestitution,
+            Self::StickInApproach,
+            Self::StickInRestitution,
+        ]
+        .into_iter()
+        .find(|kind| kind.name() == name)
+    }
 }
 
 impl Regime {

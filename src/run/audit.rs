@@ -14,6 +14,7 @@ use crate::flight::FreeMotion;
 use crate::hold::ContactForce;
 use crate::impact::{Impact, PreImpact, resolve};
 use crate::params::System;
+use crate::quadrature::{POINTS, gauss_legendre};
 use crate::simulate::followed_by_hops;
 use crate::state::{Clock, State};
 use crate::tolerance::AUDIT_ANGLE;
@@ -58,29 +59,6 @@ impl EnergyAudit {
             + self.wall;
         (self.energy_end - self.energy_start) - works
     }
-}
-
-/// Points of the quadrature on each panel.
-const POINTS: usize = 16;
-
-/// Nodes and weights of Gauss-Legendre quadrature on [0, 1], by Newton's method on the Legendre
-/// polynomial.
-fn gauss_legendre() -> [(f64, f64); POINTS] {
-    std::array::from_fn(|i| {
-        let n = POINTS as f64;
-        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n + 0.5)).cos();
-        let mut slope = 1.0;
-        for _ in 0..20 {
-            let (mut p, mut before) = (1.0, 0.0);
-            for k in 1..=POINTS {
-                let k = k as f64;
-                (p, before) = (((2.0 * k - 1.0) * x * p - (k - 1.0) * before) / k, p);
-            }
-            slope = n * (x * p - before) / (x * x - 1.0);
-            x -= p / slope;
-        }
-        (0.5 * (1.0 - x), 1.0 / ((1.0 - x * x) * slope * slope))
-    })
 }
 
 /// The sums and what is needed to form them.

@@ -1,0 +1,372 @@
+//! The sequence of legs of a periodic motion: what the bodies do from one event to the next, and
+//! which event ends it. Where the sequence is kept fixed, event times and states are smooth
+//! functions of the parameters: a motion can be followed beyond the point at which it ceases to be
+//! one (a flight that penetrates, a slip that would have reversed), and that point is a root of a
+//! smooth function (docs/orbits.md).
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::error::{ParameterError, SimulationError, StateError};
+use crate::event::{Event, ImpactEvent, StopReason};
+use crate::flight::FreeMotion;
+use crate::hold::ContactMode;
+use crate::impact::{Regime, RegimeKind};
+use crate::params::{ImpactLaw, System};
+use crate::simulate::Simulation;
+use crate::state::{Clock, State};
+use crate::tolerance::LOW_BOUNCE;
+
+/// Signs that stay fixed during a leg with friction: of x1', and of sin x1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Signs {
+    /// s = sgn(x1') at the start of the impact.
+    pub direction: f64,
+    /// sgn(sin x1).
+    pub side: f64,
+}
+
+/// What ends a stick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StickEnd {
+    /// The tip slips, x1' > 0.
+    SlipPositive,
+    /// The tip slips, x1' < 0.
+    SlipNegative,
+    /// The contact force falls to zero.
+    Release,
+}
+
+/// One leg with the event at its end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Leg {
+    /// A flight to an impact of this regime.
+    Impact(RegimeKind, Signs),
+    /// Infinitely many impacts, to their accumulation point.
+    Chatter,
+    /// A slide until the contact force falls to zero; whether x1' > 0.
+    SlideToRelease(bool),
+    /// A slide until x1' = 0; whether x1' > 0 before.
+    SlideToStop(bool),
+    /// A stick.
+    Stick(StickEnd),
+    /// No event: a free motion, closed after so many drive periods.
+    Circuit,
+}
+
+const WORDS: &str = "circuit, chatter, slide+:release, slide-:stop, stick:slide+, stick:release, \
+    impact:frictionless, impact:slip:+- (signs of x1' and of sin x1), ...";
+
+impl fmt::Display for Leg {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sign = |positive: bool| if positive { '+' } else { '-' };
+        match *self {
+            Self::Impact(RegimeKind::Frictionless, _) => write!(f, "impact:frictionless"),
+            Self::Impact(kind, Signs { direction, side }) => {
+                write!(f, "impact:{}:{}{}", kind.name(), sign(direction > 0.0), sign(side > 0.0))
+            }
+            Self::Chatter => write!(f, "chatter"),
+            Self::SlideToRelease(positive) => write!(f, "slide{}:release", sign(positive)),
+            Self::SlideToStop(positive) => write!(f, "slide{}:stop", sign(positive)),
+            Self::Stick(StickEnd::Release) => write!(f, "stick:release"),
+            Self::Stick(end) => write!(f, "stick:slide{}", sign(end == StickEnd::SlipPositive)),
+            Self::Circuit => write!(f, "circuit"),
+        }
+    }
+}
+
+impl FromStr for Leg {
+    type Err = ParameterError;
+
+    fn from_str(text: &str) -> Result<Self, ParameterError> {
+        let bad = || ParameterError::new("leg", text, WORDS);
+        let sign = |c: char| match c {
+            '+' => Ok(1.0),
+            '-' => Ok(-1.0),
+            _ => Err(bad()),
+        };
+        Ok(match text.split(':').collect::<Vec<_>>()[..] {
+            ["circuit"] => Self::Circuit,
+            ["chatter"] => Self::Chatter,
+            ["slide+", "release"] => Self::SlideToRelease(true),
+            ["slide-", "release"] => Self::SlideToRelease(false),
+            ["slide+", "stop"] => Self::SlideToStop(true),
+            ["slide-", "stop"] => Self::SlideToStop(false),
+            ["stick", "release"] => Self::Stick(StickEnd::Release),
+            ["stick", "slide+"] => Self::Stick(StickEnd::SlipPositive),
+            ["stick", "slide-"] => Self::Stick(StickEnd::SlipNegative),
+            ["impact", "frictionless"] => {
+                Self::Impact(RegimeKind::Frictionless, Signs { direction: 0.0, side: 0.0 })
+            }
+            ["impact", regime, signs] => {
+                let kind = RegimeKind::from_name(regime).ok_or_else(bad)?;
+                let mut signs = signs.chars();
+                let (Some(direction), Some(side), None) =
+                    (signs.next(), signs.next(), signs.next())
+                else {
+                    return Err(bad());
+                };
+                if kind == RegimeKind::Frictionless {
+                    return Err(bad());
+                }
+                Self::Impact(kind, Signs { direction: sign(direction)?, side: sign(side)? })
+            }
+            _ => return Err(bad()),
+        })
+    }
+}
+
+impl Leg {
+    /// The leg that an impact ends.
+    fn to_impact(system: &System, event: &ImpactEvent) -> Self {
+        let kind = event.impact.regime.kind();
+        if kind == RegimeKind::Frictionless {
+            return Self::Impact(kind, Signs { direction: 0.0, side: 0.0 });
+        }
+        let direction = match event.impact.regime {
+            Regime::Slip { direction } => direction,
+            _ => event.pre.v1,
+        };
+        // The literal law has no |sin x1|.
+        let side = if system.law == ImpactLaw::Paper { 1.0 } else { event.pre.x1.sin() };
+        let sign = |value: f64| 1f64.copysign(value);
+        Self::Impact(kind, Signs { direction: sign(direction), side: sign(side) })
+    }
+}
+
+/// Where a leg starts: just after an event, on the contact. Body 2 is where g = 0 has it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Node {
+    /// x1; of a circuit, at the start of a drive period.
+    pub x1: f64,
+    /// x1' after the event.
+    pub v1: f64,
+    /// x2' after the event.
+    pub v2: f64,
+    /// Time in the drive period; of a circuit, which starts with one, x2.
+    pub time: f64,
+}
+
+impl Node {
+    /// The components, in order.
+    #[must_use]
+    pub fn to_array(self) -> [f64; 4] {
+        [self.x1, self.v1, self.v2, self.time]
+    }
+
+    /// A node with these components.
+    #[must_use]
+    pub fn from_array([x1, v1, v2, time]: [f64; 4]) -> Self {
+        Self { x1, v1, v2, time }
+    }
+}
+
+/// The legs of a periodic motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Itinerary {
+    /// The legs in order; the first follows on the last.
+    pub legs: Vec<Leg>,
+    /// Drive periods after which the motion repeats.
+    pub periods: i64,
+    /// Completed drive periods at the start of each leg, counted from any.
+    pub clocks: Vec<i64>,
+    /// Whether body 2 is a wall at rest (mbar = 0): it is left out then.
+    pub wall_at_rest: bool,
+}
+
+/// Why no itinerary was found.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ItineraryError {
+    /// Bad input.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// Bad input.
+    #[error(transparent)]
+    State(#[from] StateError),
+    /// A failed computation.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The motion ends.
+    #[error("the motion ends: {}", .0.name())]
+    Stopped(StopReason),
+    /// The events of one cycle cannot be told from the next one's.
+    #[error("the events do not repeat")]
+    NotClosed,
+}
+
+/// An event with the leg that it ends.
+#[derive(Clone)]
+struct Mark {
+    leg: Leg,
+    clock: Clock,
+    state: State,
+    /// Whether contact follows, in whatever mode.
+    holds: bool,
+    /// u of an impact.
+    approach_velocity: f64,
+}
+
+impl Itinerary {
+    /// An itinerary of these legs.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for an empty or inconsistent sequence.
+    pub fn new(
+        legs: Vec<Leg>,
+        periods: i64,
+        clocks: Option<Vec<i64>>,
+        wall_at_rest: bool,
+    ) -> Result<Self, ParameterError> {
+        let clocks = clocks.unwrap_or_else(|| vec![0; legs.len()]);
+        if periods < 1 {
+            return Err(ParameterError::new("periods", periods, "a whole number >= 1"));
+        }
+        if legs.is_empty() || (legs.contains(&Leg::Circuit) && legs.len() > 1) {
+            return Err(ParameterError::new("legs", legs.len(), "a circuit alone, or others"));
+        }
+        if clocks.len() != legs.len() {
+            return Err(ParameterError::new("clocks", clocks.len(), "as many as legs"));
+        }
+        Ok(Self { legs, periods, clocks, wall_at_rest })
+    }
+
+    /// Follows a motion from t = 0 for two cycles of `periods` drive periods and reads off the legs
+    /// of one cycle, with the nodes at their starts.
+    ///
+    /// # Errors
+    /// [`ItineraryError`]
+    pub fn follow(
+        system: &System,
+        initial: State,
+        periods: i64,
+        max_events: u64,
+    ) -> Result<(Self, Vec<Node>), ItineraryError> {
+        if system.drive_frequency == 0.0 {
+            return Err(ParameterError::new("drive_frequency", 0.0, "> 0 for a period").into());
+        }
+        let Ok(whole) = u32::try_from(periods.max(0) * 2) else {
+            return Err(ParameterError::new("periods", periods, "a count of drive periods").into());
+        };
+        if whole == 0 {
+            return Err(ParameterError::new("periods", periods, "a whole number >= 1").into());
+        }
+        let wall_at_rest = system.mass_ratio == 0.0
+            && system.force_amplitude == 0.0
+            && initial.x2 == 0.0
+            && initial.v2 == 0.0;
+        let marks = marks(system, initial, whole, max_events)?;
+        if marks.is_empty() {
+            let node = Node { x1: initial.x1, v1: initial.v1, v2: initial.v2, time: initial.x2 };
+            let legs = Self { legs: vec![Leg::Circuit], periods, clocks: vec![0], wall_at_rest };
+            return Ok((legs, vec![node]));
+        }
+        let drive = FreeMotion::new(system).drive;
+        let time = |mark: &Mark| drive.time(mark.clock);
+        // The cycle begins with the event of the first one that has most room before it, so that
+        // drift does not move the last event across its end.
+        let cycle = periods as f64 * system.drive_period();
+        let room = |i: usize| time(&marks[i]) - if i == 0 { 0.0 } else { time(&marks[i - 1]) };
+        let begins = (0..marks.len())
+            .filter(|&i| time(&marks[i]) < cycle)
+            .max_by(|&i, &j| room(i).total_cmp(&room(j)))
+            .ok_or(ItineraryError::NotClosed)?;
+        let end = time(&marks[begins]) + cycle - 0.5 * room(begins);
+        let cycle: Vec<&Mark> = marks[begins..].iter().take_while(|m| time(m) < end).collect();
+        let next = marks.get(begins + cycle.len()).ok_or(ItineraryError::NotClosed)?;
+        let legs: Vec<Leg> = cycle[1..].iter().map(|m| m.leg).chain([next.leg]).collect();
+        let consistent = cycle.iter().zip(&legs).all(|(mark, leg)| {
+            let held = matches!(leg, Leg::SlideToRelease(_) | Leg::SlideToStop(_) | Leg::Stick(_));
+            held == mark.holds
+        });
+        if !consistent {
+            return Err(ItineraryError::NotClosed);
+        }
+        let clocks = cycle.iter().map(|m| m.clock.period).collect();
+        let nodes = cycle
+            .iter()
+            .map(|m| {
+                let State { x1, v1, v2, .. } = m.state;
+                Node { x1, v1, v2, time: m.clock.time_in_period }
+            })
+            .collect();
+        Ok((Self { legs, periods, clocks, wall_at_rest }, nodes))
+    }
+}
+
+/// The events of so many drive periods, each with the leg it ends. A contact mode that follows on
+/// an impact or on chatter at the same instant is no event of its own.
+fn marks(
+    system: &System,
+    initial: State,
+    periods: u32,
+    max_events: u64,
+) -> Result<Vec<Mark>, ItineraryError> {
+    let mut marks: Vec<Mark> = Vec::new();
+    // The mode of the leg that runs, and the leg that the next change of mode would end.
+    let mut mode: Option<ContactMode> = None;
+    for event in Simulation::new(system, initial)?.periods(periods).max_events(max_events) {
+        let mut approach_velocity = 0.0;
+        let (leg, clock, state, after) = match event? {
+            Event::Impact(impact) => {
+                approach_velocity = impact.impact.approach_velocity;
+                (Leg::to_impact(system, &impact), impact.clock, impact.post, None)
+            }
+            Event::Chatter(chatter) => (Leg::Chatter, chatter.clock, chatter.state, None),
+            Event::SlidePositive(change)
+            | Event::SlideNegative(change)
+            | Event::Stick(change)
+            | Event::Release(change) => {
+                let Some(ended) = mode else {
+                    // Contact begins where an impact or chatter has just ended, or at t = 0.
+                    if let Some(last) = marks.last_mut() {
+                        last.holds = true;
+                        last.state = change.state;
+                    }
+                    mode = change.mode;
+                    continue;
+                };
+                let positive = ended == ContactMode::SlidePositive;
+                let leg = match (ended, change.mode) {
+                    (ContactMode::Stick, None) => Leg::Stick(StickEnd::Release),
+                    (ContactMode::Stick, Some(ContactMode::SlidePositive)) => {
+                        Leg::Stick(StickEnd::SlipPositive)
+                    }
+                    (ContactMode::Stick, Some(_)) => Leg::Stick(StickEnd::SlipNegative),
+                    (_, None) => Leg::SlideToRelease(positive),
+                    (_, Some(_)) => Leg::SlideToStop(positive),
+                };
+                (leg, change.clock, change.state, change.mode)
+            }
+            Event::Graze(_) => continue,
+            Event::Stop(stop) if stop.reason == StopReason::Completed => break,
+            Event::Stop(stop) => return Err(ItineraryError::Stopped(stop.reason)),
+        };
+        mode = after;
+        marks.push(Mark { leg, clock, state, holds: after.is_some(), approach_velocity });
+    }
+    Ok(without_low_bounces(&marks))
+}
+
+/// The low impacts that precede chatter and are of its kind are left to the chatter's leg: as legs of
+/// their own their times have the rounding of the gap over u.
+fn without_low_bounces(marks: &[Mark]) -> Vec<Mark> {
+    let highest = marks.iter().map(|mark| mark.approach_velocity).fold(0.0, f64::max);
+    let mut kept: Vec<Mark> = Vec::with_capacity(marks.len());
+    for mark in marks {
+        if mark.leg == Leg::Chatter {
+            while let [.., before, last] = &kept[..] {
+                let low = last.approach_velocity < LOW_BOUNCE * highest
+                    && before.approach_velocity > last.approach_velocity
+                    && before.leg == last.leg;
+                if !low {
+                    break;
+                }
+                kept.pop();
+            }
+        }
+        kept.push(mark.clone());
+    }
+    kept
+}

@@ -1,0 +1,162 @@
+//! `_core.Itinerary`: the kernels of shooting.
+
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+use super::arrays;
+use super::run::to_state;
+use super::system::PySystem;
+use crate::error::ParameterError;
+use crate::itinerary::{Itinerary, ItineraryError, Leg, Node};
+use crate::orbit::Orbit;
+use crate::state::State;
+
+/// The legs of a periodic motion.
+#[pyclass(name = "Itinerary", module = "vibroimpact._core", frozen)]
+pub(super) struct PyItinerary(Itinerary);
+
+fn to_nodes(nodes: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Node>> {
+    Ok(arrays::to_states(nodes)?.into_iter().map(Node::from_array).collect())
+}
+
+/// Kind, leg, name, value, time in the leg.
+type TestRow = (&'static str, usize, String, f64, f64);
+
+type Matrix<'py> = Bound<'py, PyArray2<f64>>;
+
+#[pymethods]
+impl PyItinerary {
+    #[new]
+    #[pyo3(signature = (legs, periods, clocks = None, wall_at_rest = false))]
+    fn new(
+        legs: Vec<String>,
+        periods: i64,
+        clocks: Option<Vec<i64>>,
+        wall_at_rest: bool,
+    ) -> PyResult<Self> {
+        let legs: Result<Vec<Leg>, _> = legs.iter().map(|leg| leg.parse()).collect();
+        Ok(Self(Itinerary::new(legs?, periods, clocks, wall_at_rest)?))
+    }
+
+    /// The itinerary of a motion that repeats after `periods`, with its nodes; or why there is none.
+    #[staticmethod]
+    fn follow<'py>(
+        py: Python<'py>,
+        system: &PySystem,
+        initial: [f64; 4],
+        periods: i64,
+        max_events: u64,
+    ) -> PyResult<(Option<(Self, Matrix<'py>)>, String)> {
+        let initial = to_state(initial)?;
+        let system = system.0;
+        match py.detach(|| Itinerary::follow(&system, initial, periods, max_events)) {
+            Ok((itinerary, nodes)) => {
+                let rows: Vec<[f64; 4]> = nodes.into_iter().map(Node::to_array).collect();
+                Ok((Some((Self(itinerary), arrays::states(py, &rows)?)), String::new()))
+            }
+            Err(ItineraryError::Parameter(error)) => Err(error.into()),
+            Err(ItineraryError::State(error)) => Err(error.into()),
+            Err(other) => Ok((None, other.to_string())),
+        }
+    }
+
+    #[getter]
+    fn legs(&self) -> Vec<String> {
+        self.0.legs.iter().map(ToString::to_string).collect()
+    }
+
+    #[getter]
+    fn periods(&self) -> i64 {
+        self.0.periods
+    }
+
+    #[getter]
+    fn clocks(&self) -> Vec<i64> {
+        self.0.clocks.clone()
+    }
+
+    #[getter]
+    fn wall_at_rest(&self) -> bool {
+        self.0.wall_at_rest
+    }
+
+    /// Residual and Jacobian.
+    #[pyo3(signature = (system, nodes, parameters = None))]
+    fn residual<'py>(
+        &self,
+        py: Python<'py>,
+        system: &PySystem,
+        nodes: PyReadonlyArray2<'_, f64>,
+        parameters: Option<Vec<String>>,
+    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Matrix<'py>)> {
+        let nodes = to_nodes(&nodes)?;
+        let residual =
+            Orbit::new(&system.0, &self.0, &nodes)?.residual(&parameters.unwrap_or_default())?;
+        let rows = residual.values.len();
+        let jacobian =
+            PyArray1::from_vec(py, residual.jacobian).reshape([rows, residual.columns])?;
+        Ok((residual.values.into_pyarray(py), jacobian))
+    }
+
+    /// Rows (kind, leg, name, value, time in the leg) of the functions that are positive inside.
+    fn tests(&self, system: &PySystem, nodes: PyReadonlyArray2<'_, f64>) -> PyResult<Vec<TestRow>> {
+        let nodes = to_nodes(&nodes)?;
+        let tests = Orbit::new(&system.0, &self.0, &nodes)?.tests();
+        Ok(tests.into_iter().map(|t| (t.kind.name(), t.leg, t.name, t.value, t.time)).collect())
+    }
+
+    /// Derivatives of the legs' maps, shape (legs, 4, 4).
+    fn transfer<'py>(
+        &self,
+        py: Python<'py>,
+        system: &PySystem,
+        nodes: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let nodes = to_nodes(&nodes)?;
+        let matrices = Orbit::new(&system.0, &self.0, &nodes)?.transfer();
+        let flat: Vec<f64> = matrices
+            .iter()
+            .flat_map(|m| m.transpose().iter().copied().collect::<Vec<_>>())
+            .collect();
+        PyArray1::from_vec(py, flat).reshape([matrices.len(), 4, 4])
+    }
+
+    /// States x1, v1, x2, v2 just before the event of each leg, shape (legs, 4).
+    fn before_events<'py>(
+        &self,
+        py: Python<'py>,
+        system: &PySystem,
+        nodes: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Matrix<'py>> {
+        let nodes = to_nodes(&nodes)?;
+        let states = Orbit::new(&system.0, &self.0, &nodes)?.before_events();
+        let rows: Vec<[f64; 4]> = states.into_iter().map(State::to_array).collect();
+        arrays::states(py, &rows)
+    }
+
+    /// Largest local maximum of the gap in each leg: (time, gap), or None.
+    fn humps(
+        &self,
+        system: &PySystem,
+        nodes: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Vec<Option<(f64, f64)>>> {
+        let nodes = to_nodes(&nodes)?;
+        Ok(Orbit::new(&system.0, &self.0, &nodes)?.humps())
+    }
+
+    /// State x1, v1, x2, v2 at a time after the start of a leg; None where it cannot be followed.
+    fn state_in_leg(
+        &self,
+        system: &PySystem,
+        nodes: PyReadonlyArray2<'_, f64>,
+        leg: usize,
+        time: f64,
+    ) -> PyResult<Option<[f64; 4]>> {
+        if leg >= self.0.legs.len() {
+            return Err(ParameterError::new("leg", leg, "a leg of the itinerary").into());
+        }
+        let nodes = to_nodes(&nodes)?;
+        let state = Orbit::new(&system.0, &self.0, &nodes)?.state_in_leg(leg, time);
+        Ok(state.map(State::to_array))
+    }
+}

@@ -1,0 +1,154 @@
+//! Derivatives of the legs of a motion: of flights, impacts in every regime, complete chatter and
+//! contact phases, with respect to where and when a leg starts, when it ends, and up to two
+//! parameters (docs/theory.md, section 7).
+//!
+//! Everything smooth within a leg is written for numbers that carry their derivatives; event times
+//! are unknowns of their own, so that no leg divides by an approach velocity. Eliminating them gives
+//! the derivative of the return map: dt' = -(dh . dy)/h', h the condition of the event, which for an
+//! impact is what the saltation matrix S = R + (F+ - R F-)(grad g)^T/g'^- says.
+
+mod chatter;
+mod contact;
+mod flight;
+mod strike;
+
+pub(crate) use chatter::{Accumulation, accumulate};
+pub(crate) use contact::{free_gap_acceleration, slide, stick_condition};
+pub(crate) use flight::fly;
+pub(crate) use strike::strike;
+
+use crate::dual::{self, Number};
+use crate::flight::{FreeMotion, Trig};
+use crate::params::{Contact, Parameters, System};
+use crate::state::{Clock, State};
+
+/// The node a leg starts from (4), the time it ends at, two parameters.
+pub(crate) const DIRECTIONS: usize = 7;
+/// Direction of the end time.
+pub(crate) const END: usize = 4;
+/// Directions of the parameters.
+pub(crate) const FREE: usize = 5;
+
+pub(crate) type Dual = dual::Dual<DIRECTIONS>;
+
+/// A system with the derivatives of its parameters.
+pub(crate) struct Model {
+    pub system: System,
+    pub motion: FreeMotion,
+    pub parameters: Parameters<Dual>,
+    /// 2 pi/omega.
+    pub period: Dual,
+    /// Body 2 is a wall at rest: left out.
+    pub wall_at_rest: bool,
+}
+
+/// State of both bodies, with derivatives.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct DualState {
+    pub x1: Dual,
+    pub v1: Dual,
+    pub x2: Dual,
+    pub v2: Dual,
+}
+
+/// An instant: completed drive periods, and the time since.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Moment {
+    pub period: i64,
+    pub time: Dual,
+}
+
+impl DualState {
+    pub fn value(&self) -> State {
+        State { x1: self.x1.value, v1: self.v1.value, x2: self.x2.value, v2: self.v2.value }
+    }
+}
+
+impl Moment {
+    pub fn clock(&self) -> Clock {
+        Clock::new(self.period, self.time.value)
+    }
+
+    pub fn later(self, by: Dual) -> Self {
+        Self { time: self.time + by, ..self }
+    }
+}
+
+impl Model {
+    /// With derivatives in the directions `FREE`, `FREE + 1` for the parameters named.
+    pub fn new(system: &System, free: &[String], wall_at_rest: bool) -> Self {
+        let parameters =
+            system.parameters(|name, value| match free.iter().position(|wanted| wanted == name) {
+                Some(i) => Dual::variable(value, FREE + i),
+                None => Dual::constant(value),
+            });
+        let motion = FreeMotion::new(system);
+        let period = motion.drive.period.value();
+        let omega = parameters.drive_frequency;
+        let period = Dual::chain(period, [(-period / omega.value, omega)]);
+        Self { system: *system, motion, parameters, period, wall_at_rest }
+    }
+
+    /// sin x1 and cos x1; 0 and 1 in direct contact.
+    pub fn tip_angle(&self, x1: Dual) -> (Dual, Dual) {
+        match self.system.contact {
+            Contact::Oblique => x1.sin_cos(),
+            Contact::Direct => (Dual::constant(0.0), Dual::constant(1.0)),
+        }
+    }
+
+    /// Position of the tip along the normal.
+    fn tip(&self, x1: Dual) -> Dual {
+        match self.system.contact {
+            Contact::Oblique => x1.sin_cos().0,
+            Contact::Direct => x1,
+        }
+    }
+
+    /// g.
+    pub fn gap(&self, state: &DualState) -> Dual {
+        self.tip(state.x1) - state.x2 - self.parameters.gap
+    }
+
+    /// x2 on the contact.
+    pub fn contact_place(&self, x1: Dual) -> Dual {
+        if self.wall_at_rest { Dual::constant(0.0) } else { self.tip(x1) - self.parameters.gap }
+    }
+
+    /// u = g'.
+    pub fn approach_velocity(&self, state: &DualState) -> Dual {
+        state.v1 * self.tip_angle(state.x1).1 - state.v2
+    }
+
+    /// Cosine and sine of the forcing phase.
+    pub fn phase(&self, moment: &Moment) -> (Trig, Dual) {
+        let trig = self.motion.drive.trig_at(moment.clock());
+        let angle = self.parameters.drive_frequency * moment.time + self.parameters.phase;
+        (trig, angle)
+    }
+
+    /// cos psi and sin psi, with derivatives.
+    pub fn load(&self, moment: &Moment) -> (Dual, Dual) {
+        let (trig, angle) = self.phase(moment);
+        (Dual::chain(trig.cos, [(-trig.sin, angle)]), Dual::chain(trig.sin, [(trig.cos, angle)]))
+    }
+
+    /// Time between two instants.
+    pub fn elapsed(&self, from: &Moment, to: &Moment) -> Dual {
+        let value = self.motion.drive.until(from.clock(), to.clock()).value();
+        let whole = (to.period - from.period) as f64;
+        Dual::chain(value, [(1.0, to.time), (-1.0, from.time), (whole, self.period)])
+    }
+
+    /// Free accelerations of both bodies.
+    pub fn free_accelerations(&self, state: &DualState, moment: &Moment) -> (Dual, Dual) {
+        let p = &self.parameters;
+        let (cos_psi, _) = self.load(moment);
+        let w = p.frequency_ratio;
+        let a1 = p.moment_amplitude * cos_psi
+            - p.pendulum_damping * w * 2.0 * state.v1
+            - w * w * state.x1;
+        let a2 = p.force_amplitude * cos_psi - p.oscillator_damping * 2.0 * state.v2 - state.x2;
+        (a1, a2)
+    }
+}

@@ -1,0 +1,155 @@
+//! Derivatives of complete chatter.
+//!
+//! Time and state just after the impacts of one sequence are smooth functions of the separation
+//! velocity u. The bounces are followed one by one, with their derivatives, and extrapolated to
+//! u = 0 by Neville's scheme (chatter.rs) written for numbers that carry derivatives: the derivative
+//! of the extrapolated value, which converges as the value does.
+
+use super::contact::on_contact;
+use super::strike::Border;
+use super::{Dual, DualState, Model, Moment, fly, free_gap_acceleration, strike};
+use crate::contact::{Found, Start, next_contact};
+use crate::dual::Number;
+use crate::impact::{PreImpact, Regime, RegimeKind, resolve};
+use crate::itinerary::Signs;
+use crate::tolerance::{CHATTER_SPACING, EPS};
+
+/// Highest number of samples extrapolated.
+const MOST: usize = 10;
+/// Most bounces followed.
+const BOUNCES: usize = 2_000;
+/// Where x1' has a ratio of its own (slip that reverses in each impact) nothing is extrapolated: such
+/// bounces are followed down to this separation velocity. What is left is taken to leading order,
+/// with an error O(u^2) below rounding; a hop's derivatives have an error of EPS/u.
+const LOWEST: f64 = 1e-8;
+
+/// u, and differences from the first sample of time, x1 and x1' just after an impact.
+type Sample = (Dual, [Dual; 3]);
+
+/// Where a chatter sequence ends.
+pub(crate) struct Accumulation {
+    pub state: DualState,
+    pub moment: Moment,
+    /// Of all bounces, the least value of each border of their regime.
+    pub borders: Vec<Border>,
+}
+
+/// The accumulation point of the chatter that follows the state just after an impact; `None` if
+/// there is none.
+pub(crate) fn accumulate(
+    model: &Model,
+    start: &DualState,
+    moment: &Moment,
+) -> Option<Accumulation> {
+    let (mut state, mut passed) = (*start, Dual::constant(0.0));
+    let mut samples: Vec<Sample> = Vec::new();
+    let mut best: Option<(f64, [Dual; 3])> = None;
+    let mut borders: Vec<Border> = Vec::new();
+    let (mut stops, mut reverses, mut ratio) = (false, false, 1.0);
+    for _ in 0..BOUNCES {
+        let u = -model.approach_velocity(&state);
+        if u.value <= 0.0 || (reverses && u.value <= LOWEST) {
+            break;
+        }
+        if !reverses
+            && samples.last().is_none_or(|(last, _)| u.value <= CHATTER_SPACING * last.value)
+        {
+            samples.push((u, [passed, state.x1 - start.x1, state.v1 - start.v1]));
+            let newest = &samples[samples.len().saturating_sub(MOST)..];
+            if newest.len() >= 4 {
+                let (limit, lower) = (at_zero(newest), at_zero(&newest[1..]));
+                let differences = limit.iter().zip(&lower).map(|(a, b)| (a.value - b.value).abs());
+                let difference = differences.fold(0.0, f64::max);
+                if best.is_none_or(|(least, _)| difference < least) {
+                    best = Some((difference, limit));
+                }
+                if difference <= EPS || u.value <= LOWEST * LOWEST {
+                    break;
+                }
+            }
+        }
+        let bounce = bounce(model, &state, &moment.later(passed))?;
+        ratio = model.approach_velocity(&bounce.post).value / -u.value;
+        (stops, reverses) = (bounce.stops, bounce.reverses);
+        (state, passed) = (bounce.post, passed + bounce.time);
+        for border in bounce.borders {
+            match borders.iter_mut().find(|known| known.name == border.name) {
+                Some(known) => known.value = known.value.min(border.value),
+                None => borders.push(border),
+            }
+        }
+    }
+    let stop = Dual::constant(0.0);
+    let (x1, v1, time) = if reverses {
+        let now = moment.later(passed);
+        let (u, pull) =
+            (-model.approach_velocity(&state), free_gap_acceleration(model, &state, &now));
+        if ratio >= 1.0 || pull.value <= 0.0 {
+            return None;
+        }
+        let left = u * (2.0 / (1.0 - ratio)) / pull;
+        (state.x1 + state.v1 * left, stop, passed + left)
+    } else {
+        let (_, [time, x1, v1]) = best?;
+        // A tip that stops in each impact is at rest in the limit.
+        (start.x1 + x1, if stops { stop } else { start.v1 + v1 }, time)
+    };
+    Some(Accumulation { state: on_contact(model, x1, v1), moment: moment.later(time), borders })
+}
+
+/// One hop and the impact at its end.
+struct Bounce {
+    post: DualState,
+    time: Dual,
+    /// The tip stops in the impact, or turns round.
+    stops: bool,
+    reverses: bool,
+    borders: Vec<Border>,
+}
+
+fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
+    let (system, motion) = (&model.system, &model.motion);
+    let flight = motion.flight(moment.clock(), state.value());
+    let found =
+        next_contact(motion, &flight, system.contact, system.gap, Start::Touching, motion.span);
+    let Found::Contact(touch) = found.found else { return None };
+    let hop = Dual::constant(touch.local_time());
+    let there = fly(model, state, moment, hop);
+    // g = 0 at the end of the hop: its derivative follows from that of g.
+    let hop = Dual::chain(hop.value, [(-1.0 / touch.gap.rate, model.gap(&there))]);
+    let pre = fly(model, state, moment, hop);
+    let velocities = PreImpact::new(system.contact, &pre.value());
+    let impact = resolve(system, &velocities).ok()?;
+    let direction = match impact.regime {
+        Regime::Slip { direction } => direction,
+        _ => velocities.v1,
+    };
+    let signs = Signs { direction: 1f64.copysign(direction), side: 1f64.copysign(velocities.sin) };
+    let kind = impact.regime.kind();
+    let struck = strike(model, &pre, kind, signs);
+    let post = DualState { x2: model.contact_place(pre.x1), ..struck.post };
+    Some(Bounce {
+        post,
+        time: hop,
+        stops: matches!(kind, RegimeKind::StickInApproach | RegimeKind::StickInRestitution),
+        reverses: matches!(
+            kind,
+            RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution
+        ),
+        borders: struck.borders,
+    })
+}
+
+/// The polynomials through the samples at u = 0 (Neville's scheme).
+fn at_zero(samples: &[Sample]) -> [Dual; 3] {
+    let mut table: Vec<[Dual; 3]> = samples.iter().map(|sample| sample.1).collect();
+    for level in 1..samples.len() {
+        for i in 0..samples.len() - level {
+            let (far, near) = (samples[i].0, samples[i + level].0);
+            let weight = near / (far - near);
+            let (older, newer) = (table[i], table[i + 1]);
+            table[i] = std::array::from_fn(|c| newer[c] + (newer[c] - older[c]) * weight);
+        }
+    }
+    table[0]
+}

@@ -1,0 +1,127 @@
+//! Derivatives of a free flight.
+//!
+//! With respect to the state at its start they are the matrix of the free oscillation, with respect
+//! to the phase the forced response a quarter turn later. With respect to a parameter q of
+//! x'' + 2 zeta w x' + w^2 x = f cos psi they solve the same equation from rest, forced by what the
+//! parameter changes,
+//!
+//! ```text
+//! w: -2 zeta x' - 2 w x      zeta: -2 w x'      f: cos psi      omega: -f s sin psi,
+//! ```
+//!
+//! which is integrated against the response to an impulse by Gauss-Legendre quadrature: the same
+//! lines for every damping and at resonance, exact to rounding.
+
+use super::{Dual, DualState, Model, Moment};
+use crate::double_double::DoubleDouble;
+use crate::dual::Number;
+use crate::flight::{BodyFlight, Oscillator, Trig};
+use crate::quadrature::gauss_legendre;
+use crate::tolerance::AUDIT_ANGLE;
+
+/// Parameters of one body.
+struct Body {
+    w: Dual,
+    zeta: Dual,
+    f: Dual,
+}
+
+/// State after time `s` of free flight from `moment`.
+pub(crate) fn fly(model: &Model, state: &DualState, moment: &Moment, s: Dual) -> DualState {
+    let p = &model.parameters;
+    let pendulum = Body { w: p.frequency_ratio, zeta: p.pendulum_damping, f: p.moment_amplitude };
+    let (x1, v1) =
+        fly_body(model, &model.motion.pendulum, &pendulum, (state.x1, state.v1), moment, s);
+    let (x2, v2) = if model.wall_at_rest {
+        (Dual::constant(0.0), Dual::constant(0.0))
+    } else {
+        let one = Dual::constant(1.0);
+        let body = Body { w: one, zeta: p.oscillator_damping, f: p.force_amplitude };
+        fly_body(model, &model.motion.oscillator, &body, (state.x2, state.v2), moment, s)
+    };
+    DualState { x1, v1, x2, v2 }
+}
+
+fn fly_body(
+    model: &Model,
+    oscillator: &Oscillator,
+    body: &Body,
+    (x, v): (Dual, Dual),
+    moment: &Moment,
+    s: Dual,
+) -> (Dual, Dual) {
+    let drive = &model.motion.drive;
+    let (start, angle) = model.phase(moment);
+    let elapsed = DoubleDouble::new(s.value);
+    let turn = drive.turned_far(start, elapsed);
+    let flight = oscillator.flight(x.value, v.value, start);
+    let (end, rate) = oscillator.after(&flight, x.value, elapsed, &turn);
+    let (w, zeta, f) = (body.w.value, body.zeta.value, body.f.value);
+    let acceleration = f * turn.phase.cos - 2.0 * zeta * w * rate - w * w * end;
+    let [[xx, xv], [vx, vv]] = oscillator.transition(elapsed);
+    // The steady response to -f sin psi, from rest.
+    let (shift, shift_rate) = if angle.is_constant() || f == 0.0 {
+        (0.0, 0.0)
+    } else {
+        let ahead = Trig { cos: -start.sin, sin: start.cos };
+        let from_rest = oscillator.flight(0.0, 0.0, ahead);
+        oscillator.after(&from_rest, 0.0, elapsed, &drive.turned_far(ahead, elapsed))
+    };
+    let omega = model.parameters.drive_frequency;
+    let varied = [body.w, body.zeta, body.f, omega];
+    let [of_w, of_zeta, of_f, of_omega] = if varied.iter().all(Dual::is_constant) {
+        [[0.0; 2]; 4]
+    } else {
+        parameter_derivatives(model, oscillator, body, &flight, (x.value, start), s.value)
+    };
+    let chain = |value: f64, i: usize, [to_x, to_v, to_s, to_angle]: [f64; 4]| {
+        Dual::chain(
+            value,
+            [
+                (to_x, x),
+                (to_v, v),
+                (to_s, s),
+                (to_angle, angle),
+                (of_w[i], body.w),
+                (of_zeta[i], body.zeta),
+                (of_f[i], body.f),
+                (of_omega[i], omega),
+            ],
+        )
+    };
+    (chain(end, 0, [xx, xv, rate, shift]), chain(rate, 1, [vx, vv, acceleration, shift_rate]))
+}
+
+/// Derivatives of displacement and rate after `time` with respect to w, zeta, f, omega.
+fn parameter_derivatives(
+    model: &Model,
+    oscillator: &Oscillator,
+    body: &Body,
+    flight: &BodyFlight,
+    (x, start): (f64, Trig),
+    time: f64,
+) -> [[f64; 2]; 4] {
+    let drive = &model.motion.drive;
+    let (w, zeta, f) = (body.w.value, body.zeta.value, body.f.value);
+    let fastest = drive.omega.max(w * (1.0 + 2.0 * zeta)).max(1.0);
+    #[allow(clippy::cast_sign_loss)] // at least 1
+    let panels = (time * fastest / AUDIT_ANGLE).ceil().max(1.0) as usize;
+    let length = time / panels as f64;
+    let quadrature = gauss_legendre();
+    let mut sums = [[0.0; 2]; 4];
+    for panel in 0..panels {
+        for (node, weight) in quadrature {
+            let s = (panel as f64 + node) * length;
+            let turn = drive.turned_far(start, DoubleDouble::new(s));
+            let (x, v) = oscillator.after(flight, x, DoubleDouble::new(s), &turn);
+            let [[_, response], [_, rate]] = oscillator.transition(DoubleDouble::new(time - s));
+            let sources =
+                [-2.0 * (zeta * v + w * x), -2.0 * w * v, turn.phase.cos, -f * s * turn.phase.sin];
+            for (sum, source) in sums.iter_mut().zip(sources) {
+                sum[0] += weight * length * source * response;
+                sum[1] += weight * length * source * rate;
+            }
+        }
+    }
+    sums
+}
