@@ -15,7 +15,7 @@ use crate::impact::{Regime, RegimeKind};
 use crate::params::{ImpactLaw, System};
 use crate::simulate::Simulation;
 use crate::state::{Clock, State};
-use crate::tolerance::LOW_BOUNCE;
+use crate::tolerance::{CLEAR_ENDS, LOW_BOUNCE};
 
 /// Signs that stay fixed during a leg with friction: of x1', and of sin x1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -264,19 +264,32 @@ impl Itinerary {
         }
         let drive = FreeMotion::new(system).drive;
         let time = |mark: &Mark| drive.time(mark.clock);
-        // The cycle begins with the event of the first one that has most room before it, so that
-        // drift does not move the last event across its end.
-        let cycle = periods as f64 * system.drive_period();
-        let room = |i: usize| time(&marks[i]) - if i == 0 { 0.0 } else { time(&marks[i - 1]) };
-        let begins = (0..marks.len())
-            .filter(|&i| time(&marks[i]) < cycle)
-            .max_by(|&i, &j| room(i).total_cmp(&room(j)))
-            .ok_or(ItineraryError::NotClosed)?;
-        let end = time(&marks[begins]) + cycle - 0.5 * room(begins);
-        let cycle: Vec<&Mark> = marks[begins..].iter().take_while(|m| time(m) < end).collect();
-        let next = marks.get(begins + cycle.len()).ok_or(ItineraryError::NotClosed)?;
+        let length = periods as f64 * system.drive_period();
+        // One cycle is enough, and all that a guess near an unstable motion may give, if no event is
+        // so close to its ends that drift could move it across.
+        let inside = marks.iter().take_while(|mark| time(mark) < length).count();
+        let clear = CLEAR_ENDS * system.drive_period();
+        let apart = |i: usize, end: f64| marks.get(i).is_none_or(|m| (time(m) - end).abs() > clear);
+        let one = inside > 0 && apart(0, 0.0) && apart(inside - 1, length) && apart(inside, length);
+        let (begins, count) = if one {
+            (0, inside)
+        } else {
+            // The cycle begins with the event of the first one that has most room before it.
+            let room = |i: usize| time(&marks[i]) - if i == 0 { 0.0 } else { time(&marks[i - 1]) };
+            let begins = (0..inside)
+                .max_by(|&i, &j| room(i).total_cmp(&room(j)))
+                .ok_or(ItineraryError::NotClosed)?;
+            let end = time(&marks[begins]) + length - 0.5 * room(begins);
+            (begins, marks[begins..].iter().take_while(|mark| time(mark) < end).count())
+        };
+        let cycle = &marks[begins..begins + count];
+        let next = if one {
+            &marks[0]
+        } else {
+            marks.get(begins + count).ok_or(ItineraryError::NotClosed)?
+        };
         let legs: Vec<Leg> = cycle[1..].iter().map(|m| m.leg).chain([next.leg]).collect();
-        let consistent = cycle.iter().zip(&legs).all(|(mark, leg)| {
+        let consistent = cycle.iter().zip(&legs).all(|(mark, leg): (&Mark, &Leg)| {
             let held = matches!(leg, Leg::SlideToRelease(_) | Leg::SlideToStop(_) | Leg::Stick(_));
             held == mark.holds
         });

@@ -132,6 +132,9 @@ pub const AUDIT_ANGLE: f64 = 1.5;
 /// chatter's leg in the analysis of periodic motions.
 pub const LOW_BOUNCE: f64 = 0.1;
 
+/// Part of a drive period at the ends of an orbit without events, if it is to be cut there.
+pub const CLEAR_ENDS: f64 = 0.01;
+
 /// Step, as an angle of the fastest motion, at which a flight is sampled for maxima of the gap.
 pub const HUMP_ANGLE: f64 = 0.25;
 

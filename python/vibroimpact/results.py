@@ -10,7 +10,7 @@ import os
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
-from typing import Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +19,10 @@ from . import _core, archive
 from .checks import horizon, optional_count, vector
 from .errors import Interrupted
 from .system import System
+
+if TYPE_CHECKING:
+    from .orbits.motion import PeriodicMotion
+    from .orbits.shooting import NotFound
 
 _T = TypeVar("_T", bound=np.generic)
 
@@ -340,6 +344,26 @@ class Run:
         run = type(self)(core, self._system, self._initial)
         raise_if_interrupted(run)
         return run
+
+    def refine(self) -> "PeriodicMotion | NotFound":
+        """Find the periodic motion that this run has settled on, to rounding, with its verdict.
+
+        Newton's method with exact derivatives starts from the last stroboscopic section; the sequence
+        of events is that of a simulation from there. Works for a label m-n, chatter included.
+
+        Returns
+        -------
+        PeriodicMotion or NotFound
+            The motion; or, counting as False, why there is none.
+
+        Raises
+        ------
+        ParameterError
+            With ``drive_frequency = 0``: there is no period.
+        """
+        from .orbits.shooting import refine
+
+        return refine(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run to ``path`` (.npz, no pickle); ``load`` gives it back bit for bit."""

@@ -1,0 +1,101 @@
+"""Simple branch points of F(z) = 0, N equations in N + 1 unknowns: location and other direction.
+
+At a simple branch point J has rank N - 1, so that Newton's method on the curve fails there. The
+system (G. Moore, Numer. Funct. Anal. Optim. 2 (1980) 441-472)
+
+    F(z) + mu psi = 0,    J(z)^T psi = 0,    psi . psi = 1
+
+in (z, psi, mu) is regular, and mu = 0 at a branch point. Its derivative takes second derivatives
+of F, from central differences of J; they only serve Newton's matrix, the solution is exact. With
+phi_1, phi_2 the null vectors of J, the directions alpha phi_1 + beta phi_2 of the two branches
+solve (H. B. Keller 1977)
+
+    a_11 alpha^2 + 2 a_12 alpha beta + a_22 beta^2 = 0,    a_ij = psi . (D J phi_i) phi_j.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from .newton import Array, OutsideDomain, newton
+
+Residual = Callable[[Array], tuple[Array, Array]]
+
+# Central differences of a function good to rounding: error of order eps^(2/3) at this step.
+DIFFERENCE = np.finfo(float).eps ** (1.0 / 3.0)
+# |mu| above this means that the branches miss each other.
+MISS = 1e-10
+# Singular values of J in units of the sizes below which they are zero; rows are not balanced, since
+# one of them may vanish.
+ZERO = 1e-6
+
+
+def refine_branch_point(residual: Residual, z: Array, sizes: Array) -> Array | None:
+    """Return the branch point near z, to rounding, or None if there is none."""
+    count = len(z) - 1
+
+    def scaled(y: Array) -> tuple[Array, Array]:
+        value, jacobian = residual(y * sizes)
+        return value, jacobian * sizes
+
+    def system(x: Array) -> tuple[Array, Array]:
+        y, psi, mu = x[: count + 1], x[count + 1 : -1], x[-1]
+        value, jacobian = scaled(y)
+        hessian = np.empty((count + 1, count + 1))
+        for j in range(count + 1):
+            shift = np.zeros(count + 1)
+            shift[j] = DIFFERENCE
+            difference = scaled(y + shift)[1] - scaled(y - shift)[1]
+            hessian[:, j] = psi @ difference / (2.0 * DIFFERENCE)
+        matrix = np.zeros((2 * count + 2, 2 * count + 2))
+        matrix[:count] = np.hstack((jacobian, mu * np.eye(count), psi[:, None]))
+        matrix[count:-1, :-1] = np.hstack((hessian, jacobian.T))
+        matrix[-1, count + 1 : -1] = 2.0 * psi
+        return np.concatenate((value + mu * psi, psi @ jacobian, [psi @ psi - 1.0])), matrix
+
+    y = z / sizes
+    psi = np.linalg.svd(scaled(y)[1])[0][:, -1]
+    start = np.concatenate((y, psi, [0.0]))
+    solution, _, report = newton(
+        system, start, np.ones(len(start)), max_iterations=20, damped=False
+    )
+    if not report.converged or abs(solution[-1]) > MISS:
+        return None
+    refined: Array = solution[: count + 1] * sizes
+    return refined
+
+
+def other_direction(residual: Residual, z: Array, tangent: Array, sizes: Array) -> Array | None:
+    """Return the tangent at the branch point z of the branch that ``tangent`` does not follow.
+
+    It has length 1 in units of ``sizes``. None means that z is not a simple branch point from
+    which two branches start.
+    """
+    left, values, right = np.linalg.svd(residual(z)[1] * sizes)
+    if values[-1] > ZERO or (len(values) > 1 and values[-2] < ZERO):
+        return None
+    psi, null = left[:, -1], right[-2:]
+
+    def derivative(direction: Array) -> Array:
+        shift = DIFFERENCE * direction * sizes
+        try:
+            difference = residual(z + shift)[1] - residual(z - shift)[1]
+        except OutsideDomain:
+            return np.full(2, np.nan)
+        result: Array = psi @ (difference * sizes) @ null.T / (2.0 * DIFFERENCE)
+        return result
+
+    (a11, a12), (a21, a22) = (derivative(direction) for direction in null)
+    form = np.array([[a11, (a12 + a21) / 2.0], [(a12 + a21) / 2.0, a22]])
+    if not np.isfinite(form).all():
+        return None
+    (low, high), axes = np.linalg.eigh(form)
+    if not min(-low, high) > ZERO * max(-low, high):
+        return None
+    # In the axes of the form its zeros are low x^2 + high y^2 = 0.
+    lines = [
+        (np.sqrt(high) * axes[:, 0] + sign * np.sqrt(-low) * axes[:, 1]) @ null for sign in (1, -1)
+    ]
+    other: Array = min(lines, key=lambda line: abs(float(line @ (tangent / sizes)))) * sizes
+    other /= np.sqrt(high - low)
+    return other

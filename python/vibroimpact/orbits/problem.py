@@ -1,0 +1,75 @@
+"""The conditions of periodicity as a problem for Newton's method and for continuation.
+
+Unknowns are the nodes of a motion, flattened; parameters any numeric ones of its system. Residual
+and Jacobian come from the compiled core (`_core.Itinerary.residual`); test functions are what holds
+the motion inside its sequence of legs, and those of its multipliers.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..errors import ParameterError
+from ..system import System
+from .maps import multiplier_tests
+from .motion import monodromy, reduced
+from .newton import OutsideDomain
+
+Array = NDArray[np.float64]
+
+
+class OrbitProblem:
+    """F(u, p) = 0 for the nodes u of a periodic motion with a fixed sequence of legs."""
+
+    def __init__(
+        self, system: System, itinerary: _core.Itinerary, parameters: tuple[str, ...] = ()
+    ) -> None:
+        self.system = system
+        self.itinerary = itinerary
+        self.parameters = parameters
+
+    def system_at(self, p: Array) -> System:
+        """Return the system with the free parameters at p; raise OutsideDomain beyond their range."""
+        if not self.parameters:
+            return self.system
+        try:
+            return self.system.replace(**dict(zip(self.parameters, p.tolist(), strict=True)))
+        except ParameterError as error:
+            raise OutsideDomain(str(error)) from error
+
+    def residual(self, u: Array, p: Array) -> tuple[Array, Array]:
+        """Return F, shape (n,), and its Jacobian by u and p, shape (n, n + k)."""
+        system = self.system_at(p)
+        try:
+            return self.itinerary.residual(
+                system._compiled, u.reshape(-1, 4), list(self.parameters)
+            )
+        except ParameterError as error:  # drive frequency 0 on the way
+            raise OutsideDomain(str(error)) from error
+
+    def tests(self, u: Array, p: Array, jacobian: Array) -> Mapping[str, float]:
+        """Return the test functions by name, ``kind: what, leg``."""
+        system, nodes = self.system_at(p), u.reshape(-1, 4)
+        tests = {
+            f"{kind}: {name}, leg {leg}": value
+            for kind, leg, name, value, _ in self.itinerary.tests(system._compiled, nodes)
+        }
+        matrix = self.monodromy(u, p)
+        if np.isfinite(matrix).all():
+            tests |= multiplier_tests(matrix)
+        return tests
+
+    def monodromy(self, u: Array, p: Array) -> Array:
+        """Return the derivative of the return map, a wall at rest left out."""
+        matrix = monodromy(self.itinerary, self.system_at(p), u.reshape(-1, 4))
+        return reduced(matrix, self.itinerary)
+
+    def scale(self, u: Array) -> Array:
+        """Return the sizes of the unknowns: of each kind the largest of the motion."""
+        nodes = u.reshape(-1, 4)
+        sizes = np.maximum(np.abs(nodes).max(axis=0), 1e-3)
+        if self.itinerary.legs != ["circuit"]:
+            sizes[3] = 1.0 / max(self.system.drive_frequency, 1e-3)
+        return np.tile(sizes, len(nodes))

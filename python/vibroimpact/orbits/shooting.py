@@ -1,0 +1,253 @@
+"""Periodic motions from simulations: Newton's method on the conditions of periodicity.
+
+A simulation tells which events one orbit passes; with that sequence held fixed, nodes and event
+times are found by Newton's method with exact derivatives (docs/theory.md, section 7), stable or not.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from ..checks import count, reject, state, states
+from ..results import Run
+from ..simulation import simulate
+from ..system import System
+from .motion import PeriodicMotion, motion_of
+from .newton import solve
+from .problem import OrbitProblem
+
+Array = NDArray[np.float64]
+
+# Events of two orbits after which the search for their sequence is given up.
+MAX_EVENTS = 1_000_000
+# Two orbits are the same if their sections agree to this part of their size.
+SAME_ORBIT = 1e-7
+# Half widths of the box from which a search starts (docs/theory.md, E9).
+START_BOX = (0.3, 1.0, 0.2, 1.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class NotFound:
+    """No periodic motion was found; counts as False.
+
+    Attributes
+    ----------
+    reason
+        Why, in words.
+    """
+
+    reason: str
+
+    def __bool__(self) -> bool:
+        """Return False."""
+        return False
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MotionSearch:
+    """Periodic motions reached from many starts.
+
+    Attributes
+    ----------
+    motions
+        Every periodic motion found, that with the largest share first.
+    shares
+        Part of the starts that end on each motion, shape (motions,).
+    others
+        Parts of the starts that end elsewhere, by label or stop reason.
+    starts
+        Initial states, shape (k, 4).
+    reached
+        Number of the motion each start ends on, -1 for none, shape (k,).
+    """
+
+    motions: tuple[PeriodicMotion, ...]
+    shares: Array
+    others: dict[str, float]
+    starts: Array
+    reached: NDArray[np.int64]
+
+
+def solve_orbit(
+    system: System, itinerary: _core.Itinerary, nodes: Array, **paper: Any
+) -> PeriodicMotion | NotFound:
+    """Solve the conditions of periodicity for this sequence of legs, starting from these nodes."""
+    problem = OrbitProblem(system, itinerary)
+    found, report = solve(problem, nodes.ravel(), np.empty(0))
+    if not report.converged:
+        return NotFound(reason=f"Newton's method: {report.outcome}")
+    return motion_of(system, itinerary, found.reshape(-1, 4), error=report.error, **paper)
+
+
+def periodic_motion(
+    system: System, *, initial: ArrayLike, periods: int
+) -> PeriodicMotion | NotFound:
+    """Find the periodic motion near a state.
+
+    Parameters
+    ----------
+    system
+        The system; drive_frequency > 0.
+    initial
+        State (x1, v1, x2, v2) at t = 0 close to the motion. A simulation from here gives the
+        sequence of events; the motion itself may be unstable.
+    periods
+        Drive periods m per orbit.
+
+    Returns
+    -------
+    PeriodicMotion or NotFound
+        The motion, to rounding, with its verdict; or why there is none.
+
+    Raises
+    ------
+    ParameterError, StateError
+        For bad input.
+    """
+    start = state(initial)
+    periods = count("periods", periods, least=1, most=100_000)
+    _driven(system)
+    found, reason = _core.Itinerary.follow(system._compiled, start, periods, MAX_EVENTS)
+    if found is None:
+        return NotFound(reason=reason)
+    itinerary, nodes = found
+    if itinerary.legs == ["circuit"] and periods > 1:
+        # Without events the motion repeats with the drive; over more periods of an undamped system
+        # the conditions may be singular.
+        itinerary = _core.Itinerary(["circuit"], 1, None, itinerary.wall_at_rest)
+    return solve_orbit(system, itinerary, nodes)
+
+
+def refine(run: Run) -> PeriodicMotion | NotFound:
+    """Find the periodic motion that a run has settled on, to rounding; see ``Run.refine``."""
+    _driven(run.system)
+    m = run.period.m
+    if m is None:
+        return NotFound(reason=f"the run is {run.label}, not periodic")
+    if not len(run.stroboscopic):
+        return NotFound(reason="the run keeps no stroboscopic section")
+    return periodic_motion(run.system, initial=run.stroboscopic[-1], periods=m)
+
+
+def same_orbit(one: PeriodicMotion, other: PeriodicMotion) -> bool:
+    """Whether two motions are one orbit, perhaps begun in another drive period."""
+    if (one.m, one.n) != (other.m, other.n):
+        return False
+    size = max(1e-3, float(np.abs(one.sections).max()))
+    shifts = (np.abs(np.roll(other.sections, k, axis=0) - one.sections) for k in range(one.m))
+    return min(float(shift.max()) for shift in shifts) < SAME_ORBIT * size
+
+
+def search_motions(
+    system: System,
+    *,
+    starts: int | ArrayLike = 64,
+    periods: int = 2000,
+    seed: int = 0,
+    workers: int | None = None,
+) -> MotionSearch:
+    """Find the periodic motions that random or given starts settle on, with their basin shares.
+
+    Parameters
+    ----------
+    system
+        The system; drive_frequency > 0.
+    starts
+        Number of random starts, uniform in |x1| <= 0.3, |x1'| <= 1, |x2| <= 0.2, |x2'| <= 1 (those
+        in which the bodies overlap are drawn anew), or initial states, shape (k, 4).
+    periods
+        Drive periods that each start is given to settle.
+    seed
+        Of the random starts.
+    workers
+        Threads; default one per core.
+
+    Returns
+    -------
+    MotionSearch
+        Motions, each to rounding, and shares.
+
+    Raises
+    ------
+    ParameterError, StateError
+        For bad input.
+    Interrupted
+        After Ctrl-C.
+    """
+    _driven(system)
+    periods = count("periods", periods, least=8)
+    if np.ndim(starts) == 0:
+        number = count("starts", starts, least=1, most=1_000_000)
+        begins = _random_starts(system, number, count("seed", seed, least=0))
+    else:
+        begins = np.atleast_2d(states(starts))
+    keep = min(periods, 200)
+    runs = simulate(system, initial=begins, periods=periods, keep=keep, workers=workers)
+    motions: list[PeriodicMotion] = []
+    reached = np.full(len(begins), -1, dtype=np.int64)
+    others: Counter[str] = Counter()
+    for i, run in enumerate(runs):
+        known = _known(run, motions)
+        if known is None:
+            motion = refine(run) if run.stop_reason in ("completed", "rest") else None
+            if not motion or not motion.admissible:
+                label = run.label if run.stop_reason == "completed" else run.stop_reason
+                others[label if motion is None or run.period.m is None else "unresolved"] += 1
+                continue
+            same = (k for k, other in enumerate(motions) if same_orbit(motion, other))
+            known = next(same, None)
+            if known is None:
+                motions.append(motion)
+                known = len(motions) - 1
+        reached[i] = known
+    counts = np.bincount(reached[reached >= 0], minlength=len(motions))
+    order = np.argsort(-counts, kind="stable")
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    reached = np.where(reached >= 0, rank[reached] if len(rank) else -1, -1)
+    return MotionSearch(
+        motions=tuple(motions[k] for k in order),
+        shares=counts[order] / len(begins),
+        others={name: number / len(begins) for name, number in others.items()},
+        starts=begins,
+        reached=reached,
+    )
+
+
+def _known(run: Run, motions: Sequence[PeriodicMotion]) -> int | None:
+    """The motion on which a run has settled, if it is among these."""
+    if not len(run.stroboscopic):
+        return None
+    last = run.stroboscopic[-1]
+    for k, motion in enumerate(motions):
+        if run.period.m != motion.m or run.period.n != motion.n:
+            continue
+        size = max(1e-3, float(np.abs(motion.sections).max()))
+        if np.abs(motion.sections - last).max(axis=1).min() < SAME_ORBIT * size:
+            return k
+    return None
+
+
+def _random_starts(system: System, number: int, seed: int) -> Array:
+    """Uniform states of the box in which the bodies do not overlap."""
+    random = np.random.default_rng(seed)
+    kept: list[Array] = []
+    for _ in range(1000):
+        drawn = random.uniform(-1.0, 1.0, (2 * number, 4)) * START_BOX
+        tip = np.sin(drawn[:, 0]) if system.contact == "oblique" else drawn[:, 0]
+        kept.extend(drawn[tip - drawn[:, 2] - system.gap < 0.0])
+        if len(kept) >= number:
+            return np.array(kept[:number])
+    reject("gap", system.gap, "a gap that leaves room for the bodies around x1 = x2 = 0")
+
+
+def _driven(system: System) -> None:
+    if system.drive_frequency == 0.0:
+        reject(
+            "drive_frequency", 0.0, "a finite number > 0: a periodic motion needs a drive period"
+        )
