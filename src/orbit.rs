@@ -14,7 +14,7 @@ use nalgebra::Matrix4;
 use crate::dual::Number;
 use crate::error::ParameterError;
 use crate::hold::ContactMode;
-use crate::itinerary::{Itinerary, Leg, Node};
+use crate::itinerary::{Itinerary, Leg, Node, StickEnd};
 use crate::params::System;
 use crate::state::State;
 use crate::tangent::{
@@ -305,11 +305,15 @@ impl<'a> Orbit<'a> {
         let kind = self.itinerary.legs[leg];
         let held = !matches!(kind, Leg::Impact(..) | Leg::Chatter | Leg::Circuit);
         if held {
-            if self.lands(leg) {
+            let lands = self.lands(leg);
+            if lands {
                 let force = free_gap_acceleration(model, &start, &from).value;
                 test(TestKind::ChatterOnset, "contact force at the start", force, 0.0);
             }
-            test(TestKind::ContactBorder, "length of the phase", s.value, s.value);
+            // A contact that begins and ends with no force has no length either.
+            if !(lands && matches!(kind, Leg::SlideToRelease(_) | Leg::Stick(StickEnd::Release))) {
+                test(TestKind::ContactBorder, "length of the phase", s.value, s.value);
+            }
         }
         let (image, condition, pre) = match kind {
             Leg::Impact(regime, signs) => {

@@ -21,6 +21,19 @@ from .errors import Interrupted, ParameterError, SimulationError, StateError
 from .files import load
 from .impact_maps import ImpactAgreement, ImpactRegimes, impact_agreement, impact_regimes
 from .impacts import impact
+from .orbits import (
+    Bifurcation,
+    BifurcationCurve,
+    Branch,
+    MotionSearch,
+    NotFound,
+    PeriodicMotion,
+    bifurcation_curve,
+    follow_motion,
+    periodic_motion,
+    search_motions,
+    switch_branch,
+)
 from .results import EnergyAudit, EventKind, FinalState, PeriodReport, Regime, Run
 from .simulation import simulate
 from .system import System
@@ -39,6 +52,9 @@ else:
 
 
 __all__ = [
+    "Bifurcation",
+    "BifurcationCurve",
+    "Branch",
     "Diagram",
     "DiagramSettings",
     "EnergyAudit",
@@ -47,19 +63,27 @@ __all__ = [
     "ImpactAgreement",
     "ImpactRegimes",
     "Interrupted",
+    "MotionSearch",
+    "NotFound",
     "ParameterError",
     "PeriodReport",
+    "PeriodicMotion",
     "Regime",
     "Run",
     "SimulationError",
     "StateError",
     "System",
     "__version__",
+    "bifurcation_curve",
     "bifurcation_diagram",
+    "follow_motion",
     "impact",
     "impact_agreement",
     "impact_regimes",
     "load",
+    "periodic_motion",
     "plot",
+    "search_motions",
     "simulate",
+    "switch_branch",
 ]

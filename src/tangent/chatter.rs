@@ -18,6 +18,8 @@ use crate::tolerance::{CHATTER_SPACING, EPS};
 const MOST: usize = 10;
 /// Most bounces followed.
 const BOUNCES: usize = 2_000;
+/// Largest difference of the last two orders of an extrapolation that converges.
+const CONVERGED: f64 = 1e-9;
 /// Where x1' has a ratio of its own (slip that reverses in each impact) nothing is extrapolated: such
 /// bounces are followed down to this separation velocity. What is left is taken to leading order,
 /// with an error O(u^2) below rounding; a hop's derivatives have an error of EPS/u.
@@ -68,7 +70,8 @@ pub(crate) fn accumulate(
                 }
             }
         }
-        let bounce = bounce(model, &state, &moment.later(passed))?;
+        // Bounces at rounding level cannot be told from contact.
+        let Some(bounce) = bounce(model, &state, &moment.later(passed)) else { break };
         ratio = model.approach_velocity(&bounce.post).value / -u.value;
         (stops, reverses) = (bounce.stops, bounce.reverses);
         (state, passed) = (bounce.post, passed + bounce.time);
@@ -90,7 +93,7 @@ pub(crate) fn accumulate(
         let left = u * (2.0 / (1.0 - ratio)) / pull;
         (state.x1 + state.v1 * left, stop, passed + left)
     } else {
-        let (_, [time, x1, v1]) = best?;
+        let (_, [time, x1, v1]) = best.filter(|(difference, _)| *difference <= CONVERGED)?;
         // A tip that stops in each impact is at rest in the limit.
         (start.x1 + x1, if stops { stop } else { start.v1 + v1 }, time)
     };

@@ -1,0 +1,28 @@
+"""Periodic motions: found, judged, and followed over parameters (docs/orbits.md).
+
+Residuals, their derivatives and test functions are kernels of the compiled core; what is done with
+them stands here, in this order: newton, path, step, special, tracing, continuation, curves
+(continuation of any equations), motion, problem (periodicity), shooting (motions from simulations),
+resegment, branches, borders (bifurcations in one and two parameters).
+"""
+
+from .borders import BifurcationCurve, CodimensionTwo, bifurcation_curve
+from .branches import Bifurcation, Branch, Piece, follow_motion, switch_branch
+from .motion import PeriodicMotion
+from .shooting import MotionSearch, NotFound, periodic_motion, search_motions
+
+__all__ = [
+    "Bifurcation",
+    "BifurcationCurve",
+    "Branch",
+    "CodimensionTwo",
+    "MotionSearch",
+    "NotFound",
+    "PeriodicMotion",
+    "Piece",
+    "bifurcation_curve",
+    "follow_motion",
+    "periodic_motion",
+    "search_motions",
+    "switch_branch",
+]

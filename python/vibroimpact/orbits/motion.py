@@ -77,8 +77,8 @@ class PeriodicMotion:
         Estimated error of the nodes relative to the motion's size: Newton's last step.
     paper_eigenvalues, paper_stable
         What Han, Jin & Hu (2004), eqs. (42)-(45), take for the multipliers, and their verdict; None
-        but for the motions of ``periodic_motions``. Their matrix is not the derivative of the return
-        map (docs/theory.md, E5).
+        but for the motions of ``periodic_motions``. Their matrix is not the derivative of the
+        return map (docs/theory.md, E5).
     """
 
     system: System
@@ -253,8 +253,10 @@ class PeriodicMotion:
 def monodromy(itinerary: _core.Itinerary, system: System, nodes: Array) -> Array:
     """Return the derivative of the return map, the product of those of the legs."""
     product = np.eye(4)
-    for leg in itinerary.transfer(system._compiled, nodes):
-        product = leg @ product
+    # A leg that cannot be followed has NaN, one that ends in a graze infinity.
+    with np.errstate(all="ignore"):
+        for leg in itinerary.transfer(system._compiled, nodes):
+            product = leg @ product
     return product
 
 
@@ -267,10 +269,23 @@ def reduced(matrix: Array, itinerary: _core.Itinerary) -> Array:
 
 
 def motion_of(
-    system: System, itinerary: _core.Itinerary, nodes: Array, *, error: float = 0.0, **paper: Any
+    system: System,
+    itinerary: _core.Itinerary,
+    nodes: Array,
+    *,
+    error: float = 0.0,
+    whole: bool = False,
+    **paper: Any,
 ) -> PeriodicMotion:
-    """Build the motion of a converged solution, with its multipliers and verdict."""
-    itinerary, nodes = _in_order(*_primitive(system, itinerary, nodes))
+    """Build the motion of a converged solution, with its multipliers and verdict.
+
+    Unless asked for as a ``whole``, an orbit that repeats itself is cut down to one run, and begins
+    with its first event.
+    """
+    if whole:
+        nodes = nodes.copy()
+    else:
+        itinerary, nodes = _in_order(*primitive(system, itinerary, nodes))
     matrix = reduced(monodromy(itinerary, system, nodes), itinerary)
     finite = bool(np.isfinite(matrix).all())
     multipliers = np.linalg.eigvals(matrix) if finite else np.full(len(matrix), np.nan)
@@ -355,7 +370,7 @@ def _significant(legs: list[str]) -> list[str]:
     return kept
 
 
-def _primitive(
+def primitive(
     system: System, itinerary: _core.Itinerary, nodes: Array
 ) -> tuple[_core.Itinerary, Array]:
     """Cut a solution that runs through a shorter orbit several times down to that orbit."""

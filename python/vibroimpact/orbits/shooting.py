@@ -1,7 +1,8 @@
 """Periodic motions from simulations: Newton's method on the conditions of periodicity.
 
 A simulation tells which events one orbit passes; with that sequence held fixed, nodes and event
-times are found by Newton's method with exact derivatives (docs/theory.md, section 7), stable or not.
+times are found by Newton's method with exact derivatives (docs/theory.md, section 7), stable or
+not.
 """
 
 from collections import Counter
@@ -195,7 +196,7 @@ def search_motions(
         known = _known(run, motions)
         if known is None:
             motion = refine(run) if run.stop_reason in ("completed", "rest") else None
-            if not motion or not motion.admissible:
+            if not isinstance(motion, PeriodicMotion) or not motion.admissible:
                 label = run.label if run.stop_reason == "completed" else run.stop_reason
                 others[label if motion is None or run.period.m is None else "unresolved"] += 1
                 continue
