@@ -85,8 +85,10 @@ pub(crate) fn strike(
             }
         };
         if !literal {
-            let towards = u_switch * if in_approach { 1.0 } else { -1.0 };
-            border("P* = P_f", towards);
+            if !model.wall_at_rest {
+                // Against a wall at rest both are equal by an identity.
+                border("P* = P_f", u_switch * if in_approach { 1.0 } else { -1.0 });
+            }
             if !in_approach {
                 border("P* = (1 + r) P_f", remaining);
             }

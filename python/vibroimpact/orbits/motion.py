@@ -179,9 +179,9 @@ class PeriodicMotion:
 
     @cached_property
     def determinant(self) -> float:
-        """Determinant of ``return_map``, as the product of those of the legs."""
+        """Product of the multipliers, from the determinants of the legs' derivatives."""
         legs = self.itinerary.transfer(self.system._compiled, self.nodes)
-        return float(np.prod(np.linalg.det(legs)))
+        return math.prod(float(np.linalg.det(reduced(leg, self.itinerary))) for leg in legs)
 
     @cached_property
     def initial(self) -> tuple[float, float, float, float]:
