@@ -262,4 +262,15 @@ SCENES: dict[str, OrbitScene] = {
          "mu": 0.3},
         1, None, (-0.1805634786, -0.9131981206, -0.1166374502, -0.1343429638), phase=2.0,
     ),
+    # unstable ones with chatter
+    "unstable_chatter": OrbitScene(
+        {"mbar": 0.2, "omega0": 1.5, "r": 0.5, "delta": 0.1, "f1": 2.9, "f2": 0.1,
+         "omega": 0.94},
+        1, None, (-0.9006539523, 0.1877686208, 0.8636691545, 0.9291121408),
+    ),
+    "unstable_chatter_spiral": OrbitScene(
+        {"mbar": 2.0, "omega0": 2.5, "r": 0.3, "delta": 0.0, "f1": 2.3, "f2": 0.8,
+         "omega": 1.19},
+        1, None, (0.01693760515, -0.3737412361, 1.925340074, 0.4850247435),
+    ),
 }  # fmt: skip
