@@ -12,7 +12,7 @@ quantities are dimensionless.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from flint import arb, ctx, fmpq
 
@@ -20,7 +20,8 @@ from .chatter import ANALYTIC, Bounce, Tail
 from .contact import Undecided, first_contact
 from .flight import Flight, Number, State, System, exact, rational
 from .hold import Hold, Phase, sign
-from .impact import Jammed, poisson
+from .impact import LAWS, Jammed
+from .simulate import Event
 from .slide import Settings, Slide, Touch
 
 #: Differs from the standard settings in everything that a result might depend on.
@@ -30,16 +31,18 @@ MAX_IMPACTS = 20_000
 
 @dataclass(frozen=True)
 class Run:
-    """Phases in order, states at the times asked for, why it ended and when, impacts met.
+    """Phases in order, states at the times asked for, why it ended, impacts met and their number.
 
     `ending`: completed, rest, painleve or jammed; times after the end have no states, but a
-    motion at rest goes on.
+    motion at rest goes on. The impact at which a chatter is completed is counted, not listed; the
+    period of a listed one is the number of samples before it.
     """
 
     phases: list[Phase]
     samples: list[State]
     ending: str
     impacts: int
+    hits: list[Event] = field(default_factory=list)
 
 
 class _Samples:
@@ -71,6 +74,7 @@ def follow(
     *,
     phase: Number = 0,
     settings: Settings | None = None,
+    law: str = "poisson",
 ) -> Run:
     """Follow the motion from `initial` = (x1, v1, x2, v2), g <= 0, to the last of `times`.
 
@@ -86,7 +90,7 @@ def follow(
     """
     settings = settings or Settings()
     with ctx.workprec(settings.precision):
-        return _Motion(system, initial, times(), exact(phase), settings).run()
+        return _Motion(system, initial, times(), exact(phase), settings, law).run()
 
 
 def sections(system: System, periods: int) -> Callable[[], Sequence[arb]]:
@@ -113,15 +117,17 @@ class _Motion:
         times: Sequence[arb],
         phase: fmpq,
         settings: Settings,
+        law: str,
     ) -> None:
         self.system, self.settings, self.phase = system, settings, arb(phase)
+        self.law = LAWS[law]
         self.samples, self.end = _Samples(times), times[-1]
         self.start = [exact(value) for value in initial]
         self.at_rest = system.mbar == 0 and system.f2 == 0 and self.start[2:] == [0, 0]
         self.hold = Hold(system, self.phase, self.at_rest, settings)
         self.tail = Tail(arb(settings.tolerance))
         self.phases: list[Phase] = []
-        self.impacts = 0
+        self.impacts, self.hits = 0, list[Event]()
         self.now = arb(0)
         self.x1, self.v1, self.x2, self.v2 = (arb(q) for q in self.start)
         #: Derivatives of g, from g itself on, that vanish at the start of the next flight.
@@ -133,7 +139,7 @@ class _Motion:
             ending = self._begin() or self._loop()
         except Jammed:
             ending = "jammed"
-        return Run(self.phases, self.samples.states, ending, self.impacts)
+        return Run(self.phases, self.samples.states, ending, self.impacts, self.hits)
 
     def _begin(self) -> str | None:
         """A start in contact (docs/theory.md, section 3); the ending, if the run ends at once."""
@@ -177,7 +183,7 @@ class _Motion:
         A tail is completed from the states before its impacts, in place of the last of them.
         """
         system = self.system
-        outcome = poisson(system, self.x1, self.v1, self.v2)
+        outcome = self.law(system, self.x1, self.v1, self.v2)
         self.impacts += 1
         kinks = system.mu != 0
         signs = (sign(self.v1), sign(self.x1.sin())) if kinks else (0, 0)
@@ -194,7 +200,11 @@ class _Motion:
             elif kinks and not abs(self.v1) > 10 * limit.error():
                 raise Undecided("the direction of slip at the end of a chatter")
             return self._contact(self._touch(), "chatter", limit.error())
+        passed, x2, pre = len(self.samples.states), self._state()[2], (self.v1, self.v2)
         self.v1, self.v2 = outcome.v1.mid(), outcome.v2.mid()
+        self.hits.append(
+            Event(passed, self.now, self.x1, pre[0], x2, pre[1], self.v1, self.v2, outcome.regime)
+        )
         if system.r == 0 or (self.at_rest and self.v1.is_zero()):
             return self._contact(self._touch(), event or "impact")
         if event:

@@ -1,8 +1,12 @@
-"""Impact laws in ball arithmetic: `poisson` (the walk of docs/theory.md, section 4) and `paper`.
+"""Impact laws in ball arithmetic: the walk of docs/theory.md, section 4, and `paper`.
 
 With M1 l^2 = 1 and normal impulse P: dv1 = -k dP, dv2 = mbar dP, k = cos x1 + mu s |sin x1|,
 s = sgn(v1); approach velocity u = v1 cos x1 - v2 > 0, du = -(mbar + k cos x1) dP. Direct contact:
-cos -> 1, sin -> 0. `paper` evaluates Han, Jin & Hu (2004), eqs (14), (16), (18)-(20), as printed:
+cos -> 1, sin -> 0. The walk ends by one of three laws, which differ only where v1 = 0 bends it:
+    poisson     P_II = r P_I                              impulses
+    newton      u = -r u0                                 velocities
+    energetic   -int u dP (u < 0) = r^2 int u dP (u > 0)   work of the normal impulse
+`paper` evaluates Han, Jin & Hu (2004), eqs (14), (16), (18)-(20), as printed:
 signed sine, cases by (9), (10), no guards.
 
 Edges: P* = P_f counts as restitution, P* = (1 + r) P_f as slip, |cos| = mu |sin| as sticking,
@@ -12,12 +16,17 @@ one that the balls do not decide raises Undecided.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import Literal
 
 from flint import arb
 
 from .contact import Undecided
 from .flight import System
+
+Law = Literal["poisson", "newton", "energetic"]
 
 
 class Jammed(ArithmeticError):
@@ -41,8 +50,8 @@ class Impact:
     switch: arb | None = None
 
 
-def poisson(system: System, x1: arb, v1: arb, v2: arb) -> Impact:
-    """Poisson's law, P_II = r P_I, on the exact walk along the impulse."""
+def walk(law: Law, system: System, x1: arb, v1: arb, v2: arb) -> Impact:
+    """The exact walk along the impulse, to the end that `law` says."""
     mbar, r = arb(system.mbar), arb(system.r)
     cos, friction = _geometry(system, x1)
     u = v1 * cos - v2
@@ -70,20 +79,41 @@ def poisson(system: System, x1: arb, v1: arb, v2: arb) -> Impact:
     if not wall_at_rest and _below(arb(0), left):
         if sticks:
             approach = _divide(-v2, mbar)
-            return Impact("stick_approach", arb(0), -r * v2, (1 + r) * approach, approach, switch)
-        approach = switch + left / (mbar + after * cos)
-        total = (1 + r) * approach
+            total = _end(law, r, u, switch, left, mbar, approach)
+            return Impact("stick_approach", arb(0), v2 + mbar * total, total, approach, switch)
+        rate = mbar + after * cos
+        approach = switch + left / rate
+        total = _end(law, r, u, switch, left, rate, approach)
         v1_post = -after * (total - switch)
         return Impact("reversal_approach", v1_post, v2 + mbar * total, total, approach, switch)
     approach = switch if wall_at_rest else u / rate
     total = (1 + r) * approach
     if not _below(switch, total):
         return _slip(system, v1, v2, k, approach, switch)
+    if not (wall_at_rest and sticks):
+        total = _end(law, r, u, switch, left, mbar if sticks else mbar + after * cos, approach)
     v2_post = v2 + mbar * total
     if sticks:
         return Impact("stick_restitution", arb(0), v2_post, total, approach, switch)
     v1_post = -after * (total - switch)
     return Impact("reversal_restitution", v1_post, v2_post, total, approach, switch)
+
+
+def _end(law: Law, r: arb, u: arb, switch: arb, bent: arb, rate: arb, approach: arb) -> arb:
+    """The whole impulse of an impact in which slip ends at the impulse `switch`.
+
+    u falls on a straight line from `u` to `bent` at `switch`, and at `rate` from there on.
+    """
+    if law == "poisson":
+        return (1 + r) * approach
+    if law == "newton":
+        return switch + _divide(bent + r * u, rate)
+    if _below(arb(0), bent):
+        work = ((u + bent) * switch + bent * (approach - switch)) / 2
+        return approach + _divide(r * (2 * rate * work).sqrt(), rate)
+    # what is still to be returned after `switch`
+    work = (r**2 * u * approach + bent * (switch - approach)) / 2
+    return switch + _divide(bent + (bent**2 + 2 * rate * work).sqrt(), rate)
 
 
 def _from_rest(system: System, u: arb, v2: arb, sticks: bool, after: arb, cos: arb) -> Impact:
@@ -135,8 +165,14 @@ def paper(system: System, x1: arb, v1: arb, v2: arb) -> Impact:
     return Impact("slip", v1_post, v2_post)  # (18a)
 
 
-#: Laws by the name that simulate knows them under.
-LAWS = {"poisson": poisson, "paper": paper}
+poisson = partial(walk, "poisson")
+#: Laws by the name that simulate and hybrid know them under.
+LAWS: dict[str, Callable[[System, arb, arb, arb], Impact]] = {
+    "poisson": poisson,
+    "newton": partial(walk, "newton"),
+    "energetic": partial(walk, "energetic"),
+    "paper": paper,
+}
 
 
 def _geometry(system: System, x1: arb) -> tuple[arb, arb]:

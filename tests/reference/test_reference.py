@@ -21,7 +21,7 @@ from .certify import COLUMNS, certify
 from .contact import first_contact
 from .flight import Flight, Number, System, exact
 from .generate import DATA, flight_cases, flight_record
-from .impact import Jammed, paper, poisson
+from .impact import LAWS, Impact, Jammed, paper, poisson
 from .ladder import digits
 from .simulate import compare, units
 
@@ -254,6 +254,50 @@ def test_paper_formulas_equal_the_walk_where_they_should_and_not_elsewhere() -> 
                 different += not equal
     assert same > 50
     assert different > 50
+
+
+def approach_velocities(given: tuple[System, arb, arb, arb], outcome: Impact) -> list[arb]:
+    """Of an impact whose slip ends: u before it, when slip ends, and after it."""
+    _, x1, v1, v2 = given
+    mbar, cos = arb(given[0].mbar), x1.cos()
+    assert outcome.switch is not None
+    return [v1 * cos - v2, -v2 - mbar * outcome.switch, outcome.v1 * cos - outcome.v2]
+
+
+def test_laws_return_what_they_say() -> None:
+    rows = [row for row in load("impacts.json") if row["v1_pre"] != 0]
+    bent = dict.fromkeys(("poisson", "newton", "energetic"), 0)
+    with ctx.workprec(300):
+        for row in rows:
+            given, r = impact_input(row), arb(exact(str(row["r"])))
+            for law in bent:
+                outcome = LAWS[law](*given)
+                assert outcome.regime == row["regime"]
+                if row["regime"] in ("slip", "frictionless"):
+                    assert abs(outcome.v1 - poisson(*given).v1) < 1e-60
+                    continue
+                if row["mbar"] == 0:
+                    continue  # no work is returned by a wall at rest that holds the tip
+                before, bend, after = approach_velocities(given, outcome)
+                p, middle, end = outcome.switch, outcome.approach, outcome.impulse
+                assert p is not None
+                assert middle is not None
+                assert end is not None
+                # int u dP of the broken line through these three points, u = 0 at `middle`
+                if row["regime"].endswith("approach"):
+                    approach = (before + bend) * p / 2 + bend * (middle - p) / 2
+                    restitution = -after * (end - middle) / 2
+                else:
+                    approach = before * middle / 2
+                    restitution = -bend * (p - middle) / 2 - (bend + after) * (end - p) / 2
+                miss = {
+                    "poisson": end - (1 + r) * middle,
+                    "newton": after + r * before,
+                    "energetic": restitution - r**2 * approach,
+                }
+                assert abs(miss[law]) < 1e-60
+                bent[law] += 1
+    assert min(bent.values()) > 100
 
 
 def test_wall_at_rest_and_jamming() -> None:
