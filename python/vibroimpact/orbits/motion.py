@@ -267,10 +267,23 @@ def reduced(matrix: Array, itinerary: _core.Itinerary) -> Array:
 
 
 def motion_of(
-    system: System, itinerary: _core.Itinerary, nodes: Array, *, error: float = 0.0, **paper: Any
+    system: System,
+    itinerary: _core.Itinerary,
+    nodes: Array,
+    *,
+    error: float = 0.0,
+    whole: bool = False,
+    **paper: Any,
 ) -> PeriodicMotion:
-    """Build the motion of a converged solution, with its multipliers and verdict."""
-    itinerary, nodes = _in_order(*_primitive(system, itinerary, nodes))
+    """Build the motion of a converged solution, with its multipliers and verdict.
+
+    Unless asked for as a ``whole``, an orbit that repeats itself is cut down to one run, and begins
+    with its first event.
+    """
+    if whole:
+        nodes = nodes.copy()
+    else:
+        itinerary, nodes = _in_order(*primitive(system, itinerary, nodes))
     matrix = reduced(monodromy(itinerary, system, nodes), itinerary)
     finite = bool(np.isfinite(matrix).all())
     multipliers = np.linalg.eigvals(matrix) if finite else np.full(len(matrix), np.nan)
@@ -355,7 +368,7 @@ def _significant(legs: list[str]) -> list[str]:
     return kept
 
 
-def _primitive(
+def primitive(
     system: System, itinerary: _core.Itinerary, nodes: Array
 ) -> tuple[_core.Itinerary, Array]:
     """Cut a solution that runs through a shorter orbit several times down to that orbit."""

@@ -1,7 +1,8 @@
 """Newton's method for zeros of F(u, p), with a typed outcome and a record of its steps.
 
 A step d solves J d = -F. It is measured as max |d_i / size_i|, with sizes that the problem gives,
-so that the outcome depends on the units neither of unknowns nor of equations. Far from a zero a step is shortened until the next simplified step is smaller (the natural monotonicity test:
+so that the outcome depends on the units neither of unknowns nor of equations. Far from a zero a
+step is shortened until the next simplified step is smaller (the natural monotonicity test:
 P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 3.3). Near a zero steps
 shrink until rounding stops them; that is where the iteration ends.
 """

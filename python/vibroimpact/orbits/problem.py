@@ -13,7 +13,12 @@ from numpy.typing import NDArray
 from .. import _core
 from ..errors import ParameterError
 from ..system import System
-from .maps import multiplier_tests
+from .map_bifurcations import (
+    bialternate,
+    neimark_sacker,
+    neimark_sacker_kind,
+    period_doubling,
+)
 from .motion import monodromy, reduced
 from .newton import OutsideDomain
 
@@ -58,8 +63,24 @@ class OrbitProblem:
         }
         matrix = self.monodromy(u, p)
         if np.isfinite(matrix).all():
-            tests |= multiplier_tests(matrix)
+            tests["period_doubling"] = period_doubling(matrix)
+            tests["neimark_sacker"] = neimark_sacker(matrix)
         return tests
+
+    def singular_matrices(self, u: Array, p: Array, jacobian: Array) -> Mapping[str, Array]:
+        """Return the matrices that are singular at bifurcations, by the name of their test."""
+        matrix = self.monodromy(u, p)
+        products = bialternate(matrix)
+        return {
+            "period_doubling": matrix + np.eye(len(matrix)),
+            "neimark_sacker": np.eye(len(products)) - products,
+        }
+
+    def classify(self, test: str, u: Array, p: Array, jacobian: Array) -> str:
+        """Return the kind of a zero of a test."""
+        if test == "neimark_sacker":
+            return neimark_sacker_kind(self.monodromy(u, p))
+        return test.split(":")[0]
 
     def monodromy(self, u: Array, p: Array) -> Array:
         """Return the derivative of the return map, a wall at rest left out."""

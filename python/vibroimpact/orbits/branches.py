@@ -1,0 +1,588 @@
+"""Branches of periodic motions over a parameter, stable and unstable, with their bifurcations.
+
+A branch is followed by pseudo-arclength continuation with its sequence of legs held fixed, so that
+every condition of the motion is smooth (docs/orbits.md). Where a condition that makes it a motion
+reaches zero the branch meets a border: a flight grazes, an impact changes its regime, chatter
+becomes incomplete, a contact phase ends another way. The border is located, and where the orbit goes
+on it goes on with another sequence of legs: both sequences have the border's orbit in common.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..checks import count, number, positive, reject
+from ..errors import Interrupted, ParameterError
+from ..system import NUMERIC_RANGES, System
+from .continuation import follow
+from .map_bifurcations import neimark_sacker_kind
+from .motion import PeriodicMotion, motion_of
+from .newton import OutsideDomain
+from .path import Path, SpecialPoint
+from .problem import OrbitProblem
+from .resegment import Crossing, beyond
+from .shooting import same_orbit
+
+Array = NDArray[np.float64]
+
+# Kinds of tests at which a motion ceases to be one with these legs.
+BORDERS = ("grazing", "regime_border", "chatter_onset", "contact_border")
+# Names of the kinds of bifurcations as users see them.
+NAMES = {"fold": "saddle_node"}
+# Sequences of legs that one direction of a branch may pass.
+MOST_PIECES = 200
+# Halves of an orbit this close, in units of its size, are one.
+ONE_HALF = 1e-3
+# A border met again has the same parameter to this accuracy.
+SAME_VALUE = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Bifurcation:
+    """A located bifurcation of a periodic motion.
+
+    Attributes
+    ----------
+    kind
+        ``saddle_node``, ``period_doubling``, ``neimark_sacker``, ``neutral_saddle`` (no
+        bifurcation), ``branch_point``, or a border: ``grazing``, ``regime_border``,
+        ``chatter_onset``, ``contact_border``.
+    parameter, value
+        Name and value of the parameter.
+    motion
+        The motion there.
+    test, test_value
+        The function that vanishes there, and what is left of it.
+    goes_on
+        At a border: the legs beyond it, ``()`` where the branch ends.
+    """
+
+    kind: str
+    parameter: str
+    value: float
+    motion: PeriodicMotion
+    test: str
+    test_value: float
+    goes_on: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """Kind, place and motion."""
+        return f"<{self.kind} of {self.motion.label} at {self.parameter} = {self.value:.12g}>"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Piece:
+    """Part of a branch with one sequence of legs.
+
+    Attributes
+    ----------
+    system
+        The system, at any value of the parameter.
+    parameter
+        Name of the parameter.
+    itinerary
+        The legs.
+    values
+        Of the parameter, shape (k,).
+    nodes
+        Shape (k, legs, 4), as in PeriodicMotion.
+    multipliers
+        Complex, by falling modulus, shape (k, 4) or (k, 2).
+    """
+
+    system: System
+    parameter: str
+    itinerary: _core.Itinerary
+    values: Array
+    nodes: Array
+    multipliers: NDArray[np.complex128]
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Whether all multipliers lie inside the unit circle, shape (k,)."""
+        inside: NDArray[np.bool_] = np.abs(self.multipliers).max(axis=1) < 1.0
+        return inside
+
+    @property
+    def label(self) -> str:
+        """The motion in a word, m-n."""
+        legs = self.itinerary.legs
+        impacts = sum(leg.startswith("impact") for leg in legs)
+        return f"{self.itinerary.periods}-{'inf' if 'chatter' in legs else impacts}"
+
+    def motion(self, k: int) -> PeriodicMotion:
+        """Return the k-th motion, with its verdict."""
+        return motion_of(self._system_at(k), self.itinerary, self.nodes[k].copy())
+
+    def _system_at(self, k: int) -> System:
+        return self.system.replace(**{self.parameter: float(self.values[k])})
+
+    @cached_property
+    def impacts(self) -> Array:
+        """x1 at the impacts but those of chatter, shape (k, impacts)."""
+        after = [i for i, leg in enumerate(self.itinerary.legs) if leg.startswith("impact")]
+        count = len(self.itinerary.legs)
+        return self.nodes[:, [(i + 1) % count for i in after], 0]
+
+    @cached_property
+    def sections(self) -> Array:
+        """x1 at the starts of the m drive periods, shape (k, m)."""
+        rows = [self.motion(k).sections[:, 0] for k in range(len(self.values))]
+        return np.array(rows).reshape(len(self.values), -1)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Branch:
+    """A branch of periodic motions over one parameter.
+
+    Attributes
+    ----------
+    parameter
+        Its name.
+    pieces
+        In order along the branch, each with one sequence of legs.
+    bifurcations
+        In order along the branch.
+    ends
+        Why the branch ends, at its first and last point: ``bound``, the kind of a border that it
+        does not pass, ``points``, ``closed``, ``no convergence``, ``outside domain``,
+        ``not a motion`` (a simulation passes other events though every test function is positive),
+        ``interrupted``.
+    """
+
+    parameter: str
+    pieces: tuple[Piece, ...]
+    bifurcations: tuple[Bifurcation, ...]
+    ends: tuple[str, str]
+
+    @property
+    def values(self) -> Array:
+        """The parameter along the branch, shape (k,)."""
+        return np.concatenate([piece.values for piece in self.pieces])
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Whether the motion is stable, shape (k,)."""
+        return np.concatenate([piece.stable for piece in self.pieces])
+
+    def of_kind(self, kind: str) -> list[Bifurcation]:
+        """Return the bifurcations of one kind."""
+        return [found for found in self.bifurcations if found.kind == kind]
+
+    def __repr__(self) -> str:
+        """Labels, range and what happens on it."""
+        labels = " ".join(dict.fromkeys(piece.label for piece in self.pieces))
+        low, high = self.values.min(), self.values.max()
+        return (
+            f"<Branch {labels}, {self.parameter} {low:.6g} ... {high:.6g}, "
+            f"{len(self.bifurcations)} bifurcations, ends: {self.ends[0]}, {self.ends[1]}>"
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Settings:
+    """What is the same along a branch."""
+
+    parameter: str
+    bounds: tuple[float, float]
+    size: float
+    step: float
+    max_step: float
+    max_points: int
+    virtual: bool
+
+
+def follow_motion(
+    motion: PeriodicMotion,
+    *,
+    both: bool = True,
+    direction: int = 1,
+    step: float = 0.01,
+    max_step: float = 0.05,
+    max_points: int = 2000,
+    virtual: bool = False,
+    **parameter: tuple[float, float],
+) -> Branch:
+    """Follow a periodic motion over a parameter, stable or not, with its bifurcations.
+
+    Parameters
+    ----------
+    motion
+        Where to start.
+    both, direction
+        Follow it both ways, or only the way on which the parameter first grows (1) or falls (-1).
+    step, max_step
+        First and largest step, as part of the range and of the motion's size.
+    max_points
+        Cap on the points of each direction.
+    virtual
+        Go on with the same legs beyond borders, where the solution is no motion any more.
+    parameter
+        The one numeric parameter of the system to vary, with its range:
+        ``drive_frequency=(1.5, 1.6)``.
+
+    Returns
+    -------
+    Branch
+        Pieces, bifurcations and ends. Parameter values of bifurcations are good to 1e-10 or better.
+
+    Raises
+    ------
+    ParameterError
+        For bad input.
+    Interrupted
+        After Ctrl-C; ``.result`` is the branch so far.
+    """
+    name, bounds = _range(motion.system, parameter)
+    settings = _Settings(
+        parameter=name,
+        bounds=bounds,
+        size=bounds[1] - bounds[0],
+        step=positive("step", step),
+        max_step=positive("max_step", max_step),
+        max_points=count("max_points", max_points, least=2),
+        virtual=virtual,
+    )
+    if direction not in (1, -1):
+        reject("direction", direction, "1 or -1")
+    start = Crossing(
+        itinerary=motion.itinerary,
+        u=motion.nodes.ravel().copy(),
+        p=getattr(motion.system, name),
+        tangent=None,
+    )
+    ways = (-1, 1) if both else (direction,)
+    halves: list[_Half] = []
+    for way in ways:
+        half = _follow_way(motion.system, start, way, settings)
+        halves.append(half)
+        if half.end == "interrupted":
+            raise Interrupted("interrupted along a branch", _joined(name, halves, both))
+        if half.end == "closed":
+            break
+    return _joined(name, halves, both)
+
+
+@dataclass
+class _Half:
+    """One direction of a branch."""
+
+    pieces: list[Piece]
+    bifurcations: list[Bifurcation]
+    end: str
+
+
+def _follow_way(system: System, start: Crossing, way: int, settings: _Settings) -> _Half:
+    half = _Half([], [], "points")
+    borders: list[tuple[Bifurcation, int, int]] = []
+    at: Crossing | None = start
+    direction, left = way, settings.max_points
+    while at is not None and left >= 2 and len(half.pieces) < MOST_PIECES:
+        problem = OrbitProblem(system, at.itinerary, (settings.parameter,))
+        path = _path(problem, at, direction, left, settings)
+        left -= len(path.points)
+        half.end = path.end.removeprefix("stopped: ")
+        halved = _halving(problem, path)
+        piece, good, reason = _piece(problem, path, halved, settings)
+        if piece is None:
+            break
+        half.pieces.append(piece)
+        last = path.special[-1] if path.end.startswith("stopped") else None
+        reached = path.points[good - 1].arclength
+        for special in path.special:
+            # A test of the multipliers that jumps passes infinity, near a grazing.
+            if special is not last and special.arclength <= reached and special.continuous:
+                half.bifurcations.append(_bifurcation(problem, special))
+        if reason:
+            half.end = f"not a motion: {reason}"
+            break
+        if halved is not None:
+            half.end = "period_doubling"
+            doubling = _doubling_near(problem, path.points[halved].u, path.points[halved].p, settings)
+            if doubling is not None:
+                half.bifurcations.append(doubling)
+            break
+        if last is None:
+            break
+        at = beyond(problem, last)
+        direction = 1
+        onward = () if at is None else tuple(at.itinerary.legs)
+        border = _bifurcation(problem, last, onward)
+        for known, pieces, found in borders:
+            if _same_border(known, border):
+                # Once round: what lies before the first passage of this border comes again after it.
+                del half.pieces[:pieces], half.bifurcations[:found]
+                half.end = "closed"
+                return half
+        half.bifurcations.append(border)
+        borders.append((border, len(half.pieces), len(half.bifurcations)))
+        half.end = last.kind if at is None else "points"
+    return half
+
+
+def _same_border(one: Bifurcation, other: Bifurcation) -> bool:
+    """Whether a branch has come back to a border, with the same legs on both sides."""
+    return (
+        one.kind == other.kind
+        and abs(one.value - other.value) <= SAME_VALUE * max(1.0, abs(one.value))
+        and sorted(one.goes_on) == sorted(other.goes_on)
+        and same_orbit(one.motion, other.motion)
+    )
+
+
+def _path(
+    problem: OrbitProblem, at: Crossing, direction: int, left: int, settings: _Settings
+) -> Path:
+    try:
+        return follow(
+            problem,
+            at.u,
+            [at.p],
+            bounds=settings.bounds,
+            direction=direction,
+            tangent=at.tangent,
+            parameter_size=settings.size,
+            step=settings.step,
+            min_step=1e-9,
+            max_step=settings.max_step,
+            max_points=left,
+            stop_at=() if settings.virtual else BORDERS,
+            classify=problem.classify,
+        )
+    except Interrupted as interruption:
+        path: Path = interruption.result
+        return path
+
+
+def _piece(
+    problem: OrbitProblem, path: Path, halved: int | None, settings: _Settings
+) -> tuple[Piece | None, int, str]:
+    """Return the piece, how many points it has, and why a simulation does not confirm the next."""
+    multipliers: list[NDArray[np.complex128]] = []
+    reason = ""
+    points = path.points if halved is None else path.points[:halved]
+    for k, point in enumerate(points):
+        system = problem.system_at(point.p)
+        motion = motion_of(system, problem.itinerary, point.u.reshape(-1, 4), whole=True)
+        at_border = k in (0, len(path.points) - 1)
+        if not (motion.admissible or at_border or settings.virtual):
+            reason = motion.why_not
+            break
+        multipliers.append(motion.multipliers)
+    good = len(multipliers)
+    if not good:
+        return None, 0, reason
+    piece = Piece(
+        system=problem.system,
+        parameter=settings.parameter,
+        itinerary=problem.itinerary,
+        values=path.p[:good, 0],
+        nodes=path.u[:good].reshape(good, -1, 4),
+        multipliers=np.array(multipliers),
+    )
+    return piece, good, reason
+
+
+def _halving(problem: OrbitProblem, path: Path) -> int | None:
+    """Return the first point beyond which both halves of the orbit have become one.
+
+    There the branch meets that of the halved orbit, at its period doubling, and would come back with
+    its halves exchanged.
+    """
+    shorter = _half_of(problem)
+    if shorter is None or len(path.points) < 2:
+        return None
+    sizes = problem.scale(path.points[0].u)
+    apart = np.array([_halves_apart(point.u / sizes) for point in path.points])
+    for k in range(1, len(apart)):
+        turned = apart[k] @ apart[k - 1] < 0.0
+        if turned or np.abs(apart[k]).max() < ONE_HALF:
+            return k
+    return None
+
+
+def _halves_apart(u: Array) -> Array:
+    half = len(u) // 2
+    return u[:half] - u[half:]
+
+
+def _half_of(problem: OrbitProblem) -> OrbitProblem | None:
+    """Return the problem of an orbit half as long, if both halves have the same legs."""
+    itinerary = problem.itinerary
+    legs, clocks, m = itinerary.legs, itinerary.clocks, itinerary.periods
+    half = len(legs) // 2
+    if len(legs) % 2 or m % 2 or legs[:half] != legs[half:]:
+        return None
+    if any(late - early != m // 2 for early, late in zip(clocks, clocks[half:], strict=False)):
+        return None
+    shorter = _core.Itinerary(legs[:half], m // 2, clocks[:half], itinerary.wall_at_rest)
+    return OrbitProblem(problem.system, shorter, problem.parameters)
+
+
+def _doubling_near(
+    problem: OrbitProblem, u: Array, p: Array, settings: _Settings
+) -> Bifurcation | None:
+    """Return the period doubling of the halved orbit next to a point."""
+    shorter = _half_of(problem)
+    if shorter is None:
+        return None
+    nodes = 0.5 * (u[: len(u) // 2] + u[len(u) // 2 :])
+    near: list[tuple[float, Bifurcation]] = []
+    for direction in (-1, 1):
+        path = follow(
+            shorter,
+            nodes,
+            p,
+            bounds=settings.bounds,
+            direction=direction,
+            parameter_size=settings.size,
+            step=1e-3,
+            max_step=settings.step,
+            max_points=10,
+            classify=shorter.classify,
+        )
+        for special in path.of_kind("period_doubling"):
+            found = _bifurcation(shorter, special)
+            near.append((abs(found.value - float(p[0])), found))
+    return min(near, key=lambda pair: pair[0])[1] if near else None
+
+
+def _bifurcation(
+    problem: OrbitProblem, special: SpecialPoint, goes_on: tuple[str, ...] = ()
+) -> Bifurcation:
+    nodes = special.u.reshape(-1, 4)
+    return Bifurcation(
+        kind=NAMES.get(special.kind, special.kind),
+        parameter=problem.parameters[0],
+        value=float(special.p[0]),
+        motion=motion_of(problem.system_at(special.p), problem.itinerary, nodes, whole=True),
+        test=special.test,
+        test_value=special.value,
+        goes_on=goes_on,
+    )
+
+
+def _joined(name: str, halves: Sequence[_Half], both: bool) -> Branch:
+    if not both or len(halves) == 1:
+        half = halves[0]
+        return Branch(
+            parameter=name,
+            pieces=tuple(half.pieces),
+            bifurcations=tuple(half.bifurcations),
+            ends=("start", half.end) if not both else (half.end, half.end),
+        )
+    back, forth = halves
+    reversed_pieces = [
+        Piece(
+            system=piece.system,
+            parameter=name,
+            itinerary=piece.itinerary,
+            values=piece.values[::-1],
+            nodes=piece.nodes[::-1],
+            multipliers=piece.multipliers[::-1],
+        )
+        for piece in reversed(back.pieces)
+    ]
+    return Branch(
+        parameter=name,
+        pieces=(*reversed_pieces, *forth.pieces),
+        bifurcations=(*reversed(back.bifurcations), *forth.bifurcations),
+        ends=(back.end, forth.end),
+    )
+
+
+def _range(system: System, parameter: dict[str, Any]) -> tuple[str, tuple[float, float]]:
+    """Check the one parameter and its range."""
+    if len(parameter) != 1:
+        given = ", ".join(parameter) or "none"
+        raise ParameterError(f"give exactly one parameter with its range, got {given}")
+    name, bounds = next(iter(parameter.items()))
+    if name not in NUMERIC_RANGES:
+        reject("parameter", name, f"one of {', '.join(NUMERIC_RANGES)}")
+    if np.shape(bounds) != (2,):
+        reject(name, bounds, "a range (low, high)")
+    low, high = (number(name, bound) for bound in bounds)
+    value = getattr(system, name)
+    if not low <= value <= high or low == high:
+        reject(name, (low, high), f"a range (low, high) around {value}")
+    return name, (low, high)
+
+
+def doubled(bifurcation: Bifurcation) -> tuple[_core.Itinerary, Array, Array]:
+    """Return legs and nodes of a motion run through twice, and the direction that doubles it.
+
+    At a period doubling the multiplier -1 has an eigenvector d: the doubled orbit leaves by +d in
+    its first half and by -d in its second.
+    """
+    motion = bifurcation.motion
+    legs, clocks = list(motion.legs), list(motion.clocks)
+    circuit = legs == ["circuit"]
+    if circuit:
+        raise OutsideDomain("a motion without impacts does not double")
+    twice = _core.Itinerary(
+        legs + legs, 2 * motion.m, clocks + [c + motion.m for c in clocks], motion.wall_at_rest
+    )
+    values, vectors = np.linalg.eig(motion.return_map)
+    direction = np.real(vectors[:, np.argmin(np.abs(values + 1.0))])
+    shifts = []
+    for leg in motion.itinerary.transfer(motion.system._compiled, motion.nodes):
+        shifts.append(direction)
+        direction = leg @ direction
+    shift = np.array(shifts)
+    nodes = np.vstack((motion.nodes, motion.nodes))
+    return twice, nodes, np.vstack((shift, -shift))
+
+
+def switch_branch(
+    bifurcation: Bifurcation,
+    *,
+    step: float = 0.01,
+    max_step: float = 0.05,
+    max_points: int = 2000,
+    **parameter: tuple[float, float],
+) -> Branch:
+    """Follow the branch of doubled motions that begins at a period doubling.
+
+    Parameters
+    ----------
+    bifurcation
+        A ``period_doubling`` of a branch.
+    step, max_step, max_points, parameter
+        As in ``follow_motion``.
+
+    Returns
+    -------
+    Branch
+        Its first point is the bifurcation.
+
+    Raises
+    ------
+    ParameterError
+        For bad input, and if the bifurcation is no period doubling.
+    """
+    if bifurcation.kind != "period_doubling":
+        reject("bifurcation", bifurcation.kind, "a period_doubling")
+    system = bifurcation.motion.system
+    name, bounds = _range(system, parameter or {bifurcation.parameter: (-math.inf, math.inf)})
+    itinerary, nodes, shift = doubled(bifurcation)
+    settings = _Settings(
+        parameter=name,
+        bounds=bounds,
+        size=bounds[1] - bounds[0],
+        step=positive("step", step),
+        max_step=positive("max_step", max_step),
+        max_points=count("max_points", max_points, least=2),
+        virtual=False,
+    )
+    tangent = np.append(shift.ravel(), 0.0)
+    start = Crossing(itinerary=itinerary, u=nodes.ravel(), p=bifurcation.value, tangent=tangent)
+    half = _follow_way(system, start, 1, settings)
+    if half.end == "interrupted":
+        raise Interrupted("interrupted along a branch", _joined(name, [half], False))
+    return _joined(name, [half], False)

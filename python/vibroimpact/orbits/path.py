@@ -1,0 +1,136 @@
+"""What continuation works on and what it gives: curves, their points, special points, paths."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from .newton import Array
+
+# (index in z, low, high) of every bounded unknown.
+Limits = list[tuple[int, float, float]]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Point:
+    """A point of a branch or curve.
+
+    Attributes
+    ----------
+    u, p
+        Unknowns of shape (n,) and free parameters of shape (k,).
+    tangent
+        d(u, p)/ds of shape (n + k,), of length 1 in units of the sizes.
+    arclength
+        Sum of the steps s up to here.
+    jacobian
+        Jacobian to u and p, of shape (n, n + k); on a curve a last row has the test's gradient.
+    tests
+        Test functions, by name.
+    residual, iterations
+        max |F_i|, and Newton iterations spent.
+    """
+
+    u: Array
+    p: Array
+    tangent: Array
+    jacobian: Array
+    arclength: float
+    tests: dict[str, float]
+    residual: float
+    iterations: int
+
+    @property
+    def z(self) -> Array:
+        """All unknowns (u, p), of shape (n + k,)."""
+        return np.concatenate((self.u, self.p))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SpecialPoint(Point):
+    """A located zero of a test function.
+
+    Attributes
+    ----------
+    kind
+        What it is: ``fold``, ``branch_point``, or the test's name up to its colon.
+    test, value
+        The test function and what is left of it here.
+    bracket
+        The arclengths between which it changes sign.
+    continuous
+        False where the test jumps across zero.
+    """
+
+    kind: str
+    test: str
+    value: float
+    bracket: tuple[float, float]
+    continuous: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Path:
+    """A branch or curve, as far as it was followed.
+
+    Attributes
+    ----------
+    points
+        Accepted points in order; empty if no solution was found at the start.
+    special
+        Special points in order of arclength.
+    end
+        ``bound``, ``points`` (as many as allowed), ``closed`` (back at the start, which is the last
+        point once more), ``stopped: <test>``, ``no convergence``, ``outside domain`` or
+        ``interrupted``.
+    detail
+        What happened in the shortest step, for the ends that are a failure of it.
+    """
+
+    points: tuple[Point, ...]
+    special: tuple[SpecialPoint, ...]
+    end: str
+    detail: str = ""
+
+    @property
+    def u(self) -> Array:
+        """Unknowns of all points, of shape (points, n)."""
+        return np.array([point.u for point in self.points])
+
+    @property
+    def p(self) -> Array:
+        """Parameters of all points, of shape (points, k)."""
+        return np.array([point.p for point in self.points])
+
+    @property
+    def arclength(self) -> Array:
+        """Arclength of all points, of shape (points,)."""
+        return np.array([point.arclength for point in self.points])
+
+    def of_kind(self, kind: str) -> list[SpecialPoint]:
+        """Return the special points of one kind."""
+        return [point for point in self.special if point.kind == kind]
+
+
+class Curve(Protocol):
+    """N equations F(z) = 0 in N + 1 unknowns z, the last ``free`` of which are parameters."""
+
+    @property
+    def free(self) -> int:
+        """Number k of parameters."""
+
+    def residual(self, z: Array) -> tuple[Array, Array]:
+        """Return F of shape (N,) and its Jacobian of shape (N, N + 1)."""
+
+    def tests(self, z: Array, jacobian: Array, tangent: Array) -> Mapping[str, float]:
+        """Return the test functions at a solution."""
+
+    def classify(self, name: str, z: Array, jacobian: Array) -> str:
+        """Return the kind of a zero of a test."""
+
+    def scale(self, z: Array) -> Array:
+        """Return the sizes of z, of shape (N + 1,)."""
+
+    def adapt(self, z: Array, jacobian: Array) -> None:
+        """Take note of a new accepted point."""

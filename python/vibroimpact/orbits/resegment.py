@@ -1,0 +1,242 @@
+"""How a branch goes on beyond a border of its sequence of legs.
+
+At a border two sequences have one orbit in common:
+
+- a flight that touches g = 0 there has an impact with u = 0 in the other sequence, and the other way
+  round;
+- an impact at the edge of its regime (P* = P_f, P* = (1 + r) P_f, |cos x1| = mu |sin x1|, x1' = 0,
+  sin x1 = 0) is one of the neighbouring regime too, since the impact law is continuous.
+
+So the new branch starts at the border's own orbit, in the direction in which the condition of the new
+sequence grows from zero. Where a contact phase ends another way the new sequence is read off a
+simulation a little further on. Beyond a border where chatter becomes incomplete infinitely many
+sequences follow one another: there the branch ends.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from .motion import MAX_EVENTS, motion_of, primitive
+from .newton import OutsideDomain, solve
+from .path import SpecialPoint
+from .problem import OrbitProblem
+
+Array = NDArray[np.float64]
+
+# Step in units of the sizes by which the direction of a new branch is tried.
+TRIAL = 1e-7
+# Step beyond a border of a contact phase at which a simulation is asked for the legs.
+AHEAD = 1e-4
+# The orbit found there must be this close to the one expected, in units of the sizes.
+NEAR = 1e-2
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Crossing:
+    """Where a branch starts or goes on.
+
+    Attributes
+    ----------
+    itinerary
+        The legs.
+    u, p
+        Nodes, flattened, and the parameter.
+    tangent
+        Direction of (u, p), or None: as the parameter grows.
+    """
+
+    itinerary: _core.Itinerary
+    u: Array
+    p: float
+    tangent: Array | None
+
+
+def beyond(problem: OrbitProblem, border: SpecialPoint) -> Crossing | None:
+    """Return how a branch goes on beyond a border, None if it ends there."""
+    kind, what, leg = parsed(border.test)
+    try:
+        if kind == "grazing":
+            found = _struck(problem, border, leg) if what == "flight" else _spared(problem, border, leg)
+        elif kind == "regime_border" and problem.itinerary.legs[leg].startswith("impact"):
+            found = _other_regime(problem, border, what, leg)
+        elif kind in ("contact_border", "regime_border"):
+            return _by_simulation(problem, border)
+        else:
+            return None
+        return None if found is None else _oriented(problem, border, *found)
+    except OutsideDomain:
+        return None
+
+
+def parsed(test: str) -> tuple[str, str, int]:
+    """Return kind, what vanishes, and leg of a test."""
+    kind, rest = test.split(": ", 1)
+    what, leg = rest.rsplit(", leg ", 1)
+    return kind, what, int(leg)
+
+
+# The legs beyond a border, the nodes there, and the test that grows from zero.
+_New = tuple[_core.Itinerary, Array, str]
+
+
+def _struck(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New | None:
+    """The touching flight ends in an impact with u = 0."""
+    itinerary, system = problem.itinerary, problem.system_at(border.p)
+    nodes = border.u.reshape(-1, 4)
+    hump = itinerary.humps(system._compiled, nodes)[leg]
+    if hump is None:
+        return None
+    touch = itinerary.state_in_leg(system._compiled, nodes, leg, hump[0])
+    if touch is None:
+        return None
+    x1, v1, _, v2 = touch
+    legs, clocks = itinerary.legs, itinerary.clocks
+    circuit = legs == ["circuit"]
+    start = 0.0 if circuit else clocks[leg] * system.drive_period + nodes[leg, 3]
+    clock = math.floor((start + hump[0]) / system.drive_period)
+    time = start + hump[0] - clock * system.drive_period
+    node = np.array([x1, v1, v2, time])
+    impact = _slips(problem, system.friction, x1, v1)
+    if circuit:
+        new = _core.Itinerary([impact], itinerary.periods, [clock], itinerary.wall_at_rest)
+        return new, node[None, :], "grazing: u, leg 0"
+    new = _core.Itinerary(
+        [*legs[:leg], impact, *legs[leg:]],
+        itinerary.periods,
+        [*clocks[: leg + 1], clock, *clocks[leg + 1 :]],
+        itinerary.wall_at_rest,
+    )
+    return new, np.insert(nodes, leg + 1, node, axis=0), f"grazing: u, leg {leg}"
+
+
+def _slips(problem: OrbitProblem, friction: float, x1: float, v1: float) -> str:
+    """The leg to an impact with u = 0, which slips the way the tip moves."""
+    if friction == 0.0:
+        return "impact:frictionless"
+    literal = problem.system.law == "paper"
+    side = "+" if literal or math.sin(x1) > 0.0 else "-"
+    return f"impact:slip:{'+' if v1 > 0.0 else '-'}{side}"
+
+
+def _spared(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New | None:
+    """The impact with u = 0 is left out."""
+    itinerary, system = problem.itinerary, problem.system_at(border.p)
+    legs, clocks = itinerary.legs, itinerary.clocks
+    nodes = border.u.reshape(-1, 4)
+    count = len(legs)
+    after = (leg + 1) % count
+    if count == 1:
+        motion = motion_of(system, itinerary, nodes, whole=True)
+        x1, v1, x2, v2 = motion.trajectory([0.0])[0]
+        new = _core.Itinerary(["circuit"], 1, [0], itinerary.wall_at_rest)
+        return new, np.array([[x1, v1, v2, x2]]), "grazing: flight, leg 0"
+    if not legs[after].startswith("impact"):
+        # What follows is contact or chatter: it has begun with this impact.
+        return None
+    kept = [i for i in range(count) if i != after]
+    new_legs = [legs[after] if i == leg else legs[i] for i in kept]
+    new = _core.Itinerary(
+        new_legs, itinerary.periods, [clocks[i] for i in kept], itinerary.wall_at_rest
+    )
+    return new, nodes[kept], f"grazing: flight, leg {kept.index(leg)}"
+
+
+def _other_regime(
+    problem: OrbitProblem, border: SpecialPoint, what: str, leg: int
+) -> _New | None:
+    """The impact is one of the neighbouring regime."""
+    itinerary, system = problem.itinerary, problem.system_at(border.p)
+    legs, nodes = itinerary.legs, border.u.reshape(-1, 4)
+    _, regime, signs = legs[leg].split(":")
+    x1 = itinerary.before_events(system._compiled, nodes)[leg, 0]
+    sticks = abs(math.cos(x1)) <= system.friction * abs(math.sin(x1))
+    bends = "stick" if sticks else "reversal"
+    flipped = {"+": "-", "-": "+"}
+    direction, side = signs
+    if what == "sin x1 = 0":
+        side = flipped[side]
+    elif what == "P* = (1 + r) P_f":
+        regime = f"{bends}_restitution" if regime == "slip" else "slip"
+    elif what == "P* = P_f":
+        how, stage = regime.split("_")
+        regime = f"{how}_{'restitution' if stage == 'approach' else 'approach'}"
+    elif what == "|cos x1| = mu |sin x1|":
+        how, stage = regime.split("_")
+        regime = f"{'stick' if how == 'reversal' else 'reversal'}_{stage}"
+    elif what == "x1' = 0 before":
+        direction = flipped[direction]
+        if not sticks:
+            # From rest the tip slips with s = -sgn(cos x1); the other way it turns round at once.
+            regime = "reversal_approach" if regime == "slip" else "slip"
+    else:
+        return None
+    changed = [*legs[:leg], f"impact:{regime}:{direction}{side}", *legs[leg + 1 :]]
+    new = _core.Itinerary(changed, itinerary.periods, itinerary.clocks, itinerary.wall_at_rest)
+    return new, nodes, border.test
+
+
+def _oriented(
+    problem: OrbitProblem, border: SpecialPoint, itinerary: _core.Itinerary, nodes: Array, test: str
+) -> Crossing | None:
+    """The tangent of the new branch along which its test grows from zero."""
+    shorter, cut = primitive(problem.system_at(border.p), itinerary, nodes)
+    if len(cut) < len(nodes):
+        kind, what, leg = parsed(test)
+        itinerary, nodes, test = shorter, cut, f"{kind}: {what}, leg {leg % len(cut)}"
+    new = OrbitProblem(problem.system, itinerary, problem.parameters)
+    u = nodes.ravel()
+    sizes = np.append(new.scale(u), 1.0)
+    _, jacobian = new.residual(u, border.p)
+    if not np.isfinite(jacobian).all():
+        return None
+    _, _, right = np.linalg.svd(jacobian * sizes)
+    tangent = right[-1] * sizes
+
+    def grown(step: float) -> float:
+        z = np.append(u, border.p) + step * tangent
+        system = new.system_at(z[-1:])
+        for kind, leg, name, value, _ in itinerary.tests(system._compiled, z[:-1].reshape(-1, 4)):
+            if f"{kind}: {name}, leg {leg}" == test:
+                return value
+        return -math.inf
+
+    forth, back = grown(TRIAL), grown(-TRIAL)
+    if forth == back or max(forth, back) <= 0.0:
+        return None
+    tangent = tangent if forth > back else -tangent
+    return Crossing(itinerary=itinerary, u=u, p=float(border.p[0]), tangent=tangent)
+
+
+def _by_simulation(problem: OrbitProblem, border: SpecialPoint) -> Crossing | None:
+    """The legs of a simulation a little beyond the border."""
+    sizes = problem.scale(border.u)
+    ahead = border.z + AHEAD * border.tangent
+    p = ahead[-1:]
+    system = problem.system_at(p)
+    virtual = motion_of(system, problem.itinerary, ahead[:-1].reshape(-1, 4), whole=True)
+    start = virtual.sections[0]
+    if not np.isfinite(start).all():
+        return None
+    found, _ = _core.Itinerary.follow(
+        system._compiled, tuple(start.tolist()), virtual.m, MAX_EVENTS
+    )
+    if found is None or found[0].legs == problem.itinerary.legs:
+        return None
+    itinerary, nodes = found
+    new = OrbitProblem(problem.system, itinerary, problem.parameters)
+    u, report = solve(new, nodes.ravel(), p)
+    if not report.converged:
+        return None
+    motion = motion_of(system, itinerary, u.reshape(-1, 4), whole=True)
+    off = np.abs(motion.sections[0] - start).max()
+    if not motion.admissible or off > NEAR * max(1.0, float(sizes.max())):
+        return None
+    _, jacobian = new.residual(u, p)
+    _, _, right = np.linalg.svd(jacobian * np.append(new.scale(u), 1.0))
+    tangent = right[-1] * np.append(new.scale(u), 1.0)
+    tangent *= math.copysign(1.0, tangent[-1] * float(border.tangent[-1]))
+    return Crossing(itinerary=itinerary, u=u, p=float(p[0]), tangent=tangent)
