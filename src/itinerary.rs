@@ -340,7 +340,8 @@ fn marks(
                     mode = change.mode;
                     continue;
                 };
-                let positive = ended == ContactMode::SlidePositive;
+                // Without friction the direction plays no part.
+                let positive = ended == ContactMode::SlidePositive || system.friction == 0.0;
                 let leg = match (ended, change.mode) {
                     (ContactMode::Stick, None) => Leg::Stick(StickEnd::Release),
                     (ContactMode::Stick, Some(ContactMode::SlidePositive)) => {

@@ -1,18 +1,28 @@
 //! Gauss-Legendre quadrature.
 
+use std::sync::LazyLock;
+
 /// Points on each panel: they integrate a sine of twice [`crate::tolerance::AUDIT_ANGLE`] to
 /// rounding.
 pub(crate) const POINTS: usize = 16;
 
+/// Fewer, for panels of at most a sixth of that angle.
+pub(crate) const FEW_POINTS: usize = 6;
+
+/// Nodes and weights on [0, 1].
+pub(crate) static PANEL: LazyLock<[(f64, f64); POINTS]> = LazyLock::new(gauss_legendre);
+/// The same with fewer points.
+pub(crate) static SHORT_PANEL: LazyLock<[(f64, f64); FEW_POINTS]> = LazyLock::new(gauss_legendre);
+
 /// Nodes and weights on [0, 1], by Newton's method on the Legendre polynomial.
-pub(crate) fn gauss_legendre() -> [(f64, f64); POINTS] {
+fn gauss_legendre<const N: usize>() -> [(f64, f64); N] {
     std::array::from_fn(|i| {
-        let n = POINTS as f64;
+        let n = N as f64;
         let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n + 0.5)).cos();
         let mut slope = 1.0;
         for _ in 0..20 {
             let (mut p, mut before) = (1.0, 0.0);
-            for k in 1..=POINTS {
+            for k in 1..=N {
                 let k = k as f64;
                 (p, before) = (((2.0 * k - 1.0) * x * p - (k - 1.0) * before) / k, p);
             }

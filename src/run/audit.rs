@@ -14,7 +14,7 @@ use crate::flight::FreeMotion;
 use crate::hold::ContactForce;
 use crate::impact::{Impact, PreImpact, resolve};
 use crate::params::System;
-use crate::quadrature::{POINTS, gauss_legendre};
+use crate::quadrature::{PANEL, POINTS};
 use crate::simulate::followed_by_hops;
 use crate::state::{Clock, State};
 use crate::tolerance::AUDIT_ANGLE;
@@ -77,7 +77,7 @@ impl Run {
         let mut auditor = Auditor {
             system: &self.system,
             motion: &motion,
-            nodes: gauss_legendre(),
+            nodes: *PANEL,
             audit: EnergyAudit::default(),
         };
         let legs = self.legs();

@@ -16,7 +16,7 @@ use super::{Dual, DualState, Model, Moment};
 use crate::double_double::DoubleDouble;
 use crate::dual::Number;
 use crate::flight::{BodyFlight, Oscillator, Trig};
-use crate::quadrature::gauss_legendre;
+use crate::quadrature::{PANEL, SHORT_PANEL};
 use crate::tolerance::AUDIT_ANGLE;
 
 /// Parameters of one body.
@@ -107,10 +107,11 @@ fn parameter_derivatives(
     #[allow(clippy::cast_sign_loss)] // at least 1
     let panels = (time * fastest / AUDIT_ANGLE).ceil().max(1.0) as usize;
     let length = time / panels as f64;
-    let quadrature = gauss_legendre();
+    let short = time * fastest <= AUDIT_ANGLE / 6.0;
+    let quadrature: &[(f64, f64)] = if short { &*SHORT_PANEL } else { &*PANEL };
     let mut sums = [[0.0; 2]; 4];
     for panel in 0..panels {
-        for (node, weight) in quadrature {
+        for &(node, weight) in quadrature {
             let s = (panel as f64 + node) * length;
             let turn = drive.turned_far(start, DoubleDouble::new(s));
             let (x, v) = oscillator.after(flight, x, DoubleDouble::new(s), &turn);
