@@ -65,11 +65,13 @@ def refine_branch_point(residual: Residual, z: Array, sizes: Array) -> Array | N
     return refined
 
 
-def other_direction(residual: Residual, z: Array, tangent: Array, sizes: Array) -> Array | None:
-    """Return the tangent at the branch point z of the branch that ``tangent`` does not follow.
+def directions(
+    residual: Residual, z: Array, known: Array, sizes: Array
+) -> tuple[Array, Array] | None:
+    """Return the tangents of the two branches at the branch point z, that nearer ``known`` first.
 
-    It has length 1 in units of ``sizes``. None means that z is not a simple branch point from
-    which two branches start.
+    They have length 1 in units of ``sizes``, and the first goes the way of ``known``. None means
+    that z is not a simple branch point where two branches cross.
     """
     left, values, right = np.linalg.svd(residual(z)[1] * sizes)
     if values[-1] > ZERO or (len(values) > 1 and values[-2] < ZERO):
@@ -96,6 +98,8 @@ def other_direction(residual: Residual, z: Array, tangent: Array, sizes: Array) 
     lines = [
         (np.sqrt(high) * axes[:, 0] + sign * np.sqrt(-low) * axes[:, 1]) @ null for sign in (1, -1)
     ]
-    other: Array = min(lines, key=lambda line: abs(float(line @ (tangent / sizes)))) * sizes
-    other /= np.sqrt(high - low)
-    return other
+    cosines = [float(line @ (known / sizes)) for line in lines]
+    nearer = int(abs(cosines[1]) > abs(cosines[0]))
+    first, second = lines[nearer], lines[1 - nearer]
+    unit = sizes / np.sqrt(high - low)
+    return first * np.copysign(1.0, cosines[nearer]) * unit, second * unit

@@ -32,7 +32,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import positive, reject, vector
 from ..errors import ParameterError
-from .branching import other_direction
+from .branching import directions
 from .newton import Array, NewtonReport, OutsideDomain, Problem, parameters_of, sizes_of, solve
 from .path import Path, Point, SpecialPoint
 from .tracing import Steps, start_point, trace
@@ -206,7 +206,7 @@ def switch(problem: Problem, point: Point, *, parameter_size: float = 1.0) -> Ar
         If it is not a point where exactly two branches cross.
     """
     curve = _Branch(problem, positive("parameter_size", parameter_size), None)
-    other = other_direction(curve.residual, point.z, point.tangent, curve.scale(point.z))
-    if other is None:
+    lines = directions(curve.residual, point.z, point.tangent, curve.scale(point.z))
+    if lines is None:
         reject("point", float(point.p[0]), "the parameter of a simple branch point")
-    return other
+    return lines[1]

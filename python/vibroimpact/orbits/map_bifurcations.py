@@ -5,13 +5,13 @@ W. Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, SIAM 20
 
     saddle_node        det(I - M)          one multiplier is 1
     period_doubling    det(M + I)          one is -1
-    neimark_sacker     det(I - M (.) M)    l_i l_j = 1 for some i < j
+    neimark_sacker     det(I - M (.) M) = product of 1 - l_i l_j over i < j
 
 M (.) M is the bialternate product (second compound matrix), of the 2 x 2 minors of M; its
-eigenvalues are l_i l_j, i < j. Each determinant det(B - I), say, is divided by the square root of
-det(I + B^T B): smooth, without zero, so that the test is bounded however large the multipliers are,
-and linear near its zeros. A multiplier 0 (sticking) is a number like others. All are positive
-where every multiplier lies inside the unit circle.
+eigenvalues are l_i l_j, i < j. Each determinant det(I - B) is divided by det(I + B^T B)^(1/2), the
+product of (1 + s^2)^(1/2) over the singular values s of B: smooth and never zero, so that the test
+is bounded however large the multipliers are, and linear near its zeros. A multiplier 0 (sticking)
+is a number like others. All are positive where every multiplier lies inside the unit circle.
 """
 
 import math
@@ -25,12 +25,12 @@ from .newton import Array
 
 def saddle_node(monodromy: Array) -> float:
     """Return det(I - M), scaled; M of shape (n, n)."""
-    return _scaled_determinant(np.eye(len(monodromy)) - monodromy, monodromy)
+    return _determinant(np.eye(len(monodromy)) - monodromy, monodromy)
 
 
 def period_doubling(monodromy: Array) -> float:
     """Return det(M + I), scaled; M of shape (n, n)."""
-    return _scaled_determinant(monodromy + np.eye(len(monodromy)), monodromy)
+    return _determinant(np.eye(len(monodromy)) + monodromy, monodromy)
 
 
 def neimark_sacker(monodromy: Array) -> float:
@@ -38,12 +38,23 @@ def neimark_sacker(monodromy: Array) -> float:
 
     It also vanishes at a neutral saddle, which is no bifurcation: ask ``neimark_sacker_kind``.
     """
-    products = bialternate(monodromy)
-    return _scaled_determinant(np.eye(len(products)) - products, products)
+    # From the multipliers, since minors of a matrix with large entries lose digits. The product is
+    # real, complex factors coming in pairs; the singular values of M (.) M are s_i s_j.
+    values = np.linalg.eigvals(monodromy)
+    factors = np.array([1.0 - a * b for a, b in combinations(values, 2)])
+    if not factors.all():
+        return 0.0
+    sign = np.prod(np.sign(factors.real[factors.imag == 0.0]))
+    sizes = np.linalg.svd(monodromy, compute_uv=False)
+    scale = sum(float(np.log(np.hypot(1.0, a * b))) for a, b in combinations(sizes, 2))
+    return float(sign) * math.exp(float(np.log(np.abs(factors)).sum()) - scale)
 
 
 def bialternate(monodromy: Array) -> Array:
-    """Return M (.) M of shape (n(n-1)/2, n(n-1)/2), whose eigenvalues are l_i l_j, i < j."""
+    """Return M (.) M of shape (n(n - 1)/2, n(n - 1)/2), whose eigenvalues are l_i l_j, i < j.
+
+    Its entries are differences of products: they are good to rounding times max |M_ij|^2.
+    """
     first, second = np.array(list(combinations(range(len(monodromy)), 2))).reshape(-1, 2).T
     m = np.asarray(monodromy, dtype=np.float64)
     product: Array = (
@@ -79,8 +90,8 @@ def neimark_sacker_kind(monodromy: Array) -> Literal["neimark_sacker", "neutral_
     return "neimark_sacker" if complex_pair else "neutral_saddle"
 
 
-def _scaled_determinant(matrix: Array, size: Array) -> float:
-    """Return det(matrix)/sqrt(det(I + size^T size)), without overflow."""
+def _determinant(matrix: Array, monodromy: Array) -> float:
+    """Return det(matrix) over the product of (1 + s^2)^(1/2), without overflow."""
     sign, logarithm = np.linalg.slogdet(matrix)
-    _, scale = np.linalg.slogdet(np.eye(len(size)) + size.T @ size)
-    return float(sign) * math.exp(float(logarithm) - float(scale) / 2.0)
+    sizes = np.linalg.svd(monodromy, compute_uv=False)
+    return float(sign) * math.exp(float(logarithm) - float(np.log(np.hypot(1.0, sizes)).sum()))

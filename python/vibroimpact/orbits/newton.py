@@ -24,7 +24,8 @@ Outcome = Literal["converged", "singular", "no convergence", "outside domain"]
 # Steps below this that no longer shrink are rounding. A zero so ill-conditioned that rounding alone
 # moves it by more is reported as not found.
 NOISE = 1e-9
-# A matrix whose reciprocal condition is below this makes Newton's steps halve at best.
+# A matrix whose smallest singular value is below this, where rows have entries of order 1, makes
+# Newton's steps halve at best.
 SINGULAR = 1e-6
 # The shortest fraction of a step that is tried.
 LEAST_DAMPING = 2.0**-12
@@ -38,7 +39,10 @@ class Problem(Protocol):
     """n equations F(u, p) = 0 in n unknowns u and k free parameters p."""
 
     def residual(self, u: Array, p: Array) -> tuple[Array, Array]:
-        """Return F of shape (n,) and its exact Jacobian to u and p, of shape (n, n + k)."""
+        """Return F of shape (n,) and its exact Jacobian to u and p, of shape (n, n + k).
+
+        In units of ``scale`` the Jacobian has entries of order 1, by which a branch point is known.
+        """
 
     def tests(self, u: Array, p: Array, jacobian: Array) -> Mapping[str, float]:
         """Return smooth test functions by name, such as ``grazing: leg 2``.
@@ -63,9 +67,9 @@ class NewtonReport:
     iterations
         Evaluations of F that led on.
     residual
-        max |F_i| at the result.
+        max |F_i| before the last step.
     steps
-        Sizes of Newton's steps before damping, in units of the scale; the last one was not taken
+        Sizes of Newton's steps before damping, in units of the scale; the last one is rounding,
         and estimates the error of the result.
     """
 
@@ -136,7 +140,8 @@ def newton(
     Returns
     -------
     z, jacobian, report
-        The last point, the Jacobian there (of the start, if F is not defined: NaN), the report.
+        The last point, the Jacobian there or a rounding away (NaN if F is not defined at the
+        start), the report.
     """
     z, steps = start, list[float]()
     try:
@@ -146,13 +151,18 @@ def newton(
         return z, nothing, NewtonReport("outside domain", 0, math.nan, ())
 
     def result(outcome: Outcome) -> tuple[Array, Array, NewtonReport]:
-        if outcome == "no convergence" and 1.0 / np.linalg.cond(scaled) < SINGULAR:
+        # At a multiple root steps shrink by a constant factor, until by luck F is exactly zero.
+        last = steps[-4:-1]
+        slow = len(last) == 3 and last[2] > 0.1 * last[1] > 0.01 * last[0]
+        if (slow or outcome != "converged") and np.linalg.svd(scaled)[1][-1] < SINGULAR:
             outcome = "singular"
         report = NewtonReport(outcome, len(steps), float(np.abs(value).max()), tuple(steps))
         return z, matrix, report
 
+    # The rows stay balanced as at the start, so that a matrix that vanishes is seen.
+    rows = balanced(matrix, sizes)[1]
     for _ in range(max_iterations):
-        scaled, rows = balanced(matrix, sizes)
+        scaled = matrix * sizes * rows[:, None]
         try:
             step = np.linalg.solve(scaled, -value * rows)
         except np.linalg.LinAlgError:
@@ -163,6 +173,7 @@ def newton(
         stalled = bool(steps) and steps[-1] / 2.0 <= size <= NOISE and steps[-1] <= NOISE
         steps.append(size)
         if size <= rtol or stalled:
+            z = z + step * sizes
             return result("converged")
         factor = 1.0
         while True:
@@ -215,7 +226,7 @@ def solve(
     -------
     u, report
         The last point, of shape (n,), and a NewtonReport; only ``report.converged`` says that it is
-        a solution. At a double root the outcome is ``singular``.
+        a solution. At a multiple root the outcome is ``singular``.
 
     Raises
     ------

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .branching import refine_branch_point
+from .branching import directions, refine_branch_point
 from .newton import NewtonReport
 from .path import Limits, Point, SpecialPoint
 from .step import RESOLUTION, SAME_POINT, Rejected, Step, bracket
@@ -25,9 +25,6 @@ SAME_EVENT = 1e-4
 # does not make the whole step be taken again.
 SMALL_BRACKET = 1e-3
 
-# Sign changes of the components of the tangent.
-FOLDS = ("fold", "turning_point")
-
 
 def _test(name: str) -> Callable[[Point], float]:
     def value(point: Point) -> float:
@@ -38,6 +35,11 @@ def _test(name: str) -> Callable[[Point], float]:
     return value
 
 
+def _is_fold(name: str) -> bool:
+    """Whether a test is a component of the tangent."""
+    return name.split(":")[0] in ("fold", "turning_point")
+
+
 def _locate(step: Step, name: str, end: Point) -> SpecialPoint | None:
     """Return the zero of a test between the origin of a step and ``end``, if it changes sign."""
     value = _test(name)
@@ -45,6 +47,8 @@ def _locate(step: Step, name: str, end: Point) -> SpecialPoint | None:
     before, after = step.origin.tests.get(name, 0.0), end.tests.get(name, math.nan)
     if before == 0.0 or math.isnan(after) or before * np.sign(after) > 0.0:
         return None
+    if _is_fold(name) and max(abs(before), abs(after)) < SAME_POINT:
+        return None  # a curve along which the parameter stays the same, but for rounding
     singular = name == "branch_point"
     best, other = bracket(
         step,
@@ -58,7 +62,7 @@ def _locate(step: Step, name: str, end: Point) -> SpecialPoint | None:
     exact = best if best.tests[name] == 0.0 else other
     low, high = sorted((best.arclength, exact.arclength))
     if singular:
-        best = _refined(step, best, near=SMALL_BRACKET * length)
+        best = _refined(step, best, end)
     return SpecialPoint(
         **vars(best),
         kind=step.curve.classify(name, best.z, best.jacobian),
@@ -70,14 +74,22 @@ def _locate(step: Step, name: str, end: Point) -> SpecialPoint | None:
     )
 
 
-def _refined(step: Step, rough: Point, *, near: float) -> Point:
+def _refined(step: Step, rough: Point, end: Point) -> Point:
     """Return the branch point at ``rough``, or that itself if it cannot be made better."""
-    refined = refine_branch_point(step.curve.residual, rough.z, step.sizes)
-    if refined is None or np.linalg.norm((refined - rough.z) / step.sizes) > near:
+    residual, sizes = step.curve.residual, step.sizes
+    z = refine_branch_point(residual, rough.z, sizes)
+    length = step.s(end.z)
+    if z is None or np.linalg.norm((z - rough.z) / sizes) > SMALL_BRACKET * length:
         return rough
-    value, jacobian = step.curve.residual(refined)
+    # Newton's matrix gives no tangent here. That of the branch is near those of the step's ends.
+    part = step.s(z) / length
+    tangent = (1.0 - part) * step.origin.tangent + part * end.tangent
+    if (lines := directions(residual, z, tangent, sizes)) is not None:
+        tangent = lines[0]
+    tangent = tangent / sizes
+    value, jacobian = residual(z)
     report = NewtonReport("converged", rough.iterations, float(np.abs(value).max()), ())
-    return step.point(refined, jacobian, rough.tangent / step.sizes, report)
+    return step.point(z, jacobian, tangent / np.linalg.norm(tangent), report)
 
 
 def located(step: Step, end: Point) -> list[SpecialPoint]:
@@ -90,7 +102,7 @@ def located(step: Step, end: Point) -> list[SpecialPoint]:
         (
             point
             for point in found
-            if point.test.split(":")[0] not in FOLDS
+            if not _is_fold(point.test)
             or all(abs(point.arclength - other) > near for other in turns)
         ),
         key=lambda point: point.arclength,

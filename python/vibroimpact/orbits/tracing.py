@@ -1,17 +1,17 @@
 """Following a curve from its start to one of its ends. See ``continuation``."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from ..checks import count, positive, reject
 from ..errors import Interrupted
-from .newton import NOISE, SINGULAR, Array, NewtonReport, OutsideDomain, evaluate, newton
+from .newton import NOISE, SINGULAR, Array, NewtonReport, Outcome, OutsideDomain, evaluate, newton
 from .path import Curve, Limits, Path, Point, SpecialPoint
-from .special import closing, leaving, located
-from .step import MAX_CORRECTIONS, RESOLUTION, SAME_POINT, Rejected, Step
+from .special import SMALL_BRACKET, closing, leaving, located
+from .step import MAX_CORRECTIONS, RESOLUTION, Rejected, Step
 
 # Steps grow only where Newton's method took at most this many iterations.
 EASY_CORRECTIONS = 5
@@ -86,20 +86,15 @@ def start_point(curve: Curve, z: Array, tangent: Array | None, direction: int) -
         z, report = _nearest(curve, z, sizes)
         if not report.converged:
             return failed(report)
-    _, jacobian = curve.residual(z)
-    if tangent is None:
-        tangent = np.linalg.svd(jacobian * sizes)[2][-1] * sizes
-        # At a fold the parameter has no direction: the largest other unknown gives one.
-        scaled = tangent / sizes
-        leading = scaled[-1] if abs(scaled[-1]) > 1e-6 else scaled[np.argmax(np.abs(scaled))]
-        tangent *= np.sign(leading)
-    scaled = direction * tangent / sizes
-    scaled /= np.linalg.norm(scaled)
+    jacobian = curve.residual(z)[1]
+    unit = direction * _first_tangent(
+        jacobian * sizes, None if tangent is None else tangent / sizes
+    )
     n = len(z) - curve.free
     bare = Point(
         u=z[:n],
         p=z[n:],
-        tangent=scaled * sizes,
+        tangent=unit * sizes,
         jacobian=jacobian,
         arclength=0.0,
         tests={},
@@ -108,37 +103,66 @@ def start_point(curve: Curve, z: Array, tangent: Array | None, direction: int) -
     )
     curve.adapt(z, jacobian)
     try:
-        return Step(curve, bare).point(z, jacobian, scaled, report)
+        return Step(curve, bare).point(z, jacobian, unit, report)
     except Rejected as cause:
         return Path(points=(), special=(), end=cause.reason, detail=f"start: {cause.detail}")
 
 
+def _first_tangent(scaled: Array, hint: Array | None) -> Array:
+    """Return the unit null vector nearest to ``hint``, or along which the last parameter grows."""
+    if hint is None:
+        null: Array = np.linalg.svd(scaled)[2][-1]
+        # At a fold the parameter has no direction: the largest other unknown gives one.
+        leading = -1 if abs(null[-1]) > SINGULAR else np.argmax(np.abs(null))
+        null *= np.sign(null[leading])
+        return null
+    tangent: Array = hint - _pseudo_inverse(scaled) @ (scaled @ hint)
+    size = np.linalg.norm(tangent)
+    if size <= SINGULAR * float(np.linalg.norm(hint)):
+        reject("tangent", hint.tolist(), "a direction that is not normal to the branch")
+    tangent /= size
+    return tangent
+
+
+def _pseudo_inverse(scaled: Array) -> Array:
+    """Return the pseudo-inverse of J; a singular value that vanishes at a branch point is 0."""
+    left, values, right = np.linalg.svd(scaled, full_matrices=False)
+    # The second term is for a single equation, whose J vanishes there altogether.
+    kept = values > SINGULAR * max(float(values[0]), 1e-3)
+    inverse: Array = right[kept].T / values[kept] @ left[:, kept].T
+    return inverse
+
+
 def _nearest(curve: Curve, z: Array, sizes: Array) -> tuple[Array, NewtonReport]:
     """Return a solution by the shortest steps (Gauss-Newton), which exist at special points too."""
-    steps = list[float]()
-    value = np.array([math.nan])
+    steps, residual = list[float](), math.nan
+    outcome: Outcome = "no convergence"
     try:
         for _ in range(MAX_CORRECTIONS):
             value, jacobian = evaluate(curve.residual, z)
-            # At a branch point the smallest singular value is rounding, and no direction to go.
-            step = -np.linalg.pinv(jacobian * sizes, rcond=SINGULAR) @ value
+            residual = float(np.abs(value).max())
+            step = -_pseudo_inverse(jacobian * sizes) @ value
             steps.append(float(np.abs(step).max()))
             if steps[-1] <= 1e-14 or (len(steps) > 1 and steps[-2] / 2 <= steps[-1] <= NOISE):
-                return z, NewtonReport(
-                    "converged", len(steps), float(np.abs(value).max()), tuple(steps)
-                )
+                outcome = "converged"
+                break
             z = z + step * sizes
     except OutsideDomain:
-        return z, NewtonReport("outside domain", len(steps), math.nan, ())
-    return z, NewtonReport("no convergence", len(steps), float(np.abs(value).max()), tuple(steps))
+        outcome = "outside domain"
+    return z, NewtonReport(outcome, len(steps), residual, tuple(steps))
 
 
 @dataclass
 class _End:
-    """Where a step leads: its last point and, if the path ends there, why."""
+    """Where a step leads: its last point and, if the path ends there, why; what is on the way.
+
+    A special point at the start of the path is kept apart: it is on the path only if that closes.
+    """
 
     point: Point
     reason: str | None = None
+    special: list[SpecialPoint] = field(default_factory=list)
+    at_start: list[SpecialPoint] = field(default_factory=list)
 
 
 def _advance(step: Step, length: float, limits: Limits, max_angle: float) -> _End:
@@ -165,13 +189,11 @@ def _advance(step: Step, length: float, limits: Limits, max_angle: float) -> _En
     return _End(step.at(length, step.predict(length)))
 
 
-def _take(
-    step: Step, length: float, start: Point, limits: Limits, settings: Steps
-) -> tuple[_End, list[SpecialPoint]]:
-    """Return where a step leads, and the special points on the way there."""
+def _take(step: Step, length: float, start: Point, limits: Limits, settings: Steps) -> _End:
+    """Return where a step leads, with the special points on the way there."""
     end = _advance(step, length, limits, settings.max_angle)
     if end.point is step.origin:
-        return end, []
+        return end
     step.accept(end.point, settings.max_angle)
     if step.origin is not start and (home := closing(step, end.point, start)) is not None:
         end = _End(home, "closed")
@@ -179,10 +201,16 @@ def _take(
     if (edge := leaving(step, [*found, end.point], limits)) is not None:
         end = _End(edge, "bound")
         found = [event for event in found if event.arclength <= edge.arclength]
-    for number, event in enumerate(found, 1):
-        if event.kind in settings.stop_at and event.arclength > SAME_POINT:
-            return _End(event, f"stopped: {event.test}"), found[:number]
-    return end, found
+    own = 0.0 if step.origin is not start else SMALL_BRACKET * step.s(end.point.z)
+    for event in found:
+        if event.arclength < own:
+            end.at_start.append(event)
+            continue
+        end.special.append(event)
+        if event.kind in settings.stop_at:
+            end.point, end.reason = event, f"stopped: {event.test}"
+            break
+    return end
 
 
 def _next_length(length: float, step: Step, end: Point, settings: Steps) -> float:
@@ -199,7 +227,6 @@ def trace(curve: Curve, start: Point | Path, limits: Limits, settings: Steps) ->
     if isinstance(start, Path):
         return start
     points, special = [start], list[SpecialPoint]()
-    # A special point at the start itself counts only if the curve comes back to it.
     at_start = list[SpecialPoint]()
     length = settings.step
 
@@ -211,14 +238,14 @@ def trace(curve: Curve, start: Point | Path, limits: Limits, settings: Steps) ->
             curve.adapt(points[-1].z, points[-1].jacobian)
             step = Step(curve, points[-1])
             try:
-                end, found = _take(step, length, start, limits, settings)
+                end = _take(step, length, start, limits, settings)
             except Rejected as cause:
                 if length <= settings.min_step:
                     return path(cause.reason, cause.detail)
                 length = max(length / 2.0, settings.min_step)
                 continue
-            for event in found:
-                (special if event.arclength > SAME_POINT else at_start).append(event)
+            special += end.special
+            at_start += end.at_start
             if end.point is not step.origin:
                 points.append(end.point)
             if end.reason == "closed":
