@@ -52,14 +52,14 @@ class Step:
         """Return the solution at s."""
         return self._correct(self.tangent / self.sizes, self.predict(s), guess)
 
-    def between(self, first: Point, second: Point, s: float) -> Point:
-        """Return the solution at s, guessed by cubic Hermite interpolation.
+    def between(self, ends: tuple[float, float], first: Point, second: Point, s: float) -> Point:
+        """Return the solution at s between two at ``ends``, guessed by cubic Hermite interpolation.
 
         Near a branch point the other branch is a solution, too: the better the guess, the nearer
         to it the location can go, and a point that is far from it is not taken.
         """
-        left, right = self.s(first.z), self.s(second.z)
-        width, x = right - left, (s - left) / (right - left)
+        width = ends[1] - ends[0]
+        x = (s - ends[0]) / width
         slopes = [
             width * point.tangent / float(self.tangent @ (point.tangent / self.sizes))
             for point in (first, second)
@@ -181,7 +181,7 @@ def bracket(
         fraction = min(max(fraction, least), 1.0 - least)
         s = b[0] + fraction * (a[0] - b[0])
         try:
-            trial = step.between(b[2], a[2], s)
+            trial = step.between((b[0], a[0]), b[2], a[2], s)
             new = (s, value(trial), trial)
         except Rejected:
             if width <= give_up:
