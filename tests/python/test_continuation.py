@@ -396,6 +396,20 @@ def test_a_jump_across_zero_is_told_from_a_zero():
     assert point.p[0] == pytest.approx(0.7, abs=1e-14)
 
 
+def test_a_jump_with_a_zero_in_it_is_a_jump():
+    problem = straight(lambda u, p, j: {"jump": float(np.sign(0.75 - p[0]))})
+    (point,) = follow(problem, [0.25], 0.5, bounds=(0, 1), step=0.07, max_step=0.07).special
+    assert not point.continuous
+    assert point.p[0] == pytest.approx(0.75, abs=1e-14)
+
+
+def test_an_event_on_an_accepted_point_is_found_once():
+    problem = straight(lambda u, p, j: {"end": p[0] - 1.0, "other": 1.0 - p[0]})
+    path = follow(problem, [0.25], 0.5, bounds=(0, 1))
+    assert sorted(kinds(path)) == ["end", "other"]
+    assert [point.p[0] for point in path.special] == [1.0, 1.0]
+
+
 def test_a_missing_test_is_not_compared():
     def tests(u, p, jacobian):
         sign = 1.0 if p[0] < 0.7 else -1.0
