@@ -60,7 +60,7 @@ class SpecialPoint(Point):
     bracket
         The arclengths between which it changes sign.
     continuous
-        False where the test jumps across zero.
+        False where the test jumps across zero, or passes infinity.
     """
 
     kind: str

@@ -59,8 +59,9 @@ def _locate(step: Step, name: str, end: Point) -> SpecialPoint | None:
         give_up=SMALL_BRACKET * length,
     )
     jump = abs(best.tests[name] - other.tests[name])
-    exact = best if best.tests[name] == 0.0 else other
-    low, high = sorted((best.arclength, exact.arclength))
+    # An accepted point where the test is exactly zero is the event.
+    found = best is end and best.tests[name] == 0.0
+    low, high = sorted((best.arclength, best.arclength if found else other.arclength))
     if singular:
         best = _refined(step, best, end)
     return SpecialPoint(
@@ -69,8 +70,8 @@ def _locate(step: Step, name: str, end: Point) -> SpecialPoint | None:
         test=name,
         value=best.tests[name],
         bracket=(low, high),
-        # A continuous test has become as much smaller as its bracket.
-        continuous=best.tests[name] == 0.0 or jump < 0.1 * abs(before - after),
+        # A continuous test has become smaller with its bracket.
+        continuous=found or jump < 0.1 * abs(before - after),
     )
 
 

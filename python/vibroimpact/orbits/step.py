@@ -18,6 +18,8 @@ from .path import Curve, Point
 MAX_CORRECTIONS = 12
 # Width at which the bracketing of a point ends, in units of the sizes: rounding of z.
 RESOLUTION = 4.0 * np.finfo(float).eps
+# Cap on the trials of a bracketing: more than bisection from the longest step takes.
+MAX_TRIALS = 200
 # Two points nearer than this, in units of the sizes, are the same.
 SAME_POINT = 1e-8
 
@@ -52,14 +54,14 @@ class Step:
         """Return the solution at s."""
         return self._correct(self.tangent / self.sizes, self.predict(s), guess)
 
-    def between(self, first: Point, second: Point, s: float) -> Point:
-        """Return the solution at s, guessed by cubic Hermite interpolation.
+    def between(self, ends: tuple[float, float], first: Point, second: Point, s: float) -> Point:
+        """Return the solution at s between two at ``ends``, guessed by cubic Hermite interpolation.
 
         Near a branch point the other branch is a solution, too: the better the guess, the nearer
         to it the location can go, and a point that is far from it is not taken.
         """
-        left, right = self.s(first.z), self.s(second.z)
-        width, x = right - left, (s - left) / (right - left)
+        width = ends[1] - ends[0]
+        x = (s - ends[0]) / width
         slopes = [
             width * point.tangent / float(self.tangent @ (point.tangent / self.sizes))
             for point in (first, second)
@@ -170,34 +172,37 @@ def bracket(
     """
     # (s, value, point): b is the newest, a the other side of it, c the one before
     a, b = ((step.s(x.z), value(x), x) for x in (low, high))
+    if a[1] == 0.0 or b[1] == 0.0:
+        return (low, high) if a[1] == 0.0 else (high, low)
     c = a
-    fraction = b[1] / (b[1] - a[1]) if b[1] != 0.0 else 0.0
-    for _ in range(200):
+    fraction = b[1] / (b[1] - a[1])
+    for _ in range(MAX_TRIALS):
         width = abs(a[0] - b[0])
-        best, other = (b, a) if abs(b[1]) <= abs(a[1]) else (a, b)
-        if best[1] == 0.0 or width <= 2.0 * resolution:
+        if width <= 2.0 * resolution:
             break
         least = resolution / width
         fraction = min(max(fraction, least), 1.0 - least)
         s = b[0] + fraction * (a[0] - b[0])
         try:
-            trial = step.between(b[2], a[2], s)
+            trial = step.between((b[0], a[0]), b[2], a[2], s)
             new = (s, value(trial), trial)
         except Rejected:
             if width <= give_up:
                 break
             raise
+        # A zero counts as negative: its other side is looked for, too.
         if (new[1] > 0.0) == (b[1] > 0.0):
             c = b
         else:
             c, a = a, b
         b = new
-        fraction = 0.5
-        if c[1] not in (a[1], b[1]):
+        fraction = 0.5 if b[1] != 0.0 else 0.0
+        if b[1] != 0.0 and c[1] not in (a[1], b[1]):
             xi = (b[0] - a[0]) / (c[0] - a[0])
             phi = (b[1] - a[1]) / (c[1] - a[1])
             if phi**2 < xi and (1.0 - phi) ** 2 < 1.0 - xi:
                 along = (c[0] - b[0]) / (a[0] - b[0])
                 fraction = b[1] / (b[1] - a[1]) * c[1] / (c[1] - a[1])
                 fraction -= along * b[1] / (c[1] - b[1]) * a[1] / (a[1] - c[1])
+    best, other = sorted((a, b), key=lambda end: abs(end[1]))
     return best[2], other[2]
