@@ -3,8 +3,8 @@
 A branch is followed by pseudo-arclength continuation with its sequence of legs held fixed, so that
 every condition of the motion is smooth (docs/orbits.md). Where a condition that makes it a motion
 reaches zero the branch meets a border: a flight grazes, an impact changes its regime, chatter
-becomes incomplete, a contact phase ends another way. The border is located, and where the orbit goes
-on it goes on with another sequence of legs: both sequences have the border's orbit in common.
+becomes incomplete, a contact phase ends another way. The border is located, and where the orbit
+goes on it goes on with another sequence of legs: both sequences have the border's orbit in common.
 """
 
 import math
@@ -21,7 +21,6 @@ from ..checks import count, number, positive, reject
 from ..errors import Interrupted, ParameterError
 from ..system import NUMERIC_RANGES, System
 from .continuation import follow
-from .map_bifurcations import neimark_sacker_kind
 from .motion import PeriodicMotion, motion_of
 from .newton import OutsideDomain
 from .path import Path, SpecialPoint
@@ -37,6 +36,8 @@ BORDERS = ("grazing", "regime_border", "chatter_onset", "contact_border")
 NAMES = {"fold": "saddle_node"}
 # Sequences of legs that one direction of a branch may pass.
 MOST_PIECES = 200
+# Part of the largest value of a test function along a piece below which it is at its border.
+AT_BORDER = 1e-4
 # Halves of an orbit this close, in units of its size, are one.
 ONE_HALF = 1e-3
 # A border met again has the same parameter to this accuracy.
@@ -304,7 +305,9 @@ def _follow_way(system: System, start: Crossing, way: int, settings: _Settings) 
             break
         if halved is not None:
             half.end = "period_doubling"
-            doubling = _doubling_near(problem, path.points[halved].u, path.points[halved].p, settings)
+            doubling = _doubling_near(
+                problem, path.points[halved].u, path.points[halved].p, settings
+            )
             if doubling is not None:
                 half.bifurcations.append(doubling)
             break
@@ -316,7 +319,7 @@ def _follow_way(system: System, start: Crossing, way: int, settings: _Settings) 
         border = _bifurcation(problem, last, onward)
         for known, pieces, found in borders:
             if _same_border(known, border):
-                # Once round: what lies before the first passage of this border comes again after it.
+                # Once round: what lies before the first passage of this border comes again.
                 del half.pieces[:pieces], half.bifurcations[:found]
                 half.end = "closed"
                 return half
@@ -367,10 +370,15 @@ def _piece(
     multipliers: list[NDArray[np.complex128]] = []
     reason = ""
     points = path.points if halved is None else path.points[:halved]
+    stops = path.special[-1].test if path.end.startswith("stopped") else ""
+    largest = max((point.tests.get(stops, 0.0) for point in points), default=0.0)
     for k, point in enumerate(points):
         system = problem.system_at(point.p)
         motion = motion_of(system, problem.itinerary, point.u.reshape(-1, 4), whole=True)
-        at_border = k in (0, len(path.points) - 1)
+        # So close to a border a simulation decides by rounding.
+        at_border = (
+            k in (0, len(path.points) - 1) or point.tests.get(stops, 1.0) < AT_BORDER * largest
+        )
         if not (motion.admissible or at_border or settings.virtual):
             reason = motion.why_not
             break
@@ -392,8 +400,8 @@ def _piece(
 def _halving(problem: OrbitProblem, path: Path) -> int | None:
     """Return the first point beyond which both halves of the orbit have become one.
 
-    There the branch meets that of the halved orbit, at its period doubling, and would come back with
-    its halves exchanged.
+    There the branch meets that of the halved orbit, at its period doubling, and would come back
+    with its halves exchanged.
     """
     shorter = _half_of(problem)
     if shorter is None or len(path.points) < 2:

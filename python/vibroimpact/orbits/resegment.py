@@ -2,13 +2,13 @@
 
 At a border two sequences have one orbit in common:
 
-- a flight that touches g = 0 there has an impact with u = 0 in the other sequence, and the other way
-  round;
+- a flight that touches g = 0 there has an impact with u = 0 in the other sequence, and the other
+  way round;
 - an impact at the edge of its regime (P* = P_f, P* = (1 + r) P_f, |cos x1| = mu |sin x1|, x1' = 0,
   sin x1 = 0) is one of the neighbouring regime too, since the impact law is continuous.
 
-So the new branch starts at the border's own orbit, in the direction in which the condition of the new
-sequence grows from zero. Where a contact phase ends another way the new sequence is read off a
+So the new branch starts at the border's own orbit, in the direction in which the condition of the
+new sequence grows from zero. Where a contact phase ends another way the new sequence is read off a
 simulation a little further on. Beyond a border where chatter becomes incomplete infinitely many
 sequences follow one another: there the branch ends.
 """
@@ -60,7 +60,9 @@ def beyond(problem: OrbitProblem, border: SpecialPoint) -> Crossing | None:
     kind, what, leg = parsed(border.test)
     try:
         if kind == "grazing":
-            found = _struck(problem, border, leg) if what == "flight" else _spared(problem, border, leg)
+            found = (
+                _struck(problem, border, leg) if what == "flight" else _spared(problem, border, leg)
+            )
         elif kind == "regime_border" and problem.itinerary.legs[leg].startswith("impact"):
             found = _other_regime(problem, border, what, leg)
         elif kind in ("contact_border", "regime_border"):
@@ -145,9 +147,7 @@ def _spared(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New | Non
     return new, nodes[kept], f"grazing: flight, leg {kept.index(leg)}"
 
 
-def _other_regime(
-    problem: OrbitProblem, border: SpecialPoint, what: str, leg: int
-) -> _New | None:
+def _other_regime(problem: OrbitProblem, border: SpecialPoint, what: str, leg: int) -> _New | None:
     """The impact is one of the neighbouring regime."""
     itinerary, system = problem.itinerary, problem.system_at(border.p)
     legs, nodes = itinerary.legs, border.u.reshape(-1, 4)
@@ -156,7 +156,7 @@ def _other_regime(
     sticks = abs(math.cos(x1)) <= system.friction * abs(math.sin(x1))
     bends = "stick" if sticks else "reversal"
     flipped = {"+": "-", "-": "+"}
-    direction, side = signs
+    direction, side = signs[0], signs[1]
     if what == "sin x1 = 0":
         side = flipped[side]
     elif what == "P* = (1 + r) P_f":
