@@ -441,24 +441,26 @@ def _doubling_near(
     if shorter is None:
         return None
     nodes = 0.5 * (u[: len(u) // 2] + u[len(u) // 2 :])
-    near: list[tuple[float, Bifurcation]] = []
-    for direction in (-1, 1):
+    low, high = settings.bounds
+    for window in (1e-3 * settings.size, 1e-2 * settings.size):
+        start = max(low, float(p[0]) - window)
         path = follow(
             shorter,
             nodes,
-            p,
-            bounds=settings.bounds,
-            direction=direction,
+            start,
+            bounds=(start, min(high, float(p[0]) + window)),
             parameter_size=settings.size,
-            step=1e-3,
-            max_step=settings.step,
-            max_points=10,
+            step=0.1 * window / settings.size,
+            max_step=settings.max_step,
+            max_points=100,
             classify=shorter.classify,
         )
-        for special in path.of_kind("period_doubling"):
-            found = _bifurcation(shorter, special)
-            near.append((abs(found.value - float(p[0])), found))
-    return min(near, key=lambda pair: pair[0])[1] if near else None
+        doublings = path.of_kind("period_doubling")
+        if doublings:
+            return _bifurcation(
+                shorter, min(doublings, key=lambda point: abs(point.p[0] - float(p[0])))
+            )
+    return None
 
 
 def _bifurcation(
