@@ -335,6 +335,16 @@ impl<'a> Orbit<'a> {
             }
             Leg::SlideToRelease(positive) | Leg::SlideToStop(positive) => {
                 let state = slide(model, &start, mode(positive), &from, s)?;
+                if tested {
+                    let [force, speed] =
+                        least_in_slide(model, &start, mode(positive), &from, s.value);
+                    if let Some((time, least)) = force {
+                        test(TestKind::ContactBorder, "contact force in the slide", least, time);
+                    }
+                    if let (Some((time, least)), true) = (speed, model.system.friction() > 0.0) {
+                        test(TestKind::ContactBorder, "x1' in the slide", least, time);
+                    }
+                }
                 let released = matches!(kind, Leg::SlideToRelease(_));
                 let direction = if positive { 1.0 } else { -1.0 };
                 let speed = state.v1.value * direction;
@@ -353,7 +363,7 @@ impl<'a> Orbit<'a> {
                 ([state.x1, v[0], v[1]], condition, state.value())
             }
             Leg::Stick(how) => {
-                let condition = stick_condition(model, &start, &end, how);
+                let condition = stick_condition(model, &start, (&from, &end), how);
                 for (name, value) in condition.others {
                     test(TestKind::ContactBorder, name, value, s.value);
                 }

@@ -201,6 +201,12 @@ impl SlideStep {
         }
     }
 
+    /// The free gap acceleration p (mbar + k cos x1) at local time s.
+    pub fn free_acceleration(&self, s: f64) -> f64 {
+        let unit = self.series.unit;
+        value(&self.series.free[..=FORCED], s / unit) / (unit * unit)
+    }
+
     /// Local time at which the step is used up.
     pub fn length(&self) -> f64 {
         self.reach * self.series.unit

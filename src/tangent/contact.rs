@@ -2,16 +2,17 @@
 //! (docs/theory.md, section 5).
 
 use super::{Dual, DualState, Model, Moment};
+use crate::double_double::DoubleDouble;
 use crate::dual::Number;
 use crate::hold::{ContactMode, SlideEnd, SlideStep};
 use crate::itinerary::StickEnd;
 use crate::params::Contact;
+use std::f64::consts::{PI, TAU};
 
 /// Most steps of one slide.
 const STEPS: usize = 10_000;
 
-/// A slide in `mode` from `state`, for a time `s`: the state there. `watch` sees every step, as its
-/// start, the free gap acceleration and x1' as functions of the local time, and its length.
+/// A slide in `mode` from `state`, for a time `s`: the state there.
 pub(crate) fn slide(
     model: &Model,
     state: &DualState,
@@ -44,6 +45,80 @@ pub(crate) fn slide(
     None
 }
 
+/// Points at which a step of a slide is sampled for minima.
+const SAMPLES: usize = 12;
+
+/// Least local minima inside a slide of time `length` of the free gap acceleration and of |x1'|, each
+/// with its time; `None` where there is none.
+pub(crate) fn least_in_slide(
+    model: &Model,
+    state: &DualState,
+    mode: ContactMode,
+    moment: &Moment,
+    length: f64,
+) -> [Option<(f64, f64)>; 2] {
+    let sign = mode.direction();
+    let (mut x1, mut v1, mut clock, mut passed) =
+        (state.x1.value, state.v1.value, moment.clock(), 0.0);
+    let mut least = [None; 2];
+    // Two samples before, so that a minimum at the end of a step is seen by the next.
+    let mut before: [Vec<(f64, f64)>; 2] = [Vec::new(), Vec::new()];
+    for _ in 0..STEPS {
+        let start = model.system.on_contact(x1, v1);
+        let step = SlideStep::new(&model.system, model.motion.drive.trig_at(clock), &start, mode);
+        let end = match step.end() {
+            (time, SlideEnd::Side) => time,
+            _ => step.length(),
+        }
+        .min(length - passed);
+        let at = |which: usize, s: f64| {
+            if which == 0 { step.free_acceleration(s) } else { sign * step.at(s).1 }
+        };
+        for which in 0..2 {
+            for i in 0..=SAMPLES {
+                let s = end * i as f64 / SAMPLES as f64;
+                let recent = &mut before[which];
+                recent.push((passed + s, at(which, s)));
+                if let [.., a, b, c] = recent[..] {
+                    if b.1 < a.1 && b.1 <= c.1 {
+                        let (from, to) = ((a.0 - passed).max(0.0), c.0 - passed);
+                        let (time, value) = minimum(from, to, |s| at(which, s));
+                        if least[which].is_none_or(|(_, lowest)| value < lowest) {
+                            least[which] = Some((passed + time, value));
+                        }
+                    }
+                }
+            }
+        }
+        (x1, v1) = step.at(end);
+        passed += end;
+        clock = model.motion.drive.advance(clock, DoubleDouble::new(end));
+        if passed >= length || end <= 0.0 {
+            break;
+        }
+    }
+    least
+}
+
+/// A local minimum between `a` and `b`, by golden sections.
+fn minimum(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
+    let ratio = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut c, mut d) = (b - ratio * (b - a), a + ratio * (b - a));
+    let (mut fc, mut fd) = (f(c), f(d));
+    for _ in 0..60 {
+        if fc < fd {
+            (b, d, fd) = (d, c, fc);
+            c = b - ratio * (b - a);
+            fc = f(c);
+        } else {
+            (a, c, fc) = (c, d, fd);
+            d = a + ratio * (b - a);
+            fd = f(d);
+        }
+    }
+    if fc < fd { (c, fc) } else { (d, fd) }
+}
+
 /// The state on the contact with this x1 and x1'.
 pub(crate) fn on_contact(model: &Model, x1: Dual, v1: Dual) -> DualState {
     let (_, cos) = model.tip_angle(x1);
@@ -64,25 +139,56 @@ pub(crate) fn free_gap_acceleration(model: &Model, state: &DualState, moment: &M
     }
 }
 
-/// Conditions of a stick: all positive while it lasts; the one that ends it, and the others.
+/// Conditions of a stick: all positive while it lasts; the one that ends it, and the least values of
+/// all inside it, where they have minima, and of the others at its end.
 pub(crate) struct StickCondition {
     pub ends: Dual,
     pub others: Vec<(&'static str, f64)>,
 }
 
-/// The conditions of a stick at an instant.
+/// The conditions of a stick from `start` to `end`.
 pub(crate) fn stick_condition(
     model: &Model,
     state: &DualState,
-    moment: &Moment,
-    end: StickEnd,
+    (start, end): (&Moment, &Moment),
+    how: StickEnd,
 ) -> StickCondition {
+    let limits = stick_limits(model, state, end);
+    let ends = limits.iter().find(|limit| limit.0 == how).or(limits.first()).map(|limit| limit.2);
+    let mut others: Vec<(&'static str, f64)> =
+        limits.iter().filter(|l| l.0 != how).map(|l| (l.1, l.2.value)).collect();
+    // Each is alpha + beta cos psi: extrema at psi = 0 and pi (mod 2 pi).
+    let omega = model.system.drive_frequency;
+    let length = model.elapsed(start, end).value;
+    let phase = model.phase(start).1.value;
+    for half_turns in 1..=2 {
+        let turn = (f64::from(half_turns) * PI - phase).rem_euclid(TAU);
+        let time = turn / omega;
+        if time > 0.0 && time < length {
+            let then = start.later(Dual::constant(time));
+            for (_, name, value) in stick_limits(model, state, &then) {
+                match others.iter_mut().find(|known| known.0 == name) {
+                    Some(known) => known.1 = known.1.min(value.value),
+                    None => others.push((name, value.value)),
+                }
+            }
+        }
+    }
+    StickCondition { ends: ends.unwrap_or(Dual::constant(f64::NAN)), others }
+}
+
+/// What must stay positive in stick, by how it would end.
+fn stick_limits(
+    model: &Model,
+    state: &DualState,
+    moment: &Moment,
+) -> Vec<(StickEnd, &'static str, Dual)> {
     let p = &model.parameters;
     let (sin, cos) = model.tip_angle(state.x1);
     let (a1, a2) = model.free_accelerations(state, moment);
     if model.system.mass_ratio() == 0.0 {
         // A wall at rest: p = a1/cos x1.
-        return StickCondition { ends: a1 * cos, others: Vec::new() };
+        return vec![(StickEnd::Release, "contact force in stick", a1 * cos)];
     }
     let side = 1f64.copysign(sin.value);
     // s (mbar a1 + a2 k) < 0 holds the tip against slip in direction s.
@@ -90,12 +196,9 @@ pub(crate) fn stick_condition(
         let k = cos + p.friction * (direction * side) * sin;
         (p.mass_ratio * a1 + a2 * k) * -direction
     };
-    let limits = [
-        (StickEnd::SlipPositive, "slip+", held(1.0)),
-        (StickEnd::SlipNegative, "slip-", held(-1.0)),
-        (StickEnd::Release, "release", -a2),
-    ];
-    let ends = limits.iter().find(|limit| limit.0 == end).map_or(-a2, |limit| limit.2);
-    let others = limits.iter().filter(|l| l.0 != end).map(|l| (l.1, l.2.value)).collect();
-    StickCondition { ends, others }
+    vec![
+        (StickEnd::SlipPositive, "hold against slip, x1' > 0", held(1.0)),
+        (StickEnd::SlipNegative, "hold against slip, x1' < 0", held(-1.0)),
+        (StickEnd::Release, "contact force in stick", -a2),
+    ]
 }
