@@ -530,6 +530,9 @@ def test_a_transcritical_crossing_of_curved_branches_is_located_to_rounding():
     assert sum(path.u[-1]) == pytest.approx(1.0, abs=1e-14)
     assert point.tangent[2] > 0.0
     assert point.tangent[:2].sum() / point.tangent[2] == pytest.approx(2 * crossing, abs=1e-9)
+    last = path.points[-1]
+    (backward,) = follow(problem, last.u, last.p, direction=-1, bounds=(0, 1)).special
+    np.testing.assert_allclose(backward.tangent, -point.tangent, rtol=0, atol=1e-8)
     tangent = switch(problem, point)
     assert (tangent[0] + tangent[1]) / tangent[2] == pytest.approx(-(crossing**2), abs=1e-8)
     other = follow(problem, point.u, point.p, tangent=tangent * np.sign(tangent[2]), bounds=(0, 1))
