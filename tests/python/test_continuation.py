@@ -35,7 +35,7 @@ class Equations:
         return {} if self._tests is None else self._tests(u, p, jacobian)
 
     def scale(self, u):
-        return np.full(len(u), self.size)
+        return np.broadcast_to(self.size, len(u)).astype(float)
 
 
 def ellipse(tests=None, size=1.0):
@@ -163,6 +163,15 @@ def test_newton_says_why_it_failed(residual, start, outcome):
     assert not report.converged
 
 
+def test_coarse_rounding_ends_the_iteration_and_is_reported():
+    # u + 10^4 is known to 2e-12 only.
+    coarse = Equations(lambda u, p: ([((u[0] + 1e4) - 1e4) ** 3 - p], [[3 * u[0] ** 2, -1.0]]))
+    u, report = solve(coarse, [2.0], 3.0)
+    assert report.converged
+    assert abs(u[0] - 3 ** (1 / 3)) < 2e-12
+    assert 1e-14 < report.error < 2e-12
+
+
 def test_newton_steps_back_into_the_domain():
     def residual(u, p):
         if u[0] <= 0:
@@ -258,6 +267,41 @@ def test_a_fold_beyond_the_bound_within_one_step_ends_at_the_bound():
     assert path.points[-1].p[0] == 0.9999
     assert path.points[-1].u[0] == pytest.approx(2 * math.sqrt(1 - 0.9999**2), abs=1e-12)
     assert kinds(path) == []
+
+
+def test_a_curve_that_bends_across_its_bound_ends_there():
+    # p = u^2 from its fold: the tangent never meets the bound.
+    parabola = Equations(lambda u, p: ([p - u[0] ** 2], [[-2 * u[0], 1.0]]))
+    path = follow(
+        parabola, [0.0], 0.0, tangent=[1.0, 0.0], bounds=(-1, 0.0005), step=0.1, max_step=0.1
+    )
+    assert path.end == "bound"
+    assert path.points[-1].p[0] == 0.0005
+    assert path.points[-1].u[0] == pytest.approx(math.sqrt(0.0005), abs=1e-14)
+
+
+def test_a_curve_that_passes_near_its_start_is_not_closed():
+    # A spiral in (x, p) whose angle hardly counts: the next turn is 0.006 away.
+    def residual(u, p):
+        x, angle = u
+        radius, cos, sin = 1 + 1e-3 * angle, math.cos(angle), math.sin(angle)
+        return [x - radius * cos, p - radius * sin], [
+            [1.0, radius * sin - 1e-3 * cos, 0.0],
+            [0.0, -radius * cos - 1e-3 * sin, 1.0],
+        ]
+
+    spiral = Equations(residual, size=np.array([1.0, 1e6]))
+    path = follow(spiral, [1.0, 0.0], 0.0, bounds=(-2, 2), max_points=300)
+    assert path.end == "points"
+    assert path.u[-1, 1] > 3 * math.tau
+
+
+def test_a_branch_is_not_followed_across_a_gap():
+    gap = Equations(lambda u, p: ([u[0] - (0.01 if p > 0.5 else 0.0)], [[1.0, 0.0]]))
+    path = follow(gap, [0.0], 0.0, bounds=(0, 1))
+    assert path.end == "no convergence"
+    assert path.points[-1].p[0] == pytest.approx(0.5, abs=1e-5)
+    assert path.points[-1].u[0] == 0.0
 
 
 def test_a_start_on_the_bound_can_leave_it_inwards_only():
@@ -358,6 +402,14 @@ def test_events_are_located_and_ordered_within_one_step():
     # all three lie between the same two points
     p = path.p[:, 0]
     assert len({int(np.searchsorted(p, point.p[0])) for point in path.special}) == 1
+
+
+def test_an_event_next_to_the_start_is_found_and_one_at_the_start_is_not():
+    names = {"at": 0.5 + 1e-12, "next": 0.5 + 1e-6}
+    problem = straight(lambda u, p, j: {name: p[0] - at for name, at in names.items()})
+    for direction, expected in ((1, ["next"]), (-1, [])):
+        path = follow(problem, [0.25], 0.5, direction=direction, bounds=(0, 1))
+        assert kinds(path) == expected
 
 
 def test_a_branch_stops_at_the_first_event_of_a_kind():
@@ -476,6 +528,11 @@ def test_a_transcritical_crossing_of_curved_branches_is_located_to_rounding():
     assert point.p[0] == pytest.approx(crossing, abs=LOCATED)
     assert sum(point.u) == pytest.approx(crossing**2, abs=LOCATED)
     assert sum(path.u[-1]) == pytest.approx(1.0, abs=1e-14)
+    assert point.tangent[2] > 0.0
+    assert point.tangent[:2].sum() / point.tangent[2] == pytest.approx(2 * crossing, abs=1e-9)
+    last = path.points[-1]
+    (backward,) = follow(problem, last.u, last.p, direction=-1, bounds=(0, 1)).special
+    np.testing.assert_allclose(backward.tangent, -point.tangent, rtol=0, atol=1e-8)
     tangent = switch(problem, point)
     assert (tangent[0] + tangent[1]) / tangent[2] == pytest.approx(-(crossing**2), abs=1e-8)
     other = follow(problem, point.u, point.p, tangent=tangent * np.sign(tangent[2]), bounds=(0, 1))
@@ -511,6 +568,13 @@ def test_the_fixed_point_of_the_logistic_map_doubles_at_3_and_crosses_zero_at_1(
     assert kinds(path) == ["branch_point"]
     assert path.special[0].p[0] == pytest.approx(1.0, abs=LOCATED)
     assert path.u[-1, 0] == pytest.approx(-1.0, abs=1e-14)
+    (point,) = path.special
+    zero = follow(
+        logistic_cycle(1), point.u, point.p, tangent=switch(logistic_cycle(1), point), bounds=(0, 4)
+    )
+    assert zero.end == "bound"
+    assert len(zero.points) > 5
+    np.testing.assert_allclose(zero.u, 0.0, atol=1e-14)
 
 
 def test_the_doubled_cycle_is_reached_by_switching_and_doubles_at_1_plus_sqrt_6():

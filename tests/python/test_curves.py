@@ -263,6 +263,20 @@ def test_a_curve_at_the_edge_of_its_domain_takes_one_sided_differences():
     assert path.p[-1].tolist() == [1.0, 1.0]
 
 
+def test_a_matrix_that_ceases_to_be_finite_ends_the_curve():
+    class Vanishing(Equations):
+        def singular_matrices(self, u, p, jacobian):
+            return {"border": np.array([[u[0] - p[1] if p[0] < 0.5 else math.inf]])}
+
+    problem = Vanishing(lambda u, p, q: ([u[0] - p], [[1.0, -1.0, 0.0]]))
+    path = follow_curve(problem, [0.0], [0.0, 0.0], "border", bounds=((-1, 1), (-1, 1)))
+    assert path.end == "outside domain"
+    assert path.points[-1].p[0] == pytest.approx(0.5, abs=1e-4)
+    path = follow_curve(problem, [0.6], [0.6, 0.6], "border", bounds=((-1, 1), (-1, 1)))
+    assert path.end == "outside domain"
+    assert path.points == ()
+
+
 def test_a_located_fold_of_a_branch_starts_a_curve():
     fold = follow(
         Equations(lambda x, a: ([-1.0 + a * x[0] - x[0] ** 3], [[a - 3 * x[0] ** 2, x[0]]])),

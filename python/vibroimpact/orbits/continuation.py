@@ -7,7 +7,8 @@ tangent t the next one solves (H. B. Keller, in Applications of Bifurcation Theo
     F(z) = 0,    t . (z - z0)/w = s,
 
 w the sizes of the unknowns, s the pseudo-arclength. The new tangent t' solves J t' = 0, t . t' > 0.
-The step s follows the angle between tangents and Newton's convergence.
+The step s follows the angle between tangents and Newton's convergence; a point that the tangents at
+both ends do not lead to is refused, since it may be on another branch.
 
 Special points are sign changes of test functions between accepted points: ``fold`` (saddle-node),
 dp/ds; ``branch_point``, the smallest singular value of (J; t'), with the sign of its determinant,

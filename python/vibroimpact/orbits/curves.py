@@ -15,7 +15,8 @@ function g is
 - else the test function of the problem, such as that of a grazing.
 
 The gradient of g is taken by central differences. It only enters Newton's matrix and the tangent:
-the points are zeros of g itself, to rounding.
+the points are zeros of g itself, to rounding. At a turning point the extreme parameter is good to
+rounding, the other one, on which it depends linearly, to about 1e-9.
 
 Codimension-2 points are zeros of the other tests of the problem. On a curve of folds there is also
 ``cusp``: with w the left null vector of F_u the curve's normal in the parameter plane is w^T F_p,
@@ -73,6 +74,8 @@ class _Critical:
         _, jacobian = evaluate(self._equations, z)
         if self._matrix(z, jacobian) is not None:
             self.adapt(z, jacobian)
+            if self.border is None:
+                raise OutsideDomain(f"the matrix of {test!r} is not finite")
         elif test not in problem.tests(z[:-2], z[-2:], jacobian):
             reject("test", test, "'fold', or the name of a test that the problem has at the start")
 
@@ -91,7 +94,7 @@ class _Critical:
     def _bordered(self, z: Array, jacobian: Array, *, left: bool = False) -> Array:
         """Return (v, g), or from the transposed system (w, g)."""
         matrix = self._matrix(z, jacobian)
-        if matrix is None or self.border is None:
+        if matrix is None or self.border is None or not np.isfinite(matrix).all():
             raise OutsideDomain(f"there is no matrix of {self.test!r} here")
         b, c = self.border
         system = np.block([[matrix, b[:, None]], [c[None, :], np.zeros((1, 1))]])
@@ -155,7 +158,7 @@ class _Critical:
     def adapt(self, z: Array, jacobian: Array) -> None:
         self.sizes = self.scale(z)
         matrix = self._matrix(z, jacobian)
-        if matrix is None:
+        if matrix is None or not np.isfinite(matrix).all():
             return
         left, _, right = np.linalg.svd(matrix)
         b, c = left[:, -1], right[-1]

@@ -20,6 +20,8 @@ MAX_CORRECTIONS = 12
 RESOLUTION = 4.0 * np.finfo(float).eps
 # Cap on the trials of a bracketing: more than bisection from the longest step takes.
 MAX_TRIALS = 200
+# A step may leave what its tangents tell of it by this part of the angle allowed.
+MISFIT = 0.1
 # Two points nearer than this, in units of the sizes, are the same.
 SAME_POINT = 1e-8
 
@@ -87,16 +89,22 @@ class Step:
         return self._correct(row, aim, aim, fixed=index)
 
     def accept(self, point: Point, max_angle: float) -> float:
-        """Return the angle between the tangents; reject a point that is not the next one."""
+        """Return the angle between the tangents; reject a point that is not the next one.
+
+        Of a smooth curve the trapezoidal rule tells the end of a step from the tangents at both; a
+        point much off that is on another curve, or the step is too long.
+        """
         tangent = point.tangent / self.sizes
         cosine = float(self.tangent @ tangent) / float(np.linalg.norm(tangent))
         angle = math.acos(min(1.0, max(-1.0, cosine)))
         s = self.s(point.z)
-        away = float(np.linalg.norm((point.z - self.predict(s)) / self.sizes))
-        if s <= 0.0 or max(angle, away / s) > max_angle:
+        slope = tangent / float(self.tangent @ tangent)
+        mean = (self.tangent + slope) / 2.0
+        off = float(np.linalg.norm((point.z - self.origin.z) / self.sizes - s * mean))
+        if s <= 0.0 or angle > max_angle or off > MISFIT * max_angle * s + SAME_POINT:
             raise Rejected(
                 "no convergence",
-                f"the curve turns by {angle:.2g} rad and leaves its tangent by {away:.2g} "
+                f"the curve turns by {angle:.2g} rad and leaves its tangents by {off:.2g} "
                 f"within s = {s:.2g}",
             )
         return angle

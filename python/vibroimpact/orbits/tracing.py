@@ -11,7 +11,7 @@ from ..errors import Interrupted
 from .newton import NOISE, SINGULAR, Array, NewtonReport, Outcome, OutsideDomain, evaluate, newton
 from .path import Curve, Limits, Path, Point, SpecialPoint
 from .special import SMALL_BRACKET, closing, leaving, located
-from .step import MAX_CORRECTIONS, RESOLUTION, Rejected, Step
+from .step import MAX_CORRECTIONS, RESOLUTION, SAME_POINT, Rejected, Step
 
 # Steps grow only where Newton's method took at most this many iterations.
 EASY_CORRECTIONS = 5
@@ -201,7 +201,11 @@ def _take(step: Step, length: float, start: Point, limits: Limits, settings: Ste
     if (edge := leaving(step, [*found, end.point], limits)) is not None:
         end = _End(edge, "bound")
         found = [event for event in found if event.arclength <= edge.arclength]
-    own = 0.0 if step.origin is not start else SMALL_BRACKET * step.s(end.point.z)
+    own = 0.0
+    if step.origin is start:
+        # At a branch point the start's own events can only be located so well.
+        singular = abs(start.tests["branch_point"]) < SINGULAR
+        own = SMALL_BRACKET * step.s(end.point.z) if singular else SAME_POINT
     for event in found:
         if event.arclength < own:
             end.at_start.append(event)
