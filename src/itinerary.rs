@@ -26,6 +26,11 @@ pub struct Signs {
     pub side: f64,
 }
 
+impl Signs {
+    /// Of an impact without friction, which does not know them.
+    pub const NONE: Self = Self { direction: 0.0, side: 0.0 };
+}
+
 /// What ends a stick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StickEnd {
@@ -96,9 +101,7 @@ impl FromStr for Leg {
             ["stick", "release"] => Self::Stick(StickEnd::Release),
             ["stick", "slide+"] => Self::Stick(StickEnd::SlipPositive),
             ["stick", "slide-"] => Self::Stick(StickEnd::SlipNegative),
-            ["impact", "frictionless"] => {
-                Self::Impact(RegimeKind::Frictionless, Signs { direction: 0.0, side: 0.0 })
-            }
+            ["impact", "frictionless"] => Self::Impact(RegimeKind::Frictionless, Signs::NONE),
             ["impact", regime, signs] => {
                 let kind = RegimeKind::from_name(regime).ok_or_else(bad)?;
                 let mut signs = signs.chars();
@@ -122,7 +125,7 @@ impl Leg {
     fn to_impact(system: &System, event: &ImpactEvent) -> Self {
         let kind = event.impact.regime.kind();
         if kind == RegimeKind::Frictionless {
-            return Self::Impact(kind, Signs { direction: 0.0, side: 0.0 });
+            return Self::Impact(kind, Signs::NONE);
         }
         let direction = match event.impact.regime {
             Regime::Slip { direction } => direction,
@@ -363,8 +366,8 @@ fn marks(
     Ok(without_low_bounces(&marks))
 }
 
-/// The low impacts that precede chatter and are of its kind are left to the chatter's leg: as legs of
-/// their own their times have the rounding of the gap over u.
+/// The low impacts that lead into chatter are left to the chatter's leg: as legs of their own their
+/// times have the rounding of the gap over u.
 fn without_low_bounces(marks: &[Mark]) -> Vec<Mark> {
     let highest = marks.iter().map(|mark| mark.approach_velocity).fold(0.0, f64::max);
     let mut kept: Vec<Mark> = Vec::with_capacity(marks.len());
@@ -372,8 +375,7 @@ fn without_low_bounces(marks: &[Mark]) -> Vec<Mark> {
         if mark.leg == Leg::Chatter {
             while let [.., before, last] = &kept[..] {
                 let low = last.approach_velocity < LOW_BOUNCE * highest
-                    && before.approach_velocity > last.approach_velocity
-                    && before.leg == last.leg;
+                    && before.approach_velocity > last.approach_velocity;
                 if !low {
                     break;
                 }

@@ -47,6 +47,7 @@ pub(crate) fn accumulate(
     let mut samples: Vec<Sample> = Vec::new();
     let mut best: Option<(f64, [Dual; 3])> = None;
     let mut borders: Vec<Border> = Vec::new();
+    let mut character = None;
     let (mut stops, mut reverses, mut ratio) = (false, false, 1.0);
     for _ in 0..BOUNCES {
         let u = -model.approach_velocity(&state);
@@ -75,6 +76,11 @@ pub(crate) fn accumulate(
         ratio = model.approach_velocity(&bounce.post).value / -u.value;
         (stops, reverses) = (bounce.stops, bounce.reverses);
         (state, passed) = (bounce.post, passed + bounce.time);
+        if character.replace(bounce.character) != Some(bounce.character) {
+            // Smooth in u are the impacts of one kind alone.
+            samples.clear();
+            best = None;
+        }
         for border in bounce.borders {
             match borders.iter_mut().find(|known| known.name == border.name) {
                 Some(known) => known.value = known.value.min(border.value),
@@ -108,6 +114,8 @@ struct Bounce {
     stops: bool,
     reverses: bool,
     borders: Vec<Border>,
+    /// Regime and signs.
+    character: (RegimeKind, Signs),
 }
 
 fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
@@ -140,6 +148,7 @@ fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
             RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution
         ),
         borders: struck.borders,
+        character: (kind, if kind == RegimeKind::Frictionless { Signs::NONE } else { signs }),
     })
 }
 

@@ -361,13 +361,16 @@ def _simulated_otherwise(motion: PeriodicMotion) -> str:
 def _significant(legs: list[str]) -> list[str]:
     """Leave out the impacts that lead into chatter: how many stand alone is a matter of choice."""
     kept: list[str] = []
-    for leg in legs:
-        if leg == "chatter" and kept:
-            last = kept[-1]
-            while kept and kept[-1] == last and last.startswith("impact"):
+    for leg in legs + legs:
+        if leg == "chatter":
+            while kept and kept[-1].startswith("impact"):
                 kept.pop()
         kept.append(leg)
-    return kept
+    # The second round alone: the first may begin among such impacts.
+    chatters = [i for i, leg in enumerate(kept) if leg == "chatter"]
+    if not chatters:
+        return legs
+    return kept[chatters[0] : chatters[len(chatters) // 2]]
 
 
 def primitive(
