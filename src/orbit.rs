@@ -6,6 +6,35 @@
 //! the event (g = 0; p = 0; x1' = 0; the cone of friction), or for chatter the time at which it
 //! accumulates. A motion without events is a circuit: unknowns (x1, x1', x2', x2) at the start of a
 //! drive period.
+//!
+//! ```
+//! use nalgebra::{DMatrix, DVector};
+//! use vibroimpact::itinerary::{Itinerary, Node};
+//! use vibroimpact::orbit::Orbit;
+//! use vibroimpact::{RunOptions, State, System, run};
+//!
+//! let system = System::builder()
+//!     .mass_ratio(0.6).frequency_ratio(2.0).restitution(0.8).gap(0.5)
+//!     .drive_frequency(1.8).moment_amplitude(1.0)
+//!     .build()?;
+//! let start = State::new(0.0, 0.5, 0.0, 0.0)?;
+//! let settled = run(&system, start, RunOptions::periods(100), &mut || true)?.final_state.state;
+//! let (legs, mut nodes) = Itinerary::follow(&system, settled, 1, 1000)?;
+//! for _ in 0..10 {
+//!     let residual = Orbit::new(&system, &legs, &nodes)?.residual(&[])?;
+//!     let rows = residual.values.len();
+//!     let jacobian = DMatrix::from_row_slice(rows, residual.columns, &residual.jacobian);
+//!     let step = jacobian.lu().solve(&DVector::from_vec(residual.values)).ok_or("singular")?;
+//!     for (node, change) in nodes.iter_mut().zip(step.as_slice().chunks(4)) {
+//!         let moved: [f64; 4] = std::array::from_fn(|c| node.to_array()[c] - change[c]);
+//!         *node = Node::from_array(moved);
+//!     }
+//! }
+//! let return_map = Orbit::new(&system, &legs, &nodes)?.transfer()[0];
+//! let largest = return_map.complex_eigenvalues().iter().map(|l| l.norm()).fold(0.0, f64::max);
+//! assert!((largest - 0.958707).abs() < 1e-6);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod hump;
 

@@ -32,3 +32,19 @@ fn gauss_legendre<const N: usize>() -> [(f64, f64); N] {
         (0.5 * (1.0 - x), 1.0 / ((1.0 - x * x) * slope * slope))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{PANEL, SHORT_PANEL};
+
+    #[test]
+    fn quadrature_is_exact_for_polynomials() {
+        let panels: [(&[(f64, f64)], i32); 2] = [(&*PANEL, 32), (&*SHORT_PANEL, 12)];
+        for (panel, powers) in panels {
+            for power in 0..powers {
+                let sum: f64 = panel.iter().map(|(x, w)| w * x.powi(power)).sum();
+                assert!((sum * f64::from(power + 1) - 1.0).abs() < 1e-14, "{power} {sum}");
+            }
+        }
+    }
+}

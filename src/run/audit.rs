@@ -249,16 +249,3 @@ impl Auditor<'_> {
         flight(self, clock, state, leg.end);
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::gauss_legendre;
-
-    #[test]
-    fn quadrature_is_exact_for_polynomials() {
-        for power in 0..32 {
-            let sum: f64 = gauss_legendre().iter().map(|(x, w)| w * x.powi(power)).sum();
-            assert!((sum * f64::from(power + 1) - 1.0).abs() < 1e-14, "{power} {sum}");
-        }
-    }
-}

@@ -3,6 +3,7 @@
 Rust blocks of the README are executed by rustdoc (``make test``).
 """
 
+import dataclasses
 import re
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import matplotlib as mpl
 import pytest
 
 import vibroimpact as vi
+from vibroimpact.orbits import branches
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
@@ -80,6 +82,22 @@ def test_notation_names_every_column(run, section, table):
 @pytest.mark.parametrize(("section", "kind"), [("Regimes", vi.Regime), ("Events", vi.EventKind)])
 def test_notation_names_every_member(section, kind):
     assert first_column(section) == [member.name for member in kind]
+
+
+def test_notation_names_every_attribute_of_a_motion():
+    fields = [field.name for field in dataclasses.fields(vi.PeriodicMotion)]
+    assert first_column("Periodic motions") == fields
+
+
+def test_notation_names_every_kind_of_bifurcation():
+    assert set(first_column("Bifurcations")) == {
+        *branches.NAMES.values(),
+        *branches.BORDERS,
+        "period_doubling",
+        "neimark_sacker",
+        "neutral_saddle",
+        "branch_point",
+    }
 
 
 def test_notation_names_every_stop_reason():
