@@ -19,7 +19,7 @@ use crate::params::System;
 use crate::state::State;
 use crate::tangent::{
     Accumulation, DIRECTIONS, Dual, DualState, END, FREE, Model, Moment, accumulate, fly,
-    free_gap_acceleration, slide, stick_condition, strike,
+    free_gap_acceleration, least_in_slide, slide, stick_condition, strike,
 };
 
 /// Equations and unknowns per leg.
