@@ -9,7 +9,7 @@ goes on it goes on with another sequence of legs: both sequences have the border
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -22,7 +22,7 @@ from ..errors import Interrupted, ParameterError
 from ..system import NUMERIC_RANGES, System
 from .continuation import follow
 from .motion import PeriodicMotion, motion_of
-from .newton import OutsideDomain
+from .newton import OutsideDomain, solve
 from .path import Path, SpecialPoint
 from .problem import OrbitProblem
 from .resegment import Crossing, beyond
@@ -40,6 +40,10 @@ MOST_PIECES = 200
 AT_BORDER = 1e-4
 # Halves of an orbit this close, in units of its size, are one.
 ONE_HALF = 1e-3
+# Halves this close are the same but for rounding.
+SAME_HALVES = 1e-9
+# Times that the steps are halved where a path has passed a border.
+MOST_REFINEMENTS = 6
 # A border met again has the same parameter to this accuracy.
 SAME_VALUE = 1e-9
 
@@ -134,8 +138,12 @@ class Piece:
     @cached_property
     def sections(self) -> Array:
         """x1 at the starts of the m drive periods, shape (k, m)."""
-        rows = [self.motion(k).sections[:, 0] for k in range(len(self.values))]
-        return np.array(rows).reshape(len(self.values), -1)
+        # As a whole: at a period doubling an orbit run through twice would be cut down to one.
+        motions = (
+            motion_of(self._system_at(k), self.itinerary, nodes.copy(), whole=True)
+            for k, nodes in enumerate(self.nodes)
+        )
+        return np.array([motion.sections[:, 0] for motion in motions])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -197,6 +205,10 @@ class _Settings:
     max_step: float
     max_points: int
     virtual: bool
+
+    def halved(self) -> "_Settings":
+        """Return the same with steps half as long."""
+        return replace(self, step=self.step / 2.0, max_step=self.max_step / 2.0)
 
 
 def follow_motion(
@@ -287,6 +299,12 @@ def _follow_way(system: System, start: Crossing, way: int, settings: _Settings) 
     while at is not None and left >= 2 and len(half.pieces) < MOST_PIECES:
         problem = OrbitProblem(system, at.itinerary, (settings.parameter,))
         path = _path(problem, at, direction, left, settings)
+        finer = settings
+        for _ in range(MOST_REFINEMENTS):
+            if not _passed_a_border(problem, path):
+                break
+            finer = finer.halved()
+            path = _path(problem, at, direction, left, finer)
         left -= len(path.points)
         half.end = path.end.removeprefix("stopped: ")
         halved = _halving(problem, path)
@@ -319,14 +337,48 @@ def _follow_way(system: System, start: Crossing, way: int, settings: _Settings) 
         border = _bifurcation(problem, last, onward)
         for known, pieces, found in borders:
             if _same_border(known, border):
-                # Once round: what lies before the first passage of this border comes again.
-                del half.pieces[:pieces], half.bifurcations[:found]
+                # Once round: what of the loop lies before the first passage of this border comes
+                # again. Before that there may be a way to the loop.
+                first, keep = pieces, 0
+                while first > 0 and _same_legs(
+                    half.pieces[first - 1], half.pieces[first - 1 - pieces]
+                ):
+                    first -= 1
+                if first > 0:
+                    keep = borders[first - 1][2]
+                del half.pieces[first:pieces], half.bifurcations[keep:found]
+                half.bifurcations.append(border)
                 half.end = "closed"
                 return half
         half.bifurcations.append(border)
         borders.append((border, len(half.pieces), len(half.bifurcations)))
         half.end = last.kind if at is None else "points"
     return half
+
+
+def _same_legs(one: Piece, other: Piece) -> bool:
+    return one.label == other.label and sorted(one.itinerary.legs) == sorted(other.itinerary.legs)
+
+
+def _passed_a_border(problem: OrbitProblem, path: Path) -> bool:
+    """Whether another border lies in the step to the border at which a path stops.
+
+    Both sign changes of a test within a step go unseen. This is common where a branch meets a
+    shorter orbit at its graze: all its passes graze there together, and one of them may have done
+    so just before.
+    """
+    if not path.end.startswith("stopped") or len(path.points) < 2:
+        return False
+    before, border = path.points[-2:]
+    for part in (0.5, 0.9):
+        u, p = (1.0 - part) * before.u + part * border.u, (1.0 - part) * before.p + part * border.p
+        found, report = solve(problem, u, p)
+        if not report.converged:
+            continue
+        tests = problem.tests(found, p, problem.residual(found, p)[1])
+        if any(value < 0.0 for test, value in tests.items() if test.split(":")[0] in BORDERS):
+            return True
+    return False
 
 
 def _same_border(one: Bifurcation, other: Bifurcation) -> bool:
@@ -408,9 +460,11 @@ def _halving(problem: OrbitProblem, path: Path) -> int | None:
         return None
     sizes = problem.scale(path.points[0].u)
     apart = np.array([_halves_apart(point.u / sizes) for point in path.points])
+    distance = np.abs(apart).max(axis=1)
     for k in range(1, len(apart)):
-        turned = apart[k] @ apart[k - 1] < 0.0
-        if turned or np.abs(apart[k]).max() < ONE_HALF:
+        # A branch that begins at a period doubling leaves it first.
+        turned = apart[k] @ apart[k - 1] < 0.0 and distance[k - 1] > SAME_HALVES
+        if turned or distance[k - 1] > distance[k] < ONE_HALF:
             return k
     return None
 

@@ -50,14 +50,18 @@ def _locate(step: Step, name: str, end: Point) -> SpecialPoint | None:
     if _is_fold(name) and max(abs(before), abs(after)) < SAME_POINT:
         return None  # a curve along which the parameter stays the same, but for rounding
     singular = name == "branch_point"
-    best, other = bracket(
-        step,
-        value,
-        step.origin,
-        end,
-        resolution=BRANCH_POINT_RESOLUTION * length if singular else RESOLUTION,
-        give_up=SMALL_BRACKET * length,
-    )
+    if singular and abs(before) < BRANCH_POINT_RESOLUTION * abs(after):
+        # The origin itself, but for rounding: every trial next to it would fail.
+        best = other = step.origin
+    else:
+        best, other = bracket(
+            step,
+            value,
+            step.origin,
+            end,
+            resolution=BRANCH_POINT_RESOLUTION * length if singular else RESOLUTION,
+            give_up=SMALL_BRACKET * length,
+        )
     jump = abs(best.tests[name] - other.tests[name])
     # An accepted point where the test is exactly zero is the event.
     found = best is end and best.tests[name] == 0.0
