@@ -3,13 +3,15 @@
 Residuals, their derivatives and test functions are kernels of the compiled core; what is done with
 them stands here, in this order: newton, path, step, special, tracing, continuation, curves
 (continuation of any equations), motion, problem (periodicity), shooting (motions from simulations),
-resegment, branches, borders (bifurcations in one and two parameters).
+resegment, branches, borders (bifurcations in one and two parameters); intervals, algebraic,
+criterion, single_impact (all solutions with one impact and no friction).
 """
 
 from .borders import BifurcationCurve, CodimensionTwo, bifurcation_curve
 from .branches import Bifurcation, Branch, Piece, follow_motion, switch_branch
 from .motion import PeriodicMotion
 from .shooting import MotionSearch, NotFound, periodic_motion, search_motions
+from .single_impact import PeriodicMotions, Undecided, periodic_motions
 
 __all__ = [
     "Bifurcation",
@@ -19,10 +21,13 @@ __all__ = [
     "MotionSearch",
     "NotFound",
     "PeriodicMotion",
+    "PeriodicMotions",
     "Piece",
+    "Undecided",
     "bifurcation_curve",
     "follow_motion",
     "periodic_motion",
+    "periodic_motions",
     "search_motions",
     "switch_branch",
 ]
