@@ -1,9 +1,9 @@
 """Stability of period n-1 motions, many at once: the paper's criterion and the true multipliers.
 
-Y = (x1, x1', x2', psi) just before the impact, and (x1, x1', x2, x2') after the impact and a flight of
-*fixed* length n drive periods, have the derivative D. The paper takes the eigenvalues of the residual's
-Jacobian (42), D - E with E the embedding of Y, for multipliers. The return map also changes the time
-of arrival (docs/theory.md, section 7):
+D is the derivative by Y = (x1, x1', x2', psi) just before the impact of (x1, x1', x2, x2') after
+the impact and a flight of *fixed* length n drive periods. The paper takes the eigenvalues of the
+residual's Jacobian (42), D - E with E the embedding of Y, for multipliers. The return map also
+changes the time of arrival (docs/theory.md, section 7):
 
     dX = (I - F (grad g)^T/u) D dY,      d psi' = d psi - omega (grad g)^T D dY/u.
 """
@@ -11,7 +11,8 @@ of arrival (docs/theory.md, section 7):
 import numpy as np
 from numpy.typing import NDArray
 
-from .algebraic import Complex, Conditions, Flight
+from .algebraic import Conditions
+from .enclosed_flight import Complex, Flight
 
 Array = NDArray[np.float64]
 
@@ -55,7 +56,7 @@ def paper_eigenvalues(
 ) -> NDArray[np.complex128]:
     """Return the roots of the paper's (45), by falling modulus, shape (k, 4)."""
     derivative, embedding = fixed_flight(equations, which, state)
-    return _sorted(np.linalg.eigvals(derivative - embedding))
+    return _sorted(derivative - embedding)
 
 
 def multipliers(
@@ -82,7 +83,7 @@ def multipliers(
     result = np.empty_like(derivative)
     result[:, :3] = shifted[:, [0, 1, 3]]
     result[:, 3] = np.eye(4)[3] - par.drive_frequency[which][:, None] * ahead
-    return _sorted(np.linalg.eigvals(result))
+    return _sorted(result)
 
 
 def _propagator(body: Flight, which: NDArray[np.int64], omega: Array) -> Array:
@@ -98,7 +99,8 @@ def _turning(force: Complex, which: NDArray[np.int64], phase: Array) -> Array:
     return -force.re.middle[which] * np.sin(phase) - force.im.middle[which] * np.cos(phase)
 
 
-def _sorted(values: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    values = values.astype(np.complex128)
+def _sorted(matrices: Array) -> NDArray[np.complex128]:
+    """Eigenvalues by falling modulus."""
+    values = np.linalg.eigvals(matrices).astype(np.complex128)
     order = np.lexsort((-values.imag, -np.round(np.abs(values), 13)), axis=-1)
     return np.take_along_axis(values, order, axis=-1)

@@ -5,15 +5,15 @@ The four operations and the square root are rounded to nearest and then moved ou
 (``np.nextafter``); exp, expm1, sin and cos are moved by `LIBRARY_ULPS` more, which is what NumPy
 tests them to. Products that underflow are not covered: numbers here are of order one.
 
-`isolate` finds all roots of many functions at once by bisection: a box is dropped where an enclosure
-of the function excludes zero, and kept as *isolated* where one of the slope does and the signs at its
-ends differ, so that it holds exactly one root (R. E. Moore, R. B. Kearfott, M. J. Cloud,
-Introduction to Interval Analysis, SIAM 2009, chapters 6 and 8).
+`isolate` finds all roots of many functions at once by bisection: a box is dropped where an
+enclosure of the function excludes zero, and kept as *isolated* where one of the slope does and the
+signs at its ends differ, so that it holds exactly one root (R. E. Moore, R. B. Kearfott,
+M. J. Cloud, Introduction to Interval Analysis, SIAM 2009, chapters 6 and 8).
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
-
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -55,9 +55,9 @@ class Interval:
         """Return an interval as it is, numbers as intervals of width zero."""
         return value if isinstance(value, Interval) else cls(value)
 
-    def __getitem__(self, index: object) -> "Interval":
+    def __getitem__(self, index: Any) -> "Interval":
         """Return the elements at ``index``."""
-        return Interval(self.lo[index], self.hi[index])  # type: ignore[index]
+        return Interval(self.lo[index], self.hi[index])
 
     def __neg__(self) -> "Interval":
         """Return -x, exactly."""
@@ -182,6 +182,21 @@ class Interval:
         trough = crest + 0.5
         lo = np.where(np.ceil(first - trough) <= last - trough, -1.0, lo)
         return Interval(lo, hi)
+
+
+def join(*parts: Interval, axis: int = 0) -> Interval:
+    """Return the parts one after another; single intervals count as arrays of one."""
+    lo = [np.atleast_1d(part.lo) for part in parts]
+    hi = [np.atleast_1d(part.hi) for part in parts]
+    return Interval(np.concatenate(lo, axis=axis), np.concatenate(hi, axis=axis))
+
+
+def matmul(a: Interval, b: Interval) -> Interval:
+    """Return the product of matrices of shapes (i, j) and (j, k)."""
+    total = a[:, :1] * b[:1]
+    for j in range(1, a.lo.shape[1]):
+        total = total + a[:, j : j + 1] * b[j : j + 1]
+    return total
 
 
 PI = Interval(np.pi, np.nextafter(np.pi, 4.0))
@@ -310,7 +325,7 @@ def _signs_at_ends(
 
 
 def _is_noise(enclose: Enclosure, which: NDArray[np.int64], box: Interval) -> Mask:
-    """Where further halving tells nothing: rounding hides the sign at both ends and in the middle."""
+    """Where further halving tells nothing: rounding hides the sign at ends and middle."""
     middle = box.middle
     stop = (middle <= box.lo) | (middle >= box.hi)
     small = np.flatnonzero(~stop & (box.width < 1e-4 * (1.0 + box.largest)))
@@ -358,7 +373,7 @@ def _in_order(
     unsure: NDArray[np.int64],
     doubtful: Interval,
 ) -> Roots:
-    """Sort the boxes; join those that touch, which hold one root if the slope of both has one sign."""
+    """Sort the boxes and join those that touch: one root if the slope of both has one sign."""
     which = np.concatenate([alone, unsure])
     lo, hi = np.concatenate([box.lo, doubtful.lo]), np.concatenate([box.hi, doubtful.hi])
     isolated = np.arange(len(which)) < len(alone)

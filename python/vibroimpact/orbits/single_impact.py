@@ -1,8 +1,8 @@
-"""All period n-1 motions of a system without friction: n drive periods, one impact (theory, section 8).
+"""All period n-1 motions of a system without friction: n drive periods, one impact.
 
-Every solution of (35) in x1 is isolated by intervals, made exact to rounding by Newton's method on
-the conditions of periodicity, and given its verdict; beside it stands that of the paper, by the
-eigenvalues of (42).
+docs/theory.md, section 8. Every solution of (35) in x1 is isolated by intervals, made exact to
+rounding by Newton's method on the conditions of periodicity, and given its verdict; beside it
+stands that of the paper, by the eigenvalues of (42).
 """
 
 import math
@@ -20,6 +20,7 @@ from .algebraic import Conditions, Parameters, conditions
 from .criterion import paper_eigenvalues
 from .intervals import Interval, isolate
 from .motion import PeriodicMotion
+from .open_phase import cuts, is_open
 from .shooting import solve_orbit
 
 Array = NDArray[np.float64]
@@ -28,8 +29,9 @@ Array = NDArray[np.float64]
 FIRST_BOX = math.pi / 16
 # A bound of |x1| above this counts as none.
 LARGEST_ANGLE = 1e4
-# Below this ratio of its extreme singular values the linear system leaves the phase open.
-OPEN_PHASE = 1e-8
+UNBOUNDED = "no bound of x1 is known: |x1| <= pi is searched"
+# An approach velocity below this part of the other velocities is lost in rounding.
+LOST = 1e-12
 # Newton's method may move x1 beyond its box by so many units of rounding.
 SLACK = 256.0 * float(np.finfo(float).eps)
 
@@ -60,8 +62,8 @@ class PeriodicMotions(Sequence[PeriodicMotion]):
     motions
         The solutions, admissible or not.
     boxes
-        Intervals of x1, shape (motions, 2): each is proved to hold exactly one solution, but for
-        those within an undecided interval.
+        Intervals of x1, shape (motions, 2), proved to hold this solution and no other; where x1
+        alone is fixed (a wall at rest) two solutions of different phase may share one.
     undecided
         Intervals that may hold further solutions, such as an exact double root, or none.
     within
@@ -166,31 +168,26 @@ def periodic_motions(
     common: dict[str, Any] = {"within": limits, "bounded": bounded, "note": note}
     if reach == 0.0:
         return PeriodicMotions(motions=(), boxes=np.empty((0, 2)), undecided=(), **common)
-    if rests(equations)[0]:
-        found = _with_body_two_at_rest(equations, limits)
-    else:
-        found = solve_many(equations, *(np.array([end]) for end in limits))
+    found = solve_many(equations, *(np.array([end]) for end in limits))
     motions: list[PeriodicMotion] = []
     boxes: list[tuple[float, float]] = []
     undecided: list[Undecided] = []
     for k in range(len(found)):
         box = (float(found.box.lo[k]), float(found.box.hi[k]))
-        if found.isolated[k]:
-            starts = [(found.x1[k], found.v1[k], found.v2[k], found.phase[k])]
-            reason = "Newton's method does not find the solution in it"
-        else:
-            starts, reason = _with_open_phase(equations, box)
-        inside = []
+        starts, reason = [_state(found, k)], ""
+        if not found.isolated[k]:
+            starts, reason = _decided(equations, found.box[k : k + 1])
         for start in starts:
             motion = _motion(system, equations, start)
             if motion is None or not _in(box, motion.state[0]):
-                continue
-            if all(_apart(motion, other) for other in inside):
-                inside.append(motion)
-        if not (found.isolated[k] and inside):
+                reason = "Newton's method does not find the solution in it"
+            elif _lost(motion):
+                reason = "a solution whose approach velocity is lost in rounding"
+            else:
+                motions.append(motion)
+                boxes.append(box)
+        if reason:
             undecided.append(Undecided(lo=box[0], hi=box[1], reason=reason))
-        motions += inside
-        boxes += [box] * len(inside)
     order = sorted(range(len(motions)), key=lambda i: motions[i].state)
     return PeriodicMotions(
         motions=tuple(motions[i] for i in order),
@@ -212,8 +209,8 @@ def solve_many(equations: Conditions, lo: Array, hi: Array) -> Solutions:
     roots = isolate(equations.enclose, which, Interval(left, right))
     x1 = np.where(roots.isolated, roots.box.middle, np.nan)
     unknowns = np.full((len(roots), 5), np.nan)
-    matrix, rhs = equations.linear(roots.which[roots.isolated], x1[roots.isolated])
-    unknowns[roots.isolated] = np.linalg.solve(matrix, rhs[..., None])[..., 0]
+    matrix, rhs = equations.linear(roots.which[roots.isolated], Interval(x1[roots.isolated]))
+    unknowns[roots.isolated] = np.linalg.solve(matrix.middle, rhs.middle[..., None])[..., 0]
     return _solutions(equations, roots.which, roots.box, roots.isolated, x1, unknowns)
 
 
@@ -322,117 +319,6 @@ def _special(equations: Conditions, k: int) -> str:
     return ""
 
 
-def rests(equations: Conditions) -> NDArray[np.bool_]:
-    """Where body 2 must meet the pendulum at x2 = 0: a wall at rest, or half turns without a force.
-
-    Then (31) is singular for every x1: sigma(x1) = delta, and the phase follows from a quadratic.
-    """
-    par = equations.parameters
-    quarter = np.fmod(2.0 * par.n, par.drive_frequency) == 0.0
-    odd = np.fmod(2.0 * par.n / par.drive_frequency, 2.0) == 1.0
-    halves = quarter & odd & (par.oscillator_damping == 0.0)
-    return (par.force_amplitude == 0.0) & ((par.mass_ratio == 0.0) | halves)
-
-
-def _with_body_two_at_rest(equations: Conditions, within: tuple[float, float]) -> Solutions:
-    """Solve where y = 0. W = mbar P/(1 - B22), so V = alpha P; body 1's rows without P then read
-
-    (h1 kappa' + ...): gamma_c cos psi + gamma_s sin psi = gamma_0.
-    """
-    par, body = equations.parameters, equations.first
-    places: list[float] = []
-    delta = float(par.gap[0])
-    if not par.oblique:
-        places = [delta] if within[0] <= delta <= within[1] else []
-    elif abs(delta) < 1.0:
-        low, high = within
-        for angle in (math.asin(delta), math.pi - math.asin(delta)):
-            turns = range(
-                math.ceil((low - angle) / math.tau), math.floor((high - angle) / math.tau) + 1
-            )
-            places += [angle + k * math.tau for k in turns]
-    rows: list[tuple[Interval, float, Array, bool]] = []
-    for place in sorted(places):
-        x = Interval(np.array([place]))._widened(8)
-        if not par.oblique:
-            x = Interval(np.array([place]))
-        kappa = x.cos() if par.oblique else Interval(np.ones(1))
-        mbar, r = Interval(par.mass_ratio), Interval(par.restitution)
-        rho = r / (1.0 + r)
-        push = mbar / equations.second.c22
-        alpha = (push - rho * (mbar + kappa.square())) / kappa
-        one, two = body.c22 * alpha + kappa, body.a12 * alpha
-        cosine = -(one * body.gx.re) - two * body.gv.re
-        sine = one * body.gx.im + two * body.gv.im
-        constant = two * body.a21 * x - one * body.c11 * x
-        size = cosine.square() + sine.square()
-        rest = size - constant.square()
-        if rest.hi[0] < 0.0:
-            continue
-        sure = bool(rest.lo[0] > 0.0)
-        if not sure:
-            rows.append((x, math.nan, np.full(5, np.nan), False))
-            continue
-        for sign in (-1.0, 1.0):
-            across = sign * np.sqrt(rest.middle)
-            c = (constant.middle * cosine.middle - across * sine.middle) / size.middle
-            s = (constant.middle * sine.middle + across * cosine.middle) / size.middle
-            # P from that of body 1's rows in which it weighs more.
-            if one.middle[0] ** 2 > two.middle[0] ** 2:
-                force = body.gv.re.middle * c - body.gv.im.middle * s
-                impulse = (body.a21.middle * place + force) / one.middle
-            else:
-                force = body.gx.re.middle * c - body.gx.im.middle * s
-                impulse = (body.c11.middle * place - force) / two.middle
-            v, w = alpha.middle * impulse, push.middle * impulse
-            rows.append((x, place, np.concatenate([v, w, impulse, c, s]), True))
-    if not rows:
-        empty = Interval(np.empty(0))
-        nothing = np.empty(0, dtype=np.int64)
-        return _solutions(
-            equations, nothing, empty, nothing.astype(bool), np.empty(0), np.empty((0, 5))
-        )
-    box = Interval(
-        np.concatenate([row[0].lo for row in rows]), np.concatenate([row[0].hi for row in rows])
-    )
-    which = np.zeros(len(rows), dtype=np.int64)
-    isolated = np.array([row[3] for row in rows])
-    x1, unknowns = np.array([row[1] for row in rows]), np.array([row[2] for row in rows])
-    return _solutions(equations, which, box, isolated, x1, unknowns)
-
-
-def _with_open_phase(
-    equations: Conditions, box: tuple[float, float]
-) -> tuple[list[tuple[float, float, float, float]], str]:
-    """Return starts for Newton's method where (31) is singular in a box, and why it is undecided.
-
-    Its solutions at given x1 form a line, which cos^2 + sin^2 = 1 may cut twice.
-    """
-    middle = 0.5 * (box[0] + box[1])
-    which = np.zeros(1, dtype=np.int64)
-    matrix, rhs = (item[0] for item in equations.linear(which, np.array([middle])))
-    scale = np.abs(matrix).max(axis=1, keepdims=True)
-    matrix, rhs = matrix / scale, rhs / scale[:, 0]
-    left, sizes, right = np.linalg.svd(matrix)
-    if sizes[-1] > OPEN_PHASE * sizes[0]:
-        return [], "a double root, or two roots too close to tell apart"
-    base = right[:-1].T @ ((left.T @ rhs)[:-1] / sizes[:-1])
-    along = right[-1]
-    # |base + t along| = 1 in the plane of (cos psi, sin psi).
-    a, b = along[3:] @ along[3:], base[3:] @ along[3:]
-    rest = b * b - a * (base[3:] @ base[3:] - 1.0)
-    reason = "the conditions leave the drive phase open here: there may be further solutions"
-    if a == 0.0 or rest < 0.0:
-        return [], reason
-    starts = []
-    for sign in (-1.0, 1.0):
-        unknowns = (base + (-b + sign * math.sqrt(rest)) / a * along)[None, :]
-        at = np.array([middle])
-        found = _solutions(equations, which, Interval(at), np.ones(1, dtype=bool), at, unknowns)
-        starts.append((middle, float(found.v1[0]), float(found.v2[0]), float(found.phase[0])))
-    return starts, reason
-
-
 def _motion(
     system: System, equations: Conditions, start: tuple[float, float, float, float]
 ) -> PeriodicMotion | None:
@@ -458,15 +344,37 @@ def _motion(
     return replace(found, paper_eigenvalues=values, paper_stable=bool(np.abs(values).max() < 1.0))
 
 
+def _state(found: Solutions, k: int) -> tuple[float, float, float, float]:
+    columns = (found.x1, found.v1, found.v2, found.phase)
+    x1, v1, v2, phase = (float(column[k]) for column in columns)
+    return x1, v1, v2, phase
+
+
+def _decided(
+    equations: Conditions, box: Interval
+) -> tuple[list[tuple[float, float, float, float]], str]:
+    """Return the solutions in a box in which F has no simple root, and why it is undecided."""
+    if not is_open(equations, float(box.middle[0])):
+        return [], "a double root, or two roots too close to tell apart"
+    points, complete = cuts(equations, box)
+    values = np.array(points).reshape(-1, 6)
+    which = np.zeros(len(points), dtype=np.int64)
+    sure = np.ones(len(points), dtype=bool)
+    at = Interval(values[:, 0])
+    found = _solutions(equations, which, at, sure, values[:, 0], values[:, 1:])
+    reason = "" if complete else "the conditions leave the drive phase open here"
+    return [_state(found, k) for k in range(len(found))], reason
+
+
+def _lost(motion: PeriodicMotion) -> bool:
+    x1, v1, v2, _ = motion.state
+    size = abs(v1) + abs(v2) + motion.system.drive_frequency * abs(x1)
+    return abs(motion.approach_velocity) <= LOST * size
+
+
 def _in(box: tuple[float, float], x1: float) -> bool:
     slack = SLACK * max(1.0, abs(x1))
     return box[0] - slack <= x1 <= box[1] + slack
-
-
-def _apart(one: PeriodicMotion, other: PeriodicMotion) -> bool:
-    difference = np.abs(np.array(one.state) - np.array(other.state))
-    difference[3] = abs(math.remainder(difference[3], math.tau))
-    return bool(difference.max() > 1e-9)
 
 
 def _limits(within: Any) -> tuple[float, float]:
