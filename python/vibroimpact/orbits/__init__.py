@@ -3,8 +3,8 @@
 Residuals, their derivatives and test functions are kernels of the compiled core; what is done with
 them stands here, in this order: newton, path, step, special, tracing, continuation, curves
 (continuation of any equations), motion, problem (periodicity), shooting (motions from simulations),
-resegment, branches, borders (bifurcations in one and two parameters); intervals,
-enclosed_flight, algebraic, open_phase, criterion, single_impact (all solutions with one impact and no friction).
+resegment, branches, borders (bifurcations in one and two parameters); intervals, enclosed_flight,
+algebraic, open_phase, criterion, single_impact (all motions with one impact and no friction).
 """
 
 from .borders import BifurcationCurve, CodimensionTwo, bifurcation_curve

@@ -155,6 +155,8 @@ def periodic_motions(
     ParameterError
         For bad input: friction (use ``search_motions`` or ``run.refine`` there), no drive.
     """
+    if not isinstance(system, System):
+        reject("system", system, "a vibroimpact.System")
     n = count("n", n, least=1, most=100_000)
     _check(system)
     limits = None if within is None else _limits(within)
