@@ -27,8 +27,8 @@ EPS = float(np.finfo(float).eps)
 # Bisection halves a box to the spacing of the numbers at most; more levels than floats have bits
 # for cannot be needed.
 MAX_LEVELS = 80
-# Boxes under work at once; a call that needs more gives up, with every box undecided.
-MAX_BOXES = 2_000_000
+# Boxes of one function under work at once; where it takes more, they are left undecided.
+MAX_BOXES = 20_000
 
 
 def _down(x: Array) -> Array:
@@ -280,10 +280,9 @@ def isolate(enclose: Enclosure, which: NDArray[np.int64], box: Interval) -> Root
         edges.add(which[monotone], box[monotone], product == 0)
         which, box = which[left & ~monotone], box[left & ~monotone]
         stop = _is_noise(enclose, which, box)
+        stop |= np.bincount(which, minlength=1)[which] > MAX_BOXES if len(which) else False
         undecided.add(which, box, stop)
         which, box = _halves(which[~stop], box[~stop])
-        if len(which) > MAX_BOXES:
-            break
     undecided.add(which, box)
     proved, loose = _settle_edges(enclose, *edges.all())
     alone.add(*proved)
