@@ -4,12 +4,14 @@ Residuals, their derivatives and test functions are kernels of the compiled core
 them stands here, in this order: newton, path, step, special, tracing, continuation, curves
 (continuation of any equations), motion, problem (periodicity), shooting (motions from simulations),
 resegment, branches, borders (bifurcations in one and two parameters); intervals, enclosed_flight,
-algebraic, open_phase, criterion, single_impact (all motions with one impact and no friction).
+algebraic, open_phase, criterion, solutions, single_impact, motion_map (all motions with one impact
+and no friction).
 """
 
 from .borders import BifurcationCurve, CodimensionTwo, bifurcation_curve
 from .branches import Bifurcation, Branch, Piece, follow_motion, switch_branch
 from .motion import PeriodicMotion
+from .motion_map import MotionMap, motion_map
 from .shooting import MotionSearch, NotFound, periodic_motion, search_motions
 from .single_impact import PeriodicMotions, Undecided, periodic_motions
 
@@ -18,6 +20,7 @@ __all__ = [
     "BifurcationCurve",
     "Branch",
     "CodimensionTwo",
+    "MotionMap",
     "MotionSearch",
     "NotFound",
     "PeriodicMotion",
@@ -26,6 +29,7 @@ __all__ = [
     "Undecided",
     "bifurcation_curve",
     "follow_motion",
+    "motion_map",
     "periodic_motion",
     "periodic_motions",
     "search_motions",

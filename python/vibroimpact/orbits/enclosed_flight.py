@@ -102,8 +102,8 @@ def _product(a: Array, b: Array) -> tuple[Array, Array]:
     return product, ((ah * bh - product) + ah * bl + al * bh) + al * bl
 
 
-def _turns_beyond_whole(n: int, natural: Array, omega: Array) -> tuple[Interval, Mask]:
-    """Return n natural/omega less the nearest whole number, and where only rounding is left.
+def _turns_beyond_whole(n: int, natural: Array, omega: Array) -> tuple[Interval, Mask, Mask]:
+    """Return n natural/omega less the nearest whole number; where that is rounding, and 1/2.
 
     The remainder is formed exactly, so that it has all its digits where it is small.
     """
@@ -115,7 +115,8 @@ def _turns_beyond_whole(n: int, natural: Array, omega: Array) -> tuple[Interval,
     zero = Interval(np.zeros(natural.shape))
     # Within the rounding of natural and omega themselves.
     near = exact | (rest.largest <= 4.0 * EPS * whole)
-    return choose(exact, zero, rest), near
+    half = (np.abs(p - q) == 0.5 * omega) & (p_low == q_low)
+    return choose(exact, zero, rest), near, half
 
 
 def flight(n: int, natural: Array, damping: Array, force: Array, omega: Array) -> Flight:
@@ -134,7 +135,7 @@ def _flight(n: int, natural: Array, damping: Array, force: Array, omega: Array) 
     root = (Interval(shape) * (1.0 + zeta)).sqrt()
     # The damped frequency, or half the difference of the rates of decay.
     damped = choose(damping == 0.0, ratio, ratio * root)
-    rest, whole = _turns_beyond_whole(n, natural, omega)
+    rest, whole, halves = _turns_beyond_whole(n, natural, omega)
     rest = choose(damping == 0.0, rest, rest - n * ratio * zeta.square() / (1.0 + root))
     shrink = (-(rate * duration)).expm1()
     remaining = 1.0 + shrink
@@ -146,6 +147,7 @@ def _flight(n: int, natural: Array, damping: Array, force: Array, omega: Array) 
     versine = 2.0 * sine.square()
     one_minus_c = remaining * versine - shrink
     wave = remaining * (2.0 * (sine * cosine))
+    wave = choose(halves & (damping == 0.0), Interval(np.zeros(natural.shape)), wave)
     s = choose(natural == 0.0, duration + Interval(np.zeros(natural.shape)), wave / damped)
     c11, c22 = one_minus_c - rate * s, one_minus_c + rate * s
     # Overdamped: rates of decay `slow` and `fast`.

@@ -19,15 +19,15 @@ from ..system import System
 from .algebraic import Conditions, Parameters, conditions
 from .criterion import paper_eigenvalues
 from .intervals import Interval
-from .motion import PeriodicMotion
+from .motion import PeriodicMotion, motion_of
 from .open_phase import cuts, is_open
 from .shooting import solve_orbit
-from .solutions import LARGEST_ANGLE, Solutions, reach_of, solve_many, states_before
+from .solutions import LARGEST_ANGLE, Solutions, lost, reach_of, solve_many, states_before
 
 Array = NDArray[np.float64]
+# (x1, v1, v2, phase) just before the impact.
+State = tuple[float, float, float, float]
 
-# An approach velocity below this part of the other velocities is lost in rounding.
-LOST = 1e-12
 # Newton's method may move x1 beyond its box by so many units of rounding.
 SLACK = 256.0 * float(np.finfo(float).eps)
 
@@ -122,8 +122,8 @@ def periodic_motions(
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
     n = count("n", n, least=1, most=100_000)
-    _check(system)
-    limits = None if within is None else _limits(within)
+    check_system(system)
+    limits = None if within is None else limits_of(within)
     parameters = Parameters.of([system], n)
     equations = conditions(parameters)
     (reach,) = reach_of(equations)
@@ -140,21 +140,13 @@ def periodic_motions(
     boxes: list[tuple[float, float]] = []
     undecided: list[Undecided] = []
     for k in range(len(found)):
-        box = (float(found.box.lo[k]), float(found.box.hi[k]))
-        starts, reason = [_state(found, k)], ""
-        if not found.isolated[k]:
-            starts, reason = _decided(equations, found.box[k : k + 1])
-        for start in starts:
-            motion = _motion(system, equations, start)
-            if motion is None or not _in(box, motion.state[0]):
-                reason = "Newton's method does not find the solution in it"
-            elif _lost(motion):
-                reason = "a solution whose approach velocity is lost in rounding"
-            else:
-                motions.append(motion)
-                boxes.append(box)
+        box = found.box[k : k + 1]
+        inside, reason = motions_in(system, equations, box, _state(found, k))
+        motions += inside
+        ends = float(box.lo[0]), float(box.hi[0])
+        boxes += [ends] * len(inside)
         if reason:
-            undecided.append(Undecided(lo=box[0], hi=box[1], reason=reason))
+            undecided.append(Undecided(lo=ends[0], hi=ends[1], reason=reason))
     order = sorted(range(len(motions)), key=lambda i: motions[i].state)
     return PeriodicMotions(
         motions=tuple(motions[i] for i in order),
@@ -164,24 +156,35 @@ def periodic_motions(
     )
 
 
-def _motion(
-    system: System, equations: Conditions, start: tuple[float, float, float, float]
-) -> PeriodicMotion | None:
+def motions_in(
+    system: System, equations: Conditions, box: Interval, state: State
+) -> tuple[list[PeriodicMotion], str]:
+    """Return the motions in a box of x1, and why there may be others, ``""`` if there are none.
+
+    ``state`` is that of the only solution in the box; where there is none such, it is NaN.
+    """
+    starts, reason = [state], ""
+    if math.isnan(state[0]):
+        starts, reason = _decided(equations, box)
+    motions = []
+    for start in starts:
+        motion = _motion(system, equations, start)
+        if motion is None or not _in(box, motion.state[0]):
+            reason = "Newton's method does not find the solution in it"
+        elif bool(lost(system.drive_frequency, motion.approach_velocity, *motion.state[:3])):
+            reason = "a solution whose approach velocity is lost in rounding"
+        else:
+            motions.append(motion)
+    return motions, reason
+
+
+def _motion(system: System, equations: Conditions, start: State) -> PeriodicMotion | None:
     """Make a solution exact to rounding, with its verdict and the paper's."""
-    par = equations.parameters
-    x1, v1, v2, phase = start
-    kappa = math.cos(x1) if par.oblique else 1.0
-    mbar, r = system.mass_ratio, system.restitution
-    impulse = (1.0 + r) * (kappa * v1 - v2) / (mbar + kappa**2)
-    period = system.drive_period
-    time = math.fmod((phase - system.phase) / system.drive_frequency, period) % period
-    nodes = np.array([[x1, v1 - kappa * impulse, v2 + mbar * impulse, time]])
-    rest = mbar == 0.0 and system.force_amplitude == 0.0
-    itinerary = _core.Itinerary(["impact:frictionless"], par.n, None, rest)
+    itinerary, nodes = _legs(system, equations.parameters.n, start)
     found = solve_orbit(system, itinerary, nodes)
     if not isinstance(found, PeriodicMotion):
         return None
-    if rest:
+    if itinerary.wall_at_rest:
         return found
     at = np.array([found.state])
     values = paper_eigenvalues(equations, np.zeros(1, dtype=np.int64), at)[0]
@@ -189,15 +192,31 @@ def _motion(
     return replace(found, paper_eigenvalues=values, paper_stable=bool(np.abs(values).max() < 1.0))
 
 
-def _state(found: Solutions, k: int) -> tuple[float, float, float, float]:
+def motion_at(system: System, n: int, state: State) -> PeriodicMotion:
+    """Return the motion with this solution (x1, v1, v2, phase) as it is, with its verdict."""
+    return motion_of(system, *_legs(system, n, state))
+
+
+def _legs(system: System, n: int, state: State) -> tuple[_core.Itinerary, Array]:
+    """Return the one leg of a motion, and its node just after the impact."""
+    x1, v1, v2, phase = state
+    kappa = math.cos(x1) if system.contact == "oblique" else 1.0
+    mbar = system.mass_ratio
+    impulse = (1.0 + system.restitution) * (kappa * v1 - v2) / (mbar + kappa**2)
+    time = math.fmod((phase - system.phase) / system.drive_frequency, system.drive_period)
+    time %= system.drive_period
+    rest = mbar == 0.0 and system.force_amplitude == 0.0
+    nodes = np.array([[x1, v1 - kappa * impulse, v2 + mbar * impulse, time]])
+    return _core.Itinerary(["impact:frictionless"], n, None, rest), nodes
+
+
+def _state(found: Solutions, k: int) -> State:
     columns = (found.x1, found.v1, found.v2, found.phase)
     x1, v1, v2, phase = (float(column[k]) for column in columns)
     return x1, v1, v2, phase
 
 
-def _decided(
-    equations: Conditions, box: Interval
-) -> tuple[list[tuple[float, float, float, float]], str]:
+def _decided(equations: Conditions, box: Interval) -> tuple[list[State], str]:
     """Return the solutions in a box in which F has no simple root, and why it is undecided."""
     if not is_open(equations, float(box.middle[0])):
         return [], "a double root, or two roots too close to tell apart"
@@ -211,18 +230,13 @@ def _decided(
     return [_state(found, k) for k in range(len(found))], reason
 
 
-def _lost(motion: PeriodicMotion) -> bool:
-    x1, v1, v2, _ = motion.state
-    size = abs(v1) + abs(v2) + motion.system.drive_frequency * abs(x1)
-    return abs(motion.approach_velocity) <= LOST * size
-
-
-def _in(box: tuple[float, float], x1: float) -> bool:
+def _in(box: Interval, x1: float) -> bool:
     slack = SLACK * max(1.0, abs(x1))
-    return box[0] - slack <= x1 <= box[1] + slack
+    return bool(box.lo[0] - slack <= x1 <= box.hi[0] + slack)
 
 
-def _limits(within: Any) -> tuple[float, float]:
+def limits_of(within: Any) -> tuple[float, float]:
+    """Check an interval of x1."""
     allowed = "a pair (lo, hi) of finite angles, lo < hi"
     try:
         lo, hi = (float(end) for end in within)
@@ -233,7 +247,8 @@ def _limits(within: Any) -> tuple[float, float]:
     return lo, hi
 
 
-def _check(system: System) -> None:
+def check_system(system: System) -> None:
+    """Reject a system to which these solutions do not apply."""
     if system.friction != 0.0:
         reject(
             "friction",

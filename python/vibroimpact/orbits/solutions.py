@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .algebraic import Conditions
 from .intervals import Interval, isolate
@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 FIRST_BOX = math.pi / 16
 # A bound of |x1| above this counts as none.
 LARGEST_ANGLE = 1e4
+# An approach velocity below this part of the other velocities is lost in rounding.
+LOST = 1e-12
 UNBOUNDED = "x1 has no bound, or one beyond 10,000: |x1| <= pi is searched"
 
 
@@ -48,6 +50,14 @@ class Solutions:
     def __len__(self) -> int:
         """Number of solutions."""
         return len(self.which)
+
+
+def lost(
+    omega: ArrayLike, approach_velocity: ArrayLike, x1: ArrayLike, v1: ArrayLike, v2: ArrayLike
+) -> NDArray[np.bool_]:
+    """Whether the approach velocity is lost in the rounding of the others."""
+    size = np.abs(v1) + np.abs(v2) + np.asarray(omega) * np.abs(x1)
+    return np.asarray(np.abs(approach_velocity) <= LOST * size)
 
 
 @dataclass(frozen=True)
