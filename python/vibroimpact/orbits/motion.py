@@ -342,10 +342,10 @@ def _simulated_otherwise(motion: PeriodicMotion) -> str:
     start = motion.trajectory([moment])[0]
     if not np.isfinite(start).all():
         return "the state at the start of a simulation is not defined"
-    ahead = math.fmod(moment, motion.system.drive_period)
-    system = motion.system.replace(
-        phase=motion.system.phase + motion.system.drive_frequency * ahead
-    )
+    system = motion.system
+    if moment:
+        ahead = math.fmod(moment, system.drive_period)
+        system = system.replace(phase=system.phase + system.drive_frequency * ahead)
     found, reason = _core.Itinerary.follow(
         system._compiled, tuple(start.tolist()), motion.m, MAX_EVENTS
     )
