@@ -3,26 +3,35 @@
 Residuals, their derivatives and test functions are kernels of the compiled core; what is done with
 them stands here, in this order: newton, path, step, special, tracing, continuation, curves
 (continuation of any equations), motion, problem (periodicity), shooting (motions from simulations),
-resegment, branches, borders (bifurcations in one and two parameters).
+resegment, branches, borders (bifurcations in one and two parameters); intervals, enclosed_flight,
+algebraic, open_phase, criterion, solutions, single_impact, motion_map (all motions with one impact
+and no friction).
 """
 
 from .borders import BifurcationCurve, CodimensionTwo, bifurcation_curve
 from .branches import Bifurcation, Branch, Piece, follow_motion, switch_branch
 from .motion import PeriodicMotion
+from .motion_map import MotionMap, motion_map
 from .shooting import MotionSearch, NotFound, periodic_motion, search_motions
+from .single_impact import PeriodicMotions, Undecided, periodic_motions
 
 __all__ = [
     "Bifurcation",
     "BifurcationCurve",
     "Branch",
     "CodimensionTwo",
+    "MotionMap",
     "MotionSearch",
     "NotFound",
     "PeriodicMotion",
+    "PeriodicMotions",
     "Piece",
+    "Undecided",
     "bifurcation_curve",
     "follow_motion",
+    "motion_map",
     "periodic_motion",
+    "periodic_motions",
     "search_motions",
     "switch_branch",
 ]

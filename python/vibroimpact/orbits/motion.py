@@ -41,6 +41,8 @@ REGIMES = (
 )
 # A simulation over one orbit must come back this closely, times the largest growth on the way.
 CLOSES = 1e-7
+# An event this part of a drive period from its start is too close for a simulation to begin there.
+NEAR_EVENT = 1e-9
 # Events of one orbit after which a simulation that checks it is given up.
 MAX_EVENTS = 100_000
 
@@ -336,10 +338,14 @@ def why_not(motion: PeriodicMotion) -> str:
 
 
 def _simulated_otherwise(motion: PeriodicMotion) -> str:
-    start = motion.sections[0]
+    moment = _clear_of_events(motion)
+    start = motion.trajectory([moment])[0]
     if not np.isfinite(start).all():
-        return "the state at the start of a drive period is not defined"
+        return "the state at the start of a simulation is not defined"
     system = motion.system
+    if moment:
+        ahead = math.fmod(moment, system.drive_period)
+        system = system.replace(phase=system.phase + system.drive_frequency * ahead)
     found, reason = _core.Itinerary.follow(
         system._compiled, tuple(start.tolist()), motion.m, MAX_EVENTS
     )
@@ -356,6 +362,27 @@ def _simulated_otherwise(motion: PeriodicMotion) -> str:
     if off > CLOSES * scale * growth:
         return f"a simulation of it does not come back (by {off:.1e})"
     return ""
+
+
+def _clear_of_events(motion: PeriodicMotion) -> float:
+    """Time from which to simulate an orbit: 0, but for an event there.
+
+    A simulation that begins or ends within rounding of an event passes it twice, or never.
+    """
+    period = motion.system.drive_period
+    if (
+        motion.legs[0] == "circuit"
+        or np.abs(np.remainder(motion.nodes[:, 3] + 0.5 * period, period) - 0.5 * period).min()
+        > NEAR_EVENT * period
+    ):
+        return 0.0
+    starts = motion._node_times()
+    lengths = np.append(starts[1:], starts[0] + motion.m * period) - starts
+    flights = [i for i, leg in enumerate(motion.legs) if leg.startswith("impact")]
+    if not flights:
+        return 0.0
+    longest = max(flights, key=lambda i: float(lengths[i]))
+    return float(starts[longest] + 0.5 * lengths[longest])
 
 
 def _significant(legs: list[str]) -> list[str]:

@@ -1,0 +1,250 @@
+"""Conditions of a period n-1 motion without friction: n drive periods, one impact.
+
+Source: section 3.2 of the paper, extended. Time in 1/omega, so that a flight lasts T = 2 pi n and
+velocities are in units of omega. Just after the impact x1 and x2 = y = sigma(x1) - delta have
+velocities V and W; P is the impulse, psi the phase, kappa = sigma', and sigma the sine, or the
+identity for direct contact. With (A, G) the flight of the first body,
+
+    x1(T) = A11 x1 + A12 V + Re(Gx e^{i psi}),    x1'(T) = A21 x1 + A22 V + Re(Gv e^{i psi}),
+
+and (B, H) that of the second, the motion repeats, and obeys Newton's law of impact (for which (19),
+(20) stand in the paper; rho = r/(1 + r)), if
+
+    (1 - A11) x1 - A12 V           = Re(Gx e^{i psi})
+    (1 - A22) V - A21 x1 + kappa P = Re(Gv e^{i psi})
+    (1 - B11) y - B12 W            = Re(Hx e^{i psi})
+    (1 - B22) W - B21 y - mbar P   = Re(Hv e^{i psi})
+    kappa V - W + rho (mbar + kappa^2) P = 0.
+
+Given x1 they are linear in (V, W, P, cos psi, sin psi), with a determinant D(kappa) and Cramer's
+numerators Nc, Ns; cos^2 + sin^2 = 1 leaves the one equation
+
+    F(x1) = Nc^2 + Ns^2 - D^2 = 0,    D = d(kappa),    N = x1 p(kappa) + y q(kappa),
+
+d, p, q quadratic. This is (35) with its poles multiplied out, for any damping, both forces, both
+contacts and a wall; and nothing is divided by, so that it holds at resonance as well.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..system import System
+from .enclosed_flight import Flight, choose, flight, rigid_wall
+from .intervals import Interval
+
+Array = NDArray[np.float64]
+# Three coefficients, of 1, kappa and kappa^2.
+Quadratic = tuple[Interval, Interval, Interval]
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Parameters of many systems without friction, arrays of shape (k,), and their common n."""
+
+    n: int
+    oblique: bool
+    mass_ratio: Array
+    frequency_ratio: Array
+    restitution: Array
+    gap: Array
+    drive_frequency: Array
+    pendulum_damping: Array
+    oscillator_damping: Array
+    moment_amplitude: Array
+    force_amplitude: Array
+
+    @classmethod
+    def of(cls, systems: Sequence[System], n: int) -> "Parameters":
+        """Collect the parameters of systems of one contact."""
+        names = [name for name in cls.__dataclass_fields__ if name not in ("n", "oblique")]
+        columns = {name: np.array([getattr(system, name) for system in systems]) for name in names}
+        return cls(n=n, oblique=systems[0].contact == "oblique", **columns)
+
+    def __len__(self) -> int:
+        """Number of systems."""
+        return len(self.gap)
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """The conditions of periodicity of many systems: F(x1) = Nc^2 + Ns^2 - D^2 and its slope.
+
+    Attributes
+    ----------
+    parameters
+        The systems.
+    first, second
+        Flights of the bodies. A wall at rest (mbar = f2 = 0) has B = 0: it stays where it is.
+    d
+        Coefficients of D.
+    cosine, sine
+        Coefficients (p, q) of Nc and of Ns.
+    """
+
+    parameters: Parameters
+    first: Flight
+    second: Flight
+    d: Quadratic
+    cosine: tuple[Quadratic, Quadratic]
+    sine: tuple[Quadratic, Quadratic]
+
+    def enclose(self, which: NDArray[np.int64], x: Interval) -> tuple[Interval, Interval]:
+        """Enclose F and its slope over boxes of x1; ``which`` numbers the systems.
+
+        D, Nc, Ns by their mean-value form, q(m) + q'(X)(X - m), then F likewise.
+        """
+        middle = Interval(x.middle)
+        at_middle, _ = self._values(which, middle)
+        natural, slopes = self._values(which, x)
+        offset = x - middle
+        values = [
+            value.meet(mean + slope * offset)
+            for value, mean, slope in zip(natural, at_middle, slopes, strict=True)
+        ]
+        (d, c, s), (d1, c1, s1) = values, slopes
+        slope = 2.0 * (c * c1 + s * s1 - d * d1)
+        value = c.square() + s.square() - d.square()
+        dm, cm, sm = at_middle
+        mean = cm.square() + sm.square() - dm.square() + slope * offset
+        return value.meet(mean), slope
+
+    def _values(
+        self, which: NDArray[np.int64], x: Interval
+    ) -> tuple[tuple[Interval, Interval, Interval], tuple[Interval, Interval, Interval]]:
+        """Enclose D, Nc, Ns and their derivatives by x1."""
+        tip, kappa, bend = self.contact(x)
+        y = tip - self.parameters.gap[which]
+
+        def quadratic(coefficients: Quadratic) -> tuple[Interval, Interval]:
+            a, b, c = (coefficient[which] for coefficient in coefficients)
+            ck = c * kappa
+            return a + kappa * (b + ck), (b + 2.0 * ck) * bend
+
+        def numerator(pair: tuple[Quadratic, Quadratic]) -> tuple[Interval, Interval]:
+            (p, p1), (q, q1) = quadratic(pair[0]), quadratic(pair[1])
+            return x * p + y * q, p + x * p1 + kappa * q + y * q1
+
+        d, d1 = quadratic(self.d)
+        c, c1 = numerator(self.cosine)
+        s, s1 = numerator(self.sine)
+        return (d, c, s), (d1, c1, s1)
+
+    def linear(self, which: NDArray[np.int64], x1: Interval) -> tuple[Interval, Interval]:
+        """Return matrix (k, 5, 5) and right-hand side (k, 5) for (V, W, P, cos psi, sin psi)."""
+        par = self.parameters
+        mbar, rho = Interval(par.mass_ratio[which]), self.rho[which]
+        tip, kappa, _ = self.contact(x1)
+        y = tip - par.gap[which]
+        matrix = Interval(np.zeros((len(which), 5, 5)), np.zeros((len(which), 5, 5)))
+        rhs = Interval(np.zeros((len(which), 5)), np.zeros((len(which), 5)))
+
+        def put(array: Interval, place: tuple[int, ...], value: Interval) -> None:
+            at: Any = (slice(None), *place)
+            array.lo[at], array.hi[at] = value.lo, value.hi
+
+        for row, body, place, kick in ((0, self.first, x1, kappa), (2, self.second, y, -mbar)):
+            put(matrix, (row, row // 2), -body.a12[which])
+            put(matrix, (row, 3), -body.gx.re[which])
+            put(matrix, (row, 4), body.gx.im[which])
+            put(matrix, (row + 1, row // 2), body.c22[which])
+            put(matrix, (row + 1, 2), kick)
+            put(matrix, (row + 1, 3), -body.gv.re[which])
+            put(matrix, (row + 1, 4), body.gv.im[which])
+            put(rhs, (row,), -(body.c11[which] * place))
+            put(rhs, (row + 1,), body.a21[which] * place)
+        put(matrix, (4, 0), kappa)
+        put(matrix, (4, 1), Interval(-np.ones(len(which))))
+        put(matrix, (4, 2), rho * (mbar + kappa.square()))
+        return matrix, rhs
+
+    @property
+    def rho(self) -> Interval:
+        """r/(1 + r)."""
+        r = Interval(self.parameters.restitution)
+        return r / (1.0 + r)
+
+    def contact(self, x1: Interval) -> tuple[Interval, Interval, Interval]:
+        """Return sigma(x1) and its first two derivatives."""
+        if self.parameters.oblique:
+            tip = x1.sin()
+            return tip, x1.cos(), -tip
+        one = np.ones(x1.lo.shape)
+        return x1, Interval(one), Interval(0.0 * one)
+
+
+def conditions(parameters: Parameters) -> Conditions:
+    """Enclose the coefficients of F for every system.
+
+    The determinant is expanded by its last row; [a b] is the determinant of the columns a, b of one
+    body's two rows.
+    """
+    par = parameters
+    omega = par.drive_frequency
+    first = flight(par.n, par.frequency_ratio, par.pendulum_damping, par.moment_amplitude, omega)
+    ones = np.ones(len(par))
+    second = flight(par.n, ones, par.oscillator_damping, par.force_amplitude, omega)
+    # A wall at rest stays where it is.
+    at_rest = (par.mass_ratio == 0.0) & (par.force_amplitude == 0.0)
+    second = rigid_wall(second, at_rest)
+    one, zero = Interval(ones), Interval(0.0 * ones)
+    mbar, r = Interval(par.mass_ratio), Interval(par.restitution)
+    rho = r / (1.0 + r)
+    immovable = par.mass_ratio == 0.0
+
+    def columns(body: Flight) -> dict[str, tuple[Interval, Interval]]:
+        return {
+            "v": (-body.a12, body.c22),
+            "e": (zero, one),
+            "c": (-body.gx.re, -body.gv.re),
+            "s": (body.gx.im, body.gv.im),
+            "q": (-body.c11, body.a21),
+        }
+
+    one_of, two_of = columns(first), columns(second)
+
+    def a(left: str, right: str) -> Interval:
+        return _cross(one_of[left], one_of[right])
+
+    def b(left: str, right: str) -> Interval:
+        return _cross(two_of[left], two_of[right])
+
+    def cramer(c: str, s: str, c2: str, s2: str) -> Quadratic:
+        """Determinant with columns c, s of body 1 and c2, s2 of body 2; "" is a column of zeros."""
+
+        def a_(left: str, right: str) -> Interval:
+            return a(left, right) if left and right else zero
+
+        def b_(left: str, right: str) -> Interval:
+            return b(left, right) if left and right else zero
+
+        # Minors without the columns V, W and P.
+        free = a_("v", s) * b_("v", c2) - a_("v", c) * b_("v", s2)
+        of_v = a_("e", c) * b_("v", s2) - a_("e", s) * b_("v", c2)
+        of_w = a_("v", c) * b_("e", s2) - a_("v", s) * b_("e", c2)
+        constant = mbar * (of_w + rho * free)
+        linear = a("v", "e") * b_(c2, s2) - mbar * a_(c, s) * b("v", "e")
+        quadratic = of_v + rho * free
+        # A wall takes no notice of P, and kappa P takes its place: D and N lose a factor kappa.
+        return (
+            choose(immovable, linear, constant),
+            choose(immovable, quadratic, linear),
+            choose(immovable, zero, quadratic),
+        )
+
+    return Conditions(
+        parameters=par,
+        first=first,
+        second=second,
+        d=cramer("c", "s", "c", "s"),
+        # x1 enters by body 1's right-hand side, y by body 2's.
+        cosine=(cramer("q", "s", "", "s"), cramer("", "s", "q", "s")),
+        sine=(cramer("c", "q", "c", ""), cramer("c", "", "c", "q")),
+    )
+
+
+def _cross(a: tuple[Interval, Interval], b: tuple[Interval, Interval]) -> Interval:
+    return a[0] * b[1] - a[1] * b[0]
