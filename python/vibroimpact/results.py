@@ -348,9 +348,8 @@ class Run:
     def refine(self) -> "PeriodicMotion | NotFound":
         """Find the periodic motion that this run has settled on, to rounding, with its verdict.
 
-        Newton's method with exact derivatives starts from the last stroboscopic section; the
-        sequence of events is that of a simulation from there. Works for a label m-n, chatter
-        included.
+        Newton's method with exact derivatives starts from the end of the run; the sequence of
+        events is that of a simulation from there. Works for a label m-n, chatter included.
 
         Returns
         -------

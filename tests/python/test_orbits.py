@@ -156,17 +156,18 @@ def impact_determinant(system, row):
     return np.linalg.det(central(velocities, np.array([row["v1_pre"], row["v2_pre"]]), 1e-6))
 
 
-@pytest.mark.parametrize(
-    "name",
-    [name for name in sorted(REFERENCE) if REFERENCE[name]["n"] not in ("inf", 0)],
-)
+def only_impacts(scene):
+    """Whether an orbit has impacts and flights alone, and two bodies that move."""
+    kinds = {event["event"] for event in scene["events"]}
+    return kinds == {"impact"} and len(scene["multipliers"]) == 4
+
+
+@pytest.mark.parametrize("name", [name for name in REFERENCE if only_impacts(REFERENCE[name])])
 def test_every_leg_keeps_the_determinant_identity(name):
     # docs/theory.md, section 7: the flow contracts volumes by exp(-2 (zeta1 omega0 + zeta2) tau), a
     # section measures them by |g'|.
     motion = reference_motion(name)
     system = motion.system
-    if not all(leg.startswith("impact") for leg in motion.legs) or motion.wall_at_rest:
-        pytest.skip("contact phases and walls have identities of their own")
     contraction = 2.0 * (
         system.pendulum_damping * system.frequency_ratio + system.oscillator_damping
     )
@@ -272,6 +273,27 @@ def test_refine_agrees_with_the_run_it_comes_from():
     last = again.impacts[-1]
     assert motion.impacts["x1"][0] == pytest.approx(float(last["x1"]), abs=1e-13)
     assert motion.state[3] == pytest.approx(math.remainder(float(last["phase"]), math.tau))
+
+
+@pytest.mark.parametrize("options", [{"section_phase": 2.0, "periods": 400}, {"time": 1234.5}])
+def test_refine_does_not_depend_on_where_a_run_ends(options):
+    motion = reference_motion("5b")
+    run = vi.simulate(motion.system, initial=(0, 0.5, 0, 0), **options)
+    assert np.abs(run.refine().sections - motion.sections).max() < 1e-13
+
+
+@pytest.mark.parametrize("name", ["7c_0.3", "slide_stick", "9_3_four_five"])
+def test_multipliers_do_not_depend_on_the_phase_at_the_start(name):
+    # Over a turn the orbit starts in flight, amid chatter and in contact.
+    motion = reference_motion(name)
+    for phase in np.linspace(0.0, 2.0 * math.pi, 9)[1:-1]:
+        system = motion.system.replace(phase=motion.system.phase + phase)
+        ahead = phase / system.drive_frequency
+        start = motion.trajectory([ahead])[0]
+        moved = vi.periodic_motion(system, initial=start, periods=motion.m)
+        assert moved, (phase, moved)
+        assert moved.admissible, (phase, moved.why_not)
+        assert np.abs(moved.multipliers - motion.multipliers).max() < 1e-12
 
 
 def test_no_motion_is_a_value_that_says_why():

@@ -130,9 +130,11 @@ def refine(run: Run) -> PeriodicMotion | NotFound:
     m = run.period.m
     if m is None:
         return NotFound(reason=f"the run is {run.label}, not periodic")
-    if not len(run.stroboscopic):
-        return NotFound(reason="the run keeps no stroboscopic section")
-    return periodic_motion(run.system, initial=run.stroboscopic[-1], periods=m)
+    end = run.final_state
+    if end.time_in_period > 0.0:
+        # On to the start of the next drive period.
+        end = run.resume(time=run.system.drive_period - end.time_in_period).final_state
+    return periodic_motion(run.system, initial=end.state, periods=m)
 
 
 def same_orbit(one: PeriodicMotion, other: PeriodicMotion) -> bool:
@@ -222,9 +224,7 @@ def search_motions(
 
 def _known(run: Run, motions: Sequence[PeriodicMotion]) -> int | None:
     """The motion on which a run has settled, if it is among these."""
-    if not len(run.stroboscopic):
-        return None
-    last = run.stroboscopic[-1]
+    last = np.array(run.final_state.state)
     for k, motion in enumerate(motions):
         if run.period.m != motion.m or run.period.n != motion.n:
             continue
