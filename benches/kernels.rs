@@ -1,5 +1,6 @@
 //! Cost of the parts of a simulation: a flight and its evaluation, the search for the next
-//! contact, an impact in each regime. Inputs are built outside the timed closures.
+//! contact, an impact in each regime; and of the kernels of shooting on periodic motions. Inputs are
+//! built outside the timed closures.
 
 #![allow(missing_docs)] // criterion's macros
 #![allow(clippy::unwrap_used)]
@@ -10,8 +11,11 @@ use std::time::Duration;
 use criterion::{Criterion, criterion_group, criterion_main};
 use vibroimpact::contact::{Start, next_contact};
 use vibroimpact::impact::{PreImpact, resolve};
+use vibroimpact::itinerary::Itinerary;
+use vibroimpact::orbit::Orbit;
 use vibroimpact::{
-    Clock, Event, Flight, FreeMotion, ImpactLaw, Simulation, State, System, SystemBuilder,
+    Clock, Event, Flight, FreeMotion, ImpactLaw, RunOptions, Simulation, State, System,
+    SystemBuilder, run,
 };
 
 fn paper() -> SystemBuilder {
@@ -117,6 +121,33 @@ fn impact(c: &mut Criterion) {
     group.finish();
 }
 
+/// Conditions of periodicity with their derivatives, by the nodes alone and by one parameter too
+/// (which costs a quadrature per flight), and the return map.
+fn shooting(c: &mut Criterion) {
+    let mut group = c.benchmark_group("shooting");
+    let damped = || paper().pendulum_damping(0.1).oscillator_damping(0.1).force_amplitude(1.5);
+    for (name, builder, periods, count) in [
+        ("1-1", paper().drive_frequency(1.8), 1, 1),
+        ("4-5, friction", paper().drive_frequency(1.5752).friction(0.5).phase(1.0), 4, 5),
+        ("1-inf, chatter and slide", damped().drive_frequency(0.3), 1, 13),
+    ] {
+        let system = builder.build().unwrap();
+        let settled = run(&system, start(), RunOptions::periods(3000), &mut || true).unwrap();
+        let state = settled.final_state.state;
+        let (legs, nodes) = Itinerary::follow(&system, state, periods, 100_000).unwrap();
+        assert_eq!(legs.legs.len(), count);
+        let orbit = Orbit::new(&system, &legs, &nodes).unwrap();
+        let parameter = ["drive_frequency".to_owned()];
+        group.bench_function(format!("residual/{name}"), |b| b.iter(|| orbit.residual(&[])));
+        group.bench_function(format!("residual, one parameter/{name}"), |b| {
+            b.iter(|| orbit.residual(&parameter));
+        });
+        group.bench_function(format!("return map/{name}"), |b| b.iter(|| orbit.transfer()));
+        group.bench_function(format!("test functions/{name}"), |b| b.iter(|| orbit.tests()));
+    }
+    group.finish();
+}
+
 fn quick() -> Criterion {
     Criterion::default()
         .warm_up_time(Duration::from_millis(200))
@@ -127,6 +158,6 @@ fn quick() -> Criterion {
 criterion_group! {
     name = benches;
     config = quick();
-    targets = flight, contact_search, impact
+    targets = flight, contact_search, impact, shooting
 }
 criterion_main!(benches);
