@@ -5,13 +5,16 @@ finiteness, so that nothing starts before every argument is known to be usable.
 """
 
 import math
+from collections.abc import Sequence
 from numbers import Integral, Real
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple, NoReturn, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .errors import ParameterError, StateError
+
+Item = TypeVar("Item")
 
 # Every whole number up to here is a float64, so that times of that many periods can be told apart.
 MOST = 2**53
@@ -68,6 +71,21 @@ def count(name: str, value: Any, *, least: int, most: int = MOST) -> int:
 def optional_count(name: str, value: Any, *, least: int, most: int = MOST) -> int | None:
     """Return None for None, else a checked count."""
     return None if value is None else count(name, value, least=least, most=most)
+
+
+def several(name: str, given: Any, kind: type[Item]) -> list[Item]:
+    """Return one object of a kind, or a sequence of at least one, as a list."""
+    allowed = f"a vibroimpact.{kind.__name__} or a sequence of them"
+    if isinstance(given, kind):
+        return [given]
+    if not isinstance(given, Sequence) or isinstance(given, str) or not given:
+        reject(name, given, allowed)
+    many: list[Item] = []
+    for place, item in enumerate(given):
+        if not isinstance(item, kind):
+            reject(f"{name}[{place}]", item, f"a vibroimpact.{kind.__name__}")
+        many.append(item)
+    return many
 
 
 def horizon(drive_frequency: float, *, periods: Any, time: Any, keep: Any) -> Horizon:

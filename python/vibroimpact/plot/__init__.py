@@ -4,6 +4,7 @@ The functions draw what a result (`Run`, `Diagram`, `ImpactRegimes` ...) holds a
 dynamics.
 """
 
+from .branches import bifurcation_curves, branch_handles, branches
 from .diagram import bifurcation, chatter_handles, contact_fraction
 from .force import contact_force
 from .impacts import impact_agreement, impact_regimes
@@ -15,17 +16,26 @@ from .motion import (
     phase_portrait,
     time_history,
 )
+from .multipliers import multipliers
+from .orbit import orbit
 from .style import (
+    BIFURCATION_STYLES,
     PUBLICATION,
     REGIME_STYLES,
+    bifurcation_handles,
     publication_style,
     regime_handles,
 )
 
 __all__ = [
+    "BIFURCATION_STYLES",
     "PUBLICATION",
     "REGIME_STYLES",
     "bifurcation",
+    "bifurcation_curves",
+    "bifurcation_handles",
+    "branch_handles",
+    "branches",
     "chatter_handles",
     "contact_force",
     "contact_fraction",
@@ -35,6 +45,8 @@ __all__ = [
     "impact_count",
     "impact_regimes",
     "impact_section",
+    "multipliers",
+    "orbit",
     "phase_portrait",
     "publication_style",
     "regime_handles",

@@ -1,13 +1,15 @@
 """Marks on the drawing of a run: impacts by their regime, and the times of lasting contact.
 
-Lasting contact is docs/theory.md, section 5; the rows of `Run.contacts` say when it begins, changes
-its mode and ends.
+The functions `draw_...` do the same for anything with such impacts and stretches, such as a
+periodic motion. Lasting contact is docs/theory.md, section 5; the rows of `Run.contacts` say when
+it begins, changes its mode and ends.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,20 +18,29 @@ from numpy.typing import NDArray
 
 from ..results import EventKind
 from .curve import Array, Curve
-from .style import REGIME_STYLES, SLIDE_STYLE, STICK_STYLE, ContactStyle
+from .style import CHATTER_STYLE, REGIME_STYLES, SLIDE_STYLE, STICK_STYLE, ContactStyle
 
 if TYPE_CHECKING:
     from ..results import Run
 
-_STYLES: dict[str, ContactStyle] = {"slide": SLIDE_STYLE, "stick": STICK_STYLE}
+Mode = Literal["slide", "stick", "chatter"]
+
+_STYLES: dict[str, ContactStyle] = {
+    "slide": SLIDE_STYLE,
+    "stick": STICK_STYLE,
+    "chatter": CHATTER_STYLE,
+}
 
 
 class ContactSpan(NamedTuple):
-    """A stretch of lasting contact in one mode; slides to either side are one mode here."""
+    """A stretch of lasting contact in one mode; slides to either side are one mode here.
+
+    Of periodic motions also a stretch of complete chatter.
+    """
 
     start: float
     end: float
-    mode: Literal["slide", "stick"]
+    mode: Mode
 
 
 def contact_spans(run: Run, window: tuple[float, float]) -> list[ContactSpan]:
@@ -64,7 +75,11 @@ def _mode(kind: int) -> Literal["slide", "stick"] | None:
 
 def mark_contact_times(ax: Axes, run: Run, window: tuple[float, float]) -> None:
     """Draw the times of lasting contact as bands over the height of the axes."""
-    spans = contact_spans(run, window)
+    draw_bands(ax, contact_spans(run, window))
+
+
+def draw_bands(ax: Axes, spans: Sequence[ContactSpan]) -> None:
+    """Draw stretches of contact as bands over the height of the axes."""
     for mode, style in _STYLES.items():
         boxes = [
             [(span.start, 0.0), (span.start, 1.0), (span.end, 1.0), (span.end, 0.0)]
@@ -96,12 +111,15 @@ def mark_contact_path(
     Sliding is a broad line under the curve; sticking, where the bodies rest, a dot.
     """
     window = (float(curve.time[0]), float(curve.time[-1]))
+    draw_path(ax, contact_spans(run, window), curve.time, x, y, named=named)
+
+
+def draw_path(
+    ax: Axes, spans: Sequence[ContactSpan], time: Array, x: Array, y: Array, *, named: bool = True
+) -> None:
+    """Mark the parts of a curve (x, y) over time that belong to stretches of contact."""
     for mode, style in _STYLES.items():
-        parts = [
-            (curve.time >= span.start) & (curve.time <= span.end)
-            for span in contact_spans(run, window)
-            if span.mode == mode
-        ]
+        parts = [(time >= span.start) & (time <= span.end) for span in spans if span.mode == mode]
         if not parts:
             continue
         # A gap between the parts, so that no line joins them.
@@ -110,10 +128,10 @@ def mark_contact_path(
             path[:, 0],
             path[:, 1],
             color=style.color,
-            linestyle="-" if mode == "slide" else "none",
+            linestyle="none" if mode == "stick" else "-",
             lw=3.0,
             solid_capstyle="round",
-            marker="" if mode == "slide" else "o",
+            marker="o" if mode == "stick" else "",
             markersize=5.0,
             markeredgewidth=0.0,
             label=style.text if named else "_nolegend_",
@@ -129,7 +147,19 @@ def mark_regimes(
     ax: Axes, run: Run, x: Array, y: Array, chosen: NDArray[np.bool_], *, size: float = 4.0
 ) -> None:
     """Mark the chosen impacts of a run at (x, y) with colour and shape of their regime."""
-    regimes = run.impacts["regime"][chosen]
+    draw_regimes(ax, run.impacts["regime"][chosen], x, y, size=size)
+
+
+def draw_regimes(
+    ax: Axes,
+    regimes: NDArray[np.integer[Any]],
+    x: Array,
+    y: Array,
+    *,
+    size: float = 4.0,
+    named: bool = True,
+) -> None:
+    """Mark impacts at (x, y) with colour and shape of their regime."""
     for regime in np.unique(regimes):
         style = REGIME_STYLES[int(regime)]
         here = regimes == regime
@@ -142,6 +172,6 @@ def mark_regimes(
             markerfacecolor=style.color,
             markeredgecolor="white",
             markeredgewidth=0.3,
-            label=style.text,
+            label=style.text if named else "_nolegend_",
             zorder=3,
         )

@@ -63,6 +63,34 @@ class ContactStyle:
 
 SLIDE_STYLE = ContactStyle("contact, sliding", "#DCEEF9", "#DCEEF9", "", SKY_BLUE)
 STICK_STYLE = ContactStyle("contact, sticking", "#B9DAEE", "#7FB6DA", "///", BLUE)
+CHATTER_STYLE = ContactStyle("chatter", "0.93", "0.75", "...", "0.75")
+
+
+@dataclass(frozen=True)
+class BifurcationStyle:
+    """How one kind of bifurcation is drawn and named: a point of a branch, or a curve."""
+
+    text: str
+    color: str
+    marker: str
+    dashes: tuple[float, ...] = ()
+
+
+BIFURCATION_STYLES = {
+    "saddle_node": BifurcationStyle("saddle-node", BLACK, "o"),
+    "period_doubling": BifurcationStyle("period doubling", VERMILLION, "^", (6, 1.5)),
+    "neimark_sacker": BifurcationStyle("Neimark-Sacker", BLUE, "*", (6, 1.5, 1, 1.5)),
+    "branch_point": BifurcationStyle("branch point", "white", "P"),
+    "grazing": BifurcationStyle("grazing", "white", "s", (3, 1)),
+    "regime_border": BifurcationStyle("regime border", SKY_BLUE, "d", (1, 1)),
+    "chatter_onset": BifurcationStyle("chatter onset", ORANGE, "X", (6, 1, 1, 1, 1, 1)),
+    "contact_border": BifurcationStyle("contact border", GREEN, "v", (2, 3)),
+    "cusp": BifurcationStyle("cusp", PURPLE, "p"),
+}
+"""Style of each kind of bifurcation. Marker and dashes alone tell them apart.
+
+A grazing and a branch point are white with a black outline; as curves they are black.
+"""
 
 PARAMETER_SYMBOLS = {
     "mass_ratio": r"$\bar m$",
@@ -155,6 +183,38 @@ def regime_handles(regimes: Iterable[int], *, shapes: bool = True) -> list[Artis
         )
         for regime in sorted(set(regimes))
     ]
+
+
+def bifurcation_handles(kinds: Iterable[str], *, prefix: str = "") -> list[Artist]:
+    """Return one legend entry for each kind of bifurcation, in the order of `BIFURCATION_STYLES`.
+
+    Parameters
+    ----------
+    kinds : iterable of str
+        Kinds, in any order and with repetitions.
+    prefix : str
+        What to put before the names.
+    """
+    present = set(kinds)
+    return [
+        Line2D([], [], **bifurcation_marker(kind), label=prefix + style.text)
+        for kind, style in BIFURCATION_STYLES.items()
+        if kind in present
+    ]
+
+
+def bifurcation_marker(kind: str, size: float = 4.5) -> dict[str, Any]:
+    """Return the arguments of `Axes.plot` that mark a bifurcation of this kind."""
+    style = BIFURCATION_STYLES[kind]
+    larger = 1.5 if style.marker == "*" else 1.0
+    return {
+        "linestyle": "none",
+        "marker": style.marker,
+        "markersize": larger * size,
+        "markerfacecolor": style.color,
+        "markeredgecolor": BLACK,
+        "markeredgewidth": 0.6,
+    }
 
 
 def legend_above(ax: Axes, handles: Sequence[Artist], columns: int = 2) -> Legend:

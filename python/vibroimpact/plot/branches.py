@@ -1,0 +1,292 @@
+"""Branches of periodic motions over one parameter, and bifurcation curves in two.
+
+The impact section is the state just before each impact, the stroboscopic section the state once
+per drive period (docs/theory.md, section 6); kinds of bifurcations as in docs/notation.md.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from ..checks import positive, reject, several
+from ..diagrams import Diagram
+from ..orbits import Bifurcation, BifurcationCurve, Branch, Piece
+from .diagram import bifurcation
+from .style import (
+    BIFURCATION_STYLES,
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PARAMETER_SYMBOLS,
+    PURPLE,
+    VERMILLION,
+    bifurcation_handles,
+    bifurcation_marker,
+    legend_above,
+    new_axes,
+)
+
+Array = NDArray[np.float64]
+Section = Literal["impact", "stroboscopic"]
+
+# In this order neighbours differ in grey, too.
+_COLORS = (BLACK, VERMILLION, BLUE, ORANGE, GREEN, PURPLE)
+_DIAGRAM_GREY = "0.72"
+_UNSTABLE = (0.0, (4.0, 1.5))
+# A multiplier this close to the unit circle is that of a bifurcation: the point belongs to either
+# side.
+_ON_CIRCLE = 1e-6
+
+
+def branches(
+    branches: Branch | Sequence[Branch],
+    *,
+    diagram: Diagram | None = None,
+    section: Section = "impact",
+    size: float = 4.5,
+    legend: bool = True,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw branches of periodic motions: stable solid, unstable dashed, bifurcations marked.
+
+    Every impact (or every drive period) of an orbit has a line of its own. Neutral saddles are no
+    bifurcations and have no mark.
+
+    Parameters
+    ----------
+    branches : Branch or sequence of Branch
+        Results of `vibroimpact.follow_motion` or `vibroimpact.switch_branch`, over one parameter.
+    diagram : Diagram, optional
+        A bifurcation diagram over the same parameter, drawn in grey beneath.
+    section : {"impact", "stroboscopic"}
+        Section (48a) or (48b) of the paper: the pendulum's angle at impact, or once per drive
+        period.
+    size : float
+        Size of the marks in points.
+    legend : bool
+        Name branches, stability and bifurcations above the axes.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ParameterError
+        If an argument is of the wrong kind, or branches and diagram differ in their parameter.
+    """
+    many = several("branches", branches, Branch)
+    names = {branch.parameter for branch in many}
+    if len(names) > 1:
+        reject("branches", sorted(names), "branches over one parameter")
+    name = many[0].parameter
+    if section not in ("impact", "stroboscopic"):
+        reject("section", section, "'impact' or 'stroboscopic'")
+    size = positive("size", size)
+    if diagram is not None:
+        if not isinstance(diagram, Diagram):
+            reject("diagram", diagram, "a vibroimpact.Diagram or None")
+        if diagram.parameter_name != name:
+            reject("diagram", diagram, f"a diagram over {name}, the parameter of the branches")
+
+    ax = new_axes(ax)
+    if diagram is not None:
+        bifurcation(diagram, section=section, legend=False, ax=ax)
+        ax.collections[0].set_color(_DIAGRAM_GREY)
+    handles: list[Artist] = []
+    for number, branch in enumerate(many):
+        color = _COLORS[number % len(_COLORS)]
+        _lines(ax, branch, section, color)
+        text = ", ".join(dict.fromkeys(piece.label for piece in branch.pieces))
+        handles.append(Line2D([], [], color=color, lw=1.2, label=text))
+    for kind in BIFURCATION_STYLES:
+        _marks(ax, [found for branch in many for found in branch.of_kind(kind)], section, size)
+    if legend:
+        handles += branch_handles(many)
+        legend_above(ax, handles, columns=3)
+    ax.autoscale_view()
+    ax.set_xlabel(PARAMETER_SYMBOLS.get(name, name))
+    ax.set_ylabel(r"$x_1$ at impact" if section == "impact" else r"$x_1$ once per drive period")
+    return ax
+
+
+def branch_handles(branches: Sequence[Branch]) -> list[Artist]:
+    """Return the legend entries of stability and of the bifurcations that the branches have."""
+    stable = np.concatenate([branch.stable for branch in branches])
+    handles: list[Artist] = []
+    if stable.any():
+        handles.append(Line2D([], [], color=BLACK, lw=1.2, label="stable"))
+    if not stable.all():
+        handles.append(Line2D([], [], color=BLACK, lw=0.7, ls=_UNSTABLE, label="unstable"))
+    return handles + bifurcation_handles(
+        found.kind for branch in branches for found in branch.bifurcations
+    )
+
+
+def bifurcation_curves(
+    curves: BifurcationCurve | Sequence[BifurcationCurve],
+    *,
+    size: float = 5.0,
+    legend: bool = True,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw curves of bifurcations in the plane of two parameters, by kind.
+
+    Points of codimension two have the mark of the second bifurcation.
+
+    Parameters
+    ----------
+    curves : BifurcationCurve or sequence of BifurcationCurve
+        Results of `vibroimpact.bifurcation_curve`, over the same two parameters in the same order.
+    size : float
+        Size of the marks in points.
+    legend : bool
+        Name the kinds above the axes.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ParameterError
+        If an argument is of the wrong kind, or the curves differ in their parameters.
+    """
+    many = several("curves", curves, BifurcationCurve)
+    planes = {curve.parameters for curve in many}
+    if len(planes) > 1:
+        reject("curves", sorted(planes), "curves over the same two parameters, in one order")
+    size = positive("size", size)
+
+    ax = new_axes(ax)
+    handles: list[Artist] = []
+    for kind, style in BIFURCATION_STYLES.items():
+        color = BLACK if style.color == "white" else style.color
+        dashes = (0.0, style.dashes) if style.dashes else "-"
+        for number, curve in enumerate(curve for curve in many if curve.kind == kind):
+            (line,) = ax.plot(*curve.values.T, color=color, lw=1.1, ls=dashes, label=style.text)
+            if number == 0:
+                handles.append(line)
+    points = [point for curve in many for point in curve.points]
+    for kind in BIFURCATION_STYLES:
+        places = np.array([point.values for point in points if point.kind == kind])
+        if len(places):
+            (marks,) = ax.plot(*places.T, **bifurcation_marker(kind, size), zorder=4)
+            marks.set_gid(f"codimension-two-{kind}")
+    if legend:
+        handles += bifurcation_handles((point.kind for point in points), prefix="meets ")
+        legend_above(ax, handles, columns=3)
+    first, second = many[0].parameters
+    ax.set_xlabel(PARAMETER_SYMBOLS.get(first, first))
+    ax.set_ylabel(PARAMETER_SYMBOLS.get(second, second))
+    return ax
+
+
+def _lines(ax: Axes, branch: Branch, section: Section, color: str) -> None:
+    """Draw the lines of a branch, one collection each for its stable and unstable parts."""
+    segments: dict[bool, list[Array]] = {True: [], False: []}
+    for piece in _with_bifurcations(branch):
+        x1 = _angles(piece, section)
+        for first, last, stable in _stretches(piece):
+            part = slice(first, last + 1)
+            segments[stable] += [
+                np.column_stack([piece.values[part], column[part]]) for column in x1.T
+            ]
+    for stable, lines in segments.items():
+        collection = LineCollection(
+            lines,
+            colors=color,
+            linewidths=1.2 if stable else 0.7,
+            linestyles="-" if stable else [_UNSTABLE],
+            zorder=3 if stable else 2.5,
+        )
+        collection.set_gid("stable" if stable else "unstable")
+        ax.add_collection(collection)
+
+
+def _marks(ax: Axes, found: Sequence[Bifurcation], section: Section, size: float) -> None:
+    if not found:
+        return
+    angles = [
+        point.motion.impacts["x1"] if section == "impact" else point.motion.sections[:, 0]
+        for point in found
+    ]
+    values = np.repeat([point.value for point in found], [len(part) for part in angles])
+    (marks,) = ax.plot(
+        values, np.concatenate(angles), **bifurcation_marker(found[0].kind, size), zorder=4
+    )
+    marks.set_gid(found[0].kind)
+
+
+def _angles(piece: Piece, section: Section) -> Array:
+    return piece.impacts if section == "impact" else piece.sections
+
+
+def _stretches(piece: Piece) -> list[tuple[int, int, bool]]:
+    """Return first and last point of the stretches of one stability, in order."""
+    size = np.abs(piece.multipliers).max(axis=1)
+    neutral = np.abs(size - 1.0) < _ON_CIRCLE
+    calm = piece.stable | neutral
+    # From one point to the next: two bifurcations side by side tell nothing of what is between.
+    stable = calm[1:] & calm[:-1] & ~(neutral[1:] & neutral[:-1])
+    starts = np.flatnonzero(np.diff(stable)) + 1
+    edges = [0, *starts.tolist(), len(stable)]
+    return [(first, last, bool(stable[first])) for first, last in pairwise(edges) if last > first]
+
+
+def _with_bifurcations(branch: Branch) -> list[Piece]:
+    """Return the pieces with the located bifurcations among their points, where stability ends."""
+    pieces = list(branch.pieces)
+    for found in branch.bifurcations:
+        nodes = found.motion.nodes
+        best: tuple[float, int, int] | None = None
+        for number, piece in enumerate(pieces):
+            same = tuple(piece.itinerary.legs) == found.motion.legs
+            if not same or len(piece.values) < 2:
+                continue
+            detour, place = _detour(piece, found.value, nodes)
+            if best is None or detour < best[0]:
+                best = (detour, number, place)
+        if best is not None and best[0] > 0.0:
+            _, number, place = best
+            piece = pieces[number]
+            pieces[number] = dataclasses.replace(
+                piece,
+                values=np.insert(piece.values, place, found.value),
+                nodes=np.insert(piece.nodes, place, nodes, axis=0),
+                multipliers=np.insert(piece.multipliers, place, found.motion.multipliers, axis=0),
+            )
+    return pieces
+
+
+def _detour(piece: Piece, value: float, nodes: Array) -> tuple[float, int]:
+    """Return between which points a point lies, and how much longer the way through it is.
+
+    The detour is a part of the way between the two; 0 if the point is one of them.
+    """
+    points = np.column_stack([piece.values, piece.nodes.reshape(len(piece.values), -1)])
+    sizes = np.maximum(np.ptp(points, axis=0), 1e-12)
+    points = points / sizes
+    point = np.append(value, nodes.ravel()) / sizes
+    away = np.linalg.norm(points - point, axis=1)
+    if away.min() < 1e-9:
+        return 0.0, int(away.argmin())
+    way = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    detour = (away[1:] + away[:-1]) / way
+    place = int(detour.argmin())
+    return float(detour[place]), place + 1

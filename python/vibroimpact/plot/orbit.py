@@ -1,0 +1,238 @@
+r"""One periodic motion: phase portraits of both bodies, and the contact faces over one orbit.
+
+Unlike the pictures of runs these are drawn from the solution itself, so that an unstable motion can
+be seen, and a solution that is no motion: docs/theory.md, section 8.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from ..checks import count, reject
+from ..errors import ParameterError
+from ..orbits import PeriodicMotion
+from .marks import ContactSpan, Mode, draw_bands, draw_path, draw_regimes
+from .style import BLACK, GREY, STATE_SYMBOLS, VERMILLION
+
+Array = NDArray[np.float64]
+
+# Gaps up to here are rounding.
+_OVERLAP = 1e-10
+# Samples of a stretch of chatter, whose bounces become ever shorter.
+_CHATTER_POINTS = 300
+
+
+class _Orbit(NamedTuple):
+    """An orbit from t = 0: NaN rows keep the two sides of an impact apart."""
+
+    time: Array
+    state: Array
+    face: Array
+    spans: list[ContactSpan]
+
+    @property
+    def overlap(self) -> NDArray[np.bool_]:
+        """Where the bodies overlap."""
+        return np.asarray(self.face - self.state[:, 2] > _OVERLAP)
+
+
+def orbit(
+    motion: PeriodicMotion,
+    *,
+    points_per_period: int = 400,
+    legend: bool = True,
+    axes: Sequence[Axes] | None = None,
+) -> list[Axes]:
+    r"""Draw a periodic motion: the phase portrait of either body, and its time history.
+
+    The history has `x2` (thick) and `sin x1 - delta` (thin), which touch at an impact. Impacts have
+    colour and shape of their regime, in the portraits at the state before; dotted lines are the
+    jumps. Bands mark chatter and lasting contact. A solution that is not admissible has a title
+    that says why; where the bodies overlap the curves are red and the space between them filled,
+    and a cross marks an impact of bodies that are separating.
+
+    Parameters
+    ----------
+    motion : PeriodicMotion
+        Stable or not, admissible or not.
+    points_per_period : int
+        Samples in a drive period.
+    legend : bool
+        Name what is marked, above the history.
+    axes : sequence of three matplotlib.axes.Axes, optional
+        For the portraits of pendulum and oscillator and for the history; a new figure if None.
+
+    Returns
+    -------
+    list of matplotlib.axes.Axes
+
+    Raises
+    ------
+    ParameterError
+        If an argument is of the wrong kind or out of range.
+    """
+    if not isinstance(motion, PeriodicMotion):
+        reject("motion", motion, "a vibroimpact.PeriodicMotion")
+    points = count("points_per_period", points_per_period, least=2, most=1_000_000)
+    axes = _three_axes(axes)
+    curve = _sample(motion, points)
+    hits = motion.impacts
+    separating = hits["approach_velocity"] <= 0.0
+    for body, ax in ((1, axes[0]), (2, axes[1])):
+        x, v = curve.state[:, 2 * body - 2], curve.state[:, 2 * body - 1]
+        draw_path(ax, curve.spans, curve.time, x, v, named=False)
+        ax.plot(x, v, color=BLACK, lw=0.8, label=rf"$x_{body},\ \dot x_{body}$")
+        jumps = np.column_stack([hits[f"v{body}_pre"], hits[f"v{body}_post"]])
+        _jumps(ax, hits[f"x{body}"], jumps)
+        _overlap(ax, curve, x, v)
+        at = (hits[f"x{body}"], hits[f"v{body}_pre"])
+        draw_regimes(ax, hits["regime"], *at, named=False)
+        _crosses(ax, at[0][separating], at[1][separating], named=False)
+        ax.set_xlabel(STATE_SYMBOLS[f"x{body}"])
+        ax.set_ylabel(STATE_SYMBOLS[f"v{body}"])
+    _history(axes[2], motion, curve, separating)
+    if legend:
+        axes[2].legend(
+            loc="lower left",
+            bbox_to_anchor=(0.0, 1.0 if motion.admissible else 1.09),
+            ncols=4,
+            borderaxespad=0.2,
+            columnspacing=1.2,
+        )
+    return axes
+
+
+def _history(
+    ax: Axes, motion: PeriodicMotion, curve: _Orbit, separating: NDArray[np.bool_]
+) -> None:
+    hits = motion.impacts
+    tip = r"\sin x_1" if motion.system.contact == "oblique" else "x_1"
+    draw_bands(ax, curve.spans)
+    ax.plot(curve.time, curve.state[:, 2], color=BLACK, lw=1.4, label=r"$x_2$")
+    ax.plot(curve.time, curve.face, color=BLACK, lw=0.6, label=rf"${tip}-\delta$")
+    overlap = curve.overlap
+    if overlap.any():
+        ax.fill_between(
+            curve.time,
+            curve.state[:, 2],
+            curve.face,
+            where=overlap.tolist(),
+            facecolor=VERMILLION,
+            edgecolor=VERMILLION,
+            hatch="////",
+            alpha=0.5,
+            label="the bodies overlap",
+            zorder=2,
+        )
+    draw_regimes(ax, hits["regime"], hits["time"], hits["x2"])
+    _crosses(ax, hits["time"][separating], hits["x2"][separating], named=True)
+    ax.set_xlim(0.0, motion.m * motion.system.drive_period)
+    ax.set_xlabel(r"$t$")
+    ax.set_ylabel(rf"$x_2,\ {tip}-\delta$")
+    if not motion.admissible:
+        ax.set_title(f"no motion: {motion.why_not}", loc="left", pad=3)
+
+
+def _jumps(ax: Axes, x: Array, jumps: Array) -> None:
+    """Draw vertical lines between the velocities before and after each impact."""
+    gaps = np.full(len(x), np.nan)
+    ax.plot(
+        np.column_stack([x, x, gaps]).ravel(),
+        np.column_stack([jumps, gaps]).ravel(),
+        color=GREY,
+        lw=0.8,
+        ls=(0, (1, 1)),
+        label="impact",
+        zorder=1.5,
+    )
+
+
+def _overlap(ax: Axes, curve: _Orbit, x: Array, v: Array) -> None:
+    if curve.overlap.any():
+        inside = np.where(curve.overlap, 0.0, np.nan)
+        ax.plot(x + inside, v, color=VERMILLION, lw=2.4, label="the bodies overlap", zorder=2)
+
+
+def _crosses(ax: Axes, x: Array, y: Array, *, named: bool) -> None:
+    if len(x):
+        ax.plot(
+            x,
+            y,
+            linestyle="none",
+            marker="x",
+            markersize=7.0,
+            markeredgewidth=1.2,
+            color=BLACK,
+            label="separating" if named else "_nolegend_",
+            zorder=4,
+        )
+
+
+def _sample(motion: PeriodicMotion, points: int) -> _Orbit:
+    """Sample one orbit from t = 0, both sides of every impact, ends of chatter and contact."""
+    end = motion.m * motion.system.drive_period
+    spans = _spans(motion, end)
+    grids = [np.linspace(0.0, end, motion.m * points + 1)]
+    grids += [np.linspace(span.start, span.end, _CHATTER_POINTS) for span in spans]
+    hits = motion.impacts
+    grid = np.unique(np.concatenate(grids))
+    if len(hits):
+        near = np.abs(grid[:, None] - hits["time"]).min(axis=1)
+        grid = grid[near > 1e-9 * end]
+    before = np.column_stack([hits["x1"], hits["v1_pre"], hits["x2"], hits["v2_pre"]])
+    after = np.column_stack([hits["x1"], hits["v1_post"], hits["x2"], hits["v2_post"]])
+    time = np.concatenate([grid, *[hits["time"]] * 3])
+    state = np.concatenate(
+        [motion.trajectory(grid), before, np.full((len(hits), 4), np.nan), after]
+    )
+    order = np.argsort(time, kind="stable")
+    time, state = time[order], state[order]
+    tip = np.sin(state[:, 0]) if motion.system.contact == "oblique" else state[:, 0]
+    return _Orbit(time, state, tip - motion.system.gap, spans)
+
+
+def _spans(motion: PeriodicMotion, end: float) -> list[ContactSpan]:
+    """Return the stretches of chatter and lasting contact in one orbit from t = 0."""
+    if motion.legs[0] == "circuit":
+        return []
+    times = np.array(motion.clocks) * motion.system.drive_period + motion.nodes[:, 3]
+    spans = []
+    for leg, start in enumerate(times):
+        name = motion.legs[leg]
+        mode: Mode | None = (
+            "chatter"
+            if name == "chatter"
+            else "slide"
+            if name.startswith("slide")
+            else "stick"
+            if name.startswith("stick")
+            else None
+        )
+        if mode is None:
+            continue
+        length = (times[(leg + 1) % len(times)] - start) % end
+        first = math.fmod(start, end)
+        first = first + end if first < 0.0 else first
+        spans.append(ContactSpan(first, min(first + length, end), mode))
+        if first + length > end:
+            spans.append(ContactSpan(0.0, first + length - end, mode))
+    return spans
+
+
+def _three_axes(axes: Sequence[Axes] | None) -> list[Axes]:
+    if axes is None:
+        from matplotlib import pyplot
+
+        figure = pyplot.figure(figsize=(7.1, 5.2), layout="constrained")
+        parts = figure.subplot_mosaic([["x1", "x2"], ["t", "t"]])
+        return [parts["x1"], parts["x2"], parts["t"]]
+    chosen = list(np.ravel(np.asarray(axes, dtype=object)))
+    if len(chosen) != 3 or not all(isinstance(ax, Axes) for ax in chosen):
+        raise ParameterError(f"axes = {axes!r} is not allowed; allowed: three axes, or None")
+    return chosen
