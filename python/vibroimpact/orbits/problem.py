@@ -88,9 +88,14 @@ class OrbitProblem:
         return reduced(matrix, self.itinerary)
 
     def scale(self, u: Array) -> Array:
-        """Return the sizes of the unknowns: of each kind the largest of the motion."""
+        """Return the sizes of the unknowns: one length of the motion, and its speed.
+
+        None of them vanishes where a single coordinate passes zero, or steps would shrink there.
+        """
         nodes = u.reshape(-1, 4)
-        sizes = np.maximum(np.abs(nodes).max(axis=0), 1e-3)
-        if self.itinerary.legs != ["circuit"]:
-            sizes[3] = 1.0 / max(self.system.drive_frequency, 1e-3)
-        return np.tile(sizes, len(nodes))
+        omega = max(self.system.drive_frequency, 1e-3)
+        circuit = self.itinerary.legs == ["circuit"]
+        positions, speeds = nodes[:, [0, 3]] if circuit else nodes[:, :1], nodes[:, 1:3]
+        length = max(float(np.abs(positions).max()), float(np.abs(speeds).max()) / omega, 1e-3)
+        last = length if circuit else 1.0 / omega
+        return np.tile([length, omega * length, omega * length, last], len(nodes))
