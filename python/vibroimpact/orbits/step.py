@@ -180,7 +180,8 @@ def bracket(
     """
     # (s, value, point): b is the newest, a the other side of it, c the one before
     a, b = ((step.s(x.z), value(x), x) for x in (low, high))
-    if a[1] == 0.0 or b[1] == 0.0:
+    # A zero counts as negative: its other side is looked for, too.
+    if a[1] == 0.0 or (a[1] < 0.0 and b[1] == 0.0):
         return (low, high) if a[1] == 0.0 else (high, low)
     c = a
     fraction = b[1] / (b[1] - a[1])
@@ -198,13 +199,13 @@ def bracket(
             if width <= give_up:
                 break
             raise
-        # A zero counts as negative: its other side is looked for, too.
         if (new[1] > 0.0) == (b[1] > 0.0):
             c = b
         else:
             c, a = a, b
         b = new
-        fraction = 0.5 if b[1] != 0.0 else 0.0
+        # Next to a zero, unless it goes on: a test may be zero all along one side of its border.
+        fraction = 0.0 if b[1] == 0.0 != c[1] else 0.5
         if b[1] != 0.0 and c[1] not in (a[1], b[1]):
             xi = (b[0] - a[0]) / (c[0] - a[0])
             phi = (b[1] - a[1]) / (c[1] - a[1])
