@@ -79,8 +79,8 @@ def _parser() -> argparse.ArgumentParser:
 def _add_reproduce(subparsers: Any) -> None:
     command = subparsers.add_parser(
         "reproduce",
-        help="draw Figs. 4 to 10 of Han, Jin & Hu (2004) and judge its claims",
-        description="Draw Figs. 4 to 10 of Han, Jin & Hu (2004) from their parameters, in black "
+        help="draw Figs. 2 to 10 of Han, Jin & Hu (2004) and judge its claims",
+        description="Draw Figs. 2 to 10 of Han, Jin & Hu (2004) from their parameters, in black "
         "and coloured by impact regime; write claims.md and claims.json; print the claims.",
     )
     command.add_argument("--out", type=Path, required=True, metavar="DIR", help="where to write")

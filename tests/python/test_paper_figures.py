@@ -251,7 +251,7 @@ def test_reproduce_can_be_silent(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"figures": [3, 4]}, r"figures = \[3\]: allowed are 4, 5, 6, 7, 8, 9, 10"),
+        ({"figures": [1, 4]}, r"figures = \[1\]: allowed are 2, 3, 4, 5, 6, 7, 8, 9, 10"),
         ({"formats": ["gif"]}, r"formats = \['gif'\]: allowed are png, pdf, svg"),
         ({"frequencies": 1}, "frequencies = 1: allowed is an integer >= 2"),
     ],

@@ -6,13 +6,13 @@ The equations of all grid points are solved together; see `single_impact` for on
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import count, reject, vector
+from ..checks import count, number, reject, vector
 from ..errors import ParameterError
 from ..system import NUMERIC_RANGES, System
 from .algebraic import Conditions, Parameters, conditions
@@ -84,6 +84,46 @@ class MotionMap:
         axis = list(self.grid).index(name)
         places = np.unravel_index(self.solutions["point"], self.shape)[axis]
         return np.asarray(self.grid[name][places])
+
+    def at(self, **fixed: float) -> Self:
+        """Return the part of a map over two parameters at one value of one of them.
+
+        Parameters
+        ----------
+        **fixed
+            Name and value; the value must be one of the grid's, to rounding.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such parameter or value, or none would be left to vary.
+        """
+        if len(fixed) != 1 or len(self.grid) != 2 or not set(fixed) <= set(self.grid):
+            raise ParameterError(
+                f"at({', '.join(fixed)}): allowed is one of two varied parameters, "
+                f"here {', '.join(self.grid)}"
+            )
+        name, value = next(iter(fixed.items()))
+        value = number(name, value)
+        near = np.flatnonzero(np.isclose(self.grid[name], value, rtol=1e-12, atol=1e-12))
+        if not len(near):
+            reject(name, value, "a value of the grid")
+        axis = list(self.grid).index(name)
+        places = np.array(np.unravel_index(self.solutions["point"], self.shape))
+        kept = places[axis] == near[0]
+        solutions = self.solutions[kept].copy()
+        solutions["point"] = places[1 - axis][kept]
+        rest = {other: values for other, values in self.grid.items() if other != name}
+        point: list[Any] = [slice(None), slice(None)]
+        point[axis] = near[0]
+        return replace(
+            self,
+            system=self.system.replace(**{name: float(self.grid[name][near[0]])}),
+            grid=rest,
+            solutions=solutions,
+            undecided=self.undecided.reshape(self.shape)[tuple(point)],
+            empty=self.empty.reshape(self.shape)[tuple(point)],
+        )
 
     def __repr__(self) -> str:
         """Grid and number of solutions."""

@@ -30,7 +30,8 @@ _BOUNDED = 1e3
 class Claim:
     """One line of claims.json.
 
-    `residual` is that of `PeriodReport`, None without a period; `figure` is None for a conclusion.
+    `residual` is that of `PeriodReport`, or of `PeriodicMotion` for an algebraic solution, None
+    without a period; `figure` is None for a conclusion.
     """
 
     id: str
@@ -217,10 +218,11 @@ def to_markdown(claims: Sequence[Claim]) -> str:
         "",
         "Paper: Han, Jin & Hu (2004). Labels are m-n: m drive periods and n impacts per orbit. The",
         f"residual is the largest change of the stroboscopic state over m periods after {PERIODS}",
-        "drive periods; the reference was computed in 400-bit arithmetic, that of a conclusion as",
-        "its evidence says. Verdicts: reproduced, as the paper says; corrected, something else",
-        "from the stated start, but what the paper shows coexists; refuted, the evidence speaks",
-        "against the paper; open, it does not decide.",
+        "drive periods, of an algebraic solution that of its conditions of periodicity; the",
+        "reference was computed in 400-bit arithmetic, that of a conclusion and of Figs. 2 and 3",
+        "as the evidence says. Verdicts: reproduced, as the paper says; corrected, something",
+        "else from the stated start, but what the paper shows coexists; refuted, the evidence",
+        "speaks against the paper; open, it does not decide.",
         "",
         "| motion | paper says | found | residual | reference | verdict |",
         "|---|---|---|---|---|---|",

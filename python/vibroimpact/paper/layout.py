@@ -46,14 +46,26 @@ class Page:
         self._used = 0
 
     def row(
-        self, heading: str, columns: int = 2, widths: Sequence[float] | None = None
+        self,
+        heading: str,
+        columns: int = 2,
+        widths: Sequence[float] | None = None,
+        *,
+        projection: str | None = None,
     ) -> list[Axes]:
         """Return the axes of the next row."""
         part = self._rows[self._used]
         self._used += 1
         if heading:
             part.suptitle(heading, x=0.012, ha="left")
-        return list(part.subplots(1, columns, squeeze=False, width_ratios=widths)[0])
+        axes = part.subplots(
+            1,
+            columns,
+            squeeze=False,
+            width_ratios=widths,
+            subplot_kw={"projection": projection} if projection else None,
+        )
+        return list(axes[0])
 
     def double_row(self, heading: str, heights: tuple[float, float]) -> list[Axes]:
         """Return the axes of the next row: two above two, aligned, heights in this ratio."""

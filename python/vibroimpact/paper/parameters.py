@@ -18,7 +18,7 @@ FREQUENCY_RANGE = (0.2, 4.0)
 ENLARGED_RANGE = (1.5, 1.6)
 LOW_RANGE = (0.2, 0.6)
 LOW_EXAMPLES = (0.25, 0.30, 0.45)
-FIGURES = (4, 5, 6, 7, 8, 9, 10)
+FIGURES = (2, 3, 4, 5, 6, 7, 8, 9, 10)
 
 
 def paper_system(

@@ -1,4 +1,4 @@
-"""Draw Figs. 4 to 10 of the paper and its impact law, judge its claims: parameters to files.
+"""Draw Figs. 2 to 10 of the paper and its impact law, judge its claims: parameters to files.
 
 Source of the parameters: captions of Han, Jin & Hu (2004). The ranges of the axes are ours.
 """
@@ -14,7 +14,7 @@ from ..errors import ParameterError
 from ..plot import publication_style
 from ..results import Run
 from ..simulation import simulate
-from . import claims, evidence, lasting, motions, restitution, transitions
+from . import claims, evidence, existence, lasting, motions, restitution, transitions
 from .claims import Claim
 from .layout import Page
 from .motions import Shown
@@ -51,10 +51,10 @@ def reproduce(
     formats : sequence of {"png", "pdf", "svg"}
         One file per page and format.
     figures : iterable of int, optional
-        Which of Figs. 4 to 10; by default all, and the pages on the impact law besides. The claims
+        Which of Figs. 2 to 10; by default all, and the pages on the impact law besides. The claims
         are those of the chosen figures.
     frequencies : int
-        Drive frequencies of each bifurcation diagram, at least 2.
+        Drive frequencies of each bifurcation diagram, at least 2; Figs. 2 and 3 take at most 561.
     workers : int, optional
         Threads for the diagrams; all cores by default.
     progress : bool
@@ -82,7 +82,9 @@ def reproduce(
     with publication_style():
         for figure in chosen:
             started = time.perf_counter()
-            if any(transition.figure == figure for transition in TRANSITIONS):
+            if figure in existence.PERIODS_PER_ORBIT:
+                job.existence_page(figure)
+            elif any(transition.figure == figure for transition in TRANSITIONS):
                 job.transition_pages(figure)
             else:
                 job.motion_pages(figure)
@@ -126,6 +128,13 @@ class _Job:
 
     def save(self, page: Page, name: str) -> None:
         self.files += page.save(self.out, name, self.formats)
+
+    def existence_page(self, figure: int) -> None:
+        """Solve for all period n-1 motions, judge the paper's verdicts, and write the page."""
+        computed = existence.compute(figure, self.frequencies)
+        judged = existence.judge(computed)
+        self.claims += judged
+        self.save(existence.draw(computed, judged), f"fig{figure}")
 
     def transition_pages(self, figure: int) -> None:
         """Compute the diagrams of a figure and write them, black and coloured by regime."""

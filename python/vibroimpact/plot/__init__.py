@@ -18,6 +18,13 @@ from .motion import (
 )
 from .multipliers import multipliers
 from .orbit import orbit
+from .solutions import (
+    motion_branches,
+    motion_handles,
+    motion_space,
+    stability_handles,
+    stability_map,
+)
 from .style import (
     BIFURCATION_STYLES,
     PUBLICATION,
@@ -45,10 +52,15 @@ __all__ = [
     "impact_count",
     "impact_regimes",
     "impact_section",
+    "motion_branches",
+    "motion_handles",
+    "motion_space",
     "multipliers",
     "orbit",
     "phase_portrait",
     "publication_style",
     "regime_handles",
+    "stability_handles",
+    "stability_map",
     "time_history",
 ]

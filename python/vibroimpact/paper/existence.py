@@ -1,0 +1,379 @@
+"""Figs. 2 and 3: existence and stability of period n-1 motions, as drawn and as they are.
+
+The paper draws every algebraic solution, with the stability of its criterion (42)-(45). A solution
+is a motion only if it is admissible, and its stability is that of its Floquet multipliers
+(docs/theory.md, section 8 and errata E4, E5). Verdicts on single motions are confirmed by
+simulations that start a little off them.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from .. import plot
+from ..orbits import MotionMap, PeriodicMotion, motion_map, periodic_motions
+from ..simulation import simulate
+from ..system import System
+from .claims import Claim, Verdict
+from .layout import Page, values
+from .parameters import MOTIONS, paper_system
+
+PERIODS_PER_ORBIT = {2: 1, 3: 2}
+"""n of each figure."""
+FREQUENCIES = 561
+MOMENTS = np.arange(1, 51) / 20
+SLICES = {2: (0.5, 0.95, 1.0, 2.0), 3: (0.95, 1.5, 2.25)}
+"""Moment amplitudes at which the branches are drawn: those of the named motions among them."""
+WITHIN = (-math.pi / 2, math.pi / 2)
+PERTURBATION = 1e-6
+"""How far off a motion its simulation starts, in v1."""
+RETURNS = 1000
+"""Orbits after which a perturbation is looked at."""
+SAMPLE = 40
+"""Motions of each kind, drawn at random from the grid, that are simulated."""
+# Rates of growth per orbit this close to 1 are not told from 1 within RETURNS orbits.
+_CLEAR = 0.01
+_SHOWN = ("mass_ratio", "frequency_ratio", "restitution", "gap")
+
+
+@dataclass(frozen=True)
+class Quoted:
+    """A solution that section 4.1 of the paper quotes, and what it says of its stability."""
+
+    figure: int
+    x10: float
+    paper_says: str
+    system: System
+
+
+QUOTED = (
+    Quoted(2, 0.5369, "stable", paper_system(drive_frequency=0.65, moment_amplitude=0.95)),
+    Quoted(3, 0.3300, "unstable", paper_system(drive_frequency=0.65, moment_amplitude=0.95)),
+)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What becomes of a perturbation of a motion.
+
+    Attributes
+    ----------
+    expected, measured
+        Factor per orbit: largest modulus of the multipliers, and from the simulation.
+    largest, last
+        Distance from the motion, its largest and its last value.
+    """
+
+    expected: float
+    measured: float
+    largest: float
+    last: float
+
+
+@dataclass(frozen=True)
+class Existence:
+    """The computed content of Fig. 2 or 3, with the simulations that confirm it."""
+
+    figure: int
+    n: int
+    map: MotionMap
+    stable: tuple[Trial, ...]
+    unstable: tuple[Trial, ...]
+
+    @property
+    def returned(self) -> int:
+        """How many of the stable motions were found again."""
+        return sum(trial.last < 0.1 * PERTURBATION for trial in self.stable)
+
+    @property
+    def left(self) -> int:
+        """How many of the unstable motions were left."""
+        return sum(trial.largest > 100.0 * PERTURBATION for trial in self.unstable)
+
+
+def compute(figure: int, frequencies: int = FREQUENCIES) -> Existence:
+    """Solve Fig. 2 or 3 on its grid, and simulate a sample of its motions."""
+    n = PERIODS_PER_ORBIT[figure]
+    if frequencies >= FREQUENCIES:
+        grid = np.arange(40, 601) / 200
+    else:
+        grid = np.linspace(0.2, 3.0, frequencies)
+    found = motion_map(
+        paper_system(), n, within=WITHIN, drive_frequency=grid, moment_amplitude=MOMENTS
+    )
+    rows = found.solutions
+    size = rows["largest_multiplier"]
+    return Existence(
+        figure,
+        n,
+        found,
+        _trials(found, rows["admissible"] & (size < 1.0 - _CLEAR)),
+        _trials(found, rows["admissible"] & (size > 1.0 + _CLEAR)),
+    )
+
+
+def _trials(found: MotionMap, chosen: NDArray[np.bool_]) -> tuple[Trial, ...]:
+    """Simulate from beside a random sample of the chosen motions."""
+    numbers = np.flatnonzero(chosen)
+    picked = np.random.default_rng(0).permutation(numbers)[:SAMPLE]
+    frequency, moment = (found.parameter(name)[picked] for name in found.grid)
+    trials = []
+    for number, omega, amplitude in zip(picked, frequency, moment, strict=True):
+        system = found.system.replace(
+            drive_frequency=float(omega), moment_amplitude=float(amplitude)
+        )
+        trials.append(trial(nearest(system, found.n, float(found.solutions["x1"][number]))))
+    return tuple(trials)
+
+
+def nearest(system: System, n: int, x10: float) -> PeriodicMotion:
+    """Return the solution whose angle at the impact is closest to x10."""
+    return min(
+        periodic_motions(system, n, within=(x10 - 0.05, x10 + 0.05)),
+        key=lambda motion: abs(motion.state[0] - x10),
+    )
+
+
+def trial(motion: PeriodicMotion, *, returns: int = RETURNS) -> Trial:
+    """Simulate from `PERTURBATION` beside a motion, and measure how its distance changes."""
+    x1, v1, x2, v2 = motion.initial
+    start = (x1, v1 + PERTURBATION, x2, v2)
+    run = simulate(motion.system, initial=start, periods=returns * motion.m)
+    distance = np.abs(run.stroboscopic[motion.m - 1 :: motion.m] - motion.initial).max(axis=1)
+    # The stretch in which it is neither rounding nor so large that the motion is another one.
+    linear = (distance > 1e-11) & (np.maximum.accumulate(distance) < 1e-4)
+    end = int(np.argmin(linear)) if not linear.all() else len(linear)
+    measured = math.nan
+    if end >= 5:
+        slope = np.polyfit(np.arange(end), np.log(distance[:end]), 1)[0]
+        measured = float(np.exp(slope))
+    return Trial(
+        expected=float(np.abs(motion.multipliers[0])),
+        measured=measured,
+        largest=float(distance.max()),
+        last=float(distance[-1]),
+    )
+
+
+def judge(computed: Existence) -> list[Claim]:
+    """Judge the figure as a whole, the solution quoted from it, and the motions of Fig. 5."""
+    quoted = [_judge_quoted(item) for item in QUOTED if item.figure == computed.figure]
+    shown = [
+        _judge_shown(computed.figure, motion.id, motion.system, motion.paper_says)
+        for motion in MOTIONS
+        if motion.figure == 5 and motion.paper_says == f"{computed.n}-1"
+    ]
+    return [_judge_counts(computed), *quoted, *shown]
+
+
+def _judge_counts(computed: Existence) -> Claim:
+    """Compare the paper's stable solutions with the stable motions, one by one."""
+    rows = computed.map.solutions
+    paper, real = rows["paper_stable"], rows["admissible"] & rows["stable"]
+    both, missed = int((paper & real).sum()), int((real & ~paper).sum())
+    verdict: Verdict = "open"
+    confirmed = computed.returned == len(computed.stable) and computed.left == len(
+        computed.unstable
+    )
+    if not (paper ^ real).any():
+        verdict = "reproduced"
+    elif confirmed and both < 0.5 * paper.sum():
+        verdict = "refuted"
+    over = " x ".join(f"{len(v)} values of {name}" for name, v in computed.map.grid.items())
+    frequency, moment = computed.map.grid.values()
+    undecided, empty = int(computed.map.undecided.sum()), int(computed.map.empty.sum())
+    return Claim(
+        id=f"{computed.figure}",
+        figure=computed.figure,
+        source=f"Han, Jin & Hu (2004), Fig. {computed.figure} and eqs. (42)-(45)",
+        paper_says=f"{int(paper.sum())} stable {computed.n}-1 motions",
+        found=f"{both} of them, and {missed} others",
+        residual=None,
+        reference={
+            "label": f"{computed.returned} of {len(computed.stable)} return",
+            "stable_returned": [computed.returned, len(computed.stable)],
+            "unstable_left": [computed.left, len(computed.unstable)],
+        },
+        verdict=verdict,
+        evidence=(
+            f"{len(rows)} algebraic solutions with |x10| <= pi/2 over {over} (omega "
+            f"{frequency[0]:g} to {frequency[-1]:g}, f1 {moment[0]:g} to {moment[-1]:g}), each "
+            f"proved by intervals to be one, {undecided} intervals undecided, {empty} points "
+            "without isolated solutions (whole turns of an undamped body); "
+            f"{int(rows['admissible'].sum())} are admissible; of {int(paper.sum())} stable by "
+            f"(45), {int((paper & rows['admissible']).sum())} are admissible and {both} are "
+            f"stable motions; {int(real.sum())} motions are admissible and stable, {missed} of "
+            f"them unstable by (45); simulated from {PERTURBATION:g} beside motions drawn at "
+            f"random, {computed.returned} of {len(computed.stable)} stable ones are found again "
+            f"and {computed.left} of {len(computed.unstable)} unstable ones left within {RETURNS} "
+            "orbits"
+        ),
+        command=_map_command(computed),
+    )
+
+
+def _judge_quoted(item: Quoted) -> Claim:
+    """Look at a solution that the paper quotes; simulate from its state."""
+    n = PERIODS_PER_ORBIT[item.figure]
+    motion = nearest(item.system, n, item.x10)
+    x1, v1, v2, phase = motion.state
+    # From the very state that is said to be that before an impact.
+    system = item.system.replace(phase=phase)
+    start = np.array([x1, v1, math.sin(x1) - system.gap, v2])
+    run = simulate(system, initial=start, periods=n)
+    at_once = bool((run.impacts["time"] == 0.0).any())
+    away = float(np.abs(run.stroboscopic[-1] - start).max())
+    paper = "stable" if motion.paper_stable else "unstable"
+    says = f"{item.paper_says} {n}-1 at x10 = {item.x10:.4f}"
+    verdict: Verdict = "open"
+    if motion.admissible:
+        verdict = "reproduced" if motion.stable == (item.paper_says == "stable") else "refuted"
+    elif not at_once and away > 1e-3:
+        verdict = "refuted"
+    return Claim(
+        id=f"{item.figure} quoted",
+        figure=item.figure,
+        source="Han, Jin & Hu (2004), section 4.1, (omega, f1) = "
+        f"({system.drive_frequency:g}, {system.moment_amplitude:g})",
+        paper_says=says,
+        found="a motion" if motion.admissible else "no motion",
+        residual=motion.residual,
+        reference={"label": f"simulated: off by {away:.2g}", "distance": away},
+        verdict=verdict,
+        evidence=(
+            f"the solution of (38) at x10 = {x1:.10f} is {paper} by (45), largest eigenvalue "
+            f"{_size(motion.paper_eigenvalues):.4g}; {motion.why_not or 'it is admissible'}; "
+            f"multipliers up to {abs(motion.multipliers[0]):.4g}; started in its state the "
+            f"bodies {'collide' if at_once else 'separate without an impact'}, and after {n} "
+            f"drive period{'s' if n > 1 else ''} they are {away:.2g} off it"
+        ),
+        command=_motions_command(item.system, n),
+    )
+
+
+def _judge_shown(figure: int, panel: str, system: System, label: str) -> Claim:
+    """Put the paper's criterion to a motion that its Fig. 5 shows as the long-term one."""
+    n = PERIODS_PER_ORBIT[figure]
+    motion = next(
+        motion for motion in periodic_motions(system, n) if motion.admissible and motion.stable
+    )
+    made = trial(motion)
+    paper = "stable" if motion.paper_stable else "unstable"
+    returned = made.last < 0.1 * PERTURBATION
+    verdict: Verdict = "open"
+    if returned:
+        verdict = "reproduced" if motion.paper_stable else "refuted"
+    return Claim(
+        id=f"{panel} by (45)",
+        figure=figure,
+        source=f"Han, Jin & Hu (2004), (42)-(45) for the motion of Fig. {panel[0]}({panel[1:]})",
+        paper_says=f"{paper}, {_size(motion.paper_eigenvalues):.3f}",
+        found=f"stable, {made.expected:.3f}",
+        residual=motion.residual,
+        reference={"label": f"simulated: {made.measured:.3f}", "factor": made.measured},
+        verdict=verdict,
+        evidence=(
+            f"the {label} motion at omega = {system.drive_frequency:g}, f1 = "
+            f"{system.moment_amplitude:g} has u = {motion.approach_velocity:.4g} and Floquet "
+            f"multipliers up to {made.expected:.6f}; from {PERTURBATION:g} beside it a simulation "
+            f"comes within {made.last:.1g} in {RETURNS} orbits, by a factor of "
+            f"{made.measured:.4f} per orbit"
+        ),
+        command=_motions_command(system, n),
+    )
+
+
+def _size(eigenvalues: NDArray[np.complex128] | None) -> float:
+    return math.nan if eigenvalues is None else float(np.abs(eigenvalues).max())
+
+
+def _arguments(system: System) -> str:
+    given = system.to_dict().items()
+    return ", ".join(f"{k}={v!r}" for k, v in given if isinstance(v, float) and v != 0.0)
+
+
+def _motions_command(system: System, n: int) -> str:
+    return (
+        'python -c "import vibroimpact as vi; '
+        f'[print(m, m.state) for m in vi.periodic_motions(vi.System({_arguments(system)}), {n})]"'
+    )
+
+
+def _map_command(computed: Existence) -> str:
+    frequency, moment = computed.map.grid.values()
+    return (
+        'python -c "import numpy as np, vibroimpact as vi; print(vi.motion_map(vi.System('
+        f"{_arguments(computed.map.system)}), {computed.n}, within=(-np.pi/2, np.pi/2), "
+        f"drive_frequency=np.linspace({frequency[0]:g}, {frequency[-1]:g}, {len(frequency)}), "
+        f'moment_amplitude=np.linspace({moment[0]:g}, {moment[-1]:g}, {len(moment)})))"'
+    )
+
+
+def draw(computed: Existence, claims: Sequence[Claim]) -> Page:
+    """Draw the paper's figure on the left and the corrected one on the right."""
+    slices = SLICES[computed.figure]
+    page = Page(
+        f"Fig. {computed.figure}: period {computed.n}-1; "
+        f"{values(computed.map.system, _SHOWN)}, undamped, without friction, $f_2 = 0$.\n"
+        "Left: all algebraic solutions, stability by the paper's (45). "
+        "Right: motions only, stability by Floquet multipliers.\n"
+        f"The paper: {claims[0].paper_says}. Found: {claims[0].found}.",
+        rows=2 + len(slices),
+        row_height=0.0,
+        heights=[68.0, 46.0, *[40.0] * len(slices)],
+    )
+    # Every twentieth of a unit of omega, every fifth of one of f1, or fewer on a coarser grid.
+    every = tuple(
+        max(1, math.ceil(size / most))
+        for size, most in zip(computed.map.shape, (141, 13), strict=True)
+    )
+    for ax, paper in zip(page.row("(a)", projection="3d"), (True, False), strict=True):
+        plot.motion_space(computed.map, paper=paper, every=every, ax=ax)
+    for ax, paper in zip(
+        page.row("(b)  coloured: a stable one; grey: unstable ones only; white: none"),
+        (True, False),
+        strict=True,
+    ):
+        plot.stability_map(computed.map, paper=paper, ax=ax)
+    for letter, moment in zip("cdefg", slices, strict=False):
+        part = computed.map.at(moment_amplitude=moment)
+        axes = page.row(f"({letter})  $f_1 = {moment:g}$")
+        for ax, paper in zip(axes, (True, False), strict=True):
+            plot.motion_branches(part, paper=paper, ax=ax)
+        _mark_named(computed, moment, axes)
+    page.legend(
+        [
+            *plot.motion_handles(computed.map, paper=True),
+            *plot.motion_handles(computed.map),
+        ]
+    )
+    return page
+
+
+def _mark_named(computed: Existence, moment: float, axes: Sequence[Axes]) -> None:
+    """Point at the quoted solution and at the motions of Fig. 5."""
+    named = [(item.system, item.x10, "quoted") for item in QUOTED if item.figure == computed.figure]
+    for motion in MOTIONS:
+        if motion.figure == 5 and motion.paper_says == f"{computed.n}-1":
+            found = periodic_motions(motion.system, computed.n)
+            place = next(m.state[0] for m in found if m.admissible and m.stable)
+            named.append((motion.system, place, f"Fig. {motion.id}"))
+    for system, place, text in named:
+        if system.moment_amplitude != moment:
+            continue
+        for ax in axes:
+            low, high = ax.get_xlim()
+            to_left = system.drive_frequency > low + 0.8 * (high - low)
+            ax.annotate(
+                text,
+                (system.drive_frequency, place),
+                xytext=(-10 if to_left else 10, 14),
+                textcoords="offset points",
+                ha="right" if to_left else "left",
+                fontsize=8,
+                arrowprops={"arrowstyle": "-|>", "linewidth": 0.6, "shrinkB": 2.5},
+            )
