@@ -12,6 +12,7 @@ import pytest
 
 import vibroimpact as vi
 from vibroimpact.orbits import branches
+from vibroimpact.orbits.motion_map import SOLUTION_DTYPE
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
@@ -87,6 +88,12 @@ def test_notation_names_every_member(section, kind):
 def test_notation_names_every_attribute_of_a_motion():
     fields = [field.name for field in dataclasses.fields(vi.PeriodicMotion)]
     assert first_column("Periodic motions") == fields
+
+
+def test_notation_names_all_that_comes_with_period_n_1_motions():
+    fields = [field.name for field in dataclasses.fields(vi.PeriodicMotions)]
+    assert first_column("All period n-1 motions") == fields
+    assert first_column("Motion maps") == list(SOLUTION_DTYPE.names)
 
 
 def test_notation_names_every_kind_of_bifurcation():
