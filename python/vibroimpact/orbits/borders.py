@@ -3,8 +3,12 @@
 A located bifurcation is followed as a zero of the conditions of periodicity together with its own
 test function (`curves`), with its sequence of legs held fixed. The curve ends where another
 condition of the motion reaches zero: a point of codimension two, from which other curves start.
+
+A grazing is followed on the side without the touching impact: there the derivative of the return
+map is finite, so that its multipliers tell where the motion is stable up to the grazing.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,12 +18,19 @@ from ..checks import count, number, positive, reject
 from ..errors import Interrupted, ParameterError
 from ..system import NUMERIC_RANGES, System
 from .branches import BORDERS, NAMES, Bifurcation
+from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .curves import follow_curve
-from .motion import PeriodicMotion, motion_of
-from .path import Path
+from .motion import PeriodicMotion, motion_of, primitive
+from .path import Path, Point, SpecialPoint
 from .problem import OrbitProblem
+from .resegment import parsed, spared
 
 Array = NDArray[np.float64]
+
+# Kinds that can be followed.
+KINDS = ("saddle_node", "period_doubling", "neimark_sacker", *BORDERS)
+# Special points that say nothing of the motion.
+_NO_BIFURCATION = ("turning_point", "neutral_saddle")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -29,7 +40,9 @@ class CodimensionTwo:
     Attributes
     ----------
     kind
-        Of the second bifurcation, as in Bifurcation; also ``cusp`` on a curve of saddle-nodes.
+        Of the second bifurcation, as in Bifurcation; also ``cusp`` on a curve of saddle-nodes, and
+        the strong resonances ``resonance_1_1``, ``resonance_1_2``, ``resonance_1_3``,
+        ``resonance_1_4``.
     values
         Of both parameters, shape (2,).
     motion
@@ -58,14 +71,22 @@ class BifurcationCurve:
     values
         Shape (k, 2), in order along the curve.
     nodes
-        Of the motion, shape (k, legs, 4).
+        Of the motion, shape (k, legs, 4); at a grazing without the touching impact.
     legs
         Its legs.
+    multipliers
+        By falling modulus, shape (k, 4) or (k, 2); NaN where an impact has u = 0.
+    bounds_stability
+        Whether the motion is stable on one side of the curve, shape (k,): all multipliers but the
+        critical ones lie inside the unit circle, and all borders but the curve's own are positive.
     points
         Points of codimension two, in order along the curve.
     ends
         Why the curve ends, at its first and last point: ``bound``, the kind of a border,
-        ``points``, ``closed``, ``no convergence``, ``outside domain`` or ``interrupted``.
+        ``resonance_1_1`` or ``resonance_1_2`` (a Neimark-Sacker curve beyond which the pair is
+        real), ``points``, ``closed``, ``start`` (it began at a point of codimension two, beyond
+        which it is no bifurcation of a motion), ``no convergence``, ``outside domain`` or
+        ``interrupted``.
     system
         The system, at any values of the parameters.
     test
@@ -77,6 +98,8 @@ class BifurcationCurve:
     values: Array
     nodes: Array
     legs: tuple[str, ...]
+    multipliers: NDArray[np.complex128]
+    bounds_stability: NDArray[np.bool_]
     points: tuple[CodimensionTwo, ...]
     ends: tuple[str, str]
     system: System
@@ -92,7 +115,7 @@ class BifurcationCurve:
 
 
 def bifurcation_curve(
-    bifurcation: Bifurcation,
+    bifurcation: Bifurcation | CodimensionTwo,
     *,
     step: float = 0.01,
     max_step: float = 0.05,
@@ -105,7 +128,8 @@ def bifurcation_curve(
     ----------
     bifurcation
         A located bifurcation of a branch: ``saddle_node``, ``period_doubling``,
-        ``neimark_sacker``, ``grazing``, ``regime_border``, ``contact_border``, ``chatter_onset``.
+        ``neimark_sacker``, ``grazing``, ``regime_border``, ``contact_border``, ``chatter_onset``;
+        or a point of codimension two of one of these kinds, for the other curve through it.
     step, max_step
         First and largest step, as part of the ranges and of the motion's size.
     max_points
@@ -126,76 +150,135 @@ def bifurcation_curve(
     Interrupted
         After Ctrl-C; ``.result`` is the curve so far.
     """
-    system = bifurcation.motion.system
-    names, bounds = _ranges(system, parameters)
-    motion = bifurcation.motion
-    problem = OrbitProblem(system, motion.itinerary, names)
-    test = "fold" if bifurcation.kind == "saddle_node" else bifurcation.test
-    ignored = {"fold"} if test == "fold" else set[str]()
-    sizes = (bounds[0][1] - bounds[0][0], bounds[1][1] - bounds[1][0])
+    if not isinstance(bifurcation, Bifurcation | CodimensionTwo):
+        reject("bifurcation", bifurcation, "a Bifurcation or a CodimensionTwo")
+    if bifurcation.kind not in KINDS:
+        reject("bifurcation", bifurcation.kind, f"one of the kinds {', '.join(KINDS)}")
+    names, bounds = _ranges(bifurcation.motion.system, parameters)
+    problem, u = curve_problem(bifurcation, names)
     paths: list[Path] = []
     for direction in (-1, 1):
         try:
-            path = follow_curve(
+            path = follow_way(
                 problem,
-                motion.nodes.ravel(),
-                [getattr(system, name) for name in names],
-                test,
-                bounds=bounds,
-                direction=direction,
-                parameter_sizes=sizes,
+                u,
+                bounds,
+                direction,
                 step=positive("step", step),
-                min_step=1e-9,
                 max_step=positive("max_step", max_step),
                 max_points=count("max_points", max_points, least=2),
-                stop_at=BORDERS,
-                ignore=ignored,
-                classify=problem.classify,
             )
         except Interrupted as interruption:
             path = interruption.result
         paths.append(path)
         if path.end == "interrupted":
-            curve = _curve(bifurcation, problem, test, paths)
-            raise Interrupted("interrupted along a curve", curve)
+            raise Interrupted("interrupted along a curve", _curve(problem, paths))
         if path.end == "closed":
             break
-    return _curve(bifurcation, problem, test, paths)
+    return _curve(problem, paths)
 
 
-def _curve(
-    bifurcation: Bifurcation, problem: OrbitProblem, test: str, paths: list[Path]
-) -> BifurcationCurve:
+def curve_problem(
+    bifurcation: Bifurcation | CodimensionTwo, names: tuple[str, ...]
+) -> tuple[CurveProblem, Array]:
+    """Return the equations of a curve, and the nodes at which it starts."""
+    motion, test = bifurcation.motion, bifurcation.test
+    system, itinerary, nodes = motion.system, motion.itinerary, motion.nodes
+    if bifurcation.kind == "saddle_node":
+        test = "fold"
+    elif bifurcation.kind == "grazing" and (found := parsed(test))[1] == "u":
+        problem = OrbitProblem(system, itinerary, names)
+        p = np.array([getattr(system, name) for name in names])
+        without = spared(problem, nodes.ravel(), p, found[2])
+        if without is not None:
+            itinerary, nodes, test = without
+            shorter, cut = primitive(system, itinerary, nodes)
+            if len(cut) < len(nodes):
+                test = f"grazing: flight, leg {parsed(test)[2] % len(cut)}"
+                itinerary, nodes = shorter, cut
+    return CurveProblem(system, itinerary, names, bifurcation.kind, test), nodes.ravel().copy()
+
+
+def follow_way(
+    problem: CurveProblem,
+    u: Array,
+    bounds: tuple[tuple[float, float], tuple[float, float]],
+    direction: int,
+    *,
+    step: float,
+    max_step: float,
+    max_points: int,
+    stop_at: Sequence[str] = (),
+) -> Path:
+    """Follow a curve one way, up to where it is no bifurcation of a motion any more."""
+    path = follow_curve(
+        problem,
+        u,
+        [getattr(problem.system, name) for name in problem.parameters],
+        problem.test,
+        bounds=bounds,
+        direction=direction,
+        parameter_sizes=(bounds[0][1] - bounds[0][0], bounds[1][1] - bounds[1][0]),
+        step=step,
+        min_step=min(1e-9, step),
+        max_step=max(step, max_step),
+        max_points=max_points,
+        stop_at=(*BORDERS, *(RESONANCES if problem.kind == "neimark_sacker" else ()), *stop_at),
+        # On a curve of saddle-nodes det(I - M) is zero throughout.
+        ignore={"saddle_node"} if problem.test == "fold" else set[str](),
+        classify=problem.classify,
+    )
+    if len(path.points) > 1 and _beyond_a_border(problem, path.points[1]):
+        return Path(points=path.points[:1], special=(), end="start")
+    return path
+
+
+def _beyond_a_border(problem: CurveProblem, point: Point) -> bool:
+    """Whether a motion has ceased to be one, or a Neimark-Sacker pair is real."""
+    return any(
+        value < -ROUNDING
+        for test, value in point.tests.items()
+        if test != problem.test and (test.split(":")[0] in BORDERS or test in RESONANCES)
+    )
+
+
+def _curve(problem: CurveProblem, paths: list[Path]) -> BifurcationCurve:
     back, forth = paths[0], paths[-1]
     both = len(paths) == 2
     points = [*reversed(back.points), *forth.points[1:]] if both else list(back.points)
     special = [*reversed(back.special), *forth.special] if both else list(back.special)
-    found = []
-    for point in special:
-        if point.kind in ("turning_point", "neutral_saddle") or not point.continuous:
-            continue
-        system = problem.system_at(point.p)
-        nodes = point.u.reshape(-1, 4)
-        found.append(
-            CodimensionTwo(
-                kind=NAMES.get(point.kind, point.kind),
-                values=point.p,
-                motion=motion_of(system, problem.itinerary, nodes, whole=True),
-                test=point.test,
-                test_value=point.value,
-            )
-        )
     first, second = problem.parameters
+    shape = (len(points), -1, 4)
     return BifurcationCurve(
-        kind=bifurcation.kind,
+        kind=problem.kind,
         parameters=(first, second),
-        values=np.array([point.p for point in points]),
-        nodes=np.array([point.u.reshape(-1, 4) for point in points]),
+        values=np.array([point.p for point in points]).reshape(-1, 2),
+        nodes=np.array([point.u for point in points]).reshape(shape if points else (0, 0, 4)),
         legs=tuple(problem.itinerary.legs),
-        points=tuple(found),
+        multipliers=np.array([problem.multipliers(point.u, point.p) for point in points]),
+        bounds_stability=np.array(
+            [problem.bounds_stability(point.u, point.p) for point in points], dtype=np.bool_
+        ),
+        points=tuple(
+            codimension_two(problem, point)
+            for point in special
+            if point.kind not in _NO_BIFURCATION and point.continuous
+        ),
         ends=(_end(back), _end(forth)),
         system=problem.system,
-        test=test,
+        test=problem.test,
+    )
+
+
+def codimension_two(problem: CurveProblem, point: SpecialPoint) -> CodimensionTwo:
+    """Return a special point of a curve as users see it."""
+    nodes = point.u.reshape(-1, 4)
+    return CodimensionTwo(
+        kind=NAMES.get(point.kind, point.kind),
+        values=point.p,
+        motion=motion_of(problem.system_at(point.p), problem.itinerary, nodes, whole=True),
+        test=point.test,
+        test_value=point.value,
     )
 
 

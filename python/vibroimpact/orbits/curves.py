@@ -25,7 +25,7 @@ Neimark-Sacker points, which take third derivatives, are not looked for.
 """
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -50,6 +50,17 @@ class HasMatrices(Protocol):
 
     def singular_matrices(self, u: Array, p: Array, jacobian: Array) -> Mapping[str, Array]:
         """Return the matrices, by the name of their test."""
+
+
+@runtime_checkable
+class HasSingleTests(Protocol):
+    """A problem that gives one test by itself, and says on which unknowns it depends."""
+
+    def single_test(self, name: str, u: Array, p: Array) -> float | None:
+        """Return the test, NaN if it is missing here, or None if it needs ``tests``."""
+
+    def unknowns_of(self, name: str, count: int) -> Sequence[int]:
+        """Return the indices, below ``count``, of the unknowns that it may depend on."""
 
 
 class _Critical:
@@ -104,12 +115,27 @@ class _Critical:
             raise OutsideDomain(f"the matrix of {self.test!r} is singular twice") from None
 
     def _defining(self, z: Array) -> float:
+        alone = self._alone(z)
+        if alone is not None:
+            return self._checked(alone)
         return self._defining_at(z, evaluate(self._equations, z)[1])
+
+    def _alone(self, z: Array) -> float | None:
+        """Return the test without the others and without the Jacobian, if the problem can."""
+        if self.border is not None or not isinstance(self.problem, HasSingleTests):
+            return None
+        with np.errstate(all="ignore"):
+            return self.problem.single_test(self.test, z[:-2], z[-2:])
 
     def _defining_at(self, z: Array, jacobian: Array) -> float:
         if self.border is not None:
             return float(self._bordered(z, jacobian)[-1])
-        value = self.problem.tests(z[:-2], z[-2:], jacobian).get(self.test, math.nan)
+        value = self._alone(z)
+        if value is None:
+            value = self.problem.tests(z[:-2], z[-2:], jacobian).get(self.test, math.nan)
+        return self._checked(value)
+
+    def _checked(self, value: float) -> float:
         if not math.isfinite(value):
             raise OutsideDomain(f"the test {self.test!r} is missing")
         return float(value)
@@ -117,8 +143,16 @@ class _Critical:
     def residual(self, z: Array) -> tuple[Array, Array]:
         value, jacobian = evaluate(self._equations, z)
         g = self._defining_at(z, jacobian)
-        row = np.array([self._slope(z, g, j) for j in range(len(z))])
+        row = np.zeros(len(z))
+        for j in self._unknowns():
+            row[j] = self._slope(z, g, j)
         return np.append(value, g), np.vstack((jacobian, row))
+
+    def _unknowns(self) -> Sequence[int]:
+        """Return the indices of the unknowns on which g depends."""
+        if self.border is not None or not isinstance(self.problem, HasSingleTests):
+            return range(self.n + 2)
+        return [*self.problem.unknowns_of(self.test, self.n), self.n, self.n + 1]
 
     def _slope(self, z: Array, g: float, j: int) -> float:
         """Return dg/dz_j: central, or one-sided where one side is outside the domain."""

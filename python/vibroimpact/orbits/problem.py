@@ -5,6 +5,7 @@ and Jacobian come from the compiled core (`_core.Itinerary.residual`); test func
 the motion inside its sequence of legs, and those of its multipliers.
 """
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -34,15 +35,21 @@ class OrbitProblem:
         self.system = system
         self.itinerary = itinerary
         self.parameters = parameters
+        self._latest: tuple[bytes, System] | None = None
 
     def system_at(self, p: Array) -> System:
         """Return the system with the free parameters at p; OutsideDomain beyond their range."""
         if not self.parameters:
             return self.system
+        key = p.tobytes()
+        if self._latest is not None and self._latest[0] == key:
+            return self._latest[1]
         try:
-            return self.system.replace(**dict(zip(self.parameters, p.tolist(), strict=True)))
+            system = self.system.replace(**dict(zip(self.parameters, p.tolist(), strict=True)))
         except ParameterError as error:
             raise OutsideDomain(str(error)) from error
+        self._latest = key, system
+        return system
 
     def residual(self, u: Array, p: Array) -> tuple[Array, Array]:
         """Return F, shape (n,), and its Jacobian by u and p, shape (n, n + k)."""
@@ -56,16 +63,39 @@ class OrbitProblem:
 
     def tests(self, u: Array, p: Array, jacobian: Array) -> Mapping[str, float]:
         """Return the test functions by name, ``kind: what, leg``."""
-        system, nodes = self.system_at(p), u.reshape(-1, 4)
-        tests = {
-            f"{kind}: {name}, leg {leg}": value
-            for kind, leg, name, value, _ in self.itinerary.tests(system._compiled, nodes)
-        }
+        tests = self.border_tests(u, p)
         matrix = self.monodromy(u, p)
         if np.isfinite(matrix).all():
-            tests["period_doubling"] = period_doubling(matrix)
-            tests["neimark_sacker"] = neimark_sacker(matrix)
+            tests |= self.multiplier_tests(matrix)
         return tests
+
+    def border_tests(self, u: Array, p: Array) -> dict[str, float]:
+        """Return what holds the motion inside its sequence of legs."""
+        found = self.itinerary.tests(self.system_at(p)._compiled, u.reshape(-1, 4))
+        return {f"{kind}: {name}, leg {leg}": value for kind, leg, name, value, _ in found}
+
+    @staticmethod
+    def multiplier_tests(matrix: Array) -> dict[str, float]:
+        """Return the tests of a monodromy matrix but that of a saddle-node."""
+        return {
+            "period_doubling": period_doubling(matrix),
+            "neimark_sacker": neimark_sacker(matrix),
+        }
+
+    def single_test(self, name: str, u: Array, p: Array) -> float | None:
+        """Return one test of a border without the others; None if it is none, NaN if missing."""
+        return self.border_tests(u, p).get(name, math.nan) if ": " in name else None
+
+    def unknowns_of(self, name: str, count: int) -> list[int]:
+        """Return the unknowns on which a test may depend.
+
+        The condition of a leg is known from the node at which it starts and the time at which it
+        ends, which the next node has.
+        """
+        if ": " not in name:
+            return list(range(count))
+        leg = int(name.rsplit(" ", 1)[1])
+        return [*range(4 * leg, 4 * leg + 4), (4 * leg + 7) % count]
 
     def singular_matrices(self, u: Array, p: Array, jacobian: Array) -> Mapping[str, Array]:
         """Return the matrices that are singular at bifurcations, by the name of their test."""

@@ -61,7 +61,9 @@ def beyond(problem: OrbitProblem, border: SpecialPoint) -> Crossing | None:
     try:
         if kind == "grazing":
             found = (
-                _struck(problem, border, leg) if what == "flight" else _spared(problem, border, leg)
+                _struck(problem, border, leg)
+                if what == "flight"
+                else spared(problem, border.u, border.p, leg)
             )
         elif kind == "regime_border" and problem.itinerary.legs[leg].startswith("impact"):
             found = _other_regime(problem, border, what, leg)
@@ -124,11 +126,11 @@ def _slips(problem: OrbitProblem, friction: float, x1: float, v1: float) -> str:
     return f"impact:slip:{'+' if v1 > 0.0 else '-'}{side}"
 
 
-def _spared(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New | None:
-    """The impact with u = 0 is left out."""
-    itinerary, system = problem.itinerary, problem.system_at(border.p)
+def spared(problem: OrbitProblem, u: Array, p: Array, leg: int) -> _New | None:
+    """Leave out the impact with u = 0 that ends a leg; None where contact begins with it."""
+    itinerary, system = problem.itinerary, problem.system_at(p)
     legs, clocks = itinerary.legs, itinerary.clocks
-    nodes = border.u.reshape(-1, 4)
+    nodes = u.reshape(-1, 4)
     count = len(legs)
     after = (leg + 1) % count
     if count == 1:
