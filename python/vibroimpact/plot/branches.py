@@ -42,7 +42,9 @@ Section = Literal["impact", "stroboscopic"]
 
 # In this order neighbours differ in grey, too.
 _COLORS = (BLACK, VERMILLION, BLUE, ORANGE, GREEN, PURPLE)
-_DIAGRAM_GREY = "0.72"
+_DIAGRAM_GREY = "0.62"
+_DIAGRAM_SIZE = 0.6
+_KEY_GREY = "0.35"
 _UNSTABLE = (0.0, (4.0, 1.5))
 # A multiplier this close to the unit circle is that of a bifurcation: the point belongs to either
 # side.
@@ -104,7 +106,7 @@ def branches(
 
     ax = new_axes(ax)
     if diagram is not None:
-        bifurcation(diagram, section=section, legend=False, ax=ax)
+        bifurcation(diagram, section=section, size=_DIAGRAM_SIZE, legend=False, ax=ax)
         ax.collections[0].set_color(_DIAGRAM_GREY)
     handles: list[Artist] = []
     for number, branch in enumerate(many):
@@ -128,9 +130,9 @@ def branch_handles(branches: Sequence[Branch]) -> list[Artist]:
     stable = np.concatenate([branch.stable for branch in branches])
     handles: list[Artist] = []
     if stable.any():
-        handles.append(Line2D([], [], color=BLACK, lw=1.2, label="stable"))
+        handles.append(Line2D([], [], color=_KEY_GREY, lw=1.2, label="stable"))
     if not stable.all():
-        handles.append(Line2D([], [], color=BLACK, lw=0.7, ls=_UNSTABLE, label="unstable"))
+        handles.append(Line2D([], [], color=_KEY_GREY, lw=0.7, ls=_UNSTABLE, label="unstable"))
     return handles + bifurcation_handles(
         found.kind for branch in branches for found in branch.bifurcations
     )

@@ -132,7 +132,9 @@ def _along(
         linewidths=0,
         zorder=2,
     )
-    bar = ax.figure.colorbar(points, ax=ax, pad=0.02)
+    # Beside the frame, whose aspect is fixed, and as high as it.
+    bar = ax.figure.colorbar(points, cax=ax.inset_axes((1.04, 0.0, 0.05, 1.0)))
+    bar.ax.tick_params(direction="out", left=False)
     bar.set_label(PARAMETER_SYMBOLS.get(branch.parameter, branch.parameter))
     for kind in _CROSSINGS:
         crossing = [_on_circle(found) for found in branch.of_kind(kind)]
@@ -142,7 +144,7 @@ def _along(
             marks.set_gid(kind)
     if legend:
         kinds = [found.kind for found in branch.bifurcations if found.kind in _CROSSINGS]
-        legend_above(ax, bifurcation_handles(kinds), columns=3)
+        legend_above(ax, bifurcation_handles(kinds))
     return drawn
 
 
