@@ -91,3 +91,14 @@ def test_a_branch_can_be_switched_to_at_either_end_of_it(branches):
         assert end.kind == "period_doubling"
         back = vi.switch_branch(end, drive_frequency=RANGE)
         assert {piece.label for piece in back.pieces} == {"4-5", "4-6"}
+
+
+def test_a_run_that_has_not_settled_is_carried_on_before_it_is_refined(motions):
+    # The label of these runs, 12-14, is foretold during transients; Newton's method leads from
+    # there to unstable 4-5, 6-8, 12-16 and 12-17 motions, which attract nothing.
+    found = vi.search_motions(
+        motions[0].system.replace(drive_frequency=1.567), starts=150, periods=4000
+    )
+    assert [motion.label for motion in found.motions] == ["12-14"]
+    assert found.motions[0].stable
+    assert found.shares[0] + sum(found.others.values()) == pytest.approx(1.0)

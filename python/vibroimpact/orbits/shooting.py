@@ -28,6 +28,10 @@ Array = NDArray[np.float64]
 MAX_EVENTS = 1_000_000
 # Two orbits are the same if their sections agree to this part of their size.
 SAME_ORBIT = 1e-7
+# A run this close to an unstable motion has settled on it: it cannot have come there by itself.
+SETTLED = 1e-6
+# Drive periods by which a run is carried on that has not settled yet.
+FURTHER = (0, 2000, 8000)
 # Half widths of the box from which a search starts (docs/theory.md, E9).
 START_BOX = (0.3, 1.0, 0.2, 1.0)
 
@@ -125,16 +129,35 @@ def periodic_motion(
 
 
 def refine(run: Run) -> PeriodicMotion | NotFound:
-    """Find the periodic motion that a run has settled on, to rounding; see ``Run.refine``."""
+    """Find the periodic motion that a run has settled on, to rounding; see ``Run.refine``.
+
+    A label can foretell what a run settles on while it is still far from it (``run.period.method``
+    says so): Newton's method may then find another motion, and the run is carried on.
+    """
     _driven(run.system)
-    m = run.period.m
-    if m is None:
+    period = run.period
+    if period.m is None:
         return NotFound(reason=f"the run is {run.label}, not periodic")
     end = run.final_state
     if end.time_in_period > 0.0:
         # On to the start of the next drive period.
-        end = run.resume(time=run.system.drive_period - end.time_in_period).final_state
-    return periodic_motion(run.system, initial=end.state, periods=m)
+        run = run.resume(time=run.system.drive_period - end.time_in_period)
+    for further in FURTHER:
+        if further:
+            run = run.resume(periods=further, keep=0)
+        motion = periodic_motion(run.system, initial=run.final_state.state, periods=period.m)
+        if isinstance(motion, PeriodicMotion) and (motion.m, motion.n) == (period.m, period.n):
+            if motion.stable or _distance(motion, run.final_state.state) < SETTLED:
+                return motion
+    if isinstance(motion, PeriodicMotion):
+        return NotFound(reason=f"the run has not come close to a {run.label} motion")
+    return motion
+
+
+def _distance(motion: PeriodicMotion, state: ArrayLike) -> float:
+    """Distance of a state at the start of a drive period from a motion, as part of its size."""
+    size = max(1e-3, float(np.abs(motion.sections).max()))
+    return float(np.abs(motion.sections - np.asarray(state)).max(axis=1).min()) / size
 
 
 def same_orbit(one: PeriodicMotion, other: PeriodicMotion) -> bool:
@@ -224,12 +247,10 @@ def search_motions(
 
 def _known(run: Run, motions: Sequence[PeriodicMotion]) -> int | None:
     """The motion on which a run has settled, if it is among these."""
-    last = np.array(run.final_state.state)
     for k, motion in enumerate(motions):
         if run.period.m != motion.m or run.period.n != motion.n:
             continue
-        size = max(1e-3, float(np.abs(motion.sections).max()))
-        if np.abs(motion.sections - last).max(axis=1).min() < SAME_ORBIT * size:
+        if _distance(motion, run.final_state.state) < SAME_ORBIT:
             return k
     return None
 
