@@ -146,9 +146,10 @@ def refine(run: Run) -> PeriodicMotion | NotFound:
         if further:
             run = run.resume(periods=further, keep=0)
         motion = periodic_motion(run.system, initial=run.final_state.state, periods=period.m)
-        if isinstance(motion, PeriodicMotion) and (motion.m, motion.n) == (period.m, period.n):
-            if motion.stable or _distance(motion, run.final_state.state) < SETTLED:
-                return motion
+        if not isinstance(motion, PeriodicMotion) or (motion.m, motion.n) != (period.m, period.n):
+            continue
+        if motion.stable or _distance(motion, run.final_state.state) < SETTLED:
+            return motion
     if isinstance(motion, PeriodicMotion):
         return NotFound(reason=f"the run has not come close to a {run.label} motion")
     return motion
