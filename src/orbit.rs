@@ -313,6 +313,25 @@ impl<'a> Orbit<'a> {
         matches!(self.itinerary.legs[leg], Leg::SlideToRelease(_)).then_some(speed)
     }
 
+    /// What stays positive in a slide, with the times at which it is taken.
+    fn slide_tests(
+        &self,
+        model: &Model,
+        leg: usize,
+        positive: bool,
+        (start, from): (&DualState, &Moment),
+        length: f64,
+    ) -> Vec<(&'static str, f64, f64)> {
+        let slip = self.slip_at_start(model, leg, start, from, positive);
+        let [force, speed] = least_in_slide(model, start, mode(positive), from, length);
+        let speed = speed.filter(|_| model.system.friction() > 0.0);
+        slip.map(|value| ("slip at the start", value, 0.0))
+            .into_iter()
+            .chain(force.map(|(time, least)| ("contact force in the slide", least, time)))
+            .chain(speed.map(|(time, least)| ("x1' in the slide", least, time)))
+            .collect()
+    }
+
     fn pass(&self, model: &Model, leg: usize, tested: bool) -> Option<Passed> {
         let (start, from) = self.start(model, leg);
         let end = self.end(leg);
@@ -361,16 +380,10 @@ impl<'a> Orbit<'a> {
             Leg::SlideToRelease(positive) | Leg::SlideToStop(positive) => {
                 let state = slide(model, &start, mode(positive), &from, s)?;
                 if tested {
-                    if let Some(slip) = self.slip_at_start(model, leg, &start, &from, positive) {
-                        test(TestKind::ContactBorder, "slip at the start", slip, 0.0);
-                    }
-                    let [force, speed] =
-                        least_in_slide(model, &start, mode(positive), &from, s.value);
-                    if let Some((time, least)) = force {
-                        test(TestKind::ContactBorder, "contact force in the slide", least, time);
-                    }
-                    if let (Some((time, least)), true) = (speed, model.system.friction() > 0.0) {
-                        test(TestKind::ContactBorder, "x1' in the slide", least, time);
+                    for (name, value, time) in
+                        self.slide_tests(model, leg, positive, (&start, &from), s.value)
+                    {
+                        test(TestKind::ContactBorder, name, value, time);
                     }
                 }
                 let released = matches!(kind, Leg::SlideToRelease(_));
