@@ -48,8 +48,9 @@ use crate::params::System;
 use crate::state::State;
 use crate::tangent::{
     Accumulation, DIRECTIONS, Dual, DualState, END, FREE, Model, Moment, accumulate, fly,
-    free_gap_acceleration, least_in_slide, slide, stick_condition, strike,
+    free_gap_acceleration, least_in_slide, slide, slip_from_rest, stick_condition, strike,
 };
+use crate::tolerance::EPS;
 
 /// Equations and unknowns per leg.
 pub const PER_LEG: usize = 4;
@@ -317,6 +318,49 @@ impl<'a> Orbit<'a> {
         matches!(before, Leg::Impact(..) | Leg::Chatter)
     }
 
+    /// What holds a slide in its direction at the start: x1', or where the tip is at rest, its
+    /// acceleration. After a stick that is the condition of the leg before; a slide to a stop that
+    /// begins with x1' = 0 has no length.
+    fn slip_at_start(
+        &self,
+        model: &Model,
+        leg: usize,
+        start: &DualState,
+        from: &Moment,
+        positive: bool,
+    ) -> Option<f64> {
+        let count = self.nodes.len();
+        let before = self.itinerary.legs[(leg + count - 1) % count];
+        if model.system.friction() == 0.0 || matches!(before, Leg::Stick(_)) {
+            return None;
+        }
+        let speed = if positive { start.v1.value } else { -start.v1.value };
+        // Stick in an impact, chatter that stops the tip: x1' is zero to rounding.
+        if matches!(before, Leg::SlideToStop(_)) || speed.abs() <= EPS {
+            return slip_from_rest(model, start, from, mode(positive));
+        }
+        matches!(self.itinerary.legs[leg], Leg::SlideToRelease(_)).then_some(speed)
+    }
+
+    /// What stays positive in a slide, with the times at which it is taken.
+    fn slide_tests(
+        &self,
+        model: &Model,
+        leg: usize,
+        positive: bool,
+        (start, from): (&DualState, &Moment),
+        length: f64,
+    ) -> Vec<(&'static str, f64, f64)> {
+        let slip = self.slip_at_start(model, leg, start, from, positive);
+        let [force, speed] = least_in_slide(model, start, mode(positive), from, length);
+        let speed = speed.filter(|_| model.system.friction() > 0.0);
+        slip.map(|value| ("slip at the start", value, 0.0))
+            .into_iter()
+            .chain(force.map(|(time, least)| ("contact force in the slide", least, time)))
+            .chain(speed.map(|(time, least)| ("x1' in the slide", least, time)))
+            .collect()
+    }
+
     fn pass(&self, model: &Model, leg: usize, tested: bool) -> Option<Passed> {
         let (start, from) = self.start(model, leg);
         let end = self.end(leg);
@@ -365,13 +409,10 @@ impl<'a> Orbit<'a> {
             Leg::SlideToRelease(positive) | Leg::SlideToStop(positive) => {
                 let state = slide(model, &start, mode(positive), &from, s)?;
                 if tested {
-                    let [force, speed] =
-                        least_in_slide(model, &start, mode(positive), &from, s.value);
-                    if let Some((time, least)) = force {
-                        test(TestKind::ContactBorder, "contact force in the slide", least, time);
-                    }
-                    if let (Some((time, least)), true) = (speed, model.system.friction() > 0.0) {
-                        test(TestKind::ContactBorder, "x1' in the slide", least, time);
+                    for (name, value, time) in
+                        self.slide_tests(model, leg, positive, (&start, &from), s.value)
+                    {
+                        test(TestKind::ContactBorder, name, value, time);
                     }
                 }
                 let released = matches!(kind, Leg::SlideToRelease(_));

@@ -13,7 +13,9 @@ mod flight;
 mod strike;
 
 pub(crate) use chatter::{Accumulation, accumulate};
-pub(crate) use contact::{free_gap_acceleration, least_in_slide, slide, stick_condition};
+pub(crate) use contact::{
+    free_gap_acceleration, least_in_slide, slide, slip_from_rest, stick_condition,
+};
 pub(crate) use flight::fly;
 pub(crate) use strike::strike;
 

@@ -61,8 +61,10 @@ pub(crate) fn least_in_slide(
     let (mut x1, mut v1, mut clock, mut passed) =
         (state.x1.value, state.v1.value, moment.clock(), 0.0);
     let mut least = [None; 2];
-    // Two samples before, so that a minimum at the end of a step is seen by the next.
-    let mut before: [Vec<(f64, f64)>; 2] = [Vec::new(), Vec::new()];
+    // Two samples before and the step before, so that a minimum at the end of a step is seen by the
+    // next.
+    let mut recent: [Vec<(f64, f64)>; 2] = [Vec::new(), Vec::new()];
+    let mut before: Option<(SlideStep, f64)> = None;
     for _ in 0..STEPS {
         let start = model.system.on_contact(x1, v1);
         let step = SlideStep::new(&model.system, model.motion.drive.trig_at(clock), &start, mode);
@@ -71,26 +73,30 @@ pub(crate) fn least_in_slide(
             _ => step.length(),
         }
         .min(length - passed);
-        let at = |which: usize, s: f64| {
+        let at = |which: usize, time: f64| {
+            let (step, s) = match &before {
+                Some((step, began)) if time < passed => (step, time - began),
+                _ => (&step, time - passed),
+            };
             if which == 0 { step.free_acceleration(s) } else { sign * step.at(s).1 }
         };
-        for which in 0..2 {
-            for i in 0..=SAMPLES {
-                let s = end * i as f64 / SAMPLES as f64;
-                let recent = &mut before[which];
-                recent.push((passed + s, at(which, s)));
+        // A step begins where the one before ends.
+        for i in usize::from(before.is_some())..=SAMPLES {
+            let time = passed + end * i as f64 / SAMPLES as f64;
+            for (which, recent) in recent.iter_mut().enumerate() {
+                recent.push((time, at(which, time)));
                 if let [.., a, b, c] = recent[..] {
                     if b.1 < a.1 && b.1 <= c.1 {
-                        let (from, to) = ((a.0 - passed).max(0.0), c.0 - passed);
-                        let (time, value) = minimum(from, to, |s| at(which, s));
+                        let (time, value) = minimum(a.0, c.0, |t| at(which, t));
                         if least[which].is_none_or(|(_, lowest)| value < lowest) {
-                            least[which] = Some((passed + time, value));
+                            least[which] = Some((time, value));
                         }
                     }
                 }
             }
         }
         (x1, v1) = step.at(end);
+        before = Some((step, passed));
         passed += end;
         clock = model.motion.drive.advance(clock, DoubleDouble::new(end));
         if passed >= length || end <= 0.0 {
@@ -140,7 +146,7 @@ pub(crate) fn free_gap_acceleration(model: &Model, state: &DualState, moment: &M
 }
 
 /// Conditions of a stick: all positive while it lasts; the one that ends it, and the least values of
-/// all inside it, where they have minima, and of the others at its end.
+/// all inside it, where they have minima, and of the others at its ends.
 pub(crate) struct StickCondition {
     pub ends: Dual,
     pub others: Vec<(&'static str, f64)>,
@@ -155,8 +161,13 @@ pub(crate) fn stick_condition(
 ) -> StickCondition {
     let limits = stick_limits(model, state, end);
     let ends = limits.iter().find(|limit| limit.0 == how).or(limits.first()).map(|limit| limit.2);
-    let mut others: Vec<(&'static str, f64)> =
-        limits.iter().filter(|l| l.0 != how).map(|l| (l.1, l.2.value)).collect();
+    let first = stick_limits(model, state, start);
+    let mut others: Vec<(&'static str, f64)> = limits
+        .iter()
+        .zip(&first)
+        .filter(|(l, _)| l.0 != how)
+        .map(|(l, f)| (l.1, l.2.value.min(f.2.value)))
+        .collect();
     // Each is alpha + beta cos psi: extrema at psi = 0 and pi (mod 2 pi).
     let omega = model.system.drive_frequency;
     let length = model.elapsed(start, end).value;
@@ -175,6 +186,18 @@ pub(crate) fn stick_condition(
         }
     }
     StickCondition { ends: ends.unwrap_or(Dual::constant(f64::NAN)), others }
+}
+
+/// What is positive where a tip at rest begins to slide in `mode`; `None` where stick has no cone.
+pub(crate) fn slip_from_rest(
+    model: &Model,
+    state: &DualState,
+    moment: &Moment,
+    mode: ContactMode,
+) -> Option<f64> {
+    let end = if mode.direction() > 0.0 { StickEnd::SlipPositive } else { StickEnd::SlipNegative };
+    let limits = stick_limits(model, state, moment);
+    limits.iter().find(|limit| limit.0 == end).map(|limit| -limit.2.value)
 }
 
 /// What must stay positive in stick, by how it would end.

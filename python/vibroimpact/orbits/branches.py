@@ -23,7 +23,7 @@ from ..system import NUMERIC_RANGES, System
 from .continuation import follow
 from .motion import PeriodicMotion, motion_of
 from .newton import OutsideDomain, solve
-from .path import Path, SpecialPoint
+from .path import Path, Point, SpecialPoint
 from .problem import OrbitProblem
 from .resegment import Crossing, beyond
 from .shooting import same_orbit
@@ -36,6 +36,8 @@ BORDERS = ("grazing", "regime_border", "chatter_onset", "contact_border")
 NAMES = {"fold": "saddle_node"}
 # Sequences of legs that one direction of a branch may pass.
 MOST_PIECES = 200
+# Shortest step, as part of the range and of the motion's size.
+MIN_STEP = 1e-9
 # Part of the largest value of a test function along a piece below which it is at its border.
 AT_BORDER = 1e-4
 # Halves of an orbit this close, in units of its size, are one.
@@ -46,6 +48,13 @@ SAME_HALVES = 1e-9
 MOST_REFINEMENTS = 6
 # A border met again has the same parameter to this accuracy.
 SAME_VALUE = 1e-9
+# Another event nearer to a border than this, in units of the sizes, is the border: beyond it these
+# legs are none any more.
+SAME_PLACE = 1e-9
+# Where a step has led past a border unseen, such as a gap's maximum that rises from nothing to
+# above zero within it, it is taken again this many times, each time by so many shorter ones.
+RETRIES = 8
+SHORTER = 4.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -295,11 +304,11 @@ def _follow_way(system: System, start: Crossing, way: int, settings: _Settings) 
     half = _Half([], [], "points")
     borders: list[tuple[Bifurcation, int, int]] = []
     at: Crossing | None = start
-    direction, left = way, settings.max_points
+    direction, left, retries = way, settings.max_points, RETRIES
+    finer, continued = settings, False
     while at is not None and left >= 2 and len(half.pieces) < MOST_PIECES:
         problem = OrbitProblem(system, at.itinerary, (settings.parameter,))
-        path = _path(problem, at, direction, left, settings)
-        finer = settings
+        path = _path(problem, at, direction, left, finer)
         for _ in range(MOST_REFINEMENTS):
             if not _passed_a_border(problem, path):
                 break
@@ -311,16 +320,26 @@ def _follow_way(system: System, start: Crossing, way: int, settings: _Settings) 
         piece, good, reason = _piece(problem, path, halved, settings)
         if piece is None:
             break
+        if continued:
+            piece = _continued(half.pieces.pop(), piece)
         half.pieces.append(piece)
         last = path.special[-1] if path.end.startswith("stopped") else None
         reached = path.points[good - 1].arclength
+        if last is not None and not reason:
+            reached = min(reached, last.arclength - SAME_PLACE)
         for special in path.special:
             # A test of the multipliers that jumps passes infinity, near a grazing.
             if special is not last and special.arclength <= reached and special.continuous:
                 half.bifurcations.append(_bifurcation(problem, special))
         if reason:
             half.end = f"not a motion: {reason}"
-            break
+            failed = path.points[good].arclength - path.points[good - 1].arclength
+            at = _again(problem, path.points[good - 1])
+            finer = replace(settings, step=failed / SHORTER, max_step=failed / SHORTER)
+            direction, retries, continued = 1, retries - 1, True
+            if retries < 0 or finer.step <= MIN_STEP:
+                break
+            continue
         if halved is not None:
             half.end = "period_doubling"
             doubling = _doubling_near(
@@ -332,7 +351,7 @@ def _follow_way(system: System, start: Crossing, way: int, settings: _Settings) 
         if last is None:
             break
         at = beyond(problem, last)
-        direction = 1
+        direction, retries, finer, continued = 1, RETRIES, settings, False
         onward = () if at is None else tuple(at.itinerary.legs)
         border = _bifurcation(problem, last, onward)
         for known, pieces, found in borders:
@@ -381,6 +400,23 @@ def _passed_a_border(problem: OrbitProblem, path: Path) -> bool:
     return False
 
 
+def _again(problem: OrbitProblem, point: Point) -> Crossing:
+    """Start from a point of a path, the way it goes."""
+    return Crossing(
+        itinerary=problem.itinerary, u=point.u, p=float(point.p[0]), tangent=point.tangent
+    )
+
+
+def _continued(first: Piece, second: Piece) -> Piece:
+    """Join two pieces with the same legs, the second of which begins with the first's end."""
+    return replace(
+        second,
+        values=np.concatenate((first.values, second.values[1:])),
+        nodes=np.concatenate((first.nodes, second.nodes[1:])),
+        multipliers=np.concatenate((first.multipliers, second.multipliers[1:])),
+    )
+
+
 def _same_border(one: Bifurcation, other: Bifurcation) -> bool:
     """Whether a branch has come back to a border, with the same legs on both sides."""
     return (
@@ -404,7 +440,7 @@ def _path(
             tangent=at.tangent,
             parameter_size=settings.size,
             step=settings.step,
-            min_step=1e-9,
+            min_step=MIN_STEP,
             max_step=settings.max_step,
             max_points=left,
             stop_at=() if settings.virtual else BORDERS,

@@ -5,7 +5,8 @@ At a border two sequences have one orbit in common:
 - a flight that touches g = 0 there has an impact with u = 0 in the other sequence, and the other
   way round;
 - an impact at the edge of its regime (P* = P_f, P* = (1 + r) P_f, |cos x1| = mu |sin x1|, x1' = 0,
-  sin x1 = 0) is one of the neighbouring regime too, since the impact law is continuous.
+  sin x1 = 0) is one of the neighbouring regime too, since the impact law is continuous;
+- a slide whose x1' touches zero has a stick of no length there, and the other way round.
 
 So the new branch starts at the border's own orbit, in the direction in which the condition of the
 new sequence grows from zero. Where a contact phase ends another way the new sequence is read off a
@@ -29,8 +30,10 @@ Array = NDArray[np.float64]
 
 # Step in units of the sizes by which the direction of a new branch is tried.
 TRIAL = 1e-7
-# Step beyond a border of a contact phase at which a simulation is asked for the legs.
-AHEAD = 1e-4
+# Steps beyond a border of a contact phase at which a simulation is asked for the legs: the first
+# that gives other legs. Very close to a border where chatter brings the tip to rest none may; and
+# where a slide between two stops vanishes the tangent may point back, two solutions meeting there.
+AHEAD = (1e-4, 1e-3, 1e-2, -1e-4, -1e-3, -1e-2)
 # The orbit found there must be this close to the one expected, in units of the sizes.
 NEAR = 1e-2
 
@@ -67,8 +70,13 @@ def beyond(problem: OrbitProblem, border: SpecialPoint) -> Crossing | None:
             )
         elif kind == "regime_border" and problem.itinerary.legs[leg].startswith("impact"):
             found = _other_regime(problem, border, what, leg)
+        elif kind == "contact_border" and what == "x1' in the slide":
+            found = _stopped(problem, border, leg)
+        elif kind == "contact_border" and _slides_on(problem.itinerary, what, leg):
+            found = _not_stopped(problem, border, leg)
         elif kind in ("contact_border", "regime_border"):
-            return _by_simulation(problem, border)
+            steps = (_by_simulation(problem, border, ahead) for ahead in AHEAD)
+            return next((crossing for crossing in steps if crossing is not None), None)
         else:
             return None
         return None if found is None else _oriented(problem, border, *found)
@@ -181,6 +189,55 @@ def _other_regime(problem: OrbitProblem, border: SpecialPoint, what: str, leg: i
     return new, nodes, border.test
 
 
+def _slides_on(itinerary: _core.Itinerary, what: str, leg: int) -> bool:
+    """Whether a leg of no length is a stick between two slides in the same direction."""
+    legs = itinerary.legs
+    before = legs[leg - 1]
+    same = before.endswith(":stop") and legs[leg] == f"stick:{before.removesuffix(':stop')}"
+    return what == "length of the phase" and same and len(legs) > 2
+
+
+def _not_stopped(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New:
+    """The slide goes on through a stick of no length."""
+    itinerary, nodes = problem.itinerary, border.u.reshape(-1, 4)
+    legs, clocks = itinerary.legs, itinerary.clocks
+    count = len(legs)
+    first, last = (leg - 1) % count, (leg + 1) % count
+    legs[first] = legs[last]
+    kept = [i for i in range(count) if i not in (leg, last)]
+    new = _core.Itinerary(
+        [legs[i] for i in kept],
+        itinerary.periods,
+        [clocks[i] for i in kept],
+        itinerary.wall_at_rest,
+    )
+    return new, nodes[kept], f"contact_border: x1' in the slide, leg {kept.index(first)}"
+
+
+def _stopped(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New | None:
+    """The slide whose x1' touches zero stops there, for no time."""
+    itinerary, system = problem.itinerary, problem.system_at(border.p)
+    nodes = border.u.reshape(-1, 4)
+    tests = itinerary.tests(system._compiled, nodes)
+    times = [time for _, i, name, _, time in tests if (i, name) == (leg, "x1' in the slide")]
+    state = itinerary.state_in_leg(system._compiled, nodes, leg, times[0]) if times else None
+    if state is None:
+        return None
+    legs, clocks, period = itinerary.legs, itinerary.clocks, system.drive_period
+    start = clocks[leg] * period + nodes[leg, 3] + times[0]
+    clock = math.floor(start / period)
+    node = np.array([state[0], 0.0, 0.0, start - clock * period])
+    slide = legs[leg].split(":")[0]
+    new = _core.Itinerary(
+        [*legs[:leg], f"{slide}:stop", f"stick:{slide}", *legs[leg:]],
+        itinerary.periods,
+        [*clocks[: leg + 1], clock, clock, *clocks[leg + 1 :]],
+        itinerary.wall_at_rest,
+    )
+    nodes = np.insert(nodes, [leg + 1, leg + 1], node, axis=0)
+    return new, nodes, f"contact_border: length of the phase, leg {leg + 1}"
+
+
 def _oriented(
     problem: OrbitProblem, border: SpecialPoint, itinerary: _core.Itinerary, nodes: Array, test: str
 ) -> Crossing | None:
@@ -213,10 +270,10 @@ def _oriented(
     return Crossing(itinerary=itinerary, u=u, p=float(border.p[0]), tangent=tangent)
 
 
-def _by_simulation(problem: OrbitProblem, border: SpecialPoint) -> Crossing | None:
+def _by_simulation(problem: OrbitProblem, border: SpecialPoint, step: float) -> Crossing | None:
     """The legs of a simulation a little beyond the border."""
     sizes = problem.scale(border.u)
-    ahead = border.z + AHEAD * border.tangent
+    ahead = border.z + step * border.tangent
     p = ahead[-1:]
     system = problem.system_at(p)
     virtual = motion_of(system, problem.itinerary, ahead[:-1].reshape(-1, 4), whole=True)
@@ -240,5 +297,5 @@ def _by_simulation(problem: OrbitProblem, border: SpecialPoint) -> Crossing | No
     _, jacobian = new.residual(u, p)
     _, _, right = np.linalg.svd(jacobian * np.append(new.scale(u), 1.0))
     tangent = right[-1] * np.append(new.scale(u), 1.0)
-    tangent *= math.copysign(1.0, tangent[-1] * float(border.tangent[-1]))
+    tangent *= math.copysign(1.0, tangent[-1] * float(p[0] - border.p[0]))
     return Crossing(itinerary=itinerary, u=u, p=float(p[0]), tangent=tangent)
