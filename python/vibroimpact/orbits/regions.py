@@ -17,8 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .. import _core
 from ..checks import count, number, positive, reject
-from ..errors import Interrupted, ParameterError
+from ..errors import Interrupted
 from .borders import (
     BifurcationCurve,
     CodimensionTwo,
@@ -28,7 +29,7 @@ from .borders import (
     follow_way,
     ranges,
 )
-from .branches import BORDERS, NAMES, Bifurcation
+from .branches import BORDERS, NAMES, Bifurcation, doubled, doubling_near, halving
 from .continuation import follow
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .curves import curve_point
@@ -213,16 +214,18 @@ class _Arc:
     curve: BifurcationCurve | None
 
 
-# Where the walk stands: on a bifurcation from which the next curve starts, or on a bound, with the
-# legs, the unknowns, the parameters, and the indices of the bounds it has just come along.
 @dataclass
 class _OnBound:
-    problem: OrbitProblem
+    """A motion where the parameter ``index`` is at its bound; the direction to start in, if any."""
+
+    itinerary: _core.Itinerary
     u: Array
     p: Array
     index: int
+    tangent: Array | None = None
 
 
+# Where the walk stands: where the next curve starts, or on a bound.
 _Place = Bifurcation | CodimensionTwo | _OnBound
 
 
@@ -243,7 +246,10 @@ class _Walk:
 
     def region(self) -> StabilityRegion:
         """Walk round."""
-        start = self._first_bifurcation()
+        try:
+            start = self._first_bifurcation()
+        except _Lost as loss:
+            return self._result([_Arc(np.empty((0, 2)), None)], str(loss))
         if start is None:
             (a, b), (c, d) = self.bounds
             corners = np.array([[a, c], [b, c], [b, d], [a, d]])
@@ -323,11 +329,24 @@ class _Walk:
     def _place(self, problem: CurveProblem, path: Path) -> _Place:
         """Return where a curve has led."""
         last = path.points[-1]
+        short = problem.itinerary.periods < self.motion.m
         if path.end == "bound":
-            return _OnBound(problem, last.u, last.p, self._bound_of(last.p))
+            at = _OnBound(problem.itinerary, last.u, last.p, self._bound_of(last.p))
+            return self._doubled(problem, at) if short else at
         if path.end.startswith("stopped"):
+            if short:
+                kind = path.special[-1].kind
+                raise _Lost(f"the halved motion has a {kind} at {_numbers(last.p)}")
             return _meeting(problem, path.special[-1])
         raise _Lost(f"{problem.kind} at {_numbers(last.p)}: {path.end} {path.detail}".strip())
+
+    def _doubled(self, problem: CurveProblem, at: _OnBound) -> _OnBound:
+        """Return the start of the doubled motion at a period doubling on a bound."""
+        motion = motion_of(
+            problem.system_at(at.p), at.itinerary, at.u.reshape(-1, 4).copy(), whole=True
+        )
+        itinerary, nodes, shift = doubled(motion)
+        return _OnBound(itinerary, nodes.ravel(), at.p, at.index, np.append(shift.ravel(), 0.0))
 
     def _bound_of(self, p: Array) -> int:
         """Return the parameter that is at its bound."""
@@ -336,21 +355,53 @@ class _Walk:
 
     def _first_bifurcation(self) -> Bifurcation | None:
         """Return the first bifurcation that is met along one of the parameters, if any is."""
-        system = self.motion.system
+        system, nodes = self.motion.system, self.motion.nodes.ravel()
         p = np.array([getattr(system, name) for name in self.names])
+        merging: Bifurcation | None = None
+        lost: _Lost | None = None
         for index in (0, 1):
             problem = OrbitProblem(system, self.motion.itinerary, (self.names[index],))
             for direction in (1, -1):
-                path = self._branch(problem, self.motion.nodes.ravel(), p, index, direction)
-                if path.end.startswith("stopped"):
-                    return _bifurcation(problem, path.special[-1])
-                if path.end != "bound":
-                    reason = f"{self.names[index]} = {path.p[-1, 0]:.6g}: {path.end}"
-                    raise ParameterError(f"the motion cannot be followed: {reason}")
-        return None
+                try:
+                    found = self._end_of(
+                        problem, self._branch(problem, nodes, p, index, direction), index
+                    )
+                except _Lost as loss:
+                    lost = loss
+                    continue
+                if found is not None and found.motion.m == self.motion.m:
+                    return found
+                merging = merging or found
+        if merging is None and lost is not None:
+            raise lost
+        return merging
+
+    def _end_of(self, problem: OrbitProblem, path: Path, index: int) -> Bifurcation | None:
+        """Return the bifurcation at the end of a branch, None on a bound."""
+        if path.end == "bound":
+            return None
+        if path.end.startswith("stopped"):
+            return _bifurcation(problem, path.special[-1])
+        # A doubled motion ends where its halves become one.
+        k = halving(problem, path)
+        if k is not None:
+            u, p = path.points[k].u, path.points[k].p
+            found = doubling_near(problem, u, p, self.bounds[index], self.max_step)
+            if found is not None:
+                return found
+        at = f"{problem.parameters[0]} = {path.p[-1, 0]:.6g}" if path.points else "the start"
+        raise _Lost(f"the motion at {at}: {path.end}")
 
     def _branch(
-        self, problem: OrbitProblem, u: Array, p: Array, index: int, direction: int, most: int = 0
+        self,
+        problem: OrbitProblem,
+        u: Array,
+        p: Array,
+        index: int,
+        direction: int,
+        *,
+        tangent: Array | None = None,
+        most: int = 0,
     ) -> Path:
         """Follow the motion over one of the parameters while it is stable."""
         try:
@@ -360,6 +411,7 @@ class _Walk:
                 [p[index]],
                 bounds=self.bounds[index],
                 direction=direction,
+                tangent=tangent,
                 parameter_size=float(self.sizes[index]),
                 step=self.step,
                 min_step=min(1e-9, self.step),
@@ -375,24 +427,25 @@ class _Walk:
         """Follow the motion along a bound, to where it loses its stability or to the corner."""
         free = 1 - place.index
         fixed = {self.names[place.index]: float(place.p[place.index])}
-        system = place.problem.system.replace(**fixed)
-        problem = OrbitProblem(system, place.problem.itinerary, (self.names[free],))
+        problem = OrbitProblem(
+            self.motion.system.replace(**fixed), place.itinerary, (self.names[free],)
+        )
         for direction in (1, -1):
-            probe = self._branch(problem, place.u, place.p, free, direction, most=3)
-            if len(probe.points) < 2 or not _is_stable(
-                problem, probe.points[1].u, probe.points[1].p
-            ):
+            start = (problem, place.u, place.p, free, direction)
+            probe = self._branch(*start, tangent=place.tangent, most=3)
+            first = probe.points[1] if len(probe.points) > 1 else None
+            if first is None or not _is_stable(problem, first.u, first.p):
                 continue
-            path = self._branch(problem, place.u, place.p, free, direction)
+            path = self._branch(*start, tangent=place.tangent)
             values = np.empty((len(path.points), 2))
             values[:, place.index], values[:, free] = place.p[place.index], path.p[:, 0]
-            arc = _Arc(values, None)
-            if path.end == "bound":
-                last = path.points[-1]
-                return arc, _OnBound(problem, last.u, values[-1], free)
-            if path.end.startswith("stopped"):
-                return arc, _bifurcation(problem, path.special[-1])
-            raise _Lost(f"on the bound at {_numbers(values[-1])}: {path.end}")
+            found = self._end_of(problem, path, free)
+            if found is not None:
+                values[-1, free] = found.value
+                return _Arc(values, None), found
+            return _Arc(values, None), _OnBound(
+                place.itinerary, path.points[-1].u, values[-1], free
+            )
         raise _Lost(f"no stable motion along the bound at {_numbers(place.p)}")
 
 
