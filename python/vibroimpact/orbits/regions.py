@@ -44,6 +44,8 @@ Bounds = tuple[tuple[float, float], tuple[float, float]]
 ENDS = ("fold", "saddle_node", "period_doubling", "neimark_sacker", *BORDERS, *RESONANCES)
 # Two ends of curves are one point if they agree to this part of the ranges.
 SAME_CORNER = 1e-6
+# ... and to this part where the equations of a doubled motion become singular.
+JOINED = 1e-3
 # Curves and bounds that a border may consist of.
 MOST_ARCS = 60
 
@@ -225,8 +227,8 @@ class _OnBound:
     tangent: Array | None = None
 
 
-# Where the walk stands: where the next curve starts, or on a bound.
-_Place = Bifurcation | CodimensionTwo | _OnBound
+# Where the walk stands: where the next curve starts, on a bound, or nowhere.
+_Place = Bifurcation | CodimensionTwo | _OnBound | _Lost
 
 
 class _Walk:
@@ -243,6 +245,8 @@ class _Walk:
         self.motion, self.names, self.bounds = motion, names, bounds
         self.step, self.max_step, self.max_points = step, max_step, max_points
         self.sizes = np.array([high - low for low, high in bounds])
+        # Where a doubled motion becomes one with the shorter one.
+        self.merging: Bifurcation | None = None
 
     def region(self) -> StabilityRegion:
         """Walk round."""
@@ -267,11 +271,12 @@ class _Walk:
             return self._result(arcs, "")
         except _Lost as loss:
             why_not = str(loss)
-        # What can be reached the other way round.
+        # What can be reached the other way round, which may be the rest.
         before: list[_Arc] = []
         try:
             for arc in self._onward(self._place(problem, back), arcs[-1].values[-1]):
                 before.append(arc)
+            why_not = ""
         except _Lost as loss:
             why_not = f"{why_not}; {loss}"
         turned = [_Arc(arc.values[::-1], arc.curve) for arc in reversed(before)]
@@ -291,13 +296,16 @@ class _Walk:
     def _onward(self, place: _Place, aim: Array) -> Iterator[_Arc]:
         """Give the arcs from a place up to the point aimed at."""
         for _ in range(MOST_ARCS):
+            if isinstance(place, _Lost):
+                raise place
             arc, place = self._next(place)
             yield arc
-            if (np.abs(arc.values[-1] - aim) < SAME_CORNER * self.sizes).all():
+            near = JOINED if isinstance(place, _Lost) else SAME_CORNER
+            if (np.abs(arc.values[-1] - aim) < near * self.sizes).all():
                 return
         raise _Lost(f"not closed after {MOST_ARCS} curves")
 
-    def _next(self, place: _Place) -> tuple[_Arc, _Place]:
+    def _next(self, place: Bifurcation | CodimensionTwo | _OnBound) -> tuple[_Arc, _Place]:
         if isinstance(place, _OnBound):
             return self._along_bound(place)
         problem, u = curve_problem(place, self.names)
@@ -336,9 +344,9 @@ class _Walk:
         if path.end.startswith("stopped"):
             if short:
                 kind = path.special[-1].kind
-                raise _Lost(f"the halved motion has a {kind} at {_numbers(last.p)}")
+                return _Lost(f"the halved motion has a {kind} at {_numbers(last.p)}")
             return _meeting(problem, path.special[-1])
-        raise _Lost(f"{problem.kind} at {_numbers(last.p)}: {path.end} {path.detail}".strip())
+        return _Lost(f"{problem.kind} at {_numbers(last.p)}: {path.end} {path.detail}".strip())
 
     def _doubled(self, problem: CurveProblem, at: _OnBound) -> _OnBound:
         """Return the start of the doubled motion at a period doubling on a bound."""
@@ -357,8 +365,8 @@ class _Walk:
         """Return the first bifurcation that is met along one of the parameters, if any is."""
         system, nodes = self.motion.system, self.motion.nodes.ravel()
         p = np.array([getattr(system, name) for name in self.names])
-        merging: Bifurcation | None = None
         lost: _Lost | None = None
+        proper: Bifurcation | None = None
         for index in (0, 1):
             problem = OrbitProblem(system, self.motion.itinerary, (self.names[index],))
             for direction in (1, -1):
@@ -370,18 +378,15 @@ class _Walk:
                     lost = loss
                     continue
                 if found is not None and found.motion.m == self.motion.m:
-                    return found
-                merging = merging or found
-        if merging is None and lost is not None:
+                    proper = proper or found
+                    continue
+                self.merging = self.merging or found
+        if proper is None and self.merging is None and lost is not None:
             raise lost
-        return merging
+        return proper or self.merging
 
     def _end_of(self, problem: OrbitProblem, path: Path, index: int) -> Bifurcation | None:
         """Return the bifurcation at the end of a branch, None on a bound."""
-        if path.end == "bound":
-            return None
-        if path.end.startswith("stopped"):
-            return _bifurcation(problem, path.special[-1])
         # A doubled motion ends where its halves become one.
         k = halving(problem, path)
         if k is not None:
@@ -389,6 +394,10 @@ class _Walk:
             found = doubling_near(problem, u, p, self.bounds[index], self.max_step)
             if found is not None:
                 return found
+        if path.end == "bound":
+            return None
+        if path.end.startswith("stopped"):
+            return _bifurcation(problem, path.special[-1])
         at = f"{problem.parameters[0]} = {path.p[-1, 0]:.6g}" if path.points else "the start"
         raise _Lost(f"the motion at {at}: {path.end}")
 
