@@ -30,6 +30,7 @@ from .orbits import (
     NotFound,
     PeriodicMotion,
     PeriodicMotions,
+    StabilityRegion,
     Undecided,
     bifurcation_curve,
     follow_motion,
@@ -37,6 +38,7 @@ from .orbits import (
     periodic_motion,
     periodic_motions,
     search_motions,
+    stability_region,
     switch_branch,
 )
 from .results import EnergyAudit, EventKind, FinalState, PeriodReport, Regime, Run
@@ -78,6 +80,7 @@ __all__ = [
     "Regime",
     "Run",
     "SimulationError",
+    "StabilityRegion",
     "StateError",
     "System",
     "Undecided",
@@ -95,5 +98,6 @@ __all__ = [
     "plot",
     "search_motions",
     "simulate",
+    "stability_region",
     "switch_branch",
 ]

@@ -12,6 +12,7 @@ from .borders import BifurcationCurve, CodimensionTwo, bifurcation_curve
 from .branches import Bifurcation, Branch, Piece, follow_motion, switch_branch
 from .motion import PeriodicMotion
 from .motion_map import MotionMap, motion_map
+from .regions import StabilityRegion, stability_region
 from .shooting import MotionSearch, NotFound, periodic_motion, search_motions
 from .single_impact import PeriodicMotions, Undecided, periodic_motions
 
@@ -26,6 +27,7 @@ __all__ = [
     "PeriodicMotion",
     "PeriodicMotions",
     "Piece",
+    "StabilityRegion",
     "Undecided",
     "bifurcation_curve",
     "follow_motion",
@@ -33,5 +35,6 @@ __all__ = [
     "periodic_motion",
     "periodic_motions",
     "search_motions",
+    "stability_region",
     "switch_branch",
 ]

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _core
 from ..checks import count, number, positive, reject
 from ..errors import Interrupted, ParameterError
 from ..system import NUMERIC_RANGES, System
@@ -72,7 +73,7 @@ class BifurcationCurve:
         Shape (k, 2), in order along the curve.
     nodes
         Of the motion, shape (k, legs, 4); at a grazing without the touching impact.
-    legs
+    itinerary
         Its legs.
     multipliers
         By falling modulus, shape (k, 4) or (k, 2); NaN where an impact has u = 0.
@@ -97,13 +98,23 @@ class BifurcationCurve:
     parameters: tuple[str, str]
     values: Array
     nodes: Array
-    legs: tuple[str, ...]
+    itinerary: _core.Itinerary
     multipliers: NDArray[np.complex128]
     bounds_stability: NDArray[np.bool_]
     points: tuple[CodimensionTwo, ...]
     ends: tuple[str, str]
     system: System
     test: str
+
+    @property
+    def problem(self) -> CurveProblem:
+        """The equations of the curve."""
+        return CurveProblem(self.system, self.itinerary, self.parameters, self.kind, self.test)
+
+    @property
+    def legs(self) -> tuple[str, ...]:
+        """The legs of the motion."""
+        return tuple(self.itinerary.legs)
 
     def __repr__(self) -> str:
         """Kind, extent and ends."""
@@ -154,7 +165,7 @@ def bifurcation_curve(
         reject("bifurcation", bifurcation, "a Bifurcation or a CodimensionTwo")
     if bifurcation.kind not in KINDS:
         reject("bifurcation", bifurcation.kind, f"one of the kinds {', '.join(KINDS)}")
-    names, bounds = _ranges(bifurcation.motion.system, parameters)
+    names, bounds = ranges(bifurcation.motion.system, parameters)
     problem, u = curve_problem(bifurcation, names)
     paths: list[Path] = []
     for direction in (-1, 1):
@@ -172,10 +183,10 @@ def bifurcation_curve(
             path = interruption.result
         paths.append(path)
         if path.end == "interrupted":
-            raise Interrupted("interrupted along a curve", _curve(problem, paths))
+            raise Interrupted("interrupted along a curve", curve_of(problem, paths))
         if path.end == "closed":
             break
-    return _curve(problem, paths)
+    return curve_of(problem, paths)
 
 
 def curve_problem(
@@ -242,7 +253,8 @@ def _beyond_a_border(problem: CurveProblem, point: Point) -> bool:
     )
 
 
-def _curve(problem: CurveProblem, paths: list[Path]) -> BifurcationCurve:
+def curve_of(problem: CurveProblem, paths: list[Path]) -> BifurcationCurve:
+    """Return the curve of one path, or of two from the same start, the first against its way."""
     back, forth = paths[0], paths[-1]
     both = len(paths) == 2
     points = [*reversed(back.points), *forth.points[1:]] if both else list(back.points)
@@ -254,7 +266,7 @@ def _curve(problem: CurveProblem, paths: list[Path]) -> BifurcationCurve:
         parameters=(first, second),
         values=np.array([point.p for point in points]).reshape(-1, 2),
         nodes=np.array([point.u for point in points]).reshape(shape if points else (0, 0, 4)),
-        legs=tuple(problem.itinerary.legs),
+        itinerary=problem.itinerary,
         multipliers=np.array([problem.multipliers(point.u, point.p) for point in points]),
         bounds_stability=np.array(
             [problem.bounds_stability(point.u, point.p) for point in points], dtype=np.bool_
@@ -286,7 +298,7 @@ def _end(path: Path) -> str:
     return path.end.removeprefix("stopped: ").split(":")[0]
 
 
-def _ranges(
+def ranges(
     system: System, parameters: dict[str, tuple[float, float]]
 ) -> tuple[tuple[str, str], tuple[tuple[float, float], tuple[float, float]]]:
     """Check the two parameters and their ranges."""

@@ -316,7 +316,7 @@ def _follow_way(system: System, start: Crossing, way: int, settings: _Settings) 
             path = _path(problem, at, direction, left, finer)
         left -= len(path.points)
         half.end = path.end.removeprefix("stopped: ")
-        halved = _halving(problem, path)
+        halved = halving(problem, path)
         piece, good, reason = _piece(problem, path, halved, settings)
         if piece is None:
             break
@@ -342,8 +342,9 @@ def _follow_way(system: System, start: Crossing, way: int, settings: _Settings) 
             continue
         if halved is not None:
             half.end = "period_doubling"
-            doubling = _doubling_near(
-                problem, path.points[halved].u, path.points[halved].p, settings
+            at_halves = path.points[halved]
+            doubling = doubling_near(
+                problem, at_halves.u, at_halves.p, settings.bounds, settings.max_step
             )
             if doubling is not None:
                 half.bifurcations.append(doubling)
@@ -485,7 +486,7 @@ def _piece(
     return piece, good, reason
 
 
-def _halving(problem: OrbitProblem, path: Path) -> int | None:
+def halving(problem: OrbitProblem, path: Path) -> int | None:
     """Return the first point beyond which both halves of the orbit have become one.
 
     There the branch meets that of the halved orbit, at its period doubling, and would come back
@@ -523,25 +524,26 @@ def _half_of(problem: OrbitProblem) -> OrbitProblem | None:
     return OrbitProblem(problem.system, shorter, problem.parameters)
 
 
-def _doubling_near(
-    problem: OrbitProblem, u: Array, p: Array, settings: _Settings
+def doubling_near(
+    problem: OrbitProblem, u: Array, p: Array, bounds: tuple[float, float], max_step: float
 ) -> Bifurcation | None:
     """Return the period doubling of the halved orbit next to a point."""
     shorter = _half_of(problem)
     if shorter is None:
         return None
     nodes = 0.5 * (u[: len(u) // 2] + u[len(u) // 2 :])
-    low, high = settings.bounds
-    for window in (1e-3 * settings.size, 1e-2 * settings.size):
+    low, high = bounds
+    size = high - low
+    for window in (1e-3 * size, 1e-2 * size):
         start = max(low, float(p[0]) - window)
         path = follow(
             shorter,
             nodes,
             start,
             bounds=(start, min(high, float(p[0]) + window)),
-            parameter_size=settings.size,
-            step=0.1 * window / settings.size,
-            max_step=settings.max_step,
+            parameter_size=size,
+            step=0.1 * window / size,
+            max_step=max_step,
             max_points=100,
             classify=shorter.classify,
         )
@@ -614,13 +616,12 @@ def _range(system: System, parameter: dict[str, Any]) -> tuple[str, tuple[float,
     return name, (low, high)
 
 
-def doubled(bifurcation: Bifurcation) -> tuple[_core.Itinerary, Array, Array]:
+def doubled(motion: PeriodicMotion) -> tuple[_core.Itinerary, Array, Array]:
     """Return legs and nodes of a motion run through twice, and the direction that doubles it.
 
     At a period doubling the multiplier -1 has an eigenvector d: the doubled orbit leaves by +d in
     its first half and by -d in its second.
     """
-    motion = bifurcation.motion
     legs, clocks = list(motion.legs), list(motion.clocks)
     circuit = legs == ["circuit"]
     if circuit:
@@ -670,7 +671,7 @@ def switch_branch(
         reject("bifurcation", bifurcation.kind, "a period_doubling")
     system = bifurcation.motion.system
     name, bounds = _range(system, parameter or {bifurcation.parameter: (-math.inf, math.inf)})
-    itinerary, nodes, shift = doubled(bifurcation)
+    itinerary, nodes, shift = doubled(bifurcation.motion)
     settings = _Settings(
         parameter=name,
         bounds=bounds,

@@ -34,7 +34,7 @@ from numpy.typing import ArrayLike
 from ..checks import positive, reject, vector
 from ..errors import ParameterError
 from .continuation import Classify, checked_bounds, checked_direction
-from .newton import Array, OutsideDomain, Problem, evaluate, sizes_of
+from .newton import Array, OutsideDomain, Problem, evaluate, newton, sizes_of
 from .path import Path
 from .tracing import Steps, start_point, trace
 
@@ -114,7 +114,8 @@ class _Critical:
         except np.linalg.LinAlgError:
             raise OutsideDomain(f"the matrix of {self.test!r} is singular twice") from None
 
-    def _defining(self, z: Array) -> float:
+    def defining(self, z: Array) -> float:
+        """Return g."""
         alone = self._alone(z)
         if alone is not None:
             return self._checked(alone)
@@ -161,7 +162,7 @@ class _Critical:
             shifted = z.copy()
             shifted[j] += sign * DIFFERENCE * self.sizes[j]
             try:
-                ends.append((shifted[j], self._defining(shifted)))
+                ends.append((shifted[j], self.defining(shifted)))
             except OutsideDomain:
                 ends.append((z[j], g))
         if ends[0][0] == ends[1][0]:
@@ -287,3 +288,27 @@ def follow_curve(
     except OutsideDomain as error:
         return Path(points=(), special=(), end="outside domain", detail=f"start: {error}")
     return trace(curve, start_point(curve, z, along, direction), limits, settings)
+
+
+def curve_point(
+    problem: Problem, u: Array, p: Array, test: str, index: int
+) -> tuple[Array, Array, float] | None:
+    """Return the point of a curve near (u, p) at which p[index] is what it is there.
+
+    With what is left of the defining function; None if Newton's method does not find it.
+    """
+    z, kept = np.concatenate((u, p)), len(u) + index
+    try:
+        curve = _Critical(problem, test, z, np.ones(2), frozenset(), None)
+    except OutsideDomain:
+        return None
+
+    def fixed(v: Array) -> tuple[Array, Array]:
+        value, jacobian = curve.residual(np.insert(v, kept, z[kept]))
+        return value, np.delete(jacobian, kept, axis=1)
+
+    v, _, report = newton(fixed, np.delete(z, kept), np.delete(curve.sizes, kept))
+    if not report.converged:
+        return None
+    z = np.insert(v, kept, z[kept])
+    return z[:-2], z[-2:], curve.defining(z)
