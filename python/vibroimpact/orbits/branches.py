@@ -42,6 +42,8 @@ MIN_STEP = 1e-9
 AT_BORDER = 1e-4
 # Halves of an orbit this close, in units of its size, are one.
 ONE_HALF = 1e-3
+# Parts of the range around their meeting in which the period doubling is looked for.
+DOUBLING_WINDOWS = (1e-5, 1e-4, 1e-3, 1e-2)
 # Halves this close are the same but for rounding.
 SAME_HALVES = 1e-9
 # Times that the steps are halved where a path has passed a border.
