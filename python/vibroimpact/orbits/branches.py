@@ -536,7 +536,8 @@ def doubling_near(
     nodes = 0.5 * (u[: len(u) // 2] + u[len(u) // 2 :])
     low, high = bounds
     size = high - low
-    for window in (1e-3 * size, 1e-2 * size):
+    for part in DOUBLING_WINDOWS:
+        window = part * size
         start = max(low, float(p[0]) - window)
         path = follow(
             shorter,
