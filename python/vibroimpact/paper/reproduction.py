@@ -14,7 +14,7 @@ from ..errors import ParameterError
 from ..plot import publication_style
 from ..results import Run
 from ..simulation import simulate
-from . import claims, evidence, existence, lasting, motions, restitution, transitions
+from . import claims, coexistence, evidence, existence, lasting, motions, restitution, transitions
 from .claims import Claim
 from .layout import Page
 from .motions import Shown
@@ -51,7 +51,8 @@ def reproduce(
     formats : sequence of {"png", "pdf", "svg"}
         One file per page and format.
     figures : iterable of int, optional
-        Which of Figs. 2 to 10; by default all, and the pages on the impact law besides. The claims
+        Which of Figs. 2 to 10; by default all, and the pages on the impact law and
+        on coexisting motions besides. The claims
         are those of the chosen figures.
     frequencies : int
         Drive frequencies of each bifurcation diagram, at least 2; Figs. 2 and 3 take at most 561.
@@ -93,6 +94,9 @@ def reproduce(
             started = time.perf_counter()
             job.impact_pages()
             job.report(f"impact law: {time.perf_counter() - started:.1f} s")
+            started = time.perf_counter()
+            job.coexistence_pages()
+            job.report(f"coexisting motions: {time.perf_counter() - started:.1f} s")
     for name, text in (
         ("json", claims.to_json(job.claims)),
         ("md", claims.to_markdown(job.claims)),
@@ -186,6 +190,13 @@ class _Job:
         self.claims.append(claim)
         self.save(restitution.draw(computed, claim), "impact-regimes")
         self.save(restitution.draw_agreement(restitution.agreement()), "impact-incremental")
+
+    def coexistence_pages(self) -> None:
+        """Follow the motions that coexist in Fig. 9(3) until they end, write the pages."""
+        computed = coexistence.compute(max(self.frequencies // 4, 2), self.workers)
+        self.save(coexistence.draw_branches(computed), "orbits-coexistence")
+        self.save(coexistence.draw_multipliers(computed), "orbits-multipliers")
+        self.save(coexistence.draw_portraits(computed), "orbits-portraits")
 
     def _shown(self, motion: Motion) -> Shown:
         run: Run = simulate(motion.system, initial=INITIAL, periods=PERIODS, keep=KEEP)

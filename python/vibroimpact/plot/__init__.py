@@ -16,7 +16,7 @@ from .motion import (
     phase_portrait,
     time_history,
 )
-from .multipliers import multipliers
+from .multipliers import CROSSINGS, multipliers
 from .orbit import orbit
 from .solutions import (
     motion_branches,
@@ -36,6 +36,7 @@ from .style import (
 
 __all__ = [
     "BIFURCATION_STYLES",
+    "CROSSINGS",
     "PUBLICATION",
     "REGIME_STYLES",
     "bifurcation",

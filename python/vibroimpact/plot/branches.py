@@ -108,27 +108,29 @@ def branches(
     if diagram is not None:
         bifurcation(diagram, section=section, size=_DIAGRAM_SIZE, legend=False, ax=ax)
         ax.collections[0].set_color(_DIAGRAM_GREY)
-    handles: list[Artist] = []
     for number, branch in enumerate(many):
-        color = _COLORS[number % len(_COLORS)]
-        _lines(ax, branch, section, color)
-        text = ", ".join(dict.fromkeys(piece.label for piece in branch.pieces))
-        handles.append(Line2D([], [], color=color, lw=1.2, label=text))
+        _lines(ax, branch, section, _COLORS[number % len(_COLORS)])
     for kind in BIFURCATION_STYLES:
         _marks(ax, [found for branch in many for found in branch.of_kind(kind)], section, size)
     if legend:
-        handles += branch_handles(many)
-        legend_above(ax, handles, columns=3)
+        legend_above(ax, branch_handles(many, names=True), columns=3)
     ax.autoscale_view()
     ax.set_xlabel(PARAMETER_SYMBOLS.get(name, name))
     ax.set_ylabel(r"$x_1$ at impact" if section == "impact" else r"$x_1$ once per drive period")
     return ax
 
 
-def branch_handles(branches: Sequence[Branch]) -> list[Artist]:
-    """Return the legend entries of stability and of the bifurcations that the branches have."""
-    stable = np.concatenate([branch.stable for branch in branches])
+def branch_handles(branches: Sequence[Branch], *, names: bool = False) -> list[Artist]:
+    """Return the legend entries of stability and of the bifurcations that branches have.
+
+    With `names` those of the branches come first, by the labels of their motions.
+    """
     handles: list[Artist] = []
+    for number, branch in enumerate(branches if names else []):
+        text = ", ".join(dict.fromkeys(piece.label for piece in branch.pieces))
+        color = _COLORS[number % len(_COLORS)]
+        handles.append(Line2D([], [], color=color, lw=1.2, label=text))
+    stable = np.concatenate([branch.stable for branch in branches])
     if stable.any():
         handles.append(Line2D([], [], color=_KEY_GREY, lw=1.2, label="stable"))
     if not stable.all():
@@ -147,7 +149,8 @@ def bifurcation_curves(
 ) -> Axes:
     """Draw curves of bifurcations in the plane of two parameters, by kind.
 
-    Points of codimension two have the mark of the second bifurcation.
+    A curve is thick where the motion is stable on one side of it, thin where it is unstable on
+    both. Points of codimension two have the mark of the second bifurcation.
 
     Parameters
     ----------
@@ -180,10 +183,14 @@ def bifurcation_curves(
     for kind, style in BIFURCATION_STYLES.items():
         color = BLACK if style.color == "white" else style.color
         dashes = (0.0, style.dashes) if style.dashes else "-"
-        for number, curve in enumerate(curve for curve in many if curve.kind == kind):
-            (line,) = ax.plot(*curve.values.T, color=color, lw=1.1, ls=dashes, label=style.text)
-            if number == 0:
-                handles.append(line)
+        here = [curve for curve in many if curve.kind == kind]
+        for curve in here:
+            ax.plot(*curve.values.T, color=color, lw=0.6, ls=dashes)[0].set_gid(kind)
+            # The part that bounds a region of stability, drawn over.
+            first, second = np.where(curve.bounds_stability, curve.values.T, np.nan)
+            ax.plot(first, second, color=color, lw=1.8, ls=dashes)[0].set_gid(f"{kind}-stability")
+        if here:
+            handles.append(Line2D([], [], color=color, lw=1.2, ls=dashes, label=style.text))
     points = [point for curve in many for point in curve.points]
     for kind in BIFURCATION_STYLES:
         places = np.array([point.values for point in points if point.kind == kind])

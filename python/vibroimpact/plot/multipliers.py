@@ -30,7 +30,8 @@ from .style import (
 )
 
 _SHAPES = tuple(zip("osD^vP", (BLACK, VERMILLION, BLUE, ORANGE, GREEN, PURPLE), strict=True))
-_CROSSINGS = ("saddle_node", "period_doubling", "neimark_sacker", "branch_point")
+CROSSINGS = ("saddle_node", "period_doubling", "neimark_sacker", "branch_point")
+"""Kinds of bifurcations at which multipliers cross the unit circle."""
 
 
 def multipliers(
@@ -136,14 +137,14 @@ def _along(
     bar = ax.figure.colorbar(points, cax=ax.inset_axes((1.04, 0.0, 0.05, 1.0)))
     bar.ax.tick_params(direction="out", left=False)
     bar.set_label(PARAMETER_SYMBOLS.get(branch.parameter, branch.parameter))
-    for kind in _CROSSINGS:
+    for kind in CROSSINGS:
         crossing = [_on_circle(found) for found in branch.of_kind(kind)]
         if crossing:
             at = np.concatenate(crossing)
             (marks,) = ax.plot(at.real, at.imag, **bifurcation_marker(kind, 1.2 * size), zorder=4)
             marks.set_gid(kind)
     if legend:
-        kinds = [found.kind for found in branch.bifurcations if found.kind in _CROSSINGS]
+        kinds = [found.kind for found in branch.bifurcations if found.kind in CROSSINGS]
         legend_above(ax, bifurcation_handles(kinds))
     return drawn
 

@@ -86,10 +86,14 @@ BIFURCATION_STYLES = {
     "chatter_onset": BifurcationStyle("chatter onset", ORANGE, "X", (6, 1, 1, 1, 1, 1)),
     "contact_border": BifurcationStyle("contact border", GREEN, "v", (2, 3)),
     "cusp": BifurcationStyle("cusp", PURPLE, "p"),
+    "resonance_1_1": BifurcationStyle("resonance 1:1", "white", "o"),
+    "resonance_1_2": BifurcationStyle("resonance 1:2", "white", "<"),
+    "resonance_1_3": BifurcationStyle("resonance 1:3", "white", ">"),
+    "resonance_1_4": BifurcationStyle("resonance 1:4", "white", "D"),
 }
 """Style of each kind of bifurcation. Marker and dashes alone tell them apart.
 
-A grazing and a branch point are white with a black outline; as curves they are black.
+White ones have a black outline; a curve of grazings is black.
 """
 
 PARAMETER_SYMBOLS = {
