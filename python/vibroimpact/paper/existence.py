@@ -367,11 +367,12 @@ def _mark_named(computed: Existence, moment: float, axes: Sequence[Axes]) -> Non
             continue
         for ax in axes:
             low, high = ax.get_xlim()
+            above = place < 0.0 or text == "quoted"
             to_left = system.drive_frequency > low + 0.8 * (high - low)
             ax.annotate(
                 text,
                 (system.drive_frequency, place),
-                xytext=(-10 if to_left else 10, 14),
+                xytext=(-10 if to_left else 10, 14 if above else -20),
                 textcoords="offset points",
                 ha="right" if to_left else "left",
                 fontsize=8,
