@@ -208,6 +208,33 @@ def test_random_systems_nothing_is_missed_and_nothing_is_wrong():
     assert admissible >= 20
 
 
+def test_wide_parameters_are_answered():
+    # Every magnitude of a parameter: an answer, each solution in it exact.
+    random = np.random.default_rng(8)
+
+    def size():
+        return 10.0 ** random.uniform(-4.0, 1.5)
+
+    solutions = 0
+    for _ in range(80):
+        system = random_system(
+            random,
+            mass_ratio=size(),
+            frequency_ratio=random.choice([0.0, size()]),
+            restitution=random.choice([0.0, 1.0, 0.5]),
+            gap=random.choice([-1.0, 1.0]) * size(),
+            drive_frequency=10.0 ** random.uniform(-0.5, 1.5),
+            moment_amplitude=size(),
+            force_amplitude=random.choice([0.0, size()]),
+        )
+        found = vi.periodic_motions(system, int(random.integers(1, 3)))
+        for motion in found:
+            solutions += 1
+            off, scale = exact_residual(motion)
+            assert off <= 1e-13 * scale * max(1.0, np.abs(motion.return_map).max()), system
+    assert solutions >= 200
+
+
 def test_admissible_motions_are_run_by_a_simulation():
     random = np.random.default_rng(77)
     seen = 0

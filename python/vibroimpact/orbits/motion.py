@@ -325,6 +325,10 @@ def why_not(motion: PeriodicMotion) -> str:
     """
     if not np.isfinite(motion.multipliers).all():
         return "a leg cannot be followed"
+    # Said at once: the maxima of the gap take longer to find.
+    for u in motion.impacts["approach_velocity"]:
+        if not u > 0.0:
+            return f"separating before the impact (u = {u:.3g})"
     tests = motion.itinerary.tests(motion.system._compiled, motion.nodes)
     for kind, leg, name, value, _ in sorted(tests, key=lambda test: test[0] != "grazing"):
         if value > 0.0:

@@ -237,12 +237,12 @@ def _in(box: Interval, x1: float) -> bool:
 
 def limits_of(within: Any) -> tuple[float, float]:
     """Check an interval of x1."""
-    allowed = "a pair (lo, hi) of finite angles, lo < hi"
+    allowed = f"a pair (lo, hi) of angles, lo < hi <= lo + {2.0 * LARGEST_ANGLE:g}"
     try:
         lo, hi = (float(end) for end in within)
     except (TypeError, ValueError):
         reject("within", within, allowed)
-    if not (math.isfinite(lo) and math.isfinite(hi) and lo < hi and hi - lo <= 2 * LARGEST_ANGLE):
+    if not (math.isfinite(lo) and math.isfinite(hi) and lo < hi and hi - lo <= 2.0 * LARGEST_ANGLE):
         reject("within", within, allowed)
     return lo, hi
 

@@ -14,10 +14,10 @@ Array = NDArray[np.float64]
 # Boxes of x1 with which a search begins are this wide.
 FIRST_BOX = math.pi / 16
 # A bound of |x1| above this counts as none.
-LARGEST_ANGLE = 1e4
+LARGEST_ANGLE = 1e3
 # An approach velocity below this part of the other velocities is lost in rounding.
 LOST = 1e-12
-UNBOUNDED = "x1 has no bound, or one beyond 10,000: |x1| <= pi is searched"
+UNBOUNDED = "x1 has no bound, or one beyond 1,000: |x1| <= pi is searched"
 
 
 @dataclass(frozen=True)

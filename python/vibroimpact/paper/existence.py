@@ -366,12 +366,11 @@ def _mark_named(computed: Existence, moment: float, axes: Sequence[Axes]) -> Non
         if system.moment_amplitude != moment:
             continue
         for ax in axes:
-            low, high = ax.get_xlim()
-            to_left = system.drive_frequency > low + 0.8 * (high - low)
+            above, to_left = text == "quoted", place < 0.0
             ax.annotate(
                 text,
                 (system.drive_frequency, place),
-                xytext=(-10 if to_left else 10, 14),
+                xytext=(-10 if to_left else 10, 14 if above else -20),
                 textcoords="offset points",
                 ha="right" if to_left else "left",
                 fontsize=8,

@@ -17,6 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from .style import BLACK, BLUE, PARAMETER_SYMBOLS, VERMILLION, new_axes
@@ -191,6 +192,8 @@ def motion_space(
     ax.set_ylabel(PARAMETER_SYMBOLS[names[1]], labelpad=-4)
     ax.set_zlabel(X10, labelpad=-8)
     ax.tick_params(pad=-2)
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_locator(MaxNLocator(nbins=5, steps=[1, 2, 5, 10]))
     ax.set_box_aspect((1.25, 1.0, 0.85), zoom=1.12)
     ax.set_zticks(list(_TICKS)[::2], list(_TICKS.values())[::2])
     ax.set_zlim(-np.pi / 2, np.pi / 2)
