@@ -25,6 +25,7 @@ from .orbits import (
     Bifurcation,
     BifurcationCurve,
     Branch,
+    ManifoldSide,
     MotionMap,
     MotionSearch,
     NotFound,
@@ -32,6 +33,7 @@ from .orbits import (
     PeriodicMotions,
     StabilityRegion,
     Undecided,
+    UnstableManifold,
     bifurcation_curve,
     follow_motion,
     motion_map,
@@ -40,6 +42,7 @@ from .orbits import (
     search_motions,
     stability_region,
     switch_branch,
+    unstable_manifold,
 )
 from .results import EnergyAudit, EventKind, FinalState, PeriodReport, Regime, Run
 from .simulation import simulate
@@ -70,6 +73,7 @@ __all__ = [
     "ImpactAgreement",
     "ImpactRegimes",
     "Interrupted",
+    "ManifoldSide",
     "MotionMap",
     "MotionSearch",
     "NotFound",
@@ -84,6 +88,7 @@ __all__ = [
     "StateError",
     "System",
     "Undecided",
+    "UnstableManifold",
     "__version__",
     "bifurcation_curve",
     "bifurcation_diagram",
@@ -100,4 +105,5 @@ __all__ = [
     "simulate",
     "stability_region",
     "switch_branch",
+    "unstable_manifold",
 ]

@@ -3,13 +3,14 @@
 Residuals, their derivatives and test functions are kernels of the compiled core; what is done with
 them stands here, in this order: newton, path, step, special, tracing, continuation, curves
 (continuation of any equations), motion, problem (periodicity), shooting (motions from simulations),
-resegment, branches, borders (bifurcations in one and two parameters); intervals, enclosed_flight,
+resegment, branches, borders (bifurcations in one and two parameters), manifolds; intervals, enclosed_flight,
 algebraic, open_phase, criterion, solutions, single_impact, motion_map (all motions with one impact
 and no friction).
 """
 
 from .borders import BifurcationCurve, CodimensionTwo, bifurcation_curve
 from .branches import Bifurcation, Branch, Piece, follow_motion, switch_branch
+from .manifolds import ManifoldSide, UnstableManifold, unstable_manifold
 from .motion import PeriodicMotion
 from .motion_map import MotionMap, motion_map
 from .regions import StabilityRegion, stability_region
@@ -21,6 +22,7 @@ __all__ = [
     "BifurcationCurve",
     "Branch",
     "CodimensionTwo",
+    "ManifoldSide",
     "MotionMap",
     "MotionSearch",
     "NotFound",
@@ -29,6 +31,7 @@ __all__ = [
     "Piece",
     "StabilityRegion",
     "Undecided",
+    "UnstableManifold",
     "bifurcation_curve",
     "follow_motion",
     "motion_map",
@@ -37,4 +40,5 @@ __all__ = [
     "search_motions",
     "stability_region",
     "switch_branch",
+    "unstable_manifold",
 ]
