@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..system import System
-from .map_bifurcations import neimark_sacker_cosine, period_doubling, saddle_node
+from .map_bifurcations import bialternate, neimark_sacker_cosine, period_doubling, saddle_node
 from .problem import Array, OrbitProblem
 
 # cos theta within this of 1 or -1 belongs to a resonance: multipliers within 1e-2 of 1 or -1. Where
@@ -73,6 +73,16 @@ class CurveProblem(OrbitProblem):
         else:
             del tests["period_doubling"]
         return tests
+
+    def singular_matrices(self, u: Array, p: Array, jacobian: Array) -> Mapping[str, Array]:
+        """Return the matrix that is singular along the curve, if one is."""
+        if self.test == "period_doubling":
+            matrix = self.monodromy(u, p)
+            return {self.test: matrix + np.eye(len(matrix))}
+        if self.test == "neimark_sacker":
+            products = bialternate(self.monodromy(u, p))
+            return {self.test: np.eye(len(products)) - products}
+        return {}
 
     def classify(self, test: str, u: Array, p: Array, jacobian: Array) -> str:
         """Return the kind of a point of codimension two."""

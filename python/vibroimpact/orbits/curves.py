@@ -54,7 +54,10 @@ class HasMatrices(Protocol):
 
 @runtime_checkable
 class HasSingleTests(Protocol):
-    """A problem that gives one test by itself, and says on which unknowns it depends."""
+    """A problem that gives one test by itself, and says on which unknowns it depends.
+
+    Its matrices are known without the Jacobian.
+    """
 
     def single_test(self, name: str, u: Array, p: Array) -> float | None:
         """Return the test, NaN if it is missing here, or None if it needs ``tests``."""
@@ -80,6 +83,9 @@ class _Critical:
         self.problem, self.test, self.named = problem, test, named
         self.parameter_sizes, self.ignored = parameter_sizes, ignored | {test}
         self.n = len(z) - 2
+        # Asked once: a protocol's isinstance is slow.
+        self.local = problem if isinstance(problem, HasSingleTests) else None
+        self.matrices = problem if isinstance(problem, HasMatrices) else None
         self.sizes = self.scale(z)
         self.border: tuple[Array, Array] | None = None
         _, jacobian = evaluate(self._equations, z)
@@ -97,8 +103,8 @@ class _Critical:
         """Return the matrix that is singular on the curve, if it is defined by one."""
         if self.test == "fold":
             return jacobian[: self.n, : self.n] * self.sizes[: self.n]
-        if isinstance(self.problem, HasMatrices):
-            matrices = self.problem.singular_matrices(z[:-2], z[-2:], jacobian[: self.n])
+        if self.matrices is not None:
+            matrices = self.matrices.singular_matrices(z[:-2], z[-2:], jacobian[: self.n])
             return matrices.get(self.test)
         return None
 
@@ -108,9 +114,11 @@ class _Critical:
         if matrix is None or self.border is None or not np.isfinite(matrix).all():
             raise OutsideDomain(f"there is no matrix of {self.test!r} here")
         b, c = self.border
-        system = np.block([[matrix, b[:, None]], [c[None, :], np.zeros((1, 1))]])
+        n = len(b)
+        system, one = np.zeros((n + 1, n + 1)), np.zeros(n + 1)
+        system[:n, :n], system[:n, n], system[n, :n], one[n] = matrix, b, c, 1.0
         try:
-            return np.linalg.solve(system.T if left else system, np.append(0.0 * b, 1.0))
+            return np.asarray(np.linalg.solve(system.T if left else system, one), np.float64)
         except np.linalg.LinAlgError:
             raise OutsideDomain(f"the matrix of {self.test!r} is singular twice") from None
 
@@ -119,14 +127,16 @@ class _Critical:
         alone = self._alone(z)
         if alone is not None:
             return self._checked(alone)
+        if self.test != "fold" and self.local is not None:
+            return self._defining_at(z, np.empty((self.n, 0)))
         return self._defining_at(z, evaluate(self._equations, z)[1])
 
     def _alone(self, z: Array) -> float | None:
         """Return the test without the others and without the Jacobian, if the problem can."""
-        if self.border is not None or not isinstance(self.problem, HasSingleTests):
+        if self.border is not None or self.local is None:
             return None
         with np.errstate(all="ignore"):
-            return self.problem.single_test(self.test, z[:-2], z[-2:])
+            return self.local.single_test(self.test, z[:-2], z[-2:])
 
     def _defining_at(self, z: Array, jacobian: Array) -> float:
         if self.border is not None:
@@ -151,9 +161,9 @@ class _Critical:
 
     def _unknowns(self) -> Sequence[int]:
         """Return the indices of the unknowns on which g depends."""
-        if self.border is not None or not isinstance(self.problem, HasSingleTests):
+        if self.border is not None or self.local is None:
             return range(self.n + 2)
-        return [*self.problem.unknowns_of(self.test, self.n), self.n, self.n + 1]
+        return [*self.local.unknowns_of(self.test, self.n), self.n, self.n + 1]
 
     def _slope(self, z: Array, g: float, j: int) -> float:
         """Return dg/dz_j: central, or one-sided where one side is outside the domain."""

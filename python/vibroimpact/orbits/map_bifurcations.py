@@ -15,10 +15,12 @@ is a number like others. All are positive where every multiplier lies inside the
 """
 
 import math
+from functools import cache
 from itertools import combinations
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .newton import Array
 
@@ -55,13 +57,17 @@ def bialternate(monodromy: Array) -> Array:
 
     Its entries are differences of products: they are good to rounding times max |M_ij|^2.
     """
-    first, second = np.array(list(combinations(range(len(monodromy)), 2))).reshape(-1, 2).T
+    i, j = _pairs(len(monodromy))
     m = np.asarray(monodromy, dtype=np.float64)
-    product: Array = (
-        m[np.ix_(first, first)] * m[np.ix_(second, second)]
-        - m[np.ix_(first, second)] * m[np.ix_(second, first)]
-    )
+    product: Array = m[i, i.T] * m[j, j.T] - m[i, j.T] * m[j, i.T]
     return product
+
+
+@cache
+def _pairs(n: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return i and j of all pairs i < j below n, as columns."""
+    first, second = np.triu_indices(n, 1)
+    return first[:, None], second[:, None]
 
 
 def neimark_sacker_cosine(monodromy: Array) -> float:
