@@ -15,7 +15,7 @@ use crate::impact::{Regime, RegimeKind};
 use crate::params::{ImpactLaw, System};
 use crate::simulate::Simulation;
 use crate::state::{Clock, State};
-use crate::tolerance::{CLEAR_ENDS, LOW_BOUNCE};
+use crate::tolerance::{CLEAR_ENDS, LOW_BOUNCE, MOST_LEGS, STILL_WALL};
 
 /// Signs that stay fixed during a leg with friction: of x1', and of sin x1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -197,6 +197,9 @@ pub enum ItineraryError {
     /// The events of one cycle cannot be told from the next one's.
     #[error("the events do not repeat")]
     NotClosed,
+    /// More legs than the dense matrices of shooting are made for.
+    #[error("{0} legs are more than the {MOST_LEGS} that can be solved for")]
+    TooLong(usize),
 }
 
 /// An event with the leg that it ends.
@@ -249,12 +252,12 @@ impl Itinerary {
         if system.drive_frequency == 0.0 {
             return Err(ParameterError::new("drive_frequency", 0.0, "> 0 for a period").into());
         }
-        let Ok(whole) = u32::try_from(periods.max(0) * 2) else {
-            return Err(ParameterError::new("periods", periods, "a count of drive periods").into());
-        };
-        if whole == 0 {
+        // Two cycles, and a drive period more in case an event lies at their start.
+        let whole = periods.checked_mul(2).and_then(|twice| u32::try_from(twice + 1).ok());
+        let (Some(whole), true) = (whole, periods >= 1) else {
             return Err(ParameterError::new("periods", periods, "a whole number >= 1").into());
-        }
+        };
+        let initial = with_wall_at_rest(system, initial);
         let wall_at_rest = system.mass_ratio == 0.0
             && system.force_amplitude == 0.0
             && initial.x2 == 0.0
@@ -279,7 +282,8 @@ impl Itinerary {
         } else {
             // The cycle begins with the event of the first one that has most room before it.
             let room = |i: usize| time(&marks[i]) - if i == 0 { 0.0 } else { time(&marks[i - 1]) };
-            let begins = (0..inside)
+            let first = length + 0.5 * system.drive_period();
+            let begins = (0..marks.iter().take_while(|mark| time(mark) < first).count())
                 .max_by(|&i, &j| room(i).total_cmp(&room(j)))
                 .ok_or(ItineraryError::NotClosed)?;
             let end = time(&marks[begins]) + length - 0.5 * room(begins);
@@ -291,6 +295,9 @@ impl Itinerary {
         } else {
             marks.get(begins + count).ok_or(ItineraryError::NotClosed)?
         };
+        if cycle.len() > MOST_LEGS {
+            return Err(ItineraryError::TooLong(cycle.len()));
+        }
         let legs: Vec<Leg> = cycle[1..].iter().map(|m| m.leg).chain([next.leg]).collect();
         let consistent = cycle.iter().zip(&legs).all(|(mark, leg): (&Mark, &Leg)| {
             let held = matches!(leg, Leg::SlideToRelease(_) | Leg::SlideToStop(_) | Leg::Stick(_));
@@ -309,6 +316,17 @@ impl Itinerary {
             .collect();
         Ok((Self { legs, periods, clocks, wall_at_rest }, nodes))
     }
+}
+
+/// A wall (mbar = 0) that nothing drives comes to rest, if it is damped: what is left of its motion
+/// must not decide between contact that slides and contact that sticks.
+fn with_wall_at_rest(system: &System, state: State) -> State {
+    let decays = system.mass_ratio == 0.0
+        && system.force_amplitude == 0.0
+        && system.oscillator_damping > 0.0
+        && state.x2.abs().max(state.v2.abs()) <= STILL_WALL;
+    let still = State { x2: 0.0, v2: 0.0, ..state };
+    if decays && system.gap_function(&still) <= 0.0 { still } else { state }
 }
 
 /// The events of so many drive periods, each with the leg it ends. A contact mode that follows on

@@ -132,6 +132,12 @@ pub const AUDIT_ANGLE: f64 = 1.5;
 /// chatter's leg in the analysis of periodic motions.
 pub const LOW_BOUNCE: f64 = 0.1;
 
+/// Most legs of an orbit: its dense matrix of derivatives has four rows for each, 128 MB in all.
+pub const MOST_LEGS: usize = 1_000;
+
+/// A damped wall that nothing drives, and that moves less than this, is at rest.
+pub const STILL_WALL: f64 = 1e-6;
+
 /// Part of a drive period at the ends of an orbit without events, if it is to be cut there.
 pub const CLEAR_ENDS: f64 = 0.01;
 

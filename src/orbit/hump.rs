@@ -20,6 +20,9 @@ pub(super) fn highest(
     let start = model.motion.flight(moment.clock(), state.value());
     let mut highest: Option<(f64, f64)> = None;
     let (mut passed, mut first) = (0.0, touching);
+    // A flight from the contact has its largest gap, 0, at its start; a maximum after it rises again
+    // from below. At a release g, g' and g'' begin as rounding.
+    let mut lowest = if touching { 0.0 } else { f64::NEG_INFINITY };
     while passed < length {
         let span = model.motion.span.min(length - passed);
         let elapsed = DoubleDouble::new(passed);
@@ -30,8 +33,8 @@ pub(super) fn highest(
             model.motion.flight(clock, model.motion.state_after(&start, elapsed))
         };
         let found = match model.system.contact {
-            Contact::Oblique => in_chunk::<Oblique>(model, &flight, span, first),
-            Contact::Direct => in_chunk::<Direct>(model, &flight, span, first),
+            Contact::Oblique => in_chunk::<Oblique>(model, &flight, span, first, &mut lowest),
+            Contact::Direct => in_chunk::<Direct>(model, &flight, span, first, &mut lowest),
         };
         if let Some((time, gap)) = found {
             if highest.is_none_or(|(_, most)| gap > most) {
@@ -48,6 +51,7 @@ fn in_chunk<G: Geometry>(
     flight: &Flight,
     span: f64,
     touching: bool,
+    lowest: &mut f64,
 ) -> Option<(f64, f64)> {
     let gap = GapFlight::<G>::new(&model.motion, flight, model.system.gap, touching);
     let at = |s: f64| gap.at(s).0;
@@ -61,9 +65,8 @@ fn in_chunk<G: Geometry>(
     for step in 1..=steps {
         let to = span * step as f64 / steps as f64;
         let after = at(to);
-        // A flight that starts on the contact has its largest gap, 0, there.
-        let rises = before.rate > 0.0 && !(touching && from == 0.0);
-        let bracket = if rises && after.rate <= 0.0 {
+        *lowest = lowest.min(before.value);
+        let bracket = if before.rate > 0.0 && after.rate <= 0.0 {
             Some((from, to))
         } else if before.rate <= 0.0
             && after.rate <= 0.0
@@ -79,7 +82,8 @@ fn in_chunk<G: Geometry>(
         if let Some((left, right)) = bracket {
             let top = bisect(left, right, |s| at(s).rate);
             let GapPoint { value, .. } = at(top);
-            if highest.is_none_or(|(_, most)| value > most) {
+            let rises = value > *lowest + gap.noise(top);
+            if rises && highest.is_none_or(|(_, most)| value > most) {
                 highest = Some((top, value));
             }
         }

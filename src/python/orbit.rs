@@ -60,6 +60,11 @@ impl PyItinerary {
         }
     }
 
+    /// Pickles by what `__new__` takes.
+    fn __getnewargs__(&self) -> (Vec<String>, i64, Vec<i64>, bool) {
+        (self.legs(), self.periods(), self.clocks(), self.wall_at_rest())
+    }
+
     #[getter]
     fn legs(&self) -> Vec<String> {
         self.0.legs.iter().map(ToString::to_string).collect()

@@ -19,6 +19,10 @@ use crate::flight::{BodyFlight, Oscillator, Trig};
 use crate::quadrature::{PANEL, SHORT_PANEL};
 use crate::tolerance::AUDIT_ANGLE;
 
+/// Most panels of the quadrature of one flight: bodies so strongly overdamped that more were needed
+/// are given no derivatives by a parameter.
+const MOST_PANELS: f64 = 10_000.0;
+
 /// Parameters of one body.
 struct Body {
     w: Dual,
@@ -104,8 +108,12 @@ fn parameter_derivatives(
     let drive = &model.motion.drive;
     let (w, zeta, f) = (body.w.value, body.zeta.value, body.f.value);
     let fastest = drive.omega.max(w * (1.0 + 2.0 * zeta)).max(1.0);
+    let panels = (time * fastest / AUDIT_ANGLE).ceil().max(1.0);
+    if panels > MOST_PANELS {
+        return [[f64::NAN; 2]; 4];
+    }
     #[allow(clippy::cast_sign_loss)] // at least 1
-    let panels = (time * fastest / AUDIT_ANGLE).ceil().max(1.0) as usize;
+    let panels = panels as usize;
     let length = time / panels as f64;
     let short = time * fastest <= AUDIT_ANGLE / 6.0;
     let quadrature: &[(f64, f64)] = if short { &*SHORT_PANEL } else { &*PANEL };

@@ -74,13 +74,14 @@ pub(crate) fn strike(
                 ImpactLaw::Poisson | ImpactLaw::Paper => one_and_r * approach - switch,
                 ImpactLaw::Newton => (r * u + u_switch) / slows_after,
                 ImpactLaw::Energetic => {
-                    let work = if in_approach {
-                        r * r * (u_switch * u_switch + slows_after * switch * (u + u_switch))
+                    let square = u_switch * u_switch;
+                    // r stands before the root: it may be 0.
+                    let speed = if in_approach {
+                        r * (square + slows_after * switch * (u + u_switch)).sqrt()
                     } else {
-                        let ratio = slows_after / slows;
-                        u_switch * u_switch + ratio * (r * r * u * u - u_switch * u_switch)
+                        (square + slows_after / slows * (r * r * u * u - square)).sqrt()
                     };
-                    (work.sqrt() + u_switch) / slows_after
+                    (speed + u_switch) / slows_after
                 }
             }
         };
