@@ -366,7 +366,8 @@ def _mark_named(computed: Existence, moment: float, axes: Sequence[Axes]) -> Non
         if system.moment_amplitude != moment:
             continue
         for ax in axes:
-            above, to_left = text == "quoted", place < 0.0
+            # Where there is room beside the branches.
+            above, to_left = text == "quoted" or place < -math.pi / 8, place < 0.0
             ax.annotate(
                 text,
                 (system.drive_frequency, place),
