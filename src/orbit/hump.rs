@@ -9,6 +9,10 @@ use crate::params::Contact;
 use crate::tangent::{DualState, Model, Moment};
 use crate::tolerance::HUMP_ANGLE;
 
+/// Local flights after which no more maxima are looked for: at drive frequencies near zero a flight
+/// may last for ever.
+const MOST_CHUNKS: usize = 10_000;
+
 /// Time and value of the largest local maximum of g inside (0, length).
 pub(super) fn highest(
     model: &Model,
@@ -23,7 +27,10 @@ pub(super) fn highest(
     // A flight from the contact has its largest gap, 0, at its start; a maximum after it rises again
     // from below. At a release g, g' and g'' begin as rounding.
     let mut lowest = if touching { 0.0 } else { f64::NEG_INFINITY };
-    while passed < length {
+    for _ in 0..MOST_CHUNKS {
+        if passed >= length {
+            break;
+        }
         let span = model.motion.span.min(length - passed);
         let elapsed = DoubleDouble::new(passed);
         let flight = if passed == 0.0 {
@@ -59,7 +66,7 @@ fn in_chunk<G: Geometry>(
     let natural = system.frequency_ratio.max(system.drive_frequency).max(1.0);
     let turning = model.motion.bounds(flight).0.0[0];
     #[allow(clippy::cast_sign_loss)] // at least 1
-    let steps = (span * (natural + turning) / HUMP_ANGLE).ceil().clamp(1.0, 1e6) as usize;
+    let steps = (span * (natural + turning) / HUMP_ANGLE).ceil().clamp(1.0, 1e4) as usize;
     let mut highest: Option<(f64, f64)> = None;
     let (mut from, mut before) = (0.0, at(0.0));
     for step in 1..=steps {

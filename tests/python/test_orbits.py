@@ -339,9 +339,72 @@ def test_a_solution_beyond_its_grazing_is_not_admissible():
         assert "u = -" in motion.why_not
 
 
+@pytest.mark.parametrize("law", ["poisson", "newton", "energetic"])
+def test_plastic_impacts_have_derivatives_under_every_law(law):
+    # With r = 0 all laws are one; the energetic one takes a root of what vanishes.
+    system = vi.System(
+        mass_ratio=0.6,
+        frequency_ratio=2,
+        restitution=0,
+        gap=0.1,
+        drive_frequency=1.1,
+        moment_amplitude=1,
+        force_amplitude=-0.3,
+        damping=(0.05, 0.05),
+        friction=1.2,
+        law=law,
+    )
+    motion = vi.simulate(system, initial=(0, -0.3, 0, 0), periods=400).refine()
+    assert motion.label == "1-2"
+    assert abs(motion.multipliers[0]) == pytest.approx(0.40106, abs=1e-5)
+
+
+def test_a_release_is_no_graze():
+    # Just after a release g, g' and g'' are rounding, which must not be taken for a maximum.
+    system = vi.System(
+        mass_ratio=0.6,
+        frequency_ratio=2,
+        restitution=0.5,
+        gap=0.3,
+        moment_amplitude=2,
+        drive_frequency=0.3,
+        damping=(0.05, 0.05),
+    )
+    for omega in np.linspace(0.25, 0.45, 41):
+        run = vi.simulate(
+            system.replace(drive_frequency=omega), initial=(0, 0.5, 0, 0), periods=300, keep=100
+        )
+        if run.period.m is not None:
+            motion = run.refine()
+            assert motion.admissible, (omega, motion.why_not)
+    motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=300).refine()
+    branch = vi.follow_motion(motion, drive_frequency=(0.25, 0.35), step=0.005, max_step=0.01)
+    assert branch.ends == ("bound", "bound")
+    assert not branch.of_kind("grazing")
+
+
+def test_undamped_free_motion_is_not_called_stable():
+    # All multipliers lie on the unit circle; rounding must not decide.
+    for omega in (0.3, 0.7, 1.25, 2.75, 3.1):
+        system = vi.System(
+            mass_ratio=0.6,
+            frequency_ratio=2,
+            restitution=0.8,
+            gap=5,
+            drive_frequency=omega,
+            moment_amplitude=1,
+        )
+        motion = vi.periodic_motion(system, initial=(0, 0, 0, 0), periods=1)
+        assert motion.label == "1-0"
+        assert motion.admissible
+        assert not motion.stable
+
+
 def test_motions_can_be_pickled():
     motion = reference_motion("9_3_four_five")
+    assert motion.max_gap < 0.0  # fills caches
     copy = pickle.loads(pickle.dumps(motion))
+    assert copy.itinerary.legs == motion.itinerary.legs
     assert copy.legs == motion.legs
     assert np.array_equal(copy.nodes, motion.nodes)
     assert np.array_equal(copy.sections, motion.sections)

@@ -7,7 +7,6 @@ becomes incomplete, a contact phase ends another way. The border is located, and
 goes on it goes on with another sequence of legs: both sequences have the border's orbit in common.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -21,7 +20,7 @@ from ..checks import count, number, positive, reject
 from ..errors import Interrupted, ParameterError
 from ..system import NUMERIC_RANGES, System
 from .continuation import follow
-from .motion import PeriodicMotion, motion_of
+from .motion import NEUTRAL, PeriodicMotion, motion_of
 from .newton import OutsideDomain, solve
 from .path import Path, Point, SpecialPoint
 from .problem import OrbitProblem
@@ -44,6 +43,10 @@ AT_BORDER = 1e-4
 ONE_HALF = 1e-3
 # Parts of the range around their meeting in which the period doubling is looked for.
 DOUBLING_WINDOWS = (1e-5, 1e-4, 1e-3, 1e-2)
+# First step unless told otherwise.
+DEFAULT_STEP = 0.01
+# A test is this small at the most where it was located; all are of order one elsewhere.
+LOCATED = 1e-6
 # Halves this close are the same but for rounding.
 SAME_HALVES = 1e-9
 # Times that the steps are halved where a path has passed a border.
@@ -122,7 +125,7 @@ class Piece:
     @property
     def stable(self) -> NDArray[np.bool_]:
         """Whether all multipliers lie inside the unit circle, shape (k,)."""
-        inside: NDArray[np.bool_] = np.abs(self.multipliers).max(axis=1) < 1.0
+        inside: NDArray[np.bool_] = np.abs(self.multipliers).max(axis=1) < 1.0 - NEUTRAL
         return inside
 
     @property
@@ -172,8 +175,8 @@ class Branch:
     ends
         Why the branch ends, at its first and last point: ``bound``, the kind of a border that it
         does not pass, ``points``, ``closed``, ``no convergence``, ``outside domain``,
-        ``not a motion`` (a simulation passes other events though every test function is positive),
-        ``interrupted``.
+        ``interrupted``, or a text that begins with ``not a motion:`` and says why a simulation does
+        not confirm the next point.
     """
 
     parameter: str
@@ -217,9 +220,37 @@ class _Settings:
     max_points: int
     virtual: bool
 
+    @classmethod
+    def checked(
+        cls,
+        name: str,
+        bounds: tuple[float, float],
+        step: float | None,
+        max_step: float,
+        max_points: int,
+        virtual: bool = False,
+    ) -> "_Settings":
+        """Check what a caller gives."""
+        largest = positive("max_step", max_step)
+        first = min(DEFAULT_STEP, largest) if step is None else positive("step", step)
+        if not MIN_STEP <= first <= largest:
+            reject("step", step, f"a number from {MIN_STEP} to max_step = {largest}")
+        if not isinstance(virtual, bool):
+            reject("virtual", virtual, "True or False")
+        return cls(
+            parameter=name,
+            bounds=bounds,
+            size=bounds[1] - bounds[0],
+            step=first,
+            max_step=largest,
+            max_points=count("max_points", max_points, least=2),
+            virtual=virtual,
+        )
+
     def halved(self) -> "_Settings":
         """Return the same with steps half as long."""
-        return replace(self, step=self.step / 2.0, max_step=self.max_step / 2.0)
+        half = max(self.step / 2.0, MIN_STEP)
+        return replace(self, step=half, max_step=max(self.max_step / 2.0, half))
 
 
 def follow_motion(
@@ -227,7 +258,7 @@ def follow_motion(
     *,
     both: bool = True,
     direction: int = 1,
-    step: float = 0.01,
+    step: float | None = None,
     max_step: float = 0.05,
     max_points: int = 2000,
     virtual: bool = False,
@@ -242,7 +273,8 @@ def follow_motion(
     both, direction
         Follow it both ways, or only the way on which the parameter first grows (1) or falls (-1).
     step, max_step
-        First and largest step, as part of the range and of the motion's size.
+        First and largest step, as part of the range and of the motion's size; the first is 0.01
+        or ``max_step``, if that is smaller.
     max_points
         Cap on the points of each direction.
     virtual
@@ -254,7 +286,8 @@ def follow_motion(
     Returns
     -------
     Branch
-        Pieces, bifurcations and ends. Parameter values of bifurcations are good to 1e-10 or better.
+        Pieces, bifurcations and ends. Bifurcations are located until rounding stops it, as a rule
+        to 1e-12 in the parameter.
 
     Raises
     ------
@@ -263,18 +296,14 @@ def follow_motion(
     Interrupted
         After Ctrl-C; ``.result`` is the branch so far.
     """
+    if not isinstance(motion, PeriodicMotion):
+        reject("motion", motion, "a PeriodicMotion")
     name, bounds = _range(motion.system, parameter)
-    settings = _Settings(
-        parameter=name,
-        bounds=bounds,
-        size=bounds[1] - bounds[0],
-        step=positive("step", step),
-        max_step=positive("max_step", max_step),
-        max_points=count("max_points", max_points, least=2),
-        virtual=virtual,
-    )
-    if direction not in (1, -1):
+    settings = _Settings.checked(name, bounds, step, max_step, max_points, virtual)
+    if isinstance(direction, bool) or not isinstance(direction, int) or direction not in (1, -1):
         reject("direction", direction, "1 or -1")
+    if not isinstance(both, bool):
+        reject("both", both, "True or False")
     start = Crossing(
         itinerary=motion.itinerary,
         u=motion.nodes.ravel().copy(),
@@ -303,7 +332,16 @@ class _Half:
 
 
 def _follow_way(system: System, start: Crossing, way: int, settings: _Settings) -> _Half:
+    """Follow one direction; Ctrl-C ends it with what is done."""
     half = _Half([], [], "points")
+    try:
+        _extend(half, system, start, way, settings)
+    except (KeyboardInterrupt, Interrupted):
+        half.end = "interrupted"
+    return half
+
+
+def _extend(half: _Half, system: System, start: Crossing, way: int, settings: _Settings) -> None:
     borders: list[tuple[Bifurcation, int, int]] = []
     at: Crossing | None = start
     direction, left, retries = way, settings.max_points, RETRIES
@@ -330,9 +368,10 @@ def _follow_way(system: System, start: Crossing, way: int, settings: _Settings) 
         if last is not None and not reason:
             reached = min(reached, last.arclength - SAME_PLACE)
         for special in path.special:
-            # A test of the multipliers that jumps passes infinity, near a grazing.
-            if special is not last and special.arclength <= reached and special.continuous:
+            if special is not last and special.arclength <= reached and _is_zero(special):
                 half.bifurcations.append(_bifurcation(problem, special))
+        if path.end == "interrupted":
+            raise KeyboardInterrupt
         if reason:
             half.end = f"not a motion: {reason}"
             failed = path.points[good].arclength - path.points[good - 1].arclength
@@ -371,11 +410,19 @@ def _follow_way(system: System, start: Crossing, way: int, settings: _Settings) 
                 del half.pieces[first:pieces], half.bifurcations[keep:found]
                 half.bifurcations.append(border)
                 half.end = "closed"
-                return half
+                return
         half.bifurcations.append(border)
         borders.append((border, len(half.pieces), len(half.bifurcations)))
         half.end = last.kind if at is None else "points"
-    return half
+
+
+def _is_zero(special: SpecialPoint) -> bool:
+    """Whether a test vanishes where it was located.
+
+    A test of the multipliers that jumps passes infinity near a grazing; and where one of them is
+    huge, rounding of the small ones makes it cross zero as it likes.
+    """
+    return special.continuous and abs(special.value) <= LOCATED
 
 
 def _same_legs(one: Piece, other: Piece) -> bool:
@@ -545,7 +592,8 @@ def doubling_near(
             start,
             bounds=(start, min(high, float(p[0]) + window)),
             parameter_size=size,
-            step=0.1 * window / size,
+            step=max(min(0.1 * part, max_step), MIN_STEP),
+            min_step=MIN_STEP,
             max_step=max_step,
             max_points=100,
             classify=shorter.classify,
@@ -610,13 +658,21 @@ def _range(system: System, parameter: dict[str, Any]) -> tuple[str, tuple[float,
     name, bounds = next(iter(parameter.items()))
     if name not in NUMERIC_RANGES:
         reject("parameter", name, f"one of {', '.join(NUMERIC_RANGES)}")
-    if np.shape(bounds) != (2,):
-        reject(name, bounds, "a range (low, high)")
-    low, high = (number(name, bound) for bound in bounds)
+    return name, range_around(system, name, bounds)
+
+
+def range_around(system: System, name: str, bounds: Any) -> tuple[float, float]:
+    """Check a range of a parameter that contains its value."""
     value = getattr(system, name)
+    allowed = f"a range (low, high) of finite numbers around {value}"
+    try:
+        low, high = bounds
+    except (TypeError, ValueError):
+        reject(name, bounds, allowed)
+    low, high = number(name, low, allowed), number(name, high, allowed)
     if not low <= value <= high or low == high:
-        reject(name, (low, high), f"a range (low, high) around {value}")
-    return name, (low, high)
+        reject(name, (low, high), allowed)
+    return low, high
 
 
 def doubled(motion: PeriodicMotion) -> tuple[_core.Itinerary, Array, Array]:
@@ -646,7 +702,7 @@ def doubled(motion: PeriodicMotion) -> tuple[_core.Itinerary, Array, Array]:
 def switch_branch(
     bifurcation: Bifurcation,
     *,
-    step: float = 0.01,
+    step: float | None = None,
     max_step: float = 0.05,
     max_points: int = 2000,
     **parameter: tuple[float, float],
@@ -658,7 +714,7 @@ def switch_branch(
     bifurcation
         A ``period_doubling`` of a branch.
     step, max_step, max_points, parameter
-        As in ``follow_motion``.
+        As in ``follow_motion``; the parameter may be another one than that of the bifurcation.
 
     Returns
     -------
@@ -670,22 +726,14 @@ def switch_branch(
     ParameterError
         For bad input, and if the bifurcation is no period doubling.
     """
-    if bifurcation.kind != "period_doubling":
-        reject("bifurcation", bifurcation.kind, "a period_doubling")
+    if not isinstance(bifurcation, Bifurcation) or bifurcation.kind != "period_doubling":
+        reject("bifurcation", bifurcation, "a Bifurcation of the kind period_doubling")
     system = bifurcation.motion.system
-    name, bounds = _range(system, parameter or {bifurcation.parameter: (-math.inf, math.inf)})
+    name, bounds = _range(system, parameter)
+    settings = _Settings.checked(name, bounds, step, max_step, max_points)
     itinerary, nodes, shift = doubled(bifurcation.motion)
-    settings = _Settings(
-        parameter=name,
-        bounds=bounds,
-        size=bounds[1] - bounds[0],
-        step=positive("step", step),
-        max_step=positive("max_step", max_step),
-        max_points=count("max_points", max_points, least=2),
-        virtual=False,
-    )
     tangent = np.append(shift.ravel(), 0.0)
-    start = Crossing(itinerary=itinerary, u=nodes.ravel(), p=bifurcation.value, tangent=tangent)
+    start = Crossing(itinerary=itinerary, u=nodes.ravel(), p=getattr(system, name), tangent=tangent)
     half = _follow_way(system, start, 1, settings)
     if half.end == "interrupted":
         raise Interrupted("interrupted along a branch", _joined(name, [half], False))

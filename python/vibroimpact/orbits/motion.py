@@ -43,6 +43,11 @@ REGIMES = (
 CLOSES = 1e-7
 # An event this part of a drive period from its start is too close for a simulation to begin there.
 NEAR_EVENT = 1e-9
+# A multiplier this close to the unit circle is on it: those of undamped free motion are, but for
+# rounding.
+NEUTRAL = 1e-12
+# A test function this close to zero is on its border.
+ON_BORDER = 1e-12
 # Events of one orbit after which a simulation that checks it is given up.
 MAX_EVENTS = 100_000
 
@@ -70,7 +75,7 @@ class PeriodicMotion:
         left out, those of body 1, shape (2,). They are those of the solution whether or not it is
         admissible.
     stable
-        Whether all multipliers lie inside the unit circle.
+        Whether it is a motion, and all multipliers lie inside the unit circle.
     admissible, why_not
         Whether it is a motion of the system, and if not the first reason, else ``""``.
     residual
@@ -307,14 +312,14 @@ def motion_of(
         "clocks": tuple(itinerary.clocks),
         "wall_at_rest": itinerary.wall_at_rest,
         "multipliers": multipliers,
-        "stable": finite and bool(np.abs(multipliers).max() < 1.0),
         "residual": float(np.abs(residual).max()),
         "error": error,
         **paper,
     }
-    solution = PeriodicMotion(**fields, admissible=False, why_not="")
+    solution = PeriodicMotion(**fields, stable=False, admissible=False, why_not="")
     reason = why_not(solution)
-    return PeriodicMotion(**fields, admissible=not reason, why_not=reason)
+    stable = not reason and bool(np.abs(multipliers).max() < 1.0 - NEUTRAL)
+    return PeriodicMotion(**fields, stable=stable, admissible=not reason, why_not=reason)
 
 
 def why_not(motion: PeriodicMotion) -> str:
@@ -331,7 +336,8 @@ def why_not(motion: PeriodicMotion) -> str:
             return f"separating before the impact (u = {u:.3g})"
     tests = motion.itinerary.tests(motion.system._compiled, motion.nodes)
     for kind, leg, name, value, _ in sorted(tests, key=lambda test: test[0] != "grazing"):
-        if value > 0.0:
+        # On a border between regimes the motion is one of both, and of a graze.
+        if value > (0.0 if name == "u" else -ON_BORDER):
             continue
         if name == "u":
             return f"separating before the impact (u = {value:.3g})"

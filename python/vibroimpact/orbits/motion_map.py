@@ -17,7 +17,7 @@ from ..errors import ParameterError
 from ..system import NUMERIC_RANGES, System
 from .algebraic import Conditions, Parameters, conditions
 from .criterion import multipliers, paper_eigenvalues
-from .motion import PeriodicMotion
+from .motion import NEUTRAL, PeriodicMotion
 from .single_impact import check_system, limits_of, motion_at, motions_in
 from .solutions import Solutions, lost, reach_of, solve_many
 
@@ -58,8 +58,9 @@ class MotionMap:
     solutions
         One row per solution, by point and x1. Columns ``point``; ``x1, v1, v2, phase,
         approach_velocity`` just before the impact; ``admissible``; ``largest_multiplier``, the
-        largest modulus, and ``stable``; ``largest_paper_eigenvalue`` and ``paper_stable``, which
-        are NaN and False where the paper's criterion is not defined.
+        largest modulus, and ``stable``, admissible with all of them inside the unit circle;
+        ``largest_paper_eigenvalue`` and ``paper_stable``, which are NaN and False where the paper's
+        criterion is not defined.
     undecided
         Number of intervals of x1 at each point that double precision does not decide, shape
         (points,).
@@ -128,10 +129,10 @@ class MotionMap:
     def __repr__(self) -> str:
         """Grid and number of solutions."""
         over = " x ".join(f"{len(values)} {name}" for name, values in self.grid.items())
-        kept = int(np.count_nonzero(self.solutions["admissible"] & self.solutions["stable"]))
+        kept = int(np.count_nonzero(self.solutions["stable"]))
         return (
             f"<MotionMap of period {self.n}-1 over {over}: {len(self.solutions)} solutions, "
-            f"{kept} admissible and stable>"
+            f"{kept} stable motions>"
         )
 
 
@@ -259,13 +260,13 @@ def _rows(
     for name, column in columns.items():
         rows[name] = column
     rows["largest_multiplier"] = np.abs(multipliers(equations, which, state)[:, 0])
-    rows["stable"] = rows["largest_multiplier"] < 1.0
     rows["largest_paper_eigenvalue"] = np.abs(paper_eigenvalues(equations, which, state)[:, 0])
     rows["paper_stable"] = rows["largest_paper_eigenvalue"] < 1.0
     rows["admissible"] = False
     for k in np.flatnonzero(rows["approach_velocity"] > 0.0):
         motion = motion_at(systems[rows["point"][k]], n, tuple(state[k].tolist()))
         rows["admissible"][k] = motion.admissible
+    rows["stable"] = rows["admissible"] & (rows["largest_multiplier"] < 1.0 - NEUTRAL)
     return rows
 
 

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..system import System
 from .motion import MAX_EVENTS, motion_of, primitive
 from .newton import OutsideDomain, solve
 from .path import SpecialPoint
@@ -34,6 +35,8 @@ TRIAL = 1e-7
 # that gives other legs. Very close to a border where chatter brings the tip to rest none may; and
 # where a slide between two stops vanishes the tangent may point back, two solutions meeting there.
 AHEAD = (1e-4, 1e-3, 1e-2, -1e-4, -1e-3, -1e-2)
+# Impacts whose tests are this small are at their borders together.
+TOGETHER = 1e-10
 # The orbit found there must be this close to the one expected, in units of the sizes.
 NEAR = 1e-2
 
@@ -161,14 +164,42 @@ def _other_regime(problem: OrbitProblem, border: SpecialPoint, what: str, leg: i
     """The impact is one of the neighbouring regime."""
     itinerary, system = problem.itinerary, problem.system_at(border.p)
     legs, nodes = itinerary.legs, border.u.reshape(-1, 4)
-    _, regime, signs = legs[leg].split(":")
-    x1 = itinerary.before_events(system._compiled, nodes)[leg, 0]
+    angles = itinerary.before_events(system._compiled, nodes)[:, 0]
+    # In a symmetric orbit several impacts may be at their borders at once.
+    together = [
+        other
+        for kind, other, name, value, _ in itinerary.tests(system._compiled, nodes)
+        if kind == "regime_border"
+        and name == what
+        and abs(value) <= TOGETHER
+        and legs[other].startswith("impact")
+    ]
+    changed = list(legs)
+    for other in {leg, *together}:
+        new_leg = _beyond_edge(legs[other], what, system, float(angles[other]))
+        if new_leg is None:
+            return None
+        changed[other] = new_leg
+    new = _core.Itinerary(changed, itinerary.periods, itinerary.clocks, itinerary.wall_at_rest)
+    test = border.test
+    if system.restitution == 0.0 and what.startswith("P* = "):
+        # Both edges are one: from slip to approach, and back.
+        edge = "P* = (1 + r) P_f" if ":slip:" in changed[leg] else "P* = P_f"
+        test = f"regime_border: {edge}, leg {leg}"
+    return new, nodes, test
+
+
+def _beyond_edge(leg: str, what: str, system: System, x1: float) -> str | None:
+    """Return the leg to an impact of the neighbouring regime."""
+    _, regime, signs = leg.split(":")
     sticks = abs(math.cos(x1)) <= system.friction * abs(math.sin(x1))
     bends = "stick" if sticks else "reversal"
     flipped = {"+": "-", "-": "+"}
     direction, side = signs[0], signs[1]
     if what == "sin x1 = 0":
         side = flipped[side]
+    elif what.startswith("P* = ") and system.restitution == 0.0:
+        regime = f"{bends}_approach" if regime == "slip" else "slip"
     elif what == "P* = (1 + r) P_f":
         regime = f"{bends}_restitution" if regime == "slip" else "slip"
     elif what == "P* = P_f":
@@ -184,9 +215,7 @@ def _other_regime(problem: OrbitProblem, border: SpecialPoint, what: str, leg: i
             regime = "reversal_approach" if regime == "slip" else "slip"
     else:
         return None
-    changed = [*legs[:leg], f"impact:{regime}:{direction}{side}", *legs[leg + 1 :]]
-    new = _core.Itinerary(changed, itinerary.periods, itinerary.clocks, itinerary.wall_at_rest)
-    return new, nodes, border.test
+    return f"impact:{regime}:{direction}{side}"
 
 
 def _slides_on(itinerary: _core.Itinerary, what: str, leg: int) -> bool:

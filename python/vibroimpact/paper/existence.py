@@ -173,7 +173,7 @@ def judge(computed: Existence) -> list[Claim]:
 def _judge_counts(computed: Existence) -> Claim:
     """Compare the paper's stable solutions with the stable motions, one by one."""
     rows = computed.map.solutions
-    paper, real = rows["paper_stable"], rows["admissible"] & rows["stable"]
+    paper, real = rows["paper_stable"], rows["stable"]
     both, missed = int((paper & real).sum()), int((real & ~paper).sum())
     verdict: Verdict = "open"
     confirmed = computed.returned == len(computed.stable) and computed.left == len(
@@ -258,9 +258,7 @@ def _judge_quoted(item: Quoted) -> Claim:
 def _judge_shown(figure: int, panel: str, system: System, label: str) -> Claim:
     """Put the paper's criterion to a motion that its Fig. 5 shows as the long-term one."""
     n = PERIODS_PER_ORBIT[figure]
-    motion = next(
-        motion for motion in periodic_motions(system, n) if motion.admissible and motion.stable
-    )
+    motion = next(motion for motion in periodic_motions(system, n) if motion.stable)
     made = trial(motion)
     paper = "stable" if motion.paper_stable else "unstable"
     returned = made.last < 0.1 * PERTURBATION
@@ -360,7 +358,7 @@ def _mark_named(computed: Existence, moment: float, axes: Sequence[Axes]) -> Non
     for motion in MOTIONS:
         if motion.figure == 5 and motion.paper_says == f"{computed.n}-1":
             found = periodic_motions(motion.system, computed.n)
-            place = next(m.state[0] for m in found if m.admissible and m.stable)
+            place = next(m.state[0] for m in found if m.stable)
             named.append((motion.system, place, f"Fig. {motion.id}"))
     for system, place, text in named:
         if system.moment_amplitude != moment:

@@ -70,7 +70,7 @@ def _kinds(result: MotionMap, paper: bool, scale: float) -> list[_Kind]:
             _Kind(~stable, "unstable by (45)", _dot(BLACK, 1.1 * scale)),
             _Kind(stable, "stable by (45)", _circle(VERMILLION, 3.2 * scale)),
         ]
-    admissible, stable = found["admissible"], found["admissible"] & found["stable"]
+    admissible, stable = found["admissible"], found["stable"]
     return [
         _Kind(~admissible, "no motion: not admissible", _dot(_PALE, 0.8 * scale)),
         _Kind(admissible & ~stable, "unstable motion", _dot(BLACK, 1.1 * scale)),
@@ -227,7 +227,7 @@ def stability_map(result: MotionMap, *, paper: bool = False, ax: Axes | None = N
     found = result.solutions
     points = int(np.prod(result.shape))
     counted = np.ones(len(found), dtype=np.bool_) if paper else found["admissible"]
-    stable = found["paper_stable"] if paper else found["admissible"] & found["stable"]
+    stable = found["paper_stable"] if paper else found["stable"]
     some, good = (
         np.bincount(found["point"][chosen], minlength=points) > 0 for chosen in (counted, stable)
     )
