@@ -2,10 +2,10 @@
 
 Residuals, their derivatives and test functions are kernels of the compiled core; what is done with
 them stands here, in this order: newton, path, step, special, tracing, continuation, curves
-(continuation of any equations), motion, problem (periodicity), shooting (motions from simulations),
-resegment, branches, borders (bifurcations in one and two parameters), manifolds; intervals,
-enclosed_flight, algebraic, open_phase, criterion, solutions, single_impact, motion_map (all motions
-with one impact and no friction).
+(continuation of any equations), motion, problem (periodicity), friction, shooting (motions from
+simulations), resegment, branches, borders (bifurcations in one and two parameters), manifolds;
+intervals, enclosed_flight, algebraic, open_phase, criterion, solutions, single_impact, motion_map
+(all motions with one impact and no friction).
 """
 
 from .borders import BifurcationCurve, CodimensionTwo, bifurcation_curve

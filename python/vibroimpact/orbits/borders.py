@@ -21,6 +21,7 @@ from ..system import NUMERIC_RANGES, System
 from .branches import BORDERS, NAMES, Bifurcation
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .curves import follow_curve
+from .friction import with_friction
 from .motion import PeriodicMotion, motion_of, primitive
 from .path import Path, Point, SpecialPoint
 from .problem import OrbitProblem
@@ -207,6 +208,10 @@ def curve_problem(
             if len(cut) < len(nodes):
                 test = f"grazing: flight, leg {parsed(test)[2] % len(cut)}"
                 itinerary, nodes = shorter, cut
+    if "friction" in names:
+        itinerary, nodes, friction = with_friction(system, itinerary, nodes)
+        if friction != system.friction:
+            reject("friction", system.friction, "> 0 for a motion with lasting contact")
     return CurveProblem(system, itinerary, names, bifurcation.kind, test), nodes.ravel().copy()
 
 

@@ -20,6 +20,7 @@ from ..checks import count, number, positive, reject
 from ..errors import Interrupted, ParameterError
 from ..system import NUMERIC_RANGES, System
 from .continuation import follow
+from .friction import with_friction
 from .motion import NEUTRAL, PeriodicMotion, motion_of
 from .newton import OutsideDomain, solve
 from .path import Path, Point, SpecialPoint
@@ -304,12 +305,10 @@ def follow_motion(
         reject("direction", direction, "1 or -1")
     if not isinstance(both, bool):
         reject("both", both, "True or False")
-    start = Crossing(
-        itinerary=motion.itinerary,
-        u=motion.nodes.ravel().copy(),
-        p=getattr(motion.system, name),
-        tangent=None,
-    )
+    itinerary, nodes, value = motion.itinerary, motion.nodes, getattr(motion.system, name)
+    if name == "friction":
+        itinerary, nodes, value = with_friction(motion.system, itinerary, nodes)
+    start = Crossing(itinerary=itinerary, u=nodes.ravel().copy(), p=value, tangent=None)
     ways = (-1, 1) if both else (direction,)
     halves: list[_Half] = []
     for way in ways:

@@ -1,0 +1,62 @@
+"""A motion without friction as one with it: the legs from which a branch over friction starts.
+
+Impacts at mu = 0 do not know which way the tip slips, so that their legs cannot tell what friction
+does to them. For mu -> 0 each has a regime, slip or a reversal, whose outcome tends to that without
+friction (docs/theory.md, section 4): with it the motion at mu = 0 is the end of a branch over mu.
+The legs of lasting contact are those of a simulation at a small friction.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..checks import reject
+from ..impacts import impact
+from ..system import System
+from .motion import MAX_EVENTS, REGIMES, motion_of
+from .newton import solve
+from .problem import OrbitProblem
+
+Array = NDArray[np.float64]
+
+# Friction at which the regimes for mu -> 0 are asked for, and where a motion with lasting contact
+# is solved for anew.
+SMALL = 1e-9
+
+
+def with_friction(
+    system: System, itinerary: _core.Itinerary, nodes: Array
+) -> tuple[_core.Itinerary, Array, float]:
+    """Return legs that know friction, nodes, and the friction at which they are a motion.
+
+    Those of a system with friction are returned as they are; ParameterError if there are none.
+    """
+    if system.contact == "direct":
+        reject("friction", "a range", "no parameter to vary in direct contact, which has none")
+    if system.friction > 0.0 or itinerary.legs == ["circuit"]:
+        return itinerary, nodes, system.friction
+    rough = system.replace(friction=SMALL)
+    periods, wall = itinerary.periods, itinerary.wall_at_rest
+    if all(leg.startswith("impact") for leg in itinerary.legs):
+        x1, v1, _, v2 = itinerary.before_events(system._compiled, nodes).T
+        regimes = impact(rough, x1=x1, v1=v1, v2=v2)["regime"]
+        sides = np.ones(len(x1)) if system.law == "paper" else np.sin(x1)
+        legs = [
+            f"impact:{REGIMES[regime]}:{_sign(direction)}{_sign(side)}"
+            for regime, direction, side in zip(regimes, v1, sides, strict=True)
+        ]
+        return _core.Itinerary(legs, periods, itinerary.clocks, wall), nodes, 0.0
+    start = motion_of(system, itinerary, nodes, whole=True).initial
+    found, reason = _core.Itinerary.follow(rough._compiled, start, periods, MAX_EVENTS)
+    if found is not None:
+        u, report = solve(OrbitProblem(rough, found[0]), found[1].ravel(), np.empty(0))
+        if report.converged:
+            return found[0], u.reshape(-1, 4), SMALL
+        reason = f"Newton's method: {report.outcome}"
+    reject("motion", itinerary.legs, f"one that goes on at a friction of {SMALL}; here {reason}")
+
+
+def _sign(value: float) -> str:
+    return "-" if math.copysign(1.0, value) < 0.0 else "+"
