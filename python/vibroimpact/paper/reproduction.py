@@ -14,7 +14,7 @@ from ..errors import ParameterError
 from ..plot import publication_style
 from ..results import Run
 from ..simulation import simulate
-from . import claims, evidence, existence, lasting, motions, restitution, transitions
+from . import claims, evidence, existence, islands, lasting, motions, restitution, transitions
 from .claims import Claim
 from .layout import Page
 from .motions import Shown
@@ -93,6 +93,9 @@ def reproduce(
             started = time.perf_counter()
             job.impact_pages()
             job.report(f"impact law: {time.perf_counter() - started:.1f} s")
+            started = time.perf_counter()
+            job.islands_page()
+            job.report(f"islands: {time.perf_counter() - started:.1f} s")
     for name, text in (
         ("json", claims.to_json(job.claims)),
         ("md", claims.to_markdown(job.claims)),
@@ -186,6 +189,14 @@ class _Job:
         self.claims.append(claim)
         self.save(restitution.draw(computed, claim), "impact-regimes")
         self.save(restitution.draw_agreement(restitution.agreement()), "impact-incremental")
+
+    def islands_page(self) -> None:
+        """Find the islands of section 4.1 with their borders, and write the page."""
+        # As coarse as the diagrams, at most as fine as its own grid.
+        computed = islands.compute(
+            frequencies=min(islands.FREQUENCIES, self.frequencies), workers=self.workers
+        )
+        self.save(islands.draw(computed), "islands")
 
     def _shown(self, motion: Motion) -> Shown:
         run: Run = simulate(motion.system, initial=INITIAL, periods=PERIODS, keep=KEEP)
