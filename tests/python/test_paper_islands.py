@@ -1,8 +1,11 @@
 """The page of islands: what it finds, how it is confirmed, and what is drawn."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from vibroimpact.orbits import follow_motion
 from vibroimpact.paper import islands
 from vibroimpact.paper.parameters import INITIAL, paper_system
 from vibroimpact.simulation import simulate
@@ -54,3 +57,32 @@ def test_the_page_shows_borders_labels_and_the_path(found):
     )
     names = {str(line.get_label()) for line in ax.get_lines()}
     assert {"path of Fig. 4", "saddle-node", "period doubling", "Neimark-Sacker"} <= names
+
+
+def documented() -> list[tuple[str, list[float]]]:
+    """Motion and frequencies of each row of the table of docs/islands.md."""
+    text = (Path(__file__).parents[2] / "docs" / "islands.md").read_text(encoding="utf-8")
+    table = text.split("| motion | from |", 1)[1].split("\n\n", 1)[0]
+    rows = [line.split("|")[1:-1] for line in table.splitlines()[2:]]
+    return [
+        (row[0].strip(), [float(cell) for cell in (row[2], row[4]) if "." in cell]) for row in rows
+    ]
+
+
+def test_the_documented_ends_are_those_found(found):
+    rows = documented()
+    for region in found.regions:
+        known = [value for label, ends in rows if label == region.label for value in ends]
+        for _, omega in islands.extents(region):
+            assert min(abs(omega - value) for value in known) < 6e-11
+
+
+@pytest.mark.parametrize("label", ["2-4", "8-6"])
+def test_the_documented_ends_are_bifurcations_of_a_branch(label):
+    (ends,) = (ends for row, ends in documented() if row == label)
+    middle = paper_system(drive_frequency=0.5 * (ends[0] + ends[1]))
+    motion = simulate(middle, initial=INITIAL, periods=3000, keep=200).refine()
+    assert motion.label == label
+    branch = follow_motion(motion, drive_frequency=(ends[0] - 0.01, ends[1] + 0.01))
+    for end in ends:
+        assert min(abs(found.value - end) for found in branch.bifurcations) < 6e-11
