@@ -188,12 +188,12 @@ class Branch:
     @property
     def values(self) -> Array:
         """The parameter along the branch, shape (k,)."""
-        return np.concatenate([piece.values for piece in self.pieces])
+        return np.concatenate([np.empty(0), *(piece.values for piece in self.pieces)])
 
     @property
     def stable(self) -> NDArray[np.bool_]:
         """Whether the motion is stable, shape (k,)."""
-        return np.concatenate([piece.stable for piece in self.pieces])
+        return np.concatenate([np.empty(0, bool), *(piece.stable for piece in self.pieces)])
 
     def of_kind(self, kind: str) -> list[Bifurcation]:
         """Return the bifurcations of one kind."""
@@ -201,6 +201,8 @@ class Branch:
 
     def __repr__(self) -> str:
         """Labels, range and what happens on it."""
+        if not self.pieces:
+            return f"<Branch without points, ends: {self.ends[0]}, {self.ends[1]}>"
         labels = " ".join(dict.fromkeys(piece.label for piece in self.pieces))
         low, high = self.values.min(), self.values.max()
         return (

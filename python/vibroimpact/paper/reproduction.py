@@ -14,7 +14,17 @@ from ..errors import ParameterError
 from ..plot import publication_style
 from ..results import Run
 from ..simulation import simulate
-from . import claims, coexistence, evidence, existence, lasting, motions, restitution, transitions
+from . import (
+    claims,
+    coexistence,
+    evidence,
+    existence,
+    islands,
+    lasting,
+    motions,
+    restitution,
+    transitions,
+)
 from .claims import Claim
 from .layout import Page
 from .motions import Shown
@@ -97,6 +107,9 @@ def reproduce(
             started = time.perf_counter()
             job.coexistence_pages()
             job.report(f"coexisting motions: {time.perf_counter() - started:.1f} s")
+            started = time.perf_counter()
+            job.islands_page()
+            job.report(f"islands: {time.perf_counter() - started:.1f} s")
     for name, text in (
         ("json", claims.to_json(job.claims)),
         ("md", claims.to_markdown(job.claims)),
@@ -197,6 +210,14 @@ class _Job:
         self.save(coexistence.draw_branches(computed), "orbits-coexistence")
         self.save(coexistence.draw_multipliers(computed), "orbits-multipliers")
         self.save(coexistence.draw_portraits(computed), "orbits-portraits")
+
+    def islands_page(self) -> None:
+        """Find the islands of section 4.1 with their borders, and write the page."""
+        # As coarse as the diagrams, at most as fine as its own grid.
+        computed = islands.compute(
+            frequencies=min(islands.FREQUENCIES, self.frequencies), workers=self.workers
+        )
+        self.save(islands.draw(computed), "islands")
 
     def _shown(self, motion: Motion) -> Shown:
         run: Run = simulate(motion.system, initial=INITIAL, periods=PERIODS, keep=KEEP)

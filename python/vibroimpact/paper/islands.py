@@ -1,0 +1,191 @@
+"""The "islands" of section 4.1: where the periodic motions of Fig. 4's system are stable.
+
+The paper calls its periodic motions isolated islands among the non-periodic ones. Here each has its
+border in the plane of drive frequency and moment amplitude: motions are looked for by simulations
+from the paper's initial state on a coarse grid, and the region of stability of each is walked round
+(docs/islands.md). The labels are those that section 4.1 names.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
+
+from .. import plot
+from ..diagrams import Diagram, bifurcation_diagram
+from ..orbits import BifurcationCurve, NotFound, StabilityRegion, stability_region
+from ..plot.style import GREY
+from ..simulation import simulate
+from .layout import Page, values
+from .parameters import INITIAL, KEEP, PERIODS, paper_system
+
+LABELS = ("1-1", "2-1", "1-2", "2-4", "8-6")
+"""The motions of section 4.1: Figs. 2, 3, 5 and 6."""
+MOMENTS = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.3)
+FREQUENCIES = 139
+MOMENT_RANGE = (0.05, 2.5)
+FREQUENCY_RANGE = (0.2, 3.0)
+RESONANCE = 1.0
+"""Own frequency of the undamped oscillator: there no motion with impacts is periodic."""
+FROM_RESONANCE = 0.01
+PATH = 1.0
+"""Moment amplitude of Fig. 4."""
+# Drive periods in which an undamped motion settles well enough for Newton's method.
+_SETTLED = 3000
+_MOST_POINTS = 150
+_SHADES = {"1-1": "#DCE9F5", "2-1": "#E3F1E4", "1-2": "#FBE8D3", "2-4": "#EFE0EC", "8-6": "#F2EFC8"}
+_SHOWN = ("mass_ratio", "frequency_ratio", "restitution", "gap", "friction")
+
+
+@dataclass(frozen=True)
+class Islands:
+    """The regions found, and the simulations in which they were looked for.
+
+    Attributes
+    ----------
+    regions
+        In the order of LABELS.
+    settled
+        Frequency and moment amplitude of the runs that settled on a motion of LABELS.
+    inside
+        For each of them, whether it lies in a region of its label.
+    """
+
+    regions: tuple[StabilityRegion, ...]
+    settled: tuple[tuple[str, float, float], ...]
+    inside: NDArray[np.bool_]
+
+
+def compute(
+    moments: Sequence[float] = MOMENTS,
+    frequencies: int = FREQUENCIES,
+    *,
+    labels: Sequence[str] = LABELS,
+    workers: int | None = None,
+) -> Islands:
+    """Look for the motions on the grid, and walk round the region of each."""
+    low, high = FREQUENCY_RANGE
+    grid = np.linspace(low, high, frequencies + 2)[1:-1]
+    settled: list[tuple[str, float, float]] = []
+    for moment in moments:
+        diagram = bifurcation_diagram(
+            paper_system(moment_amplitude=moment),
+            initial=INITIAL,
+            periods=PERIODS,
+            keep=KEEP,
+            drive_frequency=grid[np.abs(grid - RESONANCE) > FROM_RESONANCE],
+            workers=workers,
+        )
+        settled += [(label, w, moment) for w, label in _labels(diagram) if label in labels]
+    # First in the middle of the plane: from there borders are the shortest to find.
+    settled.sort(key=lambda run: (labels.index(run[0]), abs(run[2] - PATH), run[1]))
+    regions: list[StabilityRegion] = []
+    for label, omega, moment in settled:
+        if not _inside(regions, label, omega, moment):
+            region = _region(label, omega, moment)
+            if region is not None:
+                regions.append(region)
+    inside = np.array([_inside(regions, *run) for run in settled], dtype=np.bool_)
+    return Islands(tuple(regions), tuple(settled), inside)
+
+
+def _labels(diagram: Diagram) -> list[tuple[float, str]]:
+    return [
+        (float(omega), f"{m}-{n}")
+        for omega, m, n in zip(diagram.parameter, diagram.m, diagram.n, strict=True)
+    ]
+
+
+def _inside(regions: Sequence[StabilityRegion], label: str, omega: float, moment: float) -> bool:
+    return any(
+        region.label == label and bool(region.sheets([[omega, moment]])[0]) for region in regions
+    )
+
+
+def _region(label: str, omega: float, moment: float) -> StabilityRegion | None:
+    """Return the region of the motion that a run settles on, if it is one of this label."""
+    system = paper_system(drive_frequency=omega, moment_amplitude=moment)
+    motion = simulate(system, initial=INITIAL, periods=_SETTLED, keep=KEEP).refine()
+    if isinstance(motion, NotFound) or motion.label != label:
+        return None
+    if not (motion.admissible and motion.stable):
+        return None
+    low, high = FREQUENCY_RANGE
+    side = (
+        (RESONANCE + FROM_RESONANCE, high)
+        if omega > RESONANCE
+        else (low, RESONANCE - FROM_RESONANCE)
+    )
+    return stability_region(
+        motion, max_points=_MOST_POINTS, drive_frequency=side, moment_amplitude=MOMENT_RANGE
+    )
+
+
+def draw(islands: Islands) -> Page:
+    """Draw the regions with the kinds of their borders, and the path of Fig. 4."""
+    system = paper_system()
+    heading = f"Section 4.1   Islands of stability   {values(system, _SHOWN)}, undamped"
+    page = Page(heading, 1, 118.0)
+    (ax,) = page.row("", columns=1)
+    for region in islands.regions:
+        if region.closed:
+            ax.fill(*region.border.T, color=_SHADES.get(region.label, GREY), lw=0, zorder=0)
+    arcs: list[BifurcationCurve] = [arc for region in islands.regions for arc in region.arcs]
+    if arcs:
+        plot.bifurcation_curves(arcs, size=3.0, legend=False, ax=ax)
+    path = ax.axhline(PATH, color=GREY, lw=0.8, zorder=0.5, label="path of Fig. 4")
+    for region in islands.regions:
+        _name(ax, region)
+    outside = [
+        run for run, inside in zip(islands.settled, islands.inside, strict=True) if not inside
+    ]
+    handles = [line for line in ax.get_lines() if not str(line.get_label()).startswith("_")]
+    if outside:
+        (marks,) = ax.plot(
+            *np.array([run[1:] for run in outside]).T,
+            linestyle="none",
+            marker="x",
+            ms=3.5,
+            color="0.3",
+            label="settled outside",
+        )
+        handles.append(marks)
+    ax.set_xlim(*FREQUENCY_RANGE)
+    ax.set_ylim(0.0, MOMENT_RANGE[1])
+    page.legend([*handles, path])
+    return page
+
+
+def _name(ax: Axes, region: StabilityRegion) -> None:
+    """Write the label where the region is widest."""
+    (left, right), (bottom, top) = region.extent.tolist()
+    across = np.linspace(left, right, 400)
+    best = (0.0, 0.5 * (left + right), 0.5 * (bottom + top))
+    for level in np.linspace(bottom, top, 41)[4:-4]:
+        inside = region.sheets(np.column_stack([across, np.full(400, level)])) > 0
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
+        for first, last in zip(edges[::2], edges[1::2] - 1, strict=True):
+            if across[last] - across[first] > best[0]:
+                middle = 0.5 * (across[first] + across[last])
+                best = float(across[last] - across[first]), float(middle), float(level)
+    halo = [withStroke(linewidth=2.0, foreground="white")]
+    ax.annotate(
+        region.label,
+        best[1:],
+        ha="center",
+        va="center",
+        fontsize=6.5,
+        zorder=5,
+        path_effects=halo,
+    )
+
+
+def extents(region: StabilityRegion) -> list[tuple[str, float]]:
+    """Return kind and frequency of the border's crossings with the path of Fig. 4."""
+    low, high = region.bounds[1]
+    if not low < PATH < high:
+        return []
+    return [(found.kind, found.value) for found in region.crossings(moment_amplitude=PATH)]
