@@ -44,6 +44,8 @@ AT_BORDER = 1e-4
 ONE_HALF = 1e-3
 # Parts of the range around their meeting in which the period doubling is looked for.
 DOUBLING_WINDOWS = (1e-5, 1e-4, 1e-3, 1e-2)
+# How a direction ends after Ctrl-C.
+INTERRUPTED = "interrupted"
 # First step unless told otherwise.
 DEFAULT_STEP = 0.01
 # A test is this small at the most where it was located; all are of order one elsewhere.
@@ -316,7 +318,7 @@ def follow_motion(
     for way in ways:
         half = _follow_way(motion.system, start, way, settings)
         halves.append(half)
-        if half.end == "interrupted":
+        if half.end == INTERRUPTED:
             raise Interrupted("interrupted along a branch", _joined(name, halves, both))
         if half.end == "closed":
             break
@@ -338,7 +340,7 @@ def _follow_way(system: System, start: Crossing, way: int, settings: _Settings) 
     try:
         _extend(half, system, start, way, settings)
     except (KeyboardInterrupt, Interrupted):
-        half.end = "interrupted"
+        half.end = INTERRUPTED
     return half
 
 
@@ -371,7 +373,7 @@ def _extend(half: _Half, system: System, start: Crossing, way: int, settings: _S
         for special in path.special:
             if special is not last and special.arclength <= reached and _is_zero(special):
                 half.bifurcations.append(_bifurcation(problem, special))
-        if path.end == "interrupted":
+        if INTERRUPTED in (path.end, reason):
             raise KeyboardInterrupt
         if reason:
             half.end = f"not a motion: {reason}"
@@ -512,8 +514,12 @@ def _piece(
     stops = path.special[-1].test if path.end.startswith("stopped") else ""
     largest = max((point.tests.get(stops, 0.0) for point in points), default=0.0)
     for k, point in enumerate(points):
-        system = problem.system_at(point.p)
-        motion = motion_of(system, problem.itinerary, point.u.reshape(-1, 4), whole=True)
+        try:
+            system = problem.system_at(point.p)
+            motion = motion_of(system, problem.itinerary, point.u.reshape(-1, 4), whole=True)
+        except KeyboardInterrupt:
+            reason = INTERRUPTED
+            break
         # So close to a border a simulation decides by rounding.
         at_border = (
             k in (0, len(path.points) - 1) or point.tests.get(stops, 1.0) < AT_BORDER * largest
@@ -736,6 +742,6 @@ def switch_branch(
     tangent = np.append(shift.ravel(), 0.0)
     start = Crossing(itinerary=itinerary, u=nodes.ravel(), p=getattr(system, name), tangent=tangent)
     half = _follow_way(system, start, 1, settings)
-    if half.end == "interrupted":
+    if half.end == INTERRUPTED:
         raise Interrupted("interrupted along a branch", _joined(name, [half], False))
     return _joined(name, [half], False)

@@ -270,6 +270,8 @@ def _random_starts(system: System, number: int, seed: int) -> Array:
 
 
 def _driven(system: System) -> None:
+    if not isinstance(system, System):
+        reject("system", system, "a vibroimpact.System")
     if system.drive_frequency == 0.0:
         reject(
             "drive_frequency", 0.0, "a finite number > 0: a periodic motion needs a drive period"
