@@ -102,3 +102,126 @@ def test_a_run_that_has_not_settled_is_carried_on_before_it_is_refined(motions):
     assert [motion.label for motion in found.motions] == ["12-14"]
     assert found.motions[0].stable
     assert found.shares[0] + sum(found.others.values()) == pytest.approx(1.0)
+
+
+def motion_at(motion: vi.PeriodicMotion, frequency: float) -> vi.PeriodicMotion:
+    """The motion followed to a frequency, exactly."""
+    away = 1e-3 * np.sign(motion.system.drive_frequency - frequency)
+    span = sorted((motion.system.drive_frequency + away, frequency))
+    way = 1 if away < 0 else -1
+    branch = vi.follow_motion(motion, both=False, direction=way, drive_frequency=tuple(span))
+    assert branch.values[-1] == frequency
+    return branch.pieces[-1].motion(-1)
+
+
+def distances(motion: vi.PeriodicMotion, away: float, orbits: int) -> np.ndarray:
+    """How far a simulation is from a motion after each orbit, if it starts a little off it."""
+    start = np.array(motion.initial) + away * np.array([0.5, 0.5, 0.5, 0.5])
+    run = vi.simulate(motion.system, initial=start, periods=motion.m * orbits)
+    return np.linalg.norm(run.stroboscopic[motion.m - 1 :: motion.m] - motion.sections[0], axis=1)
+
+
+@pytest.mark.parametrize(
+    ("which", "kind", "inside"),
+    [(0, "period_doubling", 1), (1, "period_doubling", 1), (1, "neimark_sacker", -1)],
+)
+def test_perturbations_decay_inside_a_limit_and_grow_outside(
+    motions, branches, which, kind, inside
+):
+    limit = (
+        stable_doubling(branches[which])
+        if kind == "period_doubling"
+        else branches[which].of_kind(kind)[0]
+    )
+    # Beyond the Neimark-Sacker point the regime border is 1.2e-5 away.
+    step = 2e-5 if kind == "period_doubling" else 8e-6
+    for side in (inside, -inside):
+        motion = motion_at(motions[which], limit.value + side * step)
+        assert motion.stable == (side == inside)
+        # A pair turns as it shrinks: the largest distance of five turns.
+        orbits, turns = (200, 1) if kind == "period_doubling" else (1000, 31)
+        size = distances(motion, 1e-7, 40 + orbits + turns)
+        first, last = size[40 : 40 + turns].max(), size[40 + orbits :].max()
+        rate = (last / first) ** (1.0 / orbits)
+        assert rate == pytest.approx(np.abs(motion.multipliers[0]), abs=2e-4)
+
+
+def test_of_two_motions_at_the_saddle_node_one_attracts(branches):
+    fold = branches[0].of_kind("saddle_node")[1]
+    # Both sides of the branch, sought where they are: from 2e-5 before the saddle-node.
+    near = vi.follow_motion(
+        branches[0].pieces[2].motion(0),
+        both=False,
+        direction=1,
+        drive_frequency=RANGE,
+        step=1e-3,
+        max_step=2e-3,
+        max_points=500,
+    )
+    piece = near.pieces[0]
+    below = np.abs(piece.values - (fold.value - 2e-5))
+    for stable in (True, False):
+        motion = piece.motion(int(np.argmin(np.where(piece.stable == stable, below, 1.0))))
+        assert motion.stable == stable
+        size = distances(motion, 1e-7, 400)
+        assert (size[-1] < 1e-10) == stable
+        assert (size[-1] > 1e-3) != stable
+    # Beyond there is none: the simulation passes where it was, and goes to the 2-2 motion.
+    gone = vi.simulate(
+        motion.system.replace(drive_frequency=fold.value + 1e-5),
+        initial=fold.motion.initial,
+        periods=8000,
+        keep=200,
+    )
+    assert gone.label == "2-2"
+
+
+def test_the_simulated_gap_closes_at_the_grazing_that_ends_the_upper_motion(branches):
+    ring = branches[1]
+    graze = max(ring.of_kind("grazing"), key=lambda found: found.value)
+    (upper,) = (
+        piece for piece in ring.pieces if piece.label == "6-7" and piece.values[0] == graze.value
+    )
+    assert upper.stable[:3].all()
+    frequencies = graze.value - np.array([4e-6, 7e-6, 1e-5])
+    largest = []
+    for frequency in frequencies:
+        system = upper.system.replace(drive_frequency=float(frequency))
+        run = vi.simulate(system, initial=upper.motion(1).initial, periods=6000, keep=6)
+        assert run.label == "6-7"
+        time = np.linspace(run.kept_from, run.final_state.time, 60_000)[1:-1]
+        state = run.trajectory(time)
+        gap = np.sin(state[:, 0]) - state[:, 2] - system.gap
+        peak = np.flatnonzero((gap[1:-1] > gap[:-2]) & (gap[1:-1] > gap[2:])) + 1
+        far = [k for k in peak if np.abs(run.impacts["time"] - time[k]).min() > 1e-3]
+        k = max(far, key=lambda k: gap[k])
+        # The vertex of the parabola through the three highest samples.
+        a, b, c = gap[k - 1 : k + 2]
+        largest.append(b - (c - a) ** 2 / (8 * (a - 2 * b + c)))
+    assert max(largest) < 0.0
+    closed = np.polynomial.Polynomial.fit(largest, frequencies, 2)(0.0)
+    assert closed == pytest.approx(graze.value, abs=1e-8)
+    beyond = upper.system.replace(drive_frequency=graze.value + 2e-6)
+    run = vi.simulate(beyond, initial=graze.motion.initial, periods=12_000, keep=200)
+    assert run.label in ("2-2", "4-5")
+
+
+def test_multipliers_at_the_limits_agree_with_differences_of_the_simulated_map(branches):
+    kinds = ("saddle_node", "period_doubling", "neimark_sacker")
+    found = [item for branch in branches for kind in kinds for item in branch.of_kind(kind)]
+    compared = 0
+    for item in found:
+        motion = item.motion
+        if np.abs(motion.multipliers[0]) > 5.0:
+            continue  # next to a grazing differences are of no use
+        step = 1e-6
+        shifts = step * np.vstack([np.eye(4), -np.eye(4)])
+        runs = vi.simulate(
+            motion.system, initial=np.array(motion.initial) + shifts, periods=motion.m, keep=0
+        )
+        ends = np.array([run.final_state.state for run in runs])
+        values = np.linalg.eigvals((ends[:4] - ends[4:]).T / (2 * step))
+        apart = np.abs(values[:, None] - motion.multipliers[None, :])
+        assert apart.min(axis=0).max() < 1e-6
+        compared += 1
+    assert compared == 8
