@@ -292,7 +292,7 @@ def motion_of(
     if whole:
         nodes = nodes.copy()
     else:
-        itinerary, nodes = _in_order(*primitive(system, itinerary, nodes))
+        itinerary, nodes = _in_order(system, *primitive(system, itinerary, nodes))
     matrix = reduced(monodromy(itinerary, system, nodes), itinerary)
     finite = bool(np.isfinite(matrix).all())
     multipliers = np.linalg.eigvals(matrix) if finite else np.full(len(matrix), np.nan)
@@ -438,18 +438,25 @@ def primitive(
     return itinerary, nodes
 
 
-def _in_order(itinerary: _core.Itinerary, nodes: Array) -> tuple[_core.Itinerary, Array]:
+def _in_order(
+    system: System, itinerary: _core.Itinerary, nodes: Array
+) -> tuple[_core.Itinerary, Array]:
     """Begin with the first event of the first drive period."""
     legs, count, periods = itinerary.legs, len(itinerary.legs), itinerary.periods
+    nodes = nodes.copy()
     if legs == ["circuit"]:
-        return itinerary, nodes.copy()
-    clocks = [clock % periods for clock in itinerary.clocks]
+        return itinerary, nodes
+    # Along a branch a node may have moved into another drive period.
+    passed = np.floor(nodes[:, 3] / system.drive_period)
+    nodes[:, 3] -= passed * system.drive_period
+    counted = np.array(itinerary.clocks) + passed.astype(np.int64)
+    clocks = (counted % periods).tolist()
     # The nodes are in order of time already; the orbit may begin with any of them.
     first = min(range(count), key=lambda i: (clocks[i], nodes[i, 3]))
     order = [(first + i) % count for i in range(count)]
     turned = [clocks[i] for i in order]
     itinerary = _core.Itinerary([legs[i] for i in order], periods, turned, itinerary.wall_at_rest)
-    return itinerary, nodes[order].copy()
+    return itinerary, nodes[order]
 
 
 def _wrapped(phase: float) -> float:

@@ -176,7 +176,8 @@ def bracket(
 
     T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145-149: inverse quadratic
     interpolation where the three last points allow it, else bisection. A trial that fails in a
-    bracket shorter than ``give_up`` ends the search.
+    bracket shorter than ``give_up``, or that near to the origin of the step, ends the search: the
+    origin may be a branch point, next to which there is no one solution.
     """
     # (s, value, point): b is the newest, a the other side of it, c the one before
     a, b = ((step.s(x.z), value(x), x) for x in (low, high))
@@ -196,7 +197,7 @@ def bracket(
             trial = step.between((b[0], a[0]), b[2], a[2], s)
             new = (s, value(trial), trial)
         except Rejected:
-            if width <= give_up:
+            if min(width, s) <= give_up:
                 break
             raise
         if (new[1] > 0.0) == (b[1] > 0.0):
