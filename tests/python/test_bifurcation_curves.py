@@ -146,6 +146,26 @@ SEEDS = {
 }
 
 
+def distance_to_branch(curve, k):
+    """Return how far a point is from its bifurcation on the branch at its second parameter."""
+    (value, second), nodes = curve.values[k], curve.nodes[k]
+    found = []
+    for off in (3e-4, -3e-4):
+        beside = curve.system.replace(drive_frequency=value + off, moment_amplitude=second)
+        other = solve_orbit(beside, curve.itinerary, nodes.copy())
+        if not other:
+            continue  # beyond a saddle-node
+        branch = vi.follow_motion(
+            other,
+            drive_frequency=(value - 1e-3, value + 1e-3),
+            virtual=True,
+            step=1e-3,
+            max_step=0.02,
+        )
+        found += [x.value for x in branch.of_kind(curve.kind)]
+    return min(abs(x - value) for x in found)
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_points_of_a_curve_are_the_bifurcations_of_branches(seed):
     name, what = SEEDS[seed]
@@ -165,23 +185,7 @@ def test_points_of_a_curve_are_the_bifurcations_of_branches(seed):
     at_start = np.abs(curve.values - [start.value, f1]).max(axis=1).min()
     assert at_start < 1e-9
     for k in (len(curve.values) // 4, (3 * len(curve.values)) // 4):
-        (value, second), nodes = curve.values[k], curve.nodes[k]
-        found = []
-        for off in (3e-4, -3e-4):
-            beside = curve.system.replace(drive_frequency=value + off, moment_amplitude=second)
-            other = solve_orbit(beside, curve.itinerary, nodes.copy())
-            if not other:
-                continue  # beyond a saddle-node
-            branch = vi.follow_motion(
-                other,
-                drive_frequency=(value - 1e-3, value + 1e-3),
-                virtual=True,
-                step=1e-3,
-                max_step=0.02,
-            )
-            found += [x.value for x in branch.of_kind(kind)]
-        assert found
-        assert min(abs(x - value) for x in found) < 1e-9
+        assert distance_to_branch(curve, k) < 1e-9
 
 
 @pytest.mark.parametrize("name", sorted(REFERENCE))
@@ -259,6 +263,31 @@ def test_curves_cross_where_two_multipliers_are_critical():
     other = vi.bifurcation_curve(flip, **PLANE)
     assert other.kind == "period_doubling"
     assert np.abs(other.values - flip.values).max(axis=1).min() < 1e-9
+
+
+def test_a_grazing_goes_on_beyond_another_one_with_one_impact_more():
+    motion = reference_motion("6b")
+    graze = first(vi.follow_motion(motion, drive_frequency=(1.016, 1.2)), "grazing")
+    curve = vi.bifurcation_curve(graze, **PLANE)
+    corner = next(point for point in curve.points if point.kind == "grazing")
+    assert "grazing" in curve.ends
+    beyond = corner.goes_on
+    assert len(beyond.motion.legs) == len(curve.itinerary.legs) + 1
+    assert len(beyond.motion.impacts) == len(beyond.motion.legs)
+    assert abs(beyond.motion.impacts["approach_velocity"]).min() < 1e-12
+    onward = vi.bifurcation_curve(beyond, **PLANE)
+    # It begins there: on the other side the new impact would have u < 0.
+    assert "start" in onward.ends
+    away = np.abs(onward.values - corner.values).max(axis=1)
+    assert away[[0, -1]].min() < 1e-12
+    assert away.max() > 0.05
+    middle = len(onward.values) // 2
+    assert distance_to_branch(onward, middle) < 1e-9
+    borders = onward.problem.border_tests(onward.nodes[middle].ravel(), onward.values[middle])
+    assert min(value for test, value in borders.items() if test != onward.test) > 0.0
+    assert abs(borders[onward.test]) < 1e-12
+    # Points of codimension two of smooth bifurcations do not go on: multipliers jump at borders.
+    assert all(point.goes_on is None for point in curve.points if point.kind != "grazing")
 
 
 # Regions of stability

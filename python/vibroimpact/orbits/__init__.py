@@ -3,9 +3,9 @@
 Residuals, their derivatives and test functions are kernels of the compiled core; what is done with
 them stands here, in this order: newton, path, step, special, tracing, continuation, curves
 (continuation of any equations), motion, problem (periodicity), friction, shooting (motions from
-simulations), resegment, branches, borders (bifurcations in one and two parameters), manifolds;
-intervals, enclosed_flight, algebraic, open_phase, criterion, solutions, single_impact, motion_map
-(all motions with one impact and no friction).
+simulations), resegment, branches, curve_problem, borders (bifurcations in one and two parameters),
+regions (borders of stability), manifolds; intervals, enclosed_flight, algebraic, open_phase,
+criterion, solutions, single_impact, motion_map (all motions with one impact and no friction).
 """
 
 from .borders import BifurcationCurve, CodimensionTwo, bifurcation_curve

@@ -25,7 +25,7 @@ from .friction import with_friction
 from .motion import PeriodicMotion, motion_of, primitive
 from .path import Path, Point, SpecialPoint
 from .problem import OrbitProblem
-from .resegment import parsed, spared
+from .resegment import beside, parsed, spared
 
 Array = NDArray[np.float64]
 
@@ -51,6 +51,9 @@ class CodimensionTwo:
         The motion there.
     test, test_value
         The second function, and what is left of it.
+    goes_on
+        Where two borders meet: the curve's own bifurcation with the legs beyond the other border,
+        to be followed by ``bifurcation_curve``; None where it is not known.
     """
 
     kind: str
@@ -58,6 +61,7 @@ class CodimensionTwo:
     motion: PeriodicMotion
     test: str
     test_value: float
+    goes_on: "CodimensionTwo | None" = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -119,6 +123,8 @@ class BifurcationCurve:
 
     def __repr__(self) -> str:
         """Kind, extent and ends."""
+        if not len(self.values):
+            return f"<BifurcationCurve {self.kind}, no points, ends: {self.ends[0]}>"
         (a, b), (low, high) = self.parameters, (self.values.min(axis=0), self.values.max(axis=0))
         return (
             f"<BifurcationCurve {self.kind}, {a} {low[0]:.6g} ... {high[0]:.6g}, "
@@ -296,6 +302,24 @@ def codimension_two(problem: CurveProblem, point: SpecialPoint) -> CodimensionTw
         motion=motion_of(problem.system_at(point.p), problem.itinerary, nodes, whole=True),
         test=point.test,
         test_value=point.value,
+        goes_on=_beyond(problem, point),
+    )
+
+
+def _beyond(problem: CurveProblem, point: SpecialPoint) -> CodimensionTwo | None:
+    """Return where the curve goes on beyond another border."""
+    if problem.kind not in BORDERS or point.kind not in BORDERS:
+        return None
+    found = beside(problem, point, problem.test)
+    if found is None:
+        return None
+    itinerary, nodes, test = found
+    return CodimensionTwo(
+        kind=problem.kind,
+        values=point.p,
+        motion=motion_of(problem.system_at(point.p), itinerary, nodes, whole=True),
+        test=test,
+        test_value=point.tests.get(problem.test, 0.0),
     )
 
 

@@ -37,6 +37,8 @@ TRIAL = 1e-7
 AHEAD = (1e-4, 1e-3, 1e-2, -1e-4, -1e-3, -1e-2)
 # Impacts whose tests are this small are at their borders together.
 TOGETHER = 1e-10
+# A test this small at a border's own orbit vanishes there.
+ON_BORDER = 1e-8
 # The orbit found there must be this close to the one expected, in units of the sizes.
 NEAR = 1e-2
 
@@ -65,14 +67,8 @@ def beyond(problem: OrbitProblem, border: SpecialPoint) -> Crossing | None:
     """Return how a branch goes on beyond a border, None if it ends there."""
     kind, what, leg = parsed(border.test)
     try:
-        if kind == "grazing":
-            found = (
-                _struck(problem, border, leg)
-                if what == "flight"
-                else spared(problem, border.u, border.p, leg)
-            )
-        elif kind == "regime_border" and problem.itinerary.legs[leg].startswith("impact"):
-            found = _other_regime(problem, border, what, leg)
+        if _has_neighbour(problem, border):
+            found = _neighbour(problem, border)
         elif kind == "contact_border" and what == "x1' in the slide":
             found = _stopped(problem, border, leg)
         elif kind == "contact_border" and _slides_on(problem.itinerary, what, leg):
@@ -87,6 +83,32 @@ def beyond(problem: OrbitProblem, border: SpecialPoint) -> Crossing | None:
         return None
 
 
+def beside(
+    problem: OrbitProblem, corner: SpecialPoint, own: str
+) -> tuple[_core.Itinerary, Array, str] | None:
+    """Return how a curve of borders goes on where it meets another border.
+
+    Legs and nodes beyond that border, and the name that the curve's own test has there; None where
+    another border has no neighbour, or the curve's own condition is not found again.
+    """
+    try:
+        found = _neighbour(problem, corner) if _has_neighbour(problem, corner) else None
+    except OutsideDomain:
+        found = None
+    if found is None:
+        return None
+    itinerary, nodes, crossed = found
+    new = OrbitProblem(problem.system, itinerary, problem.parameters)
+    mine = parsed(own)[:2]
+    values = {
+        test: abs(value)
+        for test, value in new.border_tests(nodes.ravel(), corner.p).items()
+        if parsed(test)[:2] == mine and test != crossed
+    }
+    same = min(values, key=lambda test: values[test], default=None)
+    return (itinerary, nodes, same) if same is not None and values[same] < ON_BORDER else None
+
+
 def parsed(test: str) -> tuple[str, str, int]:
     """Return kind, what vanishes, and leg of a test."""
     kind, rest = test.split(": ", 1)
@@ -96,6 +118,23 @@ def parsed(test: str) -> tuple[str, str, int]:
 
 # The legs beyond a border, the nodes there, and the test that grows from zero.
 _New = tuple[_core.Itinerary, Array, str]
+
+
+def _has_neighbour(problem: OrbitProblem, border: SpecialPoint) -> bool:
+    """Whether the legs beyond a border are known: a touch, or an impact of another regime."""
+    kind, _, leg = parsed(border.test)
+    impact = problem.itinerary.legs[leg].startswith("impact")
+    return kind == "grazing" or (kind == "regime_border" and impact)
+
+
+def _neighbour(problem: OrbitProblem, border: SpecialPoint) -> _New | None:
+    """The legs beyond a touch, or beyond the edge of an impact's regime."""
+    kind, what, leg = parsed(border.test)
+    if kind == "regime_border":
+        return _other_regime(problem, border, what, leg)
+    if what == "flight":
+        return _struck(problem, border, leg)
+    return spared(problem, border.u, border.p, leg)
 
 
 def _struck(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New | None:
