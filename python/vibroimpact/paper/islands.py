@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from .. import plot
 from ..diagrams import Diagram, bifurcation_diagram
 from ..orbits import BifurcationCurve, NotFound, StabilityRegion, stability_region
+from ..plot.branches import curve_handles
 from ..plot.style import GREY
 from ..simulation import simulate
 from .layout import Page, values
@@ -142,7 +143,7 @@ def draw(islands: Islands) -> Page:
     outside = [
         run for run, inside in zip(islands.settled, islands.inside, strict=True) if not inside
     ]
-    handles = [line for line in ax.get_lines() if not str(line.get_label()).startswith("_")]
+    handles = curve_handles(arcs)
     if outside:
         (marks,) = ax.plot(
             *np.array([run[1:] for run in outside]).T,

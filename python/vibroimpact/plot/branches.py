@@ -179,7 +179,6 @@ def bifurcation_curves(
     size = positive("size", size)
 
     ax = new_axes(ax)
-    handles: list[Artist] = []
     for kind, style in BIFURCATION_STYLES.items():
         color = BLACK if style.color == "white" else style.color
         dashes = (0.0, style.dashes) if style.dashes else "-"
@@ -189,8 +188,6 @@ def bifurcation_curves(
             # The part that bounds a region of stability, drawn over.
             first, second = np.where(curve.bounds_stability, curve.values.T, np.nan)
             ax.plot(first, second, color=color, lw=1.8, ls=dashes)[0].set_gid(f"{kind}-stability")
-        if here:
-            handles.append(Line2D([], [], color=color, lw=1.2, ls=dashes, label=style.text))
     points = [point for curve in many for point in curve.points]
     for kind in BIFURCATION_STYLES:
         places = np.array([point.values for point in points if point.kind == kind])
@@ -198,12 +195,23 @@ def bifurcation_curves(
             (marks,) = ax.plot(*places.T, **bifurcation_marker(kind, size), zorder=4)
             marks.set_gid(f"codimension-two-{kind}")
     if legend:
-        handles += bifurcation_handles((point.kind for point in points), prefix="meets ")
-        legend_above(ax, handles, columns=3)
+        legend_above(ax, curve_handles(many), columns=3)
     first, second = many[0].parameters
     ax.set_xlabel(PARAMETER_SYMBOLS.get(first, first))
     ax.set_ylabel(PARAMETER_SYMBOLS.get(second, second))
     return ax
+
+
+def curve_handles(curves: Sequence[BifurcationCurve]) -> list[Artist]:
+    """Return what a legend of curves and of their points of codimension two shows."""
+    handles: list[Artist] = []
+    for kind, style in BIFURCATION_STYLES.items():
+        if any(curve.kind == kind for curve in curves):
+            color = BLACK if style.color == "white" else style.color
+            dashes = (0.0, style.dashes) if style.dashes else "-"
+            handles.append(Line2D([], [], color=color, lw=1.2, ls=dashes, label=style.text))
+    kinds = (point.kind for curve in curves for point in curve.points)
+    return [*handles, *bifurcation_handles(kinds, prefix="meets ")]
 
 
 def _lines(ax: Axes, branch: Branch, section: Section, color: str) -> None:
