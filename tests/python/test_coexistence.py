@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from vibroimpact.paper import coexistence
 from vibroimpact.paper.parameters import MOTIONS
 
 RANGE = (1.5, 1.6)
@@ -225,3 +226,56 @@ def test_multipliers_at_the_limits_agree_with_differences_of_the_simulated_map(b
         assert apart.min(axis=0).max() < 1e-6
         compared += 1
     assert compared == 8
+
+
+@pytest.fixture(scope="module")
+def computed() -> coexistence.Coexistence:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(coexistence, "FREQUENCIES", 3)
+        return coexistence.compute(24)
+
+
+def test_the_pages_are_computed_from_the_motions_found(computed, branches):
+    assert [motion.label for motion in computed.motions] == ["4-5", "6-7"]
+    for known, found in zip(branches, computed.branches, strict=True):
+        values = sorted(item.value for item in known.bifurcations)
+        again = sorted(item.value for item in found.bifurcations)
+        assert again == pytest.approx(values, abs=1e-12)
+    low, high = computed.window
+    stable = np.concatenate([branch.values[branch.stable] for branch in computed.branches])
+    assert low < stable.min() < stable.max() < high
+    assert (computed.zoom.parameter[0], computed.zoom.parameter[-1]) == computed.window
+    assert np.sum(list(computed.shares.values()), axis=0) == pytest.approx(1.0)
+    # In the middle of the window the 4-5 motion prevails, later the 2-2.
+    assert computed.shares["4-5"][1] > 0.9
+    assert computed.shares["2-2"][2] > 0.9
+
+
+def axes_of(page) -> list:
+    return [ax for part in page.figure.subfigs for ax in part.get_axes()]
+
+
+def test_the_page_of_branches_holds_branches_diagram_and_shares(computed):
+    whole, window, shares = axes_of(coexistence.draw_branches(computed))
+    assert window.get_xlim() == shares.get_xlim() == computed.window
+    for ax, branches in ((whole, computed.branches), (window, computed.windows)):
+        graze = next(line for line in ax.lines if line.get_gid() == "grazing").get_xdata()
+        wanted = {item.value for branch in branches for item in branch.of_kind("grazing")}
+        assert set(graze.tolist()) == wanted
+    lines = {line.get_label(): line.get_ydata() for line in shares.lines}
+    share = computed.shares["4-5"]
+    assert np.array_equal(lines["4-5"][share > 0], share[share > 0])
+
+
+def test_the_pages_of_multipliers_and_portraits_have_both_motions_side_by_side(computed):
+    panels = axes_of(coexistence.draw_multipliers(computed))
+    titles = [ax.get_title(loc="left") for ax in panels]
+    assert titles[:2] == ["branch of the 4-5 motion", "branch of the 6-7 motion"]
+    page = coexistence.draw_portraits(computed)
+    left, right, *rest = axes_of(page)
+    assert left.get_title(loc="left").startswith("4-5, ")
+    assert right.get_title(loc="left").startswith("6-7, ")
+    assert len(rest) == 4
+    for ax, motion in zip(rest[2:], computed.motions, strict=True):
+        period = motion.m * motion.system.drive_period
+        assert ax.get_xlim() == (0.0, pytest.approx(period, rel=1e-15))

@@ -13,7 +13,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 import vibroimpact as vi
-from vibroimpact.paper import claims, islands, reproduction, restitution
+from vibroimpact.paper import claims, coexistence, islands, reproduction, restitution
 from vibroimpact.plot import REGIME_STYLES
 
 AXES = {"x1": np.linspace(-1.5, 1.5, 40), "velocity_ratio": np.linspace(-2.0, 2.0, 30)}
@@ -177,22 +177,16 @@ def test_the_claim_fits_the_tables(computed):
     assert "conclusion-1" in claims.table([claim])
 
 
-def test_reproduce_draws_the_impact_law_with_all_figures(tmp_path, monkeypatch):
+def test_reproduce_draws_more_pages_with_all_figures(tmp_path, monkeypatch):
     monkeypatch.setattr(reproduction, "FIGURES", ())
     # The islands have tests of their own.
     nothing = islands.Islands(regions=(), settled=(), inside=np.empty(0, dtype=bool))
     monkeypatch.setattr(islands, "compute", lambda **options: nothing)
-    made = reproduction.reproduce(tmp_path, formats=("png", "pdf"), progress=False)
-    names = [
-        "impact-regimes.png",
-        "impact-regimes.pdf",
-        "impact-incremental.png",
-        "impact-incremental.pdf",
-        "islands.png",
-        "islands.pdf",
-        "claims.json",
-        "claims.md",
-    ]
-    assert [path.name for path in made.files] == names
+    monkeypatch.setattr(coexistence, "FREQUENCIES", 2)
+    made = reproduction.reproduce(tmp_path, formats=("png", "pdf"), frequencies=100, progress=False)
+    pages = ["impact-regimes", "impact-incremental"]
+    pages += ["orbits-coexistence", "orbits-multipliers", "orbits-portraits", "islands"]
+    names = [f"{page}.{suffix}" for page in pages for suffix in ("png", "pdf")]
+    assert [path.name for path in made.files] == [*names, "claims.json", "claims.md"]
     assert all(path.stat().st_size > 1000 for path in made.files)
     assert [claim.id for claim in made.claims] == ["conclusion-1"]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from .. import plot
 from ..diagrams import Diagram, bifurcation_diagram
 from ..orbits import Branch, PeriodicMotion, follow_motion, search_motions
+from ..plot.style import BLACK
 from ..system import System
 from .layout import Page, row_parameters, values
 from .parameters import ENLARGED_RANGE, INITIAL, KEEP, MOTIONS, PERIODS
@@ -30,8 +31,7 @@ FREQUENCIES = 17
 _STEP = 0.01
 # The window of stability is shown with this part of its width on either side.
 _MARGIN = 0.25
-# Of the lines of the shares.
-_STYLES = (*((style.color, style.marker) for style in plot.REGIME_STYLES), ("0.55", "X"))
+_SHAPES = "osD^vPXp*h"
 _FIXED = ("mass_ratio", "frequency_ratio", "restitution", "gap")
 
 
@@ -72,7 +72,7 @@ def compute(frequencies: int, workers: int | None = None) -> Coexistence:
     low, high = float(stable.min()), float(stable.max())
     margin = _MARGIN * (high - low)
     window = (low - margin, high + margin)
-    grid = np.linspace(*window, FREQUENCIES)
+    grid = np.linspace(*window, FREQUENCIES + 2)[1:-1]
     return Coexistence(
         system=system,
         motions=found.motions,
@@ -153,24 +153,32 @@ def _draw_shares(ax: Axes, computed: Coexistence) -> None:
     if rest:
         lines["others"] = np.sum(rest, axis=0)
     for number, (label, share) in enumerate(lines.items()):
-        color, marker = _STYLES[number % len(_STYLES)]
         # No mark where there is nothing: the zeros of all lines would lie on top of one another.
         seen = np.where(share > 0.0, share, np.nan)
         ax.plot(
             computed.frequencies,
             seen,
-            color=color,
-            marker=marker,
+            color=BLACK,
+            marker=_SHAPES[number % len(_SHAPES)],
             markersize=3.5,
             lw=0.8,
             label=label,
         )
+        places = np.flatnonzero(share > 0.0)
+        middle = int(places[len(places) // 2])
+        ax.annotate(
+            label,
+            (float(computed.frequencies[middle]), float(share[middle])),
+            xytext=(0, 4),
+            textcoords="offset points",
+            ha="center",
+            fontsize=8,
+        )
     ax.set_xlim(*computed.window)
     ax.set_yscale("log")
-    ax.set_ylim(0.5 / STARTS, 1.3)
+    ax.set_ylim(0.6 / STARTS, 3.0)
     ax.set_xlabel(r"$\omega$")
     ax.set_ylabel("part of the starts")
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), borderaxespad=0.3)
 
 
 def draw_multipliers(computed: Coexistence) -> Page:
