@@ -174,9 +174,9 @@ def test_a_wall_has_manifolds_in_its_plane():
 def test_impacts_on_the_section_break_the_curve(four_five):
     motion = saddle_at(four_five, 1.5771)
     # A phase shortly before that of an impact of the saddle.
-    phase = float(motion.impacts["phase"][0]) - 0.045
-    manifold = vi.unstable_manifold(motion, section_phase=phase, length=6.0)
-    assert sum(len(side.breaks) for side in manifold.sides) > 0
+    phase = float(motion.impacts["phase"][0]) - 0.06
+    manifold = vi.unstable_manifold(motion, section_phase=phase, length=2.0)
+    assert sum(len(side.breaks) for side in manifold.sides) > 5
     system = motion.system.replace(phase=motion.system.phase + phase)
     for side in manifold.sides:
         assert sum(len(piece) for piece in side.pieces()) == len(side.points)
@@ -188,10 +188,10 @@ def test_impacts_on_the_section_break_the_curve(four_five):
         assert (joined[jumps[1:]] > 0.02).all()
         for number in side.breaks:
             # On both sides of a break the bodies touch on the section: its place on the first
-            # piece is known to 3.6e-15, which the map stretches by up to 1e9 on this length.
+            # piece is known to 3.6e-15, which the map stretches by some 1e7 on this length.
             states = side.points[number - 1 : number + 1]
             tip = np.sin(states[:, 0]) - states[:, 2] - system.gap
-            assert np.abs(tip).max() < 1e-5
+            assert np.abs(tip).max() < 1e-6
             # The impact law leads from one side to the other.
             before, after = sorted(states, key=lambda s: s[3] - s[1] * math.cos(s[0]))
             struck = vi.impact(system, x1=before[0], v1=before[1], v2=before[3])

@@ -13,7 +13,7 @@ from ..orbits import PeriodicMotion, UnstableManifold
 from .style import BLACK, BLUE, STATE_SYMBOLS, VERMILLION, legend_above, new_axes
 
 _STATES = ("x1", "v1", "x2", "v2")
-_SIDES = ((BLUE, "-"), (VERMILLION, (0.0, (4.0, 1.0))))
+_COLORS = (BLUE, VERMILLION)
 
 
 def manifold(
@@ -27,8 +27,8 @@ def manifold(
 ) -> Axes:
     """Draw both sides of an unstable manifold, each in its colour, open where it is broken.
 
-    The saddle is a cross; the points of the attractors of a side have its colour, so that a ring
-    around a dot is an attractor of both.
+    The saddle is a cross. The points of its attractors are dots for the first side and rings for
+    the second; those outside the manifold's frame are not shown.
 
     Parameters
     ----------
@@ -61,19 +61,11 @@ def manifold(
     ax = new_axes(ax)
     first, second = _STATES.index(x), _STATES.index(y)
     handles = []
-    for number, (side, (color, dashes)) in enumerate(zip(result.sides, _SIDES, strict=False)):
+    for side, color in zip(result.sides, _COLORS, strict=False):
         for i, piece in enumerate(side.pieces()):
             # A side begins at the saddle itself.
             points = piece if i else np.vstack((result.saddle, piece))
-            (line,) = ax.plot(points[:, first], points[:, second], color=color, ls=dashes, lw=0.8)
-        for attractor in side.attractors:
-            if not isinstance(attractor, PeriodicMotion):
-                continue
-            period = attractor.system.drive_period
-            times = result.section_phase / attractor.system.drive_frequency
-            states = attractor.trajectory(times + np.arange(attractor.m) * period)
-            ring = {"mfc": "none", "ms": 1.8 * size} if number else {"ms": size}
-            ax.plot(states[:, first], states[:, second], "o", color=color, **ring, zorder=3)
+            (line,) = ax.plot(points[:, first], points[:, second], color=color, lw=0.8)
         line.set_label(f"to {', '.join(_name(found) for found in side.attractors) or 'nothing'}")
         handles.append(line)
     (cross,) = ax.plot(
@@ -85,6 +77,26 @@ def manifold(
         zorder=4,
         label=f"saddle {result.motion.label}",
     )
+    # The frame is that of the manifold: far attractors do not widen it.
+    ax.autoscale_view()
+    for number, (side, color) in enumerate(zip(result.sides, _COLORS, strict=False)):
+        for attractor in side.attractors:
+            if not isinstance(attractor, PeriodicMotion):
+                continue
+            period = attractor.system.drive_period
+            times = result.section_phase / attractor.system.drive_frequency
+            states = attractor.trajectory(times + np.arange(attractor.m) * period)
+            ring = {"mfc": "none", "ms": 1.8 * size} if number else {"ms": size}
+            ax.plot(
+                states[:, first],
+                states[:, second],
+                "o",
+                color=color,
+                scalex=False,
+                scaley=False,
+                zorder=3,
+                **ring,
+            )
     if legend:
         legend_above(ax, [cross, *handles])
     ax.set_xlabel(STATE_SYMBOLS[x])
