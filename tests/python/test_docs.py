@@ -96,6 +96,13 @@ def test_notation_names_all_that_comes_with_period_n_1_motions():
     assert first_column("Motion maps") == list(SOLUTION_DTYPE.names)
 
 
+def test_notation_names_every_attribute_of_a_manifold():
+    kinds = (vi.UnstableManifold, vi.ManifoldSide)
+    assert first_column("Unstable manifolds") == [
+        field.name for kind in kinds for field in dataclasses.fields(kind)
+    ]
+
+
 def test_notation_names_every_kind_of_bifurcation():
     assert set(first_column("Bifurcations")) == {
         *branches.NAMES.values(),

@@ -131,7 +131,9 @@ class UnstableManifold:
         """
         one, other = self.sides[0].attractors, self.sides[-1].attractors
         known = all(isinstance(found, PeriodicMotion) for found in (*one, *other))
-        return known and not any(_same(first, second) for first in one for second in other)
+        return bool(one and other and known) and not any(
+            _same(first, second) for first in one for second in other
+        )
 
     def __repr__(self) -> str:
         """Motion, multiplier and where the sides lead."""

@@ -8,6 +8,7 @@ from .branches import bifurcation_curves, branch_handles, branches
 from .diagram import bifurcation, chatter_handles, contact_fraction
 from .force import contact_force
 from .impacts import impact_agreement, impact_regimes
+from .manifold import manifold
 from .motion import (
     displacement_history,
     gap_history,
@@ -53,6 +54,7 @@ __all__ = [
     "impact_count",
     "impact_regimes",
     "impact_section",
+    "manifold",
     "motion_branches",
     "motion_handles",
     "motion_space",

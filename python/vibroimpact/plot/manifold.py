@@ -1,0 +1,108 @@
+"""Unstable manifolds on the stroboscopic section, with the saddle and the attractors they lead to.
+
+docs/theory.md, sections 6 and 7; `vibroimpact.unstable_manifold`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from ..checks import positive, reject
+from ..orbits import PeriodicMotion, UnstableManifold
+from .style import BLACK, BLUE, STATE_SYMBOLS, VERMILLION, legend_above, new_axes
+
+_STATES = ("x1", "v1", "x2", "v2")
+_COLORS = (BLUE, VERMILLION)
+
+
+def manifold(
+    result: UnstableManifold,
+    *,
+    x: str = "x1",
+    y: str = "v1",
+    size: float = 4.5,
+    legend: bool = True,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw both sides of an unstable manifold, each in its colour, open where it is broken.
+
+    The saddle is a cross. The points of its attractors are dots for the first side and rings for
+    the second; those outside the manifold's frame are not shown.
+
+    Parameters
+    ----------
+    result : UnstableManifold
+        Result of `vibroimpact.unstable_manifold`.
+    x, y : {"x1", "v1", "x2", "v2"}
+        Components on the axes.
+    size : float
+        Size of the marks in points.
+    legend : bool
+        Name sides, saddle and attractors above the axes.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ParameterError
+        If an argument is of the wrong type or out of range.
+    """
+    if not isinstance(result, UnstableManifold):
+        reject("result", result, "an UnstableManifold")
+    for name, component in (("x", x), ("y", y)):
+        if component not in _STATES:
+            reject(name, component, f"one of {', '.join(_STATES)}")
+    size = positive("size", size)
+    ax = new_axes(ax)
+    first, second = _STATES.index(x), _STATES.index(y)
+    handles = []
+    for side, color in zip(result.sides, _COLORS, strict=False):
+        for i, piece in enumerate(side.pieces()):
+            # A side begins at the saddle itself.
+            points = piece if i else np.vstack((result.saddle, piece))
+            (line,) = ax.plot(points[:, first], points[:, second], color=color, lw=0.8)
+        line.set_label(f"to {', '.join(_name(found) for found in side.attractors) or 'nothing'}")
+        handles.append(line)
+    (cross,) = ax.plot(
+        *result.saddle[[first, second]],
+        "X",
+        color=BLACK,
+        ms=1.3 * size,
+        mew=0.0,
+        zorder=4,
+        label=f"saddle {result.motion.label}",
+    )
+    # The frame is that of the manifold: far attractors do not widen it.
+    ax.autoscale_view()
+    for number, (side, color) in enumerate(zip(result.sides, _COLORS, strict=False)):
+        for attractor in side.attractors:
+            if not isinstance(attractor, PeriodicMotion):
+                continue
+            period = attractor.system.drive_period
+            times = result.section_phase / attractor.system.drive_frequency
+            states = attractor.trajectory(times + np.arange(attractor.m) * period)
+            ring = {"mfc": "none", "ms": 1.8 * size} if number else {"ms": size}
+            ax.plot(
+                states[:, first],
+                states[:, second],
+                "o",
+                color=color,
+                scalex=False,
+                scaley=False,
+                zorder=3,
+                **ring,
+            )
+    if legend:
+        legend_above(ax, [cross, *handles])
+    ax.set_xlabel(STATE_SYMBOLS[x])
+    ax.set_ylabel(STATE_SYMBOLS[y])
+    return ax
+
+
+def _name(attractor: PeriodicMotion | str) -> str:
+    return attractor.label if isinstance(attractor, PeriodicMotion) else attractor
