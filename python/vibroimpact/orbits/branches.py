@@ -522,7 +522,9 @@ def _piece(
             break
         # So close to a border a simulation decides by rounding.
         at_border = (
-            k in (0, len(path.points) - 1) or point.tests.get(stops, 1.0) < AT_BORDER * largest
+            k == 0
+            or (stops and k == len(path.points) - 1)
+            or point.tests.get(stops, 1.0) < AT_BORDER * largest
         )
         if not (motion.admissible or at_border or settings.virtual):
             reason = motion.why_not
