@@ -174,6 +174,20 @@ def test_multipliers_are_those_of_the_bifurcation(case):
             assert np.abs(np.abs(pairs) - 1.0).min() < tolerance
 
 
+def test_points_are_motions_with_the_multipliers_of_the_branch(case):
+    # A motion taken from a branch begins with the first event of its first drive period, which a
+    # node may have left or entered along the branch.
+    for piece in branch_of(case).pieces:
+        for k in range(1, len(piece.values) - 1, 3):
+            motion = piece.motion(k)
+            assert motion.admissible, motion.why_not
+            assert ((motion.nodes[:, 3] >= 0.0) | (motion.legs == ("circuit",))).all()
+            size = max(1.0, abs(motion.multipliers[0]))
+            assert np.poly(motion.multipliers) == pytest.approx(
+                np.poly(piece.multipliers[k]), abs=1e-9 * size**2
+            )
+
+
 def gap_of(system, states):
     tip = np.sin(states[:, 0]) if system.contact == "oblique" else states[:, 0]
     return tip - states[:, 2] - system.gap

@@ -709,3 +709,14 @@ def test_bad_scale_and_bad_newton_settings_are_refused():
         solve(ellipse(), [1.9], 0.0, rtol=-1.0)
     with pytest.raises(vi.ParameterError, match="max_iterations"):
         solve(ellipse(), [1.9], 0.0, max_iterations=0)
+
+
+def test_a_test_that_stays_zero_is_located_where_it_becomes_zero():
+    # As the length of a slide does where chatter brings the tip to rest.
+    problem = Equations(
+        lambda u, p: ([u[0] - p], [[1.0, -1.0]]), lambda u, p, j: {"length": max(0.0, 0.3 - p[0])}
+    )
+    for step in (0.01, 0.02, 0.07):
+        path = follow(problem, [0.0], 0.0, bounds=(0, 1), step=step, stop_at={"length"})
+        assert path.end == "stopped: length"
+        assert path.special[-1].p[0] == pytest.approx(0.3, abs=1e-14)
