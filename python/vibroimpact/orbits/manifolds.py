@@ -231,7 +231,7 @@ def unstable_manifold(
         try:
             curve.grow()
             sides.append(curve.side(curve.end, curve.attractors(motion.system, phase, settle)))
-        except Interrupted:
+        except KeyboardInterrupt:  # Interrupted is one
             sides.append(curve.side("interrupted", ()))
             raise Interrupted("interrupted along an unstable manifold", result()) from None
     return result()
