@@ -18,7 +18,7 @@ from .. import plot
 from ..diagrams import Diagram, bifurcation_diagram
 from ..orbits import BifurcationCurve, NotFound, StabilityRegion, stability_region
 from ..plot.branches import curve_handles
-from ..plot.style import GREY
+from ..plot.style import BIFURCATION_STYLES, GREY
 from ..simulation import simulate
 from .layout import Page, values
 from .parameters import INITIAL, KEEP, PERIODS, paper_system
@@ -130,13 +130,19 @@ def draw(islands: Islands) -> Page:
     system = paper_system()
     heading = f"Section 4.1   Islands of stability   {values(system, _SHOWN)}, undamped"
     page = Page(heading, 1, 118.0)
-    (ax,) = page.row("", columns=1)
+    (ax,) = page.row("Shaded: stable. Marks: points of codimension two.", columns=1)
     for region in islands.regions:
         if region.closed:
             ax.fill(*region.border.T, color=_SHADES.get(region.label, GREY), lw=0, zorder=0)
     arcs: list[BifurcationCurve] = [arc for region in islands.regions for arc in region.arcs]
     if arcs:
         plot.bifurcation_curves(arcs, size=3.0, legend=False, ax=ax)
+        for line in list(ax.get_lines()):
+            # All of an arc bounds stability: one line of middle width will do.
+            if str(line.get_gid()).endswith("-stability"):
+                line.remove()
+            elif line.get_gid() in BIFURCATION_STYLES:
+                line.set_linewidth(1.1)
     path = ax.axhline(PATH, color=GREY, lw=0.8, zorder=0.5, label="path of Fig. 4")
     for region in islands.regions:
         _name(ax, region)
