@@ -9,8 +9,8 @@ use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use vibroimpact::{
-    Contact, Horizon, RunOptions, Simulation, State, SweepStart, System, SystemBuilder, Workers,
-    run, sweep,
+    Cell, Contact, Horizon, RunOptions, Simulation, State, SweepStart, System, SystemBuilder,
+    Workers, run, sweep,
 };
 
 const PERIODS: i64 = 600;
@@ -110,7 +110,9 @@ fn kept(c: &mut Criterion) {
 fn sweeps(c: &mut Criterion) {
     let mut group = c.benchmark_group("sweep");
     let frequencies: Vec<f64> = (0..128).map(|i| 1.2 + 0.01 * f64::from(i)).collect();
-    let (system, options) = (paper(1.0).build().unwrap(), RunOptions::periods(100).keep(20));
+    let system = paper(1.0).build().unwrap();
+    let cells = Cell::along(&system, "drive_frequency", &frequencies, start()).unwrap();
+    let options = RunOptions::periods(100).keep(20).into();
     group.throughput(Throughput::Elements(frequencies.len() as u64));
     for (name, begin, threads) in [
         ("fresh, 1 thread", SweepStart::Fresh, 1),
@@ -119,20 +121,7 @@ fn sweeps(c: &mut Criterion) {
     ] {
         let workers = Workers::new(Some(threads)).unwrap();
         group.bench_function(name, |b| {
-            b.iter(|| {
-                let parameter = "drive_frequency";
-                let go_on = &mut |_| true;
-                sweep(
-                    black_box(&system),
-                    parameter,
-                    &frequencies,
-                    start(),
-                    options,
-                    begin,
-                    &workers,
-                    go_on,
-                )
-            });
+            b.iter(|| sweep(black_box(&cells), options, begin, &workers, &mut |_| true));
         });
     }
     group.finish();

@@ -119,6 +119,22 @@ pub enum Event {
     Stop(StopEvent),
 }
 
+impl Event {
+    /// Periods and time in the period.
+    #[must_use]
+    pub fn clock(&self) -> Clock {
+        match self {
+            Self::Impact(e) => e.clock,
+            Self::Graze(e) => e.clock,
+            Self::Chatter(e) => e.clock,
+            Self::SlidePositive(e) | Self::SlideNegative(e) | Self::Stick(e) | Self::Release(e) => {
+                e.clock
+            }
+            Self::Stop(e) => e.clock,
+        }
+    }
+}
+
 /// Why a run stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -258,10 +258,7 @@ impl Itinerary {
             return Err(ParameterError::new("periods", periods, "a whole number >= 1").into());
         };
         let initial = with_wall_at_rest(system, initial);
-        let wall_at_rest = system.mass_ratio == 0.0
-            && system.force_amplitude == 0.0
-            && initial.x2 == 0.0
-            && initial.v2 == 0.0;
+        let wall_at_rest = is_wall_at_rest(system, &initial);
         let marks = marks(system, initial, whole, max_events)?;
         if marks.is_empty() {
             let node = Node { x1: initial.x1, v1: initial.v1, v2: initial.v2, time: initial.x2 };
@@ -320,7 +317,7 @@ impl Itinerary {
 
 /// A wall (mbar = 0) that nothing drives comes to rest, if it is damped: what is left of its motion
 /// must not decide between contact that slides and contact that sticks.
-fn with_wall_at_rest(system: &System, state: State) -> State {
+pub(crate) fn with_wall_at_rest(system: &System, state: State) -> State {
     let decays = system.mass_ratio == 0.0
         && system.force_amplitude == 0.0
         && system.oscillator_damping > 0.0
@@ -329,37 +326,44 @@ fn with_wall_at_rest(system: &System, state: State) -> State {
     if decays && system.gap_function(&still) <= 0.0 { still } else { state }
 }
 
-/// The events of so many drive periods, each with the leg it ends. A contact mode that follows on
-/// an impact or on chatter at the same instant is no event of its own.
-fn marks(
-    system: &System,
-    initial: State,
-    periods: u32,
-    max_events: u64,
-) -> Result<Vec<Mark>, ItineraryError> {
-    let mut marks: Vec<Mark> = Vec::new();
-    // The mode of the leg that runs, and the leg that the next change of mode would end.
-    let mut mode: Option<ContactMode> = None;
-    for event in Simulation::new(system, initial)?.periods(periods).max_events(max_events) {
-        let mut approach_velocity = 0.0;
-        let (leg, clock, state, after) = match event? {
+/// Whether body 2 is a wall that never moves: it is left out of the unknowns.
+pub(crate) fn is_wall_at_rest(system: &System, state: &State) -> bool {
+    system.mass_ratio == 0.0 && system.force_amplitude == 0.0 && state.x2 == 0.0 && state.v2 == 0.0
+}
+
+/// What an event says of the legs.
+pub(crate) enum Reading {
+    /// It ends this leg; the state is the one after it.
+    Ends(Leg, Clock, State),
+    /// Contact begins in this state where an impact or chatter has just ended, or at t = 0.
+    Begins(State),
+    /// It ends no leg.
+    Nothing,
+    /// The run ends.
+    Stops(StopReason),
+}
+
+/// Reads events one by one. A contact mode that follows on an impact or on chatter at the same
+/// instant is no event of its own.
+pub(crate) struct LegReader {
+    /// The mode of the leg that runs, and the leg that the next change of mode would end.
+    pub mode: Option<ContactMode>,
+}
+
+impl LegReader {
+    pub fn read(&mut self, system: &System, event: &Event) -> Reading {
+        let (leg, clock, state, after) = match event {
             Event::Impact(impact) => {
-                approach_velocity = impact.impact.approach_velocity;
-                (Leg::to_impact(system, &impact), impact.clock, impact.post, None)
+                (Leg::to_impact(system, impact), impact.clock, impact.post, None)
             }
             Event::Chatter(chatter) => (Leg::Chatter, chatter.clock, chatter.state, None),
             Event::SlidePositive(change)
             | Event::SlideNegative(change)
             | Event::Stick(change)
             | Event::Release(change) => {
-                let Some(ended) = mode else {
-                    // Contact begins where an impact or chatter has just ended, or at t = 0.
-                    if let Some(last) = marks.last_mut() {
-                        last.holds = true;
-                        last.state = change.state;
-                    }
-                    mode = change.mode;
-                    continue;
+                let Some(ended) = self.mode else {
+                    self.mode = change.mode;
+                    return Reading::Begins(change.state);
                 };
                 // Without friction the direction plays no part.
                 let positive = ended == ContactMode::SlidePositive || system.friction == 0.0;
@@ -374,12 +378,44 @@ fn marks(
                 };
                 (leg, change.clock, change.state, change.mode)
             }
-            Event::Graze(_) => continue,
-            Event::Stop(stop) if stop.reason == StopReason::Completed => break,
-            Event::Stop(stop) => return Err(ItineraryError::Stopped(stop.reason)),
+            Event::Graze(_) => return Reading::Nothing,
+            Event::Stop(stop) => return Reading::Stops(stop.reason),
         };
-        mode = after;
-        marks.push(Mark { leg, clock, state, holds: after.is_some(), approach_velocity });
+        self.mode = after;
+        Reading::Ends(leg, clock, state)
+    }
+}
+
+/// The events of so many drive periods, each with the leg it ends.
+fn marks(
+    system: &System,
+    initial: State,
+    periods: u32,
+    max_events: u64,
+) -> Result<Vec<Mark>, ItineraryError> {
+    let mut marks: Vec<Mark> = Vec::new();
+    let mut reader = LegReader { mode: None };
+    for event in Simulation::new(system, initial)?.periods(periods).max_events(max_events) {
+        let event = event?;
+        match reader.read(system, &event) {
+            Reading::Ends(leg, clock, state) => {
+                let approach_velocity = match event {
+                    Event::Impact(impact) => impact.impact.approach_velocity,
+                    _ => 0.0,
+                };
+                let holds = reader.mode.is_some();
+                marks.push(Mark { leg, clock, state, holds, approach_velocity });
+            }
+            Reading::Begins(state) => {
+                if let Some(last) = marks.last_mut() {
+                    last.holds = true;
+                    last.state = state;
+                }
+            }
+            Reading::Nothing => {}
+            Reading::Stops(StopReason::Completed) => break,
+            Reading::Stops(reason) => return Err(ItineraryError::Stopped(reason)),
+        }
     }
     Ok(without_low_bounces(&marks))
 }

@@ -64,6 +64,8 @@ mod gap;
 mod hold;
 pub mod impact;
 pub mod itinerary;
+mod label;
+mod lyapunov;
 mod majorant;
 pub mod orbit;
 mod params;
@@ -84,14 +86,15 @@ pub use event::{
 pub use flight::{Flight, FreeMotion};
 pub use gap::GapPoint;
 pub use hold::{ContactForce, ContactMode};
+pub use lyapunov::{LyapunovError, Spectrum, lyapunov_spectrum};
 pub use params::{Contact, ImpactLaw, System, SystemBuilder};
-pub use period::{
-    CHATTERING, Growth, ImpactCount, Kind, PeriodReport, detect_period, resolve_by_growth,
-};
+pub use period::{CHATTERING, Growth, ImpactCount, Kind, PeriodReport, detect_period};
 pub use run::{EnergyAudit, FinalState, Run, RunError, RunOptions, run};
 pub use simulate::{Horizon, Observer, Simulation};
 pub use state::{Clock, State};
-pub use sweep::{PointStatus, SweepPoint, SweepStart, Workers, run_many, sweep};
+pub use sweep::{
+    Cell, Measure, PointStatus, SweepOptions, SweepPoint, SweepStart, Workers, run_many, sweep,
+};
 
 #[cfg(feature = "python")]
 mod python;

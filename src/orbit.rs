@@ -42,13 +42,12 @@ use nalgebra::Matrix4;
 
 use crate::dual::Number;
 use crate::error::ParameterError;
-use crate::hold::ContactMode;
 use crate::itinerary::{Itinerary, Leg, Node, StickEnd};
 use crate::params::System;
 use crate::state::State;
 use crate::tangent::{
-    Accumulation, DIRECTIONS, Dual, DualState, END, FREE, Model, Moment, accumulate, fly,
-    free_gap_acceleration, least_in_slide, slide, slip_from_rest, stick_condition, strike,
+    DIRECTIONS, Dual, DualState, END, FREE, Model, Moment, Particulars, Passage, fly,
+    free_gap_acceleration, least_in_slide, mode, slide, slip_from_rest, to_event, traverse,
 };
 use crate::tolerance::EPS;
 
@@ -225,17 +224,10 @@ impl<'a> Orbit<'a> {
             .map(|i| {
                 let Some(passed) = self.pass(&model, i, false) else { return failed };
                 let [x1, v1, v2] = passed.image;
-                let last = passed.condition;
                 if self.is_circuit() {
-                    return Matrix4::from_fn(|r, c| [x1, v1, v2, last][r].slope[c]);
+                    return Matrix4::from_fn(|r, c| [x1, v1, v2, passed.condition][r].slope[c]);
                 }
-                // The event stays on its condition: dt' = -(dh . dy)/h'.
-                let time: [f64; PER_LEG] =
-                    std::array::from_fn(|c| -last.slope[c] / last.slope[END]);
-                Matrix4::from_fn(|r, c| match r {
-                    3 => time[c],
-                    _ => [x1, v1, v2][r].slope[c] + [x1, v1, v2][r].slope[END] * time[c],
-                })
+                to_event(&passed.image, &passed.condition)
             })
             .collect()
     }
@@ -388,26 +380,22 @@ impl<'a> Orbit<'a> {
                 test(TestKind::ContactBorder, "length of the phase", s.value, s.value);
             }
         }
-        let (image, condition, pre) = match kind {
-            Leg::Impact(regime, signs) => {
-                let pre = fly(model, &start, &from, s);
-                let struck = strike(model, &pre, regime, signs);
+        let Passage { image, condition, pre, particulars } =
+            traverse(model, kind, &start, &from, &end)?;
+        match particulars {
+            Particulars::Impact(struck) => {
                 test(TestKind::Grazing, "u", struck.approach_velocity.value, s.value);
                 for border in struck.borders {
                     test(TestKind::RegimeBorder, border.name, border.value, s.value);
                 }
-                let DualState { x1, v1, v2, .. } = struck.post;
-                ([x1, v1, v2], model.gap(&pre), pre.value())
             }
-            Leg::Chatter => {
-                let Accumulation { state, moment, borders } = accumulate(model, &start, &from)?;
+            Particulars::Chatter(borders) => {
                 for border in borders {
                     test(TestKind::RegimeBorder, border.name, border.value, s.value);
                 }
-                ([state.x1, state.v1, state.v2], model.elapsed(&end, &moment), state.value())
             }
-            Leg::SlideToRelease(positive) | Leg::SlideToStop(positive) => {
-                let state = slide(model, &start, mode(positive), &from, s)?;
+            Particulars::Slide(state, force) => {
+                let positive = matches!(kind, Leg::SlideToRelease(true) | Leg::SlideToStop(true));
                 if tested {
                     for (name, value, time) in
                         self.slide_tests(model, leg, positive, (&start, &from), s.value)
@@ -415,36 +403,26 @@ impl<'a> Orbit<'a> {
                         test(TestKind::ContactBorder, name, value, time);
                     }
                 }
-                let released = matches!(kind, Leg::SlideToRelease(_));
-                let direction = if positive { 1.0 } else { -1.0 };
-                let speed = state.v1.value * direction;
-                let condition = if released {
-                    if model.system.friction() > 0.0 {
-                        test(TestKind::ContactBorder, "x1' at the release", speed, s.value);
-                    }
-                    free_gap_acceleration(model, &state, &end)
-                } else {
-                    let force = free_gap_acceleration(model, &state, &end).value;
-                    test(TestKind::ContactBorder, "contact force at the stop", force, s.value);
-                    state.v1
-                };
-                let stop = Dual::constant(0.0);
-                let v = if released { [state.v1, state.v2] } else { [stop, stop] };
-                ([state.x1, v[0], v[1]], condition, state.value())
+                if matches!(kind, Leg::SlideToStop(_)) {
+                    test(
+                        TestKind::ContactBorder,
+                        "contact force at the stop",
+                        force.value,
+                        s.value,
+                    );
+                } else if model.system.friction() > 0.0 {
+                    let direction = if positive { 1.0 } else { -1.0 };
+                    let speed = state.v1.value * direction;
+                    test(TestKind::ContactBorder, "x1' at the release", speed, s.value);
+                }
             }
-            Leg::Stick(how) => {
-                let condition = stick_condition(model, &start, (&from, &end), how);
+            Particulars::Stick(condition) => {
                 for (name, value) in condition.others {
                     test(TestKind::ContactBorder, name, value, s.value);
                 }
-                let stop = Dual::constant(0.0);
-                ([start.x1, stop, stop], condition.ends, start.value())
             }
-            Leg::Circuit => {
-                let state = fly(model, &start, &from, s);
-                ([state.x1, state.v1, state.v2], state.x2, state.value())
-            }
-        };
+            Particulars::Circuit => {}
+        }
         if tested && !held && kind != Leg::Chatter {
             let touching = kind != Leg::Circuit;
             if let Some((time, gap)) = hump::highest(model, &start, &from, s.value, touching) {
@@ -476,8 +454,4 @@ impl<'a> Orbit<'a> {
             })
             .collect()
     }
-}
-
-fn mode(positive: bool) -> ContactMode {
-    if positive { ContactMode::SlidePositive } else { ContactMode::SlideNegative }
 }

@@ -1,14 +1,8 @@
 //! Period m-n of a motion from its stroboscopic section, and its label.
 //!
 //! m is the smallest number of drive periods after which the section returns with equal impact
-//! counts, the distance being small or falling geometrically; a motion that does not return is
-//! told apart by the measured growth of a small perturbation ([`Growth`]): chaotic if it grows,
-//! quasi-periodic if it does not, unresolved if neither is certain.
-
-use crate::event::Event;
-use crate::params::System;
-use crate::simulate::{Horizon, Observer, Simulation};
-use crate::state::State;
+//! counts, the distance being small or falling geometrically. A motion that does not return is
+//! judged by the growth of a small perturbation (label.rs).
 
 /// A distance below this, relative to the motion's size, is a return; the steady state of a
 /// damped motion repeats to 1e-13.
@@ -20,17 +14,12 @@ const FALL: f64 = 0.97;
 const REACH: f64 = 0.25;
 /// Fewest sections from which a period is told: too few make a slow drift look like convergence.
 const SHORTEST_TAIL: usize = 100;
-/// Size of the perturbation whose growth is measured.
-const PERTURBATION: f64 = 1e-8;
-/// Shortest and longest measurement, in drive periods.
-const GROWTH_PERIODS: (usize, usize) = (1600, 6400);
-
-/// Growth of a small perturbation, renormalised after every drive period (Benettin et al. 1980).
+/// Growth of a small perturbation along a motion (lyapunov.rs).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Growth {
     /// Mean of the logarithmic growth per drive period.
     pub mean: f64,
-    /// Its standard error, from the means of ten blocks.
+    /// Its standard error, from the means of blocks.
     pub error: f64,
     /// Drive periods it was measured over.
     pub periods: usize,
@@ -80,14 +69,26 @@ pub const CHATTERING: u32 = u32::MAX;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Kind {
+    /// None of the others is certain.
+    Unresolved = 0,
     /// Repeats after m drive periods.
-    Periodic,
+    Periodic = 1,
     /// Does not repeat; a perturbation does not grow.
-    QuasiPeriodic,
+    QuasiPeriodic = 2,
     /// Does not repeat; a perturbation grows.
-    Chaotic,
-    /// None of these is certain.
-    Unresolved,
+    Chaotic = 3,
+}
+
+impl Kind {
+    /// Names in the order of the numbers.
+    pub const NAMES: &'static [&'static str] =
+        &["unresolved", "periodic", "quasi-periodic", "chaotic"];
+
+    /// The name used in Python and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
 }
 
 impl PeriodReport {
@@ -96,9 +97,8 @@ impl PeriodReport {
     pub fn label(&self) -> String {
         match (self.kind, self.orbit) {
             (Kind::Periodic, Some((m, n))) => format!("{m}-{n}"),
-            (Kind::QuasiPeriodic, _) => "quasi-periodic".into(),
-            (Kind::Chaotic, _) => "chaotic".into(),
-            _ => "unresolved".into(),
+            (Kind::Periodic, None) => Kind::Unresolved.name().into(),
+            (kind, _) => kind.name().into(),
         }
     }
 }
@@ -242,126 +242,6 @@ fn bounding_box<'a>(sections: impl Iterator<Item = &'a [f64; 4]>) -> [(f64, f64)
 
 fn largest(values: [f64; 4]) -> f64 {
     values.into_iter().fold(0.0, f64::max)
-}
-
-struct LastSection(Option<State>);
-
-impl Observer for LastSection {
-    const SECTIONS: bool = true;
-    fn section(&mut self, _: i64, state: &State) {
-        self.0 = Some(*state);
-    }
-}
-
-/// State one drive period after a section, and the impacts on the way.
-fn one_period(system: &System, state: State) -> Option<(State, u32)> {
-    let mut simulation = Simulation::new(system, state).ok()?.until(Horizon::Periods(1));
-    let mut section = LastSection(None);
-    let mut impacts = 0;
-    while let Some(event) = simulation.advance(&mut section) {
-        match event.ok()? {
-            Event::Impact(_) => impacts = u32::saturating_add(impacts, 1),
-            Event::Chatter(_) => impacts = CHATTERING,
-            Event::Stop(stop) if !stop.reason.reached_the_end() => return None,
-            _ => {}
-        }
-    }
-    section.0.map(|state| (state, impacts))
-}
-
-/// A motion and a nearby one, followed from a section of forcing phase phi.
-struct Pair<'a> {
-    system: &'a System,
-    state: State,
-    nearby: State,
-    logs: Vec<f64>,
-    sections: Vec<[f64; 4]>,
-    counts: Vec<u32>,
-}
-
-impl<'a> Pair<'a> {
-    /// Both bodies are perturbed: without contact, or without friction, they know nothing of each
-    /// other.
-    fn new(system: &'a System, state: State) -> Self {
-        let nearby = State { v1: state.v1 + PERTURBATION, v2: state.v2 + PERTURBATION, ..state };
-        Self { system, state, nearby, logs: Vec::new(), sections: Vec::new(), counts: Vec::new() }
-    }
-
-    /// Goes on until so many periods are followed; `None` where the motion cannot be.
-    fn follow(&mut self, periods: usize) -> Option<()> {
-        while self.logs.len() < periods {
-            let (next, impacts) = one_period(self.system, self.state)?;
-            let (nearby, _) = one_period(self.system, self.nearby)?;
-            let (a, b) = (next.to_array(), nearby.to_array());
-            let d = distance(&a, &b).max(f64::EPSILON * PERTURBATION);
-            self.logs.push((d / PERTURBATION).ln());
-            let pull = PERTURBATION / d;
-            let nearby = State::from_array(std::array::from_fn(|i| a[i] + (b[i] - a[i]) * pull));
-            // Between two states in contact g may be positive, by the square of the distance.
-            let overlaps = self.system.gap_function(&nearby) > 0.0;
-            self.nearby = if overlaps { self.system.touching(nearby) } else { nearby };
-            self.state = next;
-            self.sections.push(a);
-            self.counts.push(impacts);
-        }
-        Some(())
-    }
-
-    fn growth(&self) -> Growth {
-        // The first quarter aligns the perturbation.
-        let used = &self.logs[self.logs.len() / 4..];
-        let mean = used.iter().sum::<f64>() / used.len() as f64;
-        let blocks: Vec<f64> = used
-            .chunks(used.len().div_ceil(10))
-            .map(|block| block.iter().sum::<f64>() / block.len() as f64)
-            .collect();
-        let n = blocks.len() as f64;
-        let variance = blocks.iter().map(|b| (b - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-        Growth { mean, error: (variance / n).sqrt(), periods: self.logs.len() }
-    }
-}
-
-/// Decides a motion that does not repeat by following it and a nearby one from `state`, the state
-/// at a section of forcing phase phi.
-#[must_use]
-pub fn resolve_by_growth(system: &System, state: State, mut report: PeriodReport) -> PeriodReport {
-    let (mut periods, longest) = GROWTH_PERIODS;
-    let mut pair = Pair::new(system, state);
-    while periods <= longest {
-        if pair.follow(periods).is_none() {
-            report.method = "no return found, growth not measurable";
-            return report;
-        }
-        let growth = pair.growth();
-        report.growth = Some(growth);
-        let total = growth.mean * periods as f64;
-        // A shear grows like the time itself: ln(periods) is no sign of chaos.
-        let shear = (periods as f64).ln();
-        if total > shear + 4.0 && growth.mean > 4.0 * growth.error {
-            report.kind = Kind::Chaotic;
-            report.confidence = 1.0 - (-(total - shear) / 4.0).exp();
-            report.method = "a nearby orbit departs exponentially";
-            return report;
-        }
-        if total < -(shear + 4.0) && growth.mean < -4.0 * growth.error {
-            // It still settles: it will return.
-            let later = detect_period(&pair.sections, &pair.counts);
-            if later.orbit.is_some() {
-                let method = "a nearby orbit comes closer; returns when followed further";
-                let confidence = 0.7 * later.confidence;
-                return PeriodReport { growth: report.growth, confidence, method, ..later };
-            }
-        } else if total + 2.0 * growth.error * (periods as f64) < shear + 1.0 {
-            // Even two standard errors more would be no more than a shear.
-            report.kind = Kind::QuasiPeriodic;
-            report.confidence = 0.8;
-            report.method = "no return found, a nearby orbit does not depart";
-            return report;
-        }
-        periods *= 2;
-    }
-    report.method = "no return found, growth undecided";
-    report
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@
 mod arrays;
 mod errors;
 mod impact;
+mod lyapunov;
 mod orbit;
 mod run;
 mod sweep;
@@ -21,6 +22,8 @@ mod _core {
     #[pymodule_export]
     use super::impact::impact;
     #[pymodule_export]
+    use super::lyapunov::{PySpectrum, lyapunov_spectrum};
+    #[pymodule_export]
     use super::orbit::PyItinerary;
     #[pymodule_export]
     use super::run::{PyFinalState, PyPeriodReport, PyRun, simulate, simulate_many};
@@ -32,12 +35,17 @@ mod _core {
     use super::arrays;
     use crate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
     use crate::impact::ImpactOutcome;
+    use crate::period::Kind;
+    use crate::sweep::PointStatus;
     use pyo3::prelude::*;
+    use pyo3::types::PyTuple;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         let py = module.py();
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        module.add("STATUS_NAMES", PyTuple::new(py, PointStatus::NAMES)?)?;
+        module.add("MOTION_NAMES", PyTuple::new(py, Kind::NAMES)?)?;
         module.add("IMPACT_DTYPE", arrays::dtype(py, ImpactRecord::COLUMNS)?)?;
         module.add("OUTCOME_DTYPE", arrays::dtype(py, ImpactOutcome::COLUMNS)?)?;
         module.add("EVENT_DTYPE", arrays::dtype(py, EventRecord::COLUMNS)?)?;

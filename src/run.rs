@@ -16,9 +16,10 @@ use crate::event::{
 use crate::flight::FreeMotion;
 use crate::hold::ContactMode;
 use crate::params::System;
-use crate::period::{CHATTERING, Kind, PeriodReport, detect_period, resolve_by_growth};
+use crate::period::{CHATTERING, PeriodReport, detect_period};
 use crate::simulate::{Anchor, Checkpoint, Observer, Simulation};
 use crate::state::{Clock, State};
+use crate::tolerance::DEFAULT_MAX_EVENTS;
 
 /// Why a run could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -88,7 +89,7 @@ pub struct Run {
 }
 
 /// Local flights between two looks at the caller's wish to go on: some milliseconds.
-const FLIGHTS_PER_LOOK: u32 = 2048;
+pub(crate) const FLIGHTS_PER_LOOK: u32 = 2048;
 
 /// Collects sections, and asks the caller now and then.
 struct Collector<'a> {
@@ -256,9 +257,7 @@ impl Run {
             let allowed = "a run that completed, was interrupted or met a cap";
             return Err(ParameterError::new("stop_reason", self.stop_reason.name(), allowed).into());
         }
-        let mut point = self.checkpoint;
-        point.stopped = None;
-        let simulation = Simulation::from_checkpoint(&self.system, &point).until(options.horizon);
+        let simulation = self.resumed().until(options.horizon);
         let here = self.final_state.clock;
         if simulation.horizon_clock() < here {
             let value = format!("{:?}", options.horizon);
@@ -269,33 +268,19 @@ impl Run {
         Ok(collect(simulation, &self.system, options, window, go_on)?)
     }
 
+    /// The simulation at the end of the run, ready to go on. The caps on events count from there.
+    pub(crate) fn resumed(&self) -> Simulation {
+        let mut point = self.checkpoint;
+        point.stopped = None;
+        Simulation::from_checkpoint(&self.system, &point)
+            .max_events(point.events.saturating_add(DEFAULT_MAX_EVENTS))
+            .tolerance(self.options.tolerance)
+    }
+
     /// Start of the kept window.
     #[must_use]
     pub fn kept_from(&self) -> f64 {
         FreeMotion::new(&self.system).drive.time(self.window)
-    }
-
-    /// Period and label of the motion in the kept window; follows a nearby orbit if it does not
-    /// repeat.
-    #[must_use]
-    pub fn period(&self) -> PeriodReport {
-        let mut report = self.return_report();
-        if !self.stop_reason.reached_the_end() {
-            report.kind = Kind::Unresolved;
-            report.orbit = None;
-            report.method = "the run did not complete";
-            return report;
-        }
-        if report.kind == Kind::Unresolved && report.residual.is_finite() {
-            // A phase that fits the section makes it the start of a drive period.
-            let phase = self.system.phase() + self.options.section_phase;
-            if let (Some(last), Ok(system)) =
-                (self.stroboscopic.last(), self.system.with("phase", phase))
-            {
-                return resolve_by_growth(&system, State::from_array(*last), report);
-            }
-        }
-        report
     }
 
     /// The period from the kept sections alone, without following a nearby orbit.

@@ -43,10 +43,6 @@ impl State {
         Self { x1: self.x1 - time * self.v1, x2: self.x2 - time * self.v2, ..self }
     }
 
-    pub(crate) fn from_array([x1, v1, x2, v2]: [f64; 4]) -> Self {
-        Self { x1, v1, x2, v2 }
-    }
-
     pub(crate) fn is_finite(&self) -> bool {
         self.to_array().iter().all(|c| c.is_finite())
     }

@@ -1,9 +1,9 @@
-//! Sweeps over one parameter, in parallel: the only user of rayon.
+//! Sweeps over parameters and initial states, in parallel: the only user of rayon.
 //!
 //! Every point is a run of its own, or a followed branch is one task from end to end, so the
 //! result has the same bits for any number of threads.
 
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 use std::sync::mpsc;
 use std::time::Duration;
 
@@ -11,13 +11,16 @@ use rayon::prelude::*;
 
 use crate::error::ParameterError;
 use crate::event::StopReason;
+use crate::impact::PreImpact;
+use crate::lyapunov::{LyapunovError, lyapunov_spectrum};
 use crate::params::System;
 use crate::period::PeriodReport;
 use crate::run::{Run, RunError, RunOptions, run};
 use crate::simulate::Simulation;
 use crate::state::State;
 
-/// Points handed to the threads at a time.
+/// Most cells that one thread takes at a time, and runs handed to the threads at a time.
+const LONGEST_SHARE: usize = 8;
 const CHUNK: usize = 128;
 /// Time between two looks at the caller's wish to go on.
 const LOOK: Duration = Duration::from_millis(50);
@@ -99,6 +102,63 @@ impl SweepStart {
     }
 }
 
+/// What is found out about each point, beside its final state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Measure {
+    /// The period m-n, where the section returns.
+    Returns,
+    /// The label: where the section does not return, the growth of a perturbation is measured.
+    Label,
+    /// The label, and the largest Lyapunov exponent.
+    LargestExponent,
+    /// The period where the section returns, and all Lyapunov exponents over so many drive periods
+    /// after the end of the run.
+    Spectrum(u32),
+}
+
+/// How the points of a sweep are run, and what is kept of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SweepOptions {
+    /// How each run is made.
+    pub run: RunOptions,
+    /// What is found out about it.
+    pub measure: Measure,
+    /// Whether the rows of both sections are kept.
+    pub rows: bool,
+}
+
+impl From<RunOptions> for SweepOptions {
+    fn from(run: RunOptions) -> Self {
+        Self { run, measure: Measure::Returns, rows: true }
+    }
+}
+
+/// One point of a sweep: a system and where it starts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cell {
+    /// The system.
+    pub system: System,
+    /// Its state at t = 0.
+    pub initial: State,
+}
+
+impl Cell {
+    /// `system` with `parameter` at each of `values`, all from `initial`.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for an unknown parameter or a value outside its range.
+    pub fn along(
+        system: &System,
+        parameter: &str,
+        values: &[f64],
+        initial: State,
+    ) -> Result<Vec<Self>, ParameterError> {
+        let cell = |&value| Ok(Self { system: system.with(parameter, value)?, initial });
+        values.iter().map(cell).collect()
+    }
+}
+
 /// What became of one point of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -112,11 +172,29 @@ pub enum PointStatus {
     },
     /// Stopped early.
     Stopped(StopReason),
+    /// The bodies overlap at the start: nothing was run.
+    Overlap,
     /// The computation failed.
     Failed,
 }
 
 impl PointStatus {
+    /// All names; a status is stored as its place among them.
+    pub const NAMES: &'static [&'static str] = &[
+        "pending",
+        "completed",
+        "restarted",
+        "overlap",
+        "failed",
+        "rest",
+        "event_cap",
+        "time_cap",
+        "painleve",
+        "jammed",
+        "undecidable_graze",
+        "law_failed",
+    ];
+
     /// The name used in Python and in files.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -125,8 +203,15 @@ impl PointStatus {
             Self::Completed { restarted: false } => "completed",
             Self::Completed { restarted: true } => "restarted",
             Self::Stopped(reason) => reason.name(),
+            Self::Overlap => "overlap",
             Self::Failed => "failed",
         }
+    }
+
+    /// Its place among [`Self::NAMES`].
+    #[must_use]
+    pub fn code(self) -> i8 {
+        Self::NAMES.iter().position(|&name| name == self.name()).map_or(-1, |place| place as i8)
     }
 }
 
@@ -135,14 +220,17 @@ impl PointStatus {
 pub struct SweepPoint {
     /// What became of it.
     pub status: PointStatus,
-    /// (x1, v1, v2, phase) just before each kept impact.
-    pub impact_section: Vec<[f64; 4]>,
+    /// (x1, v1, v2, phase, approach velocity, energy loss) of each kept impact, state and phase just
+    /// before it.
+    pub impact_section: Vec<[f64; 6]>,
     /// Regime number of each kept impact.
     pub regime: Vec<i8>,
     /// Kept stroboscopic states.
     pub stroboscopic: Vec<[f64; 4]>,
-    /// Period found on the section, without following nearby orbits.
+    /// Period, with the label if that was wanted.
     pub period: Option<PeriodReport>,
+    /// Lyapunov exponents with their standard errors, those wanted; else NaN.
+    pub exponents: [[f64; 2]; 4],
     /// State at the end.
     pub final_state: Option<State>,
     /// Part of the kept window in contact; NaN where nothing is kept.
@@ -157,118 +245,135 @@ impl SweepPoint {
             regime: Vec::new(),
             stroboscopic: Vec::new(),
             period: None,
+            exponents: [[f64::NAN; 2]; 4],
             final_state: None,
             contact_fraction: f64::NAN,
         }
     }
 
-    fn new(run: Run, restarted: bool) -> Self {
+    fn new(
+        run: Run,
+        restarted: bool,
+        options: &SweepOptions,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Self {
         let status = match run.stop_reason {
             StopReason::Completed => PointStatus::Completed { restarted },
             StopReason::Interrupted => return Self::empty(PointStatus::Pending),
             reason => PointStatus::Stopped(reason),
         };
-        Self {
-            status,
-            impact_section: run
+        let mut point = Self {
+            contact_fraction: run.time_in_contact() / (run.final_state.time - run.kept_from()),
+            final_state: Some(run.final_state.state),
+            ..Self::empty(status)
+        };
+        if run.stop_reason.reached_the_end() {
+            let report = match options.measure {
+                Measure::Returns | Measure::Spectrum(_) => run.return_report(),
+                Measure::Label | Measure::LargestExponent => run.period(),
+            };
+            if options.measure == Measure::LargestExponent {
+                point.exponents[0] = run.largest_exponent(&report).into();
+            }
+            if let Measure::Spectrum(periods) = options.measure {
+                if let Ok(spectrum) = lyapunov_spectrum(&run, periods, None, go_on) {
+                    if spectrum.error == Some(LyapunovError::Stopped(StopReason::Interrupted)) {
+                        return Self::empty(PointStatus::Pending);
+                    }
+                    let both = |i: usize| [spectrum.exponents[i], spectrum.errors[i]];
+                    point.exponents = std::array::from_fn(both);
+                }
+            }
+            point.period = Some(report);
+        }
+        if options.rows {
+            let contact = run.system.contact;
+            point.impact_section = run
                 .impacts
                 .iter()
-                .map(|i| [i.x1, i.v1_pre, i.v2_pre, i.phase])
-                .collect(),
-            regime: run.impacts.iter().map(|i| i.regime as i8).collect(),
-            contact_fraction: run.time_in_contact() / (run.final_state.time - run.kept_from()),
-            period: run.stop_reason.reached_the_end().then(|| run.return_report()),
-            final_state: Some(run.final_state.state),
-            stroboscopic: run.stroboscopic,
+                .map(|i| {
+                    let pre = State { x1: i.x1, v1: i.v1_pre, x2: i.x2, v2: i.v2_pre };
+                    let u = PreImpact::new(contact, &pre).approach_velocity();
+                    [i.x1, i.v1_pre, i.v2_pre, i.phase, u, i.energy_loss]
+                })
+                .collect();
+            point.regime = run.impacts.iter().map(|i| i.regime as i8).collect();
+            point.stroboscopic = run.stroboscopic;
         }
+        point
     }
 }
 
-/// Runs `system` with `parameter` at each of `values`. `go_on` gets the number of points done and
-/// ends the sweep by returning `false`; points not reached are then pending.
+/// Runs every cell. `go_on` gets the number of cells done and ends the sweep by returning `false`;
+/// cells not done are then pending.
 ///
 /// # Errors
-/// [`ParameterError`] for a value outside its range or a bad option, before any run.
-#[allow(clippy::too_many_arguments)]
+/// [`ParameterError`] for a bad option, before any run.
 pub fn sweep(
-    system: &System,
-    parameter: &str,
-    values: &[f64],
-    initial: State,
-    options: RunOptions,
+    cells: &[Cell],
+    options: SweepOptions,
     start: SweepStart,
     workers: &Workers,
     go_on: &mut dyn FnMut(usize) -> bool,
 ) -> Result<Vec<SweepPoint>, ParameterError> {
-    let mut systems = Vec::with_capacity(values.len());
-    for &value in values {
-        let system = system.with(parameter, value)?;
-        options.check(&system)?;
-        systems.push(system);
+    for cell in cells {
+        options.run.check(&cell.system)?;
     }
-    if start == SweepStart::Backward {
-        systems.reverse();
-    }
-    let mut points = Vec::with_capacity(systems.len());
-    let mut last = None;
-    for chunk in systems.chunks(CHUNK) {
-        let done = points.len();
-        let mut cancelled = false;
-        let mut watch = || {
-            cancelled |= !go_on(done);
-            !cancelled
-        };
-        points.extend(workers.run(&mut watch, |cancel| {
-            if start == SweepStart::Fresh {
-                let one = |system| fresh(system, initial, options, false, cancel);
-                chunk.par_iter().map(one).collect::<Vec<_>>()
-            } else {
-                let one = |(i, system)| {
-                    follow(system, done + i == 0, &mut last, initial, options, cancel)
-                };
-                chunk.iter().enumerate().map(one).collect()
-            }
-        }));
-        if cancelled || !go_on(points.len()) {
-            break;
+    let done = AtomicUsize::new(0);
+    let counted = |point: SweepPoint| {
+        done.fetch_add(usize::from(point.status != PointStatus::Pending), Relaxed);
+        point
+    };
+    let points = workers.run(&mut || go_on(done.load(Relaxed)), |cancel| {
+        if start == SweepStart::Fresh {
+            let one = |cell: &Cell| counted(fresh(cell, &options, false, cancel));
+            return cells.par_iter().with_max_len(LONGEST_SHARE).map(one).collect();
         }
-    }
-    points.resize(systems.len(), SweepPoint::empty(PointStatus::Pending));
-    if start == SweepStart::Backward {
-        points.reverse();
-    }
+        let mut last = None;
+        let mut one = |cell: &Cell| counted(follow(cell, &mut last, &options, cancel));
+        let mut points: Vec<SweepPoint>;
+        if start == SweepStart::Backward {
+            points = cells.iter().rev().map(one).collect();
+            points.reverse();
+        } else {
+            points = cells.iter().map(&mut one).collect();
+        }
+        points
+    });
+    go_on(done.load(Relaxed));
     Ok(points)
 }
 
-fn fresh(
-    system: &System,
-    initial: State,
-    options: RunOptions,
-    restarted: bool,
-    cancel: &AtomicBool,
-) -> SweepPoint {
-    match run(system, initial, options, &mut || !cancel.load(Relaxed)) {
-        Ok(run) => SweepPoint::new(run, restarted),
+fn fresh(cell: &Cell, options: &SweepOptions, restarted: bool, cancel: &AtomicBool) -> SweepPoint {
+    let mut go_on = || !cancel.load(Relaxed);
+    if !go_on() {
+        return SweepPoint::empty(PointStatus::Pending);
+    }
+    match run(&cell.system, cell.initial, options.run, &mut go_on) {
+        Ok(run) => SweepPoint::new(run, restarted, options, &mut go_on),
+        Err(RunError::State(_)) => SweepPoint::empty(PointStatus::Overlap),
         Err(_) => SweepPoint::empty(PointStatus::Failed),
     }
 }
 
-/// From the last state, or from `initial` where there is none or it penetrates at the new value.
+/// From the last state, or from the cell's own where there is none or it does not fit.
 fn follow(
-    system: &System,
-    first: bool,
+    cell: &Cell,
     last: &mut Option<State>,
-    initial: State,
-    options: RunOptions,
+    options: &SweepOptions,
     cancel: &AtomicBool,
 ) -> SweepPoint {
-    let followed =
-        last.and_then(|state| match run(system, state, options, &mut || !cancel.load(Relaxed)) {
-            Ok(run) => Some(SweepPoint::new(run, false)),
-            Err(RunError::State(_)) => None,
-            Err(_) => Some(SweepPoint::empty(PointStatus::Failed)),
-        });
-    let point = followed.unwrap_or_else(|| fresh(system, initial, options, !first, cancel));
+    let point = match *last {
+        None => fresh(cell, options, false, cancel),
+        Some(initial) => {
+            let followed = fresh(&Cell { initial, ..*cell }, options, false, cancel);
+            if followed.status == PointStatus::Overlap {
+                fresh(cell, options, true, cancel)
+            } else {
+                followed
+            }
+        }
+    };
     if point.final_state.is_some() {
         *last = point.final_state;
     }

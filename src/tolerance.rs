@@ -129,7 +129,7 @@ pub const CONTACT_ANGLE: f64 = 1.5;
 pub const AUDIT_ANGLE: f64 = 1.5;
 
 /// Impacts before chatter with less than this part of the highest approach velocity belong to the
-/// chatter's leg in the analysis of periodic motions.
+/// chatter's leg where derivatives are taken.
 pub const LOW_BOUNCE: f64 = 0.1;
 
 /// Most legs of an orbit: its dense matrix of derivatives has four rows for each, 128 MB in all.

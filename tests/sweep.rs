@@ -4,8 +4,8 @@
 #![allow(clippy::unwrap_used)]
 
 use vibroimpact::{
-    PointStatus, RunOptions, State, StopReason, SweepPoint, SweepStart, System, Workers, run,
-    run_many, sweep,
+    Cell, Measure, PointStatus, RunOptions, State, StopReason, SweepOptions, SweepPoint,
+    SweepStart, System, Workers, lyapunov_spectrum, run, run_many, sweep,
 };
 
 fn paper() -> System {
@@ -33,6 +33,10 @@ fn options() -> RunOptions {
     RunOptions::periods(60).keep(20)
 }
 
+fn cells(parameter: &str, values: &[f64]) -> Vec<Cell> {
+    Cell::along(&paper(), parameter, values, start()).unwrap()
+}
+
 fn sweep_with(
     parameter: &str,
     values: &[f64],
@@ -40,7 +44,7 @@ fn sweep_with(
     threads: Option<usize>,
 ) -> Vec<SweepPoint> {
     let workers = Workers::new(threads).unwrap();
-    sweep(&paper(), parameter, values, start(), options(), begin, &workers, &mut |_| true).unwrap()
+    sweep(&cells(parameter, values), options().into(), begin, &workers, &mut |_| true).unwrap()
 }
 
 /// Bits, so that NaN equals NaN and 0 differs from -0.
@@ -48,9 +52,11 @@ fn bits(points: &[SweepPoint]) -> Vec<(PointStatus, Vec<u64>)> {
     points
         .iter()
         .map(|point| {
-            let rows = point.impact_section.iter().chain(&point.stroboscopic).flatten();
+            let impacts = point.impact_section.iter().flatten();
+            let rows = impacts.chain(point.stroboscopic.iter().flatten());
+            let numbers = rows.chain(point.exponents.iter().flatten());
             let last = point.final_state.map(State::to_array);
-            (point.status, rows.chain(last.iter().flatten()).map(|x| x.to_bits()).collect())
+            (point.status, numbers.chain(last.iter().flatten()).map(|x| x.to_bits()).collect())
         })
         .collect()
 }
@@ -83,7 +89,10 @@ fn a_point_is_the_run_of_its_value() {
         for ((row, regime), impact) in
             point.impact_section.iter().zip(&point.regime).zip(&run.impacts)
         {
-            assert_eq!(row, &[impact.x1, impact.v1_pre, impact.v2_pre, impact.phase]);
+            assert_eq!(row[..4], [impact.x1, impact.v1_pre, impact.v2_pre, impact.phase]);
+            let approach_velocity = impact.v1_pre * impact.x1.cos() - impact.v2_pre;
+            assert!((row[4] - approach_velocity).abs() <= 1e-15 * row[4].abs().max(1.0));
+            assert_eq!(row[5], impact.energy_loss);
             assert_eq!(i64::from(*regime), impact.regime);
         }
         match point.status {
@@ -153,23 +162,14 @@ fn a_point_that_fails_or_stops_leaves_the_others_alone() {
         }
     }
     let points = sweep_with("gap", &gaps, SweepStart::Fresh, None);
-    assert_eq!(points[1].status, PointStatus::Failed);
+    assert_eq!(points[1].status, PointStatus::Overlap);
     assert_eq!(points[2].status, PointStatus::Completed { restarted: false });
 
     let mut capped = options();
     capped.max_events = 5;
     let workers = Workers::default();
-    let points = sweep(
-        &paper(),
-        "drive_frequency",
-        &[1.8, 2.0],
-        start(),
-        capped,
-        SweepStart::Fresh,
-        &workers,
-        &mut |_| true,
-    )
-    .unwrap();
+    let two = cells("drive_frequency", &[1.8, 2.0]);
+    let points = sweep(&two, capped.into(), SweepStart::Fresh, &workers, &mut |_| true).unwrap();
     assert!(points.iter().all(|p| p.status == PointStatus::Stopped(StopReason::EventCap)));
     assert!(points.iter().all(|p| p.period.is_none() && p.final_state.is_some()));
 }
@@ -183,8 +183,8 @@ fn values_out_of_range_are_refused_before_any_run() {
             looks += 1;
             true
         };
-        let begin = SweepStart::Fresh;
-        sweep(&paper(), parameter, values, start(), options, begin, &workers, &mut look)
+        Cell::along(&paper(), parameter, values, start())
+            .and_then(|cells| sweep(&cells, options.into(), SweepStart::Fresh, &workers, &mut look))
             .unwrap_err()
             .name
             .to_string()
@@ -202,30 +202,57 @@ fn values_out_of_range_are_refused_before_any_run() {
 
 #[test]
 fn a_sweep_that_is_ended_early_keeps_what_is_done() {
-    let frequencies = values(0.6, 4.0, 300);
+    let cells = cells("drive_frequency", &values(0.6, 4.0, 300));
+    let long = RunOptions::periods(1500).keep(2);
+    let workers = Workers::new(Some(2)).unwrap();
     for begin in [SweepStart::Fresh, SweepStart::Forward, SweepStart::Backward] {
-        let whole = sweep_with("drive_frequency", &frequencies, begin, Some(2));
+        let whole = sweep(&cells, long.into(), begin, &workers, &mut |_| true).unwrap();
         let mut done = 0;
-        let points = sweep(
-            &paper(),
-            "drive_frequency",
-            &frequencies,
-            start(),
-            options(),
-            begin,
-            &Workers::new(Some(2)).unwrap(),
-            &mut |count| {
-                done = count;
-                count == 0
-            },
-        )
-        .unwrap();
+        let mut look = |count| {
+            done = count;
+            count == 0
+        };
+        let points = sweep(&cells, long.into(), begin, &workers, &mut look).unwrap();
         assert_eq!(points.len(), 300);
-        let pending = points.iter().filter(|p| p.status == PointStatus::Pending).count();
-        assert!(done > 0 && pending == 300 - done, "{done} {pending}");
+        let pending = |point: &SweepPoint| point.status == PointStatus::Pending;
+        let left = points.iter().filter(|&point| pending(point)).count();
+        assert!(done > 0 && left > 0 && left == 300 - done, "{done} {left}");
         // What is done has the bits of the whole sweep; a branch runs from its own end.
-        let range = if begin == SweepStart::Backward { 300 - done..300 } else { 0..done };
-        assert!(bits(&points[range.clone()]) == bits(&whole[range]));
+        for (point, other) in points.iter().zip(&whole).filter(|(point, _)| !pending(point)) {
+            assert!(bits(std::slice::from_ref(point)) == bits(std::slice::from_ref(other)));
+        }
+        match begin {
+            SweepStart::Forward => assert!(!points[..done].iter().any(pending)),
+            SweepStart::Backward => assert!(!points[left..].iter().any(pending)),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn what_is_measured_is_what_the_run_says() {
+    let cells = cells("drive_frequency", &[0.5, 1.2, 1.53, 1.545, 1.8, 2.9]);
+    let workers = Workers::new(Some(2)).unwrap();
+    let run_options = RunOptions::periods(200).keep(100);
+    let with = |measure| {
+        let options = SweepOptions { run: run_options, measure, rows: false };
+        sweep(&cells, options, SweepStart::Fresh, &workers, &mut |_| true).unwrap()
+    };
+    let [labelled, largest, spectra] =
+        [Measure::Label, Measure::LargestExponent, Measure::Spectrum(300)].map(with);
+    for (i, cell) in cells.iter().enumerate() {
+        let run = run(&cell.system, cell.initial, run_options, &mut || true).unwrap();
+        let report = run.period();
+        assert_eq!(labelled[i].period, Some(report));
+        assert!(labelled[i].exponents.iter().flatten().all(|x| x.is_nan()));
+        assert_eq!(largest[i].period, Some(report));
+        assert_eq!(largest[i].exponents[0], <[f64; 2]>::from(run.largest_exponent(&report)));
+        let spectrum = lyapunov_spectrum(&run, 300, None, &mut || true).unwrap();
+        assert_eq!(spectra[i].exponents.map(|[value, _]| value), spectrum.exponents);
+        assert_eq!(spectra[i].exponents.map(|[_, error]| error), spectrum.errors);
+        for points in [&labelled, &largest, &spectra] {
+            assert!(points[i].impact_section.is_empty() && points[i].stroboscopic.is_empty());
+        }
     }
 }
 
@@ -233,20 +260,13 @@ fn a_sweep_that_is_ended_early_keeps_what_is_done() {
 fn a_long_point_is_cut_short() {
     let long = RunOptions::periods(2_000_000_000).keep(1);
     let mut looks = 0;
-    let points = sweep(
-        &paper(),
-        "drive_frequency",
-        &[1.7, 1.8, 1.9],
-        start(),
-        long,
-        SweepStart::Fresh,
-        &Workers::new(Some(2)).unwrap(),
-        &mut |_| {
-            looks += 1;
-            looks < 3
-        },
-    )
-    .unwrap();
+    let three = cells("drive_frequency", &[1.7, 1.8, 1.9]);
+    let workers = Workers::new(Some(2)).unwrap();
+    let mut look = |_| {
+        looks += 1;
+        looks < 3
+    };
+    let points = sweep(&three, long.into(), SweepStart::Fresh, &workers, &mut look).unwrap();
     assert!(points.iter().all(|point| point.status == PointStatus::Pending));
 }
 

@@ -119,7 +119,7 @@ impl PyPeriodReport {
 
 /// Result of simulate.
 #[pyclass(name = "Run", module = "vibroimpact._core", frozen)]
-pub(super) struct PyRun(Run);
+pub(super) struct PyRun(pub(super) Run);
 
 #[pymethods]
 impl PyRun {
@@ -318,7 +318,7 @@ pub(super) fn to_state(initial: [f64; 4]) -> PyResult<State> {
 
 /// Works with the interpreter released; Ctrl-C makes the work end early with what is done, and is
 /// reported beside it. Another exception of a signal handler is raised.
-fn interruptible<T: Send, E: Into<PyErr> + Send>(
+pub(super) fn interruptible<T: Send, E: Into<PyErr> + Send>(
     py: Python<'_>,
     work: impl FnOnce(&mut dyn FnMut() -> bool) -> Result<T, E> + Send,
 ) -> PyResult<(T, bool)> {

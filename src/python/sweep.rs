@@ -1,157 +1,204 @@
 //! `_core.Sweep` and `sweep`.
 
-use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
 use super::arrays;
-use super::run::to_state;
 use super::system::PySystem;
-use crate::period::ImpactCount;
+use crate::error::ParameterError;
+use crate::params::System;
+use crate::period::{ImpactCount, Kind};
 use crate::run::RunOptions;
 use crate::simulate::Horizon;
 use crate::state::State;
-use crate::sweep::{PointStatus, SweepPoint, SweepStart, Workers};
+use crate::sweep::{Cell, Measure, SweepOptions, SweepPoint, SweepStart, Workers};
 use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 
-/// Result of sweep: ragged arrays, point i owning rows offset[i] : offset[i + 1].
+/// Result of sweep: a column for each quantity; the rows of both sections are ragged, their numbers
+/// per cell in the columns of counts.
 #[pyclass(name = "Sweep", module = "vibroimpact._core", frozen)]
-pub(super) struct PySweep(Vec<SweepPoint>, bool);
+pub(super) struct PySweep {
+    points: Vec<SweepPoint>,
+    interrupted: bool,
+}
 
 impl PySweep {
-    fn offsets<'py>(
+    fn column<'py, T: numpy::Element>(
         &self,
         py: Python<'py>,
-        rows: impl Fn(&SweepPoint) -> usize,
-    ) -> Bound<'py, PyArray1<i64>> {
-        let mut offsets = Vec::with_capacity(self.0.len() + 1);
-        let mut total = 0;
-        offsets.push(0);
-        for point in &self.0 {
-            total += rows(point) as i64;
-            offsets.push(total);
-        }
-        PyArray1::from_vec(py, offsets)
+        value: impl Fn(&SweepPoint) -> T,
+    ) -> Bound<'py, PyArray1<T>> {
+        PyArray1::from_vec(py, self.points.iter().map(value).collect())
     }
 
-    fn rows<'py>(
+    fn block<'py, const N: usize>(
         &self,
         py: Python<'py>,
-        rows: impl Fn(&SweepPoint) -> &[[f64; 4]],
+        rows: impl Fn(&SweepPoint) -> &[[f64; N]],
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let all: Vec<[f64; 4]> = self.0.iter().flat_map(|p| rows(p).iter().copied()).collect();
-        arrays::states(py, &all)
-    }
-
-    fn orbit(&self, part: impl Fn((usize, ImpactCount)) -> i64) -> Vec<i64> {
-        let orbit = |p: &SweepPoint| p.period.and_then(|r| r.orbit).map_or(0, &part);
-        self.0.iter().map(orbit).collect()
+        let all: Vec<[f64; N]> = self.points.iter().flat_map(|p| rows(p).iter().copied()).collect();
+        PyArray1::from_slice(py, all.as_flattened()).reshape([all.len(), N])
     }
 }
 
 #[pymethods]
 impl PySweep {
-    #[getter]
-    fn done<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-        let done = self.0.iter().map(|p| p.status != PointStatus::Pending).collect();
-        PyArray1::from_vec(py, done)
-    }
     /// Whether Ctrl-C ended the sweep.
     #[getter]
     fn interrupted(&self) -> bool {
-        self.1
+        self.interrupted
     }
+    /// (n,) place of each status in `STATUS_NAMES`.
     #[getter]
-    fn status(&self) -> Vec<&'static str> {
-        self.0.iter().map(|p| p.status.name()).collect()
+    fn status<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
+        self.column(py, |p| p.status.code())
     }
+    /// (n,) kept impacts of each cell.
     #[getter]
-    fn offset<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        self.offsets(py, |p| p.impact_section.len())
+    fn impact_count<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
+        self.column(py, |p| p.impact_section.len() as i64)
     }
-    /// (rows, 4) x1, v1, v2 just before the impact, phase.
+    /// (rows, 6) x1, v1, v2, phase just before each impact, approach velocity, energy loss.
     #[getter]
     fn impact_section<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.rows(py, |p| &p.impact_section)
+        self.block(py, |p| &p.impact_section)
     }
     #[getter]
     fn regime<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
-        PyArray1::from_vec(py, self.0.iter().flat_map(|p| p.regime.iter().copied()).collect())
+        PyArray1::from_vec(py, self.points.iter().flat_map(|p| p.regime.iter().copied()).collect())
     }
+    /// (n,) kept stroboscopic states of each cell.
     #[getter]
-    fn stroboscopic_offset<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        self.offsets(py, |p| p.stroboscopic.len())
+    fn stroboscopic_count<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
+        self.column(py, |p| p.stroboscopic.len() as i64)
     }
     /// (rows, 4) x1, v1, x2, v2.
     #[getter]
     fn stroboscopic<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.rows(py, |p| &p.stroboscopic)
+        self.block(py, |p| &p.stroboscopic)
     }
     /// (n,) period in drive periods, 0 where none was found.
     #[getter]
     fn m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        PyArray1::from_vec(py, self.orbit(|(m, _)| m as i64))
+        self.column(py, |p| p.period.and_then(|r| r.orbit).map_or(0, |(m, _)| m as i64))
     }
     /// (n,) impacts per orbit, -1 with complete chatter.
     #[getter]
     fn n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        let count = |(_, n)| match n {
-            ImpactCount::Finite(n) => n as i64,
-            ImpactCount::Infinite => -1,
-        };
-        PyArray1::from_vec(py, self.orbit(count))
+        self.column(py, |p| match p.period.and_then(|r| r.orbit) {
+            Some((_, ImpactCount::Finite(n))) => n as i64,
+            Some((_, ImpactCount::Infinite)) => -1,
+            None => 0,
+        })
+    }
+    /// (n,) place of each kind of motion in `MOTION_NAMES`.
+    #[getter]
+    fn motion<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
+        self.column(py, |p| p.period.map_or(Kind::Unresolved, |r| r.kind) as i8)
+    }
+    /// (n,) largest difference of sections m periods apart.
+    #[getter]
+    fn residual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.column(py, |p| p.period.map_or(f64::NAN, |r| r.residual))
+    }
+    /// (n, 4) Lyapunov exponents, descending; NaN where not wanted.
+    #[getter]
+    fn exponents<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let rows: Vec<[f64; 4]> =
+            self.points.iter().map(|p| p.exponents.map(|[value, _]| value)).collect();
+        arrays::states(py, &rows)
+    }
+    /// (n, 4) their standard errors.
+    #[getter]
+    fn exponent_errors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let rows: Vec<[f64; 4]> =
+            self.points.iter().map(|p| p.exponents.map(|[_, error]| error)).collect();
+        arrays::states(py, &rows)
     }
     /// (n,) part of the kept window in contact.
     #[getter]
     fn contact_fraction<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_vec(py, self.0.iter().map(|p| p.contact_fraction).collect())
-    }
-    #[getter]
-    fn residual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        let residual = |p: &SweepPoint| p.period.map_or(f64::NAN, |r| r.residual);
-        PyArray1::from_vec(py, self.0.iter().map(residual).collect())
+        self.column(py, |p| p.contact_fraction)
     }
     /// (n, 4) state at the end.
     #[getter]
     fn final_states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let state = |p: &SweepPoint| p.final_state.map_or([f64::NAN; 4], State::to_array);
-        arrays::states(py, &self.0.iter().map(state).collect::<Vec<_>>())
+        arrays::states(py, &self.points.iter().map(state).collect::<Vec<_>>())
     }
 }
 
-/// One run per value of a parameter.
+fn measure_from(name: &str, measured: u32) -> Result<Measure, ParameterError> {
+    match name {
+        "returns" => Ok(Measure::Returns),
+        "label" => Ok(Measure::Label),
+        "largest_exponent" => Ok(Measure::LargestExponent),
+        "spectrum" => Ok(Measure::Spectrum(measured)),
+        _ => {
+            let allowed = "one of returns, label, largest_exponent, spectrum";
+            Err(ParameterError::new("measure", name, allowed))
+        }
+    }
+}
+
+/// The system with the parameters of one cell.
+fn system_of_cell(
+    system: System,
+    names: &[String],
+    values: &[f64],
+) -> Result<System, ParameterError> {
+    names.iter().zip(values).try_fold(system, |system, (name, &value)| system.with(name, value))
+}
+
+/// One run per cell: row i of `values` holds its parameters `names`, row i of `initials` its start.
 #[pyfunction]
 #[pyo3(signature = (
-    system, parameter, values, initial, *, periods, keep, start = "fresh",
-    max_events = DEFAULT_MAX_EVENTS, tolerance = DEFAULT_TOLERANCE, section_phase = 0.0,
-    workers = None, progress = None,
+    system, names, values, initials, *, periods, keep, start = "fresh", measure = "returns",
+    measured = 0, rows = true, max_events = DEFAULT_MAX_EVENTS, tolerance = DEFAULT_TOLERANCE,
+    section_phase = 0.0, workers = None, progress = None,
 ))]
 #[allow(clippy::too_many_arguments)]
 pub(super) fn sweep(
     py: Python<'_>,
     system: &PySystem,
-    parameter: &str,
-    values: PyReadonlyArray1<'_, f64>,
-    initial: [f64; 4],
+    names: Vec<String>,
+    values: PyReadonlyArray2<'_, f64>,
+    initials: PyReadonlyArray2<'_, f64>,
     periods: i64,
     keep: i64,
     start: &str,
+    measure: &str,
+    measured: u32,
+    rows: bool,
     max_events: u64,
     tolerance: f64,
     section_phase: f64,
     workers: Option<usize>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<PySweep> {
-    let options = RunOptions {
+    let run = RunOptions {
         horizon: Horizon::Periods(periods),
         keep: Some(keep),
         max_events,
         tolerance,
         section_phase,
     };
+    let options = SweepOptions { run, measure: measure_from(measure, measured)?, rows };
     let start = SweepStart::from_name(start)?;
     let workers = Workers::new(workers)?;
-    let (initial, values, system) = (to_state(initial)?, arrays::to_vec(&values), system.0);
+    let initials = arrays::to_states(&initials)?;
+    let values = values.as_array();
+    if values.ncols() != names.len() || values.nrows() != initials.len() {
+        let given = format!("{:?}", values.shape());
+        let allowed = "a row for each cell and a column for each name";
+        return Err(ParameterError::new("values", given, allowed).into());
+    }
+    let mut cells = Vec::with_capacity(initials.len());
+    for (row, &[x1, v1, x2, v2]) in values.rows().into_iter().zip(&initials) {
+        let system = system_of_cell(system.0, &names, &row.to_vec())?;
+        cells.push(Cell { system, initial: State::new(x1, v1, x2, v2)? });
+    }
     let mut raised = None;
     let points = py.detach(|| {
         let mut go_on = |done: usize| {
@@ -166,13 +213,11 @@ pub(super) fn sweep(
             }
             raised.is_none()
         };
-        crate::sweep::sweep(
-            &system, parameter, &values, initial, options, start, &workers, &mut go_on,
-        )
+        crate::sweep::sweep(&cells, options, start, &workers, &mut go_on)
     })?;
     match raised {
         // Ctrl-C ends the sweep with what is done, inside the callback as outside it.
         Some(error) if !error.is_instance_of::<PyKeyboardInterrupt>(py) => Err(error),
-        raised => Ok(PySweep(points, raised.is_some())),
+        raised => Ok(PySweep { points, interrupted: raised.is_some() }),
     }
 }

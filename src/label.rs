@@ -1,0 +1,95 @@
+//! The label of a run: period m-n where it returns, else what the measured growth of a small
+//! perturbation says: chaotic if it grows, quasi-periodic if it does not, unresolved if neither is
+//! certain.
+
+use crate::lyapunov::{GrowthMeter, exponent_of_orbit};
+use crate::period::{Kind, PeriodReport};
+use crate::run::{Run, RunOptions};
+use crate::simulate::Horizon;
+
+/// Shortest and longest measurement of a growth, in drive periods.
+const GROWTH_PERIODS: (u32, u32) = (1600, 6400);
+
+impl Run {
+    /// Period and label of the motion in the kept window; measures the growth of a perturbation
+    /// after its end if it does not repeat.
+    #[must_use]
+    pub fn period(&self) -> PeriodReport {
+        let mut report = self.return_report();
+        if !self.stop_reason.reached_the_end() {
+            report.kind = Kind::Unresolved;
+            report.orbit = None;
+            report.method = "the run did not complete";
+            return report;
+        }
+        if report.kind == Kind::Unresolved && report.residual.is_finite() {
+            return self.resolved_by_growth(report);
+        }
+        report
+    }
+
+    /// Decides a motion that does not repeat by the growth of a perturbation of it.
+    fn resolved_by_growth(&self, mut report: PeriodReport) -> PeriodReport {
+        let (mut periods, longest) = GROWTH_PERIODS;
+        let mut meter = GrowthMeter::new(self, longest);
+        while periods <= longest {
+            let Some(growth) = meter.over(periods) else {
+                report.method = "no return found, growth not measurable";
+                return report;
+            };
+            report.growth = Some(growth);
+            let total = growth.mean * f64::from(periods);
+            // A shear grows like the time itself: ln(periods) is no sign of chaos.
+            let shear = f64::from(periods).ln();
+            if total > shear + 4.0 && growth.mean > 4.0 * growth.error {
+                report.kind = Kind::Chaotic;
+                report.confidence = 1.0 - (-(total - shear) / 4.0).exp();
+                report.method = "perturbations grow exponentially";
+                return report;
+            }
+            if total < -(shear + 4.0) && growth.mean < -4.0 * growth.error {
+                // It still settles: it will return.
+                if let Some(later) = self.later(periods).filter(|later| later.orbit.is_some()) {
+                    let method = "perturbations shrink; returns when followed further";
+                    let confidence = 0.7 * later.confidence;
+                    return PeriodReport { growth: report.growth, confidence, method, ..later };
+                }
+            } else if total + 2.0 * growth.error * f64::from(periods) < shear + 1.0 {
+                // Even two standard errors more would be no more than a shear.
+                report.kind = Kind::QuasiPeriodic;
+                report.confidence = 0.8;
+                report.method = "no return found, perturbations do not grow";
+                return report;
+            }
+            periods *= 2;
+        }
+        report.method = "no return found, growth undecided";
+        report
+    }
+
+    /// What the sections of so many further drive periods say.
+    fn later(&self, periods: u32) -> Option<PeriodReport> {
+        let end = self.final_state.clock.period + i64::from(periods);
+        let options = RunOptions {
+            horizon: Horizon::Periods(end),
+            keep: Some(i64::from(periods)),
+            max_events: self.options.max_events.saturating_mul(2),
+            ..self.options
+        };
+        let run = self.resume(options, &mut || true).ok()?;
+        run.stop_reason.reached_the_end().then(|| run.return_report())
+    }
+
+    /// Largest Lyapunov exponent of the motion that `report` describes, per unit time, and its
+    /// standard error: of a periodic motion from its Floquet multipliers, else from the growth that
+    /// was measured for its label. NaN where neither could be computed.
+    #[must_use]
+    pub fn largest_exponent(&self, report: &PeriodReport) -> (f64, f64) {
+        if let Some((m, _)) = report.orbit {
+            let exponent = u32::try_from(m).ok().and_then(|m| exponent_of_orbit(self, m));
+            return (exponent.unwrap_or(f64::NAN), if exponent.is_some() { 0.0 } else { f64::NAN });
+        }
+        let period = self.system.drive_period();
+        report.growth.map_or((f64::NAN, f64::NAN), |g| (g.mean / period, g.error / period))
+    }
+}

@@ -1,0 +1,106 @@
+//! One leg of a motion with its derivatives: the one place that tells which formulas belong to which
+//! leg. Shooting (orbit.rs) and Lyapunov exponents (lyapunov.rs) build on it.
+
+use super::contact::StickCondition;
+use super::strike::{Border, Struck};
+use super::{
+    Accumulation, Dual, DualState, Model, Moment, accumulate, fly, free_gap_acceleration, slide,
+    stick_condition, strike,
+};
+use crate::dual::Number;
+use crate::hold::ContactMode;
+use crate::itinerary::Leg;
+use crate::state::State;
+
+/// A leg as it comes out.
+pub(crate) struct Passage {
+    /// x1, x1', x2' after the event at its end.
+    pub image: [Dual; 3],
+    /// Zero where the event is at the end time; of a circuit, which has none, x2.
+    pub condition: Dual,
+    /// State just before that event.
+    pub pre: State,
+    pub particulars: Particulars,
+}
+
+/// What only this kind of leg has.
+pub(crate) enum Particulars {
+    Impact(Struck),
+    /// Least values of the borders of the bounces' regimes.
+    Chatter(Vec<Border>),
+    /// State at the end, and the free gap acceleration there, which the contact force takes away.
+    Slide(DualState, Dual),
+    Stick(StickCondition),
+    Circuit,
+}
+
+/// Follows a leg from `start` at `from` to its end at `end`; `None` where it cannot be followed.
+pub(crate) fn traverse(
+    model: &Model,
+    leg: Leg,
+    start: &DualState,
+    from: &Moment,
+    end: &Moment,
+) -> Option<Passage> {
+    let s = model.elapsed(from, end);
+    let stop = Dual::constant(0.0);
+    Some(match leg {
+        Leg::Impact(regime, signs) => {
+            let pre = fly(model, start, from, s);
+            let struck = strike(model, &pre, regime, signs);
+            let DualState { x1, v1, v2, .. } = struck.post;
+            Passage {
+                image: [x1, v1, v2],
+                condition: model.gap(&pre),
+                pre: pre.value(),
+                particulars: Particulars::Impact(struck),
+            }
+        }
+        Leg::Chatter => {
+            let Accumulation { state, moment, borders } = accumulate(model, start, from)?;
+            Passage {
+                image: [state.x1, state.v1, state.v2],
+                condition: model.elapsed(end, &moment),
+                pre: state.value(),
+                particulars: Particulars::Chatter(borders),
+            }
+        }
+        Leg::SlideToRelease(positive) | Leg::SlideToStop(positive) => {
+            let state = slide(model, start, mode(positive), from, s)?;
+            let force = free_gap_acceleration(model, &state, end);
+            let (v, condition) = match leg {
+                Leg::SlideToRelease(_) => ([state.v1, state.v2], force),
+                _ => ([stop, stop], state.v1),
+            };
+            Passage {
+                image: [state.x1, v[0], v[1]],
+                condition,
+                pre: state.value(),
+                particulars: Particulars::Slide(state, force),
+            }
+        }
+        Leg::Stick(how) => {
+            let condition = stick_condition(model, start, (from, end), how);
+            Passage {
+                image: [start.x1, stop, stop],
+                condition: condition.ends,
+                pre: start.value(),
+                particulars: Particulars::Stick(condition),
+            }
+        }
+        Leg::Circuit => {
+            let state = fly(model, start, from, s);
+            Passage {
+                image: [state.x1, state.v1, state.v2],
+                condition: state.x2,
+                pre: state.value(),
+                particulars: Particulars::Circuit,
+            }
+        }
+    })
+}
+
+/// The contact mode of a slide.
+pub(crate) fn mode(positive: bool) -> ContactMode {
+    if positive { ContactMode::SlidePositive } else { ContactMode::SlideNegative }
+}

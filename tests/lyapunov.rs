@@ -1,0 +1,216 @@
+//! Lyapunov exponents: closed forms, the sum identity in every regime, Floquet multipliers, the
+//! divergence of nearby orbits, directions that die out.
+
+#![allow(clippy::unwrap_used)]
+
+use vibroimpact::{
+    Horizon, ImpactLaw, ImpactRecord, Run, RunOptions, Spectrum, State, System, SystemBuilder,
+    lyapunov_spectrum, run,
+};
+
+fn paper(frequency: f64) -> SystemBuilder {
+    System::builder()
+        .mass_ratio(0.6)
+        .frequency_ratio(2.0)
+        .restitution(0.8)
+        .gap(0.5)
+        .drive_frequency(frequency)
+        .moment_amplitude(1.0)
+}
+
+fn settled(system: &System, periods: i64) -> Run {
+    let start = State::new(0.0, 0.5, 0.0, 0.0).unwrap();
+    run(system, start, RunOptions::periods(periods).keep(100), &mut || true).unwrap()
+}
+
+fn spectrum(run: &Run, periods: u32) -> Spectrum {
+    let spectrum = lyapunov_spectrum(run, periods, None, &mut || true).unwrap();
+    assert_eq!(spectrum.error, None);
+    spectrum
+}
+
+#[test]
+fn without_contact_they_are_the_decay_rates_of_both_bodies() {
+    let system = paper(0.9).pendulum_damping(0.05).oscillator_damping(0.02).gap(2.0).build();
+    let spectrum = spectrum(&settled(&system.unwrap(), 100), 4000);
+    assert_eq!(spectrum.impacts, 0);
+    for (found, exact) in spectrum.exponents.iter().zip([-0.02, -0.02, -0.1, -0.1]) {
+        assert!((found - exact).abs() < 1e-4, "{found} {exact}");
+    }
+    let sum: f64 = spectrum.exponents.iter().sum();
+    assert!((sum + 0.24).abs() < 1e-12, "{sum}");
+}
+
+/// ln |det S| of an impact (docs/theory.md, section 7).
+fn log_determinant(system: &System, impact: &ImpactRecord) -> f64 {
+    let r = system.restitution();
+    let (sin, cos) = impact.x1.sin_cos();
+    let approach = impact.v1_pre * cos - impact.v2_pre;
+    let separation = impact.v2_post - impact.v1_post * cos;
+    let side = impact.v1_pre.signum() * system.friction() * sin.abs();
+    let (before, after) = (cos + side, cos - side);
+    let pull = |k: f64| system.mass_ratio() + k * cos;
+    let determinant = match (impact.regime, system.law()) {
+        (0 | 1, _) => r * r,
+        (2 | 3, ImpactLaw::Poisson) => r * (after / before) * separation / approach,
+        (2 | 3, ImpactLaw::Newton) => r * r * (after / before) * pull(before) / pull(after),
+        (2 | 3, ImpactLaw::Energetic) => r * r * after / before,
+        _ => 0.0,
+    };
+    determinant.abs().ln()
+}
+
+#[test]
+fn their_sum_is_that_of_all_contractions() {
+    // Chaotic motions, one without friction; the identity holds to rounding in each window.
+    let laws = [ImpactLaw::Poisson, ImpactLaw::Newton, ImpactLaw::Energetic];
+    let mut reversals = 0;
+    for (friction, frequency) in [(0.0, 0.55), (0.0, 2.3), (0.5, 1.545)] {
+        for law in laws {
+            let system = paper(frequency)
+                .friction(friction)
+                .pendulum_damping(0.003)
+                .oscillator_damping(0.001)
+                .law(law)
+                .build()
+                .unwrap();
+            let periods = 2000;
+            let from = settled(&system, 300);
+            let found = spectrum(&from, periods);
+            // The window that counts: the first tenth aligns.
+            let end = Horizon::Periods(300 + i64::from(periods));
+            let options = RunOptions { horizon: end, keep: Some(1800), ..RunOptions::periods(0) };
+            let window = from.resume(options, &mut || true).unwrap();
+            assert_eq!(found.impacts as usize, window.impacts.len());
+            assert!(window.contacts.is_empty());
+            reversals += window.impacts.iter().filter(|i| i.regime > 1).count();
+            let logs: f64 = window.impacts.iter().map(|i| log_determinant(&system, i)).sum();
+            let exact = logs / found.time - 2.0 * (0.003 * 2.0 + 0.001);
+            let sum: f64 = found.exponents.iter().sum();
+            assert!(sum == exact || (sum - exact).abs() < 1e-9 * exact.abs(), "{sum} {exact}");
+        }
+    }
+    assert!(reversals > 1000, "{reversals}");
+}
+
+#[test]
+fn of_a_periodic_motion_they_are_those_of_its_multipliers() {
+    // 1-1 with a pair of complex multipliers, 2-4, damped 1-3.
+    for system in [
+        paper(1.8).build().unwrap(),
+        paper(1.1).build().unwrap(),
+        paper(0.75)
+            .pendulum_damping(0.1)
+            .oscillator_damping(0.1)
+            .force_amplitude(1.5)
+            .build()
+            .unwrap(),
+    ] {
+        let from = settled(&system, 3000);
+        let report = from.period();
+        assert!(report.orbit.is_some());
+        let (exponent, _) = from.largest_exponent(&report);
+        let spectrum = spectrum(&from, 20_000);
+        let difference = (spectrum.exponents[0] - exponent).abs();
+        assert!(
+            difference < 3e-5 && difference < 5.0 * spectrum.errors[0].max(1e-6),
+            "{difference}"
+        );
+    }
+}
+
+#[test]
+fn chaos_and_a_torus_are_told_apart() {
+    // Fig. 9(2) and 9(4) of the paper; the latter is no chaos (docs/theory.md, erratum E10).
+    let chaotic = paper(1.545).friction(0.5).build().unwrap();
+    let largest = spectrum(&settled(&chaotic, 600), 20_000);
+    let [found, error] = [largest.exponents[0], largest.errors[0]];
+    assert!((found - 0.025).abs() < 0.003 && error < 0.002, "{found} {error}");
+    let torus = paper(2.55)
+        .friction(0.4)
+        .pendulum_damping(0.01)
+        .oscillator_damping(0.01)
+        .force_amplitude(0.5)
+        .build()
+        .unwrap();
+    let largest = spectrum(&settled(&torus, 600), 20_000);
+    let [found, error] = [largest.exponents[0], largest.errors[0]];
+    assert!(found <= 3.0 * error, "{found} {error}");
+}
+
+#[test]
+fn the_largest_is_the_rate_at_which_nearby_orbits_part() {
+    let system = paper(1.545).friction(0.5).build().unwrap();
+    let from = settled(&system, 600);
+    let found = spectrum(&from, 10_000);
+    // Renormalised after every drive period, from the states at the sections.
+    let (mut state, mut nearby) = (from.final_state.state, from.final_state.state);
+    let size = 1e-8;
+    nearby.v1 += size;
+    let (mut sum, mut count) = (0.0, 0);
+    for k in 0..10_000 {
+        let next = |state| {
+            run(&system, state, RunOptions::periods(1), &mut || true).unwrap().final_state.state
+        };
+        (state, nearby) = (next(state), next(nearby));
+        let (a, b) = (state.to_array(), nearby.to_array());
+        let distance = a.iter().zip(b).map(|(x, y)| (x - y).powi(2)).sum::<f64>().sqrt();
+        let [x1, v1, x2, v2]: [f64; 4] =
+            std::array::from_fn(|i| a[i] + (b[i] - a[i]) * size / distance);
+        nearby = State::new(x1, v1, x2, v2).unwrap();
+        if k >= 1000 {
+            sum += (distance / size).ln();
+            count += 1;
+        }
+    }
+    let direct = sum / (f64::from(count) * system.drive_period());
+    let difference = (found.exponents[0] - direct).abs();
+    assert!(difference < 4.0 * found.errors[0], "{difference} {}", found.errors[0]);
+}
+
+#[test]
+fn directions_that_leave_no_trace_have_minus_infinity() {
+    let infinite = |s: &Spectrum| s.exponents.iter().filter(|e| **e == f64::NEG_INFINITY).count();
+    // A plastic impact forgets the approach velocity.
+    let plastic = paper(1.8).restitution(0.0).build().unwrap();
+    assert_eq!(infinite(&spectrum(&settled(&plastic, 200), 200)), 1);
+    // Contact leaves two directions, stick in contact one.
+    let chatters = paper(0.3).force_amplitude(2.0).pendulum_damping(0.1).oscillator_damping(0.1);
+    let slides = chatters.clone().build().unwrap();
+    let run = settled(&slides, 200);
+    assert!(!run.contacts.is_empty() && run.contacts.iter().all(|c| c.kind != 5));
+    assert_eq!(infinite(&spectrum(&run, 50)), 2);
+    let sticks = chatters.friction(1.2).build().unwrap();
+    let run = settled(&sticks, 200);
+    assert!(run.contacts.iter().any(|c| c.kind == 5));
+    assert_eq!(infinite(&spectrum(&run, 50)), 3);
+}
+
+#[test]
+fn under_a_constant_load_the_steps_are_given() {
+    // A damped flight under a constant moment: it decays to its equilibrium.
+    let system =
+        paper(0.0).pendulum_damping(0.1).oscillator_damping(0.1).moment_amplitude(0.1).gap(2.0);
+    let system = system.build().unwrap();
+    let start = State::new(0.0, 0.1, 0.0, 0.0).unwrap();
+    let from = run(&system, start, RunOptions::until(Horizon::Time(1.0)), &mut || true).unwrap();
+    assert_eq!(lyapunov_spectrum(&from, 10, None, &mut || true).unwrap_err().name, "step");
+    let found = lyapunov_spectrum(&from, 1000, Some(1.0), &mut || true).unwrap();
+    assert!((found.time - 900.0).abs() < 1e-9);
+    for (found, exact) in found.exponents.iter().zip([-0.1, -0.1, -0.2, -0.2]) {
+        assert!((found - exact).abs() < 1e-3, "{found} {exact}");
+    }
+}
+
+#[test]
+fn it_ends_early_with_what_is_done() {
+    let from = settled(&paper(1.545).friction(0.5).build().unwrap(), 100);
+    let mut looks = 0;
+    let mut go_on = || {
+        looks += 1;
+        looks < 3
+    };
+    let part = lyapunov_spectrum(&from, 1_000_000, None, &mut go_on).unwrap();
+    assert!(part.error.is_some());
+    assert!(part.time > 0.0 && part.exponents[0].is_finite() && !part.history.is_empty());
+}
