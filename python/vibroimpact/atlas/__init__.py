@@ -4,6 +4,7 @@ from .columns import Columns, to_dataset
 from .engine import compute
 from .fields import STATUS, STATUS_NAMES, ChunkResult, Field, Layout, RowGroup, Task
 from .grid import Grid, Tiling
+from .store import open_columns
 
 __all__ = [
     "STATUS",
@@ -17,5 +18,6 @@ __all__ = [
     "Task",
     "Tiling",
     "compute",
+    "open_columns",
     "to_dataset",
 ]

@@ -159,12 +159,10 @@ def to_dataset(columns: Columns) -> "xarray.Dataset":
         raise ImportError(
             'a data set needs xarray: pip install "vibroimpact[xarray]"', name="xarray"
         ) from error
-    if columns.path is not None:
-        opened: xarray.Dataset = xarray.open_zarr(
-            columns.path, chunks=None, consolidated=False, zarr_format=3
-        )
-        return opened
     layout = columns.layout
+    if columns.path is not None:
+        stored: xarray.Dataset = xarray.open_zarr(columns.path, chunks=None)
+        return stored[[entry.name for entry, _ in layout.arrays()]]
     return xarray.Dataset(
         {
             entry.name: (layout.dims(entry, group), columns[entry.name], attributes(layout, entry))

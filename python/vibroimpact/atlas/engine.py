@@ -9,7 +9,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from functools import partial
 from typing import Any, TypeVar
 
@@ -18,6 +18,7 @@ from ..errors import Interrupted
 from .columns import Columns, Memory
 from .fields import ChunkResult, Layout, Task
 from .grid import Tiling
+from .store import Store
 
 Result = TypeVar("Result")
 
@@ -72,8 +73,10 @@ def compute(
         reject("progress", progress, "True or False")
     layout = Layout.of(task)
     tiling = Tiling.of(task.grid.shape, _chunk(task, chunk))
-    sink = Memory(layout, tiling)
-    with _progress_bar(task, sink.done, shown=progress) as bar:
+    with (
+        _sink(layout, tiling, store) as sink,
+        _progress_bar(task, sink.done, shown=progress) as bar,
+    ):
         results = _one_by_one(task, sink.tiling, sink.todo(), workers, bar)
         try:
             with closing(results):
@@ -87,6 +90,8 @@ def compute(
                         raise KeyboardInterrupt
         except KeyboardInterrupt:
             message = f"interrupted after {sink.done} of {task.grid.size} cells; .result holds them"
+            if store is not None:
+                message += ", as does the store: call again to go on"
             raise Interrupted(message, wrap(sink.columns())) from None
     return wrap(sink.columns())
 
@@ -95,6 +100,13 @@ def _chunk(task: Task, chunk: int | None) -> int:
     if not task.divisible:
         return max(task.grid.size, 1)
     return chunk or min(max(int(_PERIODS / task.cost), _FEWEST), _MOST)
+
+
+def _sink(
+    layout: Layout, tiling: Tiling, store: str | os.PathLike[str] | None
+) -> AbstractContextManager[Memory | Store]:
+    """Return what collects the chunks."""
+    return nullcontext(Memory(layout, tiling)) if store is None else Store(store, layout, tiling)
 
 
 def _one_by_one(

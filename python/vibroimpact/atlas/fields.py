@@ -12,6 +12,10 @@ from numpy.typing import NDArray
 from .. import _core
 from .grid import Grid
 
+# What the attributes of a data set begin with.
+FORMAT = "vibroimpact atlas"
+FORMAT_VERSION = 1
+
 # The code of a cell's status is its place here. A cell is done when it is anything but pending.
 STATUS_NAMES = (
     "pending",
@@ -61,11 +65,13 @@ class Field:
 
     def __post_init__(self) -> None:
         """Set the default fill; refuse what no store could hold."""
-        kind = np.dtype(self.dtype).kind
-        if kind not in "biuf" or len(self.shape) != len(self.dims):
+        dtype = np.dtype(self.dtype)
+        if dtype.kind not in "biuf" or len(self.shape) != len(self.dims):
             raise ValueError(f"not a field: {self}")
-        if self.fill is None:
-            object.__setattr__(self, "fill", math.nan if kind == "f" else 0)
+        fill = self.fill
+        if fill is None:
+            fill = math.nan if dtype.kind == "f" else 0
+        object.__setattr__(self, "fill", dtype.type(fill).item())
 
     def attributes(self) -> dict[str, Any]:
         """Return what describes the field in a data set, after the CF conventions."""
@@ -207,7 +213,7 @@ class Layout:
         names = [entry.name for entry, _ in self.arrays()] + [group.offset for group in self.rows]
         if len({*names} | dims) != len(names) + len(dims):
             raise ValueError(f"names meet: fields {sorted(names)}, dimensions {sorted(dims)}")
-        if STATUS not in self.fields:
+        if not any((entry.name, entry.dtype) == ("status", "int8") for entry in self.fields):
             raise ValueError("a task has the field STATUS")
 
     def arrays(self) -> Iterator[tuple[Field, RowGroup | None]]:
@@ -227,6 +233,8 @@ class Layout:
         settings = dict(self.settings)
         system = settings.pop("system", None)
         return {
+            "format": FORMAT,
+            "format_version": FORMAT_VERSION,
             "kind": self.kind,
             "version": self.version,
             "system": json.dumps(system),
