@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 
 from ..checks import optional_count, reject
 from ..errors import Interrupted
+from . import cluster
 from .columns import Columns, Memory
 from .fields import ChunkResult, Layout, Task
 from .grid import Tiling
@@ -72,12 +73,19 @@ def compute(
     if not isinstance(progress, bool):
         reject("progress", progress, "True or False")
     layout = Layout.of(task)
-    tiling = Tiling.of(task.grid.shape, _chunk(task, chunk))
+    if client is not None:
+        cluster.check_client(client)
+    tiling = Tiling.of(task.grid.shape, _chunk(task, chunk, client))
     with (
         _sink(layout, tiling, store) as sink,
         _progress_bar(task, sink.done, shown=progress) as bar,
     ):
-        results = _one_by_one(task, sink.tiling, sink.todo(), workers, bar)
+        chunks = (task, sink.tiling, sink.todo())
+        results = (
+            _one_by_one(*chunks, workers, bar)
+            if client is None
+            else cluster.on_cluster(*chunks, client=client, workers=workers, ordered=sink.ordered)
+        )
         try:
             with closing(results):
                 for index, result in results:
@@ -96,10 +104,17 @@ def compute(
     return wrap(sink.columns())
 
 
-def _chunk(task: Task, chunk: int | None) -> int:
+def _chunk(task: Task, chunk: int | None, client: Any) -> int:
+    """Return how many cells a chunk has at most."""
     if not task.divisible:
         return max(task.grid.size, 1)
-    return chunk or min(max(int(_PERIODS / task.cost), _FEWEST), _MOST)
+    if chunk is not None:
+        return chunk
+    most = min(int(_PERIODS / task.cost), _MOST)
+    if client is not None:
+        # Several chunks for each thread, so that all of them end at about the same time.
+        most = min(most, task.grid.size // (4 * cluster.threads(client)))
+    return max(most, _FEWEST)
 
 
 def _sink(

@@ -90,7 +90,7 @@ class Store:
                 left.unlink()
             if any(self.path.iterdir()):
                 raise ParameterError(f"store = {str(self.path)!r} is a directory of something else")
-            group = _zarr().create_group(str(self.path), attributes=_MARK)
+            group = _zarr().create_group(str(self.path), attributes=_mark())
         else:
             group = _zarr().open_group(str(self.path), mode="r+", use_consolidated=False)
         _check_format(self.path, group)
@@ -213,7 +213,9 @@ def open_columns(path: str | os.PathLike[str]) -> Columns:
     return Columns(layout, read, str(directory))
 
 
-_MARK = {"format": FORMAT, "format_version": FORMAT_VERSION}
+def _mark() -> dict[str, Any]:
+    """Return the attributes of a store that is being made; Zarr goes on to write into them."""
+    return {"format": FORMAT, "format_version": FORMAT_VERSION}
 
 
 def _zarr() -> Any:
