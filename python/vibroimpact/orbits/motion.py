@@ -362,7 +362,8 @@ def _simulated_otherwise(motion: PeriodicMotion) -> str:
     if found is None:
         return f"a simulation of it: {reason}"
     legs = _significant(found[0].legs)
-    own = _significant(list(motion.legs))
+    own = list(motion.legs) if system.friction > 0.0 else _without_friction(motion.legs)
+    own = _significant(own)
     if not any(legs[i:] + legs[:i] == own for i in range(len(legs))):
         return "a simulation of it passes other events"
     end = simulate(system, initial=start, periods=motion.m, keep=0).final_state
@@ -372,6 +373,20 @@ def _simulated_otherwise(motion: PeriodicMotion) -> str:
     if off > CLOSES * scale * growth:
         return f"a simulation of it does not come back (by {off:.1e})"
     return ""
+
+
+def _without_friction(legs: tuple[str, ...]) -> list[str]:
+    """Legs at mu = 0, where neither regimes nor the directions of slides play a part."""
+    held = ("stick", "slide")
+    moving = [leg for leg in legs if not (leg.startswith(held) and not leg.endswith(":release"))]
+    return [
+        f"impact:{REGIMES[0]}"
+        if leg.startswith("impact")
+        else "slide+:release"
+        if leg.startswith(held)
+        else leg
+        for leg in moving
+    ]
 
 
 def _clear_of_events(motion: PeriodicMotion) -> float:
