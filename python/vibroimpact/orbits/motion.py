@@ -361,9 +361,10 @@ def _simulated_otherwise(motion: PeriodicMotion) -> str:
     )
     if found is None:
         return f"a simulation of it: {reason}"
-    legs = _significant(found[0].legs)
-    own = list(motion.legs) if system.friction > 0.0 else _without_friction(motion.legs)
-    own = _significant(own)
+    legs, own = found[0].legs, list(motion.legs)
+    if system.friction == 0.0:
+        legs, own = _without_friction(legs), _without_friction(own)
+    legs, own = _significant(legs), _significant(own)
     if not any(legs[i:] + legs[:i] == own for i in range(len(legs))):
         return "a simulation of it passes other events"
     end = simulate(system, initial=start, periods=motion.m, keep=0).final_state
@@ -375,17 +376,12 @@ def _simulated_otherwise(motion: PeriodicMotion) -> str:
     return ""
 
 
-def _without_friction(legs: tuple[str, ...]) -> list[str]:
-    """Legs at mu = 0, where neither regimes nor the directions of slides play a part."""
-    held = ("stick", "slide")
-    moving = [leg for leg in legs if not (leg.startswith(held) and not leg.endswith(":release"))]
+def _without_friction(legs: list[str]) -> list[str]:
+    """Return what is left of legs at mu = 0: neither regimes nor kinds of contact play a part."""
     return [
-        f"impact:{REGIMES[0]}"
-        if leg.startswith("impact")
-        else "slide+:release"
-        if leg.startswith(held)
-        else leg
-        for leg in moving
+        leg.split(":")[0] if leg.startswith("impact") else leg.split(":")[-1]
+        for leg in legs
+        if not leg.startswith(("stick", "slide")) or leg.endswith(":release")
     ]
 
 
