@@ -18,7 +18,7 @@ from .. import _core
 from ..checks import count, number, positive, reject
 from ..errors import Interrupted, ParameterError
 from ..system import NUMERIC_RANGES, System
-from .branches import BORDERS, NAMES, Bifurcation
+from .branch import BORDERS, NAMES, Bifurcation
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .curves import follow_curve
 from .friction import with_friction

@@ -29,10 +29,11 @@ from .borders import (
     follow_way,
     ranges,
 )
-from .branches import BORDERS, NAMES, Bifurcation, doubled, doubling_near, halving
+from .branch import BORDERS, NAMES, Bifurcation
 from .continuation import follow
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .curves import curve_point
+from .doubling import doubled, doubling_near, halving
 from .motion import PeriodicMotion, motion_of
 from .path import Path, SpecialPoint
 from .problem import OrbitProblem
