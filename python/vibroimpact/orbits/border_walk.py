@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..errors import Interrupted
 from .borders import (
     BifurcationCurve,
     CodimensionTwo,
@@ -21,7 +20,7 @@ from .continuation import follow
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .doubling import doubled, doubling_near, halving
 from .motion import PeriodicMotion, motion_of
-from .path import Path, SpecialPoint
+from .path import INTERRUPTED, Path, SpecialPoint, path_so_far
 from .problem import OrbitProblem
 
 Array = NDArray[np.float64]
@@ -60,8 +59,8 @@ class OnBound:
     tangent: Array | None = None
 
 
-# Where the walk stands: where the next curve starts, on a bound, or nowhere.
-Place = Bifurcation | CodimensionTwo | OnBound | Lost
+# Where the walk stands: where the next curve starts, on a bound, nowhere, or where Ctrl-C came.
+Place = Bifurcation | CodimensionTwo | OnBound | Lost | KeyboardInterrupt
 
 
 class Walk:
@@ -93,7 +92,10 @@ class Walk:
         return [*turned, *self._after]
 
     def round(self) -> str:
-        """Walk round; return why the border does not close, ``""`` if it does."""
+        """Walk round; return why the border does not close, ``""`` if it does.
+
+        After Ctrl-C a KeyboardInterrupt, and ``arcs`` is what was walked by then.
+        """
         try:
             start = self._first_bifurcation()
         except Lost as loss:
@@ -103,9 +105,14 @@ class Walk:
             self._after.append(Arc(np.array([[a, c], [b, c], [b, d], [a, d]]), None))
             return ""
         problem, u = curve_problem(start, self.names)
-        forth, back = (self._way(problem, u, direction) for direction in (1, -1))
-        curve = curve_of(problem, [forth] if forth.end == "closed" else [back, forth])
+        ways = [self._way(problem, u, 1)]
+        if ways[0].end not in ("closed", INTERRUPTED):
+            ways.insert(0, self._way(problem, u, -1))
+        curve = curve_of(problem, ways)
         self._after.append(Arc(curve.values, curve))
+        back, forth = ways[0], ways[-1]
+        if INTERRUPTED in (back.end, forth.end):
+            raise KeyboardInterrupt
         if forth.end == "closed":
             return ""
         aim = curve.values[0]
@@ -126,10 +133,12 @@ class Walk:
     def _onward(self, place: Place, aim: Array) -> Iterator[Arc]:
         """Give the arcs from a place up to the point aimed at."""
         for _ in range(MOST_ARCS):
-            if isinstance(place, Lost):
+            if isinstance(place, Lost | KeyboardInterrupt):
                 raise place
             arc, place = self._next(place)
             yield arc
+            if isinstance(place, KeyboardInterrupt):
+                continue
             near = JOINED if isinstance(place, Lost) else SAME_CORNER
             if (np.abs(arc.values[-1] - aim) < near * self.sizes).all():
                 return
@@ -150,22 +159,24 @@ class Walk:
         raise Lost(f"no border of stability goes on from the {place.kind} at {_at(problem)}")
 
     def _way(self, problem: CurveProblem, u: Array, direction: int, most: int = 0) -> Path:
-        try:
-            return follow_way(
-                problem,
-                u,
-                self.bounds,
-                direction,
-                step=self.step,
-                max_step=self.max_step,
-                max_points=most or self.max_points,
-                stop_at=ENDS,
-            )
-        except Interrupted:
-            raise Interrupted("interrupted along a border of stability", None) from None
+        path = follow_way(
+            problem,
+            u,
+            self.bounds,
+            direction,
+            step=self.step,
+            max_step=self.max_step,
+            max_points=most or self.max_points,
+            stop_at=ENDS,
+        )
+        if path.end == INTERRUPTED and most:
+            raise KeyboardInterrupt
+        return path
 
     def _place(self, problem: CurveProblem, path: Path) -> Place:
         """Return where a curve has led."""
+        if path.end == INTERRUPTED:
+            return KeyboardInterrupt()
         last = path.points[-1]
         short = problem.itinerary.periods < self.motion.m
         if path.end == "bound":
@@ -217,6 +228,8 @@ class Walk:
 
     def _end_of(self, problem: OrbitProblem, path: Path, index: int) -> Bifurcation | None:
         """Return the bifurcation at the end of a branch, None on a bound."""
+        if path.end == INTERRUPTED:
+            raise KeyboardInterrupt
         # A doubled motion ends where its halves become one.
         k = halving(problem, path)
         if k is not None:
@@ -259,8 +272,10 @@ class Walk:
                 stop_at=ENDS,
                 classify=problem.classify,
             )
-        except Interrupted:
-            raise Interrupted("interrupted along a border of stability", None) from None
+        except KeyboardInterrupt as interruption:
+            if most:
+                raise
+            return path_so_far(interruption)
 
     def _along_bound(self, place: OnBound) -> tuple[Arc, Place]:
         """Follow the motion along a bound, to where it loses its stability or to the corner."""
@@ -277,7 +292,10 @@ class Walk:
                 continue
             path = self._branch(*start, tangent=place.tangent)
             values = np.empty((len(path.points), 2))
-            values[:, place.index], values[:, free] = place.p[place.index], path.p[:, 0]
+            values[:, place.index] = place.p[place.index]
+            values[:, free] = [point.p[0] for point in path.points]
+            if path.end == INTERRUPTED:
+                return Arc(values, None), KeyboardInterrupt()
             found = self._end_of(problem, path, free)
             if found is not None:
                 values[-1, free] = found.value

@@ -16,9 +16,10 @@ from ..errors import Interrupted, ParameterError
 from ..system import NUMERIC_RANGES, System
 from .branch import Bifurcation, Branch
 from .doubling import doubled
-from .following import INTERRUPTED, Half, Settings, follow_half, joined
+from .following import Half, Settings, follow_half, joined
 from .friction import with_friction
 from .motion import PeriodicMotion
+from .path import INTERRUPTED
 from .resegment import Crossing
 
 

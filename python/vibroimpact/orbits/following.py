@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..checks import count, positive, reject
-from ..errors import Interrupted
 from ..system import System
 from .branch import BORDERS, Bifurcation, Branch, Piece, bifurcation_at
 from .continuation import follow
 from .doubling import MIN_STEP, doubling_near, halving
 from .motion import motion_of
 from .newton import solve
-from .path import Path, Point, SpecialPoint
+from .path import INTERRUPTED, Path, Point, SpecialPoint, path_so_far
 from .problem import OrbitProblem
 from .resegment import Crossing, beyond
 from .shooting import same_orbit
@@ -27,8 +26,6 @@ from .shooting import same_orbit
 MOST_PIECES = 200
 # Part of the largest value of a test function along a piece below which it is at its border.
 AT_BORDER = 1e-4
-# How a direction ends after Ctrl-C.
-INTERRUPTED = "interrupted"
 # First step unless told otherwise.
 DEFAULT_STEP = 0.01
 # A test is this small at the most where it was located; all are of order one elsewhere.
@@ -105,7 +102,7 @@ def follow_half(system: System, start: Crossing, way: int, settings: Settings) -
     half = Half([], [], "points")
     try:
         _extend(half, system, start, way, settings)
-    except (KeyboardInterrupt, Interrupted):
+    except KeyboardInterrupt:  # Interrupted is one
         half.end = INTERRUPTED
     return half
 
@@ -148,20 +145,27 @@ def _extend(half: Half, system: System, start: Crossing, way: int, settings: Set
     while at is not None and left >= 2 and len(half.pieces) < MOST_PIECES:
         problem = OrbitProblem(system, at.itinerary, (settings.parameter,))
         path = _path(problem, at, direction, left, finer)
-        for _ in range(MOST_REFINEMENTS):
-            if not _passed_a_border(problem, path):
-                break
-            finer = finer.halved()
-            path = _path(problem, at, direction, left, finer)
+        try:
+            for _ in range(MOST_REFINEMENTS):
+                if not _passed_a_border(problem, path):
+                    break
+                finer = finer.halved()
+                path = _path(problem, at, direction, left, finer)
+        except KeyboardInterrupt:
+            # The last step may have passed a border unseen.
+            path = replace(path, points=path.points[:-1], end=INTERRUPTED)
         left -= len(path.points)
         half.end = path.end.removeprefix("stopped: ")
         halved = halving(problem, path)
         piece, good, reason = _piece(problem, path, halved, settings)
         if piece is None:
+            if reason == INTERRUPTED:
+                raise KeyboardInterrupt
             break
         if continued:
-            piece = _continued(half.pieces.pop(), piece)
-        half.pieces.append(piece)
+            half.pieces[-1] = _continued(half.pieces[-1], piece)
+        else:
+            half.pieces.append(piece)
         last = path.special[-1] if path.end.startswith("stopped") else None
         reached = path.points[good - 1].arclength
         if last is not None and not reason:
@@ -234,9 +238,8 @@ def _path(
             stop_at=() if settings.virtual else BORDERS,
             classify=problem.classify,
         )
-    except Interrupted as interruption:
-        path: Path = interruption.result
-        return path
+    except KeyboardInterrupt as interruption:
+        return path_so_far(interruption)
 
 
 def _piece(

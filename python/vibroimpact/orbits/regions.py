@@ -17,11 +17,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..checks import count, number, positive, reject
+from ..errors import Interrupted
 from .border_walk import Bounds, Walk
 from .borders import BifurcationCurve, ranges
 from .branch import Bifurcation
 from .curves import curve_point
 from .motion import PeriodicMotion, motion_of
+from .path import INTERRUPTED
 
 Array = NDArray[np.float64]
 
@@ -46,7 +48,7 @@ class StabilityRegion:
     closed
         Whether it came back to its start.
     why_not
-        Why not, ``""`` if it did.
+        Why not, ``""`` if it did; ``interrupted`` after Ctrl-C.
     """
 
     motion: PeriodicMotion
@@ -64,7 +66,12 @@ class StabilityRegion:
 
     @property
     def extent(self) -> Array:
-        """Least and largest value of both parameters, shape (2, 2): a row for each parameter."""
+        """Least and largest value of both parameters, shape (2, 2): a row for each parameter.
+
+        NaN if the border has no points.
+        """
+        if not len(self.border):
+            return np.full((2, 2), np.nan)
         extent: Array = np.array([self.border.min(axis=0), self.border.max(axis=0)]).T
         return extent
 
@@ -164,7 +171,7 @@ def stability_region(
     ParameterError
         For bad input, and if the motion is not admissible or not stable.
     Interrupted
-        After Ctrl-C.
+        After Ctrl-C; ``.result`` is the region with its border so far.
     """
     if not isinstance(motion, PeriodicMotion) or not (motion.admissible and motion.stable):
         reject("motion", motion, "an admissible and stable PeriodicMotion")
@@ -177,12 +184,20 @@ def stability_region(
         max_step=positive("max_step", max_step),
         max_points=count("max_points", max_points, least=2),
     )
-    why_not = walk.round()
+    try:
+        why_not = walk.round()
+    except KeyboardInterrupt:  # Interrupted is one
+        region = _region(walk, INTERRUPTED)
+        raise Interrupted("interrupted along a border of stability", region) from None
+    return _region(walk, why_not)
+
+
+def _region(walk: Walk, why_not: str) -> StabilityRegion:
     arcs = walk.arcs
     return StabilityRegion(
-        motion=motion,
-        parameters=names,
-        bounds=bounds,
+        motion=walk.motion,
+        parameters=walk.names,
+        bounds=walk.bounds,
         arcs=tuple(arc.curve for arc in arcs if arc.curve is not None),
         border=np.concatenate([np.empty((0, 2)), *(arc.values for arc in arcs)]),
         closed=not why_not,
