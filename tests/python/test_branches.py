@@ -549,6 +549,7 @@ def test_a_branch_over_friction_starts_without_friction(name):
     assert motion.system.friction == 0.0
     branch = vi.follow_motion(motion, friction=(0.0, 0.3))
     start = branch.pieces[0].motion(0)
+    assert start.admissible, start.why_not
     assert branch.values.min() == 0.0
     assert np.abs(start.sections - motion.sections).max() < 1e-12
     assert np.abs(start.multipliers - motion.multipliers).max() < 1e-9

@@ -11,7 +11,7 @@ import matplotlib as mpl
 import pytest
 
 import vibroimpact as vi
-from vibroimpact.orbits import branches
+from vibroimpact.orbits import branch
 from vibroimpact.orbits.motion_map import SOLUTION_DTYPE
 
 ROOT = Path(__file__).parents[2]
@@ -105,8 +105,8 @@ def test_notation_names_every_attribute_of_a_manifold():
 
 def test_notation_names_every_kind_of_bifurcation():
     assert set(first_column("Bifurcations")) == {
-        *branches.NAMES.values(),
-        *branches.BORDERS,
+        *branch.NAMES.values(),
+        *branch.BORDERS,
         "period_doubling",
         "neimark_sacker",
         "neutral_saddle",

@@ -299,6 +299,40 @@ def test_no_motion_is_a_value_that_says_why():
     assert "chaotic" in nothing.reason
 
 
+@pytest.mark.parametrize("contact", ["direct", "oblique"])
+def test_rest_against_a_wall_is_a_contact_of_its_own_without_friction(contact):
+    system = vi.System(
+        mass_ratio=0,
+        frequency_ratio=2,
+        restitution=0.5,
+        gap=0.1,
+        drive_frequency=0.5,
+        moment_amplitude=1,
+        damping=(0.1, 0.1),
+        contact=contact,
+    )
+    motion = vi.simulate(system, initial=(-0.1, 0, 0, 0), periods=400).refine()
+    assert motion.legs[-2:] == ("chatter", "stick:release")
+    assert motion.admissible, motion.why_not
+
+
+def test_a_motion_that_newton_does_not_find_is_named_as_the_run_names_it():
+    # The bodies stay in contact, so that no event ends a leg.
+    system = vi.System(
+        mass_ratio=0,
+        frequency_ratio=2,
+        restitution=0.5,
+        gap=-0.3,
+        drive_frequency=0.5,
+        moment_amplitude=1,
+        force_amplitude=0.2,
+        damping=(0.1, 0.1),
+        contact="direct",
+    )
+    nothing = vi.simulate(system, initial=(-0.5, 0, 0, 0), periods=400, keep=50).refine()
+    assert nothing.reason == "Newton's method does not find the run's 1-0 motion"
+
+
 def test_search_finds_coexisting_motions_with_their_shares():
     # docs/theory.md, E9: 56 of 60 random starts settle on 4-5, others on 6-7.
     system = reference_system(REFERENCE["9_3_six_seven"])

@@ -1,15 +1,17 @@
 """Periodic motions: found, judged, and followed over parameters (docs/orbits.md).
 
 Residuals, their derivatives and test functions are kernels of the compiled core; what is done with
-them stands here, in this order: newton, path, step, special, tracing, continuation, curves
-(continuation of any equations), motion, problem (periodicity), friction, shooting (motions from
-simulations), resegment, branches, curve_problem, borders (bifurcations in one and two parameters),
-regions (borders of stability), manifolds; intervals, enclosed_flight, algebraic, open_phase,
+them stands here, in this order: newton, path, branching, step, special, tracing, continuation,
+curves (continuation of any equations); motion, map_bifurcations, problem (periodicity), friction,
+shooting (motions from simulations); branch, doubling, resegment, following, branches,
+curve_problem, borders (bifurcations in one and two parameters), border_walk, regions (borders of
+stability), saddle, manifold_growth, manifolds; intervals, enclosed_flight, algebraic, open_phase,
 criterion, solutions, single_impact, motion_map (all motions with one impact and no friction).
 """
 
 from .borders import BifurcationCurve, CodimensionTwo, bifurcation_curve
-from .branches import Bifurcation, Branch, Piece, follow_motion, switch_branch
+from .branch import Bifurcation, Branch, Piece
+from .branches import follow_motion, switch_branch
 from .manifolds import ManifoldSide, UnstableManifold, unstable_manifold
 from .motion import PeriodicMotion
 from .motion_map import MotionMap, motion_map

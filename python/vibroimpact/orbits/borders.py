@@ -18,12 +18,12 @@ from .. import _core
 from ..checks import count, number, positive, reject
 from ..errors import Interrupted, ParameterError
 from ..system import NUMERIC_RANGES, System
-from .branches import BORDERS, NAMES, Bifurcation
+from .branch import BORDERS, NAMES, Bifurcation
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .curves import follow_curve
 from .friction import with_friction
 from .motion import PeriodicMotion, motion_of, primitive
-from .path import Path, Point, SpecialPoint
+from .path import INTERRUPTED, Path, Point, SpecialPoint, path_so_far
 from .problem import OrbitProblem
 from .resegment import beside, parsed, spared
 
@@ -176,24 +176,25 @@ def bifurcation_curve(
     problem, u = curve_problem(bifurcation, names)
     paths: list[Path] = []
     for direction in (-1, 1):
-        try:
-            path = follow_way(
-                problem,
-                u,
-                bounds,
-                direction,
-                step=positive("step", step),
-                max_step=positive("max_step", max_step),
-                max_points=count("max_points", max_points, least=2),
-            )
-        except Interrupted as interruption:
-            path = interruption.result
+        path = follow_way(
+            problem,
+            u,
+            bounds,
+            direction,
+            step=positive("step", step),
+            max_step=positive("max_step", max_step),
+            max_points=count("max_points", max_points, least=2),
+        )
         paths.append(path)
-        if path.end == "interrupted":
-            raise Interrupted("interrupted along a curve", curve_of(problem, paths))
-        if path.end == "closed":
+        if path.end in ("closed", INTERRUPTED):
             break
-    return curve_of(problem, paths)
+    try:
+        curve = curve_of(problem, paths)
+    except KeyboardInterrupt:
+        raise Interrupted("interrupted at the end of a curve", curve_of(problem, paths)) from None
+    if path.end == INTERRUPTED:
+        raise Interrupted("interrupted along a curve", curve)
+    return curve
 
 
 def curve_problem(
@@ -232,26 +233,33 @@ def follow_way(
     max_points: int,
     stop_at: Sequence[str] = (),
 ) -> Path:
-    """Follow a curve one way, up to where it is no bifurcation of a motion any more."""
-    path = follow_curve(
-        problem,
-        u,
-        [getattr(problem.system, name) for name in problem.parameters],
-        problem.test,
-        bounds=bounds,
-        direction=direction,
-        parameter_sizes=(bounds[0][1] - bounds[0][0], bounds[1][1] - bounds[1][0]),
-        step=step,
-        min_step=min(1e-9, step),
-        max_step=max(step, max_step),
-        max_points=max_points,
-        stop_at=(*BORDERS, *(RESONANCES if problem.kind == "neimark_sacker" else ()), *stop_at),
-        # On a curve of saddle-nodes det(I - M) is zero throughout.
-        ignore={"saddle_node"} if problem.test == "fold" else set[str](),
-        classify=problem.classify,
-    )
+    """Follow a curve one way, up to where it is no bifurcation of a motion any more.
+
+    After Ctrl-C the path ends with ``interrupted``.
+    """
+    try:
+        path = follow_curve(
+            problem,
+            u,
+            [getattr(problem.system, name) for name in problem.parameters],
+            problem.test,
+            bounds=bounds,
+            direction=direction,
+            parameter_sizes=(bounds[0][1] - bounds[0][0], bounds[1][1] - bounds[1][0]),
+            step=step,
+            min_step=min(1e-9, step),
+            max_step=max(step, max_step),
+            max_points=max_points,
+            stop_at=(*BORDERS, *(RESONANCES if problem.kind == "neimark_sacker" else ()), *stop_at),
+            # On a curve of saddle-nodes det(I - M) is zero throughout.
+            ignore={"saddle_node"} if problem.test == "fold" else set[str](),
+            classify=problem.classify,
+        )
+    except KeyboardInterrupt as interruption:
+        path = path_so_far(interruption)
     if len(path.points) > 1 and _beyond_a_border(problem, path.points[1]):
-        return Path(points=path.points[:1], special=(), end="start")
+        end = INTERRUPTED if path.end == INTERRUPTED else "start"
+        return Path(points=path.points[:1], special=(), end=end)
     return path
 
 
@@ -268,7 +276,9 @@ def curve_of(problem: CurveProblem, paths: list[Path]) -> BifurcationCurve:
     """Return the curve of one path, or of two from the same start, the first against its way."""
     back, forth = paths[0], paths[-1]
     both = len(paths) == 2
-    points = [*reversed(back.points), *forth.points[1:]] if both else list(back.points)
+    # The start is the first point of both.
+    onward = forth.points[1:] if back.points else forth.points
+    points = [*reversed(back.points), *onward] if both else list(back.points)
     special = [*reversed(back.special), *forth.special] if both else list(back.special)
     first, second = problem.parameters
     shape = (len(points), -1, 4)

@@ -8,6 +8,8 @@ import numpy as np
 
 from .newton import Array
 
+# How a path ends that Ctrl-C has cut short.
+INTERRUPTED = "interrupted"
 # (index in z, low, high) of every bounded unknown.
 Limits = list[tuple[int, float, float]]
 
@@ -111,6 +113,12 @@ class Path:
     def of_kind(self, kind: str) -> list[SpecialPoint]:
         """Return the special points of one kind."""
         return [point for point in self.special if point.kind == kind]
+
+
+def path_so_far(interruption: KeyboardInterrupt) -> Path:
+    """Return the path that Ctrl-C has cut short; without points if it came before the first."""
+    path = getattr(interruption, "result", None)
+    return path if isinstance(path, Path) else Path(points=(), special=(), end=INTERRUPTED)
 
 
 class Curve(Protocol):

@@ -135,9 +135,9 @@ def refine(run: Run) -> PeriodicMotion | NotFound:
     says so): Newton's method may then find another motion, and the run is carried on.
     """
     _driven(run.system)
-    period = run.period
+    period, label = run.period, run.label
     if period.m is None:
-        return NotFound(reason=f"the run is {run.label}, not periodic")
+        return NotFound(reason=f"the run is {label}, not periodic")
     end = run.final_state
     if end.time_in_period > 0.0:
         # On to the start of the next drive period.
@@ -151,7 +151,7 @@ def refine(run: Run) -> PeriodicMotion | NotFound:
         if motion.stable or _distance(motion, run.final_state.state) < SETTLED:
             return motion
     if isinstance(motion, PeriodicMotion):
-        return NotFound(reason=f"the run has not come close to a {run.label} motion")
+        return NotFound(reason=f"Newton's method does not find the run's {label} motion")
     return motion
 
 

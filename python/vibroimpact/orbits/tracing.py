@@ -9,7 +9,7 @@ import numpy as np
 from ..checks import count, positive, reject
 from ..errors import Interrupted
 from .newton import NOISE, SINGULAR, Array, NewtonReport, Outcome, OutsideDomain, evaluate, newton
-from .path import Curve, Limits, Path, Point, SpecialPoint
+from .path import INTERRUPTED, Curve, Limits, Path, Point, SpecialPoint
 from .special import SMALL_BRACKET, closing, leaving, located
 from .step import MAX_CORRECTIONS, RESOLUTION, SAME_POINT, Rejected, Step
 
@@ -261,6 +261,6 @@ def trace(curve: Curve, start: Point | Path, limits: Limits, settings: Steps) ->
     except KeyboardInterrupt:
         raise Interrupted(
             f"interrupted after {len(points)} points; .result holds the path so far",
-            path("interrupted"),
+            path(INTERRUPTED),
         ) from None
     return path("points")

@@ -1,0 +1,343 @@
+"""Following a branch of periodic motions one way, from one sequence of legs to the next.
+
+Each sequence is followed on its own (`continuation`), up to its border; there the branch goes on
+with the sequence beyond (`resegment`), or ends. Between, a simulation confirms every point.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..checks import count, positive, reject
+from ..system import System
+from .branch import BORDERS, Bifurcation, Branch, Piece, bifurcation_at
+from .continuation import follow
+from .doubling import MIN_STEP, doubling_near, halving
+from .motion import motion_of
+from .newton import solve
+from .path import INTERRUPTED, Path, Point, SpecialPoint, path_so_far
+from .problem import OrbitProblem
+from .resegment import Crossing, beyond
+from .shooting import same_orbit
+
+# Sequences of legs that one direction of a branch may pass.
+MOST_PIECES = 200
+# Part of the largest value of a test function along a piece below which it is at its border.
+AT_BORDER = 1e-4
+# First step unless told otherwise.
+DEFAULT_STEP = 0.01
+# A test is this small at the most where it was located; all are of order one elsewhere.
+LOCATED = 1e-6
+# Times that the steps are halved where a path has passed a border.
+MOST_REFINEMENTS = 6
+# A border met again has the same parameter to this accuracy.
+SAME_VALUE = 1e-9
+# Another event nearer to a border than this, in units of the sizes, is the border: beyond it these
+# legs are none any more.
+SAME_PLACE = 1e-9
+# Where a step has led past a border unseen, such as a gap's maximum that rises from nothing to
+# above zero within it, it is taken again this many times, each time by so many shorter ones.
+RETRIES = 8
+SHORTER = 4.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """What is the same along a branch."""
+
+    parameter: str
+    bounds: tuple[float, float]
+    size: float
+    step: float
+    max_step: float
+    max_points: int
+    virtual: bool
+
+    @classmethod
+    def checked(
+        cls,
+        name: str,
+        bounds: tuple[float, float],
+        step: float | None,
+        max_step: float,
+        max_points: int,
+        virtual: bool = False,
+    ) -> "Settings":
+        """Check what a caller gives."""
+        largest = positive("max_step", max_step)
+        first = min(DEFAULT_STEP, largest) if step is None else positive("step", step)
+        if not MIN_STEP <= first <= largest:
+            reject("step", step, f"a number from {MIN_STEP} to max_step = {largest}")
+        if not isinstance(virtual, bool):
+            reject("virtual", virtual, "True or False")
+        return cls(
+            parameter=name,
+            bounds=bounds,
+            size=bounds[1] - bounds[0],
+            step=first,
+            max_step=largest,
+            max_points=count("max_points", max_points, least=2),
+            virtual=virtual,
+        )
+
+    def halved(self) -> "Settings":
+        """Return the same with steps half as long."""
+        half = max(self.step / 2.0, MIN_STEP)
+        return replace(self, step=half, max_step=max(self.max_step / 2.0, half))
+
+
+@dataclass
+class Half:
+    """One direction of a branch."""
+
+    pieces: list[Piece]
+    bifurcations: list[Bifurcation]
+    end: str
+
+
+def follow_half(system: System, start: Crossing, way: int, settings: Settings) -> Half:
+    """Follow one direction; Ctrl-C ends it with what is done."""
+    half = Half([], [], "points")
+    try:
+        _extend(half, system, start, way, settings)
+    except KeyboardInterrupt:  # Interrupted is one
+        half.end = INTERRUPTED
+    return half
+
+
+def joined(name: str, halves: Sequence[Half], both: bool) -> Branch:
+    """Return the branch of one direction, or of both, the first of which runs against its way."""
+    if not both or len(halves) == 1:
+        half = halves[0]
+        return Branch(
+            parameter=name,
+            pieces=tuple(half.pieces),
+            bifurcations=tuple(half.bifurcations),
+            ends=("start", half.end) if not both else (half.end, half.end),
+        )
+    back, forth = halves
+    reversed_pieces = [
+        Piece(
+            system=piece.system,
+            parameter=name,
+            itinerary=piece.itinerary,
+            values=piece.values[::-1],
+            nodes=piece.nodes[::-1],
+            multipliers=piece.multipliers[::-1],
+        )
+        for piece in reversed(back.pieces)
+    ]
+    return Branch(
+        parameter=name,
+        pieces=(*reversed_pieces, *forth.pieces),
+        bifurcations=(*reversed(back.bifurcations), *forth.bifurcations),
+        ends=(back.end, forth.end),
+    )
+
+
+def _extend(half: Half, system: System, start: Crossing, way: int, settings: Settings) -> None:
+    borders: list[tuple[Bifurcation, int, int]] = []
+    at: Crossing | None = start
+    direction, left, retries = way, settings.max_points, RETRIES
+    finer, continued = settings, False
+    while at is not None and left >= 2 and len(half.pieces) < MOST_PIECES:
+        problem = OrbitProblem(system, at.itinerary, (settings.parameter,))
+        path = _path(problem, at, direction, left, finer)
+        try:
+            for _ in range(MOST_REFINEMENTS):
+                if not _passed_a_border(problem, path):
+                    break
+                finer = finer.halved()
+                path = _path(problem, at, direction, left, finer)
+        except KeyboardInterrupt:
+            # The last step may have passed a border unseen.
+            path = replace(path, points=path.points[:-1], end=INTERRUPTED)
+        left -= len(path.points)
+        half.end = path.end.removeprefix("stopped: ")
+        halved = halving(problem, path)
+        piece, good, reason = _piece(problem, path, halved, settings)
+        if piece is None:
+            if reason == INTERRUPTED:
+                raise KeyboardInterrupt
+            break
+        if continued:
+            half.pieces[-1] = _continued(half.pieces[-1], piece)
+        else:
+            half.pieces.append(piece)
+        last = path.special[-1] if path.end.startswith("stopped") else None
+        reached = path.points[good - 1].arclength
+        if last is not None and not reason:
+            reached = min(reached, last.arclength - SAME_PLACE)
+        for special in path.special:
+            if special is not last and special.arclength <= reached and _is_zero(special):
+                half.bifurcations.append(bifurcation_at(problem, special))
+        if INTERRUPTED in (path.end, reason):
+            raise KeyboardInterrupt
+        if reason:
+            half.end = f"not a motion: {reason}"
+            failed = path.points[good].arclength - path.points[good - 1].arclength
+            at = _again(problem, path.points[good - 1])
+            finer = replace(settings, step=failed / SHORTER, max_step=failed / SHORTER)
+            direction, retries, continued = 1, retries - 1, True
+            if retries < 0 or finer.step <= MIN_STEP:
+                break
+            continue
+        if halved is not None:
+            half.end = "period_doubling"
+            at_halves = path.points[halved]
+            doubling = doubling_near(
+                problem, at_halves.u, at_halves.p, settings.bounds, settings.max_step
+            )
+            if doubling is not None:
+                half.bifurcations.append(doubling)
+            break
+        if last is None:
+            break
+        at = beyond(problem, last)
+        direction, retries, finer, continued = 1, RETRIES, settings, False
+        onward = () if at is None else tuple(at.itinerary.legs)
+        border = bifurcation_at(problem, last, onward)
+        for known, pieces, found in borders:
+            if _same_border(known, border):
+                # Once round: what of the loop lies before the first passage of this border comes
+                # again. Before that there may be a way to the loop.
+                first, keep = pieces, 0
+                while first > 0 and _same_legs(
+                    half.pieces[first - 1], half.pieces[first - 1 - pieces]
+                ):
+                    first -= 1
+                if first > 0:
+                    keep = borders[first - 1][2]
+                del half.pieces[first:pieces], half.bifurcations[keep:found]
+                half.bifurcations.append(border)
+                half.end = "closed"
+                return
+        half.bifurcations.append(border)
+        borders.append((border, len(half.pieces), len(half.bifurcations)))
+        half.end = last.kind if at is None else "points"
+
+
+def _path(
+    problem: OrbitProblem, at: Crossing, direction: int, left: int, settings: Settings
+) -> Path:
+    try:
+        return follow(
+            problem,
+            at.u,
+            [at.p],
+            bounds=settings.bounds,
+            direction=direction,
+            tangent=at.tangent,
+            parameter_size=settings.size,
+            step=settings.step,
+            min_step=MIN_STEP,
+            max_step=settings.max_step,
+            max_points=left,
+            stop_at=() if settings.virtual else BORDERS,
+            classify=problem.classify,
+        )
+    except KeyboardInterrupt as interruption:
+        return path_so_far(interruption)
+
+
+def _piece(
+    problem: OrbitProblem, path: Path, halved: int | None, settings: Settings
+) -> tuple[Piece | None, int, str]:
+    """Return the piece, how many points it has, and why a simulation does not confirm the next."""
+    multipliers: list[NDArray[np.complex128]] = []
+    reason = ""
+    points = path.points if halved is None else path.points[:halved]
+    stops = path.special[-1].test if path.end.startswith("stopped") else ""
+    largest = max((point.tests.get(stops, 0.0) for point in points), default=0.0)
+    for k, point in enumerate(points):
+        try:
+            system = problem.system_at(point.p)
+            motion = motion_of(system, problem.itinerary, point.u.reshape(-1, 4), whole=True)
+        except KeyboardInterrupt:
+            reason = INTERRUPTED
+            break
+        # So close to a border a simulation decides by rounding.
+        at_border = (
+            k == 0
+            or (stops and k == len(path.points) - 1)
+            or point.tests.get(stops, 1.0) < AT_BORDER * largest
+        )
+        if not (motion.admissible or at_border or settings.virtual):
+            reason = motion.why_not
+            break
+        multipliers.append(motion.multipliers)
+    good = len(multipliers)
+    if not good:
+        return None, 0, reason
+    piece = Piece(
+        system=problem.system,
+        parameter=settings.parameter,
+        itinerary=problem.itinerary,
+        values=path.p[:good, 0],
+        nodes=path.u[:good].reshape(good, -1, 4),
+        multipliers=np.array(multipliers),
+    )
+    return piece, good, reason
+
+
+def _passed_a_border(problem: OrbitProblem, path: Path) -> bool:
+    """Whether another border lies in the step to the border at which a path stops.
+
+    Both sign changes of a test within a step go unseen. This is common where a branch meets a
+    shorter orbit at its graze: all its passes graze there together, and one of them may have done
+    so just before.
+    """
+    if not path.end.startswith("stopped") or len(path.points) < 2:
+        return False
+    before, border = path.points[-2:]
+    for part in (0.5, 0.9):
+        u, p = (1.0 - part) * before.u + part * border.u, (1.0 - part) * before.p + part * border.p
+        found, report = solve(problem, u, p)
+        if not report.converged:
+            continue
+        tests = problem.tests(found, p, problem.residual(found, p)[1])
+        if any(value < 0.0 for test, value in tests.items() if test.split(":")[0] in BORDERS):
+            return True
+    return False
+
+
+def _is_zero(special: SpecialPoint) -> bool:
+    """Whether a test vanishes where it was located.
+
+    A test of the multipliers that jumps passes infinity near a grazing; and where one of them is
+    huge, rounding of the small ones makes it cross zero as it likes.
+    """
+    return special.continuous and abs(special.value) <= LOCATED
+
+
+def _same_legs(one: Piece, other: Piece) -> bool:
+    return one.label == other.label and sorted(one.itinerary.legs) == sorted(other.itinerary.legs)
+
+
+def _same_border(one: Bifurcation, other: Bifurcation) -> bool:
+    """Whether a branch has come back to a border, with the same legs on both sides."""
+    return (
+        one.kind == other.kind
+        and abs(one.value - other.value) <= SAME_VALUE * max(1.0, abs(one.value))
+        and sorted(one.goes_on) == sorted(other.goes_on)
+        and same_orbit(one.motion, other.motion)
+    )
+
+
+def _again(problem: OrbitProblem, point: Point) -> Crossing:
+    """Start from a point of a path, the way it goes."""
+    return Crossing(
+        itinerary=problem.itinerary, u=point.u, p=float(point.p[0]), tangent=point.tangent
+    )
+
+
+def _continued(first: Piece, second: Piece) -> Piece:
+    """Join two pieces with the same legs, the second of which begins with the first's end."""
+    return replace(
+        second,
+        values=np.concatenate((first.values, second.values[1:])),
+        nodes=np.concatenate((first.nodes, second.nodes[1:])),
+        multipliers=np.concatenate((first.multipliers, second.multipliers[1:])),
+    )

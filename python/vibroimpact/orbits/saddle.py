@@ -1,0 +1,109 @@
+"""A saddle on the stroboscopic section: its unstable direction, and where orbits near it end up."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..checks import reject
+from ..simulation import simulate
+from ..system import System
+from .motion import PeriodicMotion, reduced
+from .shooting import refine, same_orbit
+
+Array = NDArray[np.float64]
+
+# A gap beyond which bodies that swing by 1 never meet.
+APART = 1e6
+
+
+def unstable_multiplier(motion: PeriodicMotion) -> float:
+    """Return the multiplier outside the unit circle, of a motion that has exactly one."""
+    if not isinstance(motion, PeriodicMotion):
+        reject("motion", motion, "a PeriodicMotion")
+    if not motion.admissible:
+        reject("motion", motion, f"an admissible one; this is none: {motion.why_not}")
+    outside = motion.multipliers[np.abs(motion.multipliers) > 1.0]
+    if len(outside) != 1:
+        reject("motion", motion, "one with exactly one multiplier outside the unit circle")
+    return float(outside[0].real)
+
+
+def eigenvector(motion: PeriodicMotion, time: float) -> Array:
+    """Return the unit eigenvector of the unstable multiplier on the section at ``time``.
+
+    With d = (dx1, dx1', dx2', dt) just after an event, at which the state is y, the state at a
+    given time differs by dX = dy - F dt, F the vector field after the event.
+    """
+    itinerary, system = motion.itinerary, motion.system
+    matrix = reduced(motion.return_map, itinerary)
+    values, vectors = np.linalg.eig(matrix)
+    unstable = np.real(vectors[:, np.argmax(np.abs(values))])
+    change = np.zeros(4)
+    change[[1, 3] if itinerary.wall_at_rest else slice(None)] = unstable
+    leg, passed = _leg_at(motion, time)
+    if not motion.legs[leg].startswith("impact"):
+        reject("section_phase", time * system.drive_frequency, "a phase in a free flight")
+    for transfer in itinerary.transfer(system._compiled, motion.nodes)[:leg]:
+        change = transfer @ change
+    x1, v1, v2, clock = motion.nodes[leg]
+    oblique = system.contact == "oblique"
+    x2 = (math.sin(x1) if oblique else x1) - system.gap
+    drive = math.cos(system.drive_frequency * clock + system.phase)
+    damping = 2.0 * system.pendulum_damping * system.frequency_ratio
+    a1 = system.moment_amplitude * drive - damping * v1 - system.frequency_ratio**2 * x1
+    a2 = system.force_amplitude * drive - 2.0 * system.oscillator_damping * v2 - x2
+    slope = math.cos(x1) if oblique else 1.0
+    moved = np.array([change[0], change[1], slope * change[0], change[2]])
+    moved -= change[3] * np.array([v1, a1, v2, a2])
+    if itinerary.wall_at_rest:
+        moved[2:] = 0.0
+    direction: Array = _free_flow(system, passed) @ moved
+    direction /= np.linalg.norm(direction)
+    direction *= np.sign(direction[np.argmax(np.abs(direction))])
+    return direction
+
+
+def attractor_of(
+    system: System, section: System, phase: float, state: Array, settle: int
+) -> PeriodicMotion | str:
+    """Return where a state on the section ends up."""
+    if phase > 0.0:
+        left = (math.tau - phase) / system.drive_frequency
+        rest = simulate(section, initial=state.tolist(), time=left)
+        if rest.stop_reason not in ("completed", "rest"):
+            return str(rest.stop_reason)
+        state = np.array(rest.final_state.state)
+    run = simulate(system, initial=state.tolist(), periods=settle, keep=min(settle, 400))
+    if run.stop_reason not in ("completed", "rest"):
+        return str(run.stop_reason)
+    motion = refine(run)
+    if isinstance(motion, PeriodicMotion) and motion.admissible and motion.stable:
+        return motion
+    return str(run.label)
+
+
+def same_attractor(one: PeriodicMotion | str, other: PeriodicMotion | str) -> bool:
+    """Whether two ends are one: the same orbit, or the same label or stop reason."""
+    if isinstance(one, PeriodicMotion) and isinstance(other, PeriodicMotion):
+        return same_orbit(one, other)
+    return one is other or (isinstance(one, str) and one == other)
+
+
+def _leg_at(motion: PeriodicMotion, time: float) -> tuple[int, float]:
+    """Return the leg that runs at ``time`` and the time since its start."""
+    period = motion.system.drive_period
+    starts = np.array(motion.clocks) * period + motion.nodes[:, 3]
+    place = (time - starts[0]) % (motion.m * period)
+    leg = int(np.searchsorted(starts - starts[0], place, side="right")) - 1
+    return leg, float(place - (starts[leg] - starts[0]))
+
+
+def _free_flow(system: System, time: float) -> Array:
+    """Return the derivative of a free flight of this time, shape (4, 4)."""
+    if time == 0.0:
+        return np.eye(4)
+    # Without load it is the flow itself, which is linear.
+    free = system.replace(moment_amplitude=0.0, force_amplitude=0.0, gap=APART)
+    runs = simulate(free, initial=np.eye(4), time=time)
+    return np.array([run.final_state.state for run in runs]).T
