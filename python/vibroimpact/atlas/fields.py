@@ -17,22 +17,7 @@ FORMAT = "vibroimpact atlas"
 FORMAT_VERSION = 1
 
 # The code of a cell's status is its place here. A cell is done when it is anything but pending.
-STATUS_NAMES = (
-    "pending",
-    "completed",
-    "restarted",
-    "failed",
-    "event_cap",
-    "time_cap",
-    "chatter",
-    "no_further_contact",
-    "rest",
-    "painleve",
-    "jammed",
-    "undecidable_graze",
-    "law_failed",
-    "interrupted",
-)
+STATUS_NAMES = _core.STATUS_NAMES
 
 
 @dataclass(frozen=True)
