@@ -31,7 +31,7 @@ SEARCH = ORBITS + " --search 2"
         (SIMULATE + " --plot a.xyz", "allowed endings"),
         (SIMULATE + " --save missing/a.npz", "there is no folder missing"),
         (SIMULATE + " --csv .", "is a folder"),
-        (SIMULATE + " --system missing.toml", "missing.toml"),
+        (SIMULATE + " --system missing.toml", "--system missing.toml: No such file"),
         (DIAGRAM.replace("drive-frequency", "label"), "--vary label: allowed are mass_ratio"),
         (DIAGRAM.replace("1.9 5", "1.9 many"), "--vary"),
         (DIAGRAM.replace("1.9 5", "inf 5"), "--vary"),
@@ -109,6 +109,13 @@ def test_a_failed_computation_gives_code_1(run_command, monkeypatch):
 
     monkeypatch.setattr(simulate, "simulate", failed)
     assert run_command(SIMULATE) == (1, "", "vibroimpact: at time 1, after 2 events\n")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
+def test_a_file_that_cannot_be_written_gives_code_1(run_command):
+    code, _, err = run_command(SIMULATE + " --csv /dev/full")
+    assert code == 1
+    assert "No space left" in err
 
 
 def test_a_missing_extra_gives_code_2(run_command, monkeypatch):

@@ -74,9 +74,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         # Nothing is left to say, also not at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return ExitCode.NO_READER
-    except OSError as error:
-        return _fail(error, ExitCode.BAD_INPUT)
-    except SimulationError as error:
+    except (SimulationError, OSError) as error:
         return _fail(error, ExitCode.FAILED)
     except KeyboardInterrupt as error:
         # The commands have printed and written what was done by then.

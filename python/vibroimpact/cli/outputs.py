@@ -6,6 +6,7 @@ stream. After Ctrl-C a command writes what is done by then.
 
 import argparse
 import csv
+import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -43,6 +44,8 @@ def check(options: argparse.Namespace) -> None:
         folder = Path(path).parent
         if not folder.is_dir():
             raise ParameterError(f"--{name} {path}: there is no folder {folder}")
+        if not os.access(folder, os.W_OK):
+            raise ParameterError(f"--{name} {path}: the folder {folder} cannot be written to")
         if name != "store" and Path(path).is_dir():
             raise ParameterError(f"--{name} {path}: is a folder; allowed: a file")
     plot = getattr(options, "plot", None)

@@ -44,12 +44,13 @@ def read(path: Path) -> SystemFile:
     Raises
     ------
     ParameterError
-        If it is not TOML, or a table or key is unknown or missing; names what is allowed.
-    OSError
-        If it cannot be read.
+        If it cannot be read or is not TOML, or a table or key is unknown or missing; names what is
+        allowed.
     """
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ParameterError(f"--system {path}: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ParameterError(f"{path}: not a TOML file: {error}") from error
     _check_names(f"{path}", tables, ("system", "physical", "run"))
