@@ -1,8 +1,11 @@
-"""The system and initial state that many tests of the Python package start from."""
+"""The system and initial state that many tests start from, and the command line to call."""
+
+import shlex
 
 import pytest
 
 import vibroimpact as vi
+from vibroimpact.cli import main
 
 
 @pytest.fixture
@@ -23,3 +26,14 @@ def system() -> vi.System:
 def initial() -> tuple[float, float, float, float]:
     """Return the initial state of the paper's section 4."""
     return (0.0, 0.5, 0.0, 0.0)
+
+
+@pytest.fixture
+def run_command(capsys):
+    """Run one command line and return its exit code, output and error output."""
+
+    def run(line: str, *more: object) -> tuple[int, str, str]:
+        code = main([*shlex.split(line), *map(str, more)])
+        return code, *capsys.readouterr()
+
+    return run

@@ -1,0 +1,102 @@
+"""The command `vibroimpact`: simulate, diagram, orbits, reproduce, bench.
+
+One module for each command; `options` and `outputs` hold what they share, `system_file` reads
+systems from TOML, `exit_codes` says what the command returns. Results go to the standard output,
+everything else to the standard error stream. Flags are named as in Python, with hyphens.
+"""
+
+import argparse
+import os
+import re
+import sys
+from collections.abc import Sequence
+
+from .. import __version__
+from ..errors import ParameterError, SimulationError, StateError
+from . import bench, diagram, exit_codes, options, orbits, reproduce, simulate
+from .exit_codes import ExitCode
+
+COMMANDS = (simulate, diagram, orbits, reproduce, bench)
+_NEGATIVE_NUMBER = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+ABOUT = f"""\
+Oblique-impact vibration of two bodies: a pendulum whose tip strikes a
+spring-mounted mass (Han, Jin & Hu 2004, corrected). Each command has its own
+--help: what it does, what the columns of its files mean, and an example.
+
+{options.UNITS}"""
+MORE = f"""\
+A system comes from flags (--mass-ratio 0.6 ...), or with --system from a TOML
+file, or both: flags win. The file of the examples, fig5b.toml:
+
+  [system]                # names as in Python; damping = [z1, z2] for both
+  mass_ratio = 0.6
+  frequency_ratio = 2.0
+  restitution = 0.8
+  gap = 0.5
+  drive_frequency = 1.8
+  moment_amplitude = 1.0
+
+  [run]                   # optional; each command takes what it has a use for
+  initial = [0.0, 0.5, 0.0, 0.0]
+  periods = 600
+  keep = 100
+
+[run] may also hold time, max_events, tolerance, section_phase. Instead of
+[system], a table [physical] takes SI units, by the names of
+vibroimpact.System.from_physical.
+
+{exit_codes.table()}"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command and return its exit code, one of `ExitCode`.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Arguments without the program's name; those of the process by default.
+
+    Raises
+    ------
+    SystemExit
+        From argparse: code 0 after ``--help`` and ``--version``, 2 for arguments it cannot parse.
+    """
+    given = sys.argv[1:] if argv is None else argv
+    # argparse takes -1e-3 for an option; with a leading blank it is a value, and float() strips it.
+    words = [f" {word}" if _NEGATIVE_NUMBER.fullmatch(word) else word for word in given]
+    chosen = _parser().parse_args(words)
+    try:
+        code: ExitCode = chosen.run(chosen)
+        sys.stdout.flush()
+    except (ParameterError, StateError, ImportError) as error:
+        return _fail(error, ExitCode.BAD_INPUT)
+    except BrokenPipeError:
+        # Nothing is left to say, also not at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return ExitCode.NO_READER
+    except (SimulationError, OSError) as error:
+        return _fail(error, ExitCode.FAILED)
+    except KeyboardInterrupt as error:
+        # The commands have printed and written what was done by then.
+        return _fail(str(error).partition("; .result")[0] or "interrupted", ExitCode.INTERRUPTED)
+    return code
+
+
+def _fail(error: object, code: ExitCode) -> ExitCode:
+    print(f"vibroimpact: {error}", file=sys.stderr)
+    return code
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="vibroimpact",
+        usage="vibroimpact COMMAND [options]",
+        description=ABOUT,
+        epilog=MORE,
+        formatter_class=options.HelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"vibroimpact {__version__}")
+    subparsers = parser.add_subparsers(title="commands", required=True, metavar="COMMAND ...")
+    for command in COMMANDS:
+        command.add(subparsers)
+    return parser

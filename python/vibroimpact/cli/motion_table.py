@@ -1,0 +1,67 @@
+"""Tables of periodic motions: what is printed of each, and the columns of its CSV row."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..orbits import PeriodicMotion
+
+MOST_MULTIPLIERS = 4
+CSV_NAMES = (
+    *("label", "m", "n", "admissible", "stable", "why_not"),
+    *("x1", "v1", "v2", "phase"),
+    *(f"initial_{name}" for name in ("x1", "v1", "x2", "v2")),
+    *(
+        f"multiplier_{number}_{part}"
+        for number in range(1, MOST_MULTIPLIERS + 1)
+        for part in ("real", "imag")
+    ),
+    *("residual", "error"),
+)
+PRINTED_NAMES = ("motion", "x1", "v1", "v2", "phase", "|lambda|", "verdict")
+
+COLUMNS = """\
+  label, m, n      the motion m-n; n is inf with complete chatter
+  admissible       whether the solution is a motion of the system
+  stable           whether it is a motion with all multipliers inside the
+                   unit circle
+  why_not          why it is no motion, if it is none
+  x1, v1, v2       state just before the first impact (without impacts: at
+                   the start of a drive period)
+  phase            drive phase there, -pi to pi
+  initial_x1 ...   x1, v1, x2, v2 at t = 0, as --initial takes them
+  multiplier_1_real, multiplier_1_imag ...
+                   the Floquet multipliers by falling modulus; two of a wall
+  residual, error  of the conditions of periodicity, and of the solution"""
+
+
+def csv_row(motion: PeriodicMotion) -> list[Any]:
+    """Return the columns `CSV_NAMES` of a motion."""
+    parts = [part for value in motion.multipliers.tolist() for part in (value.real, value.imag)]
+    parts += [""] * (2 * MOST_MULTIPLIERS - len(parts))
+    verdict = (int(motion.admissible), int(motion.stable), motion.why_not)
+    return [
+        *(motion.label, motion.m, motion.n, *verdict),
+        *motion.state,
+        *motion.initial,
+        *parts,
+        *(motion.residual, motion.error),
+    ]
+
+
+def printed_row(motion: PeriodicMotion) -> list[str]:
+    """Return the columns `PRINTED_NAMES` of a motion."""
+    size = abs(motion.multipliers[0])
+    return [motion.label, *(f"{value:.9g}" for value in (*motion.state, size)), verdict(motion)]
+
+
+def verdict(motion: PeriodicMotion) -> str:
+    """Say whether it is a motion, and stable."""
+    if not motion.admissible:
+        return f"no motion: {motion.why_not}"
+    return "stable" if motion.stable else "unstable"
+
+
+def shown(motions: Sequence[PeriodicMotion], most: int) -> list[PeriodicMotion]:
+    """Return the first motions to draw, of the admissible ones if there are any."""
+    chosen = [motion for motion in motions if motion.admissible] or list(motions)
+    return chosen[:most]

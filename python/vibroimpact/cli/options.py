@@ -1,0 +1,206 @@
+"""Arguments that commands share, and what they and the system file ask for together."""
+
+import argparse
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ParameterError
+from ..system import NUMERIC_RANGES, System
+from .system_file import SystemFile, read
+
+UNITS = """\
+All quantities are dimensionless: time in 1/omega_2, length in the pendulum's
+length l, mass in M1, angles in radians (docs/notation.md). omega_2 is the
+natural frequency of body 2; a drive period is 2 pi/(drive frequency)."""
+
+# One line each, for --help; the ranges are those of system.NUMERIC_RANGES.
+PARAMETERS = {
+    "mass_ratio": "M1/M2 >= 0; 0: impacts do not move body 2",
+    "frequency_ratio": "omega_1/omega_2 >= 0; 0: free rotor",
+    "restitution": "coefficient of restitution, 0 to 1",
+    "gap": "Delta/l, distance of the bodies at rest, any sign",
+    "drive_frequency": "Omega/omega_2 >= 0; 0: constant load",
+    "pendulum_damping": "damping ratio of body 1, >= 0 (default: 0)",
+    "oscillator_damping": "damping ratio of body 2, >= 0 (default: 0)",
+    "moment_amplitude": "f10/(M1 l^2 omega_2^2), on body 1 (default: 0)",
+    "force_amplitude": "f20/(K2 l), on body 2 (default: 0)",
+    "friction": "Coulomb's coefficient >= 0 (default: 0)",
+    "phase": "of the drive at t = 0, radians (default: 0)",
+}
+HelpFormatter = functools.partial(argparse.RawDescriptionHelpFormatter, max_help_position=28)
+_NAMES = (*NUMERIC_RANGES, "contact", "law")
+_RANGE = ("NAME", "FIRST", "LAST", "COUNT")
+
+
+def command(
+    subparsers: Any, name: str, *, summary: str, about: str, more: str, needs: str = ""
+) -> Any:
+    """Add a command: a line for the list, what it does, and what follows its options.
+
+    `needs` are its required arguments, for a usage that does not list them all.
+    """
+    return subparsers.add_parser(
+        name,
+        help=summary,
+        usage=f"vibroimpact {name} {needs} [options]".replace("  ", " "),
+        description=about,
+        epilog=more,
+        formatter_class=HelpFormatter,
+    )
+
+
+def add_system(command: argparse.ArgumentParser) -> None:
+    """Add the system file, a flag for every parameter, and the initial state."""
+    group = command.add_argument_group("system", "from a file, from flags, or both: flags win")
+    group.add_argument(
+        "--system", type=Path, metavar="FILE.toml", help="system file; see vibroimpact --help"
+    )
+    for name, text in PARAMETERS.items():
+        group.add_argument(_flag(name), type=float, metavar="X", help=text)
+    group.add_argument("--contact", help="oblique (default) or direct")
+    group.add_argument("--law", help="impact law: poisson (default), newton, energetic, paper")
+    group.add_argument(
+        "--initial",
+        type=float,
+        nargs=4,
+        metavar=("X1", "V1", "X2", "V2"),
+        help="state at t = 0: angle, its rate, displacement, its rate",
+    )
+
+
+def add_run(command: argparse.ArgumentParser, *, periods: int | None, keep: int | None) -> None:
+    """Add length and limits of each run, with the defaults that its command has."""
+    group = command.add_argument_group("run")
+    length: Any = group
+    if periods is None:
+        length = group.add_mutually_exclusive_group()
+        length.add_argument("--time", type=float, metavar="T", help="time, for a constant load")
+    length.add_argument("--periods", type=int, metavar="N", help=_counted("drive periods", periods))
+    if keep is not None or periods is None:
+        text = "keep the last K periods"
+        group.add_argument("--keep", type=int, metavar="K", help=_counted(text, keep or "all"))
+    group.add_argument(
+        "--max-events", type=int, metavar="N", help="stop a run after N events (default: 10^7)"
+    )
+    group.add_argument(
+        "--tolerance",
+        type=float,
+        metavar="X",
+        help="absolute, on time and state where chatter is completed (default: 1e-12)",
+    )
+    group.add_argument(
+        "--section-phase",
+        type=float,
+        metavar="X",
+        help="drive phase of the stroboscopic section after that of t = 0, radians (default: 0)",
+    )
+
+
+def add_vary(command: argparse.ArgumentParser, *, axes: int) -> None:
+    """Add the parameter to vary, or two of them."""
+    again = "; give it twice" if axes == 2 else ""
+    command.add_argument(
+        "--vary",
+        nargs=4,
+        action="append",
+        required=True,
+        metavar=_RANGE,
+        help="parameter and its equally spaced values, LAST included, "
+        f"e.g. drive-frequency 0.2 4 4000{again}",
+    )
+
+
+def add_quiet(command: argparse.ArgumentParser) -> None:
+    """Add threads and progress."""
+    command.add_argument("--workers", type=int, metavar="N", help="threads (default: all cores)")
+    command.add_argument("--quiet", action="store_true", help="show no progress")
+
+
+def grid(vary: Sequence[Sequence[str]], *, axes: int) -> dict[str, NDArray[np.float64]]:
+    """Return the values of the varied parameters by name, in the order given."""
+    if len(vary) != axes:
+        raise ParameterError(f"--vary is given {len(vary)} times; allowed: {axes}")
+    values: dict[str, NDArray[np.float64]] = {}
+    for name, *words in vary:
+        parameter = parameter_name("--vary", name)
+        if parameter in values:
+            raise ParameterError(f"--vary {name}: given twice")
+        try:
+            first, last, count = float(words[0]), float(words[1]), int(words[2])
+        except ValueError as error:
+            raise ParameterError(f"--vary {name} {' '.join(words)}: {error}") from error
+        if count < 1:
+            raise ParameterError(
+                f"--vary {name}: COUNT = {count} is not allowed; allowed: an integer >= 1"
+            )
+        if not (np.isfinite(first) and np.isfinite(last)):
+            raise ParameterError(f"--vary {name} {' '.join(words)}: allowed: finite numbers")
+        values[parameter] = np.linspace(first, last, count)
+    return values
+
+
+def parameter_name(flag: str, word: str) -> str:
+    """Return the parameter's name in Python, from the word given for it."""
+    name = word.replace("-", "_")
+    if name not in NUMERIC_RANGES:
+        raise ParameterError(f"{flag} {word}: allowed are {', '.join(NUMERIC_RANGES)}")
+    return name
+
+
+@dataclass(frozen=True)
+class Request:
+    """What flags and system file ask for together; a flag comes before the file."""
+
+    options: argparse.Namespace
+    file: SystemFile
+
+    @classmethod
+    def of(cls, options: argparse.Namespace) -> Self:
+        """Read the system file, if there is one."""
+        return cls(options, SystemFile() if options.system is None else read(options.system))
+
+    def system(self, **unless_given: float) -> System:
+        """Return the system; `unless_given` are values for parameters that vary anyway."""
+        flags = {name: getattr(self.options, name) for name in _NAMES}
+        flags = {name: value for name, value in flags.items() if value is not None}
+        if self.file.physical is not None:
+            return self.file.physical.replace(**flags)
+        return System.from_dict(unless_given | self.file.fields | flags)
+
+    def values(self, *names: str, **defaults: Any) -> dict[str, Any]:
+        """Return the options of a run by name, without those that nobody gives.
+
+        `names` have no default here, `defaults` have this one.
+        """
+        found = defaults | {name: self.file.run[name] for name in self._from_file()}
+        found |= {name: value for name, value in vars(self.options).items() if value is not None}
+        values = {name: found[name] for name in (*names, *defaults) if name in found}
+        if "initial" in names and "initial" not in values:
+            raise ParameterError(
+                "initial is missing: give --initial X1 V1 X2 V2, or initial = [x1, v1, x2, v2] "
+                "in the table [run] of the system file"
+            )
+        return values
+
+    def _from_file(self) -> list[str]:
+        """Names in [run], without another length of the run than the flags give."""
+        replaced: set[str] = set()
+        if getattr(self.options, "time", None) is not None:
+            replaced = {"periods", "keep"}
+        elif getattr(self.options, "periods", None) is not None:
+            replaced = {"time"}
+        return [name for name in self.file.run if name not in replaced]
+
+
+def _flag(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def _counted(text: str, default: object) -> str:
+    return text if default is None else f"{text} (default: {default})"

@@ -1,0 +1,265 @@
+"""`vibroimpact orbits`: periodic motions, found, judged and followed (docs/orbits.md)."""
+
+import argparse
+import itertools
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..orbits import (
+    Branch,
+    NotFound,
+    PeriodicMotion,
+    follow_motion,
+    periodic_motions,
+    search_motions,
+)
+from ..orbits.branches import range_around
+from ..results import Run
+from ..simulation import simulate
+from ..system import System
+from . import motion_table as table
+from . import options as shared
+from . import outputs
+from .exit_codes import ExitCode
+
+ABOUT = f"""\
+Periodic motions to rounding, stable or not, each with its Floquet multipliers
+and the verdict whether it is one. Which ones:
+  by default      the motion that a run from --initial settles on
+  --n N           without friction: all motions of N drive periods with one
+                  impact
+  --search K      the motions that K random starts settle on
+  --follow NAME FIRST LAST
+                  the motion settled on, followed over a parameter, with its
+                  bifurcations
+
+{shared.UNITS}"""
+MORE = f"""\
+printed, one row per motion: its label, the state just before its first
+impact, the largest |multiplier|, and the verdict; of a search the part of the
+starts that end on it, of a branch its bifurcations.
+
+columns of the CSV, one row per motion:
+{table.COLUMNS}
+a search begins the row with
+  share            part of the starts that end on the motion
+and a branch with
+  kind             point, or saddle_node, period_doubling, grazing, ...: first
+                   the points along the branch, then its bifurcations
+  (parameter)      its value, under its name in Python, e.g. drive_frequency
+
+exit code 3: no periodic motion was found, intervals are left undecided, starts
+were not resolved, or a branch broke off.
+
+examples, with the system file of vibroimpact --help:
+  vibroimpact orbits --system fig5b.toml --plot orbit.svg
+  vibroimpact orbits --system fig5b.toml --n 1 --csv all.csv
+  vibroimpact orbits --system fig5b.toml --friction 0.5 \\
+      --drive-frequency 1.5752 --search 20
+  vibroimpact orbits --system fig5b.toml --follow drive-frequency 1.4 2.2 \\
+      --csv branch.csv --plot branch.pdf"""
+
+# Pictures of motions on one page.
+MOST_DRAWN = 6
+# Flags that only one of the searches uses.
+_ONLY = {"within": "n", "seed": "search", "workers": "search", "max_step": "follow"}
+# Ends of a branch that are no failure: the rest are borders, at which the motion ends.
+_BROKEN_OFF = ("points", "no convergence", "outside domain", "not a motion:")
+_DECIDED = ("chaotic", "quasi-periodic")
+
+
+def add(subparsers: Any) -> None:
+    """Add the command."""
+    command = shared.command(
+        subparsers,
+        "orbits",
+        summary="periodic motions and their bifurcations",
+        about=ABOUT,
+        more=MORE,
+    )
+    which = command.add_argument_group("which motions").add_mutually_exclusive_group()
+    which.add_argument("--n", type=int, metavar="N", help="all motions N-1, without friction")
+    which.add_argument("--search", type=int, metavar="K", help="those that K starts settle on")
+    which.add_argument(
+        "--follow", nargs=3, metavar=("NAME", "FIRST", "LAST"), help="over a parameter"
+    )
+    shared.add_system(command)
+    group = command.add_argument_group("how")
+    group.add_argument(
+        "--periods",
+        type=int,
+        metavar="N",
+        help="drive periods to settle in (default: 600; with --search 2000)",
+    )
+    group.add_argument(
+        "--within", nargs=2, type=float, metavar=("LO", "HI"), help="--n: x1 at the impact, radians"
+    )
+    group.add_argument("--seed", type=int, metavar="N", help="--search: of the starts (default: 0)")
+    group.add_argument(
+        "--workers", type=int, metavar="N", help="--search: threads (default: all cores)"
+    )
+    group.add_argument(
+        "--max-step",
+        type=float,
+        metavar="X",
+        help="--follow: largest step, as part of the range and of the motion's size "
+        "(default: 0.05)",
+    )
+    outputs.add_outputs(command, "the motions")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> ExitCode:
+    """Find motions one of four ways."""
+    ways = {"n": _all, "search": _search, "follow": _follow}
+    way = next((name for name in ways if getattr(options, name) is not None), None)
+    for name, wanted in _ONLY.items():
+        if getattr(options, name) is not None and way != wanted:
+            raise ParameterError(f"--{name.replace('_', '-')} goes with --{wanted} only")
+    request = shared.Request.of(options)
+    system = request.system()
+    outputs.check(options)
+    return (ways[way] if way else _settled)(request, system)
+
+
+def _all(request: shared.Request, system: System) -> ExitCode:
+    options = request.options
+    found = periodic_motions(system, options.n, within=options.within)
+    code = _write(options, found.motions)
+    stream = outputs.summary_stream(options)
+    lo, hi = found.within
+    known = "no solution lies outside" if found.bounded else "solutions may lie outside"
+    print(f"searched x1 in [{lo:.6g}, {hi:.6g}]: {known}", file=stream)
+    if found.note:
+        print(found.note, file=stream)
+    for part in found.undecided:
+        print(f"undecided x1 in [{part.lo!r}, {part.hi!r}]: {part.reason}", file=stream)
+    return ExitCode.INCOMPLETE if found.undecided else code
+
+
+def _search(request: shared.Request, system: System) -> ExitCode:
+    options = request.options
+    found = search_motions(
+        system, starts=options.search, **request.values("periods", "seed", "workers")
+    )
+    code = _write(options, found.motions, found.shares.tolist())
+    stream = outputs.summary_stream(options)
+    for label, share in found.others.items():
+        print(f"{share:.4g} of the starts: {label}", file=stream)
+    return code if set(found.others) <= set(_DECIDED) else ExitCode.INCOMPLETE
+
+
+def _settled(request: shared.Request, system: System) -> ExitCode:
+    motion = _motion(request, system)
+    if isinstance(motion, NotFound):
+        return _no_motion(request, motion)
+    return _write(request.options, [motion])
+
+
+def _motion(request: shared.Request, system: System) -> PeriodicMotion | NotFound:
+    settled: Run = simulate(system, **request.values("initial", periods=600))
+    return settled.refine()
+
+
+def _no_motion(request: shared.Request, found: NotFound) -> ExitCode:
+    stream = outputs.summary_stream(request.options)
+    print(f"no periodic motion: {found.reason}", file=stream)
+    return ExitCode.INCOMPLETE
+
+
+def _follow(request: shared.Request, system: System) -> ExitCode:
+    options = request.options
+    word, *ends = options.follow
+    name = shared.parameter_name("--follow", word)
+    try:
+        first, last = map(float, ends)
+    except ValueError as error:
+        raise ParameterError(f"--follow {word}: {error}") from error
+    range_around(system, name, (first, last))
+    motion = _motion(request, system)
+    if isinstance(motion, NotFound):
+        return _no_motion(request, motion)
+    steps = {} if options.max_step is None else {"max_step": options.max_step}
+    parameter: dict[str, Any] = {name: (first, last)}
+    branch, interrupted = outputs.as_far_as_it_got(
+        lambda: follow_motion(motion, **steps, **parameter)
+    )
+    _write_branch(options, branch)
+    if interrupted is not None:
+        raise interrupted
+    broken = any(end.startswith(_BROKEN_OFF) for end in branch.ends)
+    return ExitCode.INCOMPLETE if broken else ExitCode.DONE
+
+
+def _write(
+    options: argparse.Namespace,
+    motions: Sequence[PeriodicMotion],
+    shares: Sequence[float] | None = None,
+) -> ExitCode:
+    """Write and print motions, with their shares of the starts if there are any."""
+    share_name = [] if shares is None else ["share"]
+    share_of = [[]] * len(motions) if shares is None else [[share] for share in shares]
+    if options.csv:
+        rows = (
+            [*share, *table.csv_row(motion)]
+            for share, motion in zip(share_of, motions, strict=True)
+        )
+        outputs.write_csv(options.csv, [*share_name, *table.CSV_NAMES], rows)
+    if options.plot and motions:
+        _plot(motions, options.plot)
+    printed = [
+        [*(f"{part:.4g}" for part in share), *table.printed_row(motion)]
+        for share, motion in zip(share_of, motions, strict=True)
+    ]
+    heads = [*share_name, *table.PRINTED_NAMES]
+    outputs.print_table([heads, *printed], outputs.summary_stream(options))
+    return ExitCode.INCOMPLETE if options.plot and not motions else ExitCode.DONE
+
+
+def _plot(motions: Sequence[PeriodicMotion], path: Path) -> None:
+    from .. import plot
+
+    drawn = table.shown(motions, MOST_DRAWN)
+    if len(drawn) < len(motions):
+        print(f"{path} shows {len(drawn)} of {len(motions)} motions", file=sys.stderr)
+    with outputs.figure(path, 7.1, 2.4 * len(drawn)) as figure:
+        for motion, row in zip(drawn, np.atleast_2d(figure.subplots(len(drawn), 3)), strict=True):
+            plot.orbit(motion, legend=False, axes=row)
+            row[0].set_title(f"{motion.label}, {table.verdict(motion)}", loc="left")
+            row[2].set_title("", loc="left")
+
+
+def _write_branch(options: argparse.Namespace, branch: Branch) -> None:
+    """Write and print a branch: its points, then its bifurcations."""
+    if options.csv:
+        points = (
+            ("point", value, piece.motion(k))
+            for piece in branch.pieces
+            for k, value in enumerate(piece.values.tolist())
+        )
+        special = ((found.kind, found.value, found.motion) for found in branch.bifurcations)
+        rows = (
+            [kind, value, *table.csv_row(motion)]
+            for kind, value, motion in itertools.chain(points, special)
+        )
+        outputs.write_csv(options.csv, ["kind", branch.parameter, *table.CSV_NAMES], rows)
+    if options.plot and branch.pieces:
+        from .. import plot
+
+        with outputs.figure(options.plot, 7.1, 4.0) as figure:
+            plot.branches(branch, ax=figure.subplots())
+    stream = outputs.summary_stream(options)
+    heads = ["bifurcation", branch.parameter, "motion", "goes on as"]
+    printed = [
+        [found.kind, repr(found.value), found.motion.label, ", ".join(found.goes_on)]
+        for found in branch.bifurcations
+    ]
+    outputs.print_table([heads, *printed], stream)
+    labels = ", ".join(dict.fromkeys(piece.label for piece in branch.pieces))
+    print(f"motions {labels}; {len(branch.values)} points", file=stream)
+    print(f"ends: {branch.ends[0]}; {branch.ends[1]}", file=stream)

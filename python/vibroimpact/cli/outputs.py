@@ -1,0 +1,116 @@
+"""What commands print and write: summaries, tables, CSV files and figures.
+
+Results go to the standard output; where the CSV goes there, the summary goes to the standard error
+stream. After Ctrl-C a command writes what is done by then.
+"""
+
+import argparse
+import csv
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO, TypeVar
+
+from ..errors import Interrupted, ParameterError
+from ..results import Regime
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_Result = TypeVar("_Result")
+
+FORMATS = (".png", ".pdf", ".svg")
+# Reasons to stop that are none of an incomplete run.
+COMPLETE = ("completed", "restarted", "rest")
+
+
+def add_outputs(command: argparse.ArgumentParser, rows: str, *, save: str = "") -> None:
+    """Add the flags of the files that a command writes."""
+    group = command.add_argument_group("output")
+    group.add_argument("--csv", metavar="FILE", help=f"write {rows} as CSV; - for standard output")
+    if save:
+        group.add_argument("--save", type=Path, metavar="FILE.npz", help=save)
+    group.add_argument("--plot", type=Path, metavar="FILE", help="draw a figure: .png, .pdf, .svg")
+
+
+def check(options: argparse.Namespace) -> None:
+    """Refuse output files that cannot be written, before anything is computed for them."""
+    for name in ("csv", "save", "plot", "store"):
+        path = getattr(options, name, None)
+        if path is None or path == "-":
+            continue
+        folder = Path(path).parent
+        if not folder.is_dir():
+            raise ParameterError(f"--{name} {path}: there is no folder {folder}")
+        if not os.access(folder, os.W_OK):
+            raise ParameterError(f"--{name} {path}: the folder {folder} cannot be written to")
+        if name != "store" and Path(path).is_dir():
+            raise ParameterError(f"--{name} {path}: is a folder; allowed: a file")
+    plot = getattr(options, "plot", None)
+    if plot is not None and plot.suffix.lower() not in FORMATS:
+        raise ParameterError(f"--plot {plot}: allowed endings are {', '.join(FORMATS)}")
+
+
+def as_far_as_it_got(compute: Callable[[], _Result]) -> tuple[_Result, Interrupted | None]:
+    """Return the result and, if Ctrl-C cut it short, the exception to raise once it is written."""
+    try:
+        return compute(), None
+    except Interrupted as error:
+        if error.result is None:
+            raise
+        return error.result, error
+
+
+def write_csv(path: str, names: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+    """Write a table; numbers come back from it bit for bit."""
+    with _opened(path) as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(names)
+        writer.writerows(rows)
+
+
+@contextmanager
+def _opened(path: str) -> Iterator[TextIO]:
+    if path == "-":
+        yield sys.stdout
+    else:
+        with open(path, "w", encoding="utf-8", newline="") as file:
+            yield file
+
+
+@contextmanager
+def figure(path: Path, width: float, height: float) -> Iterator["Figure"]:
+    """Give an empty figure of a size in inches, and write it when it is drawn."""
+    from matplotlib.figure import Figure
+
+    from .. import plot
+
+    with plot.publication_style():
+        drawn = Figure(figsize=(width, height), layout="constrained")
+        yield drawn
+        drawn.savefig(path)
+
+
+def summary_stream(options: argparse.Namespace) -> TextIO:
+    """Return where the summary goes: beside the standard output if the CSV goes there."""
+    return sys.stderr if options.csv == "-" else sys.stdout
+
+
+def print_summary(lines: Sequence[tuple[str, str]], options: argparse.Namespace) -> None:
+    """Print one line for each name and text."""
+    print_table(lines, summary_stream(options))
+
+
+def print_table(rows: Sequence[Sequence[str]], stream: TextIO) -> None:
+    """Print rows of text in columns, the last one as it is."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        cells = (text.ljust(width) for text, width in zip(row, widths, strict=True))
+        print("  ".join(cells).rstrip(), file=stream)
+
+
+def regime_name(value: int) -> str:
+    """Return an impact regime as it stands in a CSV file."""
+    return Regime(value).name.lower()

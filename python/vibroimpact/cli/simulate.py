@@ -1,0 +1,121 @@
+"""`vibroimpact simulate`: one motion, its label and the evidence for it."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..results import Run
+from ..simulation import simulate
+from . import options as shared
+from . import outputs
+from .exit_codes import ExitCode
+
+ABOUT = f"""\
+Simulate one motion; print its label m-n (m drive periods, n impacts per
+orbit; m-inf with complete chatter), `chaotic` or `quasi-periodic`, with the
+evidence for it.
+
+{shared.UNITS}"""
+MORE = """\
+printed:
+  label       what the motion is
+  residual    largest difference between sections m periods apart
+  growth      mean logarithmic growth of a perturbation per drive period
+  confidence  in the label, 0 to 1, and how it was found
+  impacts     since t = 0, and how many of them are kept
+  contact     part of the kept time in lasting contact, if there is any
+  stopped     completed, or why the run stopped earlier (exit code 3)
+  state       x1, v1, x2, v2 at the end, as --initial takes them
+
+columns of the CSV, one row per kept impact:
+  time, period, time_in_period   instant; drive periods completed, time since
+  x1, x2                         angle and displacement
+  v1_pre, v1_post                angular velocity before and after
+  v2_pre, v2_post                velocity of body 2 before and after
+  phase                          drive phase, 0 to 2 pi
+  regime                         frictionless, slip, reversal_approach, ...
+  impulse_normal, impulse_tangential     in M1 l omega_2
+  energy_loss                    in M1 l^2 omega_2^2
+
+example:
+  vibroimpact simulate --mass-ratio 0.6 --frequency-ratio 2 \\
+      --restitution 0.8 --gap 0.5 --moment-amplitude 1 \\
+      --drive-frequency 1.8 --initial 0 0.5 0 0 --periods 600 --keep 100 \\
+      --csv impacts.csv --plot motion.pdf"""
+
+
+def add(subparsers: Any) -> None:
+    """Add the command."""
+    command = shared.command(
+        subparsers, "simulate", summary="one motion, and its name", about=ABOUT, more=MORE
+    )
+    shared.add_system(command)
+    shared.add_run(command, periods=None, keep=None)
+    outputs.add_outputs(command, "the kept impacts", save="write the run for vibroimpact.load")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> ExitCode:
+    """Simulate; after Ctrl-C write what is done, then raise."""
+    request = shared.Request.of(options)
+    system = request.system()
+    values = request.values(
+        *("initial", "periods", "time", "keep", "max_events", "tolerance", "section_phase")
+    )
+    outputs.check(options)
+    result, interrupted = outputs.as_far_as_it_got(lambda: simulate(system, **values))
+    if options.csv:
+        _write_csv(result, options.csv)
+    if options.save:
+        result.save(options.save)
+    if options.plot:
+        _plot(result, options.plot)
+    outputs.print_summary(_describe(result), options)
+    if interrupted is not None:
+        raise interrupted
+    complete = result.stop_reason in outputs.COMPLETE
+    return ExitCode.DONE if complete else ExitCode.INCOMPLETE
+
+
+def _write_csv(result: Run, path: str) -> None:
+    names = result.impacts.dtype.names or ()
+    rows = (
+        [
+            outputs.regime_name(value) if name == "regime" else value
+            for name, value in zip(names, row, strict=True)
+        ]
+        for row in result.impacts.tolist()
+    )
+    outputs.write_csv(path, names, rows)
+
+
+def _describe(result: Run) -> list[tuple[str, str]]:
+    period, end = result.period, result.final_state
+    lines = [("label", result.label)]
+    if period.m is not None:
+        lines.append(("residual", f"{period.residual:.3g}"))
+    if np.isfinite(period.growth):
+        lines.append(
+            ("growth", f"{period.growth:.3g} +- {period.growth_error:.1g} per drive period")
+        )
+    lines.append(("confidence", f"{period.confidence:.2f} ({period.method})"))
+    lines.append(("impacts", f"{result.impact_count}, {len(result.impacts)} kept"))
+    if result.time_in_contact:
+        lines.append(("contact", f"{result.time_in_contact:.6g} of the kept time"))
+    lines.append(("stopped", result.stop_detail or result.stop_reason))
+    state = ", ".join(f"{name} = {getattr(end, name)!r}" for name in ("x1", "v1", "x2", "v2"))
+    lines.append(("state", f"{state} at t = {end.time!r}"))
+    return lines
+
+
+def _plot(result: Run, path: Path) -> None:
+    from .. import plot
+
+    driven = result.system.drive_frequency > 0.0
+    window = None if driven else (result.kept_from, result.final_state.time)
+    with outputs.figure(path, 7.1, 2.6) as figure:
+        left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
+        plot.time_history(result, window=window, color="regime", ax=left)
+        plot.phase_portrait(result, window=window, color="regime", ax=right)

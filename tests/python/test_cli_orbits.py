@@ -1,0 +1,175 @@
+"""`vibroimpact orbits`: the motions it prints and writes are those of the functions."""
+
+import csv
+
+import pytest
+from matplotlib.image import imread
+
+import vibroimpact as vi
+from command_lines import ORBITS, START, SYSTEM
+from vibroimpact.cli import orbits as command
+from vibroimpact.cli.motion_table import CSV_NAMES, PRINTED_NAMES
+
+INITIAL = (0.0, 0.5, 0.0, 0.0)
+FOLLOW = ORBITS + " --follow drive-frequency 1.7 1.9"
+
+
+@pytest.fixture
+def paper_system() -> vi.System:
+    return vi.System(
+        mass_ratio=0.6,
+        frequency_ratio=2.0,
+        restitution=0.8,
+        gap=0.5,
+        moment_amplitude=1.0,
+        drive_frequency=1.8,
+    )
+
+
+def written(path) -> list[dict[str, str]]:
+    with open(path, encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def assert_row(row: dict[str, str], motion: vi.PeriodicMotion) -> None:
+    """Compare a row with a motion, bit for bit."""
+    assert [row[name] for name in ("label", "m", "n")] == [motion.label, "1", "1"]
+    assert (row["admissible"], row["stable"]) == (f"{motion.admissible:d}", f"{motion.stable:d}")
+    assert row["why_not"] == motion.why_not
+    state = tuple(float(row[name]) for name in ("x1", "v1", "v2", "phase"))
+    assert state == motion.state
+    initial = tuple(float(row[f"initial_{name}"]) for name in ("x1", "v1", "x2", "v2"))
+    assert initial == motion.initial
+    for number, value in enumerate(motion.multipliers, start=1):
+        assert float(row[f"multiplier_{number}_real"]) == value.real
+        assert float(row[f"multiplier_{number}_imag"]) == value.imag
+
+
+def test_the_motion_settled_on(run_command, paper_system, tmp_path):
+    code, out, err = run_command(
+        ORBITS, "--csv", tmp_path / "orbit.csv", "--plot", tmp_path / "orbit.png"
+    )
+    assert (code, err) == (0, "")
+    motion = vi.simulate(paper_system, initial=INITIAL, periods=600).refine()
+    (row,) = written(tmp_path / "orbit.csv")
+    assert_row(row, motion)
+    heads, line = out.splitlines()
+    assert tuple(heads.split()) == PRINTED_NAMES
+    assert line.split()[0] == motion.label
+    assert float(line.split()[5]) == pytest.approx(abs(motion.multipliers[0]), rel=1e-8)
+    assert line.split()[-1] == "stable"
+    assert imread(tmp_path / "orbit.png").std() > 0.0
+
+
+def test_all_motions_with_one_impact(run_command, paper_system, tmp_path):
+    code, out, err = run_command(
+        ORBITS + " --n 1", "--csv", tmp_path / "all.csv", "--plot", tmp_path / "all.png"
+    )
+    expected = vi.periodic_motions(paper_system, 1)
+    rows = written(tmp_path / "all.csv")
+    assert code == 0
+    for row, motion in zip(rows, expected, strict=True):
+        assert_row(row, motion)
+    lines = out.splitlines()
+    assert len(lines) == len(expected) + 2
+    for line, motion in zip(lines[1:-1], expected, strict=True):
+        assert motion.admissible or line.endswith(f"no motion: {motion.why_not}")
+    assert lines[-1].endswith("no solution lies outside")
+    assert f"shows {command.MOST_DRAWN} of {len(expected)} motions" in err
+    assert imread(tmp_path / "all.png").std() > 0.0
+
+
+def test_an_interval_limits_the_angle(run_command, paper_system):
+    code, out, _ = run_command(ORBITS + " --n 1 --within -1 1 --csv -")
+    assert code == 0
+    angles = [float(row["x1"]) for row in csv.DictReader(out.splitlines())]
+    expected = vi.periodic_motions(paper_system, 1, within=(-1.0, 1.0))
+    assert angles == [motion.state[0] for motion in expected]
+
+
+def test_undecided_intervals_are_printed(run_command, monkeypatch):
+    whole = command.periodic_motions
+
+    def with_undecided(system, n, within):
+        part = vi.Undecided(lo=0.1, hi=0.2, reason="a double root")
+        found = whole(system, n, within=within)
+        kept = {name: getattr(found, name) for name in ("motions", "boxes", "within", "bounded")}
+        return vi.PeriodicMotions(**kept, undecided=(part,), note="")
+
+    monkeypatch.setattr(command, "periodic_motions", with_undecided)
+    code, out, _ = run_command(ORBITS + " --n 1")
+    assert code == 3
+    assert out.splitlines()[-1] == "undecided x1 in [0.1, 0.2]: a double root"
+
+
+def test_a_search_gives_shares(run_command, paper_system, tmp_path):
+    line = f"{ORBITS} --friction 0.5 --drive-frequency 1.5752 --search 6 --seed 2 --periods 600"
+    code, out, err = run_command(line, "--csv", tmp_path / "found.csv")
+    system = paper_system.replace(friction=0.5, drive_frequency=1.5752)
+    found = vi.search_motions(system, starts=6, seed=2, periods=600)
+    rows = written(tmp_path / "found.csv")
+    assert err == ""
+    assert code == (3 if found.others else 0)
+    assert [float(row["share"]) for row in rows] == found.shares.tolist()
+    assert [row["label"] for row in rows] == [motion.label for motion in found.motions]
+    assert len(out.splitlines()) == 1 + len(found.motions) + len(found.others)
+
+
+def test_chaotic_starts_are_counted(run_command):
+    line = f"orbits {SYSTEM} --friction 0.5 --drive-frequency 1.545 --search 3"
+    code, out, _ = run_command(line)
+    assert (code, out.splitlines()[-1]) == (0, "1 of the starts: chaotic")
+
+
+def test_a_branch_with_its_bifurcations(run_command, paper_system, tmp_path):
+    code, out, err = run_command(
+        FOLLOW, "--csv", tmp_path / "branch.csv", "--plot", tmp_path / "branch.pdf"
+    )
+    assert (code, err) == (0, "")
+    motion = vi.simulate(paper_system, initial=INITIAL, periods=600).refine()
+    branch = vi.follow_motion(motion, drive_frequency=(1.7, 1.9))
+    rows = written(tmp_path / "branch.csv")
+    assert list(rows[0]) == ["kind", "drive_frequency", *CSV_NAMES]
+    points = [row for row in rows if row["kind"] == "point"]
+    assert [float(row["drive_frequency"]) for row in points] == branch.values.tolist()
+    assert_row(points[-1], branch.pieces[-1].motion(len(branch.pieces[-1].values) - 1))
+    special = rows[len(points) :]
+    assert [(row["kind"], float(row["drive_frequency"])) for row in special] == [
+        (found.kind, found.value) for found in branch.bifurcations
+    ]
+    (found,) = branch.bifurcations
+    assert out.splitlines()[1].split()[:3] == [found.kind, repr(found.value), "1-1"]
+    assert out.splitlines()[-1] == "ends: bound; bound"
+    assert (tmp_path / "branch.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_steps_can_be_made_shorter(run_command):
+    long, short = (
+        run_command(f"{FOLLOW} --max-step {step}")[1].splitlines()[-2] for step in (0.05, 0.01)
+    )
+    points = [int(line.split()[2]) for line in (long, short)]
+    assert points[1] > 2 * points[0]
+
+
+def test_an_interrupted_branch_is_written_as_far_as_it_got(run_command, monkeypatch, tmp_path):
+    whole = command.follow_motion
+
+    def interrupted(*arguments, **options):
+        raise vi.Interrupted("interrupted along a branch", whole(*arguments, **options))
+
+    monkeypatch.setattr(command, "follow_motion", interrupted)
+    code, out, err = run_command(FOLLOW, "--csv", tmp_path / "part.csv")
+    assert (code, err) == (130, "vibroimpact: interrupted along a branch\n")
+    assert "points" in out
+    assert written(tmp_path / "part.csv")
+
+
+def test_a_wall_has_two_multipliers(run_command, tmp_path):
+    line = f"orbits {SYSTEM} --mass-ratio 0 --drive-frequency 2.5 {START} --n 1"
+    code, _, _ = run_command(line, "--csv", tmp_path / "wall.csv")
+    rows = written(tmp_path / "wall.csv")
+    assert code == 0
+    assert rows
+    for row in rows:
+        assert row["multiplier_2_real"] != ""
+        assert row["multiplier_3_real"] == row["multiplier_4_imag"] == ""

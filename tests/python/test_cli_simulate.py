@@ -1,0 +1,100 @@
+"""`vibroimpact simulate`: what it prints, and that its files hold the run bit for bit."""
+
+import csv
+import io
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+import vibroimpact as vi
+from command_lines import SIMULATE, START, SYSTEM, fields
+from vibroimpact.paper import MOTIONS, claims
+
+
+@pytest.fixture
+def paper_run() -> vi.Run:
+    system = vi.System(
+        mass_ratio=0.6,
+        frequency_ratio=2.0,
+        restitution=0.8,
+        gap=0.5,
+        moment_amplitude=1.0,
+        drive_frequency=1.8,
+    )
+    return vi.simulate(system, initial=(0.0, 0.5, 0.0, 0.0), periods=600, keep=100)
+
+
+def test_simulate_prints_label_and_evidence(run_command, paper_run):
+    code, out, err = run_command(SIMULATE)
+    assert (code, err) == (0, "")
+    printed = fields(out)
+    assert printed["label"] == paper_run.label == "1-1"
+    assert printed["residual"] == f"{paper_run.period.residual:.3g}"
+    assert printed["impacts"] == f"{paper_run.impact_count}, {len(paper_run.impacts)} kept"
+    assert repr(paper_run.final_state.x1) in printed["state"]
+
+
+def test_impacts_as_csv_are_exact(run_command, paper_run):
+    code, out, err = run_command(SIMULATE + " --csv -")
+    assert code == 0
+    assert fields(err)["label"] == "1-1"
+    rows = list(csv.DictReader(io.StringIO(out)))
+    assert list(rows[0]) == list(paper_run.impacts.dtype.names)
+    assert len(rows) == len(paper_run.impacts)
+    for name in ("time", "x1", "v1_pre", "energy_loss"):
+        assert [float(row[name]) for row in rows] == paper_run.impacts[name].tolist()
+    assert {row["regime"] for row in rows} == {"frictionless"}
+
+
+def test_simulate_writes_its_files(run_command, paper_run, tmp_path):
+    code, _, _ = run_command(
+        SIMULATE,
+        "--csv",
+        tmp_path / "a.csv",
+        "--save",
+        tmp_path / "a.npz",
+        "--plot",
+        tmp_path / "a.png",
+    )
+    assert code == 0
+    assert vi.load(tmp_path / "a.npz").impacts.tobytes() == paper_run.impacts.tobytes()
+    assert len((tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()) == 101
+    assert imread(tmp_path / "a.png").std() > 0.0
+
+
+def test_negative_numbers_with_exponents_are_values(run_command, tmp_path):
+    line = f"simulate {SYSTEM} --drive-frequency 1.8 --initial -1e-3 -.5 -2E-1 -1. --periods 5"
+    assert run_command(line, "--save", tmp_path / "a.npz")[0] == 0
+    assert vi.load(tmp_path / "a.npz").initial == (-1e-3, -0.5, -0.2, -1.0)
+
+
+def test_a_constant_load_takes_a_time(run_command, tmp_path):
+    line = f"simulate {SYSTEM} --drive-frequency 0 {START} --time 5"
+    code, out, _ = run_command(line, "--plot", tmp_path / "a.pdf")
+    assert code == 0
+    assert fields(out)["state"].endswith("at t = 5.0")
+    assert (tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_the_command_of_a_claim_gives_its_label(run_command):
+    (motion,) = [motion for motion in MOTIONS if motion.id == "9(1)"]
+    run = vi.simulate(motion.system, initial=(0.0, 0.5, 0.0, 0.0), periods=600, keep=100)
+    claim = claims.evaluate(motion, run)
+    program, line = claim.command.split(None, 1)
+    assert program == "vibroimpact"
+    code, out, _ = run_command(line)
+    assert (code, fields(out)["label"]) == (0, claim.found)
+
+
+def test_complete_chatter_is_named_in_words(run_command):
+    low = f"{SYSTEM} --force-amplitude 1.5 --pendulum-damping 0.1 --oscillator-damping 0.1 {START}"
+    code, out, _ = run_command(f"simulate {low} --drive-frequency 0.25 --periods 100 --keep 20")
+    printed = fields(out)
+    assert (code, printed["label"]) == (0, "1-inf")
+    share = float(printed["contact"].split()[0]) * 0.25 / (20 * 2 * np.pi)
+    assert share == pytest.approx(0.24, abs=5e-3)  # docs/theory.md, section 5
+    code, out, _ = run_command(
+        f"diagram {low} --vary drive-frequency 0.25 0.3 2 --periods 100 --keep 20 --quiet"
+    )
+    assert (code, fields(out)["1-inf"]) == (0, "2 values")

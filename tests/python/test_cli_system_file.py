@@ -1,0 +1,156 @@
+"""System files: the same as flags, flags before them, and every slip named."""
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+from command_lines import SIMULATE, example_file
+from vibroimpact.cli.system_file import RUN_KEYS, read
+
+PHYSICAL = """
+[physical]
+pendulum_mass = 0.3
+oscillator_mass = 0.5
+length = 0.2
+torsional_stiffness = 1.5
+stiffness = 40
+gap = 0.1
+restitution = 0.8
+drive_frequency = 16.0
+moment_amplitude = 0.9
+"""
+RUN = """
+[run]
+initial = [0, 0.5, 0, 0]
+periods = 20
+keep = 5
+"""
+
+
+@pytest.fixture
+def saved(run_command, tmp_path, monkeypatch):
+    """Simulate with a system file and flags; return the run."""
+    monkeypatch.chdir(tmp_path)
+
+    def simulate(text: str, flags: str = "") -> vi.Run:
+        (tmp_path / "system.toml").write_text(text, encoding="utf-8")
+        code, _, err = run_command(f"simulate --system system.toml --save run.npz {flags}")
+        assert (code, err) == (0, "")
+        return vi.load("run.npz")
+
+    return simulate
+
+
+def test_a_file_gives_what_flags_give(saved, run_command):
+    from_file = saved(example_file())
+    assert run_command(SIMULATE, "--save", "flags.npz")[0] == 0
+    from_flags = vi.load("flags.npz")
+    assert from_file.system == from_flags.system
+    assert from_file.impacts.tobytes() == from_flags.impacts.tobytes()
+
+
+def test_flags_come_before_the_file(saved):
+    run = saved(example_file(), "--gap 0.25 --initial 0 0.1 0 0 --periods 30 --keep 10")
+    assert run.system.gap == 0.25
+    assert run.system.drive_frequency == 1.8
+    assert run.initial == (0.0, 0.1, 0.0, 0.0)
+    assert run.final_state.period == 30
+    assert run.kept_from == pytest.approx(20 * run.system.drive_period, rel=1e-15)
+
+
+def test_a_time_replaces_the_periods_of_the_file(saved):
+    assert saved(example_file(), "--time 2.5").final_state.time == 2.5
+
+
+def test_periods_replace_the_time_of_the_file(saved):
+    text = example_file().replace("periods = 600\nkeep = 100", "time = 2.5")
+    assert saved(text).final_state.time == 2.5
+    assert saved(text, "--periods 3").final_state.period == 3
+
+
+def test_damping_is_a_pair_that_a_flag_can_override_in_part(saved):
+    text = example_file().replace("[system]", "[system]\ndamping = [0.01, 0.02]\n#")
+    assert saved(text).system.damping == (0.01, 0.02)
+    assert saved(text, "--oscillator-damping 0.5").system.damping == (0.01, 0.5)
+
+
+def test_physical_quantities_and_flags_on_top(saved):
+    system = vi.System.from_physical(
+        pendulum_mass=0.3,
+        oscillator_mass=0.5,
+        length=0.2,
+        torsional_stiffness=1.5,
+        stiffness=40,
+        gap=0.1,
+        restitution=0.8,
+        drive_frequency=16.0,
+        moment_amplitude=0.9,
+    )
+    assert saved(PHYSICAL + RUN).system == system
+    assert saved(PHYSICAL + RUN, "--friction 0.3").system == system.replace(friction=0.3)
+
+
+def test_all_options_of_a_run_can_stand_in_the_file(saved):
+    text = example_file() + "max_events = 90\ntolerance = 1e-10\nsection_phase = 0.5\n"
+    initial = (0.0, 0.5, 0.0, 0.0)
+    run = saved(text.replace("periods = 600\nkeep = 100", "periods = 60"))
+    expected = vi.simulate(
+        run.system, initial=initial, periods=60, max_events=90, tolerance=1e-10, section_phase=0.5
+    )
+    assert run.stroboscopic.tobytes() == expected.stroboscopic.tobytes()
+    assert run.stroboscopic[0].tolist() != list(initial)
+    assert set(RUN_KEYS) == {"initial", "periods", "time", "keep", "max_events", "tolerance"} | {
+        "section_phase"
+    }
+
+
+def test_a_swept_parameter_need_not_stand_in_the_file(run_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = example_file().replace("drive_frequency = 1.8\n", "")
+    (tmp_path / "system.toml").write_text(text, encoding="utf-8")
+    line = "--system system.toml --vary drive-frequency 1.7 1.9 3 --quiet --save d.npz"
+    assert run_command(f"diagram {line}")[0] == 0
+    diagram = vi.load("d.npz")
+    assert (diagram.settings.periods, diagram.settings.keep) == (600, 100)
+    assert diagram.parameter.tolist() == np.linspace(1.7, 1.9, 3).tolist()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("gap = ", ["not a TOML file"]),
+        ("gap = 0.5", ["unknown: gap", "allowed: system, physical, run"]),
+        ("[systems]", ["unknown: systems", "allowed: system, physical, run"]),
+        ("system = 3", ["system = 3", "a table"]),
+        ("[system]\nmass = 1\nmas = 2", ["[system]: unknown: mas, mass", "mass_ratio", "damping"]),
+        ("[run]\nperiod = 3", ["[run]: unknown: period", "periods", "section_phase"]),
+        ("[system]\n[physical]", ["one of the tables [system] and [physical]"]),
+        ("[physical]\nlength = 1", ["[physical]: missing: drive_frequency, gap, oscillator_mass"]),
+        (PHYSICAL + "mass_ratio = 1", ["[physical]: unknown: mass_ratio", "pendulum_mass"]),
+        (PHYSICAL.replace("stiffness = 40", "stiffness = -40"), ["stiffness = -40", "> 0"]),
+        ("[system]\ndamping = 0.1", ["damping = 0.1", "pendulum_damping, oscillator_damping"]),
+        ("[system]\ndamping = [0, 0]\npendulum_damping = 0", ["damping = [0, 0]"]),
+        ("[system]\ngap = nan", ["missing system parameters"]),
+        (example_file().replace("gap = 0.5", "gap = nan"), ["gap = nan"]),
+        (example_file().replace("gap = 0.5", "gap = '0.5'"), ["gap = '0.5'"]),
+        (example_file().replace("gap = 0.5", "gap = true"), ["gap = True"]),
+        (example_file().replace("periods = 600", "periods = 600.0"), ["periods = 600.0"]),
+        (example_file().replace("0.5, 0.0, 0.0]", "0.5]"), ["initial of shape (2,)"]),
+        (example_file() + "time = 5.0", ["exactly one of periods= and time="]),
+    ],
+)
+def test_slips_in_a_file_are_named(run_command, text, words, tmp_path):
+    path = tmp_path / "system.toml"
+    path.write_text(text, encoding="utf-8")
+    code, out, err = run_command("simulate --system", path)
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    for word in words:
+        assert word in err
+
+
+def test_bytes_that_are_no_text_are_named(tmp_path):
+    path = tmp_path / "system.toml"
+    path.write_bytes(b"\xff\xfe[system]")
+    with pytest.raises(vi.ParameterError, match="not a TOML file"):
+        read(path)
