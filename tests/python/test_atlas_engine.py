@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from toy_task import ROWS, Toy, assert_same, whole
+from toy_task import GRID, ROWS, Toy, assert_same, whole
 from vibroimpact import atlas
 from vibroimpact.atlas import STATUS, Field, Grid, Layout, RowGroup, Tiling
 from vibroimpact.atlas.columns import Memory
-
-GRID = Grid({"gap": np.linspace(0.0, 1.0, 7), "restitution": np.linspace(0.2, 0.9, 11)})
 
 
 @pytest.fixture(scope="module")

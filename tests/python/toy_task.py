@@ -12,6 +12,8 @@ import numpy as np
 
 from vibroimpact.atlas import STATUS, ChunkResult, Columns, Field, Grid, RowGroup
 
+GRID = Grid({"gap": np.linspace(0.0, 1.0, 7), "restitution": np.linspace(0.2, 0.9, 11)})
+
 FIELDS = (
     STATUS,
     Field("final", "float64", "value after the last step"),
@@ -33,10 +35,10 @@ class Toy:
 
     ``trouble`` names what happens at the start of the chunk that holds the cell ``at``, once if a
     file ``fuse`` is given and for as long as it exists: ``ctrl_c``, ``half`` (Ctrl-C found within
-    the chunk), ``kill``, ``raise``, ``wait``.
+    the chunk), ``kill``, ``raise``, ``pause``.
     """
 
-    grid: Grid
+    grid: Grid = GRID
     steps: int = 50
     ragged: bool = True
     divisible: bool = True
@@ -95,8 +97,8 @@ class Toy:
                 os.kill(os.getpid(), signal.SIGKILL)
             case "raise":
                 raise ArithmeticError(f"cell {self.at}")
-            case "wait":
-                time.sleep(60)
+            case "pause":
+                time.sleep(1)
         return last - first
 
     def _iterate(self, first: int, last: int) -> ChunkResult:

@@ -64,7 +64,7 @@ def on_cluster(
     left, order = iter(todo), iter(todo)
     awaited = next(order, None)
     running: dict[Any, int] = {}
-    arrivals: Any = distributed.as_completed()  # type: ignore[no-untyped-call]
+    arrivals = distributed.as_completed()
     waiting: dict[int, ChunkResult] = {}
     try:
         while True:

@@ -138,7 +138,7 @@ class Memory:
                 parts = [np.empty((0, *entry.shape), entry.dtype)]
                 parts += (part for _, part in sorted(self._rows.pop(entry.name).items()))
                 arrays[entry.name] = np.concatenate(parts)
-        return Columns(self.layout, lambda name, place: arrays[name][place])
+        return Columns(self.layout, lambda name, place: np.asarray(arrays[name][place]))
 
 
 def to_dataset(columns: Columns) -> "xarray.Dataset":

@@ -54,7 +54,7 @@ class Store:
         self.ordered = bool(layout.rows)
         self._lock = _locked(self.path)
         try:
-            with _reading(self.path):
+            with _reading(self.path), _writing(self.path):
                 group = self._opened()
                 self._arrays = {entry.name: group[entry.name] for entry, _ in layout.arrays()}
                 _consolidate(self.path)
@@ -137,14 +137,8 @@ class Store:
         OSError
             If it cannot be written; the chunk is then still to be computed.
         """
-        try:
+        with _writing(self.path):
             self._write(index, result)
-        except OSError as error:
-            raise OSError(
-                error.errno or errno.EIO,
-                f"the store {str(self.path)!r} cannot be written ({error.strerror or error}); the "
-                f"{self.done} cells in it are safe: make room and call again to go on",
-            ) from error
 
     def _write(self, index: int, result: ChunkResult) -> None:
         place = self.tiling.slices(index)
@@ -199,6 +193,8 @@ def open_columns(path: str | os.PathLike[str]) -> Columns:
             raise ParameterError(f"{str(directory)!r} is not a store")
         group = zarr.open_group(str(directory), mode="r", use_consolidated=False)
         _check_format(directory, group)
+        if "kind" not in group.attrs:
+            raise ParameterError(f"{str(directory)!r} is not a store yet, only begun")
         layout = _layout(group)
         arrays = {entry.name: group[entry.name] for entry, _ in layout.arrays()}
     counts = {entry.name: group.count.name for group in layout.rows for entry in group.fields}
@@ -237,6 +233,21 @@ def _reading(path: Path) -> Iterator[None]:
         raise
     except (ValueError, KeyError, TypeError, IndexError, RuntimeError, FileNotFoundError) as error:
         raise ParameterError(f"store = {str(path)!r} is damaged ({error!r})") from error
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    """Say what to do about a disk that is full."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise  # damage
+    except OSError as error:
+        raise OSError(
+            error.errno or errno.EIO,
+            f"the store {str(path)!r} cannot be written ({error.strerror or error}); the cells in "
+            "it are safe, and with room enough the same call goes on from there",
+        ) from error
 
 
 def _locked(path: Path) -> int | None:
@@ -332,7 +343,7 @@ def _layout(group: Any) -> Layout:
             array.dtype.name,
             array.attrs["description"],
             array.shape[outer:],
-            array.metadata.dimension_names[outer:],
+            (array.metadata.dimension_names or ())[outer:],
             array.fill_value.item(),
             tuple(array.attrs.get("flag_meanings", "").split()),
         )
