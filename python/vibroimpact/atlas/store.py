@@ -136,8 +136,10 @@ class Store:
         ------
         OSError
             If it cannot be written; the chunk is then still to be computed.
+        ParameterError
+            If the store turns out to be damaged.
         """
-        with _writing(self.path):
+        with _reading(self.path), _writing(self.path):
             self._write(index, result)
 
     def _write(self, index: int, result: ChunkResult) -> None:
@@ -215,12 +217,15 @@ def _mark() -> dict[str, Any]:
 
 
 def _zarr() -> Any:
+    needed = 'a store needs Zarr 3.1.3 or newer: pip install "vibroimpact[xarray]"'
     try:
         import zarr
+        from packaging.version import Version  # which Zarr needs itself
     except ImportError as error:
-        raise ImportError(
-            'a store needs Zarr: pip install "vibroimpact[xarray]"', name="zarr"
-        ) from error
+        raise ImportError(needed, name="zarr") from error
+    if Version(zarr.__version__) < Version("3.1.3"):
+        # Older ones write into files that stand, so that a kill leaves half of one.
+        raise ImportError(f"{needed}; found {zarr.__version__}", name="zarr")
     return zarr
 
 
