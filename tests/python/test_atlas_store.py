@@ -16,9 +16,10 @@ import xarray
 import zarr
 
 import vibroimpact as vi
-from toy_task import GRID, Toy, assert_same, whole
+from toy_task import GRID, Toy, assert_same, padded, whole
 from vibroimpact import atlas
-from vibroimpact.atlas import Grid
+from vibroimpact.atlas import Grid, Tiling
+from vibroimpact.atlas.store import Store
 
 # 18 chunks, four to each of the first rows of the grid.
 CHUNK = 5
@@ -189,6 +190,33 @@ Path.replace = replace
             xarray.open_zarr(path, chunks=None).load()
     assert done == sorted(done)
     assert 0 < done[-1] < 77
+    assert_same(stored(path), expected)
+    assert sorted(path.glob("*.*")) == [path / "zarr.json"]
+
+
+def test_a_part_of_a_chunk_does_not_stand_beside_half_of_another(path, expected):
+    layout = atlas.Layout.of(Toy())
+
+    def part(cells):
+        return padded(Toy()._iterate(0, cells), 11)
+
+    with Store(path, layout, Tiling.of(GRID.shape, 11)) as store:
+        store.write(0, part(8))
+        assert atlas.open_columns(path).done == 8
+        store._arrays["visits"] = None
+        with pytest.raises(vi.ParameterError, match="damaged"):
+            store.write(0, part(3))
+    columns = atlas.open_columns(path)
+    assert columns.done == 0
+    assert columns["peak_offset"][-1] == len(columns["step"])
+    with Store(path, layout, Tiling.of(GRID.shape, 11)) as store:
+        store.write(0, part(8))
+        store.write(0, part(3))
+    columns = atlas.open_columns(path)
+    assert columns.done == 3
+    assert columns["final"][0, :3].tolist() == expected["final"][0, :3].tolist()
+    assert np.isnan(columns["final"].ravel()[3:]).all()
+    assert columns["step"].tolist() == expected["step"][: expected["peak_offset"][3]].tolist()
     assert_same(stored(path), expected)
 
 

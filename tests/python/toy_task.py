@@ -73,7 +73,7 @@ class Toy:
             done = self._suffer(first, last)
         result = self._iterate(first, first + done)
         if done < last - first:
-            result = _padded(result, last - first)
+            result = padded(result, last - first)
         if go_on is not None:
             go_on(done)
         return result
@@ -127,7 +127,7 @@ class Toy:
         return ChunkResult(columns, {"peak": (np.bincount(cell, minlength=last - first), rows)})
 
 
-def _padded(result: ChunkResult, length: int) -> ChunkResult:
+def padded(result: ChunkResult, length: int) -> ChunkResult:
     """Return an interrupted result of so many cells, the last ones pending."""
     columns = {}
     for entry in FIELDS:

@@ -56,6 +56,7 @@ class Field:
         fill = self.fill
         if fill is None:
             fill = math.nan if dtype.kind == "f" else 0
+        object.__setattr__(self, "dtype", dtype.name)
         object.__setattr__(self, "fill", dtype.type(fill).item())
 
     def attributes(self) -> dict[str, Any]:

@@ -83,17 +83,17 @@ class Store:
 
     def _opened(self) -> Any:
         """Return the group, made or found to be the same computation."""
-        known = self.path / "zarr.json"
-        if not known.exists():
-            # A kill while the first file was written leaves that behind.
-            for left in self.path.glob("zarr.*.partial"):
-                left.unlink()
-            if any(self.path.iterdir()):
-                raise ParameterError(f"store = {str(self.path)!r} is a directory of something else")
+        # What a kill leaves of a file that was being written.
+        parts = set(self.path.glob("zarr.*.partial"))
+        if (self.path / "zarr.json").exists():
+            group = _zarr().open_group(str(self.path), mode="r+", use_consolidated=False)
+            _check_format(self.path, group)
+        elif parts.issuperset(self.path.iterdir()):
             group = _zarr().create_group(str(self.path), attributes=_mark())
         else:
-            group = _zarr().open_group(str(self.path), mode="r+", use_consolidated=False)
-        _check_format(self.path, group)
+            raise ParameterError(f"store = {str(self.path)!r} is a directory of something else")
+        for part in parts:
+            part.unlink()
         if "kind" not in group.attrs:  # the last to be written
             _create(group, self.layout, self.tiling)
             return group
