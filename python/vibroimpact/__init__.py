@@ -16,7 +16,18 @@ quantities are dimensionless; the glossary is docs/notation.md.
 from typing import TYPE_CHECKING
 
 from ._core import __version__
-from .diagrams import Diagram, DiagramSettings, bifurcation_diagram
+from .atlas import (
+    Chart,
+    Diagram,
+    DiagramSettings,
+    LyapunovSpectrum,
+    LyapunovSweep,
+    Sweep,
+    bifurcation_diagram,
+    chart,
+    lyapunov_spectrum,
+    sweep,
+)
 from .errors import Interrupted, ParameterError, SimulationError, StateError
 from .files import load
 from .impact_maps import ImpactAgreement, ImpactRegimes, impact_agreement, impact_regimes
@@ -65,6 +76,7 @@ __all__ = [
     "Bifurcation",
     "BifurcationCurve",
     "Branch",
+    "Chart",
     "Diagram",
     "DiagramSettings",
     "EnergyAudit",
@@ -73,6 +85,8 @@ __all__ = [
     "ImpactAgreement",
     "ImpactRegimes",
     "Interrupted",
+    "LyapunovSpectrum",
+    "LyapunovSweep",
     "ManifoldSide",
     "MotionMap",
     "MotionSearch",
@@ -86,17 +100,20 @@ __all__ = [
     "SimulationError",
     "StabilityRegion",
     "StateError",
+    "Sweep",
     "System",
     "Undecided",
     "UnstableManifold",
     "__version__",
     "bifurcation_curve",
     "bifurcation_diagram",
+    "chart",
     "follow_motion",
     "impact",
     "impact_agreement",
     "impact_regimes",
     "load",
+    "lyapunov_spectrum",
     "motion_map",
     "periodic_motion",
     "periodic_motions",
@@ -104,6 +121,7 @@ __all__ = [
     "search_motions",
     "simulate",
     "stability_region",
+    "sweep",
     "switch_branch",
     "unstable_manifold",
 ]

@@ -16,10 +16,12 @@ __all__ = [
     "Itinerary",
     "PeriodReport",
     "Run",
+    "Spectrum",
     "Sweep",
     "System",
     "__version__",
     "impact",
+    "lyapunov_spectrum",
     "simulate",
     "simulate_many",
     "sweep",
@@ -27,6 +29,8 @@ __all__ = [
 
 __version__: str
 
+STATUS_NAMES: tuple[str, ...]
+MOTION_NAMES: tuple[str, ...]
 IMPACT_DTYPE: np.dtype[np.void]
 EVENT_DTYPE: np.dtype[np.void]
 GRAZE_DTYPE: np.dtype[np.void]
@@ -234,29 +238,26 @@ class Run:
 
 @final
 class Sweep:
-    """Result of sweep: ragged arrays, point i owning rows offset[i] : offset[i + 1]."""
+    """Result of sweep: a column for each quantity; the rows of both sections are ragged."""
 
-    @property
-    def done(self) -> NDArray[np.bool_]:
-        """(n,) False where an interrupted sweep did not get to."""
     @property
     def interrupted(self) -> bool:
         """Whether Ctrl-C ended the sweep."""
     @property
-    def status(self) -> list[str]:
-        """(n,) completed, restarted, or the stop reason; ``pending`` if not done."""
+    def status(self) -> NDArray[np.int8]:
+        """(n,) place of each status in ``STATUS_NAMES``."""
     @property
-    def offset(self) -> NDArray[np.int64]:
-        """(n + 1,) into the impact rows."""
+    def impact_count(self) -> NDArray[np.int64]:
+        """(n,) kept impacts of each cell."""
     @property
     def impact_section(self) -> NDArray[np.float64]:
-        """(rows, 4) x1, v1, v2 just before the impact, phase."""
+        """(rows, 6) x1, v1, v2, phase just before the impact, approach velocity, energy loss."""
     @property
     def regime(self) -> NDArray[np.int8]:
         """(rows,) regime of each impact."""
     @property
-    def stroboscopic_offset(self) -> NDArray[np.int64]:
-        """(n + 1,) into the stroboscopic rows."""
+    def stroboscopic_count(self) -> NDArray[np.int64]:
+        """(n,) kept stroboscopic states of each cell."""
     @property
     def stroboscopic(self) -> NDArray[np.float64]:
         """(rows, 4) x1, v1, x2, v2."""
@@ -267,13 +268,58 @@ class Sweep:
     def n(self) -> NDArray[np.int64]:
         """(n,) impacts per orbit, -1 with complete chatter."""
     @property
+    def motion(self) -> NDArray[np.int8]:
+        """(n,) place of each kind of motion in ``MOTION_NAMES``."""
+    @property
+    def residual(self) -> NDArray[np.float64]:
+        """(n,) largest difference of sections m periods apart."""
+    @property
+    def exponents(self) -> NDArray[np.float64]:
+        """(n, 4) Lyapunov exponents, descending; NaN where not wanted."""
+    @property
+    def exponent_errors(self) -> NDArray[np.float64]:
+        """(n, 4) their standard errors."""
+    @property
     def contact_fraction(self) -> NDArray[np.float64]:
         """(n,) part of the kept window in lasting contact; NaN where nothing is kept."""
     @property
-    def residual(self) -> NDArray[np.float64]: ...
-    @property
     def final_states(self) -> NDArray[np.float64]:
         """(n, 4) state at the end."""
+
+@final
+class Spectrum:
+    """Lyapunov exponents of a motion."""
+
+    @property
+    def exponents(self) -> NDArray[np.float64]:
+        """(4,) per unit time, descending."""
+    @property
+    def errors(self) -> NDArray[np.float64]:
+        """(4,) standard errors."""
+    @property
+    def time(self) -> float:
+        """Time measured over."""
+    @property
+    def impacts(self) -> int:
+        """Impacts in that time."""
+    @property
+    def history_time(self) -> NDArray[np.float64]:
+        """(h,) times since the measurement began."""
+    @property
+    def history(self) -> NDArray[np.float64]:
+        """(h, 4) exponents up to them."""
+    @property
+    def error(self) -> str | None:
+        """Why the measurement ended early; None if it did not."""
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended it."""
+
+def lyapunov_spectrum(run: Run, steps: int, step: float | None = None) -> Spectrum:
+    """The spectrum of the motion that goes on from the end of ``run``.
+
+    Over so many drive periods, or steps of this time under a constant load.
+    """
 
 def impact(
     system: System,
@@ -316,20 +362,24 @@ def simulate_many(
 
 def sweep(
     system: System,
-    parameter: str,
+    names: Sequence[str],
     values: NDArray[np.float64],
-    initial: Sequence[float],
+    initials: NDArray[np.float64],
     *,
     periods: int,
     keep: int,
     start: str = "fresh",
+    measure: str = "returns",
+    measured: int = 0,
+    rows: bool = True,
     max_events: int = ...,
     tolerance: float = ...,
     section_phase: float = 0.0,
     workers: int | None = None,
     progress: Callable[[int], Any] | None = None,
 ) -> Sweep:
-    """One run per value; ``progress`` is called with the number of points done so far.
+    """One run per cell, with row i of ``values`` for the parameters ``names``, from ``initials[i]``.
 
-    Ctrl-C ends the sweep early: points not reached are False in ``done``.
+    ``progress`` is called with the number of cells done so far. Ctrl-C ends the sweep early: cells
+    not done are pending.
     """

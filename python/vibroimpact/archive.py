@@ -23,9 +23,9 @@ _Result = TypeVar("_Result")
 Builder = Callable[[dict[str, Any], dict[str, NDArray[Any]]], _Result]
 
 FORMAT = "vibroimpact"
-# 2: events of lasting contact in a run, the time in contact in a diagram. Files of format 1 are
-# refused: their runs ended where chatter began, and cannot be resumed past it.
-FORMAT_VERSION = 2
+# 2: events of lasting contact in a run. 3: diagrams are columns over a grid. Older ones are
+# refused.
+FORMAT_VERSION = 3
 
 # What the readers of zip, deflate, npy and JSON raise on bytes that are not what they claim to be.
 _DAMAGE = (

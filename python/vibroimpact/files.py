@@ -1,24 +1,25 @@
-"""Reading back what ``Run.save`` and ``Diagram.save`` have written."""
+"""Reading back what ``save`` has written, and opening stores."""
 
 import os
 
 from . import archive
-from .diagrams import Diagram
+from .atlas import RESULTS, GridResult, open_columns
 from .results import Run
 
 
-def load(path: str | os.PathLike[str]) -> Run | Diagram:
-    """Read a run or a diagram from the file that its ``save`` wrote.
+def load(path: str | os.PathLike[str]) -> Run | GridResult:
+    """Read a result from the file that its ``save`` wrote, or open the Zarr store of a computation.
 
-    ``Run.load`` and ``Diagram.load`` do the same where only one of the two will do.
+    The ``load`` of each class does the same where only its own will do.
 
     Raises
     ------
     ValueError
-        If the file is damaged, or was written by something else or by another version.
+        If it is damaged, or was written by something else or by another version.
     """
-    builders: dict[str, archive.Builder[Run | Diagram]] = {
-        "run": Run._from_parts,
-        "diagram": Diagram._from_parts,
-    }
+    if os.path.isdir(path):
+        columns = open_columns(path)
+        return RESULTS[columns.layout.kind](columns)
+    builders: dict[str, archive.Builder[Run | GridResult]] = {"run": Run._from_parts}
+    builders |= {kind: result._from_parts for kind, result in RESULTS.items()}
     return archive.read(path, builders)

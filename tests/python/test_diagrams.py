@@ -86,8 +86,10 @@ def test_settings_are_recorded(diagram, system, initial):
     assert diagram.settings == vi.DiagramSettings(
         periods=60,
         keep=20,
-        initial=initial,
-        start="fresh",
+        initial=(initial,),
+        start=("fresh",),
+        labels=True,
+        exponents=False,
         max_events=None,
         tolerance=1e-12,
         section_phase=0.0,
@@ -283,7 +285,7 @@ def test_an_initial_state_that_does_not_fit_every_value_is_an_early_error(system
             vi.bifurcation_diagram(
                 system, initial=initial, periods=FOREVER, start=start, gap=[0.5, gap]
             )
-    for bad in ((0.0, 0.5, 0.0), [(0.0, 0.5, 0.0, 0.0)], (0.0, math.nan, 0.0, 0.0)):
+    for bad in ((0.0, 0.5, 0.0), [(0.0, 0.5, 0.0)], (0.0, math.nan, 0.0, 0.0)):
         with pytest.raises(vi.StateError):
             vi.bifurcation_diagram(system, initial=bad, periods=FOREVER, gap=[0.5])
 

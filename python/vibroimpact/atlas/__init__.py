@@ -1,23 +1,50 @@
-"""Computations over grids of cells: the engine, its fields, its results."""
+"""Computations over grids: sweeps, diagrams, charts, Lyapunov exponents (docs/atlas.md).
+
+One engine cuts a grid into chunks and has them computed by threads or by a cluster, into memory or
+into a store; what a cell is, the tasks say. In this order: grid, fields, columns, store, cluster,
+engine (any computation), results, cells (runs), sweep, merge, diagram, lyapunov.
+"""
 
 from .columns import Columns, to_dataset
+from .diagram import Diagram, DiagramSettings, bifurcation_diagram
 from .engine import compute
 from .fields import STATUS, STATUS_NAMES, ChunkResult, Field, Layout, RowGroup, Task
 from .grid import Grid, Tiling
+from .lyapunov import LyapunovSpectrum, LyapunovSweep, lyapunov_spectrum
+from .results import GridResult, orbit_label
 from .store import open_columns
+from .sweep import Chart, Sweep, chart, sweep
+
+# The results by the kind of their store or file.
+RESULTS: dict[str, type[GridResult]] = {
+    result.kind: result for result in (Sweep, Chart, Diagram, LyapunovSweep)
+}
 
 __all__ = [
+    "RESULTS",
     "STATUS",
     "STATUS_NAMES",
+    "Chart",
     "ChunkResult",
     "Columns",
+    "Diagram",
+    "DiagramSettings",
     "Field",
     "Grid",
+    "GridResult",
     "Layout",
+    "LyapunovSpectrum",
+    "LyapunovSweep",
     "RowGroup",
+    "Sweep",
     "Task",
     "Tiling",
+    "bifurcation_diagram",
+    "chart",
     "compute",
+    "lyapunov_spectrum",
     "open_columns",
+    "orbit_label",
+    "sweep",
     "to_dataset",
 ]

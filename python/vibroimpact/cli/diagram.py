@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..diagrams import Diagram, bifurcation_diagram, orbit_label
+from ..atlas import Diagram, bifurcation_diagram, orbit_label
 from . import options as shared
 from . import outputs
 from .exit_codes import ExitCode

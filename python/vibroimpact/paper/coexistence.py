@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from .. import plot
-from ..diagrams import Diagram, bifurcation_diagram
+from ..atlas import Diagram, bifurcation_diagram
 from ..orbits import Branch, PeriodicMotion, follow_motion, search_motions
 from ..plot.style import BLACK
 from ..system import System
@@ -95,6 +95,7 @@ def _diagram(
 ) -> Diagram:
     return bifurcation_diagram(
         system,
+        labels=False,
         drive_frequency=np.linspace(*span, frequencies),
         initial=INITIAL,
         periods=PERIODS,

@@ -15,7 +15,7 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from .. import plot
-from ..diagrams import Diagram, bifurcation_diagram
+from ..atlas import Diagram, bifurcation_diagram
 from ..orbits import BifurcationCurve, NotFound, StabilityRegion, stability_region
 from ..plot.branches import curve_handles
 from ..plot.style import BIFURCATION_STYLES, GREY
@@ -74,6 +74,7 @@ def compute(
     for moment in moments:
         diagram = bifurcation_diagram(
             paper_system(moment_amplitude=moment),
+            labels=False,
             initial=INITIAL,
             periods=PERIODS,
             keep=KEEP,

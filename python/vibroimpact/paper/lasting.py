@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..diagrams import bifurcation_diagram
+from ..atlas import bifurcation_diagram
 from ..results import EventKind, Run
 from ..simulation import simulate
 from .claims import Claim, Verdict
@@ -50,6 +50,7 @@ def observe(
     grid = np.linspace(*LOW_RANGE, frequencies)
     diagram = bifurcation_diagram(
         transition.system,
+        labels=False,
         drive_frequency=grid,
         initial=INITIAL,
         periods=PERIODS,

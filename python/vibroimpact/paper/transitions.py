@@ -9,7 +9,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from .. import plot
-from ..diagrams import Diagram, bifurcation_diagram, orbit_label
+from ..atlas import Diagram, bifurcation_diagram, orbit_label
 from ..results import Run
 from ..simulation import simulate
 from .layout import Page, fixed_parameters, row_parameters
@@ -86,6 +86,7 @@ def _diagram(
 ) -> Diagram:
     return bifurcation_diagram(
         transition.system,
+        labels=False,
         drive_frequency=np.linspace(*span, frequencies),
         initial=INITIAL,
         periods=PERIODS,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..diagrams import Diagram
+from ..atlas import Diagram
 from ..simulation import simulate
 
 _LONGER = 10
@@ -80,7 +80,7 @@ def is_confirmed(window: Window, diagram: Diagram) -> bool:
         value = window.low + place * (window.high - window.low)
         run = simulate(
             diagram.system.replace(**{diagram.parameter_name: value}),
-            initial=settings.initial,
+            initial=settings.initial[0],
             periods=_LONGER * settings.periods,
             keep=settings.keep,
         )

@@ -18,8 +18,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from ..atlas import Diagram
 from ..checks import positive, reject, several
-from ..diagrams import Diagram
 from ..orbits import Bifurcation, BifurcationCurve, Branch, Piece
 from .diagram import bifurcation
 from .style import (

@@ -28,7 +28,7 @@ from .style import (
 )
 
 if TYPE_CHECKING:
-    from ..diagrams import Diagram
+    from ..atlas import Diagram
 
 _RUG_HEIGHT = 0.035
 _RUG_GREYS = ("0.45", "0.7", "0.2")

@@ -1,0 +1,512 @@
+"""Bifurcation diagrams: the long-term motion as one parameter of a system varies.
+
+The result is ragged: point i of the diagram owns the rows offset[i] : offset[i + 1] of the impact
+columns and stroboscopic_offset[i] : stroboscopic_offset[i + 1] of the stroboscopic states. The
+sections are those of Han, Jin & Hu (2004), eq. (48); see docs/theory.md, section 6.
+"""
+
+import dataclasses
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from ..checks import count, reject, state, states
+from ..errors import Interrupted, ParameterError
+from ..results import read_only
+from ..system import NUMERIC_RANGES, System
+from .cells import (
+    IMPACT_ROWS,
+    STROBOSCOPIC_ROWS,
+    CellTask,
+    Measure,
+    RunSettings,
+    checked_axes,
+    label_columns,
+    run_cells,
+)
+from .columns import Columns
+from .engine import compute
+from .fields import ChunkResult
+from .grid import Grid
+from .merge import merged
+from .results import GridResult
+
+Start = Literal["fresh", "forward", "backward"]
+
+# More would ask for more points than a screen has.
+_MOST_REFINEMENTS = 20
+
+
+@dataclass(frozen=True, kw_only=True)
+class DiagramSettings:
+    """The arguments a diagram was computed with; meanings as in ``bifurcation_diagram``.
+
+    ``initial`` and ``start`` are those of each branch.
+    """
+
+    initial: tuple[tuple[float, float, float, float], ...]
+    start: tuple[Start, ...]
+    periods: int
+    keep: int
+    labels: bool
+    exponents: bool
+    max_events: int | None
+    tolerance: float
+    section_phase: float
+
+
+class Diagram(GridResult):
+    """A bifurcation diagram of n points; all arrays are read-only.
+
+    A point is one value of the parameter on one branch; the points of a branch follow each other. A
+    branch is a start: an initial state, fresh or followed.
+    """
+
+    kind = "diagram"
+
+    def __init__(self, columns: Columns) -> None:
+        super().__init__(columns)
+        self.parameter_name = [*columns.grid.axes][-1]
+
+    @property
+    def settings(self) -> DiagramSettings:  # type: ignore[override]
+        """The arguments of the computation."""
+        settings = super().settings
+        initial = tuple(tuple(state) for state in settings.pop("initial"))
+        start = tuple(settings.pop("start"))
+        return DiagramSettings(initial=initial, start=start, **settings)
+
+    def _flat(self, name: str) -> NDArray[Any]:
+        array = self.columns[name]
+        inner = array.shape[len(self.columns.grid.axes) :]
+        return array.reshape(-1, *inner)
+
+    def __repr__(self) -> str:
+        """Say what was varied and how much came of it."""
+        return f"{super().__repr__()[:-1]}, {len(self.regime)} impacts>"
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The values of the parameter, shape (values,)."""
+        return self.columns.grid.axes[self.parameter_name]
+
+    @property
+    def branch(self) -> NDArray[np.int64]:
+        """Number of the branch of each point, shape (n,): of ``settings.initial``, ``.start``."""
+        numbers = np.arange(len(self) // max(len(self.values), 1))
+        return read_only(np.repeat(numbers, len(self.values)))
+
+    @property
+    def parameter(self) -> NDArray[np.float64]:
+        """The value of the parameter at each point, shape (n,)."""
+        return read_only(np.tile(self.values, len(self) // max(len(self.values), 1)))
+
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """How each point ended, shape (n,); see ``GridResult.status``."""
+        return super().status.reshape(-1)
+
+    @property
+    def label(self) -> NDArray[np.str_]:
+        """Label of each point, shape (n,); ``unresolved`` without ``labels`` if not periodic."""
+        return super().label.reshape(-1)
+
+    @property
+    def m(self) -> NDArray[np.int64]:
+        """Drive periods per orbit, shape (n,); 0 where no period was found."""
+        return self._flat("m")
+
+    @property
+    def n(self) -> NDArray[np.int64]:
+        """Impacts per orbit, shape (n,); -1 for complete chatter."""
+        return self._flat("n")
+
+    @property
+    def residual(self) -> NDArray[np.float64]:
+        """Largest difference between sections m periods apart, shape (n,)."""
+        return self._flat("residual")
+
+    @property
+    def contact_fraction(self) -> NDArray[np.float64]:
+        """Part of the kept time in lasting contact, shape (n,); NaN where nothing is kept."""
+        return self._flat("contact_fraction")
+
+    @property
+    def final_states(self) -> NDArray[np.float64]:
+        """State x1, v1, x2, v2 at the end of each run, shape (n, 4)."""
+        return self._flat("final_state")
+
+    @property
+    def largest_exponent(self) -> NDArray[np.float64]:
+        """Largest Lyapunov exponent per unit time, shape (n,), as in ``Sweep``.
+
+        Raises
+        ------
+        KeyError
+            If no exponents were asked for.
+        """
+        return self._flat("largest_exponent")
+
+    @property
+    def exponent_error(self) -> NDArray[np.float64]:
+        """Standard error of the largest exponent, shape (n,)."""
+        return self._flat("exponent_error")
+
+    @property
+    def offset(self) -> NDArray[np.int64]:
+        """Point i owns the impact rows offset[i] : offset[i + 1], shape (n + 1,)."""
+        return self.columns["impact_offset"]
+
+    @property
+    def x1(self) -> NDArray[np.float64]:
+        """x1 at each kept impact, shape (rows,)."""
+        return self.columns["x1"]
+
+    @property
+    def v1(self) -> NDArray[np.float64]:
+        """x1' just before each kept impact, shape (rows,)."""
+        return self.columns["v1"]
+
+    @property
+    def v2(self) -> NDArray[np.float64]:
+        """x2' just before each kept impact, shape (rows,)."""
+        return self.columns["v2"]
+
+    @property
+    def phase(self) -> NDArray[np.float64]:
+        """Phase of the drive at each kept impact, in [0, 2 pi), shape (rows,)."""
+        return self.columns["impact_phase"]
+
+    @property
+    def approach_velocity(self) -> NDArray[np.float64]:
+        """Approach velocity u just before each kept impact, shape (rows,)."""
+        return self.columns["approach_velocity"]
+
+    @property
+    def energy_loss(self) -> NDArray[np.float64]:
+        """Energy taken by each kept impact, shape (rows,)."""
+        return self.columns["energy_loss"]
+
+    @property
+    def regime(self) -> NDArray[np.int8]:
+        """Regime of each kept impact, shape (rows,)."""
+        return self.columns["regime"]
+
+    @property
+    def stroboscopic_offset(self) -> NDArray[np.int64]:
+        """Point i owns the rows stroboscopic_offset[i] : ...[i + 1], shape (n + 1,)."""
+        return self.columns["stroboscopic_offset"]
+
+    @property
+    def stroboscopic(self) -> NDArray[np.float64]:
+        """The kept stroboscopic states x1, v1, x2, v2, shape (rows, 4)."""
+        return self.columns["stroboscopic"]
+
+    @property
+    def impact_parameter(self) -> NDArray[np.float64]:
+        """The parameter value of each impact row, shape (rows,): the abscissa of a scatter."""
+        return read_only(np.repeat(self.parameter, np.diff(self.offset)))
+
+    @property
+    def stroboscopic_parameter(self) -> NDArray[np.float64]:
+        """The parameter value of each stroboscopic row, shape (rows,)."""
+        return read_only(np.repeat(self.parameter, np.diff(self.stroboscopic_offset)))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DiagramTask(CellTask):
+    """One branch for each start, over the values of one parameter: axes (branch, parameter)."""
+
+    initials: tuple[tuple[float, float, float, float], ...]
+    starts: tuple[Start, ...]
+
+    rows = (IMPACT_ROWS, STROBOSCOPIC_ROWS)
+
+    @property
+    def divisible(self) -> bool:  # type: ignore[override]
+        """Whether no branch is followed from point to point."""
+        return set(self.starts) == {"fresh"}
+
+    def settings(self) -> dict[str, Any]:
+        """Return all that the numbers depend on but the grid."""
+        settings = dataclasses.asdict(self.run) | {
+            "initial": [list(initial) for initial in self.initials],
+            "start": list(self.starts),
+            "labels": self.measure != "returns",
+            "exponents": self.measure == "largest_exponent",
+        }
+        return {"system": self.system.to_dict(), **settings}
+
+    def compute(
+        self, first: int, last: int, *, workers: int | None, go_on: Callable[[int], bool] | None
+    ) -> ChunkResult:
+        """Run the points first ... last - 1, which may belong to several branches."""
+        name = [*self.grid.axes][-1]
+        length = len(self.grid.axes[name])
+        parts: list[ChunkResult] = []
+        for branch in range(first // length, (last - 1) // length + 1) if last > first else ():
+            begin = max(first, branch * length)
+            end = min(last, (branch + 1) * length)
+            stopped = bool(parts) and parts[-1].interrupted
+            advance = None if go_on is None else _after(begin - first, go_on)
+            parts.append(
+                self._pending(end - begin)
+                if stopped
+                else self._run(branch, begin, end, name, workers, advance)
+            )
+        return _joined(parts or [self._pending(0)])
+
+    def _run(
+        self,
+        branch: int,
+        first: int,
+        last: int,
+        name: str,
+        workers: int | None,
+        go_on: Callable[[int], bool] | None,
+    ) -> ChunkResult:
+        values = {name: self.grid.values(first, last)[name]}
+        run = dataclasses.replace(self.run, initial=self.initials[branch])
+        sweep = run_cells(
+            self.system,
+            values,
+            run,
+            cells=last - first,
+            measure=self.measure,
+            start=self.starts[branch],
+            rows=True,
+            workers=workers,
+            go_on=go_on,
+        )
+        impacts = dict(zip(_IMPACT_COLUMNS, sweep.impact_section.T.copy(), strict=True))
+        rows = {
+            "impact": (sweep.impact_count, {**impacts, "regime": sweep.regime}),
+            "stroboscopic": (sweep.stroboscopic_count, {"stroboscopic": sweep.stroboscopic}),
+        }
+        return ChunkResult(label_columns(sweep, self.measure), rows, sweep.interrupted)
+
+    def _pending(self, cells: int) -> ChunkResult:
+        """Return the result of points that Ctrl-C has left."""
+        columns = {f.name: np.full((cells, *f.shape), f.fill, f.dtype) for f in self.fields}
+        none = np.zeros(cells, np.int64)
+        rows = {
+            group.name: (none, {f.name: np.empty((0, *f.shape), f.dtype) for f in group.fields})
+            for group in self.rows
+        }
+        return ChunkResult(columns, rows, interrupted=cells > 0)
+
+
+_IMPACT_COLUMNS = ("x1", "v1", "v2", "impact_phase", "approach_velocity", "energy_loss")
+
+
+def _after(before: int, go_on: Callable[[int], bool]) -> Callable[[int], bool]:
+    return lambda done: go_on(before + done)
+
+
+def _joined(parts: Sequence[ChunkResult]) -> ChunkResult:
+    if len(parts) == 1:
+        return parts[0]
+    columns = {
+        name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns
+    }
+    rows = {}
+    for group, (_, fields) in parts[0].rows.items():
+        counts = np.concatenate([part.rows[group][0] for part in parts])
+        rows[group] = (
+            counts,
+            {
+                name: np.concatenate([part.rows[group][1][name] for part in parts])
+                for name in fields
+            },
+        )
+    return ChunkResult(columns, rows, any(part.interrupted for part in parts))
+
+
+def bifurcation_diagram(
+    system: System,
+    *,
+    initial: ArrayLike,
+    periods: int = 600,
+    keep: int = 100,
+    start: Start | Sequence[Start] = "fresh",
+    labels: bool = True,
+    exponents: bool = False,
+    refine: int = 0,
+    max_events: int | None = None,
+    tolerance: float = 1e-12,
+    section_phase: float = 0.0,
+    progress: bool = False,
+    workers: int | None = None,
+    chunk: int | None = None,
+    client: Any = None,
+    store: str | os.PathLike[str] | None = None,
+    **parameter: ArrayLike,
+) -> Diagram:
+    """Simulate one run per value of a parameter and collect its sections.
+
+    Parameters
+    ----------
+    system
+        The system; the varied parameter's own value plays no part.
+    initial
+        (x1, v1, x2, v2) at t = 0, or several starts, shape (k, 4): a branch for each.
+    periods, keep
+        Drive periods per run, and how many of them at the end are kept.
+    start
+        ``"fresh"``: every run starts from ``initial``. ``"forward"``, ``"backward"``: each starts
+        from the last state of the one before, in the given or the reverse order; the result is
+        in the given order always. Several of them: a branch for each, and each ``initial``.
+    labels
+        Tell chaotic and quasi-periodic motions apart by the growth of perturbations. Without,
+        which is faster, what does not return is ``unresolved``.
+    exponents
+        Compute the largest Lyapunov exponent of each point, too.
+    refine
+        So many times, halve the steps across which the label of a fresh branch changes.
+    max_events, tolerance, section_phase
+        As in ``simulate``.
+    progress, workers, chunk, client, store
+        As in ``sweep``. A followed branch is one task, never cut. With ``refine`` a store has a
+        part for each level.
+    **parameter
+        One numeric field of System with its values, e.g.
+        ``drive_frequency=np.linspace(0.2, 4, 4000)``.
+
+    Returns
+    -------
+    Diagram
+
+    Raises
+    ------
+    ParameterError
+        If an argument or one of the values is out of range; nothing has run then.
+    StateError
+        If an initial state is not finite, or the bodies overlap in it at one of the values.
+    Interrupted
+        After Ctrl-C; ``.result`` is the Diagram, unreached points having the status ``pending``.
+    """
+    if not isinstance(system, System):
+        reject("system", system, "a vibroimpact.System")
+    name, values = _swept(system, parameter)
+    kinds = _starts(start)
+    refinements = count("refine", refine, least=0, most=_MOST_REFINEMENTS)
+    if refinements and set(kinds) != {"fresh"}:
+        reject("refine", refine, "0 for followed branches: points between have no one to follow")
+    initials = _initials(initial)
+    run = RunSettings.checked(
+        initial=initials[0],
+        periods=periods,
+        keep=keep,
+        max_events=max_events,
+        tolerance=tolerance,
+        section_phase=section_phase,
+    )
+    _check_overlap(system, name, values, initials)
+    branches = [(one, kind) for kind in kinds for one in initials]
+    measure: Measure = "largest_exponent" if exponents else "label" if labels else "returns"
+
+    def task(values: NDArray[np.float64]) -> DiagramTask:
+        axes = {name: values}
+        if len(branches) > 1:
+            axes = {"branch": np.arange(float(len(branches))), **axes}
+        return DiagramTask(
+            kind="diagram",
+            system=system,
+            grid=Grid(axes),
+            run=run,
+            measure=measure,
+            initials=tuple(one for one, _ in branches),
+            starts=tuple(kind for _, kind in branches),
+        )
+
+    engine = {"chunk": chunk, "workers": workers, "progress": progress, "client": client}
+    if not refinements:
+        return compute(task(values), Diagram, store=store, **engine)
+    return _refined(task, np.unique(values), refinements, store, engine)
+
+
+def _swept(system: System, parameter: dict[str, Any]) -> tuple[str, NDArray[np.float64]]:
+    if len(parameter) != 1 or next(iter(parameter)) not in NUMERIC_RANGES:
+        given = ", ".join(parameter) or "nothing"
+        raise ParameterError(
+            f"the swept parameter must be exactly one of {', '.join(NUMERIC_RANGES)}; got {given}"
+        )
+    ((name, values),) = checked_axes(system, parameter, coordinates=False).items()
+    return name, values
+
+
+def _initials(initial: ArrayLike) -> list[tuple[float, float, float, float]]:
+    if np.ndim(initial) < 2:
+        return [state(initial)]
+    given = [state(row) for row in states(initial)]
+    if not given:
+        reject("initial", initial, "at least one start")
+    return given
+
+
+def _starts(start: Any) -> tuple[Start, ...]:
+    given = (start,) if isinstance(start, str) else tuple(start)
+    if not given or not set(given) <= set(get_args(Start)):
+        reject("start", start, "'fresh', 'forward', 'backward', or several of them")
+    return given
+
+
+def _check_overlap(
+    system: System, name: str, values: NDArray[np.float64], initials: Sequence[Any]
+) -> None:
+    # A zero-length run refuses an initial state that does not fit. Of all swept parameters only the
+    # gap matters to that, and a state without overlap at the smallest gap has none at any other.
+    gap = values.min() if name == "gap" and len(values) else system.gap
+    compiled = system.replace(gap=gap)._compiled
+    for initial in initials:
+        _core.simulate(compiled, initial, time=0.0)
+
+
+def _refined(
+    task: Callable[[NDArray[np.float64]], DiagramTask],
+    values: NDArray[np.float64],
+    refinements: int,
+    store: str | os.PathLike[str] | None,
+    engine: dict[str, Any],
+) -> Diagram:
+    """Compute level by level: each has the midpoints between unequal labels of all before."""
+    done: Columns | None = None
+    if store is not None:
+        Path(store).mkdir(exist_ok=True)
+    for level in range(refinements + 1):
+        place = None if store is None else Path(store) / f"level-{level}"
+        part = task(values)
+        interrupted = None
+        try:
+            columns = compute(part, _itself, store=place, **engine)
+        except Interrupted as error:
+            columns, interrupted = error.result, error
+        done = columns if done is None else merged(done, columns)
+        diagram = Diagram(done)
+        if interrupted is not None:
+            raise Interrupted(str(interrupted), diagram)
+        values = _midpoints(diagram)
+        if not len(values):
+            break
+    return diagram
+
+
+def _itself(columns: Columns) -> Columns:
+    return columns
+
+
+def _midpoints(diagram: Diagram) -> NDArray[np.float64]:
+    """Return the middle of each step across which the label changes on a branch."""
+    values = diagram.values
+    labels = diagram.label.reshape(-1, len(values))
+    changes = (labels[:, 1:] != labels[:, :-1]).any(axis=0)
+    middle = 0.5 * (values[1:] + values[:-1])
+    # Between neighbouring doubles there is nothing.
+    wanted: NDArray[np.float64] = middle[changes & (middle > values[:-1]) & (middle < values[1:])]
+    return wanted

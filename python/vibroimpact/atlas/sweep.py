@@ -1,0 +1,198 @@
+"""Sweeps: one labelled run for each cell of a grid of any number of axes; charts have two."""
+
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import ParameterError
+from ..system import NUMERIC_RANGES, System
+from .cells import CellTask, RunSettings, checked_axes
+from .engine import compute
+from .grid import Grid
+from .results import GridResult
+
+
+class Sweep(GridResult):
+    """A label for each cell of a grid, and its largest Lyapunov exponent if asked for.
+
+    Attributes are those of ``GridResult``; all arrays have the shape of the grid.
+    """
+
+    kind = "sweep"
+
+    @property
+    def contact_fraction(self) -> NDArray[np.float64]:
+        """Part of the kept time in lasting contact, in [0, 1]; NaN where nothing is kept."""
+        return self.columns["contact_fraction"]
+
+    @property
+    def final_states(self) -> NDArray[np.float64]:
+        """State x1, v1, x2, v2 at the end of each run, shape (..., 4)."""
+        return self.columns["final_state"]
+
+    @property
+    def largest_exponent(self) -> NDArray[np.float64]:
+        """Largest Lyapunov exponent per unit time: of a periodic motion from its Floquet
+        multipliers (-inf if all are 0), else measured; NaN where it could not be computed.
+
+        Raises
+        ------
+        KeyError
+            If no exponents were asked for.
+        """  # noqa: D205
+        return self.columns["largest_exponent"]
+
+    @property
+    def exponent_error(self) -> NDArray[np.float64]:
+        """Standard error of the largest exponent; 0 where it follows from multipliers."""
+        return self.columns["exponent_error"]
+
+
+class Chart(Sweep):
+    """A sweep over two axes: arrays have the shape (values of the first, of the second)."""
+
+    kind = "chart"
+
+
+def sweep(
+    system: System,
+    *,
+    initial: ArrayLike,
+    periods: int = 400,
+    keep: int = 100,
+    exponents: bool = False,
+    max_events: int | None = None,
+    tolerance: float = 1e-12,
+    section_phase: float = 0.0,
+    progress: bool = False,
+    workers: int | None = None,
+    chunk: int | None = None,
+    client: Any = None,
+    store: str | os.PathLike[str] | None = None,
+    **axes: ArrayLike,
+) -> Sweep:
+    """Simulate and label one run for each cell of a grid.
+
+    Parameters
+    ----------
+    system
+        The system; what is varied has no part in it.
+    initial
+        (x1, v1, x2, v2) at t = 0.
+    periods, keep
+        Drive periods per run, and how many of them at the end are looked at for the label.
+    exponents
+        Compute the largest Lyapunov exponent, too.
+    max_events, tolerance, section_phase
+        As in ``simulate``.
+    progress
+        Show a progress bar with rate and time left.
+    workers
+        Threads; default all cores. No number depends on it, on ``chunk`` or on ``client``.
+    chunk
+        Cells that are computed, stored and sent together; default about a second's work.
+    client
+        A ``distributed.Client``: its workers compute the chunks (docs/atlas.md).
+    store
+        Directory of a Zarr store: results go there chunk by chunk, and a call with the same
+        arguments completes it. Memory then does not grow with the grid.
+    **axes
+        Arrays of values, each for a numeric field of System or for a coordinate x1, v1, x2, v2 of
+        the initial state; the first is the slowest axis.
+
+    Returns
+    -------
+    Sweep
+
+    Raises
+    ------
+    ParameterError
+        If an argument or a value is out of range, or the store is something else; nothing has run
+        then. A cell in which the bodies overlap at the start has the status ``overlap``.
+    Interrupted
+        After Ctrl-C; ``.result`` is the Sweep, cells not reached being ``pending``.
+    """
+    run = RunSettings.checked(
+        initial=initial,
+        periods=periods,
+        keep=keep,
+        max_events=max_events,
+        tolerance=tolerance,
+        section_phase=section_phase,
+    )
+    task = CellTask(
+        kind="sweep",
+        system=system,
+        grid=Grid(checked_axes(system, axes)),
+        run=run,
+        measure="largest_exponent" if exponents else "label",
+    )
+    return compute(
+        task, Sweep, chunk=chunk, workers=workers, progress=progress, client=client, store=store
+    )
+
+
+def chart(
+    system: System,
+    *,
+    initial: ArrayLike,
+    periods: int = 400,
+    keep: int = 100,
+    exponents: bool = True,
+    max_events: int | None = None,
+    tolerance: float = 1e-12,
+    section_phase: float = 0.0,
+    progress: bool = False,
+    workers: int | None = None,
+    chunk: int | None = None,
+    client: Any = None,
+    store: str | os.PathLike[str] | None = None,
+    **axes: ArrayLike,
+) -> Chart:
+    """Label the motion, and measure its largest Lyapunov exponent, over two parameters.
+
+    Parameters
+    ----------
+    system, initial, periods, keep, exponents, max_events, tolerance, section_phase
+        As in ``sweep``.
+    progress, workers, chunk, client, store
+        As in ``sweep``.
+    **axes
+        Two numeric fields of System with their values, e.g.
+        ``drive_frequency=np.linspace(0.2, 4, 400), moment_amplitude=np.linspace(0.2, 2, 300)``.
+
+    Returns
+    -------
+    Chart
+        Arrays have the shape (values of the first axis, values of the second).
+
+    Raises
+    ------
+    ParameterError, Interrupted
+        As in ``sweep``.
+    """
+    if len(axes) != 2 or not axes.keys() <= NUMERIC_RANGES.keys():
+        raise ParameterError(
+            f"a chart varies exactly two of {', '.join(NUMERIC_RANGES)}; got "
+            f"{', '.join(axes) or 'nothing'}"
+        )
+    run = RunSettings.checked(
+        initial=initial,
+        periods=periods,
+        keep=keep,
+        max_events=max_events,
+        tolerance=tolerance,
+        section_phase=section_phase,
+    )
+    task = CellTask(
+        kind="chart",
+        system=system,
+        grid=Grid(checked_axes(system, axes)),
+        run=run,
+        measure="largest_exponent" if exponents else "label",
+    )
+    return compute(
+        task, Chart, chunk=chunk, workers=workers, progress=progress, client=client, store=store
+    )
