@@ -8,7 +8,9 @@ use crate::run::{Run, RunOptions};
 use crate::simulate::Horizon;
 
 /// Shortest and longest measurement of a growth, in drive periods.
-const GROWTH_PERIODS: (u32, u32) = (1600, 6400);
+const GROWTH_PERIODS: (u32, u32) = (400, 6400);
+/// Shortest one that shows that perturbations do not grow.
+const NO_GROWTH: u32 = 1600;
 
 impl Run {
     /// Period and label of the motion in the kept window; measures the growth of a perturbation
@@ -31,7 +33,7 @@ impl Run {
     /// Decides a motion that does not repeat by the growth of a perturbation of it.
     fn resolved_by_growth(&self, mut report: PeriodReport) -> PeriodReport {
         let (mut periods, longest) = GROWTH_PERIODS;
-        let mut meter = GrowthMeter::new(self, longest);
+        let mut meter = GrowthMeter::new(self);
         while periods <= longest {
             let Some(growth) = meter.over(periods) else {
                 report.method = "no return found, growth not measurable";
@@ -54,7 +56,9 @@ impl Run {
                     let confidence = 0.7 * later.confidence;
                     return PeriodReport { growth: report.growth, confidence, method, ..later };
                 }
-            } else if total + 2.0 * growth.error * f64::from(periods) < shear + 1.0 {
+            } else if periods >= NO_GROWTH
+                && total + 2.0 * growth.error * f64::from(periods) < shear + 1.0
+            {
                 // Even two standard errors more would be no more than a shear.
                 report.kind = Kind::QuasiPeriodic;
                 report.confidence = 0.8;

@@ -19,6 +19,8 @@ use crate::tangent::{Along, Broken};
 const ALIGNMENT: usize = 10;
 /// Blocks from which a standard error is told.
 const BLOCKS: usize = 10;
+/// Drive periods between two looks at a growth.
+const STRIDE: u32 = 8;
 /// Points of the history, at most.
 const HISTORY: usize = 200;
 
@@ -105,9 +107,19 @@ pub fn lyapunov_spectrum(
     if step.is_none_or(|step| !(step.is_finite() && step > 0.0)) && !driven {
         return Err(ParameterError::new("step", format!("{step:?}"), "a finite number > 0"));
     }
-    let mut meter = Meter::new(run, steps, step.filter(|_| !driven), 4);
+    let step = step.filter(|_| !driven).map_or(Step::Periods(1), Step::Time);
+    let mut meter = Meter::new(run, step, 4);
     meter.follow(steps, go_on);
     Ok(meter.spectrum())
+}
+
+/// Length of a step.
+#[derive(Clone, Copy)]
+enum Step {
+    /// So many drive periods.
+    Periods(u32),
+    /// This time.
+    Time(f64),
 }
 
 /// Growth of perturbations, step by step.
@@ -116,8 +128,7 @@ struct Meter {
     drive: Drive,
     /// End of the run it goes on from.
     from: Clock,
-    /// Length of a step; one drive period if `None`.
-    step: Option<f64>,
+    step: Step,
     /// So many perturbations are followed.
     wanted: usize,
     /// End, length, logarithmic growth in each direction and impacts so far of each step.
@@ -130,17 +141,12 @@ struct Meter {
 }
 
 impl Meter {
-    /// For at most so many steps.
-    fn new(run: &Run, most: u32, step: Option<f64>, wanted: usize) -> Self {
+    fn new(run: &Run, step: Step, wanted: usize) -> Self {
         let drive = FreeMotion::new(&run.system).drive;
         let from = run.final_state.clock;
-        let last = end_of_step(&drive, from, step, most);
-        let whole = step.is_none() && last.time_in_period == 0.0;
-        let horizon =
-            if whole { Horizon::Periods(last.period) } else { Horizon::Time(drive.time(last)) };
         let stopped = !run.stop_reason.reached_the_end();
         Self {
-            along: Along::new(run, horizon, Some(wanted)),
+            along: Along::new(run, Some(wanted)),
             drive,
             from,
             step,
@@ -156,6 +162,14 @@ impl Meter {
     /// Goes on until so many steps are done.
     fn follow(&mut self, count: u32, go_on: &mut dyn FnMut() -> bool) {
         let done = self.ends.len() as u32;
+        // Without events a motion is followed to its horizon at once: no further than is wanted.
+        let last = end_of_step(&self.drive, self.from, self.step, count);
+        let whole = matches!(self.step, Step::Periods(_)) && last.time_in_period == 0.0;
+        self.along.extend(if whole {
+            Horizon::Periods(last.period)
+        } else {
+            Horizon::Time(self.drive.time(last))
+        });
         let mut watch = Watch { flights: 0, go_on };
         for k in done + 1..=count {
             if self.error.is_some() {
@@ -228,24 +242,14 @@ impl Meter {
             error: self.error.clone(),
         }
     }
-
-    /// Mean growth of the first perturbation per step. One that dies out at once (stick leaves no
-    /// trace) counts as shrunk by the rounding of a double.
-    fn growth(&self) -> Growth {
-        let least = f64::EPSILON.ln();
-        let logs: Vec<f64> = self.logs[self.aligned()..].iter().map(|l| l[0].max(least)).collect();
-        Growth {
-            mean: logs.iter().sum::<f64>() / logs.len() as f64,
-            error: standard_error(&logs),
-            periods: self.logs.len(),
-        }
-    }
 }
 
-fn end_of_step(drive: &Drive, from: Clock, step: Option<f64>, k: u32) -> Clock {
+fn end_of_step(drive: &Drive, from: Clock, step: Step, k: u32) -> Clock {
     match step {
-        None => Clock { period: from.period + i64::from(k), ..from },
-        Some(step) => drive.clock_at(drive.time(from) + f64::from(k) * step),
+        Step::Periods(each) => {
+            Clock { period: from.period + i64::from(k) * i64::from(each), ..from }
+        }
+        Step::Time(each) => drive.clock_at(drive.time(from) + f64::from(k) * each),
     }
 }
 
@@ -253,15 +257,28 @@ fn end_of_step(drive: &Drive, from: Clock, step: Option<f64>, k: u32) -> Clock {
 pub(crate) struct GrowthMeter(Meter);
 
 impl GrowthMeter {
-    /// For at most so many drive periods.
-    pub fn new(run: &Run, most: u32) -> Self {
-        Self(Meter::new(run, most, None, 1))
+    pub fn new(run: &Run) -> Self {
+        Self(Meter::new(run, Step::Periods(STRIDE), 1))
     }
 
     /// The growth over so many periods from the end of the run; `None` where it cannot be measured.
     pub fn over(&mut self, periods: u32) -> Option<Growth> {
-        self.0.follow(periods, &mut || true);
-        self.0.error.is_none().then(|| self.0.growth())
+        let meter = &mut self.0;
+        meter.follow(periods / STRIDE, &mut || true);
+        if meter.error.is_some() {
+            return None;
+        }
+        // A perturbation that dies out at once (stick leaves no trace) has shrunk by the rounding of
+        // a double.
+        let least = f64::EPSILON.ln();
+        let logs: Vec<f64> =
+            meter.logs[meter.aligned()..].iter().map(|log| log[0].max(least)).collect();
+        let stride = f64::from(STRIDE);
+        Some(Growth {
+            mean: logs.iter().sum::<f64>() / (stride * logs.len() as f64),
+            error: standard_error(&logs) / stride,
+            periods: meter.logs.len() * STRIDE as usize,
+        })
     }
 }
 
@@ -271,8 +288,9 @@ impl GrowthMeter {
 pub(crate) fn exponent_of_orbit(run: &Run, m: u32) -> Option<f64> {
     let drive = FreeMotion::new(&run.system).drive;
     let from = run.final_state.clock;
-    let end = end_of_step(&drive, from, None, m);
-    let mut along = Along::new(run, Horizon::Periods(end.period + 1), None);
+    let end = end_of_step(&drive, from, Step::Periods(m), 1);
+    let mut along = Along::new(run, None);
+    along.extend(Horizon::Periods(end.period + 1));
     along.reach(end, &mut ()).ok()?;
     let multipliers = along.vectors().complex_eigenvalues();
     let largest = multipliers.iter().map(|lambda| lambda.norm()).fold(0.0, f64::max);

@@ -247,6 +247,17 @@ impl Simulation {
         self
     }
 
+    /// Goes on to a further horizon, also after a stop at the last one.
+    pub(crate) fn go_on_until(&mut self, horizon: Horizon) {
+        let (max_events, tolerance) = (self.max_events, self.tolerance);
+        if self.point.stopped.take().is_some() {
+            *self = Self::from_checkpoint(&self.system, &self.point)
+                .max_events(max_events)
+                .tolerance(tolerance);
+        }
+        *self = self.clone().until(horizon);
+    }
+
     /// Cap on the number of events; the run then stops with [`StopReason::EventCap`].
     #[must_use]
     pub fn max_events(mut self, events: u64) -> Self {

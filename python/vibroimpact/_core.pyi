@@ -378,7 +378,7 @@ def sweep(
     workers: int | None = None,
     progress: Callable[[int], Any] | None = None,
 ) -> Sweep:
-    """One run per cell, with row i of ``values`` for the parameters ``names``, from ``initials[i]``.
+    """One run per cell: row i of ``values`` holds its parameters ``names``.
 
     ``progress`` is called with the number of cells done so far. Ctrl-C ends the sweep early: cells
     not done are pending.

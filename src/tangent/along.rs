@@ -84,12 +84,12 @@ pub(crate) struct Along {
 impl Along {
     /// The motion that goes on from the end of `run`, with `wanted` perturbations, kept orthonormal,
     /// or all four unit vectors, as they come.
-    pub fn new(run: &Run, horizon: Horizon, wanted: Option<usize>) -> Self {
+    pub fn new(run: &Run, wanted: Option<usize>) -> Self {
         let system = &run.system;
         let FinalState { state, clock, mode, .. } = run.final_state;
         let still = is_wall_at_rest(system, &with_wall_at_rest(system, state));
         let model = Model::new(system, &[], still);
-        let simulation = run.resumed().until(horizon);
+        let simulation = run.resumed();
         let waits = simulation.checkpoint().skips();
         let mut along = Self {
             simulation,
@@ -114,6 +114,12 @@ impl Along {
         along.start_anew(wanted.unwrap_or(4));
         along.lose_to_contact();
         along
+    }
+
+    /// Lets the motion be followed up to `horizon`.
+    pub fn extend(&mut self, horizon: Horizon) {
+        self.pending = self.pending.take().filter(|event| !matches!(event, Event::Stop(_)));
+        self.simulation.go_on_until(horizon);
     }
 
     /// Number of directions there are: a wall at rest has none.
@@ -170,10 +176,10 @@ impl Along {
                 if !stop.reason.reached_the_end() {
                     return Err(Broken::Stopped(stop.reason));
                 }
-                // Among skipped impacts, back to the last one that is not.
-                let end = if self.simulation.checkpoint().skips() { self.here.clock } else { end };
                 self.pending = Some(event);
-                return self.stand(end);
+                // Among impacts that are or may be skipped there is no instant to go to.
+                let skipped = self.simulation.checkpoint().skips() || self.sinks();
+                return if skipped { Ok(()) } else { self.stand(end) };
             }
             let clock = event.clock();
             // What lies between the last impact and the end of chatter has no fixed time of its own.

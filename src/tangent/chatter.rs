@@ -9,15 +9,19 @@ use super::contact::on_contact;
 use super::strike::Border;
 use super::{Dual, DualState, Model, Moment, fly, free_gap_acceleration, strike};
 use crate::contact::{Found, Start, next_contact};
+use crate::double_double::DoubleDouble;
 use crate::dual::Number;
 use crate::impact::{PreImpact, Regime, RegimeKind, resolve};
 use crate::itinerary::Signs;
+use crate::state::{Clock, State};
 use crate::tolerance::{CHATTER_SPACING, EPS};
 
 /// Highest number of samples extrapolated.
 const MOST: usize = 10;
 /// Most bounces followed.
 const BOUNCES: usize = 2_000;
+/// Most local flights of one hop.
+const FLIGHTS: usize = 64;
 /// Largest difference of the last two orders of an extrapolation that converges.
 const CONVERGED: f64 = 1e-9;
 /// Where x1' has a ratio of its own (slip that reverses in each impact) nothing is extrapolated: such
@@ -119,15 +123,12 @@ struct Bounce {
 }
 
 fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
-    let (system, motion) = (&model.system, &model.motion);
-    let flight = motion.flight(moment.clock(), state.value());
-    let found =
-        next_contact(motion, &flight, system.contact, system.gap, Start::Touching, motion.span);
-    let Found::Contact(touch) = found.found else { return None };
-    let hop = Dual::constant(touch.local_time());
+    let system = &model.system;
+    let (hop, approach) = next_touch(model, state.value(), moment.clock())?;
+    let hop = Dual::constant(hop);
     let there = fly(model, state, moment, hop);
     // g = 0 at the end of the hop: its derivative follows from that of g.
-    let hop = Dual::chain(hop.value, [(-1.0 / touch.gap.rate, model.gap(&there))]);
+    let hop = Dual::chain(hop.value, [(-1.0 / approach, model.gap(&there))]);
     let pre = fly(model, state, moment, hop);
     let velocities = PreImpact::new(system.contact, &pre.value());
     let impact = resolve(system, &velocities).ok()?;
@@ -150,6 +151,29 @@ fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
         borders: struck.borders,
         character: (kind, if kind == RegimeKind::Frictionless { Signs::NONE } else { signs }),
     })
+}
+
+/// Time to the end of a hop, and u there. A long one, which the simulation leaves to chatter because
+/// those after it are short, takes several local flights.
+fn next_touch(model: &Model, mut state: State, mut clock: Clock) -> Option<(f64, f64)> {
+    let (system, motion) = (&model.system, &model.motion);
+    let (mut start, mut before) = (Start::Touching, 0.0);
+    for _ in 0..FLIGHTS {
+        let flight = motion.flight(clock, state);
+        let found =
+            next_contact(motion, &flight, system.contact, system.gap, start, motion.span).found;
+        let passed = match found {
+            Found::Contact(touch) => return Some((before + touch.local_time(), touch.gap.rate)),
+            Found::Nothing => motion.span,
+            Found::Paused(time) => time,
+            _ => return None,
+        };
+        state = motion.state_at(&flight, passed);
+        clock = motion.drive.advance(clock, DoubleDouble::new(passed));
+        start = Start::Apart;
+        before += passed;
+    }
+    None
 }
 
 /// The polynomials through the samples at u = 0 (Neville's scheme).
