@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -71,14 +72,16 @@ path = {str(path)!r}
     return [sys.executable, "-W", "error", "-c", code]
 
 
-def running(path, *, least=10):
-    """Start a process that takes a while, and wait until it has stored some cells."""
-    line = f"""
+SLOW = f"""
 try:
     atlas.compute(Toy(seconds=0.2), whole, store=path, chunk={CHUNK})
 except vi.Interrupted as error:
     print(error.result.done, error)
 """
+
+
+def running(path, line=SLOW, *, least=10):
+    """Start a process that takes a while, and wait until it has stored some cells."""
     process = subprocess.Popen(script(path, line), stdout=subprocess.PIPE, text=True)
     while process.poll() is None:
         try:
@@ -245,6 +248,41 @@ def test_one_writer_many_readers_and_a_kill(path, expected):
     assert process.returncode == -signal.SIGKILL
     assert not atlas.open_columns(path).complete
     assert_same(stored(path), expected)
+
+
+@pytest.mark.parametrize("compute", ["sweep", "bifurcation_diagram"])
+def test_killed_runs_are_completed_with_the_same_bits(path, system, initial, compute):
+    line = f"""
+system = vi.System.from_json({system.to_json()!r})
+vi.{compute}(
+    system, initial={initial}, periods=60, keep=20, drive_frequency=np.linspace(1.2, 2.0, 200),
+    chunk=2, store=path,
+)
+"""
+    process = running(path, line="import numpy as np" + line)
+    process.kill()
+    process.communicate()
+    assert not atlas.open_columns(path).complete
+    options = {"initial": initial, "periods": 60, "keep": 20}
+    options |= {"drive_frequency": np.linspace(1.2, 2.0, 200)}
+    found = getattr(vi, compute)(system, **options, store=path)
+    assert_same(found.columns, getattr(vi, compute)(system, **options, chunk=64, workers=1).columns)
+
+
+def test_ctrl_c_within_a_chunk_of_runs(path, system, initial):
+    options = {"initial": initial, "periods": 400, "keep": 20}
+    options |= {"drive_frequency": np.linspace(1.2, 2.0, 300), "store": path}
+    timer = threading.Timer(0.5, signal.raise_signal, (signal.SIGINT,))
+    timer.start()
+    with pytest.raises(vi.Interrupted, match="of 300 cells") as caught:
+        vi.sweep(system, **options, chunk=300)
+    timer.join()
+    part = caught.value.result
+    done = part.status != "pending"
+    assert done.sum() < 300
+    again = vi.sweep(system, **options)
+    assert part.columns["final_state"][done].tolist() == again.columns["final_state"][done].tolist()
+    assert_same(again.columns, vi.sweep(system, **options | {"store": None}).columns)
 
 
 def test_ctrl_c_of_a_process(path, expected):
