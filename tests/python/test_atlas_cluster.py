@@ -5,6 +5,7 @@ import signal
 import sys
 import threading
 
+import numpy as np
 import pytest
 from distributed import Client, LocalCluster
 from distributed.scheduler import KilledWorker
@@ -46,6 +47,22 @@ def after_writes(monkeypatch, n, call, *arguments):
                 threading.Timer(0.02, call, arguments).start()
 
         monkeypatch.setattr(sink, "write", write)
+
+
+@pytest.mark.parametrize("compute", [vi.sweep, vi.bifurcation_diagram])
+@pytest.mark.parametrize("stored", [True, False])
+def test_runs_on_a_cluster_that_loses_a_worker(
+    client, tmp_path, system, initial, monkeypatch, compute, stored
+):
+    values = np.linspace(1.2, 2.0, 40)
+    options = {"initial": initial, "periods": 60, "keep": 20, "drive_frequency": values}
+    one_thread = compute(system, **options, workers=1)
+    before = client.run(os.getpid).values()
+    after_writes(monkeypatch, 2, os.kill, min(before), signal.SIGKILL)
+    store = tmp_path / "runs.zarr" if stored else None
+    found = compute(system, **options, client=client, chunk=2, store=store)
+    assert_same(found.columns, one_thread.columns)
+    client.wait_for_workers(2, timeout=30)
 
 
 @pytest.mark.parametrize("chunk", [3, 11, None])

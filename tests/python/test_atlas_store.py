@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -36,6 +37,21 @@ def path(tmp_path):
     return tmp_path / "toy.zarr"
 
 
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    """Return the path of a complete store, to be copied."""
+    path = tmp_path_factory.mktemp("store") / "toy.zarr"
+    stored(path)
+    return path
+
+
+@pytest.fixture
+def full(path, model):
+    """Return the path of a complete store of one's own."""
+    shutil.copytree(model, path)
+    return path
+
+
 def stored(path, task=None, **options):
     return atlas.compute(task or Toy(), whole, store=path, chunk=CHUNK, **options)
 
@@ -56,14 +72,16 @@ path = {str(path)!r}
     return [sys.executable, "-W", "error", "-c", code]
 
 
-def running(path, *, least=10):
-    """Start a process that takes a while, and wait until it has stored some cells."""
-    line = f"""
+SLOW = f"""
 try:
     atlas.compute(Toy(seconds=0.2), whole, store=path, chunk={CHUNK})
 except vi.Interrupted as error:
     print(error.result.done, error)
 """
+
+
+def running(path, line=SLOW, *, least=10):
+    """Start a process that takes a while, and wait until it has stored some cells."""
     process = subprocess.Popen(script(path, line), stdout=subprocess.PIPE, text=True)
     while process.poll() is None:
         try:
@@ -93,9 +111,8 @@ def test_stores_of_one_cell_and_of_none(path, axes):
     assert_same(atlas.compute(task, whole, store=path), atlas.compute(task, whole))
 
 
-def test_a_store_opens_in_xarray_with_names_on_everything(path, expected):
-    stored(path)
-    dataset = xarray.open_zarr(path, chunks=None)
+def test_a_store_opens_in_xarray_with_names_on_everything(full, expected):
+    dataset = xarray.open_zarr(full, chunks=None)
     assert dataset["final"].dims == ("gap", "restitution")
     assert dataset["visits"].dims == ("gap", "restitution", "half")
     assert dataset["peak"].dims == ("peak_row", "side")
@@ -113,7 +130,7 @@ def test_a_store_opens_in_xarray_with_names_on_everything(path, expected):
     assert json.loads(dataset.attrs["settings"]) == {"steps": 50}
     assert dataset.attrs["version"] == vi.__version__
     # The metadata in one place and that of the single arrays say the same.
-    single = xarray.open_zarr(path, chunks=None, consolidated=False)
+    single = xarray.open_zarr(full, chunks=None, consolidated=False)
     xarray.testing.assert_identical(single, dataset)
 
 
@@ -127,9 +144,8 @@ def test_data_sets_of_memory_and_store_are_identical(path, expected):
         assert from_store[name].dtype == from_memory[name].dtype
 
 
-def test_a_complete_store_is_not_computed_again(path, expected):
-    stored(path)
-    assert_same(stored(path, Toy(trouble="raise", at=0)), expected)
+def test_a_complete_store_is_not_computed_again(full, expected):
+    assert_same(stored(full, Toy(trouble="raise", at=0)), expected)
 
 
 @pytest.mark.parametrize("trouble", ["ctrl_c", "half"])
@@ -234,6 +250,41 @@ def test_one_writer_many_readers_and_a_kill(path, expected):
     assert_same(stored(path), expected)
 
 
+@pytest.mark.parametrize("compute", ["sweep", "bifurcation_diagram"])
+def test_killed_runs_are_completed_with_the_same_bits(path, system, initial, compute):
+    line = f"""
+system = vi.System.from_json({system.to_json()!r})
+vi.{compute}(
+    system, initial={initial}, periods=60, keep=20, drive_frequency=np.linspace(1.2, 2.0, 200),
+    chunk=2, store=path,
+)
+"""
+    process = running(path, line="import numpy as np" + line)
+    process.kill()
+    process.communicate()
+    assert not atlas.open_columns(path).complete
+    options = {"initial": initial, "periods": 60, "keep": 20}
+    options |= {"drive_frequency": np.linspace(1.2, 2.0, 200)}
+    found = getattr(vi, compute)(system, **options, store=path)
+    assert_same(found.columns, getattr(vi, compute)(system, **options, chunk=64, workers=1).columns)
+
+
+def test_ctrl_c_within_a_chunk_of_runs(path, system, initial):
+    options = {"initial": initial, "periods": 400, "keep": 20}
+    options |= {"drive_frequency": np.linspace(1.2, 2.0, 300), "store": path}
+    timer = threading.Timer(0.5, signal.raise_signal, (signal.SIGINT,))
+    timer.start()
+    with pytest.raises(vi.Interrupted, match="of 300 cells") as caught:
+        vi.sweep(system, **options, chunk=300)
+    timer.join()
+    part = caught.value.result
+    done = part.status != "pending"
+    assert done.sum() < 300
+    again = vi.sweep(system, **options)
+    assert part.columns["final_state"][done].tolist() == again.columns["final_state"][done].tolist()
+    assert_same(again.columns, vi.sweep(system, **options | {"store": None}).columns)
+
+
 def test_ctrl_c_of_a_process(path, expected):
     process = running(path)
     process.send_signal(signal.SIGINT)
@@ -292,23 +343,21 @@ atlas.compute(Toy(steps=500), whole, store=path)
         ),
     ],
 )
-def test_a_store_of_something_else_is_refused(path, expected, other, match):
-    stored(path)
+def test_a_store_of_something_else_is_refused(full, expected, other, match):
     with pytest.raises(vi.ParameterError, match=f"holds another computation: .*{match}"):
-        stored(path, other)
-    assert_same(atlas.open_columns(path), expected)
+        stored(full, other)
+    assert_same(atlas.open_columns(full), expected)
 
 
-def test_a_store_of_another_version_can_only_be_read(path, expected):
-    stored(path)
-    zarr.open_group(path, mode="r+").update_attributes({"version": "0.0.1"})
+def test_a_store_of_another_version_can_only_be_read(full, expected):
+    zarr.open_group(full, mode="r+").update_attributes({"version": "0.0.1"})
     with pytest.raises(vi.ParameterError, match=f"version is 0.0.1 there, {vi.__version__} here"):
-        stored(path)
-    assert_same(atlas.open_columns(path), expected)
-    zarr.open_group(path, mode="r+").update_attributes({"format_version": 99})
+        stored(full)
+    assert_same(atlas.open_columns(full), expected)
+    zarr.open_group(full, mode="r+").update_attributes({"format_version": 99})
     for call in (stored, atlas.open_columns):
         with pytest.raises(vi.ParameterError, match=r"is in format 99; .* format 1"):
-            call(path)
+            call(full)
 
 
 def test_places_that_are_no_store(tmp_path):
@@ -356,17 +405,15 @@ def _flip(file):
         ("step", shutil.rmtree),
     ],
 )
-def test_a_damaged_store_is_refused(path, name, damage):
-    stored(path)
-    damage(path / name)
+def test_a_damaged_store_is_refused(full, name, damage):
+    damage(full / name)
     with pytest.raises(vi.ParameterError, match="is damaged"):
-        stored(path)
+        stored(full)
 
 
-def test_a_damaged_column_is_found_when_it_is_read(path, expected):
-    stored(path)
-    _flip(path / "final/c/2/0")
-    columns = stored(path)
+def test_a_damaged_column_is_found_when_it_is_read(full, expected):
+    _flip(full / "final/c/2/0")
+    columns = stored(full)
     with pytest.raises(vi.ParameterError, match="is damaged"):
         columns["final"]
     assert columns["visits"].tolist() == expected["visits"].tolist()

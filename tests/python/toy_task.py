@@ -59,7 +59,7 @@ class Toy:
 
     @property
     def cost(self) -> float:
-        return 20_000.0
+        return 5000.0
 
     def settings(self) -> dict[str, Any]:
         return {"system": {"name": "logistic", "start": 0.3}, "steps": self.steps, **self.extra}
