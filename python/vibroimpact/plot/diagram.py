@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgba_array
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
@@ -87,7 +88,8 @@ def bifurcation(
 
     ax = new_axes(ax)
     handles: list[Artist] = []
-    colors: NDArray[np.str_] | str = BLACK
+    # Of many points as numbers: matplotlib reads colours given as text one by one.
+    colors: NDArray[np.float64] | str = BLACK
     if section == "impact":
         parameter, x1 = diagram.impact_parameter, diagram.x1
     else:
@@ -95,13 +97,13 @@ def bifurcation(
     if color == "regime":
         order = np.random.default_rng(0).permutation(len(x1))
         regime = np.asarray(diagram.regime)
-        palette = np.array([style.color for style in REGIME_STYLES])
-        colors = palette[regime[order]]
+        colors = to_rgba_array([style.color for style in REGIME_STYLES])[regime[order]]
         parameter, x1 = parameter[order], x1[order]
         handles += regime_handles(np.unique(regime).tolist(), shapes=False)
     elif (chatters := np.asarray(diagram.n) == -1).any():
         offset = diagram.offset if section == "impact" else diagram.stroboscopic_offset
-        colors = np.where(np.repeat(chatters, np.diff(offset)), CHATTER_COLOR, BLACK)
+        chattering = np.repeat(chatters, np.diff(offset)).astype(int)
+        colors = to_rgba_array([BLACK, CHATTER_COLOR])[chattering]
     ax.scatter(parameter, x1, s=size, c=colors, marker="s", linewidths=0, rasterized=True)
 
     handles += _chatter_strip(ax, diagram)
