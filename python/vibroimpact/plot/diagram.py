@@ -22,6 +22,7 @@ from .style import (
     CHATTER_COLOR,
     PARAMETER_SYMBOLS,
     REGIME_STYLES,
+    SECTION_LABELS,
     SLIDE_STYLE,
     legend_above,
     new_axes,
@@ -79,7 +80,7 @@ def bifurcation(
     ValueError
         If `section` or `color` is unknown, or regimes are asked for on the stroboscopic section.
     """
-    if section not in ("impact", "stroboscopic"):
+    if section not in SECTION_LABELS:
         raise ValueError(f"section must be 'impact' or 'stroboscopic', not {section!r}")
     if color not in (None, "regime"):
         raise ValueError(f"color must be None or 'regime', not {color!r}")
@@ -114,7 +115,7 @@ def bifurcation(
         ax.set_xlim(float(np.min(diagram.parameter)), float(np.max(diagram.parameter)))
     name = diagram.parameter_name
     ax.set_xlabel(PARAMETER_SYMBOLS.get(name, name))
-    ax.set_ylabel(r"$x_1$ at impact" if section == "impact" else r"$x_1$ once per drive period")
+    ax.set_ylabel(SECTION_LABELS[section])
     return ax
 
 
