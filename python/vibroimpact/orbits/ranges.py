@@ -17,7 +17,7 @@ def one_range(system: System, parameters: Mapping[str, Any]) -> tuple[str, Range
         given = ", ".join(parameters) or "none"
         raise ParameterError(f"give exactly one parameter with its range, got {given}")
     ((name, bounds),) = parameters.items()
-    return name, _range_around(system, name, bounds)
+    return name, range_around(system, name, bounds)
 
 
 def two_ranges(system: System, parameters: Mapping[str, Any]) -> tuple[tuple[str, str], Bounds]:
@@ -26,11 +26,11 @@ def two_ranges(system: System, parameters: Mapping[str, Any]) -> tuple[tuple[str
         given = ", ".join(parameters) or "none"
         raise ParameterError(f"give exactly two parameters with their ranges, got {given}")
     first, second = parameters
-    one, other = (_range_around(system, name, parameters[name]) for name in (first, second))
+    one, other = (range_around(system, name, parameters[name]) for name in (first, second))
     return (first, second), (one, other)
 
 
-def _range_around(system: System, name: str, bounds: Any) -> Range:
+def range_around(system: System, name: str, bounds: Any) -> Range:
     """Check a range of a parameter that contains its value."""
     if name not in NUMERIC_RANGES:
         reject("parameter", name, f"one of {', '.join(NUMERIC_RANGES)}")
