@@ -11,6 +11,7 @@ import matplotlib as mpl
 import pytest
 
 import vibroimpact as vi
+from vibroimpact import orbits
 from vibroimpact.orbits import branch
 from vibroimpact.orbits.motion_map import SOLUTION_DTYPE
 
@@ -118,6 +119,16 @@ def test_notation_names_every_stop_reason():
     source = (ROOT / "src" / "event.rs").read_text(encoding="utf-8")
     body = source.split("impl StopReason", 1)[1].split("\n}\n", 1)[0]
     assert first_column("Stop reasons") == re.findall(r'=> "(\w+)"', body)
+
+
+def test_modules_of_orbits_use_those_before_them():
+    folder = ROOT / "python" / "vibroimpact" / "orbits"
+    listed = orbits.__doc__.split("in this order:")[1]
+    order = re.findall(r"\w+", re.sub(r"\([^)]*\)", "", listed))
+    assert sorted(order) == sorted(path.stem for path in folder.glob("[!_]*.py"))
+    for path in folder.glob("[!_]*.py"):
+        for used in re.findall(r"^from \.(\w+)", path.read_text(encoding="utf-8"), re.M):
+            assert order.index(used) < order.index(path.stem), f"{path.name} uses {used}"
 
 
 def test_no_arrow_of_the_module_diagram_runs_back_up():

@@ -18,7 +18,7 @@ from ..orbits import (
     periodic_motions,
     search_motions,
 )
-from ..orbits.branches import range_around
+from ..orbits.ranges import range_around
 from ..results import Run
 from ..simulation import simulate
 from ..system import System

@@ -3,7 +3,7 @@
 Residuals, their derivatives and test functions are kernels of the compiled core; what is done with
 them stands here, in this order: newton, path, branching, step, special, tracing, continuation,
 curves (continuation of any equations); motion, map_bifurcations, problem (periodicity), friction,
-shooting (motions from simulations); branch, doubling, resegment, following, branches,
+shooting (motions from simulations); ranges, branch, doubling, resegment, following, branches,
 curve_problem, borders (bifurcations in one and two parameters), border_walk, regions (borders of
 stability), saddle, manifold_growth, manifolds; intervals, enclosed_flight, algebraic, open_phase,
 criterion, solutions, single_impact, motion_map (all motions with one impact and no friction).

@@ -1,7 +1,7 @@
 """The walk round a region of stability, from curve to curve and along the bounds (`regions`)."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,21 +10,22 @@ from .. import _core
 from .borders import (
     BifurcationCurve,
     CodimensionTwo,
+    CurveSteps,
     codimension_two,
     curve_of,
     curve_problem,
     follow_way,
 )
-from .branch import BORDERS, NAMES, Bifurcation
+from .branch import BORDERS, Bifurcation, bifurcation_at
 from .continuation import follow
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .doubling import doubled, doubling_near, halving
 from .motion import PeriodicMotion, motion_of
 from .path import INTERRUPTED, Path, SpecialPoint, path_so_far
 from .problem import OrbitProblem
+from .ranges import Bounds
 
 Array = NDArray[np.float64]
-Bounds = tuple[tuple[float, float], tuple[float, float]]
 
 # At which a stable motion ends, along a branch and along the edge of its stability.
 ENDS = ("fold", "saddle_node", "period_doubling", "neimark_sacker", *BORDERS, *RESONANCES)
@@ -71,13 +72,9 @@ class Walk:
         motion: PeriodicMotion,
         names: tuple[str, str],
         bounds: Bounds,
-        *,
-        step: float,
-        max_step: float,
-        max_points: int,
+        steps: CurveSteps,
     ) -> None:
-        self.motion, self.names, self.bounds = motion, names, bounds
-        self.step, self.max_step, self.max_points = step, max_step, max_points
+        self.motion, self.names, self.bounds, self.steps = motion, names, bounds, steps
         self.sizes = np.array([high - low for low, high in bounds])
         # Parts of the border in the order of the walk, forwards and backwards from its start.
         self._after: list[Arc] = []
@@ -159,16 +156,8 @@ class Walk:
         raise Lost(f"no border of stability goes on from the {place.kind} at {_at(problem)}")
 
     def _way(self, problem: CurveProblem, u: Array, direction: int, most: int = 0) -> Path:
-        path = follow_way(
-            problem,
-            u,
-            self.bounds,
-            direction,
-            step=self.step,
-            max_step=self.max_step,
-            max_points=most or self.max_points,
-            stop_at=ENDS,
-        )
+        steps = replace(self.steps, max_points=most) if most else self.steps
+        path = follow_way(problem, u, self.bounds, direction, steps, ENDS)
         if path.end == INTERRUPTED and most:
             raise KeyboardInterrupt
         return path
@@ -234,13 +223,13 @@ class Walk:
         k = halving(problem, path)
         if k is not None:
             u, p = path.points[k].u, path.points[k].p
-            found = doubling_near(problem, u, p, self.bounds[index], self.max_step)
+            found = doubling_near(problem, u, p, self.bounds[index], self.steps.max_step)
             if found is not None:
                 return found
         if path.end == "bound":
             return None
         if path.end.startswith("stopped"):
-            return _bifurcation(problem, path.special[-1])
+            return bifurcation_at(problem, path.special[-1])
         at = f"{problem.parameters[0]} = {path.p[-1, 0]:.6g}" if path.points else "the start"
         raise Lost(f"the motion at {at}: {path.end}")
 
@@ -265,10 +254,10 @@ class Walk:
                 direction=direction,
                 tangent=tangent,
                 parameter_size=float(self.sizes[index]),
-                step=self.step,
-                min_step=min(1e-9, self.step),
-                max_step=max(self.step, self.max_step),
-                max_points=most or self.max_points,
+                step=self.steps.step,
+                min_step=self.steps.min_step,
+                max_step=self.steps.max_step,
+                max_points=most or self.steps.max_points,
                 stop_at=ENDS,
                 classify=problem.classify,
             )
@@ -308,18 +297,6 @@ def _is_stable(problem: OrbitProblem, u: Array, p: Array) -> bool:
     matrix = problem.monodromy(u, p)
     inside = np.isfinite(matrix).all() and np.abs(np.linalg.eigvals(matrix)).max() < 1.0
     return bool(inside) and all(value > -ROUNDING for value in problem.border_tests(u, p).values())
-
-
-def _bifurcation(problem: OrbitProblem, special: SpecialPoint) -> Bifurcation:
-    nodes = special.u.reshape(-1, 4)
-    return Bifurcation(
-        kind=NAMES.get(special.kind, special.kind),
-        parameter=problem.parameters[0],
-        value=float(special.p[0]),
-        motion=motion_of(problem.system_at(special.p), problem.itinerary, nodes, whole=True),
-        test=special.test,
-        test_value=special.value,
-    )
 
 
 def _meeting(problem: CurveProblem, special: SpecialPoint) -> CodimensionTwo:

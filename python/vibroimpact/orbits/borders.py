@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..checks import count, number, positive, reject
-from ..errors import Interrupted, ParameterError
-from ..system import NUMERIC_RANGES, System
+from ..checks import count, positive, reject
+from ..errors import Interrupted
+from ..system import System
 from .branch import BORDERS, NAMES, Bifurcation
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .curves import follow_curve
@@ -25,6 +25,7 @@ from .friction import with_friction
 from .motion import PeriodicMotion, motion_of, primitive
 from .path import INTERRUPTED, Path, Point, SpecialPoint, path_so_far
 from .problem import OrbitProblem
+from .ranges import Bounds, two_ranges
 from .resegment import beside, parsed, spared
 
 Array = NDArray[np.float64]
@@ -132,6 +133,27 @@ class BifurcationCurve:
         )
 
 
+@dataclass(frozen=True, kw_only=True)
+class CurveSteps:
+    """Steps along a curve, as part of the ranges and of the motion's size, and how many points."""
+
+    step: float
+    min_step: float
+    max_step: float
+    max_points: int
+
+    @classmethod
+    def checked(cls, step: float, max_step: float, max_points: int) -> "CurveSteps":
+        """Check what a caller gives."""
+        first = positive("step", step)
+        return cls(
+            step=first,
+            min_step=min(1e-9, first),
+            max_step=max(first, positive("max_step", max_step)),
+            max_points=count("max_points", max_points, least=2),
+        )
+
+
 def bifurcation_curve(
     bifurcation: Bifurcation | CodimensionTwo,
     *,
@@ -172,19 +194,12 @@ def bifurcation_curve(
         reject("bifurcation", bifurcation, "a Bifurcation or a CodimensionTwo")
     if bifurcation.kind not in KINDS:
         reject("bifurcation", bifurcation.kind, f"one of the kinds {', '.join(KINDS)}")
-    names, bounds = ranges(bifurcation.motion.system, parameters)
+    names, bounds = two_ranges(bifurcation.motion.system, parameters)
+    steps = CurveSteps.checked(step, max_step, max_points)
     problem, u = curve_problem(bifurcation, names)
     paths: list[Path] = []
     for direction in (-1, 1):
-        path = follow_way(
-            problem,
-            u,
-            bounds,
-            direction,
-            step=positive("step", step),
-            max_step=positive("max_step", max_step),
-            max_points=count("max_points", max_points, least=2),
-        )
+        path = follow_way(problem, u, bounds, direction, steps)
         paths.append(path)
         if path.end in ("closed", INTERRUPTED):
             break
@@ -225,12 +240,9 @@ def curve_problem(
 def follow_way(
     problem: CurveProblem,
     u: Array,
-    bounds: tuple[tuple[float, float], tuple[float, float]],
+    bounds: Bounds,
     direction: int,
-    *,
-    step: float,
-    max_step: float,
-    max_points: int,
+    steps: CurveSteps,
     stop_at: Sequence[str] = (),
 ) -> Path:
     """Follow a curve one way, up to where it is no bifurcation of a motion any more.
@@ -246,10 +258,10 @@ def follow_way(
             bounds=bounds,
             direction=direction,
             parameter_sizes=(bounds[0][1] - bounds[0][0], bounds[1][1] - bounds[1][0]),
-            step=step,
-            min_step=min(1e-9, step),
-            max_step=max(step, max_step),
-            max_points=max_points,
+            step=steps.step,
+            min_step=steps.min_step,
+            max_step=steps.max_step,
+            max_points=steps.max_points,
             stop_at=(*BORDERS, *(RESONANCES if problem.kind == "neimark_sacker" else ()), *stop_at),
             # On a curve of saddle-nodes det(I - M) is zero throughout.
             ignore={"saddle_node"} if problem.test == "fold" else set[str](),
@@ -335,25 +347,3 @@ def _beyond(problem: CurveProblem, point: SpecialPoint) -> CodimensionTwo | None
 
 def _end(path: Path) -> str:
     return path.end.removeprefix("stopped: ").split(":")[0]
-
-
-def ranges(
-    system: System, parameters: dict[str, tuple[float, float]]
-) -> tuple[tuple[str, str], tuple[tuple[float, float], tuple[float, float]]]:
-    """Check the two parameters and their ranges."""
-    if len(parameters) != 2:
-        given = ", ".join(parameters) or "none"
-        raise ParameterError(f"give exactly two parameters with their ranges, got {given}")
-    bounds = []
-    for name, limits in parameters.items():
-        if name not in NUMERIC_RANGES:
-            reject("parameter", name, f"one of {', '.join(NUMERIC_RANGES)}")
-        if np.shape(limits) != (2,):
-            reject(name, limits, "a range (low, high)")
-        low, high = (number(name, limit) for limit in limits)
-        value = getattr(system, name)
-        if not low <= value <= high or low == high:
-            reject(name, (low, high), f"a range (low, high) around {value}")
-        bounds.append((low, high))
-    first, second = parameters
-    return (first, second), (bounds[0], bounds[1])

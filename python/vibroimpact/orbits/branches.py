@@ -7,19 +7,17 @@ becomes incomplete, a contact phase ends another way. The border is located, and
 goes on it goes on with another sequence of legs: both sequences have the border's orbit in common.
 """
 
-from typing import Any
-
 import numpy as np
 
-from ..checks import number, reject
-from ..errors import Interrupted, ParameterError
-from ..system import NUMERIC_RANGES, System
+from ..checks import reject
+from ..errors import Interrupted
 from .branch import Bifurcation, Branch
 from .doubling import doubled
 from .following import Half, Settings, follow_half, joined
 from .friction import with_friction
 from .motion import PeriodicMotion
 from .path import INTERRUPTED
+from .ranges import one_range
 from .resegment import Crossing
 
 
@@ -68,7 +66,7 @@ def follow_motion(
     """
     if not isinstance(motion, PeriodicMotion):
         reject("motion", motion, "a PeriodicMotion")
-    name, bounds = _range(motion.system, parameter)
+    name, bounds = one_range(motion.system, parameter)
     settings = Settings.checked(name, bounds, step, max_step, max_points, virtual)
     if isinstance(direction, bool) or not isinstance(direction, int) or direction not in (1, -1):
         reject("direction", direction, "1 or -1")
@@ -116,11 +114,13 @@ def switch_branch(
     ------
     ParameterError
         For bad input, and if the bifurcation is no period doubling.
+    Interrupted
+        After Ctrl-C; ``.result`` is the branch so far.
     """
     if not isinstance(bifurcation, Bifurcation) or bifurcation.kind != "period_doubling":
         reject("bifurcation", bifurcation, "a Bifurcation of the kind period_doubling")
     system = bifurcation.motion.system
-    name, bounds = _range(system, parameter)
+    name, bounds = one_range(system, parameter)
     settings = Settings.checked(name, bounds, step, max_step, max_points)
     itinerary, nodes, shift = doubled(bifurcation.motion)
     tangent = np.append(shift.ravel(), 0.0)
@@ -129,28 +129,3 @@ def switch_branch(
     if half.end == INTERRUPTED:
         raise Interrupted("interrupted along a branch", joined(name, [half], False))
     return joined(name, [half], False)
-
-
-def _range(system: System, parameter: dict[str, Any]) -> tuple[str, tuple[float, float]]:
-    """Check the one parameter and its range."""
-    if len(parameter) != 1:
-        given = ", ".join(parameter) or "none"
-        raise ParameterError(f"give exactly one parameter with its range, got {given}")
-    name, bounds = next(iter(parameter.items()))
-    if name not in NUMERIC_RANGES:
-        reject("parameter", name, f"one of {', '.join(NUMERIC_RANGES)}")
-    return name, range_around(system, name, bounds)
-
-
-def range_around(system: System, name: str, bounds: Any) -> tuple[float, float]:
-    """Check a range of a parameter that contains its value."""
-    value = getattr(system, name)
-    allowed = f"a range (low, high) of finite numbers around {value}"
-    try:
-        low, high = bounds
-    except (TypeError, ValueError):
-        reject(name, bounds, allowed)
-    low, high = number(name, low, allowed), number(name, high, allowed)
-    if not low <= value <= high or low == high:
-        reject(name, (low, high), allowed)
-    return low, high

@@ -16,14 +16,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import count, number, positive, reject
+from ..checks import number, reject
 from ..errors import Interrupted
-from .border_walk import Bounds, Walk
-from .borders import BifurcationCurve, ranges
+from .border_walk import Walk
+from .borders import BifurcationCurve, CurveSteps
 from .branch import Bifurcation
 from .curves import curve_point
 from .motion import PeriodicMotion, motion_of
 from .path import INTERRUPTED
+from .ranges import Bounds, two_ranges
 
 Array = NDArray[np.float64]
 
@@ -175,15 +176,8 @@ def stability_region(
     """
     if not isinstance(motion, PeriodicMotion) or not (motion.admissible and motion.stable):
         reject("motion", motion, "an admissible and stable PeriodicMotion")
-    names, bounds = ranges(motion.system, parameters)
-    walk = Walk(
-        motion,
-        names,
-        bounds,
-        step=positive("step", step),
-        max_step=positive("max_step", max_step),
-        max_points=count("max_points", max_points, least=2),
-    )
+    names, bounds = two_ranges(motion.system, parameters)
+    walk = Walk(motion, names, bounds, CurveSteps.checked(step, max_step, max_points))
     try:
         why_not = walk.round()
     except KeyboardInterrupt:  # Interrupted is one

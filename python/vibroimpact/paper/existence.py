@@ -95,21 +95,29 @@ class Existence:
         return sum(trial.largest > 100.0 * PERTURBATION for trial in self.unstable)
 
 
-def compute(figure: int, frequencies: int = FREQUENCIES) -> Existence:
-    """Solve Fig. 2 or 3 on its grid, and simulate a sample of its motions."""
-    n = PERIODS_PER_ORBIT[figure]
+def solve(figure: int, frequencies: int = FREQUENCIES) -> MotionMap:
+    """Find all solutions of Fig. 2 or 3 on its grid."""
     if frequencies >= FREQUENCIES:
         grid = np.arange(40, 601) / 200
     else:
         grid = np.linspace(0.2, 3.0, frequencies)
-    found = motion_map(
-        paper_system(), n, within=WITHIN, drive_frequency=grid, moment_amplitude=MOMENTS
+    return motion_map(
+        paper_system(),
+        PERIODS_PER_ORBIT[figure],
+        within=WITHIN,
+        drive_frequency=grid,
+        moment_amplitude=MOMENTS,
     )
+
+
+def compute(figure: int, frequencies: int = FREQUENCIES) -> Existence:
+    """Solve Fig. 2 or 3 on its grid, and simulate a sample of its motions."""
+    found = solve(figure, frequencies)
     rows = found.solutions
     size = rows["largest_multiplier"]
     return Existence(
         figure,
-        n,
+        found.n,
         found,
         _trials(found, rows["admissible"] & (size < 1.0 - _CLEAR)),
         _trials(found, rows["admissible"] & (size > 1.0 + _CLEAR)),

@@ -30,6 +30,7 @@ from .style import (
     ORANGE,
     PARAMETER_SYMBOLS,
     PURPLE,
+    SECTION_LABELS,
     VERMILLION,
     bifurcation_handles,
     bifurcation_marker,
@@ -95,7 +96,7 @@ def branches(
     if len(names) > 1:
         reject("branches", sorted(names), "branches over one parameter")
     name = many[0].parameter
-    if section not in ("impact", "stroboscopic"):
+    if section not in SECTION_LABELS:
         reject("section", section, "'impact' or 'stroboscopic'")
     size = positive("size", size)
     if diagram is not None:
@@ -116,7 +117,7 @@ def branches(
         legend_above(ax, branch_handles(many, names=True), columns=3)
     ax.autoscale_view()
     ax.set_xlabel(PARAMETER_SYMBOLS.get(name, name))
-    ax.set_ylabel(r"$x_1$ at impact" if section == "impact" else r"$x_1$ once per drive period")
+    ax.set_ylabel(SECTION_LABELS[section])
     return ax
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgba_array
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
@@ -21,6 +22,7 @@ from .style import (
     CHATTER_COLOR,
     PARAMETER_SYMBOLS,
     REGIME_STYLES,
+    SECTION_LABELS,
     SLIDE_STYLE,
     legend_above,
     new_axes,
@@ -78,7 +80,7 @@ def bifurcation(
     ValueError
         If `section` or `color` is unknown, or regimes are asked for on the stroboscopic section.
     """
-    if section not in ("impact", "stroboscopic"):
+    if section not in SECTION_LABELS:
         raise ValueError(f"section must be 'impact' or 'stroboscopic', not {section!r}")
     if color not in (None, "regime"):
         raise ValueError(f"color must be None or 'regime', not {color!r}")
@@ -87,7 +89,8 @@ def bifurcation(
 
     ax = new_axes(ax)
     handles: list[Artist] = []
-    colors: NDArray[np.str_] | str = BLACK
+    # Of many points as numbers: matplotlib reads colours given as text one by one.
+    colors: NDArray[np.float64] | str = BLACK
     if section == "impact":
         parameter, x1 = diagram.impact_parameter, diagram.x1
     else:
@@ -95,13 +98,13 @@ def bifurcation(
     if color == "regime":
         order = np.random.default_rng(0).permutation(len(x1))
         regime = np.asarray(diagram.regime)
-        palette = np.array([style.color for style in REGIME_STYLES])
-        colors = palette[regime[order]]
+        colors = to_rgba_array([style.color for style in REGIME_STYLES])[regime[order]]
         parameter, x1 = parameter[order], x1[order]
         handles += regime_handles(np.unique(regime).tolist(), shapes=False)
     elif (chatters := np.asarray(diagram.n) == -1).any():
         offset = diagram.offset if section == "impact" else diagram.stroboscopic_offset
-        colors = np.where(np.repeat(chatters, np.diff(offset)), CHATTER_COLOR, BLACK)
+        chattering = np.repeat(chatters, np.diff(offset)).astype(int)
+        colors = to_rgba_array([BLACK, CHATTER_COLOR])[chattering]
     ax.scatter(parameter, x1, s=size, c=colors, marker="s", linewidths=0, rasterized=True)
 
     handles += _chatter_strip(ax, diagram)
@@ -112,7 +115,7 @@ def bifurcation(
         ax.set_xlim(float(np.min(diagram.parameter)), float(np.max(diagram.parameter)))
     name = diagram.parameter_name
     ax.set_xlabel(PARAMETER_SYMBOLS.get(name, name))
-    ax.set_ylabel(r"$x_1$ at impact" if section == "impact" else r"$x_1$ once per drive period")
+    ax.set_ylabel(SECTION_LABELS[section])
     return ax
 
 

@@ -15,19 +15,12 @@ from matplotlib.colors import CenteredNorm, ListedColormap
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from .style import BLACK, GREY, REGIME_STYLES, regime_handles
+from .style import ANGLE_TICKS, BLACK, GREY, REGIME_STYLES, regime_handles
 
 if TYPE_CHECKING:
     from ..impact_maps import ImpactAgreement, ImpactRegimes
 
 _NO_OUTCOME = "0.85"
-_TICKS = {
-    -np.pi / 2: r"$-\pi/2$",
-    -np.pi / 4: r"$-\pi/4$",
-    0.0: "0",
-    np.pi / 4: r"$\pi/4$",
-    np.pi / 2: r"$\pi/2$",
-}
 
 
 def impact_regimes(
@@ -116,9 +109,8 @@ def _map(ax: Axes, result: ImpactRegimes, values: NDArray[Any], **options: Any) 
         for number in regimes[:-1]:
             inside = np.asarray(result.regime == number, dtype=np.float64)
             ax.contour(x1, ratio, inside, levels=[0.5], colors=BLACK, linewidths=0.5)
-    ticks = {
-        place: text for place, text in _TICKS.items() if x1.min() - 0.01 <= place <= x1.max() + 0.01
-    }
+    low, high = x1.min() - 0.01, x1.max() + 0.01
+    ticks = {place: text for place, text in ANGLE_TICKS.items() if low <= place <= high}
     if len(ticks) > 1:
         ax.set_xticks(list(ticks), list(ticks.values()))
     ax.set_xlabel(r"$x_1$")

@@ -20,7 +20,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from .style import BLACK, BLUE, PARAMETER_SYMBOLS, VERMILLION, new_axes
+from .style import ANGLE_TICKS, BLACK, BLUE, PARAMETER_SYMBOLS, VERMILLION, new_axes
 
 if TYPE_CHECKING:
     from ..orbits import MotionMap
@@ -28,13 +28,6 @@ if TYPE_CHECKING:
 _PALE = "0.78"
 _NOTHING = "1.0"
 _UNSTABLE = "0.72"
-_TICKS = {
-    -np.pi / 2: r"$-\pi/2$",
-    -np.pi / 4: r"$-\pi/4$",
-    0.0: "0",
-    np.pi / 4: r"$\pi/4$",
-    np.pi / 2: r"$\pi/2$",
-}
 X10 = r"$x_{10}$"
 
 
@@ -136,7 +129,7 @@ def motion_branches(result: MotionMap, *, paper: bool = False, ax: Axes | None =
 
 def _angles(ax: Any) -> None:
     """Let an axis of angles show a quarter turn to either side."""
-    ax.set_yticks(list(_TICKS), list(_TICKS.values()))
+    ax.set_yticks(list(ANGLE_TICKS), list(ANGLE_TICKS.values()))
     ax.set_ylim(-1.03 * np.pi / 2, 1.03 * np.pi / 2)
 
 
@@ -195,7 +188,7 @@ def motion_space(
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_major_locator(MaxNLocator(nbins=5, steps=[1, 2, 5, 10]))
     ax.set_box_aspect((1.25, 1.0, 0.85), zoom=1.12)
-    ax.set_zticks(list(_TICKS)[::2], list(_TICKS.values())[::2])
+    ax.set_zticks(list(ANGLE_TICKS)[::2], list(ANGLE_TICKS.values())[::2])
     ax.set_zlim(-np.pi / 2, np.pi / 2)
     ax.view_init(elev=24.0, azim=-62.0)
     return ax

@@ -5,6 +5,7 @@ the common colour vision deficiencies can tell apart; where markers are large en
 shape, the regime is told by the shape as well. Symbols are those of docs/notation.md.
 """
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -122,6 +123,21 @@ STATE_SYMBOLS = {
     "phase": r"$\psi$ at impact",
     "time": r"$t$",
 }
+
+SECTION_LABELS = {
+    "impact": r"$x_1$ at impact",
+    "stroboscopic": r"$x_1$ once per drive period",
+}
+"""The angle drawn in a bifurcation diagram, by its section."""
+
+ANGLE_TICKS = {
+    -math.pi / 2: r"$-\pi/2$",
+    -math.pi / 4: r"$-\pi/4$",
+    0.0: "0",
+    math.pi / 4: r"$\pi/4$",
+    math.pi / 2: r"$\pi/2$",
+}
+"""Ticks of an axis of angles, a quarter turn to either side."""
 
 PUBLICATION: dict[str, Any] = {
     "font.family": "STIXGeneral",
