@@ -53,6 +53,7 @@
     clippy::similar_names
 )]
 
+pub mod basin;
 mod chatter;
 pub mod contact;
 mod double_double;
@@ -93,7 +94,8 @@ pub use run::{EnergyAudit, FinalState, Run, RunError, RunOptions, run};
 pub use simulate::{Horizon, Observer, Simulation};
 pub use state::{Clock, State};
 pub use sweep::{
-    Cell, Measure, PointStatus, SweepOptions, SweepPoint, SweepStart, Workers, run_many, sweep,
+    Cell, Measure, PointStatus, SweepOptions, SweepPoint, SweepStart, Workers, arrive_many,
+    run_many, sweep,
 };
 
 #[cfg(feature = "python")]

@@ -6,6 +6,7 @@
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;
+mod basin;
 mod errors;
 mod impact;
 mod lyapunov;
@@ -19,6 +20,8 @@ use pyo3::prelude::*;
 /// The compiled core of vibroimpact.
 #[pymodule]
 mod _core {
+    #[pymodule_export]
+    use super::basin::{PyArrivals, arrivals};
     #[pymodule_export]
     use super::impact::impact;
     #[pymodule_export]

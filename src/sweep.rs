@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 
+use crate::basin::{Arrival, Fate, Target, arrive};
 use crate::error::ParameterError;
 use crate::event::StopReason;
 use crate::impact::PreImpact;
@@ -176,6 +177,21 @@ pub enum PointStatus {
     Overlap,
     /// The computation failed.
     Failed,
+    /// The run came to its end, but on which attractor cannot be told.
+    Unresolved,
+}
+
+impl From<Fate> for PointStatus {
+    fn from(fate: Fate) -> Self {
+        match fate {
+            Fate::Pending => Self::Pending,
+            Fate::Overlap => Self::Overlap,
+            Fate::Arrived { .. } => Self::Completed { restarted: false },
+            Fate::Elsewhere(StopReason::Completed) => Self::Unresolved,
+            Fate::Elsewhere(reason) => Self::Stopped(reason),
+            Fate::Failed => Self::Failed,
+        }
+    }
 }
 
 impl PointStatus {
@@ -193,6 +209,7 @@ impl PointStatus {
         "jammed",
         "undecidable_graze",
         "law_failed",
+        "unresolved",
     ];
 
     /// The name used in Python and in files.
@@ -205,6 +222,7 @@ impl PointStatus {
             Self::Stopped(reason) => reason.name(),
             Self::Overlap => "overlap",
             Self::Failed => "failed",
+            Self::Unresolved => "unresolved",
         }
     }
 
@@ -409,4 +427,34 @@ pub fn run_many(
         }
     }
     Ok(runs)
+}
+
+/// Follows every start until it arrives at one of the targets. `go_on` gets the number of starts
+/// done and ends the work by returning `false`; starts not reached are then pending.
+///
+/// # Errors
+/// [`ParameterError`] for a bad option, before any run.
+pub fn arrive_many(
+    system: &System,
+    initials: &[State],
+    targets: &[Target],
+    options: RunOptions,
+    workers: &Workers,
+    go_on: &mut dyn FnMut(usize) -> bool,
+) -> Result<Vec<Arrival>, ParameterError> {
+    options.check(system)?;
+    let done = AtomicUsize::new(0);
+    let one = |&initial: &State, cancel: &AtomicBool| {
+        if cancel.load(Relaxed) {
+            return Arrival::empty(Fate::Pending);
+        }
+        let arrival = arrive(system, initial, targets, options, cancel);
+        done.fetch_add(usize::from(arrival.fate != Fate::Pending), Relaxed);
+        arrival
+    };
+    let arrivals = workers.run(&mut || go_on(done.load(Relaxed)), |cancel| {
+        initials.par_iter().with_max_len(LONGEST_SHARE).map(|start| one(start, cancel)).collect()
+    });
+    go_on(done.load(Relaxed));
+    Ok(arrivals)
 }

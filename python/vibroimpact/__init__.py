@@ -17,12 +17,15 @@ from typing import TYPE_CHECKING
 
 from ._core import __version__
 from .atlas import (
+    Attractor,
+    Basins,
     Chart,
     Diagram,
     DiagramSettings,
     LyapunovSpectrum,
     LyapunovSweep,
     Sweep,
+    basins,
     bifurcation_diagram,
     chart,
     lyapunov_spectrum,
@@ -73,6 +76,8 @@ else:
 
 
 __all__ = [
+    "Attractor",
+    "Basins",
     "Bifurcation",
     "BifurcationCurve",
     "Branch",
@@ -105,6 +110,7 @@ __all__ = [
     "Undecided",
     "UnstableManifold",
     "__version__",
+    "basins",
     "bifurcation_curve",
     "bifurcation_diagram",
     "chart",

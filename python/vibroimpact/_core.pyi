@@ -12,6 +12,7 @@ __all__ = [
     "GRAZE_DTYPE",
     "IMPACT_DTYPE",
     "OUTCOME_DTYPE",
+    "Arrivals",
     "FinalState",
     "Itinerary",
     "PeriodReport",
@@ -20,6 +21,7 @@ __all__ = [
     "Sweep",
     "System",
     "__version__",
+    "arrivals",
     "impact",
     "lyapunov_spectrum",
     "simulate",
@@ -382,4 +384,69 @@ def sweep(
 
     ``progress`` is called with the number of cells done so far. Ctrl-C ends the sweep early: cells
     not done are pending.
+    """
+
+@final
+class Arrivals:
+    """Where each of n starts ended up; what is left over has sections, counts and a period."""
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C or ``progress`` ended the work."""
+
+    @property
+    def status(self) -> NDArray[np.int8]:
+        """(n,) place of each status in ``STATUS_NAMES``; "unresolved" for those left over."""
+
+    @property
+    def attractor(self) -> NDArray[np.int64]:
+        """(n,) number of the attractor, -1 for none of them."""
+
+    @property
+    def periods(self) -> NDArray[np.int64]:
+        """(n,) drive periods until its region was entered, -1 for none."""
+
+    @property
+    def states(self) -> NDArray[np.float64]:
+        """(n, 4) state at the arrival or the end; NaN where there is none."""
+
+    @property
+    def m(self) -> NDArray[np.int64]:
+        """(n,) period in drive periods of those left over, 0 where none was found."""
+
+    @property
+    def n(self) -> NDArray[np.int64]:
+        """(n,) their impacts per orbit, -1 with complete chatter."""
+
+    @property
+    def left(self) -> NDArray[np.int64]:
+        """(l,) the starts left over at the end of a completed run."""
+
+    @property
+    def tails(self) -> NDArray[np.float64]:
+        """(l, keep, 4) their last sections."""
+
+    @property
+    def counts(self) -> NDArray[np.int64]:
+        """(l, keep) impacts in the drive period before each section, -1 with complete chatter."""
+
+def arrivals(
+    system: System,
+    initials: NDArray[np.float64],
+    *,
+    centers: NDArray[np.float64],
+    factors: NDArray[np.float64],
+    counts: list[list[int]],
+    periods: int,
+    keep: int,
+    max_events: int = ...,
+    tolerance: float = ...,
+    workers: int | None = None,
+    progress: Callable[[int], bool] | None = None,
+) -> Arrivals:
+    """Follow every start until it arrives at one of the attractors, or for ``periods``.
+
+    Attractor i is entered where ``|factors[i] @ (X - centers[i])| <= 1`` at a section X, and has
+    ``counts[i]`` impacts in the drive periods after ``centers[i]`` (-1: complete chatter).
+    ``progress`` gets the number of starts done, and ends the work by returning False.
     """

@@ -1,10 +1,15 @@
-"""Computations over grids: sweeps, diagrams, charts, Lyapunov exponents (docs/atlas.md).
+"""Computations over grids: sweeps, diagrams, charts, Lyapunov exponents, basins (docs/atlas.md).
 
 One engine cuts a grid into chunks and has them computed by threads or by a cluster, into memory or
 into a store; what a cell is, the tasks say. In this order: grid, fields, columns, store, cluster,
-engine (any computation), results, cells (runs), sweep, merge, diagram, lyapunov.
+engine (any computation), results, cells (runs), sweep, merge, diagram, lyapunov;
+trapping, clouds, attractors, attractor_search, basin_measures, basin_results, basins.
 """
 
+from .attractors import Attractor
+from .basin_measures import BasinEntropy, UncertaintyExponent, basin_entropy, uncertainty_exponent
+from .basin_results import Basins, BasinSettings
+from .basins import basins
 from .columns import Columns, to_dataset
 from .diagram import Diagram, DiagramSettings, bifurcation_diagram
 from .engine import compute
@@ -24,6 +29,10 @@ __all__ = [
     "RESULTS",
     "STATUS",
     "STATUS_NAMES",
+    "Attractor",
+    "BasinEntropy",
+    "BasinSettings",
+    "Basins",
     "Chart",
     "ChunkResult",
     "Columns",
@@ -39,6 +48,9 @@ __all__ = [
     "Sweep",
     "Task",
     "Tiling",
+    "UncertaintyExponent",
+    "basin_entropy",
+    "basins",
     "bifurcation_diagram",
     "chart",
     "compute",
@@ -47,4 +59,5 @@ __all__ = [
     "orbit_label",
     "sweep",
     "to_dataset",
+    "uncertainty_exponent",
 ]

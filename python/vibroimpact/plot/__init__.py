@@ -4,6 +4,7 @@ The functions draw what a result (`Run`, `Diagram`, `ImpactRegimes` ...) holds a
 dynamics.
 """
 
+from .basins import BASIN_COLORS, basin_handles, basins
 from .branches import bifurcation_curves, branch_handles, branches
 from .diagram import bifurcation, chatter_handles, contact_fraction
 from .force import contact_force
@@ -36,10 +37,13 @@ from .style import (
 )
 
 __all__ = [
+    "BASIN_COLORS",
     "BIFURCATION_STYLES",
     "CROSSINGS",
     "PUBLICATION",
     "REGIME_STYLES",
+    "basin_handles",
+    "basins",
     "bifurcation",
     "bifurcation_curves",
     "bifurcation_handles",

@@ -1,0 +1,172 @@
+"""Figure of basins of attraction: which start leads to which attractor, and why some to none."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from ..atlas.basin_results import Basins
+from ..atlas.fields import STATUS_NAMES
+from .style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY_BLUE,
+    STATE_SYMBOLS,
+    VERMILLION,
+    legend_above,
+    new_axes,
+)
+
+YELLOW = "#F0E442"
+# One colour and one mark for each attractor; a further round takes up the colours with other marks.
+BASIN_COLORS = (SKY_BLUE, ORANGE, GREEN, PURPLE, YELLOW, BLUE, VERMILLION)
+_MARKERS = "osD^vP*X<>"
+_HATCH = "/////"
+# Reasons by rising grey; the bodies' overlap is hatched instead.
+_GREYS = ("0.45", "0.6", "0.7", "0.8")
+# Sections of an attractor that does not repeat are drawn as at most so many dots.
+_MOST_DOTS = 500
+
+
+def basins(
+    basins: Basins, *, sections: bool = True, legend: bool = True, ax: Axes | None = None
+) -> Axes:
+    """Draw basins of attraction, the first axis of the grid along the horizontal.
+
+    Each attractor has a colour. The sections of the attractors are marked, projected onto the two
+    coordinates: they lie in the plane only by chance. Hatched: the bodies overlap; grey: no
+    attractor was told, and the legend says why.
+
+    Parameters
+    ----------
+    basins : Basins
+        As computed by ``vi.basins``.
+    sections : bool
+        Mark the sections of the attractors that lie within the axes.
+    legend : bool
+        Put a legend above the axes, with the part of the cells of each attractor.
+    ax : Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    Axes
+    """
+    ax = new_axes(ax)
+    (first, x), (second, y) = basins.axes.items()
+    reasons = [name for name in basins.reasons if name not in ("overlap", "pending")]
+    greys = {name: _GREYS[min(k, len(_GREYS) - 1)] for k, name in enumerate(reasons)}
+    count = len(basins.attractors)
+    codes = np.where(basins.attractor >= 0, basins.attractor, -1).astype(np.int64)
+    for k, name in enumerate(reasons):
+        codes[(basins.attractor < 0) & (basins.status_code == STATUS_NAMES.index(name))] = count + k
+    colors = [_color(k) for k in range(count)] + list(greys.values())
+    order_x, order_y = np.argsort(x), np.argsort(y)
+    ax.pcolormesh(
+        _edges(x[order_x]),
+        _edges(y[order_y]),
+        np.ma.masked_less(codes, 0)[np.ix_(order_x, order_y)].T,
+        cmap=ListedColormap(colors or ["white"]),
+        vmin=-0.5,
+        vmax=max(len(colors), 1) - 0.5,
+        rasterized=True,
+    )
+    if "overlap" in basins.reasons:
+        # Seen through the cells that are not drawn.
+        ax.patch.set(hatch=_HATCH, edgecolor="0.75", linewidth=0.0)
+    limits = ax.get_xlim(), ax.get_ylim()
+    if sections:
+        _mark_sections(ax, basins, first, second)
+    ax.set_xlim(limits[0])
+    ax.set_ylim(limits[1])
+    ax.set_xlabel(STATE_SYMBOLS[first])
+    ax.set_ylabel(STATE_SYMBOLS[second])
+    if legend:
+        handles = basin_handles(basins, sections=sections)
+        handles += [
+            Patch(facecolor=grey, label=name.replace("_", " ")) for name, grey in greys.items()
+        ]
+        if "overlap" in basins.reasons:
+            handles.append(
+                Patch(
+                    hatch=_HATCH,
+                    facecolor="white",
+                    edgecolor="0.75",
+                    linewidth=0.0,
+                    label="bodies overlap",
+                )
+            )
+        if handles:
+            legend_above(ax, handles, columns=3)
+    return ax
+
+
+def basin_handles(basins: Basins, *, sections: bool = True) -> list[Artist]:
+    """Return one legend entry for each attractor: its label, and its part of the cells.
+
+    Parameters
+    ----------
+    basins : Basins
+        As computed by ``vi.basins``.
+    sections : bool
+        With the mark of its sections.
+    """
+    shown = zip(basins.attractors, basins.shares, strict=True)
+    return [
+        Line2D(
+            [],
+            [],
+            color=_color(k),
+            linewidth=8.0,
+            solid_capstyle="butt",
+            markersize=4.5,
+            markerfacecolor="white",
+            markeredgecolor=BLACK,
+            markeredgewidth=0.7,
+            marker=_MARKERS[k % len(_MARKERS)] if sections and found.kind == "periodic" else "",
+            label=f"{found.label}, {_percent(float(share))}",
+        )
+        for k, (found, share) in enumerate(shown)
+    ]
+
+
+def _mark_sections(ax: Axes, basins: Basins, first: str, second: str) -> None:
+    columns = [("x1", "v1", "x2", "v2").index(name) for name in (first, second)]
+    for k, found in enumerate(basins.attractors):
+        points = found.sections[:, columns]
+        if found.kind == "periodic":
+            style: dict[str, Any] = {"marker": _MARKERS[k % len(_MARKERS)], "markersize": 4.5}
+            style |= {"markerfacecolor": "white", "markeredgewidth": 0.7}
+        elif found.kind == "family":
+            continue
+        else:
+            points = points[:_MOST_DOTS]
+            style = {"marker": ".", "markersize": 1.5, "markeredgewidth": 0.0}
+            style |= {"markerfacecolor": BLACK}
+        ax.plot(*points.T, linestyle="none", markeredgecolor=BLACK, zorder=3, **style)
+
+
+def _color(number: int) -> str:
+    return BASIN_COLORS[number % len(BASIN_COLORS)]
+
+
+def _percent(share: float) -> str:
+    """The share with two digits, not rounded to all or nothing."""
+    text = f"{100.0 * share:.2g}"
+    return f"{text} %" if share < 0.995 or share == 1.0 else f"{100.0 * share:.4g} %"
+
+
+def _edges(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Edges of cells around rising values."""
+    if len(values) == 1:
+        return np.array([values[0] - 0.5, values[0] + 0.5])
+    middle = 0.5 * (values[1:] + values[:-1])
+    return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
