@@ -49,17 +49,19 @@ impl Run {
                 report.method = "perturbations grow exponentially";
                 return report;
             }
-            if total < -(shear + 4.0) && growth.mean < -4.0 * growth.error {
-                // It still settles: it will return.
+            let shrinks = total < -(shear + 4.0) && growth.mean < -4.0 * growth.error;
+            // Even two standard errors more would be no more than a shear.
+            let stays = periods >= NO_GROWTH
+                && total + 2.0 * growth.error * f64::from(periods) < shear + 1.0;
+            if shrinks || stays {
+                // It still settles, or has settled late: it will return.
                 if let Some(later) = self.later(periods).filter(|later| later.orbit.is_some()) {
-                    let method = "perturbations shrink; returns when followed further";
+                    let method = "perturbations do not grow; returns when followed further";
                     let confidence = 0.7 * later.confidence;
                     return PeriodReport { growth: report.growth, confidence, method, ..later };
                 }
-            } else if periods >= NO_GROWTH
-                && total + 2.0 * growth.error * f64::from(periods) < shear + 1.0
-            {
-                // Even two standard errors more would be no more than a shear.
+            }
+            if stays && !shrinks {
                 report.kind = Kind::QuasiPeriodic;
                 report.confidence = 0.8;
                 report.method = "no return found, perturbations do not grow";

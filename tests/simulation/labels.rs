@@ -11,7 +11,7 @@ use crate::{Draw, go, paper, paper_start};
 const PERIODS: i64 = 600;
 const KEEP: i64 = 200;
 /// Of 200 random systems.
-const MISMATCHES: usize = 2;
+const MISMATCHES: usize = 4;
 
 #[test]
 fn labels_hold_with_twice_the_periods() {

@@ -1,0 +1,196 @@
+"""Sweeps and charts: each cell is the run of its values; bits, stores, data sets, bad input."""
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+
+FREQUENCIES = np.linspace(0.5, 3.5, 7)
+AMPLITUDES = np.array([0.4, 1.0, 2.0])
+LENGTH = {"periods": 150, "keep": 60}
+
+
+@pytest.fixture(scope="module")
+def rubbing() -> vi.System:
+    return vi.System(
+        mass_ratio=0.6,
+        frequency_ratio=2.0,
+        restitution=0.8,
+        gap=0.5,
+        drive_frequency=1.545,
+        moment_amplitude=1.0,
+        friction=0.5,
+    )
+
+
+@pytest.fixture(scope="module")
+def chart(rubbing) -> vi.Chart:
+    return vi.chart(
+        rubbing,
+        initial=(0.0, 0.5, 0.0, 0.0),
+        drive_frequency=FREQUENCIES,
+        moment_amplitude=AMPLITUDES,
+        **LENGTH,
+    )
+
+
+def assert_same_bits(left, right):
+    assert left.columns.names == right.columns.names
+    for name in left.columns.names:
+        assert left.columns[name].tobytes() == right.columns[name].tobytes(), name
+
+
+def test_each_cell_is_the_run_of_its_values(chart, rubbing):
+    kinds = set()
+    for i, frequency in enumerate(FREQUENCIES):
+        for j, amplitude in enumerate(AMPLITUDES):
+            system = rubbing.replace(drive_frequency=frequency, moment_amplitude=amplitude)
+            run = vi.simulate(system, initial=(0.0, 0.5, 0.0, 0.0), **LENGTH)
+            assert chart.label[i, j] == run.label
+            assert chart.status[i, j] == run.stop_reason
+            end = run.final_state
+            assert chart.final_states[i, j].tolist() == [end.x1, end.v1, end.x2, end.v2]
+            kinds.add("periodic" if run.period.m else run.label)
+            if np.isfinite(run.period.growth):
+                exponent = run.period.growth / system.drive_period
+                assert chart.largest_exponent[i, j] == pytest.approx(exponent, rel=1e-12)
+                assert chart.exponent_error[i, j] > 0.0
+    assert {"periodic", "chaotic", "quasi-periodic"} <= kinds
+
+
+def test_the_exponent_of_a_periodic_motion_is_that_of_its_multipliers(rubbing):
+    system = rubbing.replace(friction=0.0, drive_frequency=1.8)
+    sweep = vi.sweep(
+        system,
+        initial=(0.0, 0.5, 0.0, 0.0),
+        periods=3000,
+        exponents=True,
+        drive_frequency=[1.1, 1.25, 1.8],
+    )
+    for i, frequency in enumerate([1.1, 1.25, 1.8]):
+        run = vi.simulate(
+            system.replace(drive_frequency=frequency), initial=(0.0, 0.5, 0.0, 0.0), periods=3000
+        )
+        motion = run.refine()
+        largest = np.log(np.abs(motion.multipliers).max()) / (motion.m * run.system.drive_period)
+        assert sweep.largest_exponent[i] == pytest.approx(largest, abs=1e-10)
+        assert sweep.exponent_error[i] == 0.0
+
+
+def test_chatter_is_named_and_has_an_exponent(rubbing):
+    # Complete chatter in every period (docs/theory.md, section 5).
+    system = rubbing.replace(friction=0.3, force_amplitude=1.5)
+    sweep = vi.sweep(
+        system.replace(pendulum_damping=0.1, oscillator_damping=0.1),
+        initial=(0.0, 0.5, 0.0, 0.0),
+        exponents=True,
+        drive_frequency=[0.25, 0.3, 0.35],
+        **LENGTH,
+    )
+    assert (sweep.n == -1).any()
+    assert all(label.endswith("-inf") for label in sweep.label[sweep.n == -1])
+    assert (sweep.largest_exponent[sweep.n == -1] < 0.0).all()
+
+
+@pytest.mark.parametrize("options", [{"workers": 1}, {"workers": 2, "chunk": 4}, {"chunk": 1}])
+def test_nothing_but_the_arguments_changes_a_bit(chart, rubbing, options, tmp_path):
+    for store in (None, tmp_path / "chart.zarr"):
+        again = vi.chart(
+            rubbing,
+            initial=(0.0, 0.5, 0.0, 0.0),
+            drive_frequency=FREQUENCIES,
+            moment_amplitude=AMPLITUDES,
+            store=store,
+            **LENGTH,
+            **options,
+        )
+        assert_same_bits(again, chart)
+    loaded = vi.load(tmp_path / "chart.zarr")
+    assert type(loaded) is vi.Chart
+    assert loaded.system == rubbing
+    assert_same_bits(loaded, chart)
+
+
+def test_initial_coordinates_are_axes_too(rubbing):
+    sweep = vi.sweep(
+        rubbing,
+        initial=(0.0, 0.5, 0.0, 0.0),
+        x1=[-0.2, 0.1, 2.0],
+        v2=[-0.5, 0.5],
+        friction=[0.0, 0.5],
+        **LENGTH,
+    )
+    assert sweep.label.shape == (3, 2, 2)
+    run = vi.simulate(rubbing, initial=(0.1, 0.5, 0.0, -0.5), **LENGTH)
+    assert sweep.label[1, 0, 1] == run.label
+    # sin 2 > 0.5: the bodies overlap there, and nothing is run.
+    assert (sweep.status[2] == "overlap").all()
+    assert (sweep.label[2] == "unresolved").all()
+    assert np.isnan(sweep.final_states[2]).all()
+    assert sweep.complete
+
+
+def test_a_data_set_has_the_axes_as_coordinates(chart):
+    data = chart.to_xarray()
+    assert data.sizes["drive_frequency"] == 7
+    assert data["moment_amplitude"].values.tolist() == AMPLITUDES.tolist()
+    one = data["largest_exponent"].sel(drive_frequency=FREQUENCIES[2], moment_amplitude=1.0)
+    assert one.item() == chart.largest_exponent[2, 1]
+    assert data["motion"].attrs["flag_meanings"].split()[3] == "chaotic"
+
+
+@pytest.mark.parametrize("reader", [vi.load, vi.Chart.load])
+def test_a_file_brings_a_chart_back_bit_for_bit(chart, tmp_path, reader):
+    chart.save(tmp_path / "chart.npz")
+    back = reader(tmp_path / "chart.npz")
+    assert type(back) is vi.Chart
+    assert (back.system, back.settings) == (chart.system, chart.settings)
+    assert back.axes.keys() == chart.axes.keys()
+    assert_same_bits(back, chart)
+    with pytest.raises(ValueError, match="holds a chart"):
+        vi.Diagram.load(tmp_path / "chart.npz")
+
+
+def test_no_exponents_no_column(rubbing):
+    sweep = vi.sweep(rubbing, initial=(0.0, 0.5, 0.0, 0.0), gap=[0.5, 0.7], **LENGTH)
+    with pytest.raises(KeyError, match="largest_exponent"):
+        _ = sweep.largest_exponent
+    assert "2 of 2 completed" in repr(sweep)
+    assert not sweep.label.flags.writeable
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"colour": [1.0]}, "colour cannot be varied"),
+        ({"friction": [0.1, -0.1]}, "friction"),
+        ({"friction": [0.1, np.nan]}, r"friction\[1\]"),
+        ({"drive_frequency": [1.0, 0.0]}, "drive_frequency"),
+        ({"gap": [0.5], "periods": 0}, "periods"),
+        ({"gap": [0.5], "periods": 10, "keep": 11}, "keep"),
+        ({"gap": [0.5], "workers": 0}, "workers"),
+        ({"gap": [0.5], "chunk": 0}, "chunk"),
+        ({"gap": [[0.5]]}, "gap of shape"),
+        ({"gap": [0.5], "section_phase": np.inf}, "section_phase"),
+    ],
+)
+def test_bad_arguments_are_named(rubbing, arguments, message):
+    with pytest.raises(vi.ParameterError, match=message):
+        vi.sweep(rubbing, initial=(0.0, 0.5, 0.0, 0.0), **arguments)
+
+
+def test_a_chart_has_two_parameters(rubbing):
+    for axes in ({}, {"gap": [0.5]}, {"gap": [0.5], "x1": [0.0]}):
+        with pytest.raises(vi.ParameterError, match="exactly two"):
+            vi.chart(rubbing, initial=(0.0, 0.5, 0.0, 0.0), **axes)
+    with pytest.raises(vi.ParameterError, match="system"):
+        vi.chart("system", initial=(0.0, 0.5, 0.0, 0.0), gap=[0.5], friction=[0.0])
+
+
+def test_a_store_of_other_arguments_is_refused(rubbing, tmp_path):
+    arguments = {"initial": (0.0, 0.5, 0.0, 0.0), "gap": [0.5, 0.6], "store": tmp_path / "s.zarr"}
+    vi.sweep(rubbing, **arguments, **LENGTH)
+    with pytest.raises(vi.ParameterError, match=r"friction is 0\.5 there, 0\.4 here"):
+        vi.sweep(rubbing.replace(friction=0.4), **arguments, **LENGTH)
+    with pytest.raises(vi.ParameterError, match="periods is 150 there, 160 here"):
+        vi.sweep(rubbing, **arguments, **(LENGTH | {"periods": 160}))
