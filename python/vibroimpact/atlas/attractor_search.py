@@ -29,6 +29,8 @@ NEUTRAL = 1e-7
 LASTING, LOOKED_AT = 20_000, 8_000
 # More attractors than this are not told apart: there is a continuum of them.
 MOST = 64
+# Starts that are followed at a time.
+BATCH = 64
 # Starts in a row whose motion cannot be told, after which no more are looked at.
 MOST_HOPELESS = 8
 
@@ -120,20 +122,26 @@ def find_attractors(
         The known ones first.
     """
     found = list(known)
-    ends = follow_all(system, starts, found, follow, workers=workers)
-    if ends.interrupted:
-        raise KeyboardInterrupt
-    left, tails, hopeless = ends.left, ends.tails, 0
-    while len(left) and hopeless < MOST_HOPELESS and len(found) < MOST:
-        new = explore(system, starts[left[0]], follow, workers=workers)
-        kept = np.arange(len(left)) > 0
-        if new is None:
-            hopeless += 1
-        elif not any(same(new, old, rotor=is_rotor(system)) for old in found):
-            hopeless = 0
-            found.append(new)
-            kept &= ~new.holds(tails, rotor=is_rotor(system))
-        left, tails = left[kept], tails[kept]
+    hopeless = 0
+    # In batches: once the attractors are known, starts arrive early.
+    for first in range(0, len(starts), BATCH):
+        batch = starts[first : first + BATCH]
+        ends = follow_all(system, batch, found, follow, workers=workers)
+        if ends.interrupted:
+            raise KeyboardInterrupt
+        left, tails = ends.left, ends.tails
+        while len(left):
+            if hopeless == MOST_HOPELESS or len(found) == MOST:
+                return tuple(found)
+            new = explore(system, batch[left[0]], follow, workers=workers)
+            kept = np.arange(len(left)) > 0
+            if new is None:
+                hopeless += 1
+            elif not any(same(new, old, rotor=is_rotor(system)) for old in found):
+                hopeless = 0
+                found.append(new)
+                kept &= ~new.holds(tails, rotor=is_rotor(system))
+            left, tails = left[kept], tails[kept]
     return tuple(found)
 
 

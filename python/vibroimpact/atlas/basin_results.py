@@ -106,7 +106,7 @@ class Basins:
 
     @property
     def status(self) -> NDArray[np.str_]:
-        """How each cell ended, shape (a, b): ``completed`` where there is an attractor, else why not.
+        """How each cell ended, shape (a, b): ``completed`` with an attractor, else why without.
 
         ``overlap`` (the bodies overlap at the start), ``unresolved`` (none was reached in the time
         given, or could be told), a stop reason, ``failed``, or ``pending`` after Ctrl-C.

@@ -146,7 +146,7 @@ def basins(
     initial: ArrayLike = (0.0, 0.0, 0.0, 0.0),
     periods: int = 2000,
     keep: int = 200,
-    scouts: int = 400,
+    scouts: int = 1000,
     rounds: int = 2,
     max_events: int | None = None,
     tolerance: float = 1e-12,
