@@ -1,5 +1,6 @@
 """Bifurcation diagrams: ragged layout, the three ways to start, errors and files."""
 
+import itertools
 import math
 
 import numpy as np
@@ -309,3 +310,97 @@ def test_repr_says_what_it_is(diagram):
     text = repr(diagram)
     assert "9 values of drive_frequency in [1.2, 2]" in text
     assert f"{len(diagram.x1)} impacts" in text
+
+
+def test_several_starts_are_branches(system, initial, frequencies):
+    starts = [initial, (0.1, 0.3, 0.0, 0.0)]
+    both = vi.bifurcation_diagram(
+        system,
+        initial=starts,
+        start=("fresh", "backward"),
+        periods=60,
+        keep=20,
+        drive_frequency=frequencies,
+    )
+    assert len(both) == 4 * len(frequencies)
+    assert both.settings.start == ("fresh", "fresh", "backward", "backward")
+    assert both.settings.initial == (*map(tuple, starts), *map(tuple, starts))
+    for branch, (one, start) in enumerate(
+        zip(both.settings.initial, both.settings.start, strict=True)
+    ):
+        single = vi.bifurcation_diagram(
+            system, initial=one, start=start, periods=60, keep=20, drive_frequency=frequencies
+        )
+        points = np.flatnonzero(both.branch == branch)
+        assert both.parameter[points].tolist() == list(frequencies)
+        assert both.label[points].tolist() == single.label.tolist()
+        assert both.final_states[points].tobytes() == single.final_states.tobytes()
+        rows = slice(both.offset[points[0]], both.offset[points[-1] + 1])
+        assert both.x1[rows].tobytes() == single.x1.tobytes()
+
+
+def test_points_have_what_an_impact_takes(diagram):
+    v1, v2, x1 = diagram.v1, diagram.v2, diagram.x1
+    np.testing.assert_allclose(diagram.approach_velocity, v1 * np.cos(x1) - v2, rtol=1e-13)
+    assert (diagram.approach_velocity > 0.0).all()
+    assert (diagram.energy_loss > 0.0).all()
+
+
+def test_exponents_come_with_the_labels(system, initial):
+    both = vi.bifurcation_diagram(
+        system, initial=initial, periods=200, exponents=True, drive_frequency=[1.545, 2.0]
+    )
+    assert both.label.tolist() == ["chaotic", "1-1"]
+    assert both.largest_exponent[0] > 5.0 * both.exponent_error[0] > 0.0
+    assert both.largest_exponent[1] < 0.0
+    assert both.exponent_error[1] == 0.0
+    plain = vi.bifurcation_diagram(
+        system, initial=initial, periods=200, labels=False, drive_frequency=[1.545, 2.0]
+    )
+    # Without labels what does not return has no name.
+    assert plain.label.tolist() == ["unresolved", "1-1"]
+    assert plain.x1.tobytes() == both.x1.tobytes()
+
+
+@pytest.mark.parametrize("stored", [False, True])
+def test_refinement_halves_the_steps_across_which_a_label_changes(
+    system, initial, tmp_path, stored
+):
+    arguments = {"initial": initial, "periods": 150, "keep": 60}
+    coarse = np.linspace(1.5, 2.3, 9)
+    plain = vi.bifurcation_diagram(system, drive_frequency=coarse, **arguments)
+    store = tmp_path / "refined.zarr" if stored else None
+    refined = vi.bifurcation_diagram(
+        system, drive_frequency=coarse, refine=2, store=store, **arguments
+    )
+    expected, labels = [*coarse], dict(zip(coarse, plain.label, strict=True))
+    for _ in range(2):
+        new = [0.5 * (a + b) for a, b in itertools.pairwise(expected) if labels[a] != labels[b]]
+        for value in new:
+            run = vi.simulate(system.replace(drive_frequency=value), **arguments)
+            labels[value] = run.label
+        expected = sorted([*expected, *new])
+    assert len(expected) > len(coarse)
+    assert refined.values.tolist() == expected
+    assert refined.label.tolist() == [labels[value] for value in expected]
+    # Rows belong to their points.
+    whole = vi.bifurcation_diagram(system, drive_frequency=expected, **arguments)
+    for name in ("x1", "regime", "stroboscopic", "final_states", "offset"):
+        assert getattr(refined, name).tobytes() == getattr(whole, name).tobytes(), name
+    if stored:
+        again = vi.bifurcation_diagram(
+            system, drive_frequency=coarse, refine=2, store=store, **arguments
+        )
+        assert_same_bits(again, refined)
+
+
+def test_a_followed_branch_is_not_refined(system, initial):
+    with pytest.raises(vi.ParameterError, match="refine"):
+        vi.bifurcation_diagram(
+            system, initial=initial, start="forward", refine=1, drive_frequency=[1.5, 1.6]
+        )
+    for start in ((), "sideways", ("fresh", "sideways")):
+        with pytest.raises(vi.ParameterError, match="start"):
+            vi.bifurcation_diagram(system, initial=initial, start=start, drive_frequency=[1.5])
+    with pytest.raises(vi.ParameterError, match="initial"):
+        vi.bifurcation_diagram(system, initial=np.empty((0, 4)), drive_frequency=[1.5])

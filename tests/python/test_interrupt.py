@@ -134,3 +134,41 @@ def test_another_exception_of_a_signal_handler_is_raised(system, initial):
 
 def test_interrupted_is_a_keyboard_interrupt():
     assert issubclass(vi.Interrupted, KeyboardInterrupt)
+
+
+def test_an_interrupted_measurement_of_exponents(system, initial):
+    with ctrl_c(0.4), pytest.raises(vi.Interrupted) as caught:
+        vi.lyapunov_spectrum(system, initial=initial, periods=5_000_100, keep=5_000_000)
+    spectrum = caught.value.result
+    assert isinstance(spectrum, vi.LyapunovSpectrum)
+    assert spectrum.time > 0.0
+    assert np.isfinite(spectrum.exponents).all()
+    assert len(spectrum.history) > 0
+
+
+def test_an_interrupted_refinement(system, initial):
+    with ctrl_c(0.4), pytest.raises(vi.Interrupted) as caught:
+        vi.bifurcation_diagram(
+            system,
+            initial=initial,
+            periods=2000,
+            refine=15,
+            drive_frequency=np.linspace(1.5, 1.6, 60),
+        )
+    diagram = caught.value.result
+    assert isinstance(diagram, vi.Diagram)
+    assert not diagram.complete
+    assert 0 < np.count_nonzero(diagram.status == "completed") < len(diagram)
+
+
+def test_an_interrupted_grid_of_spectra(system, initial):
+    with ctrl_c(0.4), pytest.raises(vi.Interrupted) as caught:
+        vi.lyapunov_spectrum(
+            system, initial=initial, periods=4000, drive_frequency=np.linspace(1.5, 1.6, 5000)
+        )
+    sweep = caught.value.result
+    assert isinstance(sweep, vi.LyapunovSweep)
+    done = sweep.status == "completed"
+    assert 0 < np.count_nonzero(done) < len(sweep)
+    assert np.isfinite(sweep.exponents[done]).all()
+    assert np.isnan(sweep.exponents[~done]).all()
