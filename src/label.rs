@@ -2,6 +2,8 @@
 //! perturbation says: chaotic if it grows, quasi-periodic if it does not, unresolved if neither is
 //! certain.
 
+use std::f64::consts::{FRAC_PI_2, TAU};
+
 use crate::lyapunov::{GrowthMeter, exponent_of_orbit};
 use crate::period::{Kind, PeriodReport};
 use crate::run::{Run, RunOptions};
@@ -9,6 +11,8 @@ use crate::simulate::Horizon;
 
 /// Shortest and longest measurement of a growth, in drive periods.
 const GROWTH_PERIODS: (u32, u32) = (400, 6400);
+/// Distance of an impact from the section that rounding may bridge, as part of a drive period.
+const AT_SECTION: f64 = 1e-6;
 /// Shortest one that shows that perturbations do not grow.
 const NO_GROWTH: u32 = 1600;
 
@@ -24,10 +28,28 @@ impl Run {
             report.method = "the run did not complete";
             return report;
         }
-        if report.kind == Kind::Unresolved && report.residual.is_finite() {
-            return self.resolved_by_growth(report);
+        if report.kind != Kind::Unresolved || !report.residual.is_finite() {
+            return report;
         }
-        report
+        if self.strikes_at_section() {
+            // Rounding puts the section before or after the impact: another one tells more.
+            let elsewhere = (self.options.section_phase + FRAC_PI_2).rem_euclid(TAU);
+            let kept = u32::try_from(self.stroboscopic.len()).unwrap_or(u32::MAX);
+            if let Some(moved) = self.later(kept, elsewhere).filter(|moved| moved.orbit.is_some()) {
+                return moved;
+            }
+        }
+        self.resolved_by_growth(report)
+    }
+
+    /// Whether an impact falls on the stroboscopic section, to rounding.
+    fn strikes_at_section(&self) -> bool {
+        let period = self.system.drive_period();
+        let section = self.options.section_phase / self.system.drive_frequency();
+        self.impacts.iter().any(|impact| {
+            let after = (impact.time_in_period - section).rem_euclid(period);
+            after.min(period - after) < AT_SECTION * period
+        })
     }
 
     /// Decides a motion that does not repeat by the growth of a perturbation of it.
@@ -55,7 +77,10 @@ impl Run {
                 && total + 2.0 * growth.error * f64::from(periods) < shear + 1.0;
             if shrinks || stays {
                 // It still settles, or has settled late: it will return.
-                if let Some(later) = self.later(periods).filter(|later| later.orbit.is_some()) {
+                if let Some(later) = self
+                    .later(periods, self.options.section_phase)
+                    .filter(|later| later.orbit.is_some())
+                {
                     let method = "perturbations do not grow; returns when followed further";
                     let confidence = 0.7 * later.confidence;
                     return PeriodReport { growth: report.growth, confidence, method, ..later };
@@ -74,12 +99,13 @@ impl Run {
     }
 
     /// What the sections of so many further drive periods say.
-    fn later(&self, periods: u32) -> Option<PeriodReport> {
+    fn later(&self, periods: u32, section_phase: f64) -> Option<PeriodReport> {
         let end = self.final_state.clock.period + i64::from(periods);
         let options = RunOptions {
             horizon: Horizon::Periods(end),
             keep: Some(i64::from(periods)),
             max_events: self.options.max_events.saturating_mul(2),
+            section_phase,
             ..self.options
         };
         let run = self.resume(options, &mut || true).ok()?;

@@ -81,7 +81,7 @@ def test_an_interrupted_diagram_keeps_the_points_it_reached(system, initial, sta
     # A tenth of a second of work per handful of points, a minute for all of them.
     values = np.linspace(1.2, 2.0, 100_000)
     options = {"initial": initial, "periods": 600, "keep": 2, "start": start, "workers": 2}
-    with ctrl_c(0.5), pytest.raises(vi.Interrupted, match="of 100000 points") as caught:
+    with ctrl_c(0.5), pytest.raises(vi.Interrupted, match="of 100000 cells") as caught:
         vi.bifurcation_diagram(system, **options, drive_frequency=values)
     diagram = caught.value.result
     assert diagram.parameter.tolist() == values.tolist()
