@@ -43,7 +43,7 @@ impl Run {
     }
 
     /// Whether an impact falls on the stroboscopic section, to rounding.
-    fn strikes_at_section(&self) -> bool {
+    pub(crate) fn strikes_at_section(&self) -> bool {
         let period = self.system.drive_period();
         let section = self.options.section_phase / self.system.drive_frequency();
         self.impacts.iter().any(|impact| {

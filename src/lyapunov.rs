@@ -6,6 +6,9 @@
 //! with the exponent 0, which is left out; without a drive one of the four is that of the flow. A
 //! wall that rests (mbar = 0) is left out with its two.
 
+mod along;
+
+use crate::double_double::DoubleDouble;
 use crate::error::{ParameterError, SimulationError};
 use crate::event::StopReason;
 use crate::flight::{Drive, FreeMotion};
@@ -13,7 +16,8 @@ use crate::period::Growth;
 use crate::run::{FLIGHTS_PER_LOOK, Run};
 use crate::simulate::{Horizon, Observer};
 use crate::state::{Clock, State};
-use crate::tangent::{Along, Broken};
+
+use along::{Along, Broken};
 
 /// One step in so many aligns the perturbations before the others count.
 const ALIGNMENT: usize = 10;
@@ -287,14 +291,25 @@ impl GrowthMeter {
 /// computed, or the orbit cannot be cut at the end of the run, which lies among skipped impacts.
 pub(crate) fn exponent_of_orbit(run: &Run, m: u32) -> Option<f64> {
     let drive = FreeMotion::new(&run.system).drive;
-    let from = run.final_state.clock;
-    let end = end_of_step(&drive, from, Step::Periods(m), 1);
+    let end = run.final_state.clock;
+    // Rounding may put an impact at the end of the run before or after it: a quarter period on, it
+    // is on one side.
+    let begin = if run.strikes_at_section() {
+        drive.advance(end, DoubleDouble::new(0.25 * run.system.drive_period()))
+    } else {
+        end
+    };
+    let close = end_of_step(&drive, begin, Step::Periods(m), 1);
     let mut along = Along::new(run, None);
-    along.extend(Horizon::Periods(end.period + 1));
-    along.reach(end, &mut ()).ok()?;
+    along.extend(Horizon::Periods(close.period + 1));
+    if begin != end {
+        along.reach(begin, &mut ()).ok()?;
+        along.start_anew(4);
+    }
+    along.reach(close, &mut ()).ok()?;
     let multipliers = along.vectors().complex_eigenvalues();
     let largest = multipliers.iter().map(|lambda| lambda.norm()).fold(0.0, f64::max);
-    (along.clock() == end).then(|| largest.ln() / drive.until(from, end).value())
+    (along.clock() == close).then(|| largest.ln() / drive.until(begin, close).value())
 }
 
 /// Standard error of the mean of a series, neighbours of which may depend on each other, from the

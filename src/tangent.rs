@@ -7,19 +7,17 @@
 //! the derivative of the return map: dt' = -(dh . dy)/h', h the condition of the event, which for an
 //! impact is what the saltation matrix S = R + (F+ - R F-)(grad g)^T/g'^- says.
 
-mod along;
 mod chatter;
 mod contact;
 mod flight;
 mod leg;
 mod strike;
 
-pub(crate) use along::{Along, Broken, to_event};
 pub(crate) use contact::{
     free_gap_acceleration, least_in_slide, on_contact, slide, slip_from_rest,
 };
 pub(crate) use flight::fly;
-pub(crate) use leg::{Particulars, Passage, mode, traverse};
+pub(crate) use leg::{Particulars, Passage, mode, to_event, traverse};
 
 use chatter::{Accumulation, accumulate};
 use contact::stick_condition;

@@ -1,11 +1,13 @@
 //! One leg of a motion with its derivatives: the one place that tells which formulas belong to which
 //! leg. Shooting (orbit.rs) and Lyapunov exponents (lyapunov.rs) build on it.
 
+use nalgebra::Matrix4;
+
 use super::contact::StickCondition;
 use super::strike::{Border, Struck};
 use super::{
-    Accumulation, Dual, DualState, Model, Moment, accumulate, fly, free_gap_acceleration, slide,
-    stick_condition, strike,
+    Accumulation, Dual, DualState, END, Model, Moment, accumulate, fly, free_gap_acceleration,
+    slide, stick_condition, strike,
 };
 use crate::dual::Number;
 use crate::hold::ContactMode;
@@ -103,4 +105,14 @@ pub(crate) fn traverse(
 /// The contact mode of a slide.
 pub(crate) fn mode(positive: bool) -> ContactMode {
     if positive { ContactMode::SlidePositive } else { ContactMode::SlideNegative }
+}
+
+/// Derivative of the node at the end of a leg with respect to its start. The event stays on its
+/// condition: dt' = -(dh . dy)/h'.
+pub(crate) fn to_event(image: &[Dual; 3], condition: &Dual) -> Matrix4<f64> {
+    let time: [f64; 4] = std::array::from_fn(|c| -condition.slope[c] / condition.slope[END]);
+    Matrix4::from_fn(|r, c| match r {
+        3 => time[c],
+        _ => image[r].slope[c] + image[r].slope[END] * time[c],
+    })
 }

@@ -12,7 +12,6 @@
 
 use nalgebra::{Matrix4, Vector4};
 
-use super::{Dual, DualState, END, Model, Moment, fly, on_contact, slide, traverse};
 use crate::dual::Number;
 use crate::error::SimulationError;
 use crate::event::{Event, StopReason};
@@ -22,6 +21,9 @@ use crate::itinerary::{Leg, LegReader, Reading, is_wall_at_rest, with_wall_at_re
 use crate::run::{FinalState, Run};
 use crate::simulate::{Horizon, Observer, Simulation};
 use crate::state::{Clock, State};
+use crate::tangent::{
+    Dual, DualState, END, Model, Moment, fly, on_contact, slide, to_event, traverse,
+};
 use crate::tolerance::LOW_BOUNCE;
 
 /// Impacts with less than this part of the highest u may not sink one after the other, by rounding.
@@ -351,14 +353,4 @@ impl Along {
             self.here.rank = self.here.rank.min(self.directions().saturating_sub(lost));
         }
     }
-}
-
-/// Derivative of the node at the end of a leg with respect to its start. The event stays on its
-/// condition: dt' = -(dh . dy)/h'.
-pub(crate) fn to_event(image: &[Dual; 3], condition: &Dual) -> Matrix4<f64> {
-    let time: [f64; 4] = std::array::from_fn(|c| -condition.slope[c] / condition.slope[END]);
-    Matrix4::from_fn(|r, c| match r {
-        3 => time[c],
-        _ => image[r].slope[c] + image[r].slope[END] * time[c],
-    })
 }
