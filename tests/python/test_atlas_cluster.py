@@ -5,6 +5,7 @@ import signal
 import sys
 import threading
 
+import dask
 import numpy as np
 import pytest
 from distributed import Client, LocalCluster
@@ -20,7 +21,14 @@ from vibroimpact.atlas.store import Store
 
 @pytest.fixture(scope="module")
 def client():
+    # Some time after a worker was killed, a local cluster gives it up for good should it be away
+    # just then, for having been killed once more: not here. A test without any worker ends.
+    patience = {
+        "distributed.deploy.lost-worker-timeout": "1 hour",
+        "distributed.scheduler.no-workers-timeout": "1 minute",
+    }
     with (
+        dask.config.set(patience),
         LocalCluster(
             n_workers=2, threads_per_worker=1, dashboard_address=None, processes=True
         ) as processes,

@@ -55,7 +55,8 @@ def compute(
     progress
         Show a progress bar.
     client
-        A ``distributed.Client``: its workers compute the chunks.
+        A ``distributed.Client``: its workers compute the chunks. While there are none it waits, as
+        long as Dask's setting ``distributed.scheduler.no-workers-timeout`` allows.
     store
         Directory of a Zarr store for the results. One that holds part of the same computation is
         completed.
