@@ -293,6 +293,8 @@ def test_a_store_is_gone_on_with(coexisting, found, monkeypatch, tmp_path):
     assert len(computed) == 9
     assert_same(vi.basins(coexisting, **PLANE, store=tmp_path / "basins"), found)
     assert len(computed) == 9
+    with pytest.raises(ValueError, match="one of the stores of basins"):
+        vi.load(tmp_path / "basins" / "cells")
     with pytest.raises(vi.ParameterError, match="another computation"):
         vi.basins(coexisting, **PLANE, periods=1000, store=tmp_path / "basins")
 
@@ -325,6 +327,38 @@ def test_a_data_set_has_labelled_axes(found):
     assert np.array_equal(data["x1"], PLANE["x1"])
     assert [a["label"] for a in json.loads(data.attrs["attractors"])] == ["4-5", "6-7"]
     assert vi.System.from_dict(json.loads(data.attrs["system"])) == found.system
+
+
+def assert_same_attractors(one: vi.Basins, other: vi.Basins) -> None:
+    for a, b in zip(one.attractors, other.attractors, strict=True):
+        for name in ("label", "kind", "start", "confirmed", "why_not", "rotor"):
+            assert getattr(a, name) == getattr(b, name)
+        assert np.array_equal(a.sections, b.sections)
+        assert (a.motion is None) == (b.motion is None)
+        if a.motion is not None:
+            assert np.array_equal(a.motion.multipliers, b.motion.multipliers)
+            assert a.motion.stable == b.motion.stable
+
+
+def test_a_file_holds_everything(found, tmp_path):
+    path = tmp_path / "basins.npz"
+    found.save(path)
+    for again in (vi.load(path), vi.Basins.load(path)):
+        assert_same(again, found)
+        assert_same_attractors(again, found)
+        assert again.settings == found.settings
+        assert again.system == found.system
+    with pytest.raises(ValueError, match="holds a basins, not a diagram"):
+        vi.Diagram.load(path)
+
+
+def test_a_file_holds_a_cloud(coexisting, tmp_path):
+    system = coexisting.replace(drive_frequency=1.545)
+    chaotic = vi.basins(system, x1=[0.0, 0.1], v1=[0.5], periods=600)
+    chaotic.save(tmp_path / "chaotic.npz")
+    again = vi.load(tmp_path / "chaotic.npz")
+    assert_same(again, chaotic)
+    assert_same_attractors(again, chaotic)
 
 
 def test_the_arrays_are_read_only(found):
