@@ -3,11 +3,12 @@
 import os
 
 from . import archive
-from .atlas import RESULTS, GridResult, open_columns
+from .atlas import RESULTS, Basins, GridResult, open_columns
+from .atlas.basin_files import basins_from_parts
 from .results import Run
 
 
-def load(path: str | os.PathLike[str]) -> Run | GridResult:
+def load(path: str | os.PathLike[str]) -> Run | GridResult | Basins:
     """Read a result from the file that its ``save`` wrote, or open the Zarr store of a computation.
 
     The ``load`` of each class does the same where only its own will do.
@@ -19,7 +20,13 @@ def load(path: str | os.PathLike[str]) -> Run | GridResult:
     """
     if os.path.isdir(path):
         columns = open_columns(path)
-        return RESULTS[columns.layout.kind](columns)
-    builders: dict[str, archive.Builder[Run | GridResult]] = {"run": Run._from_parts}
+        kind = columns.layout.kind
+        if kind not in RESULTS:
+            raise ValueError(f"{path}: one of the stores of {kind}, which are more than its cells")
+        return RESULTS[kind](columns)
+    builders: dict[str, archive.Builder[Run | GridResult | Basins]] = {
+        "run": Run._from_parts,
+        "basins": basins_from_parts,
+    }
     builders |= {kind: result._from_parts for kind, result in RESULTS.items()}
     return archive.read(path, builders)

@@ -7,6 +7,7 @@ transient.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from ..orbits.shooting import refine
 from ..results import Run
 from ..simulation import simulate
 from ..system import System
-from .attractors import AT_REST, FREE, NOT_ISOLATED, Attractor, Tails, same
+from .attractors import AT_REST, FREE, NOT_ISOLATED, Attractor, Kind, Tails, same
 from .clouds import cloud_of
 from .fields import STATUS_NAMES
 from .trapping import Follow, arrive, is_rotor, largest_multiplier, trapping_region
@@ -84,7 +85,7 @@ def follow_all(
         rested=status[left] == STATUS_NAMES.index("rest"),
     )
     for k, attractor in enumerate(attractors):
-        on_it = attractor.holds(tails, rotor=is_rotor(system))
+        on_it = attractor.holds(tails)
         number[left[on_it]] = k
         left, tails = left[~on_it], tails[~on_it]
     return Ends(status, number, found.periods, left, tails, found.interrupted)
@@ -133,22 +134,27 @@ def find_attractors(
         while len(left):
             if hopeless == MOST_HOPELESS or len(found) == MOST:
                 return tuple(found)
-            new = explore(system, batch[left[0]], follow, workers=workers)
+            new = explore(system, batch[left[0]], follow, known=found, workers=workers)
             kept = np.arange(len(left)) > 0
             if new is None:
                 hopeless += 1
-            elif not any(same(new, old, rotor=is_rotor(system)) for old in found):
+            elif new not in found:
                 hopeless = 0
                 found.append(new)
-                kept &= ~new.holds(tails, rotor=is_rotor(system))
+                kept &= ~new.holds(tails)
             left, tails = left[kept], tails[kept]
     return tuple(found)
 
 
 def explore(
-    system: System, start: Array, follow: Follow, *, workers: int | None = None
+    system: System,
+    start: Array,
+    follow: Follow,
+    *,
+    known: Sequence[Attractor] = (),
+    workers: int | None = None,
 ) -> Attractor | None:
-    """Follow one start and say what it ends up on; None where that cannot be told."""
+    """Say on what a start ends up: a known attractor, a new one, or None if it cannot be told."""
     run: Run = simulate(
         system,
         initial=start.tolist(),
@@ -157,65 +163,64 @@ def explore(
         max_events=follow.max_events,
         tolerance=follow.tolerance,
     )
+    if run.stop_reason in ("completed", "rest") and run.period.m is None:
+        if not len(run.impacts) and run.time_in_contact == 0.0:
+            return _known_or(_attractor(run, kind="family", why_not=FREE), known)
+        run = run.resume(periods=LASTING, keep=LOOKED_AT)
     if run.stop_reason not in ("completed", "rest"):
         return None
     if run.period.m is not None:
-        return _periodic(run, follow, workers)
-    if not len(run.impacts) and run.time_in_contact == 0.0:
-        return Attractor(
-            label="quasi-periodic",
-            kind="family",
-            sections=run.stroboscopic,
-            start=run.initial,
-            why_not=FREE,
-        )
-    run = run.resume(periods=LASTING, keep=LOOKED_AT)
-    if run.stop_reason not in ("completed", "rest"):
-        return None
-    if run.period.m is not None:
-        return _periodic(run, follow, workers)
+        return _periodic(run, follow, known, workers)
     if run.label not in ("chaotic", "quasi-periodic"):
         return None
     cloud = cloud_of(run.stroboscopic, rotor=is_rotor(system))
     if cloud is None:
         return None
+    kind: Kind = "chaotic" if run.label == "chaotic" else "quasi-periodic"
     lossless = system.restitution == 1.0 and not (
         system.friction or system.pendulum_damping or system.oscillator_damping
     )
-    return Attractor(
-        label=run.label,
-        kind="chaotic" if run.label == "chaotic" else "quasi-periodic",
-        sections=run.stroboscopic,
-        start=run.initial,
-        confirmed=not lossless,
-        why_not="without losses nothing attracts" if lossless else "",
-        cloud=cloud,
-    )
+    why_not = "without losses nothing attracts" if lossless else ""
+    new = _attractor(run, kind=kind, cloud=cloud, confirmed=not lossless, why_not=why_not)
+    return _known_or(new, known)
 
 
-def _periodic(run: Run, follow: Follow, workers: int | None) -> Attractor:
+def _attractor(run: Run, **more: Any) -> Attractor:
+    """Return an attractor found by a run that does not repeat."""
+    label = "quasi-periodic" if more["kind"] == "family" else run.label
+    return Attractor(label=label, sections=run.stroboscopic, start=run.initial, **more)
+
+
+def _known_or(new: Attractor, known: Sequence[Attractor]) -> Attractor:
+    """Return the known attractor that this is, or itself."""
+    return next((old for old in known if same(new, old)), new)
+
+
+def _periodic(
+    run: Run, follow: Follow, known: Sequence[Attractor], workers: int | None
+) -> Attractor:
     """Return the attractor of a run that has a period, confirmed if it can be."""
     m = run.period.m
     assert m is not None
     sections = run.stroboscopic[-m:]
-    attractor = Attractor(label=run.label, kind="periodic", sections=sections, start=run.initial)
+    rotor = is_rotor(run.system)
+    new = Attractor(
+        label=run.label, kind="periodic", sections=sections, start=run.initial, rotor=rotor
+    )
     if run.stop_reason == "rest" and run.system.friction > 0.0:
-        return replace(attractor, kind="family", why_not=AT_REST)
+        return _known_or(replace(new, kind="family", why_not=AT_REST), known)
     motion = refine(run)
     if isinstance(motion, PeriodicMotion) and motion.stable:
+        new = _known_or(replace(new, sections=motion.sections, motion=motion), known)
+        if new in known:
+            return new
         region = trapping_region(run.system, motion.sections, follow, workers=workers)
-        return replace(
-            attractor,
-            sections=motion.sections,
-            motion=motion,
-            region=region,
-            confirmed=region is not None,
-            why_not="" if region is not None else "no trapping region was confirmed",
-        )
+        why_not = "" if region is not None else "no trapping region was confirmed"
+        return replace(new, region=region, confirmed=region is not None, why_not=why_not)
     if abs(largest_multiplier(run.system, sections, follow) - 1.0) <= NEUTRAL:
-        return replace(attractor, kind="family", why_not=NOT_ISOLATED)
+        return _known_or(replace(new, kind="family", why_not=NOT_ISOLATED), known)
     if isinstance(motion, PeriodicMotion):
         why = motion.why_not or f"unstable, |lambda| = {abs(motion.multipliers[0]):.6g}"
     else:
         why = motion.reason
-    return replace(attractor, why_not=why)
+    return _known_or(replace(new, why_not=why), known)

@@ -52,6 +52,8 @@ class Attractor:
         Trapping region, of a confirmed periodic motion.
     cloud
         Boxes of its section, of a motion that does not repeat.
+    rotor
+        Whether x1 counts modulo a turn.
     """
 
     label: str
@@ -63,6 +65,7 @@ class Attractor:
     why_not: str = ""
     region: Region | None = None
     cloud: Cloud | None = None
+    rotor: bool = False
 
     def __repr__(self) -> str:
         """Label and whether it is confirmed."""
@@ -88,15 +91,13 @@ class Attractor:
             "cloud": None if cloud is None else cloud.digest(),
         }
 
-    def holds(self, tails: "Tails", *, rotor: bool = False) -> NDArray[np.bool_]:
+    def holds(self, tails: "Tails") -> NDArray[np.bool_]:
         """Tell which runs are on the attractor, by the tails of their sections.
 
         Parameters
         ----------
         tails
             What is left of k runs.
-        rotor
-            Whether x1 counts modulo a turn.
 
         Returns
         -------
@@ -115,7 +116,9 @@ class Attractor:
         if last.shape[1] < m:
             return np.zeros(len(last), dtype=bool)
         off = [
-            np.abs(wrapped(last - np.roll(self.sections, k, axis=0), rotor=rotor)).max(axis=(1, 2))
+            np.abs(wrapped(last - np.roll(self.sections, k, axis=0), rotor=self.rotor)).max(
+                axis=(1, 2)
+            )
             for k in range(m)
         ]
         return _both(alike, np.min(off, axis=0) < SAME * size)
@@ -166,7 +169,7 @@ def _orbit(label: str) -> tuple[int, int]:
     return int(m), -1 if n == "inf" else int(n)
 
 
-def same(new: Attractor, old: Attractor, *, rotor: bool) -> bool:
+def same(new: Attractor, old: Attractor) -> bool:
     """Whether two attractors are one."""
     if (new.kind, new.label) != (old.kind, old.label):
         return False
@@ -182,4 +185,4 @@ def same(new: Attractor, old: Attractor, *, rotor: bool) -> bool:
         orbits=np.array([_orbit(new.label)]),
         rested=np.zeros(1, dtype=bool),
     )
-    return bool(old.holds(one, rotor=rotor)[0])
+    return bool(old.holds(one)[0])

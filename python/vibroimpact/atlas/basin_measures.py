@@ -108,8 +108,8 @@ def uncertainty_exponent(
     Parameters
     ----------
     labels
-        Number of the attractor of each cell, shape (a, b); cells with -1 are left out, and so are
-        those with such a cell, or none, at the distance.
+        Number of the attractor of each cell, shape (a, b), -1 for none. Along each axis the cells
+        are judged that have an attractor, as have all those at the distances before and after.
     axes
         Values of the two axes, which must be evenly spaced.
     steps
@@ -125,64 +125,68 @@ def uncertainty_exponent(
         if len(spacing) and np.ptp(spacing) > _EVEN * np.abs(spacing).max():
             reject(name, values, "evenly spaced values: distances are counted in cells")
     shortest = min(labels.shape)
+    if shortest < 3:
+        reject("shape", labels.shape, "at least 3 cells along each axis")
     if steps is None:
         powers = 2 ** np.arange(31)
         chosen = powers[powers <= max(shortest // 8, 1)]
     else:
-        chosen = np.asarray(steps)
-    for step in chosen.ravel().tolist():
-        count("steps", step, least=1, most=max((shortest - 1) // 2, 1))
-    if shortest < 3:
-        reject("shape", labels.shape, "at least 3 cells along each axis")
-    tallies = [_tally(labels, int(step)) for step in chosen.ravel()]
-    cells = np.array([tally[0] for tally in tallies])
-    uncertain = np.array([tally[1] for tally in tallies])
+        given = np.atleast_1d(np.asarray(steps)).ravel().tolist()
+        chosen = np.array([count("steps", k, least=1, most=(shortest - 1) // 2) for k in given])
+    cells, uncertain = _tally(labels, chosen)
     whole = uncertain.sum(axis=1)
     fitted = whole >= _FEWEST
-    exponent, spread = _slope(chosen[fitted], uncertain[fitted], cells[fitted])
+    exponent, spread = _slope(chosen[fitted], uncertain[fitted].sum(axis=1))
     rest = [
-        _slope(
-            chosen[fitted],
-            np.delete(uncertain[fitted], block, axis=1),
-            np.delete(cells[fitted], block, axis=1),
-        )[0]
+        _slope(chosen[fitted], np.delete(uncertain[fitted], block, axis=1).sum(axis=1))[0]
         for block in range(_BLOCKS**2)
     ]
     jackknife = math.sqrt((_BLOCKS**2 - 1) * float(np.var(rest)))
     return UncertaintyExponent(
         exponent=exponent,
         error=math.hypot(jackknife, spread),
-        steps=chosen.ravel().astype(np.int64),
-        uncertain=whole / np.maximum(cells.sum(axis=1), 1),
+        steps=chosen.astype(np.int64),
+        uncertain=whole / max(cells, 1),
         fitted=fitted,
     )
 
 
-def _tally(labels: Labels, step: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Count the cells that can be judged at a distance and the uncertain ones, in each block."""
-    counts = np.zeros((2, _BLOCKS, _BLOCKS), dtype=np.int64)
-    rows, columns = (np.arange(length) * _BLOCKS // length for length in labels.shape)
-    for turned in (False, True):
-        field = labels.T if turned else labels
-        block_row, block_column = (columns, rows) if turned else (rows, columns)
-        before, here, after = field[: -2 * step], field[step:-step], field[2 * step :]
-        judged = (before >= 0) & (here >= 0) & (after >= 0)
-        differs = judged & ((before != here) | (after != here))
-        block = block_row[step:-step, None] * _BLOCKS + block_column
-        for part, mask in zip(counts, (judged, differs), strict=True):
-            part += np.bincount(block[mask], minlength=_BLOCKS**2).reshape(_BLOCKS, _BLOCKS)
-    return counts[0].ravel(), counts[1].ravel()
+def _tally(labels: Labels, steps: NDArray[np.integer]) -> tuple[int, NDArray[np.int64]]:
+    """Count the cells that are judged, the same at all distances, and the uncertain ones by block.
+
+    Returns
+    -------
+    cells
+        Number of cells, those judged along both axes twice.
+    uncertain
+        How many of them are uncertain at each distance, in each block, shape (k, blocks).
+    """
+    cells, reach = 0, int(steps.max())
+    uncertain = np.zeros((len(steps), _BLOCKS**2), dtype=np.int64)
+    for field in (labels, labels.T):
+        here = field[reach:-reach]
+        rows, columns = (np.arange(n) * _BLOCKS // n for n in here.shape)
+        block = rows[:, None] * _BLOCKS + columns
+        both = [
+            (field[reach - k : len(field) - reach - k], field[reach + k : len(field) - reach + k])
+            for k in steps.tolist()
+        ]
+        judged = here >= 0
+        for before, after in both:
+            judged &= (before >= 0) & (after >= 0)
+        cells += int(np.count_nonzero(judged))
+        for number, (before, after) in zip(uncertain, both, strict=True):
+            differs = judged & ((before != here) | (after != here))
+            number += np.bincount(block[differs], minlength=_BLOCKS**2)
+    return cells, uncertain
 
 
-def _slope(
-    steps: NDArray[np.integer], uncertain: NDArray[np.int64], cells: NDArray[np.int64]
-) -> tuple[float, float]:
+def _slope(steps: NDArray[np.integer], uncertain: NDArray[np.int64]) -> tuple[float, float]:
     """Fit ln f over ln k by least squares; slope, and its error from the residuals."""
-    part = uncertain.sum(axis=1) / np.maximum(cells.sum(axis=1), 1)
-    kept = part > 0.0
+    kept = uncertain > 0
     if np.count_nonzero(kept) < 2:
         return math.nan, math.nan
-    x, y = np.log(steps[kept]), np.log(part[kept])
+    x, y = np.log(steps[kept]), np.log(uncertain[kept])
     x = x - x.mean()
     slope = float((x * y).sum() / (x * x).sum())
     residuals = y - y.mean() - slope * x

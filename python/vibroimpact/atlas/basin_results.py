@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -196,3 +197,22 @@ class Basins:
                 "attractors": json.dumps(described),
             },
         )
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the basins to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it."""
+        from .basin_files import write_basins  # which needs this module
+
+        write_basins(path, self)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> "Basins":
+        """Read basins from the file that ``save`` wrote.
+
+        Raises
+        ------
+        ValueError
+            If it is damaged, foreign, or holds something else.
+        """
+        from .basin_files import read_basins
+
+        return read_basins(path)

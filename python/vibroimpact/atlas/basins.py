@@ -11,6 +11,7 @@ import dataclasses
 import hashlib
 import json
 import os
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +26,7 @@ from ..system import System
 from .attractor_search import find_attractors, follow_all
 from .attractors import Attractor
 from .basin_results import ATTRACTOR, SETTLING, Basins, BasinSettings
+from .cluster import check_client
 from .columns import Columns
 from .engine import compute
 from .fields import STATUS, STATUS_NAMES, ChunkResult
@@ -41,8 +43,8 @@ _USUAL = 200
 _BLOCK = 8192
 # Cells left over that are searched for attractors in every round.
 _SEARCHED = 32
-# A round that decides less than this part of what is left over is the last.
-_WORTHWHILE = 0.01
+# Names of the stores of the passes.
+_PASS = re.compile(r"cells|round_\d+")
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,8 +222,13 @@ def basins(
         tolerance=positive("tolerance", tolerance),
     )
     optional_count("workers", workers, least=1)
+    optional_count("chunk", chunk, least=1)
+    if not isinstance(progress, bool):
+        reject("progress", progress, "True or False")
+    if client is not None:
+        check_client(client)
     options = {"progress": progress, "workers": workers, "chunk": chunk, "client": client}
-    return _Computation(system, plane, settings, options, store).run()
+    return _Computation(system, plane, settings, options, _folder(store)).run()
 
 
 def _plane(axes: dict[str, Any]) -> Grid:
@@ -235,6 +242,20 @@ def _plane(axes: dict[str, Any]) -> Grid:
     return Grid(values)
 
 
+def _folder(store: Any) -> Path | None:
+    """Return the folder for the stores of all passes, which holds nothing else."""
+    if store is None:
+        return None
+    if not isinstance(store, str | os.PathLike):
+        reject("store", store, "the path of a directory")
+    path = Path(store)
+    if path.exists() and not (
+        path.is_dir() and all(_PASS.fullmatch(found.name) for found in path.iterdir())
+    ):
+        reject("store", str(store), "a new directory, or one of basins")
+    return path
+
+
 class _Computation:
     """The passes over the cells, and what they have found so far."""
 
@@ -244,7 +265,7 @@ class _Computation:
         plane: Grid,
         settings: BasinSettings,
         options: dict[str, Any],
-        store: str | os.PathLike[str] | None,
+        store: Path | None,
     ) -> None:
         self.task = ArrivalTask(system, settings.initial, settings.follow, (), plane)
         self.settings = settings
@@ -264,13 +285,9 @@ class _Computation:
                 break
             follow = dataclasses.replace(follow, periods=2 * follow.periods)
             some = np.unique(np.linspace(0, len(left) - 1, _SEARCHED).round().astype(np.int64))
-            known = len(self.task.attractors)
             self._search(left[some], follow)
             self.task = dataclasses.replace(self.task, follow=follow, left=left)
             self._pass(f"round_{number}")
-            decided = np.count_nonzero(self.columns["status"][left] != UNRESOLVED)
-            if len(self.task.attractors) == known and decided < _WORTHWHILE * len(left):
-                break
         return self.result()
 
     def _search(self, cells: NDArray[np.int64], follow: Follow) -> None:
@@ -298,9 +315,10 @@ class _Computation:
         light = dataclasses.replace(
             self.task, attractors=tuple(found.light() for found in self.task.attractors)
         )
-        store = None if self.store is None else Path(self.store) / name
-        if store is not None:
-            Path(self.store or "").mkdir(parents=True, exist_ok=True)
+        store = None
+        if self.store is not None:
+            self.store.mkdir(parents=True, exist_ok=True)
+            store = self.store / name
         compute(light, self._take, store=store, **self.options)
 
     def _take(self, columns: Columns) -> Basins:
