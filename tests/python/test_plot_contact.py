@@ -1,6 +1,5 @@
 """Plots mark lasting contact where it is, and complete chatter where a diagram has it."""
 
-import dataclasses
 from itertools import pairwise
 
 import numpy as np
@@ -10,6 +9,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 import vibroimpact as vi
+from changed import with_columns
 from references import reference, scene_initial, scene_system
 from vibroimpact import EventKind
 from vibroimpact.paper import INITIAL, TRANSITIONS
@@ -183,7 +183,7 @@ def test_regimes_keep_their_colours_and_the_strip_stays(diagram, ax):
 
 
 def test_without_chatter_there_is_no_strip(diagram, ax):
-    finite = dataclasses.replace(diagram, n=np.abs(diagram.n))
+    finite = with_columns(diagram, n=np.abs(diagram.n))
     vi.plot.bifurcation(finite, ax=ax)
     assert bands(ax) == {}
     assert ax.get_legend() is None
