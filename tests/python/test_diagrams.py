@@ -348,14 +348,14 @@ def test_points_have_what_an_impact_takes(diagram):
 
 def test_exponents_come_with_the_labels(system, initial):
     both = vi.bifurcation_diagram(
-        system, initial=initial, periods=200, exponents=True, drive_frequency=[1.545, 2.0]
+        system, initial=initial, periods=200, exponents=True, drive_frequency=[1.545, 1.8]
     )
     assert both.label.tolist() == ["chaotic", "1-1"]
     assert both.largest_exponent[0] > 4.0 * both.exponent_error[0] > 0.0
     assert both.largest_exponent[1] < 0.0
     assert both.exponent_error[1] == 0.0
     plain = vi.bifurcation_diagram(
-        system, initial=initial, periods=200, labels=False, drive_frequency=[1.545, 2.0]
+        system, initial=initial, periods=200, labels=False, drive_frequency=[1.545, 1.8]
     )
     # Without labels what does not return has no name.
     assert plain.label.tolist() == ["unresolved", "1-1"]

@@ -8,7 +8,7 @@ from matplotlib.collections import PathCollection
 from matplotlib.image import imread
 
 import vibroimpact as vi
-from comparing import replaced
+from changed import with_columns
 from vibroimpact.paper import (
     INITIAL,
     MOTIONS,
@@ -68,7 +68,7 @@ def test_a_page_says_where_runs_stopped():
     diagram = transitions.compute(BY_ID["7c"], 12, None)
     status = diagram.status.astype("<U12")
     status[[0, 3, 4]] = ["painleve", "event_cap", "rest"]
-    stopped = replaced(diagram, status=status)
+    stopped = with_columns(diagram, status=status)
     page = transitions.draw(7, [(BY_ID["7c"], stopped)], "regime")
     # A motion at rest was carried to the end asked for.
     assert "grey rug: 1 runs ended by event_cap, 1 runs ended by painleve" in texts(page)

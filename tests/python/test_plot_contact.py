@@ -9,7 +9,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 import vibroimpact as vi
-from comparing import replaced
+from changed import with_columns
 from references import reference, scene_initial, scene_system
 from vibroimpact import EventKind
 from vibroimpact.paper import INITIAL, TRANSITIONS
@@ -183,7 +183,7 @@ def test_regimes_keep_their_colours_and_the_strip_stays(diagram, ax):
 
 
 def test_without_chatter_there_is_no_strip(diagram, ax):
-    finite = replaced(diagram, n=np.abs(diagram.n))
+    finite = with_columns(diagram, n=np.abs(diagram.n))
     vi.plot.bifurcation(finite, ax=ax)
     assert bands(ax) == {}
     assert ax.get_legend() is None

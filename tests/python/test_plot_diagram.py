@@ -1,6 +1,5 @@
 """Bifurcation plots show every point of the diagram once, in its colour, and what did not run."""
 
-
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -10,7 +9,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 import vibroimpact as vi
-from comparing import replaced
+from changed import with_columns
 from vibroimpact.plot.style import PARAMETER_SYMBOLS
 from vibroimpact.system import NUMERIC_RANGES
 
@@ -110,7 +109,7 @@ def test_bad_arguments_are_named(diagram, ax, arguments, message):
 
 
 def test_completed_runs_leave_no_rug_and_no_legend(diagram, ax):
-    whole = replaced(diagram, status=np.full(16, "completed"))
+    whole = with_columns(diagram, status=np.full(16, "completed"))
     vi.plot.bifurcation(whole, ax=ax)
     assert rugs(ax) == []
     assert ax.get_legend() is None
@@ -120,7 +119,7 @@ def test_runs_that_stopped_are_marked_where_they_are(diagram, ax):
     status = np.full(16, "completed", dtype="<U12")
     status[[0, 1, 2, 7]] = "jammed"
     status[15] = "event_cap"
-    vi.plot.bifurcation(replaced(diagram, status=status), ax=ax)
+    vi.plot.bifurcation(with_columns(diagram, status=status), ax=ax)
     capped, jammed = rugs(ax)
     half = 0.5 * (diagram.parameter[1] - diagram.parameter[0])
     value = diagram.parameter

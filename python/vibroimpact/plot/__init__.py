@@ -6,9 +6,12 @@ dynamics.
 
 from .basins import BASIN_COLORS, basin_handles, basins
 from .branches import bifurcation_curves, branch_handles, branches
+from .chart import chart, chart_handles
 from .diagram import bifurcation, chatter_handles, contact_fraction
 from .force import contact_force
 from .impacts import impact_agreement, impact_regimes
+from .labels import LABEL_STYLES, label_handles
+from .lyapunov import lyapunov
 from .manifold import manifold
 from .motion import (
     displacement_history,
@@ -40,6 +43,7 @@ __all__ = [
     "BASIN_COLORS",
     "BIFURCATION_STYLES",
     "CROSSINGS",
+    "LABEL_STYLES",
     "PUBLICATION",
     "REGIME_STYLES",
     "basin_handles",
@@ -49,6 +53,8 @@ __all__ = [
     "bifurcation_handles",
     "branch_handles",
     "branches",
+    "chart",
+    "chart_handles",
     "chatter_handles",
     "contact_force",
     "contact_fraction",
@@ -58,6 +64,8 @@ __all__ = [
     "impact_count",
     "impact_regimes",
     "impact_section",
+    "label_handles",
+    "lyapunov",
     "manifold",
     "motion_branches",
     "motion_handles",

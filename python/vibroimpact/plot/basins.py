@@ -8,10 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 from ..atlas.basin_results import Basins
 from ..atlas.fields import STATUS_NAMES
+from .mesh import edges
 from .style import (
     BLACK,
     BLUE,
@@ -71,8 +71,8 @@ def basins(
     colors = [_color(k) for k in range(count)] + list(greys.values())
     order_x, order_y = np.argsort(x), np.argsort(y)
     ax.pcolormesh(
-        _edges(x[order_x]),
-        _edges(y[order_y]),
+        edges(x[order_x]),
+        edges(y[order_y]),
         np.ma.masked_less(codes, 0)[np.ix_(order_x, order_y)].T,
         cmap=ListedColormap(colors or ["white"]),
         vmin=-0.5,
@@ -162,11 +162,3 @@ def _percent(share: float) -> str:
     """The share with two digits, not rounded to all or nothing."""
     text = f"{100.0 * share:.2g}"
     return f"{text} %" if share < 0.995 or share == 1.0 else f"{100.0 * share:.4g} %"
-
-
-def _edges(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Edges of cells around rising values."""
-    if len(values) == 1:
-        return np.array([values[0] - 0.5, values[0] + 0.5])
-    middle = 0.5 * (values[1:] + values[:-1])
-    return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])

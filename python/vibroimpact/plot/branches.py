@@ -9,18 +9,19 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from ..atlas import Diagram
 from ..checks import positive, reject, several
-from ..orbits import Bifurcation, BifurcationCurve, Branch, Piece
+from ..orbits import Bifurcation, BifurcationCurve, Branch, Piece, StabilityRegion
 from .diagram import bifurcation
 from .style import (
     BIFURCATION_STYLES,
@@ -40,12 +41,15 @@ from .style import (
 
 Array = NDArray[np.float64]
 Section = Literal["impact", "stroboscopic"]
+Curves = BifurcationCurve | StabilityRegion | Sequence[BifurcationCurve | StabilityRegion]
 
 # In this order neighbours differ in grey, too.
 _COLORS = (BLACK, VERMILLION, BLUE, ORANGE, GREEN, PURPLE)
 _DIAGRAM_GREY = "0.62"
 _DIAGRAM_SIZE = 0.6
 _KEY_GREY = "0.35"
+# Width of a curve with its white edge, in points.
+_HALO = 2.8
 _UNSTABLE = (0.0, (4.0, 1.5))
 # A multiplier this close to the unit circle is that of a bifurcation: the point belongs to either
 # side.
@@ -142,9 +146,10 @@ def branch_handles(branches: Sequence[Branch], *, names: bool = False) -> list[A
 
 
 def bifurcation_curves(
-    curves: BifurcationCurve | Sequence[BifurcationCurve],
+    curves: Curves,
     *,
     size: float = 5.0,
+    halo: bool = False,
     legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
@@ -155,14 +160,17 @@ def bifurcation_curves(
 
     Parameters
     ----------
-    curves : BifurcationCurve or sequence of BifurcationCurve
-        Results of `vibroimpact.bifurcation_curve`, over the same two parameters in the same order.
+    curves : BifurcationCurve, StabilityRegion, or sequence of them
+        Results of `vibroimpact.bifurcation_curve` or `vibroimpact.stability_region`, over the same
+        two parameters in the same order; of a region its arcs.
     size : float
         Size of the marks in points.
+    halo : bool
+        Draw curves and marks with a white edge, to be read over a chart (`plot.chart`).
     legend : bool
         Name the kinds above the axes.
     ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if None.
+        Where to draw, e.g. over a chart of the same two parameters; a new figure if None.
 
     Returns
     -------
@@ -171,36 +179,55 @@ def bifurcation_curves(
     Raises
     ------
     ParameterError
-        If an argument is of the wrong kind, or the curves differ in their parameters.
+        If an argument is of the wrong kind, or the curves differ in their parameters among
+        themselves or from those on the axes.
     """
-    many = several("curves", curves, BifurcationCurve)
+    many = _all_curves(curves)
     planes = {curve.parameters for curve in many}
     if len(planes) > 1:
         reject("curves", sorted(planes), "curves over the same two parameters, in one order")
     size = positive("size", size)
+    symbols = [PARAMETER_SYMBOLS.get(name, name) for name in many[0].parameters]
+    if ax is not None:
+        there = [ax.get_xlabel(), ax.get_ylabel()]
+        if set(there) <= set(PARAMETER_SYMBOLS.values()) and there != symbols:
+            reject("curves", many[0].parameters, f"curves over {there[0]} and {there[1]}")
 
     ax = new_axes(ax)
+    edge = [withStroke(linewidth=_HALO, foreground="white")] if halo else None
     for kind, style in BIFURCATION_STYLES.items():
         color = BLACK if style.color == "white" else style.color
         dashes = (0.0, style.dashes) if style.dashes else "-"
+        look: dict[str, Any] = {"color": color, "ls": dashes, "path_effects": edge}
         here = [curve for curve in many if curve.kind == kind]
         for curve in here:
-            ax.plot(*curve.values.T, color=color, lw=0.6, ls=dashes)[0].set_gid(kind)
+            ax.plot(*curve.values.T, lw=0.6, **look)[0].set_gid(kind)
             # The part that bounds a region of stability, drawn over.
             first, second = np.where(curve.bounds_stability, curve.values.T, np.nan)
-            ax.plot(first, second, color=color, lw=1.8, ls=dashes)[0].set_gid(f"{kind}-stability")
+            ax.plot(first, second, lw=1.8, **look)[0].set_gid(f"{kind}-stability")
     points = [point for curve in many for point in curve.points]
     for kind in BIFURCATION_STYLES:
         places = np.array([point.values for point in points if point.kind == kind])
         if len(places):
-            (marks,) = ax.plot(*places.T, **bifurcation_marker(kind, size), zorder=4)
+            (marks,) = ax.plot(
+                *places.T, **bifurcation_marker(kind, size), path_effects=edge, zorder=4
+            )
             marks.set_gid(f"codimension-two-{kind}")
     if legend:
         legend_above(ax, curve_handles(many), columns=3)
-    first, second = many[0].parameters
-    ax.set_xlabel(PARAMETER_SYMBOLS.get(first, first))
-    ax.set_ylabel(PARAMETER_SYMBOLS.get(second, second))
+    ax.set_xlabel(symbols[0])
+    ax.set_ylabel(symbols[1])
     return ax
+
+
+def _all_curves(given: Any) -> list[BifurcationCurve]:
+    """Return the curves among what was given, those of regions with them."""
+    if isinstance(given, StabilityRegion):
+        given = [given]
+    if isinstance(given, Sequence):
+        parts = [one.arcs if isinstance(one, StabilityRegion) else [one] for one in given]
+        given = [curve for part in parts for curve in part]
+    return several("curves", given, BifurcationCurve)
 
 
 def curve_handles(curves: Sequence[BifurcationCurve]) -> list[Artist]:

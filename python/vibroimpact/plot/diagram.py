@@ -7,7 +7,7 @@ per drive period; Han, Jin & Hu (2004), eqs. (48a) and (48b), docs/theory.md sec
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -17,13 +17,23 @@ from matplotlib.colors import to_rgba_array
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from ..errors import ParameterError
+from .labels import HATCH_GREY, LABEL_STYLES, UNRESOLVED, label_codes, label_handles
+from .mesh import boxes, spans
 from .style import (
     BLACK,
+    BLUE,
     CHATTER_COLOR,
+    GREEN,
+    ORANGE,
     PARAMETER_SYMBOLS,
+    PURPLE,
     REGIME_STYLES,
     SECTION_LABELS,
+    SKY_BLUE,
     SLIDE_STYLE,
+    STATE_SYMBOLS,
+    VERMILLION,
     legend_above,
     new_axes,
     regime_handles,
@@ -32,8 +42,32 @@ from .style import (
 if TYPE_CHECKING:
     from ..atlas import Diagram
 
+Array = NDArray[np.float64]
+
+IMPACT_VALUES = {
+    "x1": SECTION_LABELS["impact"],
+    "v1": STATE_SYMBOLS["v1_pre"],
+    "v2": STATE_SYMBOLS["v2_pre"],
+    "phase": STATE_SYMBOLS["phase"],
+    "approach_velocity": r"approach velocity $u$",
+    "energy_loss": "energy loss per impact",
+}
+"""What can be drawn of the impact section, with its name on the axis."""
+
+STROBOSCOPIC_VALUES = {
+    "x1": SECTION_LABELS["stroboscopic"],
+    "v1": r"$\dot x_1$ once per drive period",
+    "x2": r"$x_2$ once per drive period",
+    "v2": r"$\dot x_2$ once per drive period",
+}
+"""What can be drawn of the stroboscopic section, with its name on the axis."""
+
+_PHASE_TICKS = {0.0: "0", np.pi / 2: r"$\pi/2$", np.pi: r"$\pi$"}
+_PHASE_TICKS |= {1.5 * np.pi: r"$3\pi/2$", 2 * np.pi: r"$2\pi$"}
+_BRANCH_COLORS = (BLUE, VERMILLION, GREEN, PURPLE, SKY_BLUE, ORANGE)
 _RUG_HEIGHT = 0.035
 _RUG_GREYS = ("0.45", "0.7", "0.2")
+_ENDED = {"completed", "rest"}
 _CHATTER_TEXT = r"complete chatter ($m$-$\infty$)"
 
 
@@ -41,19 +75,20 @@ def bifurcation(
     diagram: Diagram,
     *,
     section: Literal["impact", "stroboscopic"] = "impact",
-    color: Literal["regime"] | None = None,
+    value: str = "x1",
+    color: Literal["regime", "label", "branch"] | None = None,
     size: float = 0.25,
     legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw the pendulum angle on a section against the swept parameter.
+    """Draw a section, by default the pendulum angle on it, against the swept parameter.
 
     Values whose run did not complete are marked by a grey rug along the bottom axis, one row for
     each status, so that an empty column is never mistaken for a motion without impacts. Values
     whose motion has complete chatter in every orbit (`Diagram.n` = -1) have a strip of their own
     colour along the top, and black points take that colour too: what is drawn there are the
     impacts before the chatter is carried to its end, the infinitely many after them lie at the tip
-    of the column.
+    of the column. Of several branches strip and rug mark what any has.
 
     Parameters
     ----------
@@ -61,13 +96,17 @@ def bifurcation(
         Result of `vibroimpact.bifurcation_diagram`.
     section : {"impact", "stroboscopic"}
         Section (48a) or (48b) of the paper.
-    color : "regime" or None
-        Colour each impact by its regime, or draw all points in black. Only impacts have a regime.
-        The points are drawn in a fixed random order: where regimes mix, none hides the others.
+    value : str
+        What of the section: "x1", "v1", "v2", "phase", "approach_velocity" or "energy_loss" at
+        impact; "x1", "v1", "x2" or "v2" once per drive period.
+    color : {"regime", "label", "branch"} or None
+        Colour each impact by its regime (only impacts have one), or each point by the label of its
+        motion or by its branch; the points are drawn in a fixed random order then: where colours
+        mix, none hides the others. None: by branch if there are several, else black.
     size : float
         Area of a point in square points, as in `matplotlib.axes.Axes.scatter`.
     legend : bool
-        Name the regimes, the strip and the rug above the axes.
+        Name the colours, the strip and the rug above the axes.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
 
@@ -77,53 +116,101 @@ def bifurcation(
 
     Raises
     ------
-    ValueError
-        If `section` or `color` is unknown, or regimes are asked for on the stroboscopic section.
+    ParameterError
+        If `section`, `value` or `color` is unknown, or regimes are asked for on the stroboscopic
+        section.
     """
     if section not in SECTION_LABELS:
-        raise ValueError(f"section must be 'impact' or 'stroboscopic', not {section!r}")
-    if color not in (None, "regime"):
-        raise ValueError(f"color must be None or 'regime', not {color!r}")
+        raise ParameterError(f"section must be 'impact' or 'stroboscopic', not {section!r}")
+    symbols = IMPACT_VALUES if section == "impact" else STROBOSCOPIC_VALUES
+    if value not in symbols:
+        raise ParameterError(
+            f"value must be one of {', '.join(symbols)} on the {section} section, not {value!r}"
+        )
+    if color not in (None, "regime", "label", "branch"):
+        raise ParameterError(f"color must be None, 'regime', 'label' or 'branch', not {color!r}")
     if color == "regime" and section == "stroboscopic":
-        raise ValueError("color='regime' needs section='impact': only impacts have a regime")
+        raise ParameterError("color='regime' needs section='impact': only impacts have a regime")
+    if color is None and diagram.branch.any():
+        color = "branch"
 
     ax = new_axes(ax)
-    handles: list[Artist] = []
-    # Of many points as numbers: matplotlib reads colours given as text one by one.
-    colors: NDArray[np.float64] | str = BLACK
     if section == "impact":
-        parameter, x1 = diagram.impact_parameter, diagram.x1
+        parameter, heights = diagram.impact_parameter, np.asarray(getattr(diagram, value))
     else:
-        parameter, x1 = diagram.stroboscopic_parameter, diagram.stroboscopic[:, 0]
-    if color == "regime":
-        order = np.random.default_rng(0).permutation(len(x1))
-        regime = np.asarray(diagram.regime)
-        colors = to_rgba_array([style.color for style in REGIME_STYLES])[regime[order]]
-        parameter, x1 = parameter[order], x1[order]
-        handles += regime_handles(np.unique(regime).tolist(), shapes=False)
-    elif (chatters := np.asarray(diagram.n) == -1).any():
-        offset = diagram.offset if section == "impact" else diagram.stroboscopic_offset
-        chattering = np.repeat(chatters, np.diff(offset)).astype(int)
-        colors = to_rgba_array([BLACK, CHATTER_COLOR])[chattering]
-    ax.scatter(parameter, x1, s=size, c=colors, marker="s", linewidths=0, rasterized=True)
+        parameter = diagram.stroboscopic_parameter
+        heights = diagram.stroboscopic[:, [*symbols].index(value)]
+    colors, handles = _colors(diagram, section, color)
+    if color is not None:
+        order = np.random.default_rng(0).permutation(len(heights))
+        parameter, heights, colors = parameter[order], heights[order], colors[order]
+    ax.scatter(parameter, heights, s=size, c=colors, marker="s", linewidths=0, rasterized=True)
 
-    handles += _chatter_strip(ax, diagram)
-    handles += _status_rug(ax, np.asarray(diagram.parameter), list(diagram.status))
+    # By label, chatter has its colour already.
+    handles += _chatter_strip(ax, diagram) if color != "label" else []
+    handles += _status_rug(ax, diagram)
     if legend and handles:
-        legend_above(ax, handles)
-    if len(diagram.parameter) > 1:
-        ax.set_xlim(float(np.min(diagram.parameter)), float(np.max(diagram.parameter)))
-    name = diagram.parameter_name
-    ax.set_xlabel(PARAMETER_SYMBOLS.get(name, name))
-    ax.set_ylabel(SECTION_LABELS[section])
+        legend_above(ax, handles, columns=4 if color == "label" else 2)
+    _parameter_axis(ax, diagram)
+    ax.set_ylabel(symbols[value])
+    if value == "phase":
+        ax.set_ylim(0.0, 2 * np.pi)
+        ax.set_yticks([*_PHASE_TICKS], [*_PHASE_TICKS.values()])
     return ax
+
+
+def _colors(diagram: Diagram, section: str, color: str | None) -> tuple[Any, list[Artist]]:
+    """Return the colour of each point of the section, and the legend entries.
+
+    Of many points as numbers: matplotlib reads colours given as text one by one.
+    """
+    if color == "regime":
+        regime = np.asarray(diagram.regime)
+        handles = regime_handles(np.unique(regime).tolist(), shapes=False)
+        return to_rgba_array([style.color for style in REGIME_STYLES])[regime], handles
+    offset = diagram.offset if section == "impact" else diagram.stroboscopic_offset
+    rows = np.diff(offset)
+    if color == "label":
+        codes = label_codes(diagram).reshape(-1)
+        palette = to_rgba_array([*(style.color for style in LABEL_STYLES), HATCH_GREY])
+        present = np.unique(codes[rows > 0]).tolist()
+        return palette[np.minimum(np.repeat(codes, rows), UNRESOLVED)], label_handles(present)
+    if color == "branch":
+        names = branch_names(diagram)
+        palette = to_rgba_array([branch_color(number) for number in range(len(names))])
+        handles = [_square(branch_color(number), name) for number, name in enumerate(names)]
+        return palette[np.repeat(diagram.branch, rows)], handles
+    chatters = np.asarray(diagram.n) == -1
+    if chatters.any():
+        return to_rgba_array([BLACK, CHATTER_COLOR])[np.repeat(chatters, rows).astype(int)], []
+    return BLACK, []
+
+
+def branch_color(number: int) -> str:
+    """Return the colour of a branch of a diagram."""
+    return _BRANCH_COLORS[number % len(_BRANCH_COLORS)]
+
+
+def branch_names(diagram: Diagram) -> list[str]:
+    """Return what tells each branch from the others: its direction, its initial state, or both."""
+    initials, starts = diagram.settings.initial, diagram.settings.start
+    names = []
+    for initial, start in zip(initials, starts, strict=True):
+        parts: list[str] = []
+        if len(set(starts)) > 1 or start != "fresh":
+            parts.append(start)
+        if len(set(initials)) > 1 or not parts:
+            parts.append("from (" + ", ".join(f"{value:g}" for value in initial) + ")")
+        names.append(" ".join(parts))
+    return names
 
 
 def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
     """Draw the part of the time that the bodies are in lasting contact against the parameter.
 
     The time is that of the kept drive periods, so that for a settled motion this is the part of
-    the drive period. Values where nothing is kept leave a gap.
+    the drive period. Values where nothing is kept leave a gap. Several branches have the colours of
+    `bifurcation`.
 
     Parameters
     ----------
@@ -137,93 +224,76 @@ def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
     matplotlib.axes.Axes
     """
     ax = new_axes(ax)
-    fraction = np.asarray(diagram.contact_fraction)
-    ax.fill_between(diagram.parameter, 0.0, fraction, color=SLIDE_STYLE.band, lw=0)
-    ax.plot(diagram.parameter, fraction, color=BLACK, lw=0.7)
+    fractions = np.asarray(diagram.contact_fraction).reshape(-1, len(diagram.values))
+    for number, fraction in enumerate(fractions):
+        ax.fill_between(diagram.values, 0.0, fraction, color=SLIDE_STYLE.band, lw=0)
+        color = BLACK if len(fractions) == 1 else branch_color(number)
+        ax.plot(diagram.values, fraction, color=color, lw=0.7)
     ax.set_ylim(bottom=0.0)
-    if len(diagram.parameter) > 1:
-        ax.set_xlim(float(np.min(diagram.parameter)), float(np.max(diagram.parameter)))
-    name = diagram.parameter_name
-    ax.set_xlabel(PARAMETER_SYMBOLS.get(name, name))
+    _parameter_axis(ax, diagram)
     ax.set_ylabel("part in contact")
     return ax
+
+
+def _parameter_axis(ax: Axes, diagram: Diagram) -> None:
+    if len(diagram.values) > 1:
+        ax.set_xlim(float(diagram.values.min()), float(diagram.values.max()))
+    name = diagram.parameter_name
+    ax.set_xlabel(PARAMETER_SYMBOLS.get(name, name))
 
 
 def chatter_handles(diagram: Diagram) -> list[Artist]:
     """Return the legend entry of complete chatter, if any value of the diagram has it."""
     if not (np.asarray(diagram.n) == -1).any():
         return []
-    return [
-        Line2D(
-            [],
-            [],
-            linestyle="none",
-            marker="s",
-            markersize=4.5,
-            markeredgewidth=0,
-            color=CHATTER_COLOR,
-            label=_CHATTER_TEXT,
-        )
-    ]
+    return [_square(CHATTER_COLOR, _CHATTER_TEXT)]
+
+
+def _square(color: str, text: str) -> Line2D:
+    return Line2D(
+        [], [], ls="none", marker="s", markersize=4.5, markeredgewidth=0, color=color, label=text
+    )
+
+
+def _on_any_branch(diagram: Diagram, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Tell of each value whether one of its points is chosen."""
+    return np.asarray(chosen.reshape(-1, len(diagram.values)).any(axis=0))
 
 
 def _chatter_strip(ax: Axes, diagram: Diagram) -> list[Artist]:
     """Mark the values with complete chatter along the top axis; return the legend entry."""
-    parameter = np.asarray(diagram.parameter)
-    strip = PolyCollection(
-        _boxes(_cells(parameter, np.asarray(diagram.n) == -1), 1.0 - _RUG_HEIGHT, 1.0),
-        facecolors=CHATTER_COLOR,
-        edgecolors=CHATTER_COLOR,
-        linewidths=0.4,
-        transform=ax.get_xaxis_transform(),
-    )
     handles = chatter_handles(diagram)
     if handles:
+        chatters = _on_any_branch(diagram, np.asarray(diagram.n) == -1)
+        strip = PolyCollection(
+            boxes(spans(diagram.values, chatters), 1.0 - _RUG_HEIGHT, 1.0),
+            facecolors=CHATTER_COLOR,
+            edgecolors=CHATTER_COLOR,
+            linewidths=0.4,
+            transform=ax.get_xaxis_transform(),
+        )
         strip.set_gid("complete-chatter")
         ax.add_collection(strip, autolim=False)
     return handles
 
 
-def _boxes(
-    cells: list[tuple[float, float]], low: float, high: float
-) -> list[list[tuple[float, float]]]:
-    return [[(left, low), (left, high), (right, high), (right, low)] for left, right in cells]
-
-
-def _status_rug(
-    ax: Axes, parameter: NDArray[np.float64], status: list[str]
-) -> list[PolyCollection]:
+def _status_rug(ax: Axes, diagram: Diagram) -> list[Artist]:
     """Mark every value whose run ended early; return the legend entries."""
-    kinds = np.asarray(status, dtype=object)
-    entries = []
-    for row, kind in enumerate(sorted(set(status) - {"completed", "rest"})):
-        stopped = kinds == kind
-        boxes = _boxes(_cells(parameter, stopped), row * _RUG_HEIGHT, (row + 1) * _RUG_HEIGHT)
+    status = np.asarray(diagram.status)
+    entries: list[Artist] = []
+    for row, kind in enumerate(sorted(set(status.tolist()) - _ENDED)):
+        stopped = _on_any_branch(diagram, status == kind)
         grey = _RUG_GREYS[row % len(_RUG_GREYS)]
         # The outline keeps a single value visible where its cell is narrower than a dot.
         rug = PolyCollection(
-            boxes,
+            boxes(spans(diagram.values, stopped), row * _RUG_HEIGHT, (row + 1) * _RUG_HEIGHT),
             facecolors=grey,
             edgecolors=grey,
             linewidths=0.4,
             transform=ax.get_xaxis_transform(),
-            label=f"{kind}: {int(stopped.sum())} of {len(parameter)} values",
+            label=f"{kind}: {int(stopped.sum())} of {len(stopped)} values",
         )
         rug.set_gid(f"status-{kind}")
         ax.add_collection(rug, autolim=False)
         entries.append(rug)
     return entries
-
-
-def _cells(parameter: NDArray[np.float64], chosen: NDArray[np.bool_]) -> list[tuple[float, float]]:
-    """Return the intervals of the chosen values, each reaching half way to its neighbours."""
-    order = np.argsort(parameter, kind="stable")
-    values, mask = parameter[order], chosen[order]
-    middle = 0.5 * (values[1:] + values[:-1])
-    left = np.concatenate([values[:1], middle])
-    right = np.concatenate([middle, values[-1:]])
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return [
-        (float(left[start]), float(right[stop - 1]))
-        for start, stop in zip(edges[::2], edges[1::2], strict=True)
-    ]

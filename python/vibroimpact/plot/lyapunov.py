@@ -1,0 +1,185 @@
+"""Lyapunov exponents: how they converge over time, or what they are along a parameter.
+
+docs/theory.md, section 7; per unit time, natural logarithm, without the zero of the drive's phase.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from numpy.typing import NDArray
+
+from ..atlas import Diagram, GridResult, LyapunovSpectrum, LyapunovSweep
+from ..checks import reject
+from .diagram import branch_color, branch_names
+from .mesh import boxes, spans
+from .style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    PARAMETER_SYMBOLS,
+    STATE_SYMBOLS,
+    VERMILLION,
+    legend_above,
+    new_axes,
+)
+
+Array = NDArray[np.float64]
+
+_COLORS = (VERMILLION, BLACK, BLUE, GREEN)
+_DASHES = ("-", "-", (0.0, (5.0, 1.5)), (0.0, (1.5, 1.2)))
+_SYMBOLS = tuple(rf"$\lambda_{k}$" for k in (1, 2, 3, 4))
+_BAND = 0.25
+_RUG_HEIGHT = 0.03
+
+
+def lyapunov(
+    result: LyapunovSpectrum | GridResult, *, legend: bool = True, ax: Axes | None = None
+) -> Axes:
+    r"""Draw Lyapunov exponents over the time of their measurement, or over a parameter.
+
+    Of one motion: the four exponents as they were after each time, in bands of one standard error
+    to either side of the final values. Over a parameter: all four exponents, or the largest of each
+    branch of a diagram, in such bands, and a line at zero. Where an exponent is -\infty, the
+    bottom axis is marked in its colour; where it could not be computed, the line has a gap.
+
+    Parameters
+    ----------
+    result : LyapunovSpectrum, LyapunovSweep, Diagram or Sweep
+        Result of `vibroimpact.lyapunov_spectrum`, or of a diagram or a sweep over one parameter
+        with ``exponents=True``.
+    legend : bool
+        Name the exponents, with the values of a single motion, above the axes.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ParameterError
+        If the result is something else, has no exponents, or more than one parameter.
+    """
+    if isinstance(result, LyapunovSpectrum):
+        ax = new_axes(ax)
+        _convergence(ax, result)
+        columns = 2
+    else:
+        allowed = "a LyapunovSpectrum, or Lyapunov exponents over one parameter"
+        if not isinstance(result, GridResult):
+            reject("result", result, allowed)
+        if "largest_exponent" not in result.columns and not isinstance(result, LyapunovSweep):
+            reject("result", result, f"{allowed}; this one was computed without exponents")
+        if len(result.axes) != 1 and not isinstance(result, Diagram):
+            reject("result", result, f"{allowed}; a chart is drawn by plot.chart")
+        ax = new_axes(ax)
+        _along(ax, _Curves.of(result))
+        columns = 4 if isinstance(result, LyapunovSweep) else 2
+    ax.axhline(0.0, color=GREY, lw=0.6, zorder=1)
+    handles, _ = ax.get_legend_handles_labels()
+    if legend and handles:
+        legend_above(ax, handles, columns=columns)
+    return ax
+
+
+def _convergence(ax: Axes, spectrum: LyapunovSpectrum) -> None:
+    for k in range(4):
+        value, error = float(spectrum.exponents[k]), float(spectrum.error[k])
+        text = _SYMBOLS[k] + (" (of the flow)" if k == spectrum.flow else "")
+        if np.isfinite(value):
+            ax.axhspan(value - error, value + error, color=_COLORS[k], alpha=_BAND, lw=0.0)
+            digits = _digits(error)
+            text += rf" $= {value:.{digits}f} \pm {error:.{digits}f}$"
+        else:
+            text += r" $= -\infty$" if value < 0.0 else ": left out"
+        ax.plot(
+            spectrum.history_time,
+            np.where(np.isfinite(spectrum.history[:, k]), spectrum.history[:, k], np.nan),
+            color=_COLORS[k],
+            ls=_DASHES[k],
+            lw=1.0,
+            label=text,
+        )
+    if len(spectrum.history_time):
+        ax.set_xlim(0.0, float(spectrum.history_time[-1]))
+    ax.set_xlabel(r"$t$ since the measurement began")
+    ax.set_ylabel("exponents up to $t$")
+
+
+def _digits(error: float) -> int:
+    """Return after how many decimals to cut a value with this error: two digits of the error."""
+    return min(max(1 - math.floor(math.log10(error)), 0), 8) if error > 0.0 else 6
+
+
+@dataclass(frozen=True)
+class _Curves:
+    """Exponents over a parameter and their errors, shape (curves, values), and their looks."""
+
+    name: str
+    values: Array
+    exponents: Array
+    errors: Array
+    texts: Sequence[str] = ("_nolegend_",)
+    colors: Sequence[str] = (BLACK,)
+    dashes: Sequence[Any] = ("-",)
+
+    @classmethod
+    def of(cls, result: GridResult) -> "_Curves":
+        if isinstance(result, LyapunovSweep):
+            ((name, values),) = result.axes.items()
+            return cls(name, values, result.exponents.T, result.error.T, _SYMBOLS, _COLORS, _DASHES)
+        name, values = [*result.axes.items()][-1]
+        exponents, errors = (
+            result.columns[column].reshape(-1, len(values))
+            for column in ("largest_exponent", "exponent_error")
+        )
+        if len(exponents) == 1 or not isinstance(result, Diagram):  # one branch needs no name
+            return cls(name, values, exponents, errors)
+        colors = [branch_color(number) for number in range(len(exponents))]
+        dashes = ["-"] * len(exponents)
+        return cls(name, values, exponents, errors, branch_names(result), colors, dashes)
+
+
+def _along(ax: Axes, curves: _Curves) -> None:
+    name, values = curves.name, curves.values
+    order = np.argsort(values, kind="stable")
+    for k, (exponent, error) in enumerate(zip(curves.exponents, curves.errors, strict=True)):
+        color = curves.colors[k]
+        finite = np.where(np.isfinite(exponent), exponent, np.nan)[order]
+        half = np.where(np.isfinite(finite), error[order], np.nan)
+        ax.fill_between(
+            values[order], finite - half, finite + half, color=color, alpha=_BAND, lw=0.0
+        )
+        ax.plot(
+            values[order], finite, color=color, ls=curves.dashes[k], lw=0.8, label=curves.texts[k]
+        )
+        _mark_infinite(ax, values, np.isneginf(exponent), k, color)
+    if len(values) > 1:
+        ax.set_xlim(float(values.min()), float(values.max()))
+    ax.set_xlabel((PARAMETER_SYMBOLS | STATE_SYMBOLS)[name])
+    ax.set_ylabel(
+        r"exponents $\lambda$" if curves.texts is _SYMBOLS else r"largest exponent $\lambda_1$"
+    )
+
+
+def _mark_infinite(
+    ax: Axes, values: Array, infinite: NDArray[np.bool_], row: int, color: str
+) -> None:
+    """Mark where an exponent is -inf along the bottom axis, in a row of its own."""
+    if infinite.any():
+        marks = PolyCollection(
+            boxes(spans(values, infinite), row * _RUG_HEIGHT, (row + 1) * _RUG_HEIGHT),
+            facecolors=color,
+            edgecolors=color,
+            linewidths=0.4,
+            transform=ax.get_xaxis_transform(),
+        )
+        marks.set_gid(f"minus-infinity-{row}")
+        ax.add_collection(marks, autolim=False)
