@@ -136,3 +136,12 @@ def test_bad_arguments_are_named(arguments, message):
         vi.lyapunov_spectrum(paper(1.5), initial=START, **arguments)
     with pytest.raises(vi.ParameterError, match="time"):
         vi.lyapunov_spectrum(paper(0.0), initial=START)
+
+
+def test_a_spectrum_is_a_data_set_too(chaotic):
+    data = chaotic.to_xarray()
+    assert data["exponents"].values.tolist() == chaotic.exponents.tolist()
+    assert data["history"].dims == ("time", "exponent")
+    assert data["time"].values.tolist() == chaotic.history_time.tolist()
+    assert data.attrs["label"] == "chaotic"
+    assert vi.System.from_json(data.attrs["system"]) == chaotic.system

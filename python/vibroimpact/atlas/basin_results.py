@@ -14,6 +14,7 @@ from ..results import read_only
 from ..system import System
 from .attractors import Attractor
 from .basin_measures import BasinEntropy, UncertaintyExponent, basin_entropy, uncertainty_exponent
+from .columns import need_xarray
 from .fields import STATUS, STATUS_NAMES, Field
 from .trapping import Follow
 
@@ -168,12 +169,9 @@ class Basins:
         ImportError
             If xarray is not installed.
         """
-        try:
-            import xarray
-        except ImportError as error:
-            raise ImportError(
-                'a data set needs xarray: pip install "vibroimpact[xarray]"', name="xarray"
-            ) from error
+        need_xarray()
+        import xarray
+
         dims = tuple(self.axes)
         columns = {
             field.name: (dims, values, field.attributes())

@@ -141,6 +141,16 @@ class Memory:
         return Columns(self.layout, lambda name, place: np.asarray(arrays[name][place]))
 
 
+def need_xarray() -> None:
+    """Say how to get xarray where it is not installed."""
+    try:
+        import xarray  # noqa: F401
+    except ImportError as error:
+        raise ImportError(
+            'a data set needs xarray: pip install "vibroimpact[xarray]"', name="xarray"
+        ) from error
+
+
 def to_dataset(columns: Columns) -> "xarray.Dataset":
     """Return the columns as an xarray data set with labelled dimensions.
 
@@ -153,12 +163,9 @@ def to_dataset(columns: Columns) -> "xarray.Dataset":
     ImportError
         If xarray is not installed, or for a store Zarr.
     """
-    try:
-        import xarray
-    except ImportError as error:
-        raise ImportError(
-            'a data set needs xarray: pip install "vibroimpact[xarray]"', name="xarray"
-        ) from error
+    need_xarray()
+    import xarray
+
     layout = columns.layout
     if columns.path is not None:
         stored: xarray.Dataset = xarray.open_zarr(columns.path, chunks=None)

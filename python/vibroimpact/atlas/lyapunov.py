@@ -6,7 +6,7 @@ phases (docs/theory.md, section 7), and kept orthonormal (Benettin et al. 1980).
 
 import os
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,9 +17,13 @@ from ..errors import Interrupted, SimulationError
 from ..simulation import simulate
 from ..system import System
 from .cells import CellTask, RunSettings, checked_axes
+from .columns import need_xarray
 from .engine import compute
 from .grid import Grid
 from .results import GridResult
+
+if TYPE_CHECKING:
+    import xarray
 
 # Steps of a measurement under a constant load.
 _STEPS = 1000
@@ -79,6 +83,33 @@ class LyapunovSpectrum:
     def sum(self) -> float:
         """Sum of the exponents: the mean rate of contraction of volumes."""
         return float(self.exponents.sum())
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """Return the exponents, their errors and their history as a labelled data set.
+
+        Raises
+        ------
+        ImportError
+            If xarray is not installed.
+        """
+        need_xarray()
+        import xarray
+
+        return xarray.Dataset(
+            {
+                "exponents": ("exponent", self.exponents),
+                "exponent_errors": ("exponent", self.error),
+                "history": (("time", "exponent"), self.history),
+            },
+            {"time": self.history_time},
+            {
+                "label": self.label,
+                "measured_time": self.time,
+                "impacts": self.impacts,
+                "system": self.system.to_json(),
+                "version": _core.__version__,
+            },
+        )
 
     def __repr__(self) -> str:
         """Give the exponents with their errors."""
