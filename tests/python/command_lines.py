@@ -10,6 +10,15 @@ SIMULATE = f"simulate {SYSTEM} --drive-frequency 1.8 {START} --periods 600 --kee
 DIAGRAM = (
     f"diagram {SYSTEM} {START} --vary drive-frequency 1.7 1.9 5 --periods 60 --keep 20 --quiet"
 )
+CHART = (
+    f"chart {SYSTEM} {START} --vary drive-frequency 1.7 1.9 4 --vary gap 0.4 0.5 3 "
+    "--periods 60 --keep 20 --quiet"
+)
+LYAPUNOV = f"lyapunov {SYSTEM} {START} --friction 0.5 --periods 200 --quiet"
+BASINS = (
+    f"basins {SYSTEM} --friction 0.5 --drive-frequency 1.5752 --scouts 60 "
+    "--vary x1 -0.3 1.2 12 --vary x2 -1 1 9 --quiet"
+)
 ORBITS = f"orbits {SYSTEM} --drive-frequency 1.8 {START}"
 
 

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 import vibroimpact as vi
-from command_lines import DIAGRAM, ORBITS, SIMULATE, START, SYSTEM
+from command_lines import BASINS, CHART, DIAGRAM, LYAPUNOV, ORBITS, SIMULATE, START, SYSTEM
 from vibroimpact.cli import exit_codes, main, simulate
 from vibroimpact.cli.exit_codes import ExitCode
 
@@ -38,6 +38,20 @@ SEARCH = ORBITS + " --search 2"
         (DIAGRAM.replace("1.9 5", "1.9 0"), "COUNT = 0"),
         (DIAGRAM + " --vary gap 0 1 3", "--vary is given 2 times; allowed: 1"),
         (DIAGRAM + " --workers 0", "workers = 0"),
+        (DIAGRAM + " --refine -1", "refine = -1"),
+        (DIAGRAM + " --chunk 0", "chunk = 0"),
+        (DIAGRAM + " --store missing/d.zarr", "--store missing/d.zarr: there is no folder"),
+        (DIAGRAM + " --scheduler nowhere", "--scheduler nowhere"),
+        (CHART.replace("--vary gap 0.4 0.5 3", ""), "--vary is given 1 times; allowed: 2"),
+        (CHART.replace("--vary gap 0.4", "--vary drive-frequency 0.4"), "given twice"),
+        (CHART.replace("--vary gap", "--vary x1"), "--vary x1: allowed are mass_ratio"),
+        (LYAPUNOV + " --drive-frequency 1.5 --keep 201", "keep = 201"),
+        (LYAPUNOV + " --drive-frequency 1.5 --store l.zarr", "--store goes with --vary only"),
+        (LYAPUNOV.replace("--periods 200", "--time 5") + " --drive-frequency 1.5", "time = 5.0"),
+        (BASINS.replace("--vary x2 -1 1 9", ""), "--vary is given 1 times; allowed: 2"),
+        (BASINS.replace("--vary x2", "--vary gap"), "--vary gap: allowed are x1, v1, x2, v2"),
+        (BASINS + " --drive-frequency 0", "drive_frequency = 0.0"),
+        (BASINS + " --rounds 21", "rounds = 21"),
         (ORBITS + " --n 0", "n = 0"),
         (ORBITS + " --n 1 --friction 0.5", "friction = 0.5"),
         (ORBITS + " --n 1 --seed 3", "--seed goes with --search only"),
@@ -81,6 +95,7 @@ def test_unparsable_arguments_give_code_2(line, capsys):
     [
         SIMULATE + " --max-events 50",
         DIAGRAM + " --max-events 50",
+        CHART + " --max-events 50",
         # Chaotic: there is nothing periodic to find or to follow.
         f"orbits {SYSTEM} --friction 0.5 --drive-frequency 1.545 {START}",
         f"orbits {SYSTEM} --friction 0.5 --drive-frequency 1.545 {START} --follow gap 0.4 0.6",
@@ -116,6 +131,12 @@ def test_a_file_that_cannot_be_written_gives_code_1(run_command):
     code, _, err = run_command(SIMULATE + " --csv /dev/full")
     assert code == 1
     assert "No space left" in err
+
+
+def test_more_memory_than_there_is_gives_code_1(run_command):
+    code, _, err = run_command(DIAGRAM.replace("1.9 5", "1.9 1000000000000000"))
+    assert code == 1
+    assert err.startswith("vibroimpact: not enough memory")
 
 
 def test_a_missing_extra_gives_code_2(run_command, monkeypatch):

@@ -10,12 +10,32 @@ import pytest
 import vibroimpact as vi
 from command_lines import example_file
 from vibroimpact import cli
-from vibroimpact.cli import bench, diagram, motion_table, options, orbits, simulate
+from vibroimpact.cli import (
+    basins,
+    bench,
+    chart,
+    diagram,
+    lyapunov,
+    motion_table,
+    options,
+    orbits,
+    simulate,
+)
 from vibroimpact.system import NUMERIC_RANGES
 
 WIDTH = 80
 # Files whose columns their command's help explains, by name.
-CSV_FILES = {"impacts.csv": simulate, "section.csv": diagram, "all.csv": orbits}
+CSV_FILES = {
+    "impacts.csv": simulate,
+    "section.csv": diagram,
+    "points.csv": diagram,
+    "chart.csv": chart,
+    "all.csv": orbits,
+    "basins.csv": basins,
+    "history.csv": lyapunov,
+    "spectrum.csv": lyapunov,
+}
+FLAGS = ("--csv", "--points", "--plot", "--out")
 
 
 def examples(command) -> list[str]:
@@ -35,21 +55,20 @@ def test_examples_run_and_write_their_files(command, run_command, tmp_path, monk
         assert code == 0, err
         assert out
         words = shlex.split(line)
-        named = [
-            words[i + 1] for i, word in enumerate(words) if word in ("--csv", "--plot", "--out")
-        ]
+        named = [words[i + 1] for i, word in enumerate(words) if word in FLAGS]
         for name in named:
             assert (tmp_path / name).exists(), name
         for name in set(named) & set(CSV_FILES):
             with open(name, encoding="utf-8", newline="") as file:
                 columns = next(csv.reader(file))
             for column in columns:
-                assert explained(column, CSV_FILES[name].MORE), column
+                told = column in NUMERIC_RANGES or explained(column, CSV_FILES[name].MORE)
+                assert told, column
 
 
 def explained(column: str, text: str) -> bool:
     """Whether a column is named in the help; the first of a kind stands for the others."""
-    column = re.sub(r"multiplier_\d", "multiplier_1", column)
+    column = re.sub(r"^(multiplier|exponent|error)_\d", r"\1_1", column)
     column = re.sub(r"initial_\w\d", "initial_x1", column)
     return re.search(rf"(?<!\w){re.escape(column)}(?!\w)", text) is not None
 
@@ -88,24 +107,32 @@ def test_every_parameter_is_explained():
 
 
 def test_defaults_in_help_are_those_of_the_functions(capsys):
+    def help_of(name):
+        with pytest.raises(SystemExit):
+            cli.main([name, "--help"])
+        return " ".join(capsys.readouterr().out.split())
+
     def defaults(function):
         return {name: item.default for name, item in inspect.signature(function).parameters.items()}
 
-    diagram_defaults = defaults(vi.bifurcation_diagram)
-    with pytest.raises(SystemExit):
-        cli.main(["diagram", "--help"])
-    text = " ".join(capsys.readouterr().out.split())
-    for words, name in (
-        ("drive periods", "periods"),
-        ("keep the last K periods", "keep"),
-        ("where chatter is completed", "tolerance"),
+    for name, function in (
+        ("diagram", vi.bifurcation_diagram),
+        ("chart", vi.chart),
     ):
-        assert f"{words} (default: {diagram_defaults[name]})" in text
-    with pytest.raises(SystemExit):
-        cli.main(["orbits", "--help"])
-    text = " ".join(capsys.readouterr().out.split())
-    assert f"with --search {defaults(vi.search_motions)['periods']})" in text
-    assert f"size (default: {defaults(vi.follow_motion)['max_step']})" in text
+        wanted = defaults(function)
+        text = help_of(name)
+        assert f"drive periods (default: {wanted['periods']})" in text
+        assert f"keep the last K periods (default: {wanted['keep']})" in text
+        assert f"where chatter is completed (default: {wanted['tolerance']})" in text
+    assert f"N times (default: {defaults(vi.bifurcation_diagram)['refine']})" in help_of("diagram")
+    wanted = defaults(vi.basins)
+    text = help_of("basins")
+    assert f"drive periods (default: {wanted['periods']})" in text
+    assert f"keep the last K periods (default: {wanted['keep']})" in text
+    assert f"beforehand (default: {wanted['scouts']})" in text
+    assert f"twice as long (default: {wanted['rounds']})" in text
+    assert f"with --search {defaults(vi.search_motions)['periods']})" in help_of("orbits")
+    assert f"size (default: {defaults(vi.follow_motion)['max_step']})" in help_of("orbits")
 
 
 def test_tables_name_their_columns():

@@ -97,4 +97,4 @@ def test_complete_chatter_is_named_in_words(run_command):
     code, out, _ = run_command(
         f"diagram {low} --vary drive-frequency 0.25 0.3 2 --periods 100 --keep 20 --quiet"
     )
-    assert (code, fields(out)["1-inf"]) == (0, "2 values")
+    assert (code, fields(out)["1-inf"]) == (0, "2 cells")

@@ -1,4 +1,4 @@
-"""The command `vibroimpact`: simulate, diagram, orbits, reproduce, bench.
+"""The command `vibroimpact`: simulate, diagram, chart, orbits, basins, lyapunov, reproduce, bench.
 
 One module for each command; `options` and `outputs` hold what they share, `system_file` reads
 systems from TOML, `exit_codes` says what the command returns. Results go to the standard output,
@@ -13,10 +13,21 @@ from collections.abc import Sequence
 
 from .. import __version__
 from ..errors import ParameterError, SimulationError, StateError
-from . import bench, diagram, exit_codes, options, orbits, reproduce, simulate
+from . import (
+    basins,
+    bench,
+    chart,
+    diagram,
+    exit_codes,
+    lyapunov,
+    options,
+    orbits,
+    reproduce,
+    simulate,
+)
 from .exit_codes import ExitCode
 
-COMMANDS = (simulate, diagram, orbits, reproduce, bench)
+COMMANDS = (simulate, diagram, chart, orbits, basins, lyapunov, reproduce, bench)
 _NEGATIVE_NUMBER = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 ABOUT = f"""\
 Oblique-impact vibration of two bodies: a pendulum whose tip strikes a
@@ -36,14 +47,15 @@ file, or both: flags win. The file of the examples, fig5b.toml:
   drive_frequency = 1.8
   moment_amplitude = 1.0
 
-  [run]                   # optional; each command takes what it has a use for
+  [run]                   # optional; longer runs, of lyapunov, basins and
+                          # orbits --search, have their own periods and keep
   initial = [0.0, 0.5, 0.0, 0.0]
   periods = 600
   keep = 100
 
-[run] may also hold time, max_events, tolerance, section_phase. Instead of
-[system], a table [physical] takes SI units, by the names of
-vibroimpact.System.from_physical.
+[run] may also hold time, max_events, tolerance, section_phase; each command
+takes what it has a use for. Instead of [system], a table [physical] takes SI
+units, by the names of vibroimpact.System.from_physical.
 
 {exit_codes.table()}"""
 
@@ -76,9 +88,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         return ExitCode.NO_READER
     except (SimulationError, OSError) as error:
         return _fail(error, ExitCode.FAILED)
+    except MemoryError as error:
+        return _fail(f"not enough memory: {error}", ExitCode.FAILED)
     except KeyboardInterrupt as error:
         # The commands have printed and written what was done by then.
-        return _fail(str(error).partition("; .result")[0] or "interrupted", ExitCode.INTERRUPTED)
+        message = str(error).partition("; .result")[0] or "interrupted"
+        if getattr(chosen, "store", None) is not None:
+            message += f"; the same command goes on with {chosen.store}"
+        return _fail(message, ExitCode.INTERRUPTED)
     return code
 
 

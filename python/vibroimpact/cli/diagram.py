@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ..atlas import Diagram, bifurcation_diagram, orbit_label
+from ..atlas import Diagram, bifurcation_diagram
+from . import cells, outputs
 from . import options as shared
-from . import outputs
+from .engine import HELP, add_engine, engine
 from .exit_codes import ExitCode
 
 ABOUT = f"""\
@@ -16,22 +17,35 @@ Bifurcation diagram: simulate one motion for each value of a parameter; print
 which motions occur and where runs stopped early.
 
 {shared.UNITS}"""
-MORE = """\
-printed: how many values have each status (completed; restarted, a followed
-state that did not fit; or why the run stopped early, exit code 3), and the ten
-most frequent labels m-n.
+MORE = f"""\
+printed: how many values have each status, and the most frequent labels; exit
+code 3 where a run stopped early.
 
-columns of the CSV, one row per kept impact:
-  (parameter)  its value, under its name in Python, e.g. drive_frequency
-  x1, v1, v2   angle and velocities just before the impact
-  phase        drive phase, 0 to 2 pi
-  regime       frictionless, slip, reversal_approach, ...
+columns of --csv, one row per kept impact:
+  (parameter)       its value, under its name in Python, e.g. drive_frequency
+  branch            number of the start, one for each --start
+  x1, v1, v2        angle and velocities just before the impact
+  phase             drive phase, 0 to 2 pi
+  regime            frictionless, slip, reversal_approach, ...
+  approach_velocity u just before the impact
+  energy_loss       in M1 l^2 omega_2^2
+
+columns of --points, one row per value and branch:
+  (parameter), branch    as above
+{cells.COLUMNS}
+  contact_fraction  part of the kept time in lasting contact
+  largest_exponent  with --exponents: per unit time
+  exponent_error    its standard error
 
 figure: angle at impact, coloured by regime, and angle once per drive period.
 
+{HELP}
+With --refine it holds one store for each level.
+
 example, with the system file of vibroimpact --help:
   vibroimpact diagram --system fig5b.toml --friction 0.5 \\
-      --vary drive-frequency 1.5 1.6 20 --csv section.csv --plot diagram.png"""
+      --vary drive-frequency 1.5 1.6 20 --refine 2 --csv section.csv \\
+      --points points.csv --plot diagram.png"""
 
 
 def add(subparsers: Any) -> None:
@@ -44,74 +58,87 @@ def add(subparsers: Any) -> None:
         more=MORE,
         needs="--vary NAME FIRST LAST COUNT",
     )
-    shared.add_vary(command, axes=1)
-    shared.add_system(command)
-    shared.add_run(command, periods=600, keep=100)
+    shared.add_vary(command, what="parameter", example="drive-frequency 0.2 4 4000")
     command.add_argument(
         "--start",
+        nargs="+",
         choices=("fresh", "forward", "backward"),
-        default="fresh",
-        help="start each value from --initial, or from the end of its neighbour's run "
-        "(default: %(default)s)",
+        default=["fresh"],
+        help="start each value from --initial, or from the end of its neighbour's run; several: "
+        "a branch for each (default: fresh)",
     )
+    command.add_argument(
+        "--refine",
+        type=int,
+        metavar="N",
+        help="halve the steps across which the label changes, N times (default: 0)",
+    )
+    command.add_argument(
+        "--exponents", action="store_true", help="compute the largest Lyapunov exponents"
+    )
+    command.add_argument(
+        "--no-labels",
+        action="store_true",
+        help="faster: leave what is not periodic unresolved",
+    )
+    shared.add_system(command)
+    shared.add_run(command, periods=600, keep=100)
     outputs.add_outputs(
         command, "the impact section", save="write the diagram for vibroimpact.load"
-    )
-    shared.add_quiet(command)
+    ).add_argument("--points", metavar="FILE", help="write label and status of every value as CSV")
+    add_engine(command)
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> ExitCode:
     """Sweep one parameter; after Ctrl-C write what is done, then raise Interrupted."""
     request = shared.Request.of(options)
-    swept: dict[str, Any] = shared.grid(options.vary, axes=1)
+    swept = shared.grid(options.vary, axes=1)
     system = request.system(**{name: float(values[0]) for name, values in swept.items()})
     values = request.values(
-        *("initial", "periods", "keep", "max_events", "tolerance", "section_phase", "workers")
+        *("initial", "periods", "keep", "max_events", "tolerance", "section_phase", "refine")
     )
     outputs.check(options)
-    result, interrupted = outputs.as_far_as_it_got(
-        lambda: bifurcation_diagram(
-            system, start=options.start, progress=not options.quiet, **values, **swept
+    values |= {
+        "start": options.start,
+        "labels": not options.no_labels,
+        "exponents": options.exponents,
+    }
+    with engine(options) as computing:
+        result, interrupted = outputs.as_far_as_it_got(
+            lambda: bifurcation_diagram(system, **values, **computing, **swept)
         )
-    )
     if options.csv:
-        _write_csv(result, options.csv)
+        _write_section(result, options.csv)
+    if options.points:
+        _write_points(result, options.points)
     if options.save:
         result.save(options.save)
     if options.plot:
         _plot(result, options.plot)
-    outputs.print_summary(_describe(result), options)
+    outputs.print_summary(cells.describe(result.status, result.label), options)
     if interrupted is not None:
         raise interrupted
-    complete = np.isin(result.status, outputs.COMPLETE).all()
-    return ExitCode.DONE if complete else ExitCode.INCOMPLETE
+    return cells.exit_code(result.status)
 
 
-def _write_csv(result: Diagram, path: str) -> None:
-    columns = (result.impact_parameter, result.x1, result.v1, result.v2, result.phase)
-    numbers = np.column_stack(columns).tolist()
-    rows = (
-        [*row, outputs.regime_name(regime)]
-        for row, regime in zip(numbers, result.regime.tolist(), strict=True)
-    )
-    names = (result.parameter_name, "x1", "v1", "v2", "phase", "regime")
-    outputs.write_csv(path, names, rows)
+def _write_section(result: Diagram, path: str) -> None:
+    columns = {
+        result.parameter_name: result.impact_parameter,
+        "branch": np.repeat(result.branch, np.diff(result.offset)),
+        **{name: getattr(result, name) for name in ("x1", "v1", "v2", "phase")},
+        "regime": outputs.regime_names(result.regime),
+        **{name: getattr(result, name) for name in ("approach_velocity", "energy_loss")},
+    }
+    outputs.write_columns(path, columns)
 
 
-def _describe(result: Diagram) -> list[tuple[str, str]]:
-    kinds, counts = np.unique(result.status, return_counts=True)
-    lines = [
-        (str(kind), f"{count} of {len(result)} values")
-        for kind, count in zip(kinds, counts, strict=True)
-    ]
-    pairs, counts = np.unique(
-        np.column_stack([result.m, result.n])[result.m > 0], axis=0, return_counts=True
-    )
-    for row in np.argsort(-counts, kind="stable")[:10]:
-        m, n = pairs[row]
-        lines.append((orbit_label(m, n), f"{counts[row]} values"))
-    return lines
+def _write_points(result: Diagram, path: str) -> None:
+    names = ["branch", "label", "m", "n", "residual", "status", "contact_fraction"]
+    if "largest_exponent" in result.columns:
+        names += ["largest_exponent", "exponent_error"]
+    columns = {name: getattr(result, name) for name in names}
+    outputs.write_columns(path, {result.parameter_name: result.parameter, **columns})
 
 
 def _plot(result: Diagram, path: Path) -> None:

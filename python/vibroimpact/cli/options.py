@@ -2,13 +2,12 @@
 
 import argparse
 import functools
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import ParameterError
 from ..system import NUMERIC_RANGES, System
@@ -74,7 +73,13 @@ def add_system(command: argparse.ArgumentParser) -> None:
     )
 
 
-def add_run(command: argparse.ArgumentParser, *, periods: int | None, keep: int | None) -> None:
+def add_run(
+    command: argparse.ArgumentParser,
+    *,
+    periods: int | None,
+    keep: int | None,
+    section: bool = True,
+) -> argparse._ArgumentGroup:
     """Add length and limits of each run, with the defaults that its command has."""
     group = command.add_argument_group("run")
     length: Any = group
@@ -82,9 +87,14 @@ def add_run(command: argparse.ArgumentParser, *, periods: int | None, keep: int 
         length = group.add_mutually_exclusive_group()
         length.add_argument("--time", type=float, metavar="T", help="time, for a constant load")
     length.add_argument("--periods", type=int, metavar="N", help=_counted("drive periods", periods))
-    if keep is not None or periods is None:
-        text = "keep the last K periods"
-        group.add_argument("--keep", type=int, metavar="K", help=_counted(text, keep or "all"))
+    text = _counted("keep the last K periods", keep or "all")
+    group.add_argument("--keep", type=int, metavar="K", help=text)
+    add_limits(group, section=section)
+    return group
+
+
+def add_limits(group: argparse._ArgumentGroup, *, section: bool) -> None:
+    """Add the limits of a run, and the phase of its stroboscopic section if it has one."""
     group.add_argument(
         "--max-events", type=int, metavar="N", help="stop a run after N events (default: 10^7)"
     )
@@ -94,62 +104,66 @@ def add_run(command: argparse.ArgumentParser, *, periods: int | None, keep: int 
         metavar="X",
         help="absolute, on time and state where chatter is completed (default: 1e-12)",
     )
-    group.add_argument(
-        "--section-phase",
-        type=float,
-        metavar="X",
-        help="drive phase of the stroboscopic section after that of t = 0, radians (default: 0)",
-    )
+    if section:
+        group.add_argument(
+            "--section-phase",
+            type=float,
+            metavar="X",
+            help="drive phase of the stroboscopic section after that of t = 0, radians "
+            "(default: 0)",
+        )
 
 
-def add_vary(command: argparse.ArgumentParser, *, axes: int) -> None:
-    """Add the parameter to vary, or two of them."""
-    again = "; give it twice" if axes == 2 else ""
+def add_vary(
+    command: argparse.ArgumentParser, *, what: str, example: str, required: bool = True
+) -> None:
+    """Add the flag of what varies: `what` it is and how often, and an example."""
     command.add_argument(
         "--vary",
         nargs=4,
         action="append",
-        required=True,
+        required=required,
         metavar=_RANGE,
-        help="parameter and its equally spaced values, LAST included, "
-        f"e.g. drive-frequency 0.2 4 4000{again}",
+        help=f"{what} and its equally spaced values, LAST included, e.g. {example}",
     )
 
 
 def add_quiet(command: argparse.ArgumentParser) -> None:
-    """Add threads and progress."""
+    """Add threads and progress, where nothing is kept in a store."""
     command.add_argument("--workers", type=int, metavar="N", help="threads (default: all cores)")
     command.add_argument("--quiet", action="store_true", help="show no progress")
 
 
-def grid(vary: Sequence[Sequence[str]], *, axes: int) -> dict[str, NDArray[np.float64]]:
-    """Return the values of the varied parameters by name, in the order given."""
+def grid(
+    vary: Sequence[Sequence[str]], *, axes: int, names: Collection[str] = tuple(NUMERIC_RANGES)
+) -> dict[str, Any]:
+    """Return the values of what varies by name, in the order given: so many of `names`."""
     if len(vary) != axes:
         raise ParameterError(f"--vary is given {len(vary)} times; allowed: {axes}")
-    values: dict[str, NDArray[np.float64]] = {}
-    for name, *words in vary:
-        parameter = parameter_name("--vary", name)
-        if parameter in values:
-            raise ParameterError(f"--vary {name}: given twice")
+    values: dict[str, Any] = {}
+    for word, *words in vary:
+        name = chosen_name("--vary", word, names)
+        if name in values:
+            raise ParameterError(f"--vary {word}: given twice")
         try:
             first, last, count = float(words[0]), float(words[1]), int(words[2])
         except ValueError as error:
-            raise ParameterError(f"--vary {name} {' '.join(words)}: {error}") from error
+            raise ParameterError(f"--vary {word} {' '.join(words)}: {error}") from error
         if count < 1:
             raise ParameterError(
-                f"--vary {name}: COUNT = {count} is not allowed; allowed: an integer >= 1"
+                f"--vary {word}: COUNT = {count} is not allowed; allowed: an integer >= 1"
             )
         if not (np.isfinite(first) and np.isfinite(last)):
-            raise ParameterError(f"--vary {name} {' '.join(words)}: allowed: finite numbers")
-        values[parameter] = np.linspace(first, last, count)
+            raise ParameterError(f"--vary {word} {' '.join(words)}: allowed: finite numbers")
+        values[name] = np.linspace(first, last, count)
     return values
 
 
-def parameter_name(flag: str, word: str) -> str:
-    """Return the parameter's name in Python, from the word given for it."""
+def chosen_name(flag: str, word: str, names: Collection[str] = tuple(NUMERIC_RANGES)) -> str:
+    """Return the name in Python from the word given for it."""
     name = word.replace("-", "_")
-    if name not in NUMERIC_RANGES:
-        raise ParameterError(f"{flag} {word}: allowed are {', '.join(NUMERIC_RANGES)}")
+    if name not in names:
+        raise ParameterError(f"{flag} {word}: allowed are {', '.join(names)}")
     return name
 
 
@@ -173,20 +187,21 @@ class Request:
             return self.file.physical.replace(**flags)
         return System.from_dict(unless_given | self.file.fields | flags)
 
-    def values(self, *names: str, **defaults: Any) -> dict[str, Any]:
+    def values(self, *names: str, own: Collection[str] = (), **defaults: Any) -> dict[str, Any]:
         """Return the options of a run by name, without those that nobody gives.
 
-        `names` have no default here, `defaults` have this one.
+        `names` have no default here, `defaults` have this one; `own` are taken from flags alone,
+        where they mean something else than in [run].
         """
-        found = defaults | {name: self.file.run[name] for name in self._from_file()}
-        found |= {name: value for name, value in vars(self.options).items() if value is not None}
+        flags = {name: value for name, value in vars(self.options).items() if value is not None}
+        found = defaults | {name: self.file.run[name] for name in self._from_file()} | flags
         values = {name: found[name] for name in (*names, *defaults) if name in found}
         if "initial" in names and "initial" not in values:
             raise ParameterError(
                 "initial is missing: give --initial X1 V1 X2 V2, or initial = [x1, v1, x2, v2] "
                 "in the table [run] of the system file"
             )
-        return values
+        return values | {name: flags[name] for name in own if name in flags}
 
     def _from_file(self) -> list[str]:
         """Names in [run], without another length of the run than the flags give."""

@@ -145,7 +145,7 @@ def _all(request: shared.Request, system: System) -> ExitCode:
 def _search(request: shared.Request, system: System) -> ExitCode:
     options = request.options
     found = search_motions(
-        system, starts=options.search, **request.values("periods", "seed", "workers")
+        system, starts=options.search, **request.values(own=("periods", "seed", "workers"))
     )
     code = _write(options, found.motions, found.shares.tolist())
     stream = outputs.summary_stream(options)
@@ -175,7 +175,7 @@ def _no_motion(request: shared.Request, found: NotFound) -> ExitCode:
 def _follow(request: shared.Request, system: System) -> ExitCode:
     options = request.options
     word, *ends = options.follow
-    name = shared.parameter_name("--follow", word)
+    name = shared.chosen_name("--follow", word)
     try:
         first, last = map(float, ends)
     except ValueError as error:

@@ -8,10 +8,13 @@ import argparse
 import csv
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import Interrupted, ParameterError
 from ..results import Regime
@@ -22,22 +25,27 @@ if TYPE_CHECKING:
 _Result = TypeVar("_Result")
 
 FORMATS = (".png", ".pdf", ".svg")
-# Reasons to stop that are none of an incomplete run.
-COMPLETE = ("completed", "restarted", "rest")
+# Rows whose numbers are Python objects at the same time.
+_BLOCK = 2**14
+# Statuses of what is done: where the bodies overlap at the start there is nothing to do.
+COMPLETE = ("completed", "restarted", "rest", "overlap")
 
 
-def add_outputs(command: argparse.ArgumentParser, rows: str, *, save: str = "") -> None:
-    """Add the flags of the files that a command writes."""
+def add_outputs(
+    command: argparse.ArgumentParser, rows: str, *, save: str = ""
+) -> argparse._ArgumentGroup:
+    """Add the flags of the files that a command writes; return their group."""
     group = command.add_argument_group("output")
     group.add_argument("--csv", metavar="FILE", help=f"write {rows} as CSV; - for standard output")
     if save:
         group.add_argument("--save", type=Path, metavar="FILE.npz", help=save)
     group.add_argument("--plot", type=Path, metavar="FILE", help="draw a figure: .png, .pdf, .svg")
+    return group
 
 
 def check(options: argparse.Namespace) -> None:
     """Refuse output files that cannot be written, before anything is computed for them."""
-    for name in ("csv", "save", "plot", "store"):
+    for name in ("csv", "points", "save", "plot", "store"):
         path = getattr(options, name, None)
         if path is None or path == "-":
             continue
@@ -69,6 +77,17 @@ def write_csv(path: str, names: Sequence[str], rows: Iterable[Sequence[Any]]) ->
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(names)
         writer.writerows(rows)
+
+
+def write_columns(path: str, columns: Mapping[str, NDArray[Any]]) -> None:
+    """Write columns of one length, given by name."""
+    write_csv(path, [*columns], _rows([*columns.values()]))
+
+
+def _rows(columns: Sequence[NDArray[Any]]) -> Iterator[tuple[Any, ...]]:
+    for first in range(0, len(columns[0]), _BLOCK):
+        parts = (column[first : first + _BLOCK].tolist() for column in columns)
+        yield from zip(*parts, strict=True)
 
 
 @contextmanager
@@ -111,6 +130,7 @@ def print_table(rows: Sequence[Sequence[str]], stream: TextIO) -> None:
         print("  ".join(cells).rstrip(), file=stream)
 
 
-def regime_name(value: int) -> str:
-    """Return an impact regime as it stands in a CSV file."""
-    return Regime(value).name.lower()
+def regime_names(regimes: NDArray[np.integer]) -> NDArray[np.str_]:
+    """Return impact regimes by name, as they stand in a CSV file."""
+    names = np.array([regime.name.lower() for regime in Regime])
+    return np.asarray(names[regimes])

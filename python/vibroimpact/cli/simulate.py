@@ -80,15 +80,9 @@ def run(options: argparse.Namespace) -> ExitCode:
 
 
 def _write_csv(result: Run, path: str) -> None:
-    names = result.impacts.dtype.names or ()
-    rows = (
-        [
-            outputs.regime_name(value) if name == "regime" else value
-            for name, value in zip(names, row, strict=True)
-        ]
-        for row in result.impacts.tolist()
-    )
-    outputs.write_csv(path, names, rows)
+    impacts = result.impacts
+    columns = {name: impacts[name] for name in impacts.dtype.names or ()}
+    outputs.write_columns(path, columns | {"regime": outputs.regime_names(impacts["regime"])})
 
 
 def _describe(result: Run) -> list[tuple[str, str]]:
