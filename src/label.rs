@@ -21,7 +21,7 @@ impl Run {
     /// after its end if it does not repeat.
     #[must_use]
     pub fn period(&self) -> PeriodReport {
-        let mut report = self.return_report();
+        let mut report = self.section_report();
         if !self.stop_reason.reached_the_end() {
             report.kind = Kind::Unresolved;
             report.orbit = None;
@@ -31,15 +31,21 @@ impl Run {
         if report.kind != Kind::Unresolved || !report.residual.is_finite() {
             return report;
         }
-        if self.strikes_at_section() {
-            // Rounding puts the section before or after the impact: another one tells more.
-            let elsewhere = (self.options.section_phase + FRAC_PI_2).rem_euclid(TAU);
-            let kept = u32::try_from(self.stroboscopic.len()).unwrap_or(u32::MAX);
-            if let Some(moved) = self.later(kept, elsewhere).filter(|moved| moved.orbit.is_some()) {
-                return moved;
-            }
-        }
         self.resolved_by_growth(report)
+    }
+
+    /// The period from the sections alone. Where an impact falls on the section, rounding puts it
+    /// before or after, and the sections of a further stretch elsewhere tell more.
+    #[must_use]
+    pub fn section_report(&self) -> PeriodReport {
+        let report = self.return_report();
+        let simple = report.orbit.is_some_and(|(m, _)| m == 1);
+        if simple || !self.stop_reason.reached_the_end() || !self.strikes_at_section() {
+            return report;
+        }
+        let elsewhere = (self.options.section_phase + FRAC_PI_2).rem_euclid(TAU);
+        let kept = u32::try_from(self.stroboscopic.len()).unwrap_or(u32::MAX);
+        self.later(kept, elsewhere).filter(|moved| moved.orbit.is_some()).unwrap_or(report)
     }
 
     /// Whether an impact falls on the stroboscopic section, to rounding.

@@ -287,7 +287,7 @@ impl SweepPoint {
         };
         if run.stop_reason.reached_the_end() {
             let report = match options.measure {
-                Measure::Returns | Measure::Spectrum(_) => run.return_report(),
+                Measure::Returns | Measure::Spectrum(_) => run.section_report(),
                 Measure::Label | Measure::LargestExponent => run.period(),
             };
             if options.measure == Measure::LargestExponent {

@@ -52,3 +52,24 @@ fn the_label_of_a_settled_motion_does_not_depend_on_how_much_is_kept() {
         }
     }
 }
+
+#[test]
+fn a_motion_that_strikes_at_its_section_has_its_label() {
+    // At omega = 2 = omega_0 the 1-1 motion strikes at omega t = 0 (mod 2 pi): rounding puts the
+    // impact before or after the section.
+    for drive_frequency in [2.0, 2.0 - 2.0 * f64::EPSILON, 2.0 + 2.0 * f64::EPSILON] {
+        for moment_amplitude in [0.5, 0.9, 1.0, 1.02, 1.3, 1.7] {
+            let system = paper(drive_frequency)
+                .moment_amplitude(moment_amplitude)
+                .friction(0.5)
+                .build()
+                .unwrap();
+            let run = go(&system, paper_start(), RunOptions::periods(600).keep(100));
+            let report = run.period();
+            assert_eq!(report.label(), "1-1", "{drive_frequency} {moment_amplitude}");
+            assert_eq!(run.section_report().label(), "1-1");
+            let (exponent, _) = run.largest_exponent(&report);
+            assert!(exponent < -0.05, "{exponent}");
+        }
+    }
+}
