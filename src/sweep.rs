@@ -20,6 +20,8 @@ use crate::run::{Run, RunError, RunOptions, run};
 use crate::simulate::Simulation;
 use crate::state::State;
 
+/// More threads than any machine has use for; some systems hang rather than refuse them.
+const MOST_THREADS: usize = 1024;
 /// Most cells that one thread takes at a time, and runs handed to the threads at a time.
 const LONGEST_SHARE: usize = 8;
 const CHUNK: usize = 128;
@@ -38,8 +40,8 @@ impl Workers {
     pub fn new(threads: Option<usize>) -> Result<Self, ParameterError> {
         let Some(threads) = threads else { return Ok(Self(None)) };
         let error = |allowed| ParameterError::new("workers", threads, allowed);
-        if threads == 0 {
-            return Err(error("a whole number >= 1"));
+        if !(1..=MOST_THREADS).contains(&threads) {
+            return Err(error("a whole number in [1, 1024]"));
         }
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads)

@@ -196,7 +196,9 @@ fn values_out_of_range_are_refused_before_any_run() {
     assert_eq!(attempt("drive_frequency", &[1.0, 0.0], options()), "periods");
     assert_eq!(attempt("gap", &[0.5], options().keep(61)), "keep");
     assert_eq!(looks, 0);
-    assert_eq!(Workers::new(Some(0)).unwrap_err().name, "workers");
+    for threads in [0, 1025, usize::MAX] {
+        assert_eq!(Workers::new(Some(threads)).unwrap_err().name, "workers");
+    }
     assert!(SweepStart::from_name("sideways").is_err());
 }
 

@@ -73,6 +73,11 @@ def optional_count(name: str, value: Any, *, least: int, most: int = MOST) -> in
     return None if value is None else count(name, value, least=least, most=most)
 
 
+def threads(workers: Any) -> int | None:
+    """Return a number of threads as an int, or None for all cores."""
+    return optional_count("workers", workers, least=1, most=1024)
+
+
 def several(name: str, given: Any, kind: type[Item]) -> list[Item]:
     """Return one object of a kind, or a sequence of at least one, as a list."""
     allowed = f"a vibroimpact.{kind.__name__} or a sequence of them"

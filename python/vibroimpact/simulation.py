@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .checks import horizon, number, optional_count, positive, reject, states
+from .checks import horizon, number, optional_count, positive, reject, states, threads
 from .errors import Interrupted
 from .results import Run, raise_if_interrupted
 from .system import System
@@ -118,7 +118,7 @@ def simulate(
         reject("system", system, "a vibroimpact.System")
     span = horizon(system.drive_frequency, periods=periods, time=time, keep=keep)
     start = states(initial)
-    optional_count("workers", workers, least=1)
+    threads(workers)
     options: dict[str, Any] = {
         "periods": span.periods,
         "time": span.time,

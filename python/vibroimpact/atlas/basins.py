@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import count, optional_count, positive, reject, state, vector
+from ..checks import count, optional_count, positive, reject, state, threads, vector
 from ..errors import Interrupted, ParameterError
 from ..system import System
 from .attractor_search import find_attractors, follow_all
@@ -221,7 +221,7 @@ def basins(
         max_events=optional_count("max_events", max_events, least=1),
         tolerance=positive("tolerance", tolerance),
     )
-    optional_count("workers", workers, least=1)
+    threads(workers)
     optional_count("chunk", chunk, least=1)
     if not isinstance(progress, bool):
         reject("progress", progress, "True or False")

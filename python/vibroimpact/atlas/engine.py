@@ -13,7 +13,7 @@ from contextlib import AbstractContextManager, closing, contextmanager, nullcont
 from functools import partial
 from typing import Any, TypeVar
 
-from ..checks import optional_count, reject
+from ..checks import optional_count, reject, threads
 from ..errors import Interrupted
 from . import cluster
 from .columns import Columns, Memory
@@ -70,7 +70,7 @@ def compute(
     OSError
         If the store cannot be written; what it holds stays valid.
     """
-    optional_count("workers", workers, least=1)
+    threads(workers)
     optional_count("chunk", chunk, least=1)
     if not isinstance(progress, bool):
         reject("progress", progress, "True or False")
