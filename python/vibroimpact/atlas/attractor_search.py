@@ -202,7 +202,8 @@ def _periodic(
     """Return the attractor of a run that has a period, confirmed if it can be."""
     m = run.period.m
     assert m is not None
-    sections = run.stroboscopic[-m:]
+    # The period may have been told from more sections than were kept.
+    sections = (run.resume(periods=m) if m > len(run.stroboscopic) else run).stroboscopic[-m:]
     rotor = is_rotor(run.system)
     new = Attractor(
         label=run.label, kind="periodic", sections=sections, start=run.initial, rotor=rotor
