@@ -5,7 +5,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::lyapunov::{GrowthMeter, exponent_of_orbit};
-use crate::period::{Kind, PeriodReport};
+use crate::period::{Growth, Kind, PeriodReport};
 use crate::run::{Run, RunOptions};
 use crate::simulate::Horizon;
 
@@ -21,51 +21,86 @@ impl Run {
     /// after its end if it does not repeat.
     #[must_use]
     pub fn period(&self) -> PeriodReport {
-        let mut report = self.section_report();
+        self.judged().0
+    }
+
+    /// The same with the largest Lyapunov exponent per unit time, and its error: of a periodic
+    /// motion from its Floquet multipliers, with the change from one orbit to the next as error,
+    /// else from the growth that was measured for its label, with its standard error. NaN where
+    /// neither could be computed.
+    #[must_use]
+    pub fn period_and_exponent(&self) -> (PeriodReport, [f64; 2]) {
+        let (report, later) = self.judged();
+        let settled = later.as_ref().unwrap_or(self);
+        let per_time = |growth: Growth| {
+            let period = self.system.drive_period();
+            [growth.mean / period, growth.error / period]
+        };
+        let exponent = match (report.orbit, report.growth) {
+            (Some((m, _)), _) => exponent_of_orbit(settled, m).or_else(|| {
+                // Its end lies among skipped impacts.
+                GrowthMeter::new(settled).over(GROWTH_PERIODS.0).map(per_time)
+            }),
+            (None, Some(growth)) => Some(per_time(growth)),
+            (None, None) => None,
+        };
+        (report, exponent.unwrap_or([f64::NAN; 2]))
+    }
+
+    /// The verdict, and the run on which it stands if that is a later one.
+    fn judged(&self) -> (PeriodReport, Option<Run>) {
+        let (mut report, later) = self.judged_by_sections();
         if !self.stop_reason.reached_the_end() {
             report.kind = Kind::Unresolved;
             report.orbit = None;
             report.method = "the run did not complete";
-            return report;
+            return (report, None);
         }
         if report.kind != Kind::Unresolved || !report.residual.is_finite() {
-            return report;
+            return (report, later);
         }
-        self.resolved_by_growth(report)
+        self.judged_by_growth(report)
     }
 
     /// The period from the sections alone. Where an impact falls on the section, rounding puts it
     /// before or after, and the sections of a further stretch elsewhere tell more.
     #[must_use]
     pub fn section_report(&self) -> PeriodReport {
+        self.judged_by_sections().0
+    }
+
+    fn judged_by_sections(&self) -> (PeriodReport, Option<Run>) {
         let report = self.return_report();
         let simple = report.orbit.is_some_and(|(m, _)| m == 1);
-        if simple || !self.stop_reason.reached_the_end() || !self.strikes_at_section() {
-            return report;
+        let section = self.options.section_phase / self.system.drive_frequency();
+        if simple || !self.stop_reason.reached_the_end() || !self.strikes_at(section) {
+            return (report, None);
         }
         let elsewhere = (self.options.section_phase + FRAC_PI_2).rem_euclid(TAU);
         let kept = u32::try_from(self.stroboscopic.len()).unwrap_or(u32::MAX);
-        self.later(kept, elsewhere).filter(|moved| moved.orbit.is_some()).unwrap_or(report)
+        match self.later(kept, elsewhere) {
+            Some((moved, later)) if moved.orbit.is_some() => (moved, Some(later)),
+            _ => (report, None),
+        }
     }
 
-    /// Whether an impact falls on the stroboscopic section, to rounding.
-    pub(crate) fn strikes_at_section(&self) -> bool {
+    /// Whether a kept impact falls on this time in the drive period, to rounding.
+    pub(crate) fn strikes_at(&self, time: f64) -> bool {
         let period = self.system.drive_period();
-        let section = self.options.section_phase / self.system.drive_frequency();
         self.impacts.iter().any(|impact| {
-            let after = (impact.time_in_period - section).rem_euclid(period);
+            let after = (impact.time_in_period - time).rem_euclid(period);
             after.min(period - after) < AT_SECTION * period
         })
     }
 
     /// Decides a motion that does not repeat by the growth of a perturbation of it.
-    fn resolved_by_growth(&self, mut report: PeriodReport) -> PeriodReport {
+    fn judged_by_growth(&self, mut report: PeriodReport) -> (PeriodReport, Option<Run>) {
         let (mut periods, longest) = GROWTH_PERIODS;
         let mut meter = GrowthMeter::new(self);
         while periods <= longest {
             let Some(growth) = meter.over(periods) else {
                 report.method = "no return found, growth not measurable";
-                return report;
+                return (report, None);
             };
             report.growth = Some(growth);
             let total = growth.mean * f64::from(periods);
@@ -75,7 +110,7 @@ impl Run {
                 report.kind = Kind::Chaotic;
                 report.confidence = 1.0 - (-(total - shear) / 4.0).exp();
                 report.method = "perturbations grow exponentially";
-                return report;
+                return (report, None);
             }
             let shrinks = total < -(shear + 4.0) && growth.mean < -4.0 * growth.error;
             // Even two standard errors more would be no more than a shear.
@@ -83,29 +118,28 @@ impl Run {
                 && total + 2.0 * growth.error * f64::from(periods) < shear + 1.0;
             if shrinks || stays {
                 // It still settles, or has settled late: it will return.
-                if let Some(later) = self
-                    .later(periods, self.options.section_phase)
-                    .filter(|later| later.orbit.is_some())
-                {
+                let later = self.later(periods, self.options.section_phase);
+                if let Some((found, later)) = later.filter(|(found, _)| found.orbit.is_some()) {
                     let method = "perturbations do not grow; returns when followed further";
-                    let confidence = 0.7 * later.confidence;
-                    return PeriodReport { growth: report.growth, confidence, method, ..later };
+                    let confidence = 0.7 * found.confidence;
+                    let growth = report.growth;
+                    return (PeriodReport { growth, confidence, method, ..found }, Some(later));
                 }
             }
             if stays && !shrinks {
                 report.kind = Kind::QuasiPeriodic;
                 report.confidence = 0.8;
                 report.method = "no return found, perturbations do not grow";
-                return report;
+                return (report, None);
             }
             periods *= 2;
         }
         report.method = "no return found, growth undecided";
-        report
+        (report, None)
     }
 
     /// What the sections of so many further drive periods say.
-    fn later(&self, periods: u32, section_phase: f64) -> Option<PeriodReport> {
+    fn later(&self, periods: u32, section_phase: f64) -> Option<(PeriodReport, Run)> {
         let end = self.final_state.clock.period + i64::from(periods);
         let options = RunOptions {
             horizon: Horizon::Periods(end),
@@ -115,19 +149,6 @@ impl Run {
             ..self.options
         };
         let run = self.resume(options, &mut || true).ok()?;
-        run.stop_reason.reached_the_end().then(|| run.return_report())
-    }
-
-    /// Largest Lyapunov exponent of the motion that `report` describes, per unit time, and its
-    /// standard error: of a periodic motion from its Floquet multipliers, else from the growth that
-    /// was measured for its label. NaN where neither could be computed.
-    #[must_use]
-    pub fn largest_exponent(&self, report: &PeriodReport) -> (f64, f64) {
-        if let Some((m, _)) = report.orbit {
-            let exponent = u32::try_from(m).ok().and_then(|m| exponent_of_orbit(self, m));
-            return (exponent.unwrap_or(f64::NAN), if exponent.is_some() { 0.0 } else { f64::NAN });
-        }
-        let period = self.system.drive_period();
-        report.growth.map_or((f64::NAN, f64::NAN), |g| (g.mean / period, g.error / period))
+        run.stop_reason.reached_the_end().then(|| (run.return_report(), run))
     }
 }

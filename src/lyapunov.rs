@@ -287,29 +287,36 @@ impl GrowthMeter {
 }
 
 /// Largest exponent of the periodic motion of `m` drive periods on which `run` has settled, from its
-/// Floquet multipliers: ln max|lambda|/(m T), -inf where all are 0. `None` where they cannot be
+/// Floquet multipliers: ln max|lambda|/(m T), -inf where all are 0; and by how much it changes from
+/// one orbit to the next, as it does while the run still settles. `None` where derivatives cannot be
 /// computed, or the orbit cannot be cut at the end of the run, which lies among skipped impacts.
-pub(crate) fn exponent_of_orbit(run: &Run, m: u32) -> Option<f64> {
+pub(crate) fn exponent_of_orbit(run: &Run, m: usize) -> Option<[f64; 2]> {
+    let m = Step::Periods(u32::try_from(m).ok()?);
     let drive = FreeMotion::new(&run.system).drive;
     let end = run.final_state.clock;
     // Rounding may put an impact at the end of the run before or after it: a quarter period on, it
     // is on one side.
-    let begin = if run.strikes_at_section() {
+    let begin = if run.strikes_at(end.time_in_period) {
         drive.advance(end, DoubleDouble::new(0.25 * run.system.drive_period()))
     } else {
         end
     };
-    let close = end_of_step(&drive, begin, Step::Periods(m), 1);
     let mut along = Along::new(run, None);
-    along.extend(Horizon::Periods(close.period + 1));
+    along.extend(Horizon::Periods(end_of_step(&drive, begin, m, 2).period + 1));
     if begin != end {
         along.reach(begin, &mut ()).ok()?;
-        along.start_anew(4);
     }
-    along.reach(close, &mut ()).ok()?;
-    let multipliers = along.vectors().complex_eigenvalues();
-    let largest = multipliers.iter().map(|lambda| lambda.norm()).fold(0.0, f64::max);
-    (along.clock() == close).then(|| largest.ln() / drive.until(begin, close).value())
+    let mut exponent_of_next = |turn: u32| {
+        let from = along.clock();
+        let close = end_of_step(&drive, begin, m, turn);
+        along.start_anew(4);
+        along.reach(close, &mut ()).ok()?;
+        let multipliers = along.vectors().complex_eigenvalues();
+        let largest = multipliers.iter().map(|lambda| lambda.norm()).fold(0.0, f64::max);
+        (along.clock() == close).then(|| largest.ln() / drive.until(from, close).value())
+    };
+    let (first, second) = (exponent_of_next(1)?, exponent_of_next(2)?);
+    Some([second, if first == second { 0.0 } else { (second - first).abs() }])
 }
 
 /// Standard error of the mean of a series, neighbours of which may depend on each other, from the

@@ -290,11 +290,13 @@ impl SweepPoint {
         if run.stop_reason.reached_the_end() {
             let report = match options.measure {
                 Measure::Returns | Measure::Spectrum(_) => run.section_report(),
-                Measure::Label | Measure::LargestExponent => run.period(),
+                Measure::Label => run.period(),
+                Measure::LargestExponent => {
+                    let (report, exponent) = run.period_and_exponent();
+                    point.exponents[0] = exponent;
+                    report
+                }
             };
-            if options.measure == Measure::LargestExponent {
-                point.exponents[0] = run.largest_exponent(&report).into();
-            }
             if let Measure::Spectrum(periods) = options.measure {
                 if let Ok(spectrum) = lyapunov_spectrum(&run, periods, None, go_on) {
                     if spectrum.error == Some(LyapunovError::Stopped(StopReason::Interrupted)) {

@@ -248,7 +248,7 @@ fn what_is_measured_is_what_the_run_says() {
         assert_eq!(labelled[i].period, Some(report));
         assert!(labelled[i].exponents.iter().flatten().all(|x| x.is_nan()));
         assert_eq!(largest[i].period, Some(report));
-        assert_eq!(largest[i].exponents[0], <[f64; 2]>::from(run.largest_exponent(&report)));
+        assert_eq!((report, largest[i].exponents[0]), run.period_and_exponent());
         let spectrum = lyapunov_spectrum(&run, 300, None, &mut || true).unwrap();
         assert_eq!(spectra[i].exponents.map(|[value, _]| value), spectrum.exponents);
         assert_eq!(spectra[i].exponents.map(|[_, error]| error), spectrum.errors);

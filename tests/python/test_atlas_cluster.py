@@ -30,7 +30,7 @@ def client():
     with (
         dask.config.set(patience),
         LocalCluster(
-            n_workers=2, threads_per_worker=1, dashboard_address=None, processes=True
+            n_workers=2, threads_per_worker=1, dashboard_address=":0", processes=True
         ) as processes,
         Client(processes) as client,
     ):

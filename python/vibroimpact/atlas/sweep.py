@@ -46,7 +46,7 @@ class Sweep(GridResult):
 
     @property
     def exponent_error(self) -> NDArray[np.float64]:
-        """Standard error of the largest exponent; 0 where it follows from multipliers."""
+        """Standard error; of an exponent from multipliers, its change from orbit to orbit."""
         return self.columns["exponent_error"]
 
 
