@@ -112,9 +112,8 @@ def main() -> None:
         plain = plain or cell
         gains = [one / several for one, several in times]
         span = f"{min(gains):.2f} ... {max(gains):.2f}"
-        print(
-            f"{name:30} {cell:12.3f} {cell / plain:11.1f} {statistics.median(gains):9.2f} {span:>13}"
-        )
+        gain = statistics.median(gains)
+        print(f"{name:30} {cell:12.3f} {cell / plain:11.1f} {gain:9.2f} {span:>13}")
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import matplotlib as mpl
 import pytest
 
 import vibroimpact as vi
-from vibroimpact import orbits
+from vibroimpact import atlas, orbits
 from vibroimpact.orbits import branch
 from vibroimpact.orbits.motion_map import SOLUTION_DTYPE
 
@@ -121,9 +121,10 @@ def test_notation_names_every_stop_reason():
     assert first_column("Stop reasons") == re.findall(r'=> "(\w+)"', body)
 
 
-def test_modules_of_orbits_use_those_before_them():
-    folder = ROOT / "python" / "vibroimpact" / "orbits"
-    listed = orbits.__doc__.split("in this order:")[1]
+@pytest.mark.parametrize("package", [orbits, atlas], ids=["orbits", "atlas"])
+def test_modules_of_a_package_use_those_before_them(package):
+    folder = Path(package.__file__).parent
+    listed = package.__doc__.split("in this order:")[1]
     order = re.findall(r"\w+", re.sub(r"\([^)]*\)", "", listed))
     assert sorted(order) == sorted(path.stem for path in folder.glob("[!_]*.py"))
     for path in folder.glob("[!_]*.py"):

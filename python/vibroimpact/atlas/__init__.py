@@ -1,9 +1,10 @@
 """Computations over grids: sweeps, diagrams, charts, Lyapunov exponents, basins (docs/atlas.md).
 
 One engine cuts a grid into chunks and has them computed by threads or by a cluster, into memory or
-into a store; what a cell is, the tasks say. In this order: grid, fields, columns, store, cluster,
-engine (any computation), results, cells (runs), sweep, merge, diagram, lyapunov;
-trapping, clouds, attractors, attractor_search, basin_measures, basin_results, basins.
+into a store; what a cell is, the tasks say. The modules, in this order: grid, fields, columns,
+store_layout, store, cluster, engine (any computation), results, cells (runs), sweep, merge,
+diagram_results, diagram, lyapunov, trapping, clouds, attractors, attractor_search, basin_measures,
+basin_results, basin_files, basins.
 """
 
 from .attractors import Attractor
@@ -11,7 +12,8 @@ from .basin_measures import BasinEntropy, UncertaintyExponent, basin_entropy, un
 from .basin_results import Basins, BasinSettings
 from .basins import basins
 from .columns import Columns, to_dataset
-from .diagram import Diagram, DiagramSettings, bifurcation_diagram
+from .diagram import bifurcation_diagram
+from .diagram_results import Diagram, DiagramSettings
 from .engine import compute
 from .fields import STATUS, STATUS_NAMES, ChunkResult, Field, Layout, RowGroup, Task
 from .grid import Grid, Tiling
