@@ -142,6 +142,13 @@ def test_cells_without_label_are_hatched_and_named(chart, ax):
     assert sorted(hatched(ax).values()) == [1, 1, 2]
     assert np.ma.count_masked(drawn(ax)) == 4
     assert len(hatched(ax)) == 3  # a hatch for each reason
+    ax.figure.draw_without_rendering()  # colours are settled then
+    assert all(
+        to_hex(face) == "#ffffff"
+        for item in ax.collections
+        if item.get_hatch()
+        for face in item.get_facecolor()
+    )
 
 
 def test_the_palette_is_told_apart_under_colour_vision_deficiencies():
@@ -208,11 +215,18 @@ def test_borders_lie_over_a_chart(chart, region, ax):
     vi.plot.bifurcation_curves(region, halo=True, legend=False, ax=ax)
     assert (ax.get_xlim(), ax.get_ylim()) == limits
     assert legend(ax) == cells
-    thick = [line for line in ax.lines if str(line.get_gid()).endswith("-stability")]
+    thick = [
+        line
+        for line in ax.lines
+        if line.get_gid().endswith("-stability") and not line.get_gid().startswith("halo")
+    ]
     assert len(thick) == len(region.arcs) > 0
     for line, arc in zip(thick, sorted(region.arcs, key=kinds_in_order), strict=True):
         assert line.get_gid() == f"{arc.kind}-stability"
-        assert line.get_path_effects()
+        halo = ax.lines[[*ax.lines].index(line) - 1]
+        assert halo.get_gid() == f"halo-{line.get_gid()}"
+        assert halo.get_linewidth() > line.get_linewidth()
+        assert halo.get_zorder() < line.get_zorder()
         inside = arc.bounds_stability
         assert np.array_equal(np.column_stack(line.get_data())[inside], arc.values[inside])
 
@@ -226,7 +240,7 @@ def test_a_region_among_curves_gives_its_arcs(region, ax):
     assert len([line for line in ax.lines if line.get_gid() in vi.plot.BIFURCATION_STYLES]) == (
         len(region.arcs) + 1
     )
-    assert not any(line.get_path_effects() for line in ax.lines)
+    assert not any(line.get_gid().startswith("halo") for line in ax.lines)
 
 
 def test_borders_of_other_parameters_are_refused(undamped, region, ax):
@@ -258,9 +272,11 @@ def test_convergence_of_a_spectrum(spectrum, ax):
     for k, line in enumerate(lines):
         assert np.array_equal(line.get_xdata(), spectrum.history_time)
         assert np.array_equal(line.get_ydata(), spectrum.history[:, k])
-    heights = np.array([(band.get_y(), band.get_height()) for band in ax.patches])
-    assert heights[:, 0] == pytest.approx(spectrum.exponents - spectrum.error)
-    assert heights[:, 1] == pytest.approx(2.0 * spectrum.error)
+    half = spectrum.error[:, None] * np.sqrt(spectrum.time / spectrum.history_time)
+    for k, band in enumerate(error_bands(ax)):
+        assert band[0] == pytest.approx(spectrum.exponents[k] - half[k])
+        assert band[1] == pytest.approx(spectrum.exponents[k] + half[k])
+    assert len(error_bands(ax)) == 4
     first = legend(ax)[0]
     assert first.startswith(r"$\lambda_1$ $= 0.0")
     assert r"\pm" in first

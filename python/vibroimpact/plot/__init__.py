@@ -5,7 +5,7 @@ dynamics.
 """
 
 from .basins import BASIN_COLORS, basin_handles, basins
-from .branches import bifurcation_curves, branch_handles, branches
+from .branches import bifurcation_curves, branch_handles, branches, curve_handles
 from .chart import chart, chart_handles
 from .diagram import bifurcation, chatter_handles, contact_fraction
 from .force import contact_force
@@ -58,6 +58,7 @@ __all__ = [
     "chatter_handles",
     "contact_force",
     "contact_fraction",
+    "curve_handles",
     "displacement_history",
     "gap_history",
     "impact_agreement",

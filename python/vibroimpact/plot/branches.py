@@ -48,8 +48,8 @@ _COLORS = (BLACK, VERMILLION, BLUE, ORANGE, GREEN, PURPLE)
 _DIAGRAM_GREY = "0.62"
 _DIAGRAM_SIZE = 0.6
 _KEY_GREY = "0.35"
-# Width of a curve with its white edge, in points.
-_HALO = 2.8
+# How much wider than a curve its white edge is, in points.
+_HALO = 1.4
 _UNSTABLE = (0.0, (4.0, 1.5))
 # A multiplier this close to the unit circle is that of a bifurcation: the point belongs to either
 # side.
@@ -194,24 +194,28 @@ def bifurcation_curves(
             reject("curves", many[0].parameters, f"curves over {there[0]} and {there[1]}")
 
     ax = new_axes(ax)
-    edge = [withStroke(linewidth=_HALO, foreground="white")] if halo else None
     for kind, style in BIFURCATION_STYLES.items():
         color = BLACK if style.color == "white" else style.color
         dashes = (0.0, style.dashes) if style.dashes else "-"
-        look: dict[str, Any] = {"color": color, "ls": dashes, "path_effects": edge}
         here = [curve for curve in many if curve.kind == kind]
         for curve in here:
-            ax.plot(*curve.values.T, lw=0.6, **look)[0].set_gid(kind)
             # The part that bounds a region of stability, drawn over.
-            first, second = np.where(curve.bounds_stability, curve.values.T, np.nan)
-            ax.plot(first, second, lw=1.8, **look)[0].set_gid(f"{kind}-stability")
+            border = np.where(curve.bounds_stability, curve.values.T, np.nan)
+            for gid, line, width in (
+                (kind, curve.values.T, 0.6),
+                (f"{kind}-stability", border, 1.8),
+            ):
+                if halo:
+                    (white,) = ax.plot(*line, color="white", lw=width + _HALO, zorder=1.9)
+                    white.set_gid(f"halo-{gid}")
+                ax.plot(*line, color=color, lw=width, ls=dashes)[0].set_gid(gid)
     points = [point for curve in many for point in curve.points]
     for kind in BIFURCATION_STYLES:
         places = np.array([point.values for point in points if point.kind == kind])
         if len(places):
-            (marks,) = ax.plot(
-                *places.T, **bifurcation_marker(kind, size), path_effects=edge, zorder=4
-            )
+            (marks,) = ax.plot(*places.T, **bifurcation_marker(kind, size), zorder=4)
+            if halo:
+                marks.set_path_effects([withStroke(linewidth=_HALO, foreground="white")])
             marks.set_gid(f"codimension-two-{kind}")
     if legend:
         legend_above(ax, curve_handles(many), columns=3)
@@ -230,9 +234,10 @@ def _all_curves(given: Any) -> list[BifurcationCurve]:
     return several("curves", given, BifurcationCurve)
 
 
-def curve_handles(curves: Sequence[BifurcationCurve]) -> list[Artist]:
+def curve_handles(curves: Curves) -> list[Artist]:
     """Return what a legend of curves and of their points of codimension two shows."""
     handles: list[Artist] = []
+    curves = _all_curves(curves) if curves else []
     for kind, style in BIFURCATION_STYLES.items():
         if any(curve.kind == kind for curve in curves):
             color = BLACK if style.color == "white" else style.color

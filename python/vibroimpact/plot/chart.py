@@ -149,7 +149,7 @@ def _hatch(ax: Axes, chart: Sweep, chosen: NDArray[np.bool_], hatch: str) -> Non
         y,
         np.ma.masked_where(~chosen, chosen)[order].T,
         hatch=hatch,
-        facecolor="white",
+        cmap=ListedColormap(["white"]),
         edgecolor=HATCH_GREY,
         linewidth=0.0,
     )

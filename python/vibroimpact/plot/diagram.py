@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from ..errors import ParameterError
-from .labels import HATCH_GREY, LABEL_STYLES, UNRESOLVED, label_codes, label_handles
+from .labels import LABEL_STYLES, NO_LABEL_COLOR, UNRESOLVED, label_codes, label_handles
 from .mesh import boxes, spans
 from .style import (
     BLACK,
@@ -50,7 +50,7 @@ IMPACT_VALUES = {
     "v2": STATE_SYMBOLS["v2_pre"],
     "phase": STATE_SYMBOLS["phase"],
     "approach_velocity": r"approach velocity $u$",
-    "energy_loss": "energy loss per impact",
+    "energy_loss": r"energy loss $E - E_+$",
 }
 """What can be drawn of the impact section, with its name on the axis."""
 
@@ -172,9 +172,11 @@ def _colors(diagram: Diagram, section: str, color: str | None) -> tuple[Any, lis
     rows = np.diff(offset)
     if color == "label":
         codes = label_codes(diagram).reshape(-1)
-        palette = to_rgba_array([*(style.color for style in LABEL_STYLES), HATCH_GREY])
+        palette = to_rgba_array([*(style.color for style in LABEL_STYLES), NO_LABEL_COLOR])
         present = np.unique(codes[rows > 0]).tolist()
-        return palette[np.minimum(np.repeat(codes, rows), UNRESOLVED)], label_handles(present)
+        return palette[np.minimum(np.repeat(codes, rows), UNRESOLVED)], label_handles(
+            present, hatched=False
+        )
     if color == "branch":
         names = branch_names(diagram)
         palette = to_rgba_array([branch_color(number) for number in range(len(names))])

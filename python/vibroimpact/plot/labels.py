@@ -43,6 +43,8 @@ _PERIODS = (
 )
 _HATCHES = ("/////", r"\\\\\\", "xxxxx", ".....", "-----", "|||||", "+++++", "ooooo")
 HATCH_GREY = "0.5"
+NO_LABEL_COLOR = "0.75"
+"""Points of motions without a label, which are too small to be hatched."""
 
 LABEL_STYLES = (
     *(LabelStyle(f"$m = {m}$", color) for m, color in enumerate(_PERIODS, start=1)),
@@ -84,15 +86,23 @@ def label_style(code: int) -> LabelStyle:
         return LABEL_STYLES[code]
     number = code - UNRESOLVED - 1
     text = "unresolved" if number < 0 else STATUS_NAMES[number].replace("_", " ")
-    return LabelStyle(text, HATCH_GREY, _HATCHES[(number + 1) % len(_HATCHES)])
+    return LabelStyle(text, NO_LABEL_COLOR, _HATCHES[(number + 1) % len(_HATCHES)])
 
 
-def label_handles(codes: Iterable[int]) -> list[Artist]:
-    """Return one legend entry for each kind of label, in the order of their codes."""
+def label_handles(codes: Iterable[int], *, hatched: bool = True) -> list[Artist]:
+    """Return one legend entry for each kind of label, in the order of their codes.
+
+    Parameters
+    ----------
+    codes : iterable of int
+        Kinds of labels (`label_codes`), in any order and with repetitions.
+    hatched : bool
+        Hatch what has no label; False for points, which are grey then.
+    """
     return [
         Patch(
-            facecolor="white" if style.hatch else style.color,
-            hatch=style.hatch or None,
+            facecolor="white" if hatched and style.hatch else style.color,
+            hatch=style.hatch if hatched else None,
             edgecolor=HATCH_GREY,
             linewidth=0.4,
             label=style.text,

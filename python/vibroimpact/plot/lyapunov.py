@@ -43,10 +43,13 @@ def lyapunov(
 ) -> Axes:
     r"""Draw Lyapunov exponents over the time of their measurement, or over a parameter.
 
-    Of one motion: the four exponents as they were after each time, in bands of one standard error
-    to either side of the final values. Over a parameter: all four exponents, or the largest of each
-    branch of a diagram, in such bands, and a line at zero. Where an exponent is -\infty, the
-    bottom axis is marked in its colour; where it could not be computed, the line has a gap.
+    Of one motion: the four exponents as they were after each time. The bands reach from the final
+    values one standard error to either side, as it would be after that time: the error of a mean
+    falls as t^(-1/2).
+
+    Over a parameter: all four exponents, or the largest of each branch of a diagram, in bands of
+    one standard error to either side, and a line at zero. Where an exponent is -\infty, the bottom
+    axis is marked in its colour; where it could not be computed, the line has a gap.
 
     Parameters
     ----------
@@ -94,7 +97,15 @@ def _convergence(ax: Axes, spectrum: LyapunovSpectrum) -> None:
         value, error = float(spectrum.exponents[k]), float(spectrum.error[k])
         text = _SYMBOLS[k] + (" (of the flow)" if k == spectrum.flow else "")
         if np.isfinite(value):
-            ax.axhspan(value - error, value + error, color=_COLORS[k], alpha=_BAND, lw=0.0)
+            half = error * np.sqrt(spectrum.time / spectrum.history_time)
+            ax.fill_between(
+                spectrum.history_time,
+                value - half,
+                value + half,
+                color=_COLORS[k],
+                alpha=_BAND,
+                lw=0.0,
+            )
             digits = _digits(error)
             text += rf" $= {value:.{digits}f} \pm {error:.{digits}f}$"
         else:
