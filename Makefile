@@ -25,10 +25,11 @@ TOOLS := $(VENV)/.tools
 INSTALLED := $(VENV)/.installed
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
-.PHONY: help figures test lint bench docs ci audit clean
+.PHONY: help figures gallery test lint bench docs ci audit clean
 
 help:
 	@echo 'make figures  draw the figures of the paper and write the table of claims into $(OUT)/'
+	@echo 'make gallery  draw the pictures of docs/gallery.md'
 	@echo 'make test     all tests: Rust, documentation, Python'
 	@echo 'make lint     formatting, lints, types, stubs, purity of the core, documentation'
 	@echo 'make bench    criterion benchmarks, and run time against error beside SciPy'
@@ -39,6 +40,14 @@ help:
 
 figures: $(INSTALLED)
 	$(BIN)/vibroimpact reproduce --out $(OUT)
+
+# Without the file that they share, which is no script.
+GALLERY := $(filter-out %/picture.py,$(wildcard examples/gallery/*.py))
+
+gallery: $(INSTALLED)
+	@for script in $(GALLERY); do \
+		$(BIN)/python $$script --out docs/images/gallery/$$(basename $$script .py).png; \
+	done
 
 test: $(INSTALLED)
 	cargo test --locked --all-targets

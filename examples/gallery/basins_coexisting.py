@@ -1,0 +1,31 @@
+"""Two motions at once: the basins of the 4-5 and the 6-7 motion of Fig. 9(3) (docs/coexistence.md).
+
+Run ``python examples/gallery/basins_coexisting.py [--quick] [--out basins_coexisting.png]``.
+"""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import vibroimpact as vi
+from picture import START, SYSTEM, main, new_figure
+
+
+def draw(quick: bool) -> Figure:
+    """Draw which start leads to which motion, the oscillator at rest at first."""
+    cells, scouts = (20, 16) if quick else (400, 400)
+    basins = vi.basins(
+        SYSTEM.replace(drive_frequency=1.5752, friction=0.5),
+        x1=np.linspace(-0.9, 0.55, cells),
+        v1=np.linspace(-1.6, 1.6, cells),
+        scouts=scouts,
+        periods=1000 if quick else 2000,
+        progress=not quick,
+    )
+    figure = new_figure(4.6)
+    ax = vi.plot.basins(basins, sections=False, ax=figure.subplots())
+    ax.plot(*START[:2], "X", color="black", markeredgecolor="white", markersize=7)
+    return figure
+
+
+if __name__ == "__main__":
+    main(draw, __file__)
