@@ -13,7 +13,7 @@ from picture import main, new_figure
 def draw(quick: bool) -> Figure:
     """Draw the exponents, white where they are zero."""
     figure = new_figure(3.8)
-    vi.plot.chart(chart(quick), color="exponent", limit=0.2, ax=figure.subplots())
+    vi.plot.chart(chart(quick), color="exponent", limit=0.15, ax=figure.subplots())
     return figure
 
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
+from PIL import Image
 
 import vibroimpact as vi
 
@@ -21,11 +22,21 @@ START = (0.0, 0.5, 0.0, 0.0)
 
 WIDTH = 6.0
 DOTS_PER_INCH = 150
+# A PNG with more bytes than these gets a palette of 256 colours, which halves it.
+LARGE = 140_000
 
 
 def new_figure(height: float) -> Figure:
     """Return an empty figure of the common width and a height in inches."""
     return Figure(figsize=(WIDTH, height), layout="constrained")
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure into a file that is not large."""
+    figure.savefig(path, dpi=DOTS_PER_INCH)
+    if path.suffix == ".png" and path.stat().st_size > LARGE:
+        image = Image.open(path).convert("RGB")
+        image.quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
 
 
 def main(
@@ -40,5 +51,5 @@ def main(
     )
     given = parser.parse_args(arguments)
     with vi.plot.publication_style():
-        draw(given.quick).savefig(given.out, dpi=DOTS_PER_INCH)
+        save(draw(given.quick), given.out)
     print(given.out)
