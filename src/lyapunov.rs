@@ -113,6 +113,11 @@ pub fn lyapunov_spectrum(
     }
     let step = step.filter(|_| !driven).map_or(Step::Periods(1), Step::Time);
     let mut meter = Meter::new(run, step, 4);
+    // What has died out while the perturbations were aligned is taken up again.
+    let aligned = steps as usize / ALIGNMENT;
+    meter.follow(aligned as u32, go_on);
+    meter.along.take_up_lost();
+    meter.align = Some(aligned);
     meter.follow(steps, go_on);
     Ok(meter.spectrum())
 }
@@ -140,6 +145,8 @@ struct Meter {
     lengths: Vec<f64>,
     logs: Vec<[f64; 4]>,
     impacts: Vec<u64>,
+    /// Steps that align the perturbations; a part of those done if `None`.
+    align: Option<usize>,
     /// Why there are no more steps.
     error: Option<LyapunovError>,
 }
@@ -159,6 +166,7 @@ impl Meter {
             lengths: Vec::new(),
             logs: Vec::new(),
             impacts: Vec::new(),
+            align: None,
             error: stopped.then_some(LyapunovError::Stopped(run.stop_reason)),
         }
     }
@@ -195,9 +203,10 @@ impl Meter {
         }
     }
 
-    /// Steps that align the perturbations.
+    /// Steps done that do not count.
     fn aligned(&self) -> usize {
-        self.logs.len() / ALIGNMENT
+        let part = self.logs.len() / ALIGNMENT;
+        self.align.filter(|&align| align < self.logs.len()).unwrap_or(part)
     }
 
     fn spectrum(&self) -> Spectrum {

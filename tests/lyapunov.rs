@@ -214,3 +214,79 @@ fn it_ends_early_with_what_is_done() {
     assert!(part.error.is_some());
     assert!(part.time > 0.0 && part.exponents[0].is_finite() && !part.history.is_empty());
 }
+
+#[test]
+fn strong_damping_leaves_all_four() {
+    // No contact: the exponents are the decay rates, -w (zeta +- sqrt(zeta^2 - 1)).
+    for (zeta, tolerance) in [(1.5, 1e-4), (50.0, 1e-3)] {
+        let system = paper(0.4).frequency_ratio(3.0).pendulum_damping(zeta).oscillator_damping(0.1);
+        let system = system.moment_amplitude(0.3).gap(0.9).build().unwrap();
+        let start = State::new(0.0, 0.05, 0.0, 0.0).unwrap();
+        let options = RunOptions::periods(50).keep(10);
+        let found = spectrum(&run(&system, start, options, &mut || true).unwrap(), 2000);
+        assert_eq!(found.impacts, 0);
+        let root = (zeta * zeta - 1.0).sqrt();
+        let mut exact = [-0.1, -0.1, -3.0 * (zeta - root), -3.0 * (zeta + root)];
+        exact.sort_by(|a, b| b.total_cmp(a));
+        for (found, exact) in found.exponents.iter().zip(exact) {
+            assert!((found - exact).abs() < tolerance * exact.abs().max(1.0), "{found} {exact}");
+        }
+    }
+}
+
+#[test]
+fn slides_that_turn_round_lose_no_further_direction() {
+    // Chatter, slide, slide the other way, release: two directions are left.
+    let system = System::builder()
+        .mass_ratio(0.6)
+        .frequency_ratio(1.5987882917479714)
+        .restitution(0.5)
+        .gap(0.4524007030544761)
+        .drive_frequency(0.44260314109024335)
+        .oscillator_damping(1.5)
+        .moment_amplitude(2.479215490036162)
+        .friction(0.27578798868460835)
+        .law(ImpactLaw::Energetic)
+        .build()
+        .unwrap();
+    let start = State::new(-0.2, 0.5, 0.1, 0.0).unwrap();
+    let options = RunOptions::periods(1500).keep(10);
+    let from = run(&system, start, options, &mut || true).unwrap();
+    let mut kinds: Vec<i64> = from.contacts.iter().rev().take(4).map(|c| c.kind).collect();
+    kinds.sort_unstable();
+    assert_eq!(kinds, [2, 3, 4, 6]);
+    let found = spectrum(&from, 1000);
+    // Finite differences of (x1, x1') over the contact section: |lambda| = 0.01583.
+    let exact = 0.015_83_f64.ln() / system.drive_period();
+    for exponent in &found.exponents[..2] {
+        assert!((exponent - exact).abs() < 1e-3, "{exponent} {exact}");
+    }
+    assert_eq!(found.exponents[2..], [f64::NEG_INFINITY; 2]);
+}
+
+#[test]
+fn what_is_lost_before_the_measurement_does_not_count() {
+    let system = System::builder()
+        .mass_ratio(0.3)
+        .frequency_ratio(2.5723698594825093)
+        .restitution(0.8)
+        .gap(0.5157802385834485)
+        .drive_frequency(0.3850118123304781)
+        .oscillator_damping(0.01)
+        .moment_amplitude(1.1216044038813144)
+        .force_amplitude(0.8934221457003664)
+        .friction(1.1158311242054806)
+        .build()
+        .unwrap();
+    let start = State::new(-0.2, 0.5, 0.2, 0.0).unwrap();
+    let from = |periods| {
+        let options = RunOptions::periods(periods).keep(1);
+        run(&system, start, options, &mut || true).unwrap()
+    };
+    // Contact and stick up to period 14, none later.
+    let early = spectrum(&from(1), 4000);
+    let late = spectrum(&from(400), 4000);
+    for (a, b) in early.exponents.iter().zip(late.exponents) {
+        assert!((a - b).abs() < 5e-3, "{a} {b}");
+    }
+}

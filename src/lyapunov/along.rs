@@ -12,12 +12,14 @@
 
 use nalgebra::{Matrix4, Vector4};
 
+use crate::double_double::DoubleDouble;
 use crate::dual::Number;
 use crate::error::SimulationError;
 use crate::event::{Event, StopReason};
 use crate::hold::ContactMode;
 use crate::impact::RegimeKind;
 use crate::itinerary::{Leg, LegReader, Reading, is_wall_at_rest, with_wall_at_rest};
+use crate::params::System;
 use crate::run::{FinalState, Run};
 use crate::simulate::{Horizon, Observer, Simulation};
 use crate::state::{Clock, State};
@@ -28,6 +30,15 @@ use crate::tolerance::LOW_BOUNCE;
 
 /// Impacts with less than this part of the highest u may not sink one after the other, by rounding.
 const ROUNDING: f64 = 1e-6;
+
+/// Sine of the angle from which on a direction is independent of others.
+const INDEPENDENT: f64 = 0.1;
+/// A flight's steps are so short that no direction contracts by more than exp of this against
+/// another: rounding would make up the smaller one.
+const MOST_CONTRACTION: f64 = 10.0;
+/// Most such steps of one flight. Bodies so strongly overdamped that more were needed have no exact
+/// exponents beyond the first ones.
+const MOST_STEPS: f64 = 256.0;
 
 /// Orthogonal columns without zeros.
 const HADAMARD: Matrix4<f64> = Matrix4::new(
@@ -81,6 +92,8 @@ pub(crate) struct Along {
     /// Whether the columns are kept orthonormal.
     orthonormal: bool,
     impacts: u64,
+    /// Fastest decay of a free motion of either body.
+    fastest_decay: f64,
 }
 
 impl Along {
@@ -112,6 +125,7 @@ impl Along {
             hardest: 0.0,
             orthonormal: wanted.is_some(),
             impacts: 0,
+            fastest_decay: fastest_decay(system),
         };
         along.start_anew(wanted.unwrap_or(4));
         along.lose_to_contact();
@@ -134,6 +148,29 @@ impl Along {
     pub fn start_anew(&mut self, wanted: usize) {
         self.here.vectors = if self.orthonormal { 0.5 * HADAMARD } else { Matrix4::identity() };
         self.here.rank = if self.orthonormal { wanted.min(self.directions()) } else { 4 };
+    }
+
+    /// Takes up the directions again that have died out: what was lost before a measurement begins
+    /// says nothing of it.
+    pub fn take_up_lost(&mut self) {
+        let directions = self.directions();
+        let place = &mut self.here;
+        let mut candidates = HADAMARD.column_iter();
+        while place.rank < directions {
+            let Some(candidate) = candidates.next() else { break };
+            let mut column: Vector4<f64> = 0.5 * candidate;
+            // Twice, since once leaves rounding of what was taken away.
+            for j in (0..place.rank).chain(0..place.rank) {
+                let before: Vector4<f64> = place.vectors.column(j).into();
+                column -= before * before.dot(&column);
+            }
+            if column.norm() > INDEPENDENT {
+                place.vectors.set_column(place.rank, &column.normalize());
+                place.logs[place.rank] = 0.0;
+                place.rank += 1;
+            }
+        }
+        self.lose_to_contact();
     }
 
     /// So many perturbations have not died out.
@@ -178,14 +215,21 @@ impl Along {
                 if !stop.reason.reached_the_end() {
                     return Err(Broken::Stopped(stop.reason));
                 }
-                self.pending = Some(event);
-                // Among impacts that are or may be skipped there is no instant to go to.
-                let skipped = self.simulation.checkpoint().skips() || self.sinks();
-                return if skipped { Ok(()) } else { self.stand(end) };
             }
             let clock = event.clock();
+            let stops = matches!(event, Event::Stop(_));
+            let chatters = matches!(event, Event::Chatter(_))
+                || (stops && self.simulation.checkpoint().skips());
+            if self.reader.mode.is_none() && !chatters && !self.sinks() {
+                self.fly_to(if clock < end { clock } else { end })?;
+            }
+            if stops {
+                self.pending = Some(event);
+                // Among impacts that are or may be skipped there is no instant to go to.
+                return if chatters || self.sinks() { Ok(()) } else { self.stand(end) };
+            }
             // What lies between the last impact and the end of chatter has no fixed time of its own.
-            let skipped = matches!(event, Event::Chatter(_)) || self.waits || self.sinks();
+            let skipped = chatters || self.waits || self.sinks();
             if clock >= end && clock > self.here.clock && !skipped {
                 self.pending = Some(event);
                 return self.stand(if end > self.here.clock { end } else { self.here.clock });
@@ -246,6 +290,23 @@ impl Along {
     /// Whether the last impacts sink, as those of chatter do.
     fn sinks(&self) -> bool {
         self.before_bounces.as_ref().is_some_and(|(_, u)| self.last < *u)
+    }
+
+    /// Flies most of the way to an instant, in steps short enough for strong damping.
+    fn fly_to(&mut self, clock: Clock) -> Result<(), Broken> {
+        if self.waits || self.rank() == 0 || !self.orthonormal {
+            return Ok(());
+        }
+        let drive = self.model.motion.drive;
+        let time = drive.until(self.here.clock, clock).value();
+        let steps = (time * self.fastest_decay / MOST_CONTRACTION).min(MOST_STEPS).floor();
+        let step = DoubleDouble::new(time / (steps + 1.0));
+        let mut done = 0.0;
+        while done < steps {
+            self.stand(drive.advance(self.here.clock, step))?;
+            done += 1.0;
+        }
+        Ok(())
     }
 
     /// Goes on to an instant before the next event.
@@ -333,7 +394,6 @@ impl Along {
                 usize::from(stops) + usize::from(self.model.system.restitution() == 0.0)
             }
             Leg::Chatter => 2,
-            Leg::SlideToStop(_) if self.model.system.friction() > 0.0 => 3,
             _ => 0,
         };
         self.lose(lost);
@@ -353,4 +413,12 @@ impl Along {
             self.here.rank = self.here.rank.min(self.directions().saturating_sub(lost));
         }
     }
+}
+
+/// Fastest rate at which a free motion of either body decays: w (zeta + sqrt(zeta^2 - 1)), or w zeta
+/// below critical damping.
+fn fastest_decay(system: &System) -> f64 {
+    let rate = |w: f64, zeta: f64| w * (zeta + (zeta * zeta - 1.0).max(0.0).sqrt());
+    rate(system.frequency_ratio(), system.pendulum_damping())
+        .max(rate(1.0, system.oscillator_damping()))
 }
