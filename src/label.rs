@@ -13,6 +13,8 @@ use crate::simulate::Horizon;
 const GROWTH_PERIODS: (u32, u32) = (400, 6400);
 /// Distance of an impact from the section that rounding may bridge, as part of a drive period.
 const AT_SECTION: f64 = 1e-6;
+/// Residual below which a motion is on its orbit, as far as multipliers are concerned.
+const SETTLED: f64 = 1e-8;
 /// Shortest one that shows that perturbations do not grow.
 const NO_GROWTH: u32 = 1600;
 
@@ -31,6 +33,7 @@ impl Run {
     #[must_use]
     pub fn period_and_exponent(&self) -> (PeriodReport, [f64; 2]) {
         let (report, later) = self.judged();
+        let later = self.settled(&report, later);
         let settled = later.as_ref().unwrap_or(self);
         let per_time = |growth: Growth| {
             let period = self.system.drive_period();
@@ -45,6 +48,23 @@ impl Run {
             (None, None) => None,
         };
         (report, exponent.unwrap_or([f64::NAN; 2]))
+    }
+
+    /// Follows a motion that still approaches its orbit until it has come close, or for as long as a
+    /// growth is measured.
+    fn settled(&self, report: &PeriodReport, mut later: Option<Run>) -> Option<Run> {
+        let (mut periods, longest) = GROWTH_PERIODS;
+        let mut residual = report.residual;
+        while report.orbit.is_some() && residual > SETTLED && periods <= longest {
+            let run = later.as_ref().unwrap_or(self);
+            let Some((found, next)) = run.later(periods, run.options.section_phase) else { break };
+            if found.orbit != report.orbit {
+                break;
+            }
+            (residual, later) = (found.residual, Some(next));
+            periods *= 2;
+        }
+        later
     }
 
     /// The verdict, and the run on which it stands if that is a later one.
