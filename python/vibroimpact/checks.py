@@ -73,6 +73,13 @@ def optional_count(name: str, value: Any, *, least: int, most: int = MOST) -> in
     return None if value is None else count(name, value, least=least, most=most)
 
 
+def flag(name: str, value: Any) -> bool:
+    """Return ``value`` if it is True or False."""
+    if not isinstance(value, bool | np.bool_):
+        reject(name, value, "True or False")
+    return bool(value)
+
+
 def threads(workers: Any) -> int | None:
     """Return a number of threads as an int, or None for all cores."""
     return optional_count("workers", workers, least=1, most=1024)
@@ -144,6 +151,8 @@ def state(initial: Any) -> tuple[float, float, float, float]:
 
 def vector(name: str, values: Any) -> NDArray[np.float64]:
     """Return ``values`` as a one-dimensional float64 array of finite numbers."""
+    if np.ma.is_masked(values):
+        reject(name, values, "numbers without a mask")
     try:
         array = np.asarray(values)
     except ValueError:  # a ragged nesting

@@ -5,6 +5,7 @@ import os
 from . import archive
 from .atlas import RESULTS, Basins, GridResult, open_columns
 from .atlas.basin_files import basins_from_parts
+from .atlas.merge import is_refined, open_levels
 from .results import Run
 
 
@@ -19,7 +20,7 @@ def load(path: str | os.PathLike[str]) -> Run | GridResult | Basins:
         If it is damaged, or was written by something else or by another version.
     """
     if os.path.isdir(path):
-        columns = open_columns(path)
+        columns = open_levels(path) if is_refined(path) else open_columns(path)
         kind = columns.layout.kind
         if kind not in RESULTS:
             raise ValueError(f"{path}: one of the stores of {kind}, which are more than its cells")

@@ -1,11 +1,20 @@
 """The system and initial state that many tests start from, and the command line to call."""
 
 import shlex
+import signal
 
 import pytest
 
 import vibroimpact as vi
 from vibroimpact.cli import main
+
+
+@pytest.fixture(autouse=True)
+def ctrl_c_is_heard():
+    """Let Ctrl-C through, which a shell's background jobs, and what they start, ignore."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture

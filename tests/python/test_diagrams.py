@@ -399,8 +399,30 @@ def test_a_followed_branch_is_not_refined(system, initial):
         vi.bifurcation_diagram(
             system, initial=initial, start="forward", refine=1, drive_frequency=[1.5, 1.6]
         )
-    for start in ((), "sideways", ("fresh", "sideways")):
+    for start in ((), "sideways", ("fresh", "sideways"), None, 1, ("fresh", None)):
         with pytest.raises(vi.ParameterError, match="start"):
             vi.bifurcation_diagram(system, initial=initial, start=start, drive_frequency=[1.5])
     with pytest.raises(vi.ParameterError, match="initial"):
         vi.bifurcation_diagram(system, initial=np.empty((0, 4)), drive_frequency=[1.5])
+
+
+def test_the_store_of_a_refined_diagram_is_a_folder_of_its_own(system, initial, tmp_path):
+    arguments = {"initial": initial, "periods": 100, "refine": 1, "drive_frequency": [1.5, 1.9]}
+    store = tmp_path / "refined"
+    diagram = vi.bifurcation_diagram(system, store=store, **arguments)
+    loaded = vi.load(store)
+    assert type(loaded) is vi.Diagram
+    assert_same_bits(loaded, diagram)
+    plain = tmp_path / "plain.zarr"
+    vi.bifurcation_diagram(system, initial=initial, periods=100, drive_frequency=[1.5], store=plain)
+    (tmp_path / "foreign").mkdir()
+    (tmp_path / "foreign" / "thesis.tex").touch()
+    (tmp_path / "file").touch()
+    for other in (plain, tmp_path / "foreign", tmp_path / "file", tmp_path / "no" / "folder"):
+        with pytest.raises(vi.ParameterError, match="a new directory in one that exists"):
+            vi.bifurcation_diagram(system, store=other, **arguments)
+    with pytest.raises(vi.ParameterError, match="store = 1"):
+        vi.bifurcation_diagram(system, store=1, **arguments)
+    with pytest.raises(vi.ParameterError, match="chunk"):
+        vi.bifurcation_diagram(system, store=tmp_path / "new", chunk=0, **arguments)
+    assert not (tmp_path / "new").exists()

@@ -145,3 +145,12 @@ def test_a_spectrum_is_a_data_set_too(chaotic):
     assert data["time"].values.tolist() == chaotic.history_time.tolist()
     assert data.attrs["label"] == "chaotic"
     assert vi.System.from_json(data.attrs["system"]) == chaotic.system
+
+
+@pytest.mark.parametrize(
+    "arguments", [{"store": "x.zarr"}, {"chunk": 4}, {"client": "x"}, {"workers": 0}]
+)
+def test_a_single_motion_has_no_store(arguments):
+    (name,) = arguments
+    with pytest.raises(vi.ParameterError, match=name):
+        vi.lyapunov_spectrum(paper(1.5), initial=START, **arguments)

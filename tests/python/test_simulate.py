@@ -202,7 +202,7 @@ def test_event_cap_is_an_outcome(system, initial):
             {"section_phase": math.nan},
             "section_phase = nan is not allowed; allowed: a finite number",
         ),
-        ({"workers": 0}, "workers = 0 is not allowed; allowed: an integer >= 1"),
+        ({"workers": 0}, "workers = 0 is not allowed; allowed: an integer from 1 to 1024"),
         ({"system": None}, "system = None is not allowed; allowed: a vibroimpact.System"),
     ],
     ids=str,

@@ -1,5 +1,7 @@
 """Sweeps and charts: each cell is the run of its values; bits, stores, data sets, bad input."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -208,3 +210,43 @@ def test_a_store_of_other_arguments_is_refused(rubbing, tmp_path):
         vi.sweep(rubbing.replace(friction=0.4), **arguments, **LENGTH)
     with pytest.raises(vi.ParameterError, match="periods is 150 there, 160 here"):
         vi.sweep(rubbing, **arguments, **(LENGTH | {"periods": 160}))
+
+
+def test_results_can_be_pickled(chart, rubbing, tmp_path):
+    store = tmp_path / "s.zarr"
+    arguments = {"initial": (0.0, 0.5, 0.0, 0.0), **LENGTH}
+    stored = vi.sweep(rubbing, gap=[0.5, 0.6], store=store, **arguments)
+    diagram = vi.bifurcation_diagram(rubbing, gap=[0.5, 0.6], **arguments)
+    spectra = vi.lyapunov_spectrum(
+        rubbing, initial=(0.0, 0.5, 0.0, 0.0), periods=100, gap=[0.5, 0.6]
+    )
+    for result in (chart, stored, diagram, spectra):
+        back = pickle.loads(pickle.dumps(result))
+        assert type(back) is type(result)
+        assert (back.system, back.settings) == (result.system, result.settings)
+        assert_same_bits(back, result)
+
+
+def test_a_periodic_motion_has_no_positive_exponent(rubbing):
+    # But for the error that is stated of slow ones.
+    sweep = vi.sweep(
+        rubbing,
+        initial=(0.0, 0.5, 0.0, 0.0),
+        exponents=True,
+        drive_frequency=np.linspace(1.0, 3.5, 100),
+    )
+    periodic = sweep.m > 0
+    assert np.count_nonzero(periodic) > 30
+    exponents = sweep.largest_exponent[periodic]
+    assert not np.isnan(exponents).any()
+    assert (exponents <= 2.0 * sweep.exponent_error[periodic] + 1e-4).all()
+
+
+def test_masks_and_words_are_no_arguments(rubbing):
+    start = (0.0, 0.5, 0.0, 0.0)
+    with pytest.raises(vi.ParameterError, match="without a mask"):
+        vi.sweep(rubbing, initial=start, gap=np.ma.masked_array([0.5, 0.6], mask=[False, True]))
+    with pytest.raises(vi.ParameterError, match="exponents = 'no'"):
+        vi.sweep(rubbing, initial=start, exponents="no", gap=[0.5])
+    with pytest.raises(vi.ParameterError, match="workers = 1025"):
+        vi.sweep(rubbing, initial=start, workers=1025, gap=[0.5])

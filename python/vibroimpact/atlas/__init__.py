@@ -3,8 +3,8 @@
 One engine cuts a grid into chunks and has them computed by threads or by a cluster, into memory or
 into a store; what a cell is, the tasks say. The modules, in this order: grid, fields, columns,
 store_layout, store, cluster, engine (any computation), results, cells (runs), sweep, merge,
-diagram_results, diagram, lyapunov, trapping, clouds, attractors, attractor_search, basin_measures,
-basin_results, basin_files, basins.
+diagram_results, diagram, lyapunov, trapping, clouds, free_motion, attractors, attractor_search,
+basin_measures, basin_results, basin_files, basins.
 """
 
 from .attractors import Attractor

@@ -20,6 +20,7 @@ from ..system import System
 from .attractors import AT_REST, FREE, NOT_ISOLATED, Attractor, Kind, Tails, same
 from .clouds import cloud_of
 from .fields import STATUS_NAMES
+from .free_motion import never_strike
 from .trapping import Follow, arrive, is_rotor, largest_multiplier, trapping_region
 
 Array = NDArray[np.float64]
@@ -165,7 +166,10 @@ def explore(
     )
     if run.stop_reason in ("completed", "rest") and run.period.m is None:
         if not len(run.impacts) and run.time_in_contact == 0.0:
-            return _known_or(_attractor(run, kind="family", why_not=FREE), known)
+            if not never_strike(system, run.stroboscopic[-1:]).all():
+                return None
+            free = _attractor(run, kind="family", why_not=FREE, system=system)
+            return _known_or(free, known)
         run = run.resume(periods=LASTING, keep=LOOKED_AT)
     if run.stop_reason not in ("completed", "rest"):
         return None

@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..orbits.motion import PeriodicMotion
+from ..system import System
 from .clouds import INSIDE, Cloud
+from .free_motion import never_strike
 from .trapping import Region, wrapped
 
 Array = NDArray[np.float64]
@@ -23,7 +25,7 @@ SAME = 1e-6
 # Why members of a family are none of their own.
 AT_REST = "at rest under friction: not isolated"
 NOT_ISOLATED = "a multiplier on the unit circle: not isolated"
-FREE = "free motion without damping: every start has its own"
+FREE = "free motion that never strikes: every start has its own"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,6 +56,8 @@ class Attractor:
         Boxes of its section, of a motion that does not repeat.
     rotor
         Whether x1 counts modulo a turn.
+    system
+        The system, of a family of free motions.
     """
 
     label: str
@@ -66,6 +70,7 @@ class Attractor:
     region: Region | None = None
     cloud: Cloud | None = None
     rotor: bool = False
+    system: System | None = None
 
     def __repr__(self) -> str:
         """Label and whether it is confirmed."""
@@ -105,8 +110,9 @@ class Attractor:
         """
         if self.cloud is not None:
             return _both(tails.aperiodic, self.cloud.holds(tails.sections))
-        if self.label == "quasi-periodic":  # a family
-            return _both(tails.aperiodic, (tails.counts == 0).all(axis=1))
+        if self.system is not None:  # the family of free motions
+            free = _both(tails.aperiodic, (tails.counts == 0).all(axis=1))
+            return _both(free, never_strike(self.system, tails.sections[:, -1]))
         alike = (tails.orbits == _orbit(self.label)).all(axis=1)
         if self.kind == "family":
             return _both(alike, tails.rested == (self.why_not == AT_REST))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .. import _core, archive
 from ..orbits.motion import PeriodicMotion, motion_of
 from ..system import System
-from .attractors import Attractor
+from .attractors import FREE, Attractor
 from .basin_results import Basins, BasinSettings
 from .clouds import Cloud
 from .trapping import Region
@@ -106,5 +106,10 @@ def _attractor(system: System, words: dict[str, Any], arrays: Arrays) -> Attract
         cloud = Cloud(arrays["low"], arrays["width"], arrays["boxes"], covered, rotor)
     words["start"] = tuple(np.asarray(words["start"], dtype=np.float64).tolist())
     return Attractor(
-        **words, sections=arrays["sections"], motion=motion, region=region, cloud=cloud
+        **words,
+        sections=arrays["sections"],
+        motion=motion,
+        region=region,
+        cloud=cloud,
+        system=system if words["why_not"] == FREE else None,
     )

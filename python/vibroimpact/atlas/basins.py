@@ -11,7 +11,6 @@ import dataclasses
 import hashlib
 import json
 import os
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,14 +25,15 @@ from ..system import System
 from .attractor_search import find_attractors, follow_all
 from .attractors import Attractor
 from .basin_results import ATTRACTOR, SETTLING, Basins, BasinSettings
+from .cells import COORDINATES
 from .cluster import check_client
 from .columns import Columns
 from .engine import compute
 from .fields import STATUS, STATUS_NAMES, ChunkResult
 from .grid import Grid
+from .store import folder_of_stores, store_in
 from .trapping import Follow
 
-COORDINATES = ("x1", "v1", "x2", "v2")
 PENDING, COMPLETED, UNRESOLVED = (
     STATUS_NAMES.index(name) for name in ("pending", "completed", "unresolved")
 )
@@ -44,7 +44,7 @@ _BLOCK = 8192
 # Cells left over that are searched for attractors in every round.
 _SEARCHED = 32
 # Names of the stores of the passes.
-_PASS = re.compile(r"cells|round_\d+")
+_PASSES = r"cells|round_\d+"
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,7 +228,8 @@ def basins(
     if client is not None:
         check_client(client)
     options = {"progress": progress, "workers": workers, "chunk": chunk, "client": client}
-    return _Computation(system, plane, settings, options, _folder(store)).run()
+    folder = folder_of_stores(store, _PASSES, "basins")
+    return _Computation(system, plane, settings, options, folder).run()
 
 
 def _plane(axes: dict[str, Any]) -> Grid:
@@ -240,20 +241,6 @@ def _plane(axes: dict[str, Any]) -> Grid:
         if not len(array):
             reject(name, axes[name], "at least one number")
     return Grid(values)
-
-
-def _folder(store: Any) -> Path | None:
-    """Return the folder for the stores of all passes, which holds nothing else."""
-    if store is None:
-        return None
-    if not isinstance(store, str | os.PathLike):
-        reject("store", store, "the path of a directory")
-    path = Path(store)
-    if path.exists() and not (
-        path.is_dir() and all(_PASS.fullmatch(found.name) for found in path.iterdir())
-    ):
-        reject("store", str(store), "a new directory, or one of basins")
-    return path
 
 
 class _Computation:
@@ -315,11 +302,7 @@ class _Computation:
         light = dataclasses.replace(
             self.task, attractors=tuple(found.light() for found in self.task.attractors)
         )
-        store = None
-        if self.store is not None:
-            self.store.mkdir(parents=True, exist_ok=True)
-            store = self.store / name
-        compute(light, self._take, store=store, **self.options)
+        compute(light, self._take, store=store_in(self.store, name), **self.options)
 
     def _take(self, columns: Columns) -> Basins:
         """Put the columns of a pass in their places."""

@@ -148,8 +148,8 @@ class CellTask:
 
     @property
     def cost(self) -> float:
-        """Drive periods per cell; a label or an exponent takes some more."""
-        more = {"label": 400, "largest_exponent": 400, "spectrum": 4 * self.measured}
+        """Drive periods per cell; what does not return takes thousands more for its label."""
+        more = {"label": 2000, "largest_exponent": 2000, "spectrum": 2 * self.measured}
         return self.run.periods + more.get(self.measure, 0)
 
     def settings(self) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """The columns of a computation over a grid, in memory or in a store, and as an xarray data set."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -96,6 +97,17 @@ class Columns:
         return f"<Columns of a {self.layout.kind}, {axes or 'one cell'}, {self.done} done{where}>"
 
 
+@dataclass(frozen=True)
+class Arrays:
+    """Gives the arrays of a computation from memory."""
+
+    arrays: dict[str, NDArray[Any]]
+
+    def __call__(self, name: str, place: tuple[slice, ...]) -> NDArray[Any]:
+        """Return a part of an array."""
+        return np.asarray(self.arrays[name][place])
+
+
 class Memory:
     """Collects the chunks of a computation in memory, in any order."""
 
@@ -138,7 +150,7 @@ class Memory:
                 parts = [np.empty((0, *entry.shape), entry.dtype)]
                 parts += (part for _, part in sorted(self._rows.pop(entry.name).items()))
                 arrays[entry.name] = np.concatenate(parts)
-        return Columns(self.layout, lambda name, place: np.asarray(arrays[name][place]))
+        return Columns(self.layout, Arrays(arrays))
 
 
 def need_xarray() -> None:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from ..checks import count, reject, state, states
+from ..checks import count, flag, optional_count, reject, state, states, threads
 from ..errors import Interrupted, ParameterError
 from ..system import NUMERIC_RANGES, System
 from .cells import (
@@ -29,7 +29,8 @@ from .diagram_results import Diagram, Start
 from .engine import compute
 from .fields import ChunkResult
 from .grid import Grid
-from .merge import merged
+from .merge import LEVELS, merged
+from .store import folder_of_stores, store_in
 
 # More would ask for more points than a screen has.
 _MOST_REFINEMENTS = 20
@@ -184,7 +185,8 @@ def bifurcation_diagram(
     exponents
         Compute the largest Lyapunov exponent of each point, too.
     refine
-        So many times, halve the steps across which the label of a fresh branch changes.
+        So many times, halve the steps across which the label of a fresh branch changes. The values
+        of the result are then in increasing order, each once.
     max_events, tolerance, section_phase
         As in ``simulate``.
     progress, workers, chunk, client, store
@@ -225,7 +227,9 @@ def bifurcation_diagram(
     )
     _check_overlap(system, name, values, initials)
     branches = [(one, kind) for kind in kinds for one in initials]
-    measure: Measure = "largest_exponent" if exponents else "label" if labels else "returns"
+    measure: Measure = "label" if flag("labels", labels) else "returns"
+    if flag("exponents", exponents):
+        measure = "largest_exponent"
 
     def task(values: NDArray[np.float64]) -> DiagramTask:
         axes = {name: values}
@@ -244,7 +248,10 @@ def bifurcation_diagram(
     engine = {"chunk": chunk, "workers": workers, "progress": progress, "client": client}
     if not refinements:
         return compute(task(values), Diagram, store=store, **engine)
-    return _refined(task, np.unique(values), refinements, store, engine)
+    optional_count("chunk", chunk, least=1)
+    threads(workers)
+    folder = folder_of_stores(store, LEVELS, "a refined diagram")
+    return _refined(task, np.unique(values), refinements, folder, engine)
 
 
 def _swept(system: System, parameter: dict[str, Any]) -> tuple[str, NDArray[np.float64]]:
@@ -267,8 +274,9 @@ def _initials(initial: ArrayLike) -> list[tuple[float, float, float, float]]:
 
 
 def _starts(start: Any) -> tuple[Start, ...]:
-    given = (start,) if isinstance(start, str) else tuple(start)
-    if not given or not set(given) <= set(get_args(Start)):
+    several = isinstance(start, Iterable) and not isinstance(start, str)
+    given = tuple(start) if several else (start,)
+    if not given or not all(kind in get_args(Start) for kind in given):
         reject("start", start, "'fresh', 'forward', 'backward', or several of them")
     return given
 
@@ -288,29 +296,34 @@ def _refined(
     task: Callable[[NDArray[np.float64]], DiagramTask],
     values: NDArray[np.float64],
     refinements: int,
-    store: str | os.PathLike[str] | None,
+    store: Path | None,
     engine: dict[str, Any],
 ) -> Diagram:
     """Compute level by level: each has the midpoints between unequal labels of all before."""
     done: Columns | None = None
-    if store is not None:
-        Path(store).mkdir(exist_ok=True)
-    for level in range(refinements + 1):
-        place = None if store is None else Path(store) / f"level-{level}"
-        part = task(values)
-        interrupted = None
-        try:
-            columns = compute(part, _itself, store=place, **engine)
-        except Interrupted as error:
-            columns, interrupted = error.result, error
-        done = columns if done is None else merged(done, columns)
-        diagram = Diagram(done)
-        if interrupted is not None:
-            raise Interrupted(str(interrupted), diagram)
-        values = _midpoints(diagram)
-        if not len(values):
-            break
-    return diagram
+    try:
+        for level in range(refinements + 1):
+            place = store_in(store, f"level-{level}")
+            interrupted = None
+            try:
+                columns = compute(task(values), _itself, store=place, **engine)
+            except Interrupted as error:
+                columns, interrupted = error.result, error
+            done = columns if done is None else merged(done, columns)
+            if interrupted is not None:
+                raise Interrupted(str(interrupted), Diagram(done))
+            values = _midpoints(Diagram(done))
+            if not len(values):
+                break
+    except Interrupted:
+        raise
+    except KeyboardInterrupt:
+        if done is None:
+            raise
+        message = f"interrupted after {done.done} points; .result holds them"
+        raise Interrupted(message, Diagram(done)) from None
+    assert done is not None
+    return Diagram(done)
 
 
 def _itself(columns: Columns) -> Columns:

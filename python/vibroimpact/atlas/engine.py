@@ -13,7 +13,7 @@ from contextlib import AbstractContextManager, closing, contextmanager, nullcont
 from functools import partial
 from typing import Any, TypeVar
 
-from ..checks import optional_count, reject, threads
+from ..checks import flag, optional_count, threads
 from ..errors import Interrupted
 from . import cluster
 from .columns import Columns, Memory
@@ -72,8 +72,7 @@ def compute(
     """
     threads(workers)
     optional_count("chunk", chunk, least=1)
-    if not isinstance(progress, bool):
-        reject("progress", progress, "True or False")
+    flag("progress", progress)
     layout = Layout.of(task)
     if client is not None:
         cluster.check_client(client)

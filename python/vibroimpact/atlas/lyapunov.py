@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from ..checks import count, positive, reject, state
+from ..checks import count, flag, positive, reject, state, threads
 from ..errors import Interrupted, SimulationError
 from ..simulation import simulate
 from ..system import System
@@ -170,7 +170,7 @@ def lyapunov_spectrum(
     max_events, tolerance
         As in ``simulate``.
     progress, workers, chunk, client, store
-        For a grid; as in ``sweep``.
+        As in ``sweep``; the last three for a grid only.
     **axes
         Arrays of values as in ``sweep``; none for a single motion.
 
@@ -187,10 +187,17 @@ def lyapunov_spectrum(
         If the motion ends, or derivatives of it could not be computed; in a grid the exponents are
         NaN then.
     Interrupted
-        After Ctrl-C; ``.result`` holds what is done.
+        After Ctrl-C; ``.result`` holds what is done: a spectrum, or before the measurement has
+        begun the Run.
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
+    if not axes:
+        threads(workers)
+        flag("progress", progress)
+        for name, given in (("chunk", chunk), ("client", client), ("store", store)):
+            if given is not None:
+                reject(name, given, "None for a single motion: it is one task, not stored")
     if time is not None:
         if axes or periods is not None or keep is not None or system.drive_frequency > 0.0:
             reject("time", time, "None, but for a single motion under a constant load")

@@ -1,5 +1,9 @@
 """Columns of two computations that differ in their values along the last axis alone."""
 
+import functools
+import os
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,6 +11,27 @@ from .columns import Columns
 from .fields import Layout
 from .grid import Grid
 from .results import in_memory
+from .store import open_columns
+
+# Names of the stores of a refined diagram.
+LEVELS = r"level-\d+"
+
+
+def is_refined(path: str | os.PathLike[str]) -> bool:
+    """Say whether a directory holds the stores of a refined diagram."""
+    return (Path(path) / "level-0").is_dir()
+
+
+def open_levels(path: str | os.PathLike[str]) -> Columns:
+    """Return the columns of all levels of a refined diagram, in memory.
+
+    Raises
+    ------
+    ParameterError
+        If one of its stores is damaged.
+    """
+    levels = sorted(Path(path).glob("level-*"), key=lambda found: int(found.name.split("-")[1]))
+    return functools.reduce(merged, map(open_columns, levels))
 
 
 def merged(first: Columns, second: Columns) -> Columns:

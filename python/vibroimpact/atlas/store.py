@@ -7,6 +7,7 @@ the status come last: a chunk without a pending cell is whole, every other one i
 
 import errno
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -191,7 +192,35 @@ def open_columns(path: str | os.PathLike[str]) -> Columns:
     ImportError
         If Zarr is not installed.
     """
-    directory = Path(path).absolute()
+    arrays = StoredArrays(Path(path).absolute())
+    return Columns(arrays.layout, arrays, str(arrays.directory))
+
+
+class StoredArrays:
+    """Gives the arrays of a store; pickled as its path."""
+
+    def __init__(self, directory: Path) -> None:
+        self.directory = directory
+        self.layout, self._arrays = _opened(directory)
+        self._counts = {
+            entry.name: group.count.name for group in self.layout.rows for entry in group.fields
+        }
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Open the store again where it is unpickled."""
+        return StoredArrays, (self.directory,)
+
+    def __call__(self, name: str, place: tuple[slice, ...]) -> NDArray[Any]:
+        """Return a part of an array."""
+        with reading(self.directory):
+            if name in self._counts:
+                # A chunk that was cut short may have left rows without cells.
+                place = (slice(0, int(self._arrays[self._counts[name]][()].sum())),)
+            return np.asarray(self._arrays[name][place])
+
+
+def _opened(directory: Path) -> tuple[Layout, dict[str, Any]]:
+    """Return what is known of a store, and its arrays."""
     zarr = zarr_module()
     with reading(directory):
         if not (directory / "zarr.json").exists():
@@ -201,17 +230,35 @@ def open_columns(path: str | os.PathLike[str]) -> Columns:
         if "kind" not in group.attrs:
             raise ParameterError(f"{str(directory)!r} is not a store yet, only begun")
         layout = read_layout(group)
-        arrays = {entry.name: group[entry.name] for entry, _ in layout.arrays()}
-    counts = {entry.name: group.count.name for group in layout.rows for entry in group.fields}
+        return layout, {entry.name: group[entry.name] for entry, _ in layout.arrays()}
 
-    def read(name: str, place: tuple[slice, ...]) -> NDArray[Any]:
-        with reading(directory):
-            if name in counts:
-                # A chunk that was cut short may have left rows without cells.
-                place = (slice(0, int(arrays[counts[name]][()].sum())),)
-            return np.asarray(arrays[name][place])
 
-    return Columns(layout, read, str(directory))
+def folder_of_stores(store: Any, names: str, kind: str) -> Path | None:
+    """Return the folder of a computation that has several stores, of names like ``names``.
+
+    Raises
+    ------
+    ParameterError
+        If it holds something else, or has no folder to be in.
+    """
+    if store is None:
+        return None
+    if not isinstance(store, str | os.PathLike):
+        reject("store", store, "the path of a directory")
+    path = Path(store)
+    new = not path.exists()
+    ours = path.is_dir() and all(re.fullmatch(names, found.name) for found in path.iterdir())
+    if not (new and path.absolute().parent.is_dir()) and not ours:
+        reject("store", str(store), f"a new directory in one that exists, or one of {kind}")
+    return path
+
+
+def store_in(folder: Path | None, name: str) -> Path | None:
+    """Return the path of one of the stores of a folder, which is made if need be."""
+    if folder is None:
+        return None
+    folder.mkdir(exist_ok=True)
+    return folder / name
 
 
 @contextmanager

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..checks import flag
 from ..errors import ParameterError
 from ..system import NUMERIC_RANGES, System
 from .cells import CellTask, RunSettings, checked_axes
@@ -127,7 +128,7 @@ def sweep(
         system=system,
         grid=Grid(checked_axes(system, axes)),
         run=run,
-        measure="largest_exponent" if exponents else "label",
+        measure="largest_exponent" if flag("exponents", exponents) else "label",
     )
     return compute(
         task, Sweep, chunk=chunk, workers=workers, progress=progress, client=client, store=store
@@ -191,7 +192,7 @@ def chart(
         system=system,
         grid=Grid(checked_axes(system, axes)),
         run=run,
-        measure="largest_exponent" if exponents else "label",
+        measure="largest_exponent" if flag("exponents", exponents) else "label",
     )
     return compute(
         task, Chart, chunk=chunk, workers=workers, progress=progress, client=client, store=store
