@@ -290,3 +290,28 @@ fn runs_from_many_starts_are_the_single_runs() {
     let bad = [start(), State::new(0.0, 0.0, -1.0, 0.0).unwrap()];
     assert!(run_many(&paper(), &bad, options(), &Workers::default(), &mut || true).is_err());
 }
+
+#[test]
+fn every_status_has_a_number() {
+    let reasons = [
+        StopReason::EventCap,
+        StopReason::TimeCap,
+        StopReason::Rest,
+        StopReason::Painleve,
+        StopReason::UndecidableGraze,
+        StopReason::Jammed,
+        StopReason::LawFailed,
+    ];
+    let others = [
+        PointStatus::Pending,
+        PointStatus::Completed { restarted: false },
+        PointStatus::Completed { restarted: true },
+        PointStatus::Overlap,
+        PointStatus::Failed,
+    ];
+    for status in reasons.map(PointStatus::Stopped).into_iter().chain(others) {
+        let place = usize::try_from(status.code()).unwrap();
+        assert_eq!(PointStatus::NAMES[place], status.name());
+    }
+    assert_eq!(PointStatus::Pending.code(), 0);
+}
