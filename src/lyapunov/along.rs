@@ -74,6 +74,27 @@ struct Place {
     logs: [f64; 4],
 }
 
+impl Place {
+    /// Completes the columns that count to an orthonormal basis.
+    fn take_up_lost(&mut self, directions: usize) {
+        let mut candidates = HADAMARD.column_iter();
+        while self.rank < directions {
+            let Some(candidate) = candidates.next() else { break };
+            let mut column: Vector4<f64> = 0.5 * candidate;
+            // Twice, since once leaves rounding of what was taken away.
+            for j in (0..self.rank).chain(0..self.rank) {
+                let before: Vector4<f64> = self.vectors.column(j).into();
+                column -= before * before.dot(&column);
+            }
+            if column.norm() > INDEPENDENT {
+                self.vectors.set_column(self.rank, &column.normalize());
+                self.logs[self.rank] = 0.0;
+                self.rank += 1;
+            }
+        }
+    }
+}
+
 /// A motion with perturbations of it.
 pub(crate) struct Along {
     simulation: Simulation,
@@ -154,21 +175,9 @@ impl Along {
     /// says nothing of it.
     pub fn take_up_lost(&mut self) {
         let directions = self.directions();
-        let place = &mut self.here;
-        let mut candidates = HADAMARD.column_iter();
-        while place.rank < directions {
-            let Some(candidate) = candidates.next() else { break };
-            let mut column: Vector4<f64> = 0.5 * candidate;
-            // Twice, since once leaves rounding of what was taken away.
-            for j in (0..place.rank).chain(0..place.rank) {
-                let before: Vector4<f64> = place.vectors.column(j).into();
-                column -= before * before.dot(&column);
-            }
-            if column.norm() > INDEPENDENT {
-                place.vectors.set_column(place.rank, &column.normalize());
-                place.logs[place.rank] = 0.0;
-                place.rank += 1;
-            }
+        self.here.take_up_lost(directions);
+        if let Some((place, _)) = &mut self.before_bounces {
+            place.take_up_lost(directions);
         }
         self.lose_to_contact();
     }
@@ -196,7 +205,17 @@ impl Along {
     /// ln of the growth of each direction since the last call; the last ones are -inf once they have
     /// died out.
     pub fn take_logs(&mut self) -> [f64; 4] {
-        let logs = std::mem::take(&mut self.here.logs);
+        let mut logs = self.here.logs;
+        let sinks = self.sinks();
+        if let Some((place, _)) = &mut self.before_bounces {
+            if sinks {
+                // What has come since may yet turn out to be part of chatter, and be redone.
+                logs = place.logs;
+            }
+            place.logs = [0.0; 4];
+        }
+        let rest = &mut self.here.logs;
+        *rest = std::array::from_fn(|i| rest[i] - logs[i]);
         std::array::from_fn(|i| if i < self.here.rank { logs[i] } else { f64::NEG_INFINITY })
     }
 
