@@ -123,13 +123,7 @@ def sweep(
         tolerance=tolerance,
         section_phase=section_phase,
     )
-    task = CellTask(
-        kind="sweep",
-        system=system,
-        grid=Grid(checked_axes(system, axes)),
-        run=run,
-        measure="largest_exponent" if flag("exponents", exponents) else "label",
-    )
+    task = _task(Sweep, system, axes, run, exponents=exponents)
     return compute(
         task, Sweep, chunk=chunk, workers=workers, progress=progress, client=client, store=store
     )
@@ -187,13 +181,24 @@ def chart(
         tolerance=tolerance,
         section_phase=section_phase,
     )
-    task = CellTask(
-        kind="chart",
+    task = _task(Chart, system, axes, run, exponents=exponents)
+    return compute(
+        task, Chart, chunk=chunk, workers=workers, progress=progress, client=client, store=store
+    )
+
+
+def _task(
+    result: type[Sweep],
+    system: System,
+    axes: dict[str, ArrayLike],
+    run: RunSettings,
+    *,
+    exponents: Any,
+) -> CellTask:
+    return CellTask(
+        kind=result.kind,
         system=system,
         grid=Grid(checked_axes(system, axes)),
         run=run,
         measure="largest_exponent" if flag("exponents", exponents) else "label",
-    )
-    return compute(
-        task, Chart, chunk=chunk, workers=workers, progress=progress, client=client, store=store
     )
