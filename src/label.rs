@@ -32,8 +32,7 @@ impl Run {
     /// neither could be computed.
     #[must_use]
     pub fn period_and_exponent(&self) -> (PeriodReport, [f64; 2]) {
-        let (report, later) = self.judged();
-        let later = self.settled(&report, later);
+        let (report, later) = self.on_attractor();
         let settled = later.as_ref().unwrap_or(self);
         let per_time = |growth: Growth| {
             let period = self.system.drive_period();
@@ -48,6 +47,14 @@ impl Run {
             (None, None) => None,
         };
         (report, exponent.unwrap_or([f64::NAN; 2]))
+    }
+
+    /// The verdict, and where the motion still had to settle for it, the later run that has.
+    #[must_use]
+    pub fn on_attractor(&self) -> (PeriodReport, Option<Run>) {
+        let (report, later) = self.judged();
+        let later = self.settled(&report, later);
+        (report, later)
     }
 
     /// Follows a motion that still approaches its orbit until it has come close, or for as long as a

@@ -115,8 +115,8 @@ pub enum Measure {
     Label,
     /// The label, and the largest Lyapunov exponent.
     LargestExponent,
-    /// The period where the section returns, and all Lyapunov exponents over so many drive periods
-    /// after the end of the run.
+    /// The label, and all Lyapunov exponents over so many drive periods after the end of the run, or
+    /// after the motion has settled.
     Spectrum(u32),
 }
 
@@ -289,23 +289,26 @@ impl SweepPoint {
         };
         if run.stop_reason.reached_the_end() {
             let report = match options.measure {
-                Measure::Returns | Measure::Spectrum(_) => run.section_report(),
+                Measure::Returns => run.section_report(),
                 Measure::Label => run.period(),
+                Measure::Spectrum(periods) => {
+                    let (report, later) = run.on_attractor();
+                    let settled = later.as_ref().unwrap_or(&run);
+                    if let Ok(spectrum) = lyapunov_spectrum(settled, periods, None, go_on) {
+                        if spectrum.error == Some(LyapunovError::Stopped(StopReason::Interrupted)) {
+                            return Self::empty(PointStatus::Pending);
+                        }
+                        let both = |i: usize| [spectrum.exponents[i], spectrum.errors[i]];
+                        point.exponents = std::array::from_fn(both);
+                    }
+                    report
+                }
                 Measure::LargestExponent => {
                     let (report, exponent) = run.period_and_exponent();
                     point.exponents[0] = exponent;
                     report
                 }
             };
-            if let Measure::Spectrum(periods) = options.measure {
-                if let Ok(spectrum) = lyapunov_spectrum(&run, periods, None, go_on) {
-                    if spectrum.error == Some(LyapunovError::Stopped(StopReason::Interrupted)) {
-                        return Self::empty(PointStatus::Pending);
-                    }
-                    let both = |i: usize| [spectrum.exponents[i], spectrum.errors[i]];
-                    point.exponents = std::array::from_fn(both);
-                }
-            }
             point.period = Some(report);
         }
         if options.rows {

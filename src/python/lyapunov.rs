@@ -57,7 +57,7 @@ impl PySpectrum {
     }
 }
 
-/// The spectrum of the motion that goes on from the end of `run`.
+/// The spectrum of the motion that goes on from the end of `run`, or from where it has settled.
 #[pyfunction]
 #[pyo3(signature = (run, steps, step = None))]
 pub(super) fn lyapunov_spectrum(
@@ -67,7 +67,8 @@ pub(super) fn lyapunov_spectrum(
     step: Option<f64>,
 ) -> PyResult<PySpectrum> {
     let (spectrum, _) = interruptible::<Spectrum, ParameterError>(py, |go_on| {
-        crate::lyapunov::lyapunov_spectrum(&run.0, steps, step, go_on)
+        let (_, later) = run.0.on_attractor();
+        crate::lyapunov::lyapunov_spectrum(later.as_ref().unwrap_or(&run.0), steps, step, go_on)
     })?;
     Ok(PySpectrum(spectrum))
 }

@@ -154,3 +154,25 @@ def test_a_single_motion_has_no_store(arguments):
     (name,) = arguments
     with pytest.raises(vi.ParameterError, match=name):
         vi.lyapunov_spectrum(paper(1.5), initial=START, **arguments)
+
+
+def test_a_motion_that_settles_late_is_measured_when_it_has():
+    # A chaotic transient of some thousand periods, then a 5-1 motion.
+    system = vi.System(
+        mass_ratio=0.4,
+        frequency_ratio=1.5,
+        restitution=0.7,
+        gap=0.3,
+        drive_frequency=2.7,
+        damping=(0.02, 0.02),
+        moment_amplitude=0.8,
+        friction=0.2,
+    )
+    spectrum = vi.lyapunov_spectrum(system, initial=START)
+    motion = vi.simulate(system, initial=START, periods=10_000, keep=100).refine()
+    exact = np.log(np.abs(motion.multipliers).max()) / (motion.m * system.drive_period)
+    assert spectrum.label == motion.label == "5-1"
+    assert spectrum.exponents[0] == pytest.approx(exact, abs=2e-3)
+    both = vi.lyapunov_spectrum(system, initial=START, drive_frequency=[2.7, 2.71])
+    assert both.label[0] == "5-1"
+    assert both.exponents[0].tolist() == spectrum.exponents.tolist()

@@ -163,7 +163,9 @@ def lyapunov_spectrum(
     periods
         Drive periods in all (default 2000).
     keep
-        How many of them at the end the exponents are measured over (default three quarters).
+        How many of them at the end the exponents are measured over, at least 20 (default three
+        quarters). A motion that has not come to its periodic orbit before is followed until it has,
+        and measured then.
     time
         In place of periods, under a constant load (drive frequency 0) and without axes: time in
         all; the last three quarters are measured.
@@ -203,7 +205,7 @@ def lyapunov_spectrum(
             reject("time", time, "None, but for a single motion under a constant load")
         return _single(system, initial, positive("time", time), None, 0, max_events, tolerance)
     periods = count("periods", 2000 if periods is None else periods, least=1)
-    measured = count("keep", -(-3 * periods // 4) if keep is None else keep, least=1, most=periods)
+    measured = count("keep", -(-3 * periods // 4) if keep is None else keep, least=20, most=periods)
     if not axes:
         if system.drive_frequency == 0.0:
             reject("time", time, "a number > 0: without a drive there are no periods")
