@@ -195,3 +195,38 @@ def sides_confirmed(branch):
 
 def test_simulations_on_both_sides_of_borders_have_the_legs_of_the_branch():
     assert sum(sides_confirmed(branch_of(name)) for name in CASES) > 80
+
+
+@pytest.mark.parametrize("friction", [0.05, 0.2, 0.5])
+def test_a_free_motion_grazes_a_body_at_rest(friction):
+    # At the touch both velocities vanish with u: what the first impact does follows from the
+    # accelerations. The place in closed form: the amplitude of x1 reaches asin(gap).
+    system = vi.System(
+        mass_ratio=0.4,
+        frequency_ratio=1.5,
+        restitution=0.7,
+        gap=0.3,
+        drive_frequency=2.6,
+        damping=(0.02, 0.02),
+        moment_amplitude=0.8,
+        friction=friction,
+    )
+    stiffness = (0.8 / np.arcsin(0.3)) ** 2
+    w, zeta = 1.5, 0.02
+    roots = np.roots([1.0, 2.0 * w * w * (2.0 * zeta**2 - 1.0), w**4 - stiffness])
+    exact = np.sqrt(roots.max())
+    free = vi.simulate(system, initial=(-0.17, 0.0, 0.0, 0.0), periods=1000).refine()
+    assert free.label == "1-0"
+    downwards = vi.follow_motion(free, drive_frequency=(2.0, 2.8))
+    branches = [downwards]
+    if friction < 0.5:  # above, the 1-1 motion has doubled at 2.2
+        struck = vi.simulate(
+            system.replace(drive_frequency=2.2), initial=(0.0, 0.5, 0.0, 0.0), periods=2000
+        ).refine()
+        assert struck.label == "1-1"
+        for options in ({}, {"max_step": 0.001, "max_points": 20_000}):
+            branches.append(vi.follow_motion(struck, drive_frequency=(2.1, 2.8), **options))
+    for branch in branches:
+        (grazing,) = (found for found in branch.bifurcations if found.kind == "grazing")
+        assert grazing.value == pytest.approx(exact, rel=1e-9)
+        assert branch.ends == ("bound", "bound")

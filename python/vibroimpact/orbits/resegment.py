@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..results import Regime
 from ..system import System
 from .motion import MAX_EVENTS, motion_of, primitive
 from .newton import OutsideDomain, solve
@@ -39,6 +40,8 @@ AHEAD = (1e-4, 1e-3, 1e-2, -1e-4, -1e-3, -1e-2)
 TOGETHER = 1e-10
 # A test this small at a border's own orbit vanishes there.
 ON_BORDER = 1e-8
+# Velocities this small at a touch are rounding.
+AT_REST = 1e-6
 # The orbit found there must be this close to the one expected, in units of the sizes.
 NEAR = 1e-2
 
@@ -154,7 +157,8 @@ def _struck(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New | Non
     clock = math.floor((start + hump[0]) / system.drive_period)
     time = start + hump[0] - clock * system.drive_period
     node = np.array([x1, v1, v2, time])
-    impact = _slips(problem, system.friction, x1, v1)
+    rests = abs(v1) <= AT_REST and abs(v2) <= AT_REST
+    impact = _from_rest(system, touch, time) if rests else _slips(system, x1, v1)
     if circuit:
         new = _core.Itinerary([impact], itinerary.periods, [clock], itinerary.wall_at_rest)
         return new, node[None, :], "grazing: u, leg 0"
@@ -167,13 +171,33 @@ def _struck(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New | Non
     return new, np.insert(nodes, leg + 1, node, axis=0), f"grazing: u, leg {leg}"
 
 
-def _slips(problem: OrbitProblem, friction: float, x1: float, v1: float) -> str:
-    """The leg to an impact with u = 0, which slips the way the tip moves."""
-    if friction == 0.0:
+def _slips(system: System, x1: float, v1: float, regime: str = "slip") -> str:
+    """The leg to an impact with u = 0, which as a rule slips the way the tip moves."""
+    if system.friction == 0.0:
         return "impact:frictionless"
-    literal = problem.system.law == "paper"
-    side = "+" if literal or math.sin(x1) > 0.0 else "-"
-    return f"impact:slip:{'+' if v1 > 0.0 else '-'}{side}"
+    side = "+" if system.law == "paper" or math.sin(x1) > 0.0 else "-"
+    return f"impact:{regime}:{'+' if v1 > 0.0 else '-'}{side}"
+
+
+def _from_rest(system: System, touch: Array, time: float) -> str:
+    """The leg to an impact with u = 0 in which both bodies are at rest.
+
+    Just beyond, both velocities are the accelerations times the time by which it comes before the
+    touch: x1'/u = a1/g'' decides the regime, not the sign of x1'.
+    """
+    x1, v1, x2, v2 = touch
+    load = math.cos(system.drive_frequency * time + system.phase)
+    w = system.frequency_ratio
+    a1 = system.moment_amplitude * load - 2.0 * system.pendulum_damping * w * v1 - w * w * x1
+    a2 = system.force_amplitude * load - 2.0 * system.oscillator_damping * v2 - x2
+    slope = 1.0 if system.contact == "direct" else math.cos(x1)
+    second = a1 * slope - a2
+    if system.friction == 0.0 or second >= 0.0:
+        return _slips(system, x1, v1)
+    before = [np.array([value]) for value in (x1, a1 / second, a2 / second)]
+    regime = Regime(int(_core.impact(system._compiled, *before)["regime"][0]))
+    direction = 1.0 if regime == Regime.SLIP and a1 / second == 0.0 else a1 / second
+    return _slips(system, x1, direction, regime.name.lower())
 
 
 def spared(problem: OrbitProblem, u: Array, p: Array, leg: int) -> _New | None:

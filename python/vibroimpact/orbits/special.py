@@ -21,6 +21,8 @@ BRANCH_POINT_RESOLUTION = 1e-6
 # A fold nearer to a branch point or cusp than this part of the step is that point: dp/ds changes
 # sign too where a branch meets a symmetric one.
 SAME_EVENT = 1e-4
+# Events nearer to each other than this part of the step are at one place.
+SAME_PLACE = 1e-7
 # Where the bracket is shorter than this part of the step, a failing trial ends the location, and
 # does not make the whole step be taken again.
 SMALL_BRACKET = 1e-3
@@ -103,6 +105,8 @@ def located(step: Step, end: Point) -> list[SpecialPoint]:
     found = [point for name in names if (point := _locate(step, name, end)) is not None]
     near = SAME_EVENT * step.s(end.z)
     turns = [point.arclength for point in found if point.test in ("branch_point", "cusp")]
+    # Where an impact vanishes with u all that is measured in it may vanish too: that is a grazing.
+    tie = SAME_PLACE * step.s(end.z)
     return sorted(
         (
             point
@@ -110,7 +114,7 @@ def located(step: Step, end: Point) -> list[SpecialPoint]:
             if not _is_fold(point.test)
             or all(abs(point.arclength - other) > near for other in turns)
         ),
-        key=lambda point: point.arclength,
+        key=lambda point: point.arclength - (tie if point.kind == "grazing" else 0.0),
     )
 
 
