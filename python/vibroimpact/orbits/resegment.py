@@ -179,7 +179,7 @@ def _slips(system: System, x1: float, v1: float, regime: str = "slip") -> str:
     return f"impact:{regime}:{'+' if v1 > 0.0 else '-'}{side}"
 
 
-def _from_rest(system: System, touch: Array, time: float) -> str:
+def _from_rest(system: System, touch: tuple[float, float, float, float], time: float) -> str:
     """The leg to an impact with u = 0 in which both bodies are at rest.
 
     Just beyond, both velocities are the accelerations times the time by which it comes before the
