@@ -13,7 +13,6 @@ import pytest
 
 import vibroimpact as vi
 from references import SYMBOLS, reference, scene_system
-from vibroimpact import _core
 from vibroimpact.orbits.newton import solve
 from vibroimpact.orbits.problem import OrbitProblem
 
@@ -477,25 +476,3 @@ def test_bad_input_is_named(call, name):
     system = reference_system(REFERENCE["5b"])
     with pytest.raises(ValueError, match=name):
         call(system)
-
-
-@pytest.mark.parametrize(
-    "legs", [[], ["circuit", "chatter"], ["impact:frictionless:++"], ["impact:slip"], ["nonsense"]]
-)
-def test_bad_legs_are_refused(legs):
-    with pytest.raises(vi.ParameterError, match="leg"):
-        _core.Itinerary(legs, 1)
-
-
-def test_legs_are_written_as_they_are_read():
-    legs = [
-        "impact:frictionless",
-        "impact:slip:+-",
-        "impact:stick_restitution:-+",
-        "chatter",
-        "slide+:release",
-        "slide-:stop",
-        "stick:slide+",
-        "stick:release",
-    ]
-    assert _core.Itinerary(legs, 3).legs == legs
