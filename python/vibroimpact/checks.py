@@ -73,6 +73,13 @@ def optional_count(name: str, value: Any, *, least: int, most: int = MOST) -> in
     return None if value is None else count(name, value, least=least, most=most)
 
 
+def kept_periods(keep: Any, periods: int, *, usual: int, least: int = 0) -> int:
+    """Return how many of ``periods`` are kept: ``usual``, or all of fewer, where None is given."""
+    if keep is None:
+        return min(usual, periods)
+    return count("keep", keep, least=least, most=periods)
+
+
 def flag(name: str, value: Any) -> bool:
     """Return ``value`` if it is True or False."""
     if not isinstance(value, bool | np.bool_):

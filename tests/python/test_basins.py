@@ -367,6 +367,13 @@ def test_the_arrays_are_read_only(found):
             getattr(found, name)[0, 0] = 1
 
 
+def test_by_default_a_short_search_keeps_all_its_sections(system):
+    plane = {"x1": [0.0], "v1": [0.5]}
+    for periods, keep in ((50, 50), (201, 200)):
+        found = vi.basins(system, **plane, periods=periods, rounds=0, scouts=1)
+        assert (found.settings.periods, found.settings.keep) == (periods, keep)
+
+
 @pytest.mark.parametrize(
     ("arguments", "match"),
     [

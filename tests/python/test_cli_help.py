@@ -10,6 +10,8 @@ import pytest
 import vibroimpact as vi
 from command_lines import example_file
 from vibroimpact import cli
+from vibroimpact.atlas.basins import USUAL_KEEP as BASIN_KEEP
+from vibroimpact.atlas.cells import USUAL_KEEP
 from vibroimpact.cli import (
     basins,
     bench,
@@ -122,13 +124,13 @@ def test_defaults_in_help_are_those_of_the_functions(capsys):
         wanted = defaults(function)
         text = help_of(name)
         assert f"drive periods (default: {wanted['periods']})" in text
-        assert f"keep the last K periods (default: {wanted['keep']})" in text
+        assert f"keep the last K periods (default: {USUAL_KEEP}, or all of fewer)" in text
         assert f"where chatter is completed (default: {wanted['tolerance']})" in text
     assert f"N times (default: {defaults(vi.bifurcation_diagram)['refine']})" in help_of("diagram")
     wanted = defaults(vi.basins)
     text = help_of("basins")
     assert f"drive periods (default: {wanted['periods']})" in text
-    assert f"keep the last K periods (default: {wanted['keep']})" in text
+    assert f"keep the last K periods (default: {BASIN_KEEP}, or all of fewer)" in text
     assert f"beforehand (default: {wanted['scouts']})" in text
     assert f"twice as long (default: {wanted['rounds']})" in text
     assert f"with --search {defaults(vi.search_motions)['periods']})" in help_of("orbits")

@@ -247,8 +247,8 @@ def test_progress_counts_every_point(system, initial, frequencies, capsys):
         ({"drive_frequency": [1.5, -1.0]}, "drive_frequency.* = -1"),
         ({"gap": [0.5], "periods": 0}, "periods = 0"),
         ({"gap": [0.5], "periods": None}, "periods = None"),
-        ({"gap": [0.5], "keep": None}, "keep = None"),
-        ({"gap": [0.5], "periods": 50}, "keep = 100 .* from 0 to 50"),
+        ({"gap": [0.5], "keep": "all"}, "keep = 'all'"),
+        ({"gap": [0.5], "periods": 50, "keep": 51}, "keep = 51 .* from 0 to 50"),
         ({"gap": [0.5], "start": "sideways"}, "start = 'sideways'"),
         ({"gap": [0.5], "tolerance": -1.0}, "tolerance = -1.0"),
         ({"gap": [0.5], "section_phase": None}, "section_phase = None"),
@@ -260,6 +260,13 @@ def test_progress_counts_every_point(system, initial, frequencies, capsys):
 def test_bad_arguments_are_named_before_any_run(system, initial, arguments, message):
     with pytest.raises(vi.ParameterError, match=message):
         vi.bifurcation_diagram(system, initial=initial, **{"periods": FOREVER} | arguments)
+
+
+def test_by_default_a_short_run_keeps_all_its_periods(system, initial):
+    for periods, keep in ((50, 50), (101, 100)):
+        diagram = vi.bifurcation_diagram(system, initial=initial, periods=periods, gap=[0.5])
+        assert (diagram.settings.periods, diagram.settings.keep) == (periods, keep)
+        assert len(diagram.stroboscopic) == keep
 
 
 def test_other_early_errors(system, initial):

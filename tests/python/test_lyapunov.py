@@ -124,8 +124,9 @@ def test_a_motion_that_ends_has_none():
     ("arguments", "message"),
     [
         ({"periods": 0}, "periods"),
-        ({"periods": 10, "keep": 11}, "keep"),
-        ({"periods": 10, "keep": 0}, "keep"),
+        ({"periods": 19}, "periods = 19"),
+        ({"periods": 20, "keep": 21}, "keep"),
+        ({"periods": 20, "keep": 0}, "keep"),
         ({"time": 100.0}, "time"),
         ({"drive_frequency": [0.0, 1.0]}, "drive_frequency"),
         ({"wall": [1.0]}, "wall cannot be varied"),
@@ -136,6 +137,11 @@ def test_bad_arguments_are_named(arguments, message):
         vi.lyapunov_spectrum(paper(1.5), initial=START, **arguments)
     with pytest.raises(vi.ParameterError, match="time"):
         vi.lyapunov_spectrum(paper(0.0), initial=START)
+
+
+def test_the_shortest_measurement_has_all_its_periods():
+    spectrum = vi.lyapunov_spectrum(paper(1.5), initial=START, periods=20)
+    assert spectrum.time == pytest.approx(18 * spectrum.system.drive_period, rel=1e-12)
 
 
 def test_a_spectrum_is_a_data_set_too(chaotic):

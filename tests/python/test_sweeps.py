@@ -195,6 +195,20 @@ def test_bad_arguments_are_named(rubbing, arguments, message):
         vi.sweep(rubbing, initial=(0.0, 0.5, 0.0, 0.0), **arguments)
 
 
+def test_by_default_a_short_run_keeps_all_its_periods(rubbing, tmp_path):
+    arguments = {"initial": (0.0, 0.5, 0.0, 0.0), "gap": [0.5], "friction": [0.5]}
+    for function, usual in ((vi.sweep, 400), (vi.chart, 400)):
+        assert function(rubbing, **arguments, periods=50).settings["keep"] == 50
+        assert function(rubbing, **arguments, periods=101).settings["keep"] == 100
+        assert function(rubbing, **arguments).settings["periods"] == usual
+    # A store knows the number, not whether it was given.
+    store = tmp_path / "s.zarr"
+    vi.sweep(rubbing, **arguments, periods=150, keep=100, store=store)
+    assert vi.sweep(rubbing, **arguments, periods=150, store=store).settings["keep"] == 100
+    with pytest.raises(vi.ParameterError, match="keep is 100 there, 99 here"):
+        vi.sweep(rubbing, **arguments, periods=150, keep=99, store=store)
+
+
 def test_a_chart_has_two_parameters(rubbing):
     for axes in ({}, {"gap": [0.5]}, {"gap": [0.5], "x1": [0.0]}):
         with pytest.raises(vi.ParameterError, match="exactly two"):

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import count, optional_count, positive, reject, state, threads, vector
+from ..checks import count, kept_periods, optional_count, positive, reject, state, threads, vector
 from ..errors import Interrupted, ParameterError
 from ..system import System
 from .attractor_search import find_attractors, follow_all
@@ -39,6 +39,8 @@ PENDING, COMPLETED, UNRESOLVED = (
 )
 # Drive periods that a cell takes as a rule, where it can arrive.
 _USUAL = 200
+# Sections by which a cell that has arrived nowhere is judged, as a rule.
+USUAL_KEEP = 200
 # Cells that are followed at a time: what is kept of those that do not arrive is bounded.
 _BLOCK = 8192
 # Cells left over that are searched for attractors in every round.
@@ -147,7 +149,7 @@ def basins(
     *,
     initial: ArrayLike = (0.0, 0.0, 0.0, 0.0),
     periods: int = 2000,
-    keep: int = 200,
+    keep: int | None = None,
     scouts: int = 1000,
     rounds: int = 2,
     max_events: int | None = None,
@@ -174,7 +176,7 @@ def basins(
         (x1, v1, x2, v2) at t = 0; the two that vary play no part.
     periods, keep
         Drive periods for which a cell is followed at most, at first, and number of sections at the
-        end by which it is judged if it has arrived nowhere.
+        end by which it is judged if it has arrived nowhere: 200 by default, or all of fewer.
     scouts
         About so many cells, evenly spread, are searched for attractors beforehand.
     rounds
@@ -215,7 +217,7 @@ def basins(
     settings = BasinSettings(
         initial=state(initial),
         periods=periods,
-        keep=count("keep", keep, least=8, most=periods),
+        keep=kept_periods(keep, periods, usual=USUAL_KEEP, least=8),
         scouts=count("scouts", scouts, least=1, most=1_000_000),
         rounds=count("rounds", rounds, least=0, most=20),
         max_events=optional_count("max_events", max_events, least=1),

@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from ..checks import count, number, optional_count, positive, reject, state, vector
+from ..checks import count, kept_periods, number, optional_count, positive, reject, state, vector
 from ..errors import ParameterError
 from ..system import NUMERIC_RANGES, System
 from .fields import STATUS, ChunkResult, Field, RowGroup
 from .grid import Grid
 
 COORDINATES = ("x1", "v1", "x2", "v2")
+# Periods that are kept of each run unless the caller says otherwise, or all of fewer.
+USUAL_KEEP = 100
 Measure = Literal["returns", "label", "largest_exponent", "spectrum"]
 
 MOTION = Field("motion", "int8", "kind of motion", flags=_core.MOTION_NAMES)
@@ -85,7 +87,7 @@ class RunSettings:
         return cls(
             initial=state(initial),
             periods=periods,
-            keep=count("keep", keep, least=0, most=periods),
+            keep=kept_periods(keep, periods, usual=USUAL_KEEP),
             max_events=optional_count("max_events", max_events, least=1),
             tolerance=positive("tolerance", tolerance),
             section_phase=number("section_phase", section_phase),

@@ -150,7 +150,7 @@ def bifurcation_diagram(
     *,
     initial: ArrayLike,
     periods: int = 600,
-    keep: int = 100,
+    keep: int | None = None,
     start: Start | Sequence[Start] = "fresh",
     labels: bool = True,
     exponents: bool = False,
@@ -174,7 +174,7 @@ def bifurcation_diagram(
     initial
         (x1, v1, x2, v2) at t = 0, or several starts, shape (k, 4): a branch for each.
     periods, keep
-        Drive periods per run, and how many of them at the end are kept.
+        Drive periods per run, and how many of them at the end are kept; default as in ``sweep``.
     start
         ``"fresh"``: every run starts from ``initial``. ``"forward"``, ``"backward"``: each starts
         from the last state of the one before, in the given or the reverse order; the result is

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from ..checks import count, flag, positive, reject, state, threads
+from ..checks import count, flag, kept_periods, positive, reject, state, threads
 from ..errors import Interrupted, SimulationError
 from ..simulation import simulate
 from ..system import System
@@ -25,6 +25,8 @@ from .results import GridResult
 if TYPE_CHECKING:
     import xarray
 
+# Drive periods that a measurement takes at least.
+_LEAST = 20
 # Steps of a measurement under a constant load.
 _STEPS = 1000
 
@@ -161,11 +163,11 @@ def lyapunov_spectrum(
     initial
         (x1, v1, x2, v2) at t = 0.
     periods
-        Drive periods in all (default 2000).
+        Drive periods in all, at least 20 (default 2000).
     keep
         How many of them at the end the exponents are measured over, at least 20 (default three
-        quarters). A motion that has not come to its periodic orbit before is followed until it has,
-        and measured then.
+        quarters, or 20 if that is more). A motion that has not come to its periodic orbit before is
+        followed until it has, and measured then.
     time
         In place of periods, under a constant load (drive frequency 0) and without axes: time in
         all; the last three quarters are measured.
@@ -204,8 +206,9 @@ def lyapunov_spectrum(
         if axes or periods is not None or keep is not None or system.drive_frequency > 0.0:
             reject("time", time, "None, but for a single motion under a constant load")
         return _single(system, initial, positive("time", time), None, 0, max_events, tolerance)
-    periods = count("periods", 2000 if periods is None else periods, least=1)
-    measured = count("keep", -(-3 * periods // 4) if keep is None else keep, least=20, most=periods)
+    periods = count("periods", 2000 if periods is None else periods, least=_LEAST)
+    usual = max(-(-3 * periods // 4), _LEAST)
+    measured = kept_periods(keep, periods, usual=usual, least=_LEAST)
     if not axes:
         if system.drive_frequency == 0.0:
             reject("time", time, "a number > 0: without a drive there are no periods")

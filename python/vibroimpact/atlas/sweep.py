@@ -62,7 +62,7 @@ def sweep(
     *,
     initial: ArrayLike,
     periods: int = 400,
-    keep: int = 100,
+    keep: int | None = None,
     exponents: bool = False,
     max_events: int | None = None,
     tolerance: float = 1e-12,
@@ -83,7 +83,8 @@ def sweep(
     initial
         (x1, v1, x2, v2) at t = 0.
     periods, keep
-        Drive periods per run, and how many of them at the end are looked at for the label.
+        Drive periods per run, and how many of them at the end are looked at for the label: 100 by
+        default, or all of fewer.
     exponents
         Compute the largest Lyapunov exponent, too.
     max_events, tolerance, section_phase
@@ -134,7 +135,7 @@ def chart(
     *,
     initial: ArrayLike,
     periods: int = 400,
-    keep: int = 100,
+    keep: int | None = None,
     exponents: bool = True,
     max_events: int | None = None,
     tolerance: float = 1e-12,

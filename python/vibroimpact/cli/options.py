@@ -87,7 +87,7 @@ def add_run(
         length = group.add_mutually_exclusive_group()
         length.add_argument("--time", type=float, metavar="T", help="time, for a constant load")
     length.add_argument("--periods", type=int, metavar="N", help=_counted("drive periods", periods))
-    text = _counted("keep the last K periods", keep or "all")
+    text = _counted("keep the last K periods", f"{keep}, or all of fewer" if keep else "all")
     group.add_argument("--keep", type=int, metavar="K", help=text)
     add_limits(group, section=section)
     return group
