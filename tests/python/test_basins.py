@@ -325,6 +325,7 @@ def test_a_data_set_has_labelled_axes(found):
     assert data["attractor"].dims == ("x1", "v1")
     assert np.array_equal(data["attractor"], found.attractor)
     assert np.array_equal(data["x1"], PLANE["x1"])
+    assert np.array_equal(data["label"], found.label)
     assert [a["label"] for a in json.loads(data.attrs["attractors"])] == ["4-5", "6-7"]
     assert vi.System.from_dict(json.loads(data.attrs["system"])) == found.system
 

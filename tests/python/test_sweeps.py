@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from vibroimpact.atlas import label_array
+from vibroimpact.atlas.labels import labels
 
 FREQUENCIES = np.linspace(0.5, 3.5, 7)
 AMPLITUDES = np.array([0.4, 1.0, 2.0])
@@ -153,6 +155,44 @@ def test_a_data_set_has_the_axes_as_coordinates(chart):
     one = data["largest_exponent"].sel(drive_frequency=FREQUENCIES[2], moment_amplitude=1.0)
     assert one.item() == chart.largest_exponent[2, 1]
     assert data["motion"].attrs["flag_meanings"].split()[3] == "chaotic"
+
+
+def test_a_data_set_has_the_labels_as_texts(chart, rubbing, tmp_path, monkeypatch):
+    chattering = vi.bifurcation_diagram(
+        rubbing.replace(friction=0.3, force_amplitude=1.5, damping=(0.1, 0.1)),
+        initial=[(0.0, 0.5, 0.0, 0.0), (0.1, 0.5, 0.0, 0.0)],
+        drive_frequency=[0.25, 0.3],
+        **LENGTH,
+    )
+    stored = vi.chart(
+        rubbing,
+        initial=(0.0, 0.5, 0.0, 0.0),
+        drive_frequency=FREQUENCIES,
+        moment_amplitude=AMPLITUDES,
+        store=tmp_path / "chart.zarr",
+        **LENGTH,
+    )
+    seen = []
+    monkeypatch.setattr(
+        label_array, "labels", lambda *parts: seen.append(parts[0].size) or labels(*parts)
+    )
+    for data in (chart.to_xarray(), stored.to_xarray()):
+        one = data["label"].isel(drive_frequency=2, moment_amplitude=slice(1, 3))
+        assert data["label"].dtype == data["label"].values.dtype
+        assert data["label"].dims == ("drive_frequency", "moment_amplitude")
+        assert one.values.tolist() == chart.label[2, 1:].tolist()
+        assert data["label"][3, 1].item() == chart.label[3, 1]
+        assert seen == [21, 2, 1]  # nothing is put together but what is looked at
+        seen.clear()
+        whole = pickle.loads(pickle.dumps(data)).chunk(drive_frequency=3)["label"]
+        assert np.array_equal(whole.values, chart.label)
+        assert sorted(seen) == [3, 9, 9]  # a chunk of Dask reads no more than itself
+        seen.clear()
+        assert (data["status"].where(data["label"] == "chaotic") > 0).any()
+        seen.clear()
+    data = chattering.to_xarray()
+    assert data["label"].values.ravel().tolist() == chattering.label.tolist()
+    assert "1-inf" in data["label"]
 
 
 @pytest.mark.parametrize("reader", [vi.load, vi.Chart.load])

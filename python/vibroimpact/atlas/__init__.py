@@ -1,10 +1,10 @@
 """Computations over grids: sweeps, diagrams, charts, Lyapunov exponents, basins (docs/atlas.md).
 
 One engine cuts a grid into chunks and has them computed by threads or by a cluster, into memory or
-into a store; what a cell is, the tasks say. The modules, in this order: grid, fields, columns,
-store_layout, store, cluster, engine (any computation), results, cells (runs), sweep, merge,
-diagram_results, diagram, lyapunov, trapping, clouds, free_motion, attractors, attractor_search,
-basin_measures, basin_results, basin_files, basins.
+into a store; what a cell is, the tasks say. The modules, in this order: grid, fields, labels,
+label_array, columns, store_layout, store, cluster, engine (any computation), results, cells (runs),
+sweep, merge, diagram_results, diagram, lyapunov, trapping, clouds, free_motion, attractors,
+attractor_search, basin_measures, basin_results, basin_files, basins.
 """
 
 from .attractors import Attractor
@@ -17,8 +17,9 @@ from .diagram_results import Diagram, DiagramSettings
 from .engine import compute
 from .fields import STATUS, STATUS_NAMES, ChunkResult, Field, Layout, RowGroup, Task
 from .grid import Grid, Tiling
+from .labels import orbit_label
 from .lyapunov import LyapunovSpectrum, LyapunovSweep, lyapunov_spectrum
-from .results import GridResult, orbit_label
+from .results import GridResult
 from .store import open_columns
 from .sweep import Chart, Sweep, chart, sweep
 

@@ -5,7 +5,7 @@ import json
 import os
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -162,7 +162,7 @@ class Basins:
         return basin_entropy(self.attractor, box=box)
 
     def to_xarray(self) -> "xarray.Dataset":
-        """Return attractor, status and settling over both axes as an xarray data set.
+        """Return attractor, status, settling and label over both axes as an xarray data set.
 
         Raises
         ------
@@ -173,7 +173,7 @@ class Basins:
         import xarray
 
         dims = tuple(self.axes)
-        columns = {
+        columns: dict[str, Any] = {
             field.name: (dims, values, field.attributes())
             for field, values in (
                 (ATTRACTOR, self.attractor),
@@ -181,6 +181,8 @@ class Basins:
                 (SETTLING, self.settling),
             )
         }
+        description = "label of the attractor, or the status where there is none"
+        columns["label"] = (dims, self.label, {"description": description})
         described = [
             {"label": found.label, "kind": found.kind, "confirmed": found.confirmed}
             for found in self.attractors

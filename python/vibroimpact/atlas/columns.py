@@ -169,7 +169,8 @@ def to_dataset(columns: Columns) -> "xarray.Dataset":
 
     The axes of the grid are its coordinates; names and attributes are those of a store. In place
     of ``impact_offset`` it has ``impact_count``, rows per cell, as CF's contiguous ragged arrays.
-    What is in a store is read when it is looked at, so that the store must stay where it is.
+    Where there are motions it has their ``label``, too, put together when it is looked at. What is
+    in a store is read when it is looked at, so that the store must stay where it is.
 
     Raises
     ------
@@ -179,11 +180,13 @@ def to_dataset(columns: Columns) -> "xarray.Dataset":
     need_xarray()
     import xarray
 
+    from .label_array import with_label
+
     layout = columns.layout
     if columns.path is not None:
         stored: xarray.Dataset = xarray.open_zarr(columns.path, chunks=None)
-        return stored[[entry.name for entry, _ in layout.arrays()]]
-    return xarray.Dataset(
+        return with_label(stored[[entry.name for entry, _ in layout.arrays()]])
+    data = xarray.Dataset(
         {
             entry.name: (layout.dims(entry, group), columns[entry.name], attributes(layout, entry))
             for entry, group in layout.arrays()
@@ -191,6 +194,7 @@ def to_dataset(columns: Columns) -> "xarray.Dataset":
         {name: (name, values, axis_attributes()) for name, values in columns.grid.axes.items()},
         layout.attributes(),
     )
+    return with_label(data)
 
 
 def attributes(layout: Layout, entry: Field) -> dict[str, Any]:

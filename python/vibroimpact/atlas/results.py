@@ -12,6 +12,7 @@ from ..system import System
 from .columns import Columns, Memory, to_dataset
 from .fields import STATUS_NAMES, ChunkResult, Field, Layout, RowGroup
 from .grid import Grid, Tiling
+from .labels import labels
 from .store import open_columns
 
 if TYPE_CHECKING:
@@ -20,11 +21,6 @@ if TYPE_CHECKING:
 MOTIONS = _core.MOTION_NAMES
 # The cells with these statuses have come to the end of their run.
 _COMPLETED = [STATUS_NAMES.index(name) for name in ("completed", "restarted", "rest")]
-
-
-def orbit_label(m: int, n: int) -> str:
-    """Return the label of an orbit from the columns `m` and `n`: 3-4, 1-inf."""
-    return f"{m}-{'inf' if n == -1 else n}"
 
 
 class GridResult:
@@ -80,16 +76,7 @@ class GridResult:
         """Label of each cell: ``3-4``, ``1-inf`` (chatter), ``quasi-periodic``, ``chaotic``,
         ``unresolved``.
         """  # noqa: D205
-        motion, m, n = (self.columns[name].astype(np.int64) for name in ("motion", "m", "n"))
-        # One number for each, which sorts faster than three; n is -1 at least.
-        keys, inverse = np.unique((m << 33) + ((n + 1) << 2) + motion, return_inverse=True)
-        texts = [
-            orbit_label(key >> 33, (key >> 2) % 2**31 - 1)
-            if key >> 33
-            else _core.MOTION_NAMES[key % 4]
-            for key in keys.tolist()
-        ]
-        return read_only(np.array(texts, dtype=np.str_)[inverse].reshape(m.shape))
+        return read_only(labels(*(self.columns[name] for name in ("motion", "m", "n"))))
 
     @property
     def residual(self) -> NDArray[np.float64]:
