@@ -129,6 +129,13 @@ def test_nothing_but_the_arguments_changes_a_bit(chart, rubbing, options, tmp_pa
     assert_same_bits(loaded, chart)
 
 
+def test_a_tuple_is_an_array_of_values(rubbing):
+    sweep = vi.sweep(rubbing, initial=(0.0, 0.5, 0.0, 0.0), drive_frequency=(0.2, 4), **LENGTH)
+    assert sweep.axes["drive_frequency"].tolist() == [0.2, 4.0]
+    for function in (vi.sweep, vi.chart, vi.bifurcation_diagram, vi.basins, vi.motion_map):
+        assert "for a range use ``numpy.linspace``" in " ".join(function.__doc__.split())
+
+
 def test_initial_coordinates_are_axes_too(rubbing):
     sweep = vi.sweep(
         rubbing,

@@ -194,8 +194,8 @@ def basins(
         Directory for Zarr stores, one for each pass over cells. A call with the same arguments
         goes on where an interrupted or killed one ended.
     **axes
-        Two of x1, v1, x2, v2 with their values, e.g. ``x1=np.linspace(-0.3, 0.3, 1000),
-        v1=np.linspace(-1, 1, 1000)``.
+        Two of x1, v1, x2, v2 with arrays of their values; for a range use ``numpy.linspace``, e.g.
+        ``x1=np.linspace(-0.3, 0.3, 1000), v1=np.linspace(-1, 1, 1000)``.
 
     Returns
     -------

@@ -193,7 +193,8 @@ def bifurcation_diagram(
         As in ``sweep``. A followed branch is one task, never cut. With ``refine`` a store has a
         part for each level.
     **parameter
-        One numeric field of System with its values, e.g.
+        One numeric field of System with an array of its values; for a range use
+        ``numpy.linspace``, e.g.
         ``drive_frequency=np.linspace(0.2, 4, 4000)``.
 
     Returns

@@ -102,7 +102,8 @@ def sweep(
         arguments completes it. Memory then does not grow with the grid.
     **axes
         Arrays of values, each for a numeric field of System or for a coordinate x1, v1, x2, v2 of
-        the initial state; the first is the slowest axis.
+        the initial state; the first is the slowest axis. ``(0.2, 4)`` is an array of two values;
+        for a range use ``numpy.linspace``.
 
     Returns
     -------
@@ -156,7 +157,8 @@ def chart(
     progress, workers, chunk, client, store
         As in ``sweep``.
     **axes
-        Two numeric fields of System with their values, e.g.
+        Two numeric fields of System with arrays of their values; for a range use
+        ``numpy.linspace``, e.g.
         ``drive_frequency=np.linspace(0.2, 4, 400), moment_amplitude=np.linspace(0.2, 2, 300)``.
 
     Returns

@@ -154,7 +154,8 @@ def motion_map(
     within
         Interval of x1 at the impact to search, in radians; default all that a bound allows.
     **parameters
-        One or two numeric fields of System with their values, e.g.
+        One or two numeric fields of System with arrays of their values; for a range use
+        ``numpy.linspace``, e.g.
         ``drive_frequency=np.linspace(0.2, 3, 561)``.
 
     Returns
