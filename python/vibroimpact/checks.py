@@ -4,8 +4,10 @@ Physical ranges are the business of the compiled core; these functions settle ty
 finiteness, so that nothing starts before every argument is known to be usable.
 """
 
+import difflib
+import inspect
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from numbers import Integral, Real
 from typing import Any, NamedTuple, NoReturn, TypeVar
 
@@ -78,6 +80,33 @@ def kept_periods(keep: Any, periods: int, *, usual: int, least: int = 0) -> int:
     if keep is None:
         return min(usual, periods)
     return count("keep", keep, least=least, most=periods)
+
+
+def swept(
+    function: Callable[..., Any],
+    given: Mapping[str, Any],
+    allowed: Sequence[str],
+    *,
+    exactly: int | None = None,
+) -> None:
+    """Refuse keywords that are neither arguments of a function nor what it can sweep.
+
+    ``exactly`` so many are wanted; None for any number.
+    """
+    for name in given:
+        if name not in allowed:
+            arguments = [*allowed, *inspect.signature(function).parameters]
+            close = difflib.get_close_matches(name, arguments, n=1)
+            hint = f", did you mean {close[0]}?" if close else ";"
+            raise ParameterError(
+                f"unknown argument {name} of {function.__name__}{hint} "
+                f"what can be swept: {', '.join(allowed)}"
+            )
+    if exactly is not None and len(given) != exactly:
+        raise ParameterError(
+            f"{function.__name__} sweeps exactly {exactly} of {', '.join(allowed)}; "
+            f"got {', '.join(given) or 'nothing'}"
+        )
 
 
 def flag(name: str, value: Any) -> bool:

@@ -230,9 +230,9 @@ def test_progress_counts_every_point(system, initial, frequencies, capsys):
     [
         ({}, "got nothing"),
         ({"gap": [0.5], "friction": [0.1]}, "got gap, friction"),
-        ({"colour": [0.5]}, "got colour"),
-        ({"contact": ["direct"]}, "got contact"),
-        ({"damping": [0.1]}, "got damping"),
+        ({"colour": [0.5]}, "unknown argument colour of bifurcation_diagram"),
+        ({"contact": ["direct"]}, "unknown argument contact"),
+        ({"damping": [0.1]}, r"damping of bifurcation_diagram, did you mean \w+_damping\?"),
         ({"gap": 0.5}, "gap of shape"),
         ({"gap": [[0.5]]}, "gap of shape"),
         ({"gap": ["0.5"]}, "gap of type"),

@@ -129,7 +129,7 @@ def test_a_motion_that_ends_has_none():
         ({"periods": 20, "keep": 0}, "keep"),
         ({"time": 100.0}, "time"),
         ({"drive_frequency": [0.0, 1.0]}, "drive_frequency"),
-        ({"wall": [1.0]}, "wall cannot be varied"),
+        ({"wall": [1.0]}, "unknown argument wall of lyapunov_spectrum"),
     ],
 )
 def test_bad_arguments_are_named(arguments, message):

@@ -225,7 +225,12 @@ def test_no_exponents_no_column(rubbing):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"colour": [1.0]}, "colour cannot be varied"),
+        (
+            {"omega": [1.0]},
+            "unknown argument omega of sweep; what can be swept: mass_ratio, .* v2$",
+        ),
+        ({"drive_freq": [1.0]}, r"drive_freq of sweep, did you mean drive_frequency\? what"),
+        ({"period": 10, "gap": [0.5]}, r"period of sweep, did you mean periods\?"),
         ({"friction": [0.1, -0.1]}, "friction"),
         ({"friction": [0.1, np.nan]}, r"friction\[1\]"),
         ({"drive_frequency": [1.0, 0.0]}, "drive_frequency"),
@@ -257,9 +262,11 @@ def test_by_default_a_short_run_keeps_all_its_periods(rubbing, tmp_path):
 
 
 def test_a_chart_has_two_parameters(rubbing):
-    for axes in ({}, {"gap": [0.5]}, {"gap": [0.5], "x1": [0.0]}):
-        with pytest.raises(vi.ParameterError, match="exactly two"):
+    for axes in ({}, {"gap": [0.5]}, {"gap": [0.5], "friction": [0.0], "phase": [0.0]}):
+        with pytest.raises(vi.ParameterError, match="chart sweeps exactly 2 of"):
             vi.chart(rubbing, initial=(0.0, 0.5, 0.0, 0.0), **axes)
+    with pytest.raises(vi.ParameterError, match="unknown argument x1 of chart"):
+        vi.chart(rubbing, initial=(0.0, 0.5, 0.0, 0.0), gap=[0.5], x1=[0.0])
     with pytest.raises(vi.ParameterError, match="system"):
         vi.chart("system", initial=(0.0, 0.5, 0.0, 0.0), gap=[0.5], friction=[0.0])
 

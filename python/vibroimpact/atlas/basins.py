@@ -19,8 +19,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import count, kept_periods, optional_count, positive, reject, state, threads, vector
-from ..errors import Interrupted, ParameterError
+from ..checks import (
+    count,
+    kept_periods,
+    optional_count,
+    positive,
+    reject,
+    state,
+    swept,
+    threads,
+    vector,
+)
+from ..errors import Interrupted
 from ..system import System
 from .attractor_search import find_attractors, follow_all
 from .attractors import Attractor
@@ -235,9 +245,7 @@ def basins(
 
 
 def _plane(axes: dict[str, Any]) -> Grid:
-    if len(axes) != 2 or not set(axes) <= set(COORDINATES):
-        given = ", ".join(axes) or "nothing"
-        raise ParameterError(f"the axes must be two of {', '.join(COORDINATES)}; got {given}")
+    swept(basins, axes, COORDINATES, exactly=2)
     values = {name: vector(name, given) for name, given in axes.items()}
     for name, array in values.items():
         if not len(array):

@@ -1,7 +1,7 @@
 """Cells on the compiled kernel: one run for each combination of parameters and initial states."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
@@ -9,8 +9,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from ..checks import count, kept_periods, number, optional_count, positive, reject, state, vector
-from ..errors import ParameterError
+from ..checks import (
+    count,
+    kept_periods,
+    number,
+    optional_count,
+    positive,
+    reject,
+    state,
+    swept,
+    vector,
+)
 from ..system import NUMERIC_RANGES, System
 from .fields import STATUS, ChunkResult, Field, RowGroup
 from .grid import Grid
@@ -101,22 +110,25 @@ class RunSettings:
 
 
 def checked_axes(
-    system: System, axes: Mapping[str, ArrayLike], *, coordinates: bool = True
+    function: Callable[..., Any],
+    system: System,
+    axes: Mapping[str, ArrayLike],
+    *,
+    allowed: Sequence[str] = (*NUMERIC_RANGES, *COORDINATES),
+    exactly: int | None = None,
 ) -> dict[str, NDArray[np.float64]]:
-    """Return the axes of a grid: numeric fields of System, and coordinates of the initial state.
+    """Return the axes of a function's grid: fields of System, coordinates of the initial state.
 
     Raises
     ------
     ParameterError
-        If a name is neither, or a value is out of range.
+        If a name is not ``allowed``, there are not ``exactly`` so many, or a value is out of range.
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
-    allowed = (*NUMERIC_RANGES, *(COORDINATES if coordinates else ()))
+    swept(function, axes, allowed, exactly=exactly)
     checked = {}
     for name, values in axes.items():
-        if name not in allowed:
-            raise ParameterError(f"{name} cannot be varied; allowed are {', '.join(allowed)}")
         checked[name] = vector(name, values)
         if name in NUMERIC_RANGES:
             for value in (checked[name].min(), checked[name].max()) if len(checked[name]) else ():

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from ..checks import count, flag, optional_count, reject, state, states, threads
-from ..errors import Interrupted, ParameterError
+from ..errors import Interrupted
 from ..system import NUMERIC_RANGES, System
 from .cells import (
     IMPACT_ROWS,
@@ -212,7 +212,10 @@ def bifurcation_diagram(
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
-    name, values = _swept(system, parameter)
+    axes = checked_axes(
+        bifurcation_diagram, system, parameter, allowed=[*NUMERIC_RANGES], exactly=1
+    )
+    ((name, values),) = axes.items()
     kinds = _starts(start)
     refinements = count("refine", refine, least=0, most=_MOST_REFINEMENTS)
     if refinements and set(kinds) != {"fresh"}:
@@ -253,16 +256,6 @@ def bifurcation_diagram(
     threads(workers)
     folder = folder_of_stores(store, LEVELS, "a refined diagram")
     return _refined(task, np.unique(values), refinements, folder, engine)
-
-
-def _swept(system: System, parameter: dict[str, Any]) -> tuple[str, NDArray[np.float64]]:
-    if len(parameter) != 1 or next(iter(parameter)) not in NUMERIC_RANGES:
-        given = ", ".join(parameter) or "nothing"
-        raise ParameterError(
-            f"the swept parameter must be exactly one of {', '.join(NUMERIC_RANGES)}; got {given}"
-        )
-    ((name, values),) = checked_axes(system, parameter, coordinates=False).items()
-    return name, values
 
 
 def _initials(initial: ArrayLike) -> list[tuple[float, float, float, float]]:

@@ -225,7 +225,7 @@ def lyapunov_spectrum(
     task = CellTask(
         kind=LyapunovSweep.kind,
         system=system,
-        grid=Grid(checked_axes(system, axes)),
+        grid=Grid(checked_axes(lyapunov_spectrum, system, axes)),
         run=run,
         measure="spectrum",
         measured=measured,

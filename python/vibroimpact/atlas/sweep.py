@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..checks import flag
-from ..errors import ParameterError
 from ..system import NUMERIC_RANGES, System
 from .cells import CellTask, RunSettings, checked_axes
 from .engine import compute
@@ -117,6 +116,7 @@ def sweep(
     Interrupted
         After Ctrl-C; ``.result`` is the Sweep, cells not reached being ``pending``.
     """
+    grid = Grid(checked_axes(sweep, system, axes))
     run = RunSettings.checked(
         initial=initial,
         periods=periods,
@@ -125,7 +125,7 @@ def sweep(
         tolerance=tolerance,
         section_phase=section_phase,
     )
-    task = _task(Sweep, system, axes, run, exponents=exponents)
+    task = _task(Sweep, system, grid, run, exponents=exponents)
     return compute(
         task, Sweep, chunk=chunk, workers=workers, progress=progress, client=client, store=store
     )
@@ -171,11 +171,7 @@ def chart(
     ParameterError, Interrupted
         As in ``sweep``.
     """
-    if len(axes) != 2 or not axes.keys() <= NUMERIC_RANGES.keys():
-        raise ParameterError(
-            f"a chart varies exactly two of {', '.join(NUMERIC_RANGES)}; got "
-            f"{', '.join(axes) or 'nothing'}"
-        )
+    grid = Grid(checked_axes(chart, system, axes, allowed=[*NUMERIC_RANGES], exactly=2))
     run = RunSettings.checked(
         initial=initial,
         periods=periods,
@@ -184,7 +180,7 @@ def chart(
         tolerance=tolerance,
         section_phase=section_phase,
     )
-    task = _task(Chart, system, axes, run, exponents=exponents)
+    task = _task(Chart, system, grid, run, exponents=exponents)
     return compute(
         task, Chart, chunk=chunk, workers=workers, progress=progress, client=client, store=store
     )
@@ -193,7 +189,7 @@ def chart(
 def _task(
     result: type[Sweep],
     system: System,
-    axes: dict[str, ArrayLike],
+    grid: Grid,
     run: RunSettings,
     *,
     exponents: Any,
@@ -201,7 +197,7 @@ def _task(
     return CellTask(
         kind=result.kind,
         system=system,
-        grid=Grid(checked_axes(system, axes)),
+        grid=grid,
         run=run,
         measure="largest_exponent" if flag("exponents", exponents) else "label",
     )
