@@ -1,6 +1,7 @@
 """The command line as a whole: its exit codes, and that bad input has no traceback."""
 
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -72,6 +73,16 @@ def test_bad_input_gives_code_2_and_one_line(run_command, line, message, tmp_pat
     assert err.startswith("vibroimpact: ")
     assert message in err
     assert err.count("\n") == 1
+
+
+def test_flags_may_have_underscores_as_in_python(run_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    line = SIMULATE + " --max-events 50"
+    python = re.sub(r"(?<=[a-z])-(?=[a-z])", "_", line)
+    assert "--mass_ratio 0.6 --frequency_ratio" in python
+    assert run_command(python) == run_command(line)
+    run_command(python + " --csv=a_b.csv")
+    assert (tmp_path / "a_b.csv").exists()
 
 
 def test_files_that_cannot_be_written_are_refused_before_anything_runs(run_command, monkeypatch):

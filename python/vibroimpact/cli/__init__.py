@@ -2,7 +2,8 @@
 
 One module for each command; `options` and `outputs` hold what they share, `system_file` reads
 systems from TOML, `exit_codes` says what the command returns. Results go to the standard output,
-everything else to the standard error stream. Flags are named as in Python, with hyphens.
+everything else to the standard error stream. Flags are named as in Python, with hyphens or
+underscores.
 """
 
 import argparse
@@ -74,9 +75,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         From argparse: code 0 after ``--help`` and ``--version``, 2 for arguments it cannot parse.
     """
     given = sys.argv[1:] if argv is None else argv
-    # argparse takes -1e-3 for an option; with a leading blank it is a value, and float() strips it.
-    words = [f" {word}" if _NEGATIVE_NUMBER.fullmatch(word) else word for word in given]
-    chosen = _parser().parse_args(words)
+    chosen = _parser().parse_args([_word(word) for word in given])
     try:
         code: ExitCode = chosen.run(chosen)
         sys.stdout.flush()
@@ -97,6 +96,19 @@ def main(argv: Sequence[str] | None = None) -> int:
             message += f"; the same command goes on with {chosen.store}"
         return _fail(message, ExitCode.INTERRUPTED)
     return code
+
+
+def _word(word: str) -> str:
+    """Return a word as argparse takes it."""
+    if _NEGATIVE_NUMBER.fullmatch(word):
+        # argparse takes -1e-3 for an option; with a leading blank it is a value, and float()
+        # strips it.
+        return f" {word}"
+    if word.startswith("--"):
+        # Names as in Python, too: --mass_ratio is --mass-ratio.
+        flag, equals, value = word.partition("=")
+        return flag.replace("_", "-") + equals + value
+    return word
 
 
 def _fail(error: object, code: ExitCode) -> ExitCode:
