@@ -1,11 +1,15 @@
 """The package as a whole: exports, light import, lazy plotting."""
 
+import dataclasses
 import subprocess
 import sys
+import typing
 
+import numpy as np
 import pytest
 
 import vibroimpact as vi
+from vibroimpact import atlas, orbits
 
 
 def _run(code: str) -> str:
@@ -21,6 +25,60 @@ def test_every_export_exists_and_is_documented():
     for name in vi.__all__:
         assert getattr(vi, name).__doc__, name
     assert set(vi.__all__) <= set(dir(vi))
+
+
+def test_results_with_arrays_have_a_repr_of_their_own():
+    public = [getattr(part, name) for part in (vi, atlas, orbits) for name in part.__all__]
+    classes = [
+        cls
+        for cls in public
+        if dataclasses.is_dataclass(cls)
+        and any(
+            typing.get_origin(kind) is np.ndarray for kind in typing.get_type_hints(cls).values()
+        )
+    ]
+    assert {vi.MotionSearch, vi.ManifoldSide, orbits.Piece, vi.LyapunovSpectrum} <= {*classes}
+    for cls in classes:
+        # That of a dataclass is wrapped, and prints every array.
+        assert not hasattr(cls.__repr__, "__wrapped__"), cls
+
+
+def test_a_repr_says_in_one_line_what_was_found(system):
+    def text(result):
+        assert "\n" not in repr(result)
+        return repr(result)
+
+    system = system.replace(friction=0.0, drive_frequency=1.8)
+    search = vi.search_motions(system, starts=4, periods=200)
+    assert text(search) == "<MotionSearch from 4 starts: 1-1 100.0%>"
+    motions = vi.periodic_motions(system)
+    stable = sum(motion.stable and motion.admissible for motion in motions)
+    assert f": {len(motions)} solutions, " in text(motions)
+    assert f"{stable} of these stable; 0 intervals undecided>" in text(motions)
+    branch = vi.follow_motion(search.motions[0], drive_frequency=(1.7, 1.9))
+    first, last = branch.pieces[0].values[[0, -1]]
+    assert text(branch.pieces[0]).startswith(
+        f"<Piece 1-1, drive_frequency {first:g} ... {last:g}, "
+    )
+    side = orbits.ManifoldSide(
+        points=np.zeros((3, 4)),
+        breaks=np.array([1]),
+        length=1.5,
+        end="length",
+        attractors=(search.motions[0], "chaotic"),
+    )
+    assert text(side) == "<ManifoldSide of length 1.5, 3 points, ends: length, to 1-1, chaotic>"
+    meeting = orbits.CodimensionTwo(
+        kind="cusp",
+        values=np.array([1.5, 2]),
+        motion=search.motions[0],
+        test="fold",
+        test_value=0.0,
+    )
+    assert text(meeting) == "<cusp of 1-1 at (1.5, 2)>"
+    columns = vi.sweep(system, initial=(0, 0.5, 0, 0), periods=1, gap=[0.5, 0.6]).columns
+    assert text(columns.grid) == "<Grid 2 gap>"
+    assert text(columns.layout).startswith("<Layout of a sweep, <Grid 2 gap>: status, motion, m, n")
 
 
 def test_import_loads_neither_matplotlib_nor_tqdm():

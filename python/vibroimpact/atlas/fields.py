@@ -202,6 +202,11 @@ class Layout:
         if not any((entry.name, entry.dtype) == ("status", "int8") for entry in self.fields):
             raise ValueError("a task has the field STATUS")
 
+    def __repr__(self) -> str:
+        """Kind, grid and names of the arrays."""
+        names = ", ".join(entry.name for entry, _ in self.arrays())
+        return f"<Layout of a {self.kind}, {self.grid}: {names}>"
+
     def arrays(self) -> Iterator[tuple[Field, RowGroup | None]]:
         """Return every array: the fields and counts of the cells (None), the fields of the rows."""
         for entry in (*self.fields, *(group.count for group in self.rows)):

@@ -52,6 +52,11 @@ class Grid:
         """Number of cells."""
         return math.prod(self.shape)
 
+    def __repr__(self) -> str:
+        """Number of values of each axis."""
+        axes = " x ".join(f"{len(values)} {name}" for name, values in self.axes.items())
+        return f"<Grid {axes or 'of one cell'}>"
+
     def values(self, first: int, last: int) -> dict[str, NDArray[np.float64]]:
         """Return the value on each axis of the cells first ... last - 1, shape (last - first,)."""
         number = np.arange(first, last)

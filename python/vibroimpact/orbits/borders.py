@@ -64,6 +64,11 @@ class CodimensionTwo:
     test_value: float
     goes_on: "CodimensionTwo | None" = None
 
+    def __repr__(self) -> str:
+        """Kind, place and motion."""
+        a, b = self.values
+        return f"<{self.kind} of {self.motion.label} at ({a:.12g}, {b:.12g})>"
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BifurcationCurve:

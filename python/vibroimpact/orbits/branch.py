@@ -109,6 +109,14 @@ class Piece:
         impacts = sum(leg.startswith("impact") for leg in legs)
         return f"{self.itinerary.periods}-{'inf' if 'chatter' in legs else impacts}"
 
+    def __repr__(self) -> str:
+        """Label, range and number of points."""
+        low, high = self.values.min(), self.values.max()
+        return (
+            f"<Piece {self.label}, {self.parameter} {low:.6g} ... {high:.6g}, "
+            f"{len(self.values)} points>"
+        )
+
     def motion(self, k: int) -> PeriodicMotion:
         """Return the k-th motion, with its verdict."""
         return motion_of(self._system_at(k), self.itinerary, self.nodes[k].copy())

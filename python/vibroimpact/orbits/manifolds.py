@@ -69,6 +69,19 @@ class ManifoldSide:
         """Return the points between the breaks, as arrays of shape (k, 4)."""
         return np.split(self.points, self.breaks)
 
+    @property
+    def _to(self) -> str:
+        """Where its orbits end up, in words."""
+        names = (x.label if isinstance(x, PeriodicMotion) else x for x in self.attractors)
+        return ", ".join(names) or "unknown"
+
+    def __repr__(self) -> str:
+        """Length, number of points, end, and where it leads."""
+        return (
+            f"<ManifoldSide of length {self.length:.6g}, {len(self.points)} points, "
+            f"ends: {self.end}, to {self._to}>"
+        )
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UnstableManifold:
@@ -111,10 +124,7 @@ class UnstableManifold:
 
     def __repr__(self) -> str:
         """Motion, multiplier and where the sides lead."""
-        ends = " and ".join(
-            ", ".join(x.label if isinstance(x, PeriodicMotion) else x for x in side.attractors)
-            for side in self.sides
-        )
+        ends = " and ".join(side._to for side in self.sides)
         return (
             f"<UnstableManifold of {self.motion.label}, lambda = {self.multiplier:.6g}, to {ends}>"
         )

@@ -77,6 +77,13 @@ class MotionSearch:
     starts: Array
     reached: NDArray[np.int64]
 
+    def __repr__(self) -> str:
+        """Say what the starts end on, with its share."""
+        labels = [motion.label for motion in self.motions]
+        ends = [*zip(labels, self.shares, strict=True), *self.others.items()]
+        texts = ", ".join(f"{label} {share:.1%}" for label, share in ends)
+        return f"<MotionSearch from {len(self.starts)} starts: {texts}>"
+
 
 def solve_orbit(
     system: System, itinerary: _core.Itinerary, nodes: Array, **paper: Any

@@ -93,6 +93,17 @@ class PeriodicMotions(Sequence[PeriodicMotion]):
         """Pass through the solutions."""
         return iter(self.motions)
 
+    def __repr__(self) -> str:
+        """Count solutions and motions, and say where they were searched."""
+        admissible = [motion for motion in self.motions if motion.admissible]
+        stable = sum(motion.stable for motion in admissible)
+        low, high = self.within
+        return (
+            f"<PeriodicMotions with x1 in [{low:.6g}, {high:.6g}]: {len(self)} solutions, "
+            f"{len(admissible)} admissible, {stable} of these stable; "
+            f"{len(self.undecided)} intervals undecided>"
+        )
+
 
 def periodic_motions(
     system: System, n: int = 1, *, within: tuple[float, float] | None = None
