@@ -7,6 +7,8 @@ slip ends within the impact while x1'/u < (1 + r) k/(mbar + k cos x1).
 Source: docs/theory.md, section 4; Han, Jin & Hu (2004), section 2. All quantities dimensionless.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

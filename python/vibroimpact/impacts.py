@@ -7,6 +7,8 @@ Along the normal impulse P, with u = x1' cos x1 - x2' and s = sgn x1':
 Source: docs/theory.md, section 4; Han, Jin & Hu (2004), section 2. All quantities dimensionless.
 """
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np

@@ -4,6 +4,8 @@ Field names and meanings are those of docs/notation.md; all quantities are dimen
 numbers live in the compiled core; a Run hands them out as read-only arrays, built when first used.
 """
 
+from __future__ import annotations
+
 import dataclasses
 import math
 import os
@@ -319,7 +321,7 @@ class Run:
         time: float | None = None,
         keep: int | None = None,
         max_events: int | None = None,
-    ) -> "Run":
+    ) -> Run:
         """Go on for so many further periods or so much further time, bit for bit as one long run.
 
         Parameters
@@ -345,7 +347,7 @@ class Run:
         raise_if_interrupted(run)
         return run
 
-    def refine(self) -> "PeriodicMotion | NotFound":
+    def refine(self) -> PeriodicMotion | NotFound:
         """Find the periodic motion that this run has settled on, to rounding, with its verdict.
 
         Newton's method with exact derivatives starts from the end of the run; the sequence of

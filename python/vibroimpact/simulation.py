@@ -1,5 +1,7 @@
 """The call that simulates one motion or many (docs/theory.md, sections 2 to 6)."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any, overload
 

@@ -1,6 +1,7 @@
 """The package as a whole: exports, light import, lazy plotting."""
 
 import dataclasses
+import inspect
 import subprocess
 import sys
 import typing
@@ -79,6 +80,19 @@ def test_a_repr_says_in_one_line_what_was_found(system):
     columns = vi.sweep(system, initial=(0, 0.5, 0, 0), periods=1, gap=[0.5, 0.6]).columns
     assert text(columns.grid) == "<Grid 2 gap>"
     assert text(columns.layout).startswith("<Layout of a sweep, <Grid 2 gap>: status, motion, m, n")
+
+
+def test_signatures_are_short_enough_for_help():
+    # ArrayLike spelled out is 300 characters of unions; annotations stay the names they are.
+    public = [getattr(part, name) for part in (vi, vi.plot, atlas, orbits) for name in part.__all__]
+    functions = {found for found in public if inspect.isfunction(found)}
+    for cls in filter(inspect.isclass, public):
+        functions |= {each for _, each in inspect.getmembers(cls, inspect.isfunction)}
+    assert {vi.sweep, vi.simulate, vi.impact, vi.Run.trajectory, vi.plot.basins} <= functions
+    for function in functions:
+        text = str(inspect.signature(function))
+        assert len(text) < 1500, function
+        assert "SupportsArray" not in text, function
 
 
 def test_import_loads_neither_matplotlib_nor_tqdm():

@@ -5,6 +5,8 @@ Uncertainty exponent: C. Grebogi, S. W. McDonald, E. Ott and J. A. Yorke, Phys. 
 Sci. Rep. 6, 31416 (2016).
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

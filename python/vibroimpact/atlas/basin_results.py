@@ -1,5 +1,7 @@
 """Basins of attraction as a result: which cell belongs to which attractor, and what follows."""
 
+from __future__ import annotations
+
 import dataclasses
 import json
 import os
@@ -161,7 +163,7 @@ class Basins:
         """
         return basin_entropy(self.attractor, box=box)
 
-    def to_xarray(self) -> "xarray.Dataset":
+    def to_xarray(self) -> xarray.Dataset:
         """Return attractor, status, settling and label over both axes as an xarray data set.
 
         Raises
@@ -205,7 +207,7 @@ class Basins:
         write_basins(path, self)
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> "Basins":
+    def load(cls, path: str | os.PathLike[str]) -> Basins:
         """Read basins from the file that ``save`` wrote.
 
         Raises

@@ -7,6 +7,8 @@ known. Attractors change between passes over the cells only, never within one, s
 has the same bits however the cells are divided among chunks, threads and machines.
 """
 
+from __future__ import annotations
+
 import dataclasses
 import hashlib
 import json

@@ -1,5 +1,7 @@
 """Bifurcation diagrams: the long-term motion as one parameter of a system varies."""
 
+from __future__ import annotations
+
 import dataclasses
 import os
 from collections.abc import Callable, Iterable, Sequence

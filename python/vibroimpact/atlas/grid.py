@@ -4,6 +4,8 @@ A cell is one point of the grid; its number runs through the last axis fastest. 
 more than the axes themselves, so that a grid of a billion cells costs no more than its two axes.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -87,7 +89,7 @@ class Tiling:
     tile: tuple[int, ...]
 
     @classmethod
-    def of(cls, shape: tuple[int, ...], most: int) -> "Tiling":
+    def of(cls, shape: tuple[int, ...], most: int) -> Tiling:
         """Cut into tiles of at most so many cells, nearly equal ones along the axis that is cut."""
         tile: list[int] = []
         room = most

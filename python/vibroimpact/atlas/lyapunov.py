@@ -4,6 +4,8 @@ The perturbations are propagated by the exact derivatives of flights, impacts, c
 phases (docs/theory.md, section 7), and kept orthonormal (Benettin et al. 1980).
 """
 
+from __future__ import annotations
+
 import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -86,7 +88,7 @@ class LyapunovSpectrum:
         """Sum of the exponents: the mean rate of contraction of volumes."""
         return float(self.exponents.sum())
 
-    def to_xarray(self) -> "xarray.Dataset":
+    def to_xarray(self) -> xarray.Dataset:
         """Return the exponents, their errors and their history as a labelled data set.
 
         Raises

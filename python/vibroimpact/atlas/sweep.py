@@ -1,5 +1,7 @@
 """Sweeps: one labelled run for each cell of a grid of any number of axes; charts have two."""
 
+from __future__ import annotations
+
 import os
 from typing import Any
 

@@ -8,6 +8,8 @@ bodies approach before each impact, do not overlap in between, and every leg end
 return map (section 7).
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from functools import cached_property

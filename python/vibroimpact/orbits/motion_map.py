@@ -3,6 +3,8 @@
 The equations of all grid points are solved together; see `single_impact` for one system.
 """
 
+from __future__ import annotations
+
 import itertools
 import math
 from collections.abc import Mapping

@@ -11,6 +11,8 @@ has a border of its own. Beyond a grazing or a regime border the motion may go o
 with other legs: that is another region.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,6 +5,8 @@ times are found by Newton's method with exact derivatives (docs/theory.md, secti
 not.
 """
 
+from __future__ import annotations
+
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
