@@ -5,6 +5,7 @@ Rust blocks of the README are executed by rustdoc (``make test``).
 
 import dataclasses
 import re
+import tomllib
 from pathlib import Path
 
 import matplotlib as mpl
@@ -32,6 +33,20 @@ def first_column(section: str) -> list[str]:
 
 
 PAGES_WITH_BLOCKS = [page for page in PAGES if blocks(page)]
+
+
+def test_the_rust_version_that_is_named_is_no_older_than_that_of_the_crate():
+    def version(text: str) -> tuple[int, ...]:
+        return tuple(map(int, text.split(".")))
+
+    named = {
+        found
+        for page in ("README.md", "CONTRIBUTING.md")
+        for found in re.findall(r"Rust ([\d.]+\d) or", (ROOT / page).read_text(encoding="utf-8"))
+    }
+    assert len(named) == 1  # one version, wherever it is named
+    manifest = tomllib.loads((ROOT / "Cargo.toml").read_text(encoding="utf-8"))
+    assert version(*named) >= version(manifest["package"]["rust-version"])
 
 
 def test_the_readme_has_examples():
