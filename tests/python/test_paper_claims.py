@@ -73,12 +73,19 @@ def test_a_bounded_perturbation_refutes_chaos():
     assert f"at most {growth.max():.2g}-fold" in claim.evidence
 
 
-def test_the_long_run_of_a_locked_motion_names_its_period():
+def test_a_motion_that_settles_slowly_has_its_label_from_600_periods_on():
+    # What README and erratum E10 say of Fig. 9(4).
     motion = BY_ID["9(4)"]
+    run = simulated(motion)
     long_run = vi.simulate(motion.system, initial=INITIAL, periods=20000, keep=2000)
-    assert long_run.period.residual < 1e-9
-    claim = claims.evaluate(motion, simulated(motion), long_run=long_run)
-    assert claim.verdict == "refuted"
+    assert run.label == long_run.label == "154-77"
+    assert run.period.residual == pytest.approx(1.07e-3, rel=0.01)
+    assert long_run.period.residual < 1e-12
+    refined = long_run.refine()
+    assert refined.stable
+    assert refined.multipliers[0] == pytest.approx(-0.745, abs=1e-3)
+    claim = claims.evaluate(motion, run, long_run=long_run)
+    assert (claim.found, claim.verdict) == ("154-77", "refuted")
     assert f"after 20000 periods the motion is {long_run.label}" in claim.evidence
 
 
