@@ -315,10 +315,11 @@ impl<G: Geometry> Search<'_, G> {
         // The hump's top by the parabola through (g, g', g'').
         let level = GRAZE_NOISE * self.gap.noise(sample.time + h);
         let height = near.rate * near.rate - 2.0 * near.second * near.value;
-        if near.second < 0.0 && height <= -2.0 * near.second * level {
-            if let Some(settled) = self.hump(sample, level) {
-                return settled;
-            }
+        if near.second < 0.0
+            && height <= -2.0 * near.second * level
+            && let Some(settled) = self.hump(sample, level)
+        {
+            return settled;
         }
         // Once more with care: whatever is lost here stays in the motion.
         let sample = &self.evaluate_exactly(sample.time);

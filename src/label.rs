@@ -17,6 +17,9 @@ const AT_SECTION: f64 = 1e-6;
 const SETTLED: f64 = 1e-8;
 /// Shortest one that shows that perturbations do not grow.
 const NO_GROWTH: u32 = 1600;
+/// Part by which the rate seen in the sections of a convergence and that of its multipliers differ
+/// at most.
+const SAME_RATE: f64 = 0.2;
 
 impl Run {
     /// Period and label of the motion in the kept window; measures the growth of a perturbation
@@ -59,19 +62,31 @@ impl Run {
 
     /// Follows a motion that still approaches its orbit until it has come close, or for as long as a
     /// growth is measured.
-    fn settled(&self, report: &PeriodReport, mut later: Option<Run>) -> Option<Run> {
-        let (mut periods, longest) = GROWTH_PERIODS;
-        let mut residual = report.residual;
-        while report.orbit.is_some() && residual > SETTLED && periods <= longest {
+    fn settled(&self, report: &PeriodReport, later: Option<Run>) -> Option<Run> {
+        let orbit = report.orbit;
+        let arrived = |r: &PeriodReport| r.orbit != orbit || r.residual <= SETTLED;
+        let (found, later) = self.followed(*report, later, arrived);
+        later.filter(|_| found.orbit == orbit)
+    }
+
+    /// Follows a motion that repeats or converges by further and further periods until `arrived`,
+    /// or for as long as a growth is measured.
+    fn followed(
+        &self,
+        mut report: PeriodReport,
+        mut later: Option<Run>,
+        arrived: impl Fn(&PeriodReport) -> bool,
+    ) -> (PeriodReport, Option<Run>) {
+        let (shortest, longest) = GROWTH_PERIODS;
+        // A slow spiral that this window shows, a shorter one need not.
+        let mut periods = shortest.max(later.as_ref().unwrap_or(self).kept_periods());
+        while report.orbit.is_some() && !arrived(&report) && periods <= longest {
             let run = later.as_ref().unwrap_or(self);
-            let Some((found, next)) = run.later(periods, run.options.section_phase) else { break };
-            if found.orbit != report.orbit {
-                break;
-            }
-            (residual, later) = (found.residual, Some(next));
+            let Some(next) = run.later(periods, run.options.section_phase) else { break };
+            (report, later) = (next.0, Some(next.1));
             periods *= 2;
         }
-        later
+        (report, later)
     }
 
     /// The verdict, and the run on which it stands if that is a later one.
@@ -83,10 +98,50 @@ impl Run {
             report.method = "the run did not complete";
             return (report, None);
         }
-        if report.kind != Kind::Unresolved || !report.residual.is_finite() {
+        if !report.residual.is_finite() {
             return (report, later);
         }
-        self.judged_by_growth(report)
+        self.lasting(report, later).unwrap_or_else(|| {
+            let kind = Kind::Unresolved;
+            self.judged_by_growth(PeriodReport { orbit: None, kind, ..report })
+        })
+    }
+
+    /// The period of a motion whose sections return or draw together, and the run that shows it;
+    /// `None` if they only seemed to. They will return if perturbations of the motion shrink as fast
+    /// as they draw together, else if they do so when followed further.
+    fn lasting(
+        &self,
+        report: PeriodReport,
+        later: Option<Run>,
+    ) -> Option<(PeriodReport, Option<Run>)> {
+        let run = later.as_ref().unwrap_or(self);
+        if !report.still_converges() || run.contracts_like(&report) {
+            return report.orbit.is_some().then_some((report, later));
+        }
+        let (found, last) = self.followed(report, None, |r| !r.still_converges());
+        let run = last.as_ref().unwrap_or(self);
+        if found.orbit.is_none() || found.still_converges() && run.contraction(&found).is_none() {
+            return None;
+        }
+        if found.orbit == report.orbit {
+            return Some((report, last));
+        }
+        let (method, confidence) = ("returns when followed further", 0.9 * found.confidence);
+        Some((PeriodReport { confidence, method, ..found }, last))
+    }
+
+    /// ln|lambda| per drive period of the last orbit, if perturbations shrink along it.
+    fn contraction(&self, report: &PeriodReport) -> Option<f64> {
+        let [exponent, _] = exponent_of_orbit(self, report.orbit?.0)?;
+        Some(exponent * self.system.drive_period()).filter(|&log| log < 0.0)
+    }
+
+    /// Whether perturbations shrink as fast as the sections draw together.
+    fn contracts_like(&self, report: &PeriodReport) -> bool {
+        self.contraction(report).is_some_and(|log| {
+            log.is_finite() && (report.rate.ln() - log).abs() <= SAME_RATE * log.abs()
+        })
     }
 
     /// The period from the sections alone. Where an impact falls on the section, rounding puts it
@@ -104,8 +159,7 @@ impl Run {
             return (report, None);
         }
         let elsewhere = (self.options.section_phase + FRAC_PI_2).rem_euclid(TAU);
-        let kept = u32::try_from(self.stroboscopic.len()).unwrap_or(u32::MAX);
-        match self.later(kept, elsewhere) {
+        match self.later(self.kept_periods(), elsewhere) {
             Some((moved, later)) if moved.orbit.is_some() => (moved, Some(later)),
             _ => (report, None),
         }
@@ -146,7 +200,9 @@ impl Run {
             if shrinks || stays {
                 // It still settles, or has settled late: it will return.
                 let later = self.later(periods, self.options.section_phase);
-                if let Some((found, later)) = later.filter(|(found, _)| found.orbit.is_some()) {
+                if let Some((found, later)) = later.and_then(|(r, later)| {
+                    later.lasting(r, None).map(|(found, last)| (found, last.unwrap_or(later)))
+                }) {
                     let method = "perturbations do not grow; returns when followed further";
                     let confidence = 0.7 * found.confidence;
                     let growth = report.growth;
@@ -163,6 +219,10 @@ impl Run {
         }
         report.method = "no return found, growth undecided";
         (report, None)
+    }
+
+    fn kept_periods(&self) -> u32 {
+        u32::try_from(self.stroboscopic.len()).unwrap_or(u32::MAX)
     }
 
     /// What the sections of so many further drive periods say.

@@ -1,8 +1,9 @@
 //! Period m-n of a motion from its stroboscopic section, and its label.
 //!
 //! m is the smallest number of drive periods after which the section returns with equal impact
-//! counts, the distance being small or falling geometrically. A motion that does not return is
-//! judged by the growth of a small perturbation (label.rs).
+//! counts, the distance being small or falling geometrically. What falls may yet turn round (a
+//! passage along a saddle, a lucky stretch of chaos): label.rs asks the motion itself, and judges one
+//! that does not return by the growth of a small perturbation.
 
 /// A distance below this, relative to the motion's size, is a return; the steady state of a
 /// damped motion repeats to 1e-13.
@@ -14,6 +15,10 @@ const FALL: f64 = 0.97;
 const REACH: f64 = 0.25;
 /// Fewest sections from which a period is told: too few make a slow drift look like convergence.
 const SHORTEST_TAIL: usize = 100;
+/// Methods of a verdict from sections alone.
+const RETURNS: &str = "returns";
+const CONVERGES: &str = "converges geometrically";
+
 /// Growth of a small perturbation along a motion (lyapunov.rs).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Growth {
@@ -92,6 +97,11 @@ impl Kind {
 }
 
 impl PeriodReport {
+    /// Whether the period is one that the sections only draw near to.
+    pub(crate) fn still_converges(&self) -> bool {
+        self.orbit.is_some() && self.method == CONVERGES
+    }
+
     /// The label: `3-4`, `1-0`, `2-inf` (chatter), `quasi-periodic`, `chaotic`, `unresolved`.
     #[must_use]
     pub fn label(&self) -> String {
@@ -113,8 +123,9 @@ fn size(sections: &[[f64; 4]]) -> f64 {
 }
 
 /// Looks for a period in consecutive sections; `counts[k]` are the impacts in the drive period
-/// that ends at section k, [`CHATTERING`] where they are infinitely many. A motion that still moved early in the window may have settled late in
-/// it: if the whole window shows no return, its last half, quarter ... are tried.
+/// that ends at section k, [`CHATTERING`] where they are infinitely many. A motion that still moved
+/// early in the window may have settled late in it: if the whole window shows no return, its last
+/// half, quarter ... are tried.
 #[must_use]
 pub fn detect_period(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
     let whole = detect_in(sections, counts);
@@ -173,7 +184,7 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
             residual: residual(sections, m),
             rate: approach.map_or(1.0, |a| a.rate),
             confidence: if small { 1.0 } else { 0.9 },
-            method: if small { "returns" } else { "converges geometrically" },
+            method: if small { RETURNS } else { CONVERGES },
             kind: Kind::Periodic,
             ..report
         };

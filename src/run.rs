@@ -302,10 +302,10 @@ impl Run {
         }
         for event in &self.contacts {
             let row = row(event.period, event.time_in_period);
-            if let Some(count) = row.and_then(|row| counts.get_mut(row)) {
-                if event.kind == EventKind::Chatter as i64 {
-                    *count = CHATTERING;
-                }
+            if let Some(count) = row.and_then(|row| counts.get_mut(row))
+                && event.kind == EventKind::Chatter as i64
+            {
+                *count = CHATTERING;
             }
         }
         // A first interval that begins before the window: its count is not known.

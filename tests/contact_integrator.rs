@@ -50,7 +50,7 @@ impl Case {
     /// second one is damped. Friction stays away from Painleve points, mu < 2 sqrt(mbar (1 + mbar)).
     fn draw(rng: &mut ChaCha8Rng, index: usize) -> Self {
         let mut uniform = |low: f64, high: f64| rng.random_range(low..high);
-        let direct = index % 4 == 0;
+        let direct = index.is_multiple_of(4);
         let mbar = uniform(0.1, 3.0);
         let friction = if index % 4 > 1 {
             uniform(0.0, 1.4) * (mbar * (1.0 + mbar)).sqrt().min(1.0)

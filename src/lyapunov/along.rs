@@ -230,10 +230,10 @@ impl Along {
                     None => return Err(Broken::Stopped(StopReason::Completed)),
                 },
             };
-            if let Event::Stop(stop) = event {
-                if !stop.reason.reached_the_end() {
-                    return Err(Broken::Stopped(stop.reason));
-                }
+            if let Event::Stop(stop) = event
+                && !stop.reason.reached_the_end()
+            {
+                return Err(Broken::Stopped(stop.reason));
             }
             let clock = event.clock();
             let stops = matches!(event, Event::Stop(_));

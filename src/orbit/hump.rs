@@ -43,10 +43,10 @@ pub(super) fn highest(
             Contact::Oblique => in_chunk::<Oblique>(model, &flight, span, first, &mut lowest),
             Contact::Direct => in_chunk::<Direct>(model, &flight, span, first, &mut lowest),
         };
-        if let Some((time, gap)) = found {
-            if highest.is_none_or(|(_, most)| gap > most) {
-                highest = Some((passed + time, gap));
-            }
+        if let Some((time, gap)) = found
+            && highest.is_none_or(|(_, most)| gap > most)
+        {
+            highest = Some((passed + time, gap));
         }
         (passed, first) = (passed + span, false);
     }

@@ -251,11 +251,11 @@ impl PyRun {
             Horizon::Time(more) => Horizon::Time(self.0.final_state.time + more),
             other @ Horizon::Impacts { .. } => other,
         };
-        if let (Some(keep), Some(periods)) = (keep, periods) {
-            if keep > periods {
-                let allowed = "a whole number in [0, periods]";
-                return Err(ParameterError::new("keep", keep, allowed).into());
-            }
+        if let (Some(keep), Some(periods)) = (keep, periods)
+            && keep > periods
+        {
+            let allowed = "a whole number in [0, periods]";
+            return Err(ParameterError::new("keep", keep, allowed).into());
         }
         let options = RunOptions {
             horizon,

@@ -85,12 +85,13 @@ pub(crate) fn least_in_slide(
             let time = passed + end * i as f64 / SAMPLES as f64;
             for (which, recent) in recent.iter_mut().enumerate() {
                 recent.push((time, at(which, time)));
-                if let [.., a, b, c] = recent[..] {
-                    if b.1 < a.1 && b.1 <= c.1 {
-                        let (time, value) = minimum(a.0, c.0, |t| at(which, t));
-                        if least[which].is_none_or(|(_, lowest)| value < lowest) {
-                            least[which] = Some((time, value));
-                        }
+                if let [.., a, b, c] = recent[..]
+                    && b.1 < a.1
+                    && b.1 <= c.1
+                {
+                    let (time, value) = minimum(a.0, c.0, |t| at(which, t));
+                    if least[which].is_none_or(|(_, lowest)| value < lowest) {
+                        least[which] = Some((time, value));
                     }
                 }
             }

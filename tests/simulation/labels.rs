@@ -73,3 +73,23 @@ fn a_motion_that_strikes_at_its_section_has_its_label() {
         }
     }
 }
+
+#[test]
+fn a_passage_along_a_saddle_is_no_period() {
+    // Cells (i, j) of a chart of 400 x 400 of Fig. 4's system, the last 100 of whose 400 periods draw
+    // together as if to an orbit, which is unstable, or are chaos that happens to shrink.
+    let cells = [(37, 357), (112, 393), (149, 222), (222, 241), (266, 305), (269, 273), (343, 324)];
+    let mut drawn_together = 0;
+    for (i, j) in cells.map(|(i, j)| (f64::from(i), f64::from(j))) {
+        let system = paper(0.2 + 3.8 * i / 399.0 + 1e-4 * 2f64.sqrt())
+            .moment_amplitude(0.1 + 1.9 * j / 399.0)
+            .build()
+            .unwrap();
+        let run = go(&system, paper_start(), RunOptions::periods(400).keep(100));
+        let (report, [exponent, error]) = run.period_and_exponent();
+        println!("{i} {j} {:?} {} {exponent}", run.section_report().orbit, report.label());
+        assert!(report.orbit.is_none() || exponent < 2.0 * error, "{}", report.label());
+        drawn_together += usize::from(run.section_report().orbit.is_some());
+    }
+    assert!(drawn_together >= 3, "{drawn_together}");
+}

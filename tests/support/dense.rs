@@ -128,13 +128,13 @@ impl DenseFlight {
             let threshold = level(b.time.hi);
             // Bracket of a rise above the level: up to the top between, or up to b.
             let mut above = (b.gap.hi > threshold).then_some(b);
-            if Self::may_reach(&a, &b, threshold) {
-                if let Some(place) = self.maximum(&a, &b) {
-                    if place.gap.value.hi > threshold {
-                        above = Some(self.sample(place.time, place.point));
-                    } else if place.gap.value.hi >= -threshold {
-                        seen.humps.push(place);
-                    }
+            if Self::may_reach(&a, &b, threshold)
+                && let Some(place) = self.maximum(&a, &b)
+            {
+                if place.gap.value.hi > threshold {
+                    above = Some(self.sample(place.time, place.point));
+                } else if place.gap.value.hi >= -threshold {
+                    seen.humps.push(place);
                 }
             }
             if let Some(above) = above {
