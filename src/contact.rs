@@ -15,6 +15,7 @@ use crate::flight::{Flight, FreeMotion, Motion};
 use crate::gap::{Direct, GapFlight, GapPoint, Geometry, Oblique};
 use crate::majorant::first_root;
 use crate::params::Contact;
+use crate::scan::{Scan, scan};
 use crate::state::State;
 use crate::tolerance::{
     EPS, FLIGHT_NOISE, GRAZE_NOISE, PAUSE_NOISE, RELEASE_PROBE, SEARCH_PATIENCE, SEARCH_STEPS,
@@ -41,11 +42,10 @@ pub enum Found {
     Contact(Touch),
     /// The gap rises to zero within rounding and falls again: no impulse.
     Graze(Touch),
-    /// No contact in the local flight.
-    Nothing,
-    /// No contact up to this local time. The motion has calmed since the start, or turns so fast
-    /// that many steps were needed: a new local flight from here has closer bounds.
-    Paused(f64),
+    /// No contact up to this local time: the end of the local flight, or later where that was free
+    /// to find out. Earlier only after very many evaluations. The search goes on as a new local
+    /// flight, with bounds of its own.
+    Clear(f64),
     /// The bodies are on the contact without separating (g = g' = 0 to rounding, g'' >= 0), as a
     /// rule at the start of the flight: contact lasts.
     Resting(Touch),
@@ -110,9 +110,27 @@ fn search<G: Geometry>(
     span: f64,
 ) -> ContactReport {
     let touching = matches!(start, Start::Touching | Start::Released);
+    let mut clear = 0.0;
+    let mut scanned = 0;
+    if let Start::Apart | Start::Touching = start {
+        let report = scan::<G>(motion, flight, delta, touching, span);
+        scanned = report.evaluations;
+        match report.found {
+            Scan::Clear(time) => {
+                return ContactReport { found: Found::Clear(time), evaluations: scanned };
+            }
+            Scan::Contact(time) => {
+                let gap = GapFlight::<G>::within(motion, flight, delta, touching, report.bounds);
+                let mut search = Search { gap, span, evaluations: scanned };
+                let found = search.meet(time, 0.0);
+                return ContactReport { found, evaluations: search.evaluations };
+            }
+            Scan::Unsure(time) => clear = time,
+        }
+    }
     let gap = GapFlight::<G>::new(motion, flight, delta, touching);
-    let mut search = Search { gap, span, evaluations: 0 };
-    let found = search.run(start);
+    let mut search = Search { gap, span, evaluations: scanned };
+    let found = search.run(start, clear);
     ContactReport { found, evaluations: search.evaluations }
 }
 
@@ -168,13 +186,15 @@ impl<G: Geometry> Search<'_, G> {
         }
     }
 
-    fn run(&mut self, start: Start) -> Found {
-        let mut sample = self.evaluate(if let Start::Grazed(time) = start { time } else { 0.0 });
+    /// `clear`: up to this local time there is no contact.
+    fn run(&mut self, start: Start, clear: f64) -> Found {
+        let mut sample = self.evaluate(if let Start::Grazed(time) = start { time } else { clear });
         if !(self.gap.fourth_bound.is_finite() && sample.gap.value.is_finite()) {
             return Found::NotFinite;
         }
         let rest = self.gap.rest;
         let mut lift = match start {
+            _ if clear > 0.0 => Lift::None,
             Start::Apart => Lift::None,
             Start::Grazed(_) => Lift::Twice,
             Start::Touching if sample.gap.rate < -rest => Lift::Once,
@@ -215,7 +235,7 @@ impl<G: Geometry> Search<'_, G> {
             let left = self.span - s;
             let mut step = self.safe_step(&gap, lift, left.min(reach), graze);
             if step >= left {
-                return Found::Nothing;
+                return Found::Clear(self.span);
             }
             let remainder = self.gap.fourth_bound / 24.0 * step.powi(4);
             let tiny = remainder <= TAYLOR_PART * self.gap.noise(s + step) || s + step == s;
@@ -225,7 +245,7 @@ impl<G: Geometry> Search<'_, G> {
                 let level = GRAZE_NOISE * self.gap.noise(s + step);
                 step = step.max(self.flat_step(&gap, left.min(reach), level));
                 if step >= left {
-                    return Found::Nothing;
+                    return Found::Clear(self.span);
                 }
                 sample = self.evaluate((s + step).max(s.next_up()));
                 let level = GRAZE_NOISE * self.gap.noise(sample.time);
@@ -250,7 +270,7 @@ impl<G: Geometry> Search<'_, G> {
             if self.evaluations > SEARCH_PATIENCE
                 && -sample.gap.value > PAUSE_NOISE * self.gap.fresh_noise
             {
-                return Found::Paused(sample.time);
+                return Found::Clear(sample.time);
             }
         }
         if sample.gap.value.is_finite() { Found::Stalled } else { Found::NotFinite }
@@ -321,12 +341,16 @@ impl<G: Geometry> Search<'_, G> {
         {
             return settled;
         }
-        // Once more with care: whatever is lost here stays in the motion.
-        let sample = &self.evaluate_exactly(sample.time);
         // First the parabola's root, which exists by the above, then Newton on the cubic.
         let slope = near.rate + height.max(0.0).sqrt();
-        let mut offset = h - if slope > 0.0 { 2.0 * near.value / slope } else { 0.0 };
-        let mut sample = *sample;
+        let offset = h - if slope > 0.0 { 2.0 * near.value / slope } else { 0.0 };
+        Settled::Found(self.meet(sample.time, offset))
+    }
+
+    /// The contact that lies at about `offset` after `time`.
+    fn meet(&mut self, time: f64, mut offset: f64) -> Found {
+        // Once more with care: whatever is lost here stays in the motion.
+        let mut sample = self.evaluate_exactly(time);
         for _ in 0..SETTLE_STEPS {
             for _ in 0..3 {
                 let at = sample.gap.later(offset);
@@ -344,7 +368,7 @@ impl<G: Geometry> Search<'_, G> {
             sample = self.evaluate_exactly(time);
             offset = 0.0;
         }
-        Settled::Found(Found::Contact(self.touch(&sample, offset)))
+        Found::Contact(self.touch(&sample, offset))
     }
 
     /// Top of the hump ahead, unless it is higher than `level`.
@@ -369,7 +393,7 @@ impl<G: Geometry> Search<'_, G> {
         }
         Some(if top.time == self.span && top.gap.rate > 0.0 {
             // The top belongs to the next local flight.
-            Settled::Found(Found::Nothing)
+            Settled::Found(Found::Clear(self.span))
         } else if top.gap.value < -level {
             Settled::Below(top)
         } else {

@@ -9,11 +9,14 @@
 mod drive;
 mod oscillator;
 mod resonance;
+mod table;
 
 pub(crate) use drive::{Drive, Trig};
 pub(crate) use oscillator::{BodyFlight, Bounds, Motion, Oscillator};
+pub(crate) use table::{LEVELS, Point, Table};
 
 use crate::double_double::DoubleDouble;
+use crate::lanes::LANES;
 use crate::params::System;
 use crate::state::{Clock, State};
 use crate::tolerance::CHUNK_TURNS;
@@ -26,6 +29,7 @@ pub struct FreeMotion {
     pub(crate) oscillator: Oscillator,
     /// Longest local flight.
     pub(crate) span: f64,
+    tables: table::Tables,
 }
 
 impl FreeMotion {
@@ -46,6 +50,7 @@ impl FreeMotion {
             ),
             oscillator: body(1.0, system.oscillator_damping, system.force_amplitude),
             span,
+            tables: table::Tables::default(),
         }
     }
 
@@ -68,6 +73,19 @@ impl FreeMotion {
         }
     }
 
+    /// Length of the steps of a level of tables.
+    #[inline(always)]
+    pub(crate) fn step(&self, level: usize) -> f64 {
+        self.span / (LANES << level) as f64
+    }
+
+    /// The table of a level.
+    #[inline(always)]
+    pub(crate) fn table(&self, level: usize) -> &Table {
+        let make = || Table::new(self.step(level), &self.drive, &self.pendulum, &self.oscillator);
+        self.tables.get(level, make)
+    }
+
     /// Motion of pendulum and oscillator at time `s` after the start: increment of the
     /// displacement, rate, and their next two derivatives from the equation of motion.
     #[inline]
@@ -87,9 +105,10 @@ impl FreeMotion {
     /// contact, once per flight.
     pub(crate) fn at_exactly(&self, flight: &Flight, s: f64) -> (Motion, Motion) {
         let turn = self.drive.turned_exactly(flight.start, s);
+        let phase = || self.drive.trig_exactly(flight.clock);
         (
-            self.pendulum.at_exactly(&flight.pendulum, s, &turn),
-            self.oscillator.at_exactly(&flight.oscillator, s, &turn),
+            self.pendulum.at_exactly(&flight.pendulum, s, &turn, phase),
+            self.oscillator.at_exactly(&flight.oscillator, s, &turn, phase),
         )
     }
 
@@ -110,6 +129,15 @@ impl FreeMotion {
             v1: p.rate,
             x2: flight.state.x2 + o.increment,
             v2: o.rate,
+        }
+    }
+
+    /// State at any local time: beyond the span with the angles reduced.
+    pub(crate) fn state_within(&self, flight: &Flight, s: f64) -> State {
+        if s <= self.span {
+            self.state_at(flight, s)
+        } else {
+            self.state_after(flight, DoubleDouble::new(s))
         }
     }
 
@@ -146,7 +174,7 @@ impl FreeMotion {
 pub struct Flight {
     pub(crate) clock: Clock,
     pub(crate) state: State,
-    start: Trig,
-    pendulum: BodyFlight,
-    oscillator: BodyFlight,
+    pub(crate) start: Trig,
+    pub(crate) pendulum: BodyFlight,
+    pub(crate) oscillator: BodyFlight,
 }

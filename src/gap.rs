@@ -4,6 +4,7 @@
 //! *oblique*: g = sin x1 - x2 - delta; *direct*: g = x1 - x2 - delta.
 
 use crate::flight::{Flight, FreeMotion, Motion};
+use crate::lanes;
 use crate::params::{Contact, System};
 use crate::state::State;
 use crate::tolerance::{BOUND_MARGIN, EPS, FLIGHT_NOISE, GAP_NOISE, REST_NOISE};
@@ -48,6 +49,10 @@ pub(crate) trait Geometry {
     fn slope_noise(x1: f64, speed: f64) -> f64;
     /// Bound of the fourth derivative of the tip's position, from bounds of x1', ..., x1''''.
     fn fourth(bounds: &[f64; 4]) -> f64;
+    /// Position of the tip and its two derivatives, for the first pass of the contact search.
+    fn tip_fast(x1: f64, v1: f64, a1: f64) -> [f64; 3];
+    /// Bounds of the derivatives 4 to 6 of the tip's position, from those of x1.
+    fn high_derivatives(bounds: &[f64; 6]) -> [f64; 3];
 }
 
 pub(crate) struct Oblique;
@@ -86,6 +91,28 @@ impl Geometry for Oblique {
         // (sin x)'''' = cos x (x'''' - 6 x'^2 x'') - sin x (4 x' x''' + 3 x''^2 - x'^4)
         (s + 6.0 * v * v * a).hypot(4.0 * v * j + 3.0 * a * a + v.powi(4))
     }
+
+    #[inline(always)]
+    fn tip_fast(x1: f64, v1: f64, a1: f64) -> [f64; 3] {
+        let (sin, cos) = lanes::sin_cos(x1);
+        [sin, v1 * cos, a1 * cos - v1 * v1 * sin]
+    }
+
+    #[inline(always)]
+    fn high_derivatives(&[a, b, c, d, e, f]: &[f64; 6]) -> [f64; 3] {
+        // Complete Bell polynomials: all terms of the derivatives of sin x1(t), taken positive.
+        let a2 = a * a;
+        let fourth = d + a * (4.0 * c + a * (6.0 * b + a2)) + 3.0 * b * b;
+        let fifth =
+            e + a * (5.0 * d + a * (10.0 * c + a * (10.0 * b + a2)) + 15.0 * b * b) + 10.0 * b * c;
+        let sixth = f
+            + a * (6.0 * e
+                + 60.0 * b * c
+                + a * (15.0 * d + 45.0 * b * b + a * (20.0 * c + a * (15.0 * b + a2))))
+            + b * (15.0 * d + 15.0 * b * b)
+            + 10.0 * c * c;
+        [fourth, fifth, sixth]
+    }
 }
 
 impl Geometry for Direct {
@@ -113,6 +140,26 @@ impl Geometry for Direct {
     fn fourth(&[_, _, _, s]: &[f64; 4]) -> f64 {
         s
     }
+
+    #[inline(always)]
+    fn tip_fast(x1: f64, v1: f64, a1: f64) -> [f64; 3] {
+        [x1, v1, a1]
+    }
+
+    fn high_derivatives(&[_, _, _, d, e, f]: &[f64; 6]) -> [f64; 3] {
+        [d, e, f]
+    }
+}
+
+/// Bounds of derivatives over a local flight.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct GapBounds {
+    /// Of |x1'|.
+    pub pendulum_rate: f64,
+    /// Of |g'|.
+    pub rate: f64,
+    /// Of the gap's fourth derivative.
+    pub fourth: f64,
 }
 
 /// The gap function along one local flight.
@@ -135,12 +182,33 @@ pub(crate) struct GapFlight<'a, G: Geometry> {
 impl<'a, G: Geometry> GapFlight<'a, G> {
     /// `touching`: the flight starts on the contact, g = 0 exactly (after an impact).
     pub fn new(motion: &'a FreeMotion, flight: &'a Flight, delta: f64, touching: bool) -> Self {
+        let (p, o) = motion.bounds(flight);
+        Self::within(
+            motion,
+            flight,
+            delta,
+            touching,
+            GapBounds {
+                pendulum_rate: p.0[0],
+                rate: p.0[0] + o.0[0],
+                fourth: (G::fourth(&p.0) + o.0[3]) * BOUND_MARGIN,
+            },
+        )
+    }
+
+    /// The same with bounds that are known.
+    pub fn within(
+        motion: &'a FreeMotion,
+        flight: &'a Flight,
+        delta: f64,
+        touching: bool,
+        bounds: GapBounds,
+    ) -> Self {
         let anchor = G::anchor(flight.state.x1);
         let tip = G::tip(anchor);
         let fresh_noise = noise(tip, flight.state.x2, delta);
         let (start, start_noise) =
             if touching { (0.0, 0.0) } else { (tip - flight.state.x2 - delta, fresh_noise) };
-        let (p, o) = motion.bounds(flight);
         Self {
             motion,
             flight,
@@ -148,10 +216,10 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
             start,
             start_noise,
             fresh_noise,
-            rate_bound: p.0[0] + o.0[0],
-            rest: REST_NOISE * EPS * (p.0[0] + o.0[0])
-                + 2.0 * G::slope_noise(flight.state.x1, p.0[0]),
-            fourth_bound: (G::fourth(&p.0) + o.0[3]) * BOUND_MARGIN,
+            rate_bound: bounds.rate,
+            rest: REST_NOISE * EPS * bounds.rate
+                + 2.0 * G::slope_noise(flight.state.x1, bounds.pendulum_rate),
+            fourth_bound: bounds.fourth,
         }
     }
 

@@ -10,7 +10,7 @@ use crate::run::{Run, RunOptions};
 use crate::simulate::Horizon;
 
 /// Shortest and longest measurement of a growth, in drive periods.
-const GROWTH_PERIODS: (u32, u32) = (400, 6400);
+const GROWTH_PERIODS: (u32, u32) = (400, 25_600);
 /// Distance of an impact from the section that rounding may bridge, as part of a drive period.
 const AT_SECTION: f64 = 1e-6;
 /// Residual below which a motion is on its orbit, as far as multipliers are concerned.

@@ -27,6 +27,21 @@ pub const REST_NOISE: f64 = 2.0 * GRAZE_NOISE * FLIGHT_NOISE;
 /// itself (a few dozen operations) cannot make it too small.
 pub const BOUND_MARGIN: f64 = 1.0 + 1e-12;
 
+/// Steps of the first pass of the contact search are at most so long that the remainder of the gap's
+/// interpolant is this part of the size of its motion. Twice or half as much costs more.
+pub const SCAN_REMAINDER: f64 = 0.02;
+
+/// Rounding of the gap in the first pass, relative to the size of its motion: some thousand
+/// operations from step to step over the whole scan.
+pub const SCAN_SLACK: f64 = 1e-12;
+
+/// Local flights scanned at once where nothing is met.
+pub const SCAN_SPANS: f64 = 8.0;
+
+/// The first pass is tried after an impact whose separation velocity is this part of what the gap
+/// rate can be.
+pub const SCAN_REST: f64 = 1e-7;
+
 /// The search solves its quartic to this relative accuracy; the next evaluation of the gap
 /// starts afresh from there. Values from 1e-3 to 1e-9 cost and err alike on average; they
 /// differ in roundings, and this one happens to be kind to random scene 22 (docs/accuracy.md).
@@ -52,6 +67,9 @@ pub const PAUSE_NOISE: f64 = 1024.0;
 /// The steady response is used where it exceeds the true forced motion of a local flight at
 /// most by this factor, else one that stays finite (more work per evaluation).
 pub const RESONANCE_LOSS: f64 = 1.0;
+
+/// Damping ratios below this count as zero.
+pub const LEAST_DAMPING: f64 = 1e-100;
 
 /// Spread of the exponents times time below which divided differences are summed as series.
 pub const SERIES_SPREAD: f64 = 1.0;

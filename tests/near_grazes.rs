@@ -86,7 +86,7 @@ impl Case {
     fn search(&self) -> (Vec<f64>, Option<f64>) {
         let motion = FreeMotion::new(&self.system);
         let whole = motion.flight(Clock::START, self.state);
-        let (mut flight, mut begin, mut chunk) = (whole, 0.0, 0);
+        let (mut flight, mut begin) = (whole, 0.0);
         let mut start = if self.touching { Start::Touching } else { Start::Apart };
         let mut grazes = Vec::new();
         while begin < self.end {
@@ -98,9 +98,8 @@ impl Case {
                     grazes.push(begin + touch.local_time());
                     start = Start::Grazed(touch.local_time());
                 }
-                Found::Nothing => {
-                    chunk += 1;
-                    begin = f64::from(chunk) * motion.span();
+                Found::Clear(time) => {
+                    begin += time;
                     let state = motion.state_after_periods(&whole, 0, begin);
                     flight = motion.flight(Clock::new(0, begin), state);
                     start = Start::Apart;

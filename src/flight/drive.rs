@@ -10,6 +10,11 @@ pub(crate) struct Trig {
     pub sin: f64,
 }
 
+impl Trig {
+    /// psi = 0.
+    pub const ONE: Self = Self { cos: 1.0, sin: 0.0 };
+}
+
 /// The forcing phase after some time: the turn made since the start, and where it led.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Turn {
@@ -25,12 +30,7 @@ pub(crate) struct Turn {
 
 impl Turn {
     /// For unforced bodies, which do not look at it.
-    pub const STILL: Self = Self {
-        cos_minus_1: 0.0,
-        sin: 0.0,
-        phase: Trig { cos: 1.0, sin: 0.0 },
-        start: Trig { cos: 1.0, sin: 0.0 },
-    };
+    pub const STILL: Self = Self { cos_minus_1: 0.0, sin: 0.0, phase: Trig::ONE, start: Trig::ONE };
 
     fn new(start: Trig, cos_minus_1: f64, sin: f64) -> Self {
         let phase = Trig {
@@ -89,6 +89,14 @@ impl Drive {
         // A constant load f cos phi is real: a large sin phi would only bring rounding.
         let sin_psi = if self.omega > 0.0 { sin + tail * cos } else { 0.0 };
         Trig { cos: cos_psi, sin: sin_psi }
+    }
+
+    /// (cos psi, sin psi) at this clock to 32 digits.
+    pub fn trig_exactly(&self, clock: Clock) -> [DoubleDouble; 2] {
+        let time = DoubleDouble::sum(clock.time_in_period, clock.residual);
+        let angle = time.scale(self.omega) + DoubleDouble::new(self.phase);
+        let (sin, cos) = angle.sin_cos();
+        [cos, sin]
     }
 
     /// The forcing phase in [0, 2 pi) at this clock.

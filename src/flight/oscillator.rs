@@ -10,7 +10,7 @@ use nalgebra::Complex;
 use super::drive::{Trig, Turn, turn_exactly};
 use super::resonance::{Beat, RestResponse};
 use crate::double_double::DoubleDouble;
-use crate::tolerance::{RESONANCE_LOSS, SHORT_ANGLE, SHORT_ORDER};
+use crate::tolerance::{LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE, SHORT_ORDER};
 
 /// How a free oscillation decays.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +50,10 @@ pub(crate) struct Oscillator {
     response: Response,
     /// P = f/(w^2 - omega^2 + 2 i c omega); not finite at resonance without damping.
     steady: Complex<f64>,
+    /// |P|.
+    steady_size: f64,
+    /// |x^(n+1)| of a free oscillation is at most this times the bound of |x^(n)|, n >= 1.
+    growth: f64,
     span: f64,
     /// Longest time for the Taylor series.
     short: f64,
@@ -88,6 +92,8 @@ pub(crate) struct Bounds(pub [f64; 4]);
 
 impl Oscillator {
     pub fn new(natural: f64, damping: f64, forcing: f64, omega: f64, span: f64) -> Self {
+        // Squares of less underflow; no run is long enough to see the difference.
+        let damping = if damping < LEAST_DAMPING { 0.0 } else { damping };
         let decay_rate = damping * natural;
         let one = DoubleDouble::new(1.0);
         let zeta = DoubleDouble::new(damping);
@@ -120,13 +126,19 @@ impl Oscillator {
                     [(-slow, DoubleDouble::ZERO), (-slow - 2.0 * kappa, DoubleDouble::ZERO)],
                 )),
                 Decay::Undamped { wd } | Decay::Underdamped { wd } if (omega + wd) * span > 1.0 => {
-                    Response::Beat(Beat::new(forcing, omega, decay_rate, damped))
+                    let decay = DoubleDouble::product(damping, natural);
+                    Response::Beat(Beat::new(forcing, omega, decay, damped))
                 }
                 _ => Response::FromRest(RestResponse::new(
                     omega,
                     [(-decay_rate, damped), (-decay_rate, -damped)],
                 )),
             }
+        };
+        let steady = if forcing == 0.0 {
+            Complex::new(0.0, 0.0)
+        } else {
+            Complex::new(forcing, 0.0) / stiffness
         };
         Self {
             natural_squared: natural * natural,
@@ -136,15 +148,18 @@ impl Oscillator {
             forcing,
             omega,
             response,
-            steady: if forcing == 0.0 {
-                Complex::new(0.0, 0.0)
-            } else {
-                Complex::new(forcing, 0.0) / stiffness
-            },
+            steady,
+            steady_size: steady.norm(),
+            growth: natural * (damping + damping.hypot(1.0)),
             span,
             // Infinite where nothing turns or decays: the series is then finite.
             short: SHORT_ANGLE / natural.max(omega).max(2.0 * decay_rate),
         }
+    }
+
+    /// Whether the forced motion is the steady response.
+    pub fn is_steady(&self) -> bool {
+        matches!(self.response, Response::Unforced | Response::Steady)
     }
 
     pub fn is_forced(&self) -> bool {
@@ -274,10 +289,21 @@ impl Oscillator {
         self.motion(f, s, self.basis(s), turn)
     }
 
-    /// Motion at local time `s`, with the rounding of the angles made good.
-    pub fn at_exactly(&self, f: &BodyFlight, s: f64, turn: &Turn) -> Motion {
+    /// Motion at local time `s`, with the rounding of the angles made good; `phase` is the forcing
+    /// phase at the start to 32 digits, (cos psi, sin psi).
+    pub fn at_exactly(
+        &self,
+        f: &BodyFlight,
+        s: f64,
+        turn: &Turn,
+        phase: impl FnOnce() -> [DoubleDouble; 2],
+    ) -> Motion {
         if s <= self.short {
             return self.short_motion(f, s, turn);
+        }
+        if let Response::Beat(beat) = &self.response {
+            let (increment, rate) = beat.motion_exactly([f.x, f.v], phase(), DoubleDouble::new(s));
+            return self.motion_from(f, increment, rate, turn);
         }
         self.motion(f, s, self.basis_exactly(s), turn)
     }
@@ -354,6 +380,49 @@ impl Oscillator {
         let (c1, sine) = self.basis_far(elapsed);
         let shift = self.decay_rate * sine;
         [[1.0 + c1 + shift, sine], [-self.natural_squared * sine, 1.0 + c1 - shift]]
+    }
+
+    /// [[dx/dx0, dx/dv0], [dv/dx0, dv/dv0]] after a time within a local flight.
+    pub fn transition_within(&self, s: f64) -> [[f64; 2]; 2] {
+        let (c1, sine) = self.basis(s);
+        let shift = self.decay_rate * sine;
+        [[1.0 + c1 + shift, sine], [-self.natural_squared * sine, 1.0 + c1 - shift]]
+    }
+
+    /// From the equation of motion.
+    #[inline(always)]
+    pub fn acceleration(&self, x: f64, v: f64, cos_psi: f64) -> f64 {
+        self.forcing * cos_psi - 2.0 * self.decay_rate * v - self.natural_squared * x
+    }
+
+    /// Bounds of the derivatives 1 to 6 over a local flight. The energy sqrt(v^2 + w^2 x^2) of a
+    /// free oscillation does not grow, and the derivative of one is another with at most
+    /// w (zeta + sqrt(1 + zeta^2)) times the energy; the steady response adds |P| omega^n. Where
+    /// it is not used, the load adds at most |f| per unit time, and the equation of motion gives
+    /// the higher derivatives.
+    #[inline(always)]
+    pub fn derivative_bounds(&self, f: &BodyFlight) -> [f64; 6] {
+        let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
+        let mut bounds = [0.0; 6];
+        if self.is_steady() {
+            let mut free = (f.rate * f.rate + w2 * f.a * f.a).sqrt();
+            let mut forced = self.steady_size * self.omega;
+            for bound in &mut bounds {
+                *bound = free + forced;
+                free *= self.growth;
+                forced *= self.omega;
+            }
+            return bounds;
+        }
+        let mut load = self.forcing.abs();
+        let energy = (f.v * f.v + w2 * f.x * f.x).sqrt() + load * self.span;
+        bounds[0] = energy;
+        bounds[1] = load + c2 * energy + w2.sqrt() * energy;
+        for n in 2..6 {
+            load *= self.omega;
+            bounds[n] = load + c2 * bounds[n - 1] + w2 * bounds[n - 2];
+        }
+        bounds
     }
 
     /// Bounds over a local flight. Every derivative of a free oscillation is a free oscillation,

@@ -3,6 +3,7 @@
 use super::laws::{Bend, Restitution};
 use super::regime::{Regime, slip_constant};
 use super::{Impact, PreImpact};
+use crate::double_double::DoubleDouble;
 
 /// Work and impulses summed along the walk.
 struct Walk {
@@ -27,9 +28,11 @@ struct Segment {
 /// unit of *its* last place.
 type Impulse = (f64, f64);
 
-fn quotient(numerator: f64, denominator: f64) -> Impulse {
-    let rounded = numerator / denominator;
-    (rounded, (-rounded).mul_add(denominator, numerator) / denominator)
+fn quotient(numerator: DoubleDouble, denominator: DoubleDouble) -> Impulse {
+    let rounded = numerator.hi / denominator.hi;
+    let rest = (-rounded).mul_add(denominator.hi, numerator.hi)
+        + (numerator.lo - rounded * denominator.lo);
+    (rounded, rest / denominator.hi)
 }
 
 /// The impact in a given regime: approach to u = 0 at P_I, restitution to where the law ends it.
@@ -86,13 +89,15 @@ pub(super) fn walk<L: Restitution>(
 
     let (switch, in_approach, sticks) = match regime {
         Regime::Frictionless | Regime::Slip { .. } => {
-            let slowing = slows(&first);
-            let total = quotient((1.0 + restitution) * u, slowing);
-            step(&first, total, false);
+            // 1 + r and mbar + k cos x1 with what rounding leaves out of them: constant in direct
+            // contact, it would drain energy from every impact alike.
+            let slowing = DoubleDouble::product(first.k, pre.cos) + DoubleDouble::new(mass_ratio);
+            let whole = DoubleDouble::sum(1.0, restitution).scale(u);
+            step(&first, quotient(whole, slowing), false);
             // All laws end here and none gains energy. -r u is exact; the difference of the
             // velocities has rounding.
             state.loss = state.loss.max(0.0);
-            return state.outcome::<L>(regime, u, -restitution * u, u / slowing);
+            return state.outcome::<L>(regime, u, -restitution * u, u / slowing.hi);
         }
         Regime::ReversalInApproach { switch } => (switch, true, false),
         Regime::StickInApproach { switch } => (switch, true, true),

@@ -22,8 +22,7 @@ impl Simulation {
             Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch) => {
                 touch.local_time()
             }
-            Found::Nothing => self.motion.span,
-            Found::Paused(time) => time,
+            Found::Clear(time) => time,
             // The literal law creates energy without bound.
             Found::NotFinite | Found::Stalled if self.system.law == ImpactLaw::Paper => {
                 return Some(Ok(self.stop_here(StopReason::LawFailed)));
@@ -34,7 +33,7 @@ impl Simulation {
         let end = self.horizon_in_leg();
         // A contact at the very end still belongs to the run.
         let over = reached > end;
-        let state_at = |this: &Self, s: f64| this.motion.state_at(&this.flight, s);
+        let state_at = |this: &Self, s: f64| this.motion.state_within(&this.flight, s);
         self.pass_sections(if over { end } else { reached }, over, observer, state_at);
         if over {
             let state = state_at(self, end.max(0.0));

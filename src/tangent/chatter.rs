@@ -164,11 +164,10 @@ fn next_touch(model: &Model, mut state: State, mut clock: Clock) -> Option<(f64,
             next_contact(motion, &flight, system.contact, system.gap, start, motion.span).found;
         let passed = match found {
             Found::Contact(touch) => return Some((before + touch.local_time(), touch.gap.rate)),
-            Found::Nothing => motion.span,
-            Found::Paused(time) => time,
+            Found::Clear(time) => time,
             _ => return None,
         };
-        state = motion.state_at(&flight, passed);
+        state = motion.state_within(&flight, passed);
         clock = motion.drive.advance(clock, DoubleDouble::new(passed));
         start = Start::Apart;
         before += passed;

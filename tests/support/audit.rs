@@ -139,7 +139,7 @@ pub fn judge(seed: u64, index: u64) -> Judged {
     let found = match (searched.grazes.first(), &searched.last) {
         (Some(_), _) => "graze".into(),
         (None, Found::Contact(touch)) => format!("{:?}", touch.local_time()),
-        (None, Found::Nothing) => "none".into(),
+        (None, Found::Clear(_)) => "none".into(),
         _ => "failed".into(),
     };
     let (evaluations, samples) = (searched.evaluations, judge.seen.samples);
@@ -158,8 +158,8 @@ impl Judge {
         let undecided =
             if self.seen.humps.is_empty() { Outcome::Agree } else { Outcome::Undecided };
         match (&searched.last, &self.seen.contact) {
-            (Found::Nothing, None) => (undecided, None),
-            (Found::Nothing, Some(contact)) => {
+            (Found::Clear(_), None) => (undecided, None),
+            (Found::Clear(_), Some(contact)) => {
                 let depth = (Dd::new(self.span) - contact.time).hi * contact.gap.rate.hi;
                 let end = depth <= self.level.undecided(self.span);
                 (if end { Outcome::End } else { Outcome::Missed }, None)
