@@ -77,7 +77,7 @@ def cases() -> list[Case]:
     """Return the cases of the bars."""
     systems = {transition.id: transition.system for transition in TRANSITIONS}
     fig7b = tuple(f"fig7b_{omega}" for omega in ("0.60", "1.08", "1.56", "2.04"))
-    sweeps = (
+    sweeps: tuple[tuple[Any, ...], ...] = (
         ("Fig. 4", "4", (0.2, 4.0, 4000), 3.0, {}, ("fig5a", "fig5b", "fig6b", "fig6c")),
         ("Fig. 7(b)", "7b", (0.6, 3.0, 1000), 3.0, BEST_BATCH, fig7b),
         ("Fig. 8(b)", "8b", (0.2, 4.0, 4000), 4.0, {}, ("fig9_4",)),

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from . import heyoka_events
-from .heyoka_events import compiled_impact, equations, missing
+from .heyoka_events import FASTEST, compiled_impact, equations, missing
 from .outcome import Outcome, Problem, Solve, most_impacts, penetration
 
 NAME = "heyoka.py batch"
@@ -51,6 +51,9 @@ def prepare(problem: Problem, tolerance: float = 1e-12) -> Solve:
         pars=np.full((1, LANES), problem.frequency),
         t_events=[event],
         tol=tolerance,
+        # Lanes of 512 bits where the processor has them.
+        force_avx512=True,
+        **FASTEST,
     )
     lanes += [integrator.state[:, lane] for lane in range(LANES)]
 

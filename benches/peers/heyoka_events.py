@@ -4,8 +4,8 @@ The drive is a pair of states (cos, sin), so that the equations of motion are li
 here than cos(omega t) of heyoka's time. Everything but the frequency is compiled into the
 integrator. The callback is one call of the impact law as machine code on the integrator's own
 array (Numba, where it is installed) and asks the integration to go on, so that a run is two calls.
-``compact_mode`` and ``high_accuracy`` are off, which is fastest. What a step decides, by its
-polynomials, is heyoka's own: event detection and the cooldown after an impact included.
+Event detection, and the cooldown after an impact, are heyoka's own. The options are those that
+were fastest: ``fast_math`` takes off a quarter and costs no digit here.
 """
 
 import importlib
@@ -21,6 +21,7 @@ from .outcome import Outcome, Problem, Solve, most_impacts, penetration
 NAME = "heyoka.py"
 SETTING = "terminal event, compiled impact law"
 LACKS = "chatter; sustained contact"
+FASTEST = {"fast_math": True, "compact_mode": False, "high_accuracy": False}
 # The last is heyoka's default; 1e-12 has the same error here, since steps are short for the event's
 # sake, and is faster.
 TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12, 1e-14, 2.0**-52)
@@ -106,7 +107,7 @@ def prepare(problem: Problem, tolerance: float = 1e-12) -> Solve:
     phase = problem.parameters.get("phase", 0.0)
     start = np.array([*problem.initial, math.cos(phase), math.sin(phase)])
     integrator = hy.taylor_adaptive(
-        motion, start, pars=[problem.frequency], t_events=[event], tol=tolerance
+        motion, start, pars=[problem.frequency], t_events=[event], tol=tolerance, **FASTEST
     )
 
     def solve_one(omega: float, periods: int, keep: int, samples: int) -> Outcome:

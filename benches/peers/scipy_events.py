@@ -53,7 +53,7 @@ def right_hand_side(
         return v1, f1 * drive - d1 * v1 - stiffness * x1, v2, f2 * drive - d2 * v2 - x2
 
     def gap(_t: float, y: NDArray[np.float64]) -> float:
-        return sin(y[0]) - y[2] - delta
+        return sin(y[0]) - y[2] - delta  # type: ignore[no-any-return]
 
     gap.terminal = True  # type: ignore[attr-defined]
     gap.direction = 1.0  # type: ignore[attr-defined]
