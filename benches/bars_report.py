@@ -93,9 +93,9 @@ def _row(result: dict[str, Any], peers: Sequence[ModuleType]) -> list[str]:
 
 
 def _gains(result: dict[str, Any], name: str) -> list[float]:
-    """How many times as fast vibroimpact was, on the same periods in the same round."""
-    timings = result["timings"]
-    return ratios(timings[name]["seconds"], timings[f"as {name}"]["seconds"])
+    """How many times a peer's cost per period is vibroimpact's, in the same round."""
+    theirs = _costs(result, name, result["peers"][name]["periods"])
+    return ratios(theirs, _costs(result, "vibroimpact", result["periods"]))
 
 
 def _scaling(results: Sequence[dict[str, Any]]) -> list[str]:
