@@ -4,11 +4,11 @@
 
 G is what one scalar evaluation of gap and gap rate costs (yardstick.c), measured beside every run.
 Sweeps are whole calls from Python on one core, arrays included: 600 drive periods per frequency, of
-which the last 100 are kept, no labels. A peer computes the same sections of some of the
-frequencies (evenly spread; the slow ones fewer and over fewer periods), and costs per drive period
-of the same round are compared; compilation is not counted. Errors are those after 25 drive periods (9 or 10 near a graze) against references of
-25 digits, the largest over the scenes of the same system. Writes a table in Markdown and every
-round as JSON.
+which the last 100 are kept, no labels. A peer computes the same sections of some of the frequencies
+(evenly spread; the slow ones fewer and over fewer periods), and costs per drive period of the same
+round are compared; compilation is not counted. Errors are those after 25 drive periods against
+references of 25 digits, the largest over the scenes of the same system. Writes a table in Markdown
+and every round as JSON.
 """
 
 import argparse
