@@ -65,6 +65,17 @@ class Row:
 
 
 @dataclass(frozen=True)
+class Trial:
+    """A method at one tolerance, and its first run, which may have compiled something."""
+
+    solver: str
+    tolerance: float
+    solve: Solve
+    outcome: Outcome
+    seconds: float
+
+
+@dataclass(frozen=True)
 class Measured:
     """All rows, and the solvers that could not run with the reason."""
 
@@ -100,22 +111,22 @@ def _measure_scene(
     seconds: list[list[float]] = [[] for _ in tried]
     for index in range(rounds):
         core_seconds.append(_time_core(system, scene))
-        for (_, _, solve, first), times in zip(tried, seconds, strict=True):
+        for trial, times in zip(tried, seconds, strict=True):
             # A long run is timed once.
-            if index == 0 or first <= max_seconds:
-                times.append(_time(solve, scene))
+            if index == 0 or trial.seconds <= max_seconds:
+                times.append(_time(trial.solve, scene))
 
     rows = [_core_row(system, scene, core_seconds)]
-    for (solver, tolerance, solve, _), times in zip(tried, seconds, strict=True):
-        outcome = solve([scene.problem.frequency], scene.periods, 1)[0]
+    for trial, times in zip(tried, seconds, strict=True):
+        outcome, solve = trial.outcome, trial.solve
         sampled = solve([scene.problem.frequency], scene.periods, scene.periods, SAMPLES)[0]
         error = scene.error(scene.periods, outcome.final_state)
         rows.append(
             Row(
                 scene=scene.name,
                 kind=scene.kind,
-                solver=solver,
-                tolerance=tolerance,
+                solver=trial.solver,
+                tolerance=trial.tolerance,
                 seconds=statistics.median(times),
                 ratio=statistics.median(
                     time / core for time, core in zip(times, core_seconds, strict=False)
@@ -179,9 +190,7 @@ def _missed(scene: Scene, outcome: Outcome, inside: float, error: float) -> str:
     return ", ".join(found)
 
 
-def _affordable(
-    scene: Scene, max_seconds: float, absent: dict[str, str]
-) -> Iterable[tuple[str, float, Solve, float]]:
+def _affordable(scene: Scene, max_seconds: float, absent: dict[str, str]) -> Iterable[Trial]:
     """Prepare each method at ever tighter tolerances, until a run takes too long."""
     for name, module, prepare in PEERS:
         if name in absent:
@@ -189,9 +198,9 @@ def _affordable(
         for tolerance in module.TOLERANCES:
             solve = prepare(scene.problem, tolerance)
             start = perf_counter()
-            solve([scene.problem.frequency], scene.periods, 1)
+            outcome = solve([scene.problem.frequency], scene.periods, 1)[0]
             elapsed = perf_counter() - start
-            yield name, tolerance, solve, elapsed
+            yield Trial(name, tolerance, solve, outcome, elapsed)
             if elapsed > max_seconds:
                 break
 
