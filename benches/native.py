@@ -31,7 +31,9 @@ def load(source: Path) -> ctypes.CDLL:
     program = compiler()
     if program is None:
         raise OSError("no C compiler (gcc or cc)")
-    text = source.read_bytes() + f"{program} {FLAGS} {platform.platform()}".encode()
+    # Beside the source, what it may include.
+    text = b"".join(path.read_bytes() for path in sorted(source.parent.glob("*.c")))
+    text += f"{program} {FLAGS} {platform.platform()}".encode()
     library = BUILD / f"{source.stem}-{hashlib.sha256(text).hexdigest()[:16]}.so"
     if not library.exists():
         BUILD.mkdir(exist_ok=True)

@@ -4,7 +4,8 @@
  * library is the one in the wheel of scikit-sundae, which itself calls Python at every evaluation.
  */
 #include <math.h>
-#include <stddef.h>
+
+#include "law.c"
 
 typedef struct _Vector *N_Vector;
 typedef struct _Context *SUNContext;
@@ -30,7 +31,6 @@ extern int CVodeSetStopTime(void *, double);
 extern int CVodeRootInit(void *, int, Root);
 extern int CVodeSetRootDirection(void *, int *);
 extern int CVodeSetNoInactiveRootWarn(void *);
-extern int CVodeGetNumRhsEvals(void *, long *);
 extern int CVode(void *, double, N_Vector, double *, int);
 extern void CVodeFree(void **);
 
@@ -61,24 +61,6 @@ static int gap(double t, N_Vector y, double *g, void *data)
     (void)t;
     g[0] = sin(x[0]) - x[2] - ((Parameters *)data)->delta;
     return 0;
-}
-
-/* Poisson's law on the walk over the normal impulse, as law.py has it. */
-static void impact(const Parameters *p, double *x)
-{
-    double c = cos(x[0]), friction = p->mu * fabs(sin(x[0])), v1 = x[1], v2 = x[3];
-    double u = v1 * c - v2;
-    double after = fabs(c) <= friction ? 0.0 : c - copysign(friction, c);
-    double k = v1 != 0.0 ? c + copysign(friction, v1) : after;
-    double rate = p->mbar + k * c, until_stop = INFINITY, impulse;
-    if (friction > 0.0 && v1 * k > 0.0)
-        until_stop = v1 / k;
-    if (rate > 0.0 && until_stop * rate >= u)
-        impulse = (1.0 + p->r) * u / rate;
-    else
-        impulse = (1.0 + p->r) * (until_stop - (v2 + p->mbar * until_stop) / (p->mbar + after * c));
-    x[1] = until_stop < impulse ? -after * (impulse - until_stop) : v1 - k * impulse;
-    x[3] = v2 + p->mbar * impulse;
 }
 
 /* Follows a run, with so many sections kept in each of the last periods; returns 0, 1 after too many impacts, or CVODE's own negative number.
@@ -122,7 +104,7 @@ int cvode_run(Parameters *p, const double *initial, double tolerance, int period
                     double *row = impact_rows + 4 * counts[2]++;
                     row[0] = x[0], row[1] = x[1], row[2] = x[3], row[3] = t;
                 }
-                impact(p, x);
+                impact_law(p->mbar, p->r, p->mu, x);
                 if (++counts[0] >= most_impacts)
                     status = 1;
             } else {

@@ -3,6 +3,7 @@
 Nothing here asserts a time.
 """
 
+import ctypes
 import importlib
 import json
 import math
@@ -47,8 +48,24 @@ def test_the_yardstick_compiles_and_measures(bench):
     assert bench("yardstick").yardstick(1_000) > 0.0
 
 
-def test_the_peers_law_is_that_of_the_core(bench):
-    law = bench("peers.law")
+@pytest.fixture(params=["Python", "C"])
+def law(request, bench):
+    """The peers' impact law; that in C is CVODE's."""
+    if request.param == "Python":
+        return bench("peers.law").resolve
+    request.getfixturevalue("compiler")
+    native = bench("native").load(BENCHES / "peers" / "law.c").impact_law
+    native.argtypes = (*[ctypes.c_double] * 3, ctypes.POINTER(ctypes.c_double))
+
+    def resolve(given, x1, v1, v2):
+        state = (ctypes.c_double * 4)(x1, v1, 0.0, v2)
+        native(given["mass_ratio"], given["restitution"], given["friction"], state)
+        return state[1], state[3]
+
+    return resolve
+
+
+def test_the_peers_law_is_that_of_the_core(law):
     generator = np.random.default_rng(20261)
     seen = set()
     for _ in range(300):
@@ -63,7 +80,7 @@ def test_the_peers_law_is_that_of_the_core(bench):
         system = vi.System(frequency_ratio=2.0, gap=0.5, drive_frequency=1.0, **given)
         ours = vi.impact(system, x1=x1, v1=v1, v2=v2)
         seen.add(int(ours["regime"]))
-        theirs = law.resolve(given, x1, v1, v2)
+        theirs = law(given, x1, v1, v2)
         # Impulses grow as the effective mass falls.
         scale = max(1.0, float(ours["impulse_normal"]))
         assert theirs[0] == pytest.approx(float(ours["v1_post"]), abs=1e-13 * scale**2)
