@@ -79,17 +79,22 @@ def prepare(problem: Problem, tolerance: float = 1e-12, method: str = "DOP853") 
         impacts = evaluations = false_events = 0
         ended = ""
         while True:
-            leg = solve_ivp(
-                motion,
-                (t, end),
-                y,
-                method=method,
-                t_eval=grid[np.searchsorted(grid, t, side="right") :],
-                events=gap,
-                rtol=tolerance,
-                atol=tolerance,
-                **implicit,
-            )
+            try:
+                leg = solve_ivp(
+                    motion,
+                    (t, end),
+                    y,
+                    method=method,
+                    t_eval=grid[np.searchsorted(grid, t, side="right") :],
+                    events=gap,
+                    rtol=tolerance,
+                    atol=tolerance,
+                    **implicit,
+                )
+            except ValueError as error:
+                # The root finder's, where an event lies at the end of a step (scipy#17066).
+                ended = f"ValueError: {error}"
+                break
             evaluations += leg.nfev
             if len(leg.t):
                 rows.append(leg.y.T)
