@@ -95,7 +95,7 @@ def main(arguments: list[str] | None = None) -> int:
         graze = grazes.result()
         wrong = sum(not row["good"] for row in graze)
         finish("grazing", graze, lambda ax: long_runs.plot_grazing(graze, ax), wrong)
-    balls = chatter.bouncing_ball(size(20, 400), largest=0.999 if given.quick else 0.99999)
+    balls = chatter.bouncing_ball(size(20, 200), largest=0.999 if given.quick else 0.9999)
     wrong = sum(row["units"] > 1 for row in balls if row["restitution"] <= 0.9990000001)
     finish("chatter", balls, lambda ax: chatter.plot_chatter(balls, ax), wrong)
     for least in (0.0, 0.99, 0.999, 0.9999):

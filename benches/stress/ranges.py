@@ -247,10 +247,10 @@ RANGES = (
     Range(
         "slide past the end",
         r"$\bar m$",
-        1e-7,
+        1e-5,
         10.0,
         slide_past_the_end,
-        holds=(0.03, math.inf),
+        holds=(0.15, math.inf),
     ),
     Range("friction", r"$\mu$", 1e-3, 1e3, friction),
     Range("restitution near 0", r"$r$", 1e-16, 0.3, restitution_near_0, ends=(0.0,)),
