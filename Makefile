@@ -25,7 +25,7 @@ TOOLS := $(VENV)/.tools
 INSTALLED := $(VENV)/.installed
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
-.PHONY: help figures gallery test lint bench docs ci audit clean
+.PHONY: help figures gallery test lint bench stress docs ci audit clean
 
 help:
 	@echo 'make figures  draw the figures of the paper and write the table of claims into $(OUT)/'
@@ -33,6 +33,7 @@ help:
 	@echo 'make test     all tests: Rust, documentation, Python'
 	@echo 'make lint     formatting, lints, types, stubs, purity of the core, documentation'
 	@echo 'make bench    all benchmarks: criterion, the bars, run time against error beside other solvers'
+	@echo 'make stress   errors at the ends of every range, and over very long runs'
 	@echo 'make audit    a million random flights against an independent dense search'
 	@echo 'make docs     documentation of the Rust library'
 	@echo 'make ci       what continuous integration runs: lint, then test'
@@ -75,6 +76,9 @@ bench: $(INSTALLED)
 	$(BIN)/python benches/bars.py
 	$(BIN)/python benches/work_precision
 
+stress: $(INSTALLED)
+	$(BIN)/python benches/stress
+
 audit:
 	cargo run --locked --release --example contact_audit
 
@@ -85,7 +89,7 @@ ci:
 	.ci/run
 
 clean:
-	rm -rf $(VENV) $(OUT) target benches/.build benches/out benches/work_precision/out
+	rm -rf $(VENV) $(OUT) target benches/.build benches/out benches/work_precision/out benches/stress/out
 	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	rm -f python/vibroimpact/_core.*.so python/vibroimpact/_core.pyd
 	find python tests benches -name __pycache__ -type d -prune -exec rm -rf {} +
