@@ -53,6 +53,9 @@ pub const PAUSE_NOISE: f64 = 1024.0;
 /// most by this factor, else one that stays finite (more work per evaluation).
 pub const RESONANCE_LOSS: f64 = 1.0;
 
+/// Damping ratios below this count as zero.
+pub const LEAST_DAMPING: f64 = 1e-100;
+
 /// Spread of the exponents times time below which divided differences are summed as series.
 pub const SERIES_SPREAD: f64 = 1.0;
 

@@ -10,7 +10,7 @@ use nalgebra::Complex;
 use super::drive::{Trig, Turn, turn_exactly};
 use super::resonance::{Beat, RestResponse};
 use crate::double_double::DoubleDouble;
-use crate::tolerance::{RESONANCE_LOSS, SHORT_ANGLE, SHORT_ORDER};
+use crate::tolerance::{LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE, SHORT_ORDER};
 
 /// How a free oscillation decays.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,6 +88,8 @@ pub(crate) struct Bounds(pub [f64; 4]);
 
 impl Oscillator {
     pub fn new(natural: f64, damping: f64, forcing: f64, omega: f64, span: f64) -> Self {
+        // Squares of less underflow; no run is long enough to see the difference.
+        let damping = if damping < LEAST_DAMPING { 0.0 } else { damping };
         let decay_rate = damping * natural;
         let one = DoubleDouble::new(1.0);
         let zeta = DoubleDouble::new(damping);

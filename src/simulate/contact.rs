@@ -188,7 +188,13 @@ impl Simulation {
         }
         match cause {
             SlideEnd::Continues | SlideEnd::Side => {
-                let (clock, state) = self.moved_on(clock, &state).unwrap_or((clock, state));
+                // Short steps of a fast slide are progress; none at all is not.
+                let (clock, state) =
+                    if cause == SlideEnd::Continues && reached > EPS * self.motion.span {
+                        (clock, state)
+                    } else {
+                        self.moved_on(clock, &state).unwrap_or((clock, state))
+                    };
                 self.anchor(clock, state, Phase::Contact(mode));
                 None
             }

@@ -248,3 +248,25 @@ fn contact_ends_in_painleve_or_jams_by_name() {
     assert_eq!(run.stop_reason, StopReason::Jammed);
     assert_eq!(run.final_state.time, 0.0);
 }
+
+#[test]
+fn a_slide_of_a_light_body_ends_where_its_trajectory_does() {
+    // Its steps are so short that they looked like a standstill.
+    for exponent in [2, 4, 6, 8] {
+        let system = System::builder()
+            .mass_ratio(10f64.powi(-exponent))
+            .frequency_ratio(0.0)
+            .restitution(0.0)
+            .gap(0.0)
+            .drive_frequency(1.0)
+            .build()
+            .unwrap();
+        let tip = (-1.3f64).sin();
+        let run = go(&system, state(-1.3, 0.0, tip + 0.02, -1.0), until(0.3));
+        let followed = run.trajectory(&[0.3]).unwrap()[0];
+        for (end, found) in run.final_state.state.to_array().into_iter().zip(followed) {
+            let error = (end - found).abs() / found.abs().max(1.0);
+            assert!(error < 1e-12, "mbar = 1e-{exponent}: {end} {found}");
+        }
+    }
+}
