@@ -32,7 +32,7 @@ help:
 	@echo 'make gallery  draw the pictures of docs/gallery.md'
 	@echo 'make test     all tests: Rust, documentation, Python'
 	@echo 'make lint     formatting, lints, types, stubs, purity of the core, documentation'
-	@echo 'make bench    criterion benchmarks, and run time against error beside SciPy'
+	@echo 'make bench    all benchmarks: criterion, the bars, run time against error beside other solvers'
 	@echo 'make audit    a million random flights against an independent dense search'
 	@echo 'make docs     documentation of the Rust library'
 	@echo 'make ci       what continuous integration runs: lint, then test'
@@ -70,7 +70,9 @@ lint: $(INSTALLED)
 	$(BIN)/python -m mypy.stubtest vibroimpact._core
 
 bench: $(INSTALLED)
+	$(BIN)/python benches/install_peers.py
 	cargo bench --locked
+	$(BIN)/python benches/bars.py
 	$(BIN)/python benches/work_precision
 
 audit:
@@ -83,7 +85,7 @@ ci:
 	.ci/run
 
 clean:
-	rm -rf $(VENV) $(OUT) target benches/work_precision/out
+	rm -rf $(VENV) $(OUT) target benches/.build benches/out benches/work_precision/out
 	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	rm -f python/vibroimpact/_core.*.so python/vibroimpact/_core.pyd
 	find python tests benches -name __pycache__ -type d -prune -exec rm -rf {} +
@@ -95,7 +97,7 @@ $(TOOLS): | check-tools
 
 $(INSTALLED): $(TOOLS) pyproject.toml $(RUST)
 	env -u CONDA_PREFIX VIRTUAL_ENV=$(abspath $(VENV)) \
-		$(BIN)/maturin develop --release --locked --extras test,bench,dev
+		$(BIN)/maturin develop --release --locked --extras test,dev
 	@touch $@
 
 .PHONY: check-tools

@@ -1,141 +1,224 @@
 """Run time and error of every solver on every scene, measured in rounds.
 
-A round runs vibroimpact and then each SciPy configuration once, so a ratio compares two runs made
-within the same second or so of one another; reported are medians over the rounds. vibroimpact has
-one point per scene: its flights are closed forms and there is no step tolerance to vary.
+A round runs vibroimpact and then each configuration of each peer once, so a ratio compares two runs
+made within the same second or so of one another; reported are medians over the rounds. vibroimpact
+has one point per scene: its flights are closed forms and there is no step tolerance to vary.
 """
 
 import math
 import statistics
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
 
+import numpy as np
 from tqdm import tqdm
 
-import scipy_events
 import vibroimpact as vi
+from peers import cvode_events, heyoka_events, numba_flights, scipy_events
+from peers.outcome import Outcome, Solve, penetration
 from scenes import Scene
 
 CORE = "vibroimpact"
-TOLERANCES = tuple(10.0**-digits for digits in range(3, 14))
+# The batch integrator is for many runs, not for one.
+PEERS = (
+    (heyoka_events.NAME, heyoka_events, heyoka_events.prepare),
+    (numba_flights.NAME, numba_flights, numba_flights.prepare),
+    (cvode_events.NAME, cvode_events, cvode_events.prepare),
+    *(
+        (f"SciPy {method}", scipy_events, partial(scipy_events.prepare, method=method))
+        for method in scipy_events.METHODS
+    ),
+)
+SOLVERS = (CORE, *(name for name, _, _ in PEERS))
 
 # A call of some microseconds is repeated for this long in each round.
 SHORTEST_TIMING = 0.01
+# Sections per drive period on which bodies are looked for inside one another, untimed.
+SAMPLES = 256
+# Deeper than this they have missed a contact.
+PENETRATION = 1e-6
 
 
 @dataclass(frozen=True)
 class Row:
-    """One point of the diagram; ``rtol`` is None for vibroimpact, whose ratio is 1."""
+    """One point of the diagram; vibroimpact has no tolerance, and its ratio is 1.
+
+    ``impacts_expected`` is None where a complete chatter has infinitely many.
+    """
 
     scene: str
+    kind: str
     solver: str
-    rtol: float | None
+    tolerance: float | None
     seconds: float
     ratio: float
     error: float
     impacts: int
-    impacts_expected: int
-    evaluations: int | None
+    impacts_expected: int | None
+    evaluations: int
     false_events: int
     penetration: float
-    finished: bool
+    missed: str
     rounds: int
 
 
-def measure(scenes: Sequence[Scene], *, periods: int, rounds: int, max_seconds: float) -> list[Row]:
+@dataclass(frozen=True)
+class Trial:
+    """A method at one tolerance, and its first run, which may have compiled something."""
+
+    solver: str
+    tolerance: float
+    solve: Solve
+    outcome: Outcome
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Measured:
+    """All rows, and the solvers that could not run with the reason."""
+
+    rows: list[Row]
+    absent: dict[str, str]
+
+
+def measure(scenes: Sequence[Scene], *, rounds: int, max_seconds: float) -> Measured:
     """Measure every scene.
 
     Parameters
     ----------
     scenes : sequence of Scene
-        Problems with reference states.
-    periods : int
-        Drive periods to follow; the error is taken at the end of them.
+        Problems with reference states; each is followed to its last one.
     rounds : int
         Repetitions; medians are reported.
     max_seconds : float
         A method is not tried at a tighter tolerance once a run has taken longer than this.
     """
+    absent = {name: why for name, module, _ in PEERS if (why := module.missing())}
     rows: list[Row] = []
     for scene in tqdm(scenes, unit="scene"):
-        rows += _measure_scene(scene, periods, rounds, max_seconds)
-    return rows
+        rows += _measure_scene(scene, rounds, max_seconds, absent)
+    return Measured(rows, absent)
 
 
-def _measure_scene(scene: Scene, periods: int, rounds: int, max_seconds: float) -> list[Row]:
-    system = vi.System(**scene.parameters)
-    run = vi.simulate(system, initial=scene.initial, periods=periods)
-    final = run.final_state
-    outcomes = dict(_affordable(scene, periods, max_seconds))
+def _measure_scene(
+    scene: Scene, rounds: int, max_seconds: float, absent: dict[str, str]
+) -> list[Row]:
+    system = vi.System(**scene.problem.parameters)
+    tried = list(_affordable(scene, max_seconds, absent))
     core_seconds: list[float] = []
-    seconds: dict[tuple[str, float], list[float]] = {key: [] for key in outcomes}
-    for _ in range(rounds):
-        core_seconds.append(_time_core(system, scene, periods))
-        for (method, rtol), times in seconds.items():
-            start = perf_counter()
-            scipy_events.simulate(scene, periods, method, rtol, rtol)
-            times.append(perf_counter() - start)
+    seconds: list[list[float]] = [[] for _ in tried]
+    for index in range(rounds):
+        core_seconds.append(_time_core(system, scene))
+        for trial, times in zip(tried, seconds, strict=True):
+            # A long run is timed once.
+            if index == 0 or trial.seconds <= max_seconds:
+                times.append(_time(trial.solve, scene))
 
-    expected = scene.impacts(periods)
-    rows = [
-        Row(
-            scene=scene.name,
-            solver=CORE,
-            rtol=None,
-            seconds=statistics.median(core_seconds),
-            ratio=1.0,
-            error=scene.error(periods, (final.x1, final.v1, final.x2, final.v2)),
-            impacts=len(run.impacts),
-            impacts_expected=expected,
-            evaluations=None,
-            false_events=0,
-            penetration=0.0,
-            finished=run.stop_reason == "completed",
-            rounds=rounds,
-        )
-    ]
-    for (method, rtol), outcome in outcomes.items():
-        times = seconds[method, rtol]
-        ratios = [time / core for time, core in zip(times, core_seconds, strict=True)]
+    rows = [_core_row(system, scene, core_seconds)]
+    for trial, times in zip(tried, seconds, strict=True):
+        outcome, solve = trial.outcome, trial.solve
+        sampled = solve([scene.problem.frequency], scene.periods, scene.periods, SAMPLES)[0]
+        error = scene.error(scene.periods, outcome.final_state)
         rows.append(
             Row(
                 scene=scene.name,
-                solver=method,
-                rtol=rtol,
+                kind=scene.kind,
+                solver=trial.solver,
+                tolerance=trial.tolerance,
                 seconds=statistics.median(times),
-                ratio=statistics.median(ratios),
-                error=scene.error(periods, outcome.state) if outcome.finished else math.inf,
+                ratio=statistics.median(
+                    time / core for time, core in zip(times, core_seconds, strict=False)
+                ),
+                error=error,
                 impacts=outcome.impacts,
-                impacts_expected=expected,
+                impacts_expected=scene.impacts(scene.periods),
                 evaluations=outcome.evaluations,
                 false_events=outcome.false_events,
-                penetration=outcome.penetration,
-                finished=outcome.finished,
-                rounds=rounds,
+                penetration=sampled.penetration,
+                missed=_missed(scene, outcome, sampled.penetration, error),
+                rounds=len(times),
             )
         )
     return rows
 
 
-def _affordable(
-    scene: Scene, periods: int, max_seconds: float
-) -> Iterable[tuple[tuple[str, float], scipy_events.Outcome]]:
-    """Run each method at ever tighter tolerances, until a run takes too long."""
-    for method in scipy_events.METHODS:
-        for rtol in TOLERANCES:
+def _core_row(system: vi.System, scene: Scene, seconds: list[float]) -> Row:
+    run = vi.simulate(system, initial=scene.problem.initial, periods=scene.periods)
+    end = scene.periods * math.tau / scene.problem.frequency
+    times = np.linspace(0.0, end, SAMPLES * scene.periods, endpoint=False)
+    final = run.stroboscopic[-1].tolist()
+    outcome = Outcome(
+        stroboscopic=run.stroboscopic,
+        impact_section=np.empty((0, 4)),
+        impacts=len(run.impacts),
+        ended="" if run.stop_reason == "completed" else run.stop_reason,
+    )
+    inside = penetration(run.trajectory(times), scene.problem.parameters["gap"])
+    error = scene.error(scene.periods, final)
+    return Row(
+        scene=scene.name,
+        kind=scene.kind,
+        solver=CORE,
+        tolerance=None,
+        seconds=statistics.median(seconds),
+        ratio=1.0,
+        error=error,
+        impacts=outcome.impacts,
+        impacts_expected=scene.impacts(scene.periods),
+        evaluations=0,
+        false_events=0,
+        penetration=inside,
+        missed=_missed(scene, outcome, inside, error),
+        rounds=len(seconds),
+    )
+
+
+def _missed(scene: Scene, outcome: Outcome, inside: float, error: float) -> str:
+    """Say what a run missed; empty if nothing."""
+    expected = scene.impacts(scene.periods)
+    found = []
+    if outcome.ended:
+        found.append(f"given up: {outcome.ended}")
+    elif expected is not None and outcome.impacts != expected:
+        found.append(f"{outcome.impacts} impacts of {expected}")
+    elif expected is None and error > 1e-6:
+        found.append("the lasting contact")
+    if inside > PENETRATION:
+        found.append(f"bodies inside one another by {inside:.0e}")
+    return ", ".join(found)
+
+
+def _affordable(scene: Scene, max_seconds: float, absent: dict[str, str]) -> Iterable[Trial]:
+    """Prepare each method at ever tighter tolerances, until a run takes too long."""
+    for name, module, prepare in PEERS:
+        if name in absent:
+            continue
+        for tolerance in module.TOLERANCES:
+            solve = prepare(scene.problem, tolerance)
             start = perf_counter()
-            outcome = scipy_events.simulate(scene, periods, method, rtol, rtol)
-            yield (method, rtol), outcome
-            if perf_counter() - start > max_seconds:
+            outcome = solve([scene.problem.frequency], scene.periods, 1)[0]
+            elapsed = perf_counter() - start
+            yield Trial(name, tolerance, solve, outcome, elapsed)
+            if elapsed > max_seconds:
                 break
 
 
-def _time_core(system: vi.System, scene: Scene, periods: int) -> float:
-    """Mean time of a call that asks, as SciPy is asked, for the end only."""
+def _time(solve: Solve, scene: Scene) -> float:
+    """Mean time of a call that asks for the state at the end."""
     calls, start, elapsed = 0, perf_counter(), 0.0
     while elapsed < SHORTEST_TIMING:
-        vi.simulate(system, initial=scene.initial, periods=periods, keep=1)
+        solve([scene.problem.frequency], scene.periods, 1)
+        calls += 1
+        elapsed = perf_counter() - start
+    return elapsed / calls
+
+
+def _time_core(system: vi.System, scene: Scene) -> float:
+    calls, start, elapsed = 0, perf_counter(), 0.0
+    while elapsed < SHORTEST_TIMING:
+        vi.simulate(system, initial=scene.problem.initial, periods=scene.periods, keep=1)
         calls += 1
         elapsed = perf_counter() - start
     return elapsed / calls

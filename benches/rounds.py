@@ -1,0 +1,66 @@
+"""Timing in rounds: each runs every job once, with G measured beside it; ratios are within one."""
+
+import statistics
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+
+from tqdm import tqdm
+
+from yardstick import yardstick
+
+# A job shorter than this is repeated within its turn.
+SHORTEST = 0.05
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Seconds per call and G in nanoseconds beside it, one of each per round."""
+
+    seconds: tuple[float, ...]
+    g: tuple[float, ...]
+
+
+def measure(
+    jobs: Mapping[str, Callable[[], object]], rounds: int, *, shortest: float = SHORTEST
+) -> dict[str, Timing]:
+    """Time every job in every round, after one call of each that is not counted."""
+    for job in jobs.values():
+        job()
+    seconds: dict[str, list[float]] = {name: [] for name in jobs}
+    g: dict[str, list[float]] = {name: [] for name in jobs}
+    with tqdm(total=rounds * len(jobs), unit="job") as bar:
+        for _ in range(rounds):
+            for name, job in jobs.items():
+                before = yardstick()
+                seconds[name].append(_time(job, shortest))
+                g[name].append(0.5 * (before + yardstick()))
+                bar.update()
+    return {name: Timing(tuple(seconds[name]), tuple(g[name])) for name in jobs}
+
+
+def _time(job: Callable[[], object], shortest: float) -> float:
+    calls, start, elapsed = 0, perf_counter(), 0.0
+    while elapsed < shortest or not calls:
+        job()
+        calls += 1
+        elapsed = perf_counter() - start
+    return elapsed / calls
+
+
+def ratios(above: Sequence[float], below: Sequence[float]) -> list[float]:
+    """Quotients of the same rounds."""
+    return [a / b for a, b in zip(above, below, strict=True)]
+
+
+def spread(values: Sequence[float], digits: int = 3) -> str:
+    """Median and range, e.g. ``3.1 (2.9 ... 3.3)``."""
+    middle, low, high = (
+        _short(value, digits) for value in (statistics.median(values), min(values), max(values))
+    )
+    return f"{middle} ({low} ... {high})"
+
+
+def _short(value: float, digits: int) -> str:
+    text = f"{value:.{digits}g}"
+    return f"{value:,.0f}" if "e" in text or value >= 10**digits else text
