@@ -121,3 +121,25 @@ fn short_flights_by_local_evaluation() {
     println!("{number_of} local flights, worst error {worst:?}");
     assert!(number_of > 50);
 }
+
+#[test]
+fn resonance_with_hardly_any_damping_is_finite() {
+    // Squares of such damping ratios underflow.
+    for damping in [1e-90, 1e-165, 1e-300, f64::MIN_POSITIVE] {
+        let system = System::builder()
+            .mass_ratio(0.6)
+            .frequency_ratio(0.5)
+            .restitution(0.8)
+            .gap(2.0)
+            .drive_frequency(1.0)
+            .oscillator_damping(damping)
+            .force_amplitude(0.5)
+            .build()
+            .unwrap();
+        let motion = FreeMotion::new(&system);
+        let rest = State::new(0.0, 0.0, 0.0, 0.0).unwrap();
+        let end = motion.state_at(&motion.flight(Clock::START, rest), 3.0);
+        // x2 = f2 t sin(t)/2
+        assert!((end.x2 - 0.25 * 3.0 * 3f64.sin()).abs() < 1e-15, "{damping}: {end:?}");
+    }
+}
