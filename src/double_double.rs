@@ -97,7 +97,7 @@ impl DoubleDouble {
             odd = -(odd * square).divide(Self::new(n * (n + 1.0)));
             (cos, sin) = (cos + even, sin + odd);
         }
-        match quarters.rem_euclid(4.0) as u8 {
+        match quarters.rem_euclid(4.0) as i64 {
             0 => (sin, cos),
             1 => (cos, -sin),
             2 => (-sin, -cos),

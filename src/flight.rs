@@ -75,12 +75,14 @@ impl FreeMotion {
 
     /// Length of the steps of a level of tables.
     #[inline(always)]
+    #[allow(clippy::inline_always)]
     pub(crate) fn step(&self, level: usize) -> f64 {
         self.span / (LANES << level) as f64
     }
 
     /// The table of a level.
     #[inline(always)]
+    #[allow(clippy::inline_always)]
     pub(crate) fn table(&self, level: usize) -> &Table {
         let make = || Table::new(self.step(level), &self.drive, &self.pendulum, &self.oscillator);
         self.tables.get(level, make)

@@ -93,12 +93,14 @@ impl Geometry for Oblique {
     }
 
     #[inline(always)]
+    #[allow(clippy::inline_always)]
     fn tip_fast(x1: f64, v1: f64, a1: f64) -> [f64; 3] {
         let (sin, cos) = lanes::sin_cos(x1);
         [sin, v1 * cos, a1 * cos - v1 * v1 * sin]
     }
 
     #[inline(always)]
+    #[allow(clippy::inline_always)]
     fn high_derivatives(&[a, b, c, d, e, f]: &[f64; 6]) -> [f64; 3] {
         // Complete Bell polynomials: all terms of the derivatives of sin x1(t), taken positive.
         let a2 = a * a;
@@ -142,6 +144,7 @@ impl Geometry for Direct {
     }
 
     #[inline(always)]
+    #[allow(clippy::inline_always)]
     fn tip_fast(x1: f64, v1: f64, a1: f64) -> [f64; 3] {
         [x1, v1, a1]
     }

@@ -1,6 +1,9 @@
 //! Arithmetic on a few numbers at once, written so that compilers turn it into vector instructions:
 //! no branches, no calls. The operations are the same with any of them, and so are the bits.
 
+#![allow(clippy::inline_always)] // all of a scan must be compiled with the same instructions
+#![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
+
 /// Numbers treated together.
 pub(crate) const LANES: usize = 8;
 
@@ -31,7 +34,7 @@ pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
         -1.388_888_888_887_411e-3,
         2.480_158_728_947_673e-5,
         -2.755_731_435_139_066_3e-7,
-        2.087_572_321_298_174_8e-9,
+        2.087_572_321_298_175e-9,
         -1.135_964_755_778_82e-11,
     ];
     let shifted = x * std::f64::consts::FRAC_2_PI + SHIFT;

@@ -168,11 +168,12 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
         if !small && approach.is_none() {
             continue;
         }
-        // While it converges, an orbit whose points are no further apart than they still move may
-        // be one of fewer periods.
+        // An orbit whose points are no further apart than they still move, or than a few times what
+        // counts as a return, is one of fewer periods.
         let remaining = approach.as_ref().map_or(0.0, |a| a.remaining);
-        let merged = |d: usize| m % d == 0 && residual(sections, d) <= 2.0 * remaining;
-        let m = (1..m).filter(|&d| equal_counts(d)).find(|&d| !small && merged(d)).unwrap_or(m);
+        let apart = if small { 4.0 * negligible } else { 2.0 * remaining };
+        let merged = |d: usize| m % d == 0 && residual(sections, d) <= apart;
+        let m = (1..m).filter(|&d| equal_counts(d)).find(|&d| merged(d)).unwrap_or(m);
         let orbit = &counts[kept - m..];
         let n = if orbit.contains(&CHATTERING) {
             ImpactCount::Infinite

@@ -9,6 +9,9 @@
 //! release. The states come from tables (flight/table.rs), the rest is arithmetic on arrays; its
 //! rounding is allowed for, and can only make steps unsure (docs/contact-detection.md).
 
+#![allow(clippy::inline_always)] // all of a scan must be compiled with the same instructions
+#![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
+
 use std::marker::PhantomData;
 
 use crate::flight::{Flight, FreeMotion, LEVELS, Point, Table};
@@ -225,7 +228,7 @@ impl Samples {
             let middle = highest[j] + (0.5 * g - 0.2 * rate + 0.025 * second);
             highest[j] = left[j].max(middle).max(inner.max(g));
         }
-        highest.iter().position(|&coefficient| !(coefficient < -slack))
+        highest.iter().position(|&coefficient| coefficient.is_nan() || coefficient >= -slack)
     }
 }
 

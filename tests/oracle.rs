@@ -258,8 +258,8 @@ fn paper_scenes_after_600_periods() {
     }
 }
 
-/// The contact search does some ten evaluations per drive period; a change that needs many more
-/// is seen here.
+/// The contact search does some twenty evaluations per drive period, most of them eight at a time; a
+/// change that needs many more is seen here.
 #[test]
 fn work_counts() {
     for (name, scene) in data("paper_scenes.json").as_object().unwrap() {
@@ -270,6 +270,6 @@ fn work_counts() {
         let impacts = simulation.impact_count() as f64;
         let evaluations = simulation.evaluations() as f64;
         println!("{name}: {:.2} evaluations per period, {impacts} impacts", evaluations / 600.0);
-        assert!(evaluations <= 600.0 * 8.0 + impacts * 9.0, "{name}: {evaluations}");
+        assert!(evaluations <= 600.0 * 8.0 + impacts * 18.0, "{name}: {evaluations}");
     }
 }

@@ -391,6 +391,7 @@ impl Oscillator {
 
     /// From the equation of motion.
     #[inline(always)]
+    #[allow(clippy::inline_always)]
     pub fn acceleration(&self, x: f64, v: f64, cos_psi: f64) -> f64 {
         self.forcing * cos_psi - 2.0 * self.decay_rate * v - self.natural_squared * x
     }
@@ -401,6 +402,7 @@ impl Oscillator {
     /// it is not used, the load adds at most |f| per unit time, and the equation of motion gives
     /// the higher derivatives.
     #[inline(always)]
+    #[allow(clippy::inline_always)]
     pub fn derivative_bounds(&self, f: &BodyFlight) -> [f64; 6] {
         let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
         let mut bounds = [0.0; 6];

@@ -2,6 +2,9 @@
 //! states at the times h ... 8h after any instant are a table, worked out once per system and step
 //! length, times the state and forcing phase at that instant. No sine of time is evaluated.
 
+#![allow(clippy::inline_always)] // all of a scan must be compiled with the same instructions
+#![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
+
 use std::sync::OnceLock;
 
 use super::drive::{Drive, Trig};
