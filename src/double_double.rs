@@ -81,45 +81,6 @@ impl DoubleDouble {
         quick_two_sum(root, rest.value() / (2.0 * root))
     }
 
-    /// Sine and cosine to some 30 digits of an angle below 1e15: Taylor series about the nearest
-    /// quarter turn.
-    pub fn sin_cos(self) -> (Self, Self) {
-        let quarter = TWO_PI.scale(0.25);
-        let quarters = (self.hi / quarter.hi).round();
-        let r = self - quarter.scale(quarters);
-        let square = r * r;
-        let one = Self::new(1.0);
-        let (mut sin, mut cos) = (r, one);
-        let (mut odd, mut even) = (r, one);
-        for n in 1..=14 {
-            let n = f64::from(2 * n);
-            even = -(even * square).divide(Self::new(n * (n - 1.0)));
-            odd = -(odd * square).divide(Self::new(n * (n + 1.0)));
-            (cos, sin) = (cos + even, sin + odd);
-        }
-        match quarters.rem_euclid(4.0) as i64 {
-            0 => (sin, cos),
-            1 => (cos, -sin),
-            2 => (-sin, -cos),
-            _ => (-cos, sin),
-        }
-    }
-
-    /// e to this power, in [-700, 0], to some 30 digits: the series of a 4096th part, squared.
-    pub fn exp(self) -> Self {
-        let part = self.scale(1.0 / 4096.0);
-        // e^x - 1, so that squaring loses nothing.
-        let (mut term, mut less_one) = (part, part);
-        for n in 2..=12 {
-            term = (term * part).divide(Self::new(f64::from(n)));
-            less_one = less_one + term;
-        }
-        for _ in 0..12 {
-            less_one = less_one.scale(2.0) + less_one * less_one;
-        }
-        less_one + Self::new(1.0)
-    }
-
     /// This angle modulo 2 pi, in [-pi, pi], with an absolute error of a few ulp of pi as long
     /// as the angle is below 1e15.
     pub fn reduced_angle(self) -> f64 {
@@ -174,22 +135,6 @@ mod tests {
         assert!(back.value().abs() < 1e-30);
         let root = TWO_PI.sqrt();
         assert!((root * root - TWO_PI).value().abs() < 1e-30);
-    }
-
-    #[test]
-    fn elementary_functions_have_thirty_digits() {
-        for i in 0..200 {
-            let x = DoubleDouble::new(0.37 * f64::from(i));
-            let (sin, cos) = x.sin_cos();
-            let one = sin * sin + cos * cos - DoubleDouble::new(1.0);
-            assert!(one.value().abs() < 1e-29, "{i} {}", one.value());
-            assert!((sin.hi - x.hi.sin()).abs() < 2e-16 && (cos.hi - x.hi.cos()).abs() < 2e-16);
-            let (double, _) = x.scale(2.0).sin_cos();
-            assert!((double - (sin * cos).scale(2.0)).value().abs() < 1e-29);
-            let (whole, half) = ((-x).exp(), (-x).scale(0.5).exp());
-            assert!((whole - half * half).value().abs() < 1e-29);
-            assert!((whole.hi / (-x.hi).exp() - 1.0).abs() < 1e-14);
-        }
     }
 
     #[test]

@@ -107,10 +107,9 @@ impl FreeMotion {
     /// contact, once per flight.
     pub(crate) fn at_exactly(&self, flight: &Flight, s: f64) -> (Motion, Motion) {
         let turn = self.drive.turned_exactly(flight.start, s);
-        let phase = || self.drive.trig_exactly(flight.clock);
         (
-            self.pendulum.at_exactly(&flight.pendulum, s, &turn, phase),
-            self.oscillator.at_exactly(&flight.oscillator, s, &turn, phase),
+            self.pendulum.at_exactly(&flight.pendulum, s, &turn),
+            self.oscillator.at_exactly(&flight.oscillator, s, &turn),
         )
     }
 

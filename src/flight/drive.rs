@@ -91,14 +91,6 @@ impl Drive {
         Trig { cos: cos_psi, sin: sin_psi }
     }
 
-    /// (cos psi, sin psi) at this clock to 32 digits.
-    pub fn trig_exactly(&self, clock: Clock) -> [DoubleDouble; 2] {
-        let time = DoubleDouble::sum(clock.time_in_period, clock.residual);
-        let angle = time.scale(self.omega) + DoubleDouble::new(self.phase);
-        let (sin, cos) = angle.sin_cos();
-        [cos, sin]
-    }
-
     /// The forcing phase in [0, 2 pi) at this clock.
     pub fn phase_at(&self, clock: Clock) -> f64 {
         let phase = (self.omega * clock.time_in_period + self.phase).rem_euclid(TWO_PI.hi);

@@ -126,8 +126,7 @@ impl Oscillator {
                     [(-slow, DoubleDouble::ZERO), (-slow - 2.0 * kappa, DoubleDouble::ZERO)],
                 )),
                 Decay::Undamped { wd } | Decay::Underdamped { wd } if (omega + wd) * span > 1.0 => {
-                    let decay = DoubleDouble::product(damping, natural);
-                    Response::Beat(Beat::new(forcing, omega, decay, damped))
+                    Response::Beat(Beat::new(forcing, omega, decay_rate, damped))
                 }
                 _ => Response::FromRest(RestResponse::new(
                     omega,
@@ -289,21 +288,10 @@ impl Oscillator {
         self.motion(f, s, self.basis(s), turn)
     }
 
-    /// Motion at local time `s`, with the rounding of the angles made good; `phase` is the forcing
-    /// phase at the start to 32 digits, (cos psi, sin psi).
-    pub fn at_exactly(
-        &self,
-        f: &BodyFlight,
-        s: f64,
-        turn: &Turn,
-        phase: impl FnOnce() -> [DoubleDouble; 2],
-    ) -> Motion {
+    /// Motion at local time `s`, with the rounding of the angles made good.
+    pub fn at_exactly(&self, f: &BodyFlight, s: f64, turn: &Turn) -> Motion {
         if s <= self.short {
             return self.short_motion(f, s, turn);
-        }
-        if let Response::Beat(beat) = &self.response {
-            let (increment, rate) = beat.motion_exactly([f.x, f.v], phase(), DoubleDouble::new(s));
-            return self.motion_from(f, increment, rate, turn);
         }
         self.motion(f, s, self.basis_exactly(s), turn)
     }

@@ -26,13 +26,10 @@ pub(super) struct Beat {
     wd: f64,
     half_sum: DoubleDouble,
     half_difference: DoubleDouble,
-    forcing: DoubleDouble,
-    decay: DoubleDouble,
 }
 
 impl Beat {
-    pub fn new(forcing: f64, omega: f64, decay: DoubleDouble, damped: DoubleDouble) -> Self {
-        let decay_rate = decay.value();
+    pub fn new(forcing: f64, omega: f64, decay_rate: f64, damped: DoubleDouble) -> Self {
         let drive = DoubleDouble::new(omega);
         let half_sum = (drive + damped).scale(0.5);
         let distance = C64::new(decay_rate, 2.0 * half_sum.value());
@@ -43,8 +40,6 @@ impl Beat {
             wd: damped.value(),
             half_sum,
             half_difference: (drive - damped).scale(0.5),
-            forcing: DoubleDouble::new(forcing),
-            decay,
         }
     }
 
@@ -52,55 +47,6 @@ impl Beat {
     pub fn factor(&self, start: Trig) -> (f64, f64) {
         let factor = self.factor * C64::new(start.cos, start.sin);
         (factor.re, factor.im)
-    }
-
-    /// Increment of the displacement and rate of the whole motion after `elapsed`, from a state and
-    /// the forcing phase (cos psi, sin psi): in double-double, as the response is large and partly
-    /// cancels. For the instant of a contact, once per flight.
-    pub fn motion_exactly(
-        &self,
-        [x, v]: [f64; 2],
-        psi: [DoubleDouble; 2],
-        elapsed: DoubleDouble,
-    ) -> (f64, f64) {
-        let times =
-            |[a, b]: [DoubleDouble; 2], [c, d]: [DoubleDouble; 2]| [a * c - b * d, a * d + b * c];
-        let over = |z: [DoubleDouble; 2], [c, d]: [DoubleDouble; 2]| {
-            let size = c * c + d * d;
-            times(z, [c, -d]).map(|part| part.divide(size))
-        };
-        let turned = |frequency: DoubleDouble| {
-            let (sin, cos) = (frequency * elapsed).sin_cos();
-            [cos, sin]
-        };
-        let zero = DoubleDouble::ZERO;
-        let (omega, decay) = (DoubleDouble::new(self.omega), self.decay);
-        let x = DoubleDouble::new(x);
-        let shrink = (-decay * elapsed).exp();
-        let free = turned(self.half_sum - self.half_difference).map(|part| part * shrink);
-        let [p, q] = times(over([self.forcing, zero], [decay, self.half_sum.scale(2.0)]), psi);
-        // e^{-ct/2} sinh(y)/y
-        let angle = self.half_difference * elapsed;
-        let y = [(decay * elapsed).scale(0.5), angle];
-        let quotient = if y[0].hi == 0.0 && y[1].hi == 0.0 {
-            [DoubleDouble::new(1.0), zero]
-        } else {
-            let (sin, cos) = angle.sin_cos();
-            let one = DoubleDouble::new(1.0);
-            over([(one - shrink).scale(0.5) * cos, (one + shrink).scale(0.5) * sin], y)
-        };
-        let e = times(quotient, turned(self.half_sum)).map(|part| part * elapsed);
-        // E' = e^{z1 t} + z0 E
-        let rate = [free[0] - omega * e[1], free[1] + omega * e[0]];
-        let wd = self.half_sum - self.half_difference;
-        let sine = free[1].divide(wd);
-        let speed = DoubleDouble::new(v) - p;
-        let stiff = (wd * wd + decay * decay) * x + decay * speed;
-        let displacement = x * (free[0] - DoubleDouble::new(1.0))
-            + (speed + decay * x) * sine
-            + (p * e[0] - q * e[1]);
-        let velocity = speed * free[0] - stiff * sine + (p * rate[0] - q * rate[1]);
-        (displacement.value(), velocity.value())
     }
 
     /// Displacement and rate after `elapsed`; C - 1 and S of the free motion then.
