@@ -120,20 +120,20 @@ fn of_a_periodic_motion_they_are_those_of_its_multipliers() {
 }
 
 #[test]
-fn chaos_and_a_torus_are_told_apart() {
+fn chaos_and_a_slow_approach_are_told_apart() {
     // Fig. 9(2) and 9(4) of the paper; the latter is no chaos (docs/theory.md, erratum E10).
     let chaotic = paper(1.545).friction(0.5).build().unwrap();
     let largest = spectrum(&settled(&chaotic, 600), 20_000);
     let [found, error] = [largest.exponents[0], largest.errors[0]];
     assert!((found - 0.025).abs() < 0.003 && error < 0.002, "{found} {error}");
-    let torus = paper(2.55)
+    let slow = paper(2.55)
         .friction(0.4)
         .pendulum_damping(0.01)
         .oscillator_damping(0.01)
         .force_amplitude(0.5)
         .build()
         .unwrap();
-    let largest = spectrum(&settled(&torus, 600), 20_000);
+    let largest = spectrum(&settled(&slow, 600), 20_000);
     let [found, error] = [largest.exponents[0], largest.errors[0]];
     assert!(found <= 3.0 * error, "{found} {error}");
 }

@@ -6,7 +6,6 @@ ten times the rest; the C driver is what the makers of CVODE would write.
 
 import ctypes
 import importlib
-from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
@@ -14,7 +13,7 @@ import numpy as np
 
 import native
 
-from .outcome import Outcome, Problem, Solve, most_impacts, penetration
+from .outcome import Outcome, Problem, Solve, most_impacts, one_by_one, penetration
 
 NAME = "CVODE"
 SETTING = "Adams, functional iteration, C"
@@ -101,9 +100,4 @@ def prepare(problem: Problem, tolerance: float = 1e-12) -> Solve:
             ended=ended,
         )
 
-    def solve(
-        frequencies: Sequence[float], periods: int, keep: int, samples: int = 1
-    ) -> list[Outcome]:
-        return [solve_one(omega, periods, keep, samples) for omega in frequencies]
-
-    return solve
+    return one_by_one(solve_one)

@@ -10,13 +10,13 @@ were fastest: ``fast_math`` takes off a quarter and costs no digit here.
 
 import importlib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from .law import walk
-from .outcome import Outcome, Problem, Solve, most_impacts, penetration
+from .outcome import Outcome, Problem, Solve, most_impacts, one_by_one, penetration
 
 NAME = "heyoka.py"
 SETTING = "terminal event, compiled impact law"
@@ -138,12 +138,7 @@ def prepare(problem: Problem, tolerance: float = 1e-12) -> Solve:
             ended="too many contacts" if stopped else "",
         )
 
-    def solve(
-        frequencies: Sequence[float], periods: int, keep: int, samples: int = 1
-    ) -> list[Outcome]:
-        return [solve_one(omega, periods, keep, samples) for omega in frequencies]
-
-    return solve
+    return one_by_one(solve_one)
 
 
 def _same(function: Any) -> Any:

@@ -8,14 +8,13 @@ then at its top). Two turns within one step are not seen. Underdamped bodies off
 
 import importlib
 import math
-from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
 import numpy as np
 
 from .law import walk
-from .outcome import Outcome, Problem, Solve, most_impacts, penetration
+from .outcome import Outcome, Problem, Solve, most_impacts, one_by_one, penetration
 
 NAME = "Numba"
 SETTING = "closed-form flights, scan and Newton"
@@ -215,11 +214,7 @@ def prepare(problem: Problem, tolerance: float = SCAN) -> Solve:
             ended="" if finished else "too many contacts",
         )
 
-    def solve(
-        frequencies: Sequence[float], periods: int, keep: int, samples: int = 1
-    ) -> list[Outcome]:
-        return [solve_one(omega, periods, keep, samples) for omega in frequencies]
-
+    solve = one_by_one(solve_one)
     # Compiled for these types now, outside of what is timed.
     solve([problem.frequency], 1, 1)
     return solve

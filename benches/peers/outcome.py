@@ -1,7 +1,7 @@
 """What a peer is asked and what it answers, the same for all."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -66,6 +66,17 @@ class Solve(Protocol):
     ) -> list[Outcome]:
         """Return one outcome for each frequency."""
         ...
+
+
+def one_by_one(solve_one: Callable[[float, int, int, int], Outcome]) -> Solve:
+    """Return the ``Solve`` of a peer that takes one frequency at a time."""
+
+    def solve(
+        frequencies: Sequence[float], periods: int, keep: int, samples: int = 1
+    ) -> list[Outcome]:
+        return [solve_one(omega, periods, keep, samples) for omega in frequencies]
+
+    return solve
 
 
 def most_impacts(periods: int) -> int:

@@ -8,14 +8,14 @@ that are asked for.
 
 import importlib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .law import resolve
-from .outcome import Outcome, Problem, Solve, most_impacts, penetration
+from .outcome import Outcome, Problem, Solve, most_impacts, one_by_one, penetration
 
 NAME = "SciPy"
 SETTING = "DOP853, terminal event"
@@ -129,9 +129,4 @@ def prepare(problem: Problem, tolerance: float = 1e-12, method: str = "DOP853") 
             ended=ended,
         )
 
-    def solve(
-        frequencies: Sequence[float], periods: int, keep: int, samples: int = 1
-    ) -> list[Outcome]:
-        return [solve_one(omega, periods, keep, samples) for omega in frequencies]
-
-    return solve
+    return one_by_one(solve_one)

@@ -187,14 +187,13 @@ impl Simulation {
             return self.go_over(self.point.anchor.clock, state, next, true);
         }
         match cause {
+            // Short steps of a fast slide are progress; none at all is not.
+            SlideEnd::Continues if reached > EPS * self.motion.span => {
+                self.anchor(clock, state, Phase::Contact(mode));
+                None
+            }
             SlideEnd::Continues | SlideEnd::Side => {
-                // Short steps of a fast slide are progress; none at all is not.
-                let (clock, state) =
-                    if cause == SlideEnd::Continues && reached > EPS * self.motion.span {
-                        (clock, state)
-                    } else {
-                        self.moved_on(clock, &state).unwrap_or((clock, state))
-                    };
+                let (clock, state) = self.moved_on(clock, &state).unwrap_or((clock, state));
                 self.anchor(clock, state, Phase::Contact(mode));
                 None
             }

@@ -19,19 +19,24 @@ def example():
     return runpy.run_path(str(EXAMPLE))
 
 
-@pytest.fixture(scope="module")
-def pair():
+def measured(restitution, drive_frequency):
+    """Return a periodic motion and its spectrum."""
     system = vi.System(
         mass_ratio=0.6,
         frequency_ratio=2.0,
-        restitution=0.8,
+        restitution=restitution,
         gap=0.5,
-        drive_frequency=1.1,
+        drive_frequency=drive_frequency,
         moment_amplitude=1.0,
         damping=(0.05, 0.05),
     )
     motion = vi.simulate(system, initial=START, periods=2000, keep=100).refine()
     return motion, vi.lyapunov_spectrum(system, initial=START, periods=2500, keep=1000)
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return measured(0.8, 1.1)
 
 
 def test_random_motions_have_the_exponents_of_their_multipliers(example, capsys):
@@ -75,17 +80,7 @@ def test_an_exponent_that_is_no_number_is_a_mismatch(example, pair, value):
 
 def test_a_finite_exponent_of_a_multiplier_0_is_a_mismatch(example):
     # A plastic impact loses a direction.
-    system = vi.System(
-        mass_ratio=0.6,
-        frequency_ratio=2.0,
-        restitution=0.0,
-        gap=0.5,
-        drive_frequency=1.8,
-        moment_amplitude=1.0,
-        damping=(0.05, 0.05),
-    )
-    motion = vi.simulate(system, initial=START, periods=2000, keep=100).refine()
-    spectrum = vi.lyapunov_spectrum(system, initial=START, periods=2500, keep=1000)
+    motion, spectrum = measured(0.0, 1.8)
     assert spectrum.exponents[3] == -np.inf
     compare, tally = example["compare"], example["Tally"]()
     assert compare(motion, spectrum, tally) == ""
