@@ -362,7 +362,7 @@ impl<G: Geometry> Search<'_, G> {
             let remainder = self.gap.fourth_bound / 24.0 * offset.powi(4);
             let time = sample.time + offset;
             let inside = (0.0..=self.span).contains(&time);
-            if remainder <= self.gap.noise(time.max(0.0)) || !inside {
+            if remainder <= TAYLOR_PART * self.gap.noise(time.max(0.0)) || !inside {
                 break;
             }
             sample = self.evaluate_exactly(time);

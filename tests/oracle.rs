@@ -166,8 +166,9 @@ fn measured_conditioning(scene: &Value) -> Vec<f64> {
     const PERTURBATION: f64 = 1e-9;
     let periods = scene["periods"].as_i64().unwrap();
     let system = system(scene);
-    let (impacts, _) = run(&system, state(&scene["initial"]), periods);
-    let end = system.drive_period() * periods as f64;
+    // A period more, for an impact after the last section.
+    let (impacts, _) = run(&system, state(&scene["initial"]), periods + 1);
+    let end = system.drive_period() * (periods + 1) as f64;
     let mut growth = vec![1f64; impacts.len() + 1];
     for j in 0..impacts.len() - 1 {
         let pause = 0.05 * (impacts[j + 1].time - impacts[j].time);
