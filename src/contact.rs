@@ -11,6 +11,8 @@
 //! out, at one with g' = 0, g'' < 0 the factor h^2, at a release the factor h^3 (docs/theory.md,
 //! section 3).
 
+#![allow(clippy::inline_always)] // the usual way through a search is compiled for several instruction sets
+
 use crate::flight::{Flight, FreeMotion, Motion};
 use crate::gap::{Direct, GapFlight, GapPoint, Geometry, Oblique};
 use crate::majorant::first_root;
@@ -86,26 +88,52 @@ pub struct ContactReport {
     pub evaluations: u64,
 }
 
-/// First contact of `flight` in (0, `span`]; `delta` is the gap parameter.
+/// First contact of `flight` in (0, `span`].
 #[must_use]
 pub fn next_contact(
     motion: &FreeMotion,
     flight: &Flight,
-    contact: Contact,
-    delta: f64,
     start: Start,
     span: f64,
 ) -> ContactReport {
-    match contact {
-        Contact::Oblique => search::<Oblique>(motion, flight, delta, start, span),
-        Contact::Direct => search::<Direct>(motion, flight, delta, start, span),
+    pulp::Arch::new().dispatch(Job { motion, flight, start, span })
+}
+
+/// A search, compiled for each kind of vector instructions.
+struct Job<'a> {
+    motion: &'a FreeMotion,
+    flight: &'a Flight,
+    start: Start,
+    span: f64,
+}
+
+impl pulp::NullaryFnOnce for Job<'_> {
+    type Output = ContactReport;
+
+    #[inline(always)]
+    fn call(self) -> ContactReport {
+        first_contact(self.motion, self.flight, self.start, self.span)
     }
 }
 
+/// [`next_contact`], for callers that are compiled for several instruction sets themselves.
+#[inline(always)]
+pub(crate) fn first_contact(
+    motion: &FreeMotion,
+    flight: &Flight,
+    start: Start,
+    span: f64,
+) -> ContactReport {
+    match motion.contact {
+        Contact::Oblique => search::<Oblique>(motion, flight, start, span),
+        Contact::Direct => search::<Direct>(motion, flight, start, span),
+    }
+}
+
+#[inline(always)]
 fn search<G: Geometry>(
     motion: &FreeMotion,
     flight: &Flight,
-    delta: f64,
     start: Start,
     span: f64,
 ) -> ContactReport {
@@ -113,22 +141,38 @@ fn search<G: Geometry>(
     let mut clear = 0.0;
     let mut scanned = 0;
     if let Start::Apart | Start::Touching = start {
-        let report = scan::<G>(motion, flight, delta, touching, span);
+        let report = scan::<G>(motion, flight, touching, span);
         scanned = report.evaluations;
         match report.found {
             Scan::Clear(time) => {
                 return ContactReport { found: Found::Clear(time), evaluations: scanned };
             }
             Scan::Contact(time) => {
-                let gap = GapFlight::<G>::within(motion, flight, delta, touching, report.bounds);
+                let gap = GapFlight::<G>::within(motion, flight, touching, report.bounds);
                 let mut search = Search { gap, span, evaluations: scanned };
-                let found = search.meet(time, 0.0);
+                // A time of few digits: its products with the frequencies are exact, and what it
+                // leaves out is in the offset.
+                let found = search.meet(f64::from(time as f32), 0.0);
                 return ContactReport { found, evaluations: search.evaluations };
             }
             Scan::Unsure(time) => clear = time,
         }
     }
-    let gap = GapFlight::<G>::new(motion, flight, delta, touching);
+    carefully::<G>(motion, flight, start, span, clear, scanned)
+}
+
+/// The careful search, from local time `clear` on.
+#[inline(never)]
+fn carefully<G: Geometry>(
+    motion: &FreeMotion,
+    flight: &Flight,
+    start: Start,
+    span: f64,
+    clear: f64,
+    scanned: u64,
+) -> ContactReport {
+    let touching = matches!(start, Start::Touching | Start::Released);
+    let gap = GapFlight::<G>::new(motion, flight, touching);
     let mut search = Search { gap, span, evaluations: scanned };
     let found = search.run(start, clear);
     ContactReport { found, evaluations: search.evaluations }
@@ -165,18 +209,14 @@ enum Lift {
 }
 
 impl<G: Geometry> Search<'_, G> {
+    #[inline(always)]
     fn evaluate(&mut self, s: f64) -> Sample {
         self.evaluations += 1;
         let (gap, bodies) = self.gap.at(s);
         Sample { time: s, gap, bodies }
     }
 
-    fn evaluate_exactly(&mut self, s: f64) -> Sample {
-        self.evaluations += 1;
-        let (gap, bodies) = self.gap.at_exactly(s);
-        Sample { time: s, gap, bodies }
-    }
-
+    #[inline(always)]
     fn touch(&self, sample: &Sample, offset: f64) -> Touch {
         Touch {
             time: sample.time,
@@ -348,24 +388,21 @@ impl<G: Geometry> Search<'_, G> {
     }
 
     /// The contact that lies at about `offset` after `time`.
+    #[inline(always)]
     fn meet(&mut self, time: f64, mut offset: f64) -> Found {
         // Once more with care: whatever is lost here stays in the motion.
-        let mut sample = self.evaluate_exactly(time);
+        let mut sample = self.evaluate(time);
         for _ in 0..SETTLE_STEPS {
-            for _ in 0..3 {
-                let at = sample.gap.later(offset);
-                if at.rate > 0.0 {
-                    offset -= at.value / at.rate;
-                }
-            }
+            offset = sample.gap.rise(offset);
             // Near a double root it may lie further than the polynomials are exact.
-            let remainder = self.gap.fourth_bound / 24.0 * offset.powi(4);
+            let square = offset * offset;
+            let remainder = self.gap.fourth_bound / 24.0 * (square * square);
             let time = sample.time + offset;
             let inside = (0.0..=self.span).contains(&time);
             if remainder <= TAYLOR_PART * self.gap.noise(time.max(0.0)) || !inside {
                 break;
             }
-            sample = self.evaluate_exactly(time);
+            sample = self.evaluate(time);
             offset = 0.0;
         }
         Found::Contact(self.touch(&sample, offset))
