@@ -13,6 +13,7 @@
 
 #![allow(clippy::inline_always)] // the usual way through a search is compiled for several instruction sets
 
+use crate::angle::Angle;
 use crate::flight::{Flight, FreeMotion, Motion};
 use crate::gap::{Direct, GapFlight, GapPoint, Geometry, Oblique};
 use crate::majorant::first_root;
@@ -189,6 +190,7 @@ struct Search<'a, G: Geometry> {
 struct Sample {
     time: f64,
     gap: GapPoint,
+    angle: Angle,
     bodies: (Motion, Motion),
 }
 
@@ -212,8 +214,8 @@ impl<G: Geometry> Search<'_, G> {
     #[inline(always)]
     fn evaluate(&mut self, s: f64) -> Sample {
         self.evaluations += 1;
-        let (gap, bodies) = self.gap.at(s);
-        Sample { time: s, gap, bodies }
+        let (gap, angle, bodies) = self.gap.at(s);
+        Sample { time: s, gap, angle, bodies }
     }
 
     #[inline(always)]
@@ -393,10 +395,13 @@ impl<G: Geometry> Search<'_, G> {
         // Once more with care: whatever is lost here stays in the motion.
         let mut sample = self.evaluate(time);
         for _ in 0..SETTLE_STEPS {
-            offset = sample.gap.rise(offset);
+            let fourth = self.gap.fourth(sample.angle, &sample.bodies);
+            offset = sample.gap.rise(fourth, offset);
             // Near a double root it may lie further than the polynomials are exact.
             let square = offset * offset;
-            let remainder = self.gap.fourth_bound / 24.0 * (square * square);
+            let remainder = (self.gap.fourth_bound / 24.0)
+                .min(self.gap.fifth_bound / 120.0 * offset.abs())
+                * (square * square);
             let time = sample.time + offset;
             let inside = (0.0..=self.span).contains(&time);
             if remainder <= TAYLOR_PART * self.gap.noise(time.max(0.0)) || !inside {

@@ -16,9 +16,9 @@ pub(crate) use drive::{Drive, Trig};
 pub(crate) use oscillator::{BodyFlight, Bounds, Motion, Oscillator};
 pub(crate) use table::{LEVELS, Point, States, Table, Weights};
 
+use crate::angle::Angle;
 use crate::double_double::DoubleDouble;
 use crate::elementary;
-use crate::gap::Angle;
 use crate::params::{Contact, System};
 use crate::state::{Clock, State};
 use crate::tolerance::CHUNK_TURNS;

@@ -166,6 +166,12 @@ pub const CLEAR_ENDS: f64 = 0.01;
 /// Step, as an angle of the fastest motion, at which a flight is sampled for maxima of the gap.
 pub const HUMP_ANGLE: f64 = 0.25;
 
+/// A maximum of the gap this close to the end of a flight, as a part of a local flight,
+pub const END_OF_FLIGHT: f64 = 1e-6;
+
+/// and this close to zero is the contact that ends it: a flat top is known to the root of rounding.
+pub const END_LEVEL: f64 = 1e-12;
+
 /// Chatter is completed with at most this error even if a looser tolerance is asked for: the
 /// difference of two orders is a bound only where the extrapolation converges well.
 pub const LOOSEST_COMPLETION: f64 = 1e-7;

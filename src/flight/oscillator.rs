@@ -350,16 +350,29 @@ impl Oscillator {
         Motion { increment, rate, acceleration, jerk }
     }
 
-    /// Displacement and rate a short time `h` after a motion, by Taylor polynomials of order 4:
-    /// x'''' = -omega^2 f cos psi - 2 c x''' - w^2 x'', f cos psi from the equation of motion.
+    /// Derivatives 4 and 5 of the displacement: x'''' = -omega^2 f cos psi - 2 c x''' - w^2 x'', and
+    /// so on; f cos psi and its rate from the equation of motion.
+    #[inline(always)]
+    pub fn higher(&self, f: &BodyFlight, m: &Motion) -> [f64; 2] {
+        let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
+        let omega2 = self.omega * self.omega;
+        let load = m.acceleration + c2 * m.rate + w2 * (f.x + m.increment);
+        let load_rate = m.jerk + c2 * m.acceleration + w2 * m.rate;
+        let fourth = -omega2 * load - c2 * m.jerk - w2 * m.acceleration;
+        [fourth, -omega2 * load_rate - c2 * fourth - w2 * m.jerk]
+    }
+
+    /// Displacement and rate a short time `h` after a motion, by Taylor polynomials up to the fifth
+    /// derivative.
     #[inline(always)]
     pub fn later(&self, f: &BodyFlight, m: &Motion, h: f64) -> (f64, f64) {
-        let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
-        let load = m.acceleration + c2 * m.rate + w2 * (f.x + m.increment);
-        let snap = -self.omega * self.omega * load - c2 * m.jerk - w2 * m.acceleration;
+        let [fourth, fifth] = self.higher(f, m);
+        let (half, third, quarter) = (0.5 * h, THIRD * h, 0.25 * h);
+        let tail = fourth + 0.2 * h * fifth;
         let displacement =
-            h * (m.rate + 0.5 * h * (m.acceleration + THIRD * h * (m.jerk + 0.25 * h * snap)));
-        let speed = h * (m.acceleration + 0.5 * h * (m.jerk + THIRD * h * snap));
+            h * (m.rate + half * (m.acceleration + third * (m.jerk + quarter * tail)));
+        let tail = fourth + quarter * fifth;
+        let speed = h * (m.acceleration + half * (m.jerk + third * tail));
         (f.x + (m.increment + displacement), m.rate + speed)
     }
 

@@ -3,12 +3,12 @@
 #![allow(clippy::inline_always)] // a flight is compiled for several instruction sets
 
 use super::{Anchor, Checkpoint, Completion, Observer, Phase, Simulation, Takeoff, Turn};
+use crate::angle::Angle;
 use crate::chatter::Limit;
 use crate::contact::{Found, Start, Touch, first_contact};
 use crate::double_double::DoubleDouble;
 use crate::error::SimulationError;
 use crate::event::{Event, GrazeEvent, ImpactEvent, StopReason};
-use crate::gap::Angle;
 use crate::hold::Next;
 use crate::impact::{self, Impact, ImpactFailure, PreImpact};
 use crate::params::{ImpactLaw, System};
