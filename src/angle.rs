@@ -1,6 +1,8 @@
 //! Sine and cosine of the pendulum's angle, which the contact geometry, the impact and the forces in
 //! contact all look at: worked out once and handed on.
 
+#![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
+
 use crate::elementary;
 use crate::params::Contact;
 
@@ -15,7 +17,6 @@ pub(crate) struct Angle {
 impl Contact {
     /// Sine and cosine of x1 in oblique contact, of 0 in direct contact.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(crate) fn angle(self, x1: f64) -> Angle {
         let (sin, cos) = match self {
             Self::Oblique => elementary::sin_cos(x1),
