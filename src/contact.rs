@@ -119,11 +119,15 @@ fn search<G: Geometry>(
             Scan::Clear(time) => {
                 return ContactReport { found: Found::Clear(time), evaluations: scanned };
             }
-            Scan::Contact(time) => {
+            Scan::Contact { after, near } => {
                 let gap = GapFlight::<G>::within(motion, flight, delta, touching, report.bounds);
                 let mut search = Search { gap, span, evaluations: scanned };
-                let found = search.meet(time, 0.0);
-                return ContactReport { found, evaluations: search.evaluations };
+                let (touch, settled) = search.meet(near, 0.0);
+                scanned = search.evaluations;
+                if settled {
+                    return ContactReport { found: Found::Contact(touch), evaluations: scanned };
+                }
+                clear = after;
             }
             Scan::Unsure(time) => clear = time,
         }
@@ -341,34 +345,44 @@ impl<G: Geometry> Search<'_, G> {
         {
             return settled;
         }
-        // First the parabola's root, which exists by the above, then Newton on the cubic.
-        let slope = near.rate + height.max(0.0).sqrt();
-        let offset = h - if slope > 0.0 { 2.0 * near.value / slope } else { 0.0 };
-        Settled::Found(self.meet(sample.time, offset))
+        Settled::Found(Found::Contact(self.meet(sample.time, h).0))
     }
 
-    /// The contact that lies at about `offset` after `time`.
-    fn meet(&mut self, time: f64, mut offset: f64) -> Found {
+    /// The contact that lies at about `offset` after `time`, and whether Newton's steps have come
+    /// to it: from afar they may leap over a double root.
+    fn meet(&mut self, time: f64, mut offset: f64) -> (Touch, bool) {
         // Once more with care: whatever is lost here stays in the motion.
         let mut sample = self.evaluate_exactly(time);
         for _ in 0..SETTLE_STEPS {
-            for _ in 0..3 {
+            // First the parabola's root, as Newton's steps alone are short near a double root.
+            let near = sample.gap.later(offset);
+            let height = near.rate * near.rate - 2.0 * near.second * near.value;
+            let slope = near.rate + height.max(0.0).sqrt();
+            if slope > 0.0 {
+                offset -= 2.0 * near.value / slope;
+            }
+            let mut bend = f64::INFINITY;
+            for _ in 0..2 {
                 let at = sample.gap.later(offset);
                 if at.rate > 0.0 {
-                    offset -= at.value / at.rate;
+                    let step = at.value / at.rate;
+                    offset -= step;
+                    bend = 0.5 * at.second.abs() * step * step;
                 }
             }
-            // Near a double root it may lie further than the polynomials are exact.
-            let remainder = self.gap.fourth_bound / 24.0 * offset.powi(4);
+            // What is left of the cubic, and what it leaves out; near a double root it may lie
+            // further than the polynomials are exact.
+            let remainder = bend + self.gap.fourth_bound / 24.0 * offset.powi(4);
             let time = sample.time + offset;
             let inside = (0.0..=self.span).contains(&time);
-            if remainder <= TAYLOR_PART * self.gap.noise(time.max(0.0)) || !inside {
-                break;
+            let settled = remainder <= TAYLOR_PART * self.gap.noise(time.max(0.0));
+            if settled || !inside {
+                return (self.touch(&sample, offset), settled);
             }
             sample = self.evaluate_exactly(time);
             offset = 0.0;
         }
-        Found::Contact(self.touch(&sample, offset))
+        (self.touch(&sample, offset), false)
     }
 
     /// Top of the hump ahead, unless it is higher than `level`.

@@ -27,8 +27,8 @@ const CUT: usize = 3;
 pub(crate) enum Scan {
     /// No contact up to this local time, which may be several spans.
     Clear(f64),
-    /// The first contact, a simple root, lies near this local time.
-    Contact(f64),
+    /// The first contact, a simple root, lies near one local time and after another.
+    Contact { after: f64, near: f64 },
     /// No contact up to this local time; on from there with care.
     Unsure(f64),
 }
@@ -159,8 +159,8 @@ impl<G: Geometry> Job<'_, G> {
             }
             let next = samples.jet(j + 1);
             if !touching && rises(&start, &next, h, fifth, slack) {
-                let time = s + h * root(&start, &next, h);
-                return if time <= span { Scan::Contact(time) } else { Scan::Clear(span) };
+                let near = s + h * root(&start, &next, h);
+                return if near <= span { Scan::Contact { after: s, near } } else { Scan::Clear(span) };
             }
             if level + CUT >= LEVELS {
                 return Scan::Unsure(s);
