@@ -19,7 +19,7 @@ use crate::scan::{Scan, scan};
 use crate::state::State;
 use crate::tolerance::{
     EPS, FLIGHT_NOISE, GRAZE_NOISE, PAUSE_NOISE, RELEASE_PROBE, SEARCH_PATIENCE, SEARCH_STEPS,
-    SETTLE_STEPS, TAYLOR_PART,
+    SETTLE_PART, SETTLE_STEPS, TAYLOR_PART,
 };
 
 /// How a local flight starts, as far as the contact is concerned.
@@ -375,7 +375,7 @@ impl<G: Geometry> Search<'_, G> {
             let remainder = bend + self.gap.fourth_bound / 24.0 * offset.powi(4);
             let time = sample.time + offset;
             let inside = (0.0..=self.span).contains(&time);
-            let settled = remainder <= TAYLOR_PART * self.gap.noise(time.max(0.0));
+            let settled = remainder <= SETTLE_PART * self.gap.noise(time.max(0.0));
             if settled || !inside {
                 return (self.touch(&sample, offset), settled);
             }

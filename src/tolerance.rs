@@ -19,6 +19,10 @@ pub const GRAZE_NOISE: f64 = 4.0;
 /// `M h^4/24` is below this part of the rounding level, so another evaluation adds nothing.
 pub const TAYLOR_PART: f64 = 1.0 / 64.0;
 
+/// The same for the instant of the contact itself, whose error stays in the motion, and has one
+/// sign: over 10^8 impacts a bias of a hundredth of a rounding shows.
+pub const SETTLE_PART: f64 = 1.0 / 4096.0;
+
 /// A separation velocity below so many `EPS V` is rounding and counts as zero; twice what the
 /// gap may rise by rounding alone per unit time.
 pub const REST_NOISE: f64 = 2.0 * GRAZE_NOISE * FLIGHT_NOISE;

@@ -335,15 +335,19 @@ impl Oscillator {
         Motion { increment, rate, acceleration, jerk }
     }
 
-    /// Displacement and rate a short time `h` after a motion, by Taylor polynomials of order 4:
-    /// x'''' = -omega^2 f cos psi - 2 c x''' - w^2 x'', f cos psi from the equation of motion.
+    /// Displacement and rate a short time `h` after a motion, by the Taylor polynomial of order 5:
+    /// x'''' = -omega^2 f cos psi - 2 c x''' - w^2 x'', f cos psi from the equation of motion, and
+    /// once more so. Energy would drift by the last term, whose sign is always the same.
     pub fn later(&self, f: &BodyFlight, m: &Motion, h: f64) -> (f64, f64) {
         let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
         let load = m.acceleration + c2 * m.rate + w2 * (f.x + m.increment);
         let snap = -self.omega * self.omega * load - c2 * m.jerk - w2 * m.acceleration;
-        let displacement =
-            h * (m.rate + h / 2.0 * (m.acceleration + h / 3.0 * (m.jerk + h / 4.0 * snap)));
-        let speed = h * (m.acceleration + h / 2.0 * (m.jerk + h / 3.0 * snap));
+        let load_rate = m.jerk + c2 * m.acceleration + w2 * m.rate;
+        let last = h / 4.0 * (-self.omega * self.omega * load_rate - c2 * snap - w2 * m.jerk);
+        let displacement = h
+            * (m.rate
+                + h / 2.0 * (m.acceleration + h / 3.0 * (m.jerk + h / 4.0 * (snap + 0.8 * last))));
+        let speed = h * (m.acceleration + h / 2.0 * (m.jerk + h / 3.0 * (snap + last)));
         (f.x + (m.increment + displacement), m.rate + speed)
     }
 
