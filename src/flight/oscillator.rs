@@ -40,6 +40,7 @@ enum Response {
 /// One body's equation of motion, worked out once per system.
 #[derive(Debug, Clone)]
 pub(crate) struct Oscillator {
+    natural: f64,
     natural_squared: f64,
     decay_rate: f64,
     decay: Decay,
@@ -140,6 +141,7 @@ impl Oscillator {
             Complex::new(forcing, 0.0) / stiffness
         };
         Self {
+            natural,
             natural_squared: natural * natural,
             decay_rate,
             decay,
@@ -177,7 +179,9 @@ impl Oscillator {
             _ => (x, v),
         };
         let c = self.decay_rate;
-        BodyFlight { x, v, a, rate, b: rate + c * a, k: self.natural_squared * a + c * rate, p, q }
+        // Not by w^2, a constant whose rounding every flight would leave in the energy.
+        let k = self.natural * (self.natural * a) + c * rate;
+        BodyFlight { x, v, a, rate, b: rate + c * a, k, p, q }
     }
 
     /// (C - 1, S) at local time s.
