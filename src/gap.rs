@@ -40,6 +40,8 @@ impl GapPoint {
 pub(crate) trait Geometry {
     /// Constants of a flight, from the pendulum's angle at its start.
     type Anchor: Copy;
+    /// Whether the gap needs the sine of x1.
+    const TURNS: bool;
     fn anchor(x1: f64) -> Self::Anchor;
     /// Position of the tip along the normal: sin x1, or x1.
     fn tip(anchor: Self::Anchor) -> f64;
@@ -60,6 +62,7 @@ pub(crate) struct Direct;
 
 impl Geometry for Oblique {
     type Anchor = (f64, f64);
+    const TURNS: bool = true;
 
     #[inline]
     fn anchor(x1: f64) -> (f64, f64) {
@@ -119,6 +122,7 @@ impl Geometry for Oblique {
 
 impl Geometry for Direct {
     type Anchor = f64;
+    const TURNS: bool = false;
 
     #[inline]
     fn anchor(x1: f64) -> f64 {

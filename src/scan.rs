@@ -112,7 +112,7 @@ impl<G: Geometry> Job<'_, G> {
         let mut start = self.jet(&point);
         let clear = if touching { start[1] < -SCAN_REST * bounds.rate } else { start[0] < -slack };
         let turned = state.x1.abs() + SCAN_SPANS * bounds.rate * span;
-        if !(clear && turned <= MOST_TURNED) {
+        if !(clear && (turned <= MOST_TURNED || !G::TURNS)) {
             return Scan::Unsure(0.0);
         }
         // Halving the step takes a 64th of the remainder; a NaN or too large a bound finds no level.
