@@ -160,7 +160,11 @@ impl<G: Geometry> Job<'_, G> {
             let next = samples.jet(j + 1);
             if !touching && rises(&start, &next, h, fifth, slack) {
                 let near = s + h * root(&start, &next, h);
-                return if near <= span { Scan::Contact { after: s, near } } else { Scan::Clear(span) };
+                return if near <= span {
+                    Scan::Contact { after: s, near }
+                } else {
+                    Scan::Clear(span)
+                };
             }
             if level + CUT >= LEVELS {
                 return Scan::Unsure(s);

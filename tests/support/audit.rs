@@ -10,7 +10,7 @@ mod tally;
 
 use dense::{Place, Seen};
 use double_double::Dd;
-use draw::{Draw, draw};
+pub use draw::{Draw, Kind, draw};
 use exact_motion::DenseFlight;
 use rayon::prelude::*;
 use rounding::Level;
@@ -112,7 +112,11 @@ fn search(draw: &Draw, motion: &FreeMotion) -> Searched {
 
 /// Judges flight number `index` of a seed.
 pub fn judge(seed: u64, index: u64) -> Judged {
-    let draw = draw(seed, index);
+    judge_flight(index, draw(seed, index))
+}
+
+/// Judges any flight.
+pub fn judge_flight(index: u64, draw: Draw) -> Judged {
     let motion = FreeMotion::new(&draw.system);
     let span = motion.span();
     let level = Level::new(&draw.system, &draw.state, draw.kind.touching(), span);
