@@ -94,6 +94,11 @@ pub const SIMULTANEOUS: f64 = 8.0 * EPS;
 /// x1' beyond all bounds.
 pub const NO_ROOM: f64 = 1e-7;
 
+/// With |cos x1| below this, in units of 1 + |gap|, a wall that approaches a tip at sin x1 = 1 meets
+/// it at dead centre: thrown aside at u/cos x1 it would be back before the gap has changed by more
+/// than its rounding, and no number says what follows.
+pub const DEAD_CENTRE: f64 = 64.0 * EPS;
+
 /// First and last part of a local flight at which a release with g''' = 0 is probed.
 pub const RELEASE_PROBE: (f64, f64) = (1e-6, 1e-2);
 
@@ -140,7 +145,7 @@ pub const REACH_LEVEL: f64 = 1e-10;
 
 /// With |cos x1| above this, x1 follows a wall (mbar = 0) on the contact; below, where x1 would
 /// magnify the wall's rounding, the wall is moved by rounding instead.
-pub const WALL_SLOPE: f64 = 1e-3;
+pub const WALL_SLOPE: f64 = 0.1;
 
 /// Longest step of the contact phase, as an angle of the fastest of both bodies and the drive:
 /// what a series of order `hold::slide::ORDER` still sums to rounding.

@@ -176,3 +176,18 @@ fn a_contact_near_a_double_root_is_settled_exactly() {
     assert!(worst < 1e-12, "{worst:e}");
     assert!(run.contacts.iter().all(|c| c.error <= 1e-12), "{:?}", run.contacts);
 }
+
+/// A wall (mbar = 0) that comes down on a tip at sin x1 = 1: with cos x1 at rounding level it is
+/// thrown aside at 1e15 times its speed, and what follows was wrong without a word.
+#[test]
+fn a_wall_at_dead_centre_jams_the_tip() {
+    let system = paper().mass_ratio(0.0).frequency_ratio(0.0).gap(0.4).restitution(0.4);
+    let system = system.moment_amplitude(0.0).force_amplitude(0.1).build().unwrap();
+    for (off, jams) in [(0.0, true), (1e-15, true), (-1e-14, true), (1e-12, false), (1e-6, false)] {
+        let x1 = std::f64::consts::FRAC_PI_2 + off;
+        let start = [x1, 0.0, x1.sin() - 0.4 + 0.05, -1.1];
+        let run = go(&system, start, RunOptions::until(Horizon::Time(0.06)));
+        assert_eq!(run.stop_reason == StopReason::Jammed, jams, "{off:e}: {:?}", run.stop_reason);
+        assert_eq!(run.impact_count > 0, !jams, "{off:e}");
+    }
+}

@@ -103,7 +103,7 @@ pub(super) fn walk<L: Restitution>(
             // All laws end here and none gains energy. -r u is exact; the difference of the
             // velocities has rounding.
             state.loss = state.loss.max(0.0);
-            return state.outcome::<L>(regime, u, -restitution * u, u / slowing.hi);
+            return state.outcome::<L>(regime, u, -restitution * u, approach.hi / slowing.hi);
         }
         Regime::ReversalInApproach { switch } => (switch, true, false),
         Regime::StickInApproach { switch } => (switch, true, true),
