@@ -255,7 +255,7 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
 
     /// State `h` after a sampled local time, from the Taylor polynomials of both bodies.
     pub fn state_later(&self, bodies: &(Motion, Motion), h: f64) -> State {
-        self.motion.state_later(self.flight, bodies, h)
+        self.motion.state_later(bodies, h)
     }
 
     /// Bound of the rounding error of `at(s).value`.

@@ -72,6 +72,10 @@ pub const PAUSE_NOISE: f64 = 1024.0;
 /// most by this factor, else one that stays finite (more work per evaluation).
 pub const RESONANCE_LOSS: f64 = 1.0;
 
+/// After a decay by exp(-this) a free motion is no longer computed as an increment from its start,
+/// whose rounding would then exceed its own twentyfold.
+pub const DECAYED: f64 = 3.0;
+
 /// Damping ratios below this count as zero.
 pub const LEAST_DAMPING: f64 = 1e-100;
 

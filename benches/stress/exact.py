@@ -147,7 +147,7 @@ def judge(case: Case) -> Verdict:
             return Verdict(Outcome.WITHIN, units, detail=difference, impacts=len(run.impacts))
         bound = _conditioning(case, times, plain, states)
     except (Undecided, RuntimeError, ValueError, ZeroDivisionError) as doubt:
-        return Verdict(Outcome.UNDECIDED, detail=f"perturbed: {type(doubt).__name__}: {doubt}")
+        return Verdict(Outcome.UNDECIDED, detail=f"{type(doubt).__name__}: {doubt}")
     conditioned = _units(error, states, bound, late, times)
     good = conditioned <= 1 and not difference
     outcome = Outcome.ILL_CONDITIONED if good else Outcome.WRONG

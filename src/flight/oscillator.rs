@@ -10,7 +10,7 @@ use nalgebra::Complex;
 use super::drive::{Trig, Turn, turn_exactly};
 use super::resonance::{Beat, RestResponse};
 use crate::double_double::DoubleDouble;
-use crate::tolerance::{LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE, SHORT_ORDER};
+use crate::tolerance::{DECAYED, LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE, SHORT_ORDER};
 
 /// How a free oscillation decays.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,9 +82,19 @@ pub(crate) struct BodyFlight {
 pub(crate) struct Motion {
     /// x(s) - x(0).
     pub increment: f64,
+    /// x(s) as a sum: of x(0) and the increment, or after strong decay, where these cancel, of
+    /// itself and 0.
+    place: [f64; 2],
     pub rate: f64,
     pub acceleration: f64,
     pub jerk: f64,
+}
+
+impl Motion {
+    /// x(s).
+    pub fn displacement(&self) -> f64 {
+        self.place[0] + self.place[1]
+    }
 }
 
 /// Bounds of |x'|, |x''|, |x'''|, |x''''| during a local flight.
@@ -115,7 +125,10 @@ impl Oscillator {
             Complex::new((natural - omega) * (natural + omega), 2.0 * decay_rate * omega);
         let inverse = 1.0 / stiffness.norm();
         // Size of the forced motion within one local flight, per unit force.
-        let reach = (0.5 * span * span).min(span / (natural + omega));
+        let mut reach = (0.5 * span * span).min(span / (natural + omega));
+        if let Decay::Overdamped { kappa, .. } = decay {
+            reach = reach.min(span / (2.0 * kappa));
+        }
         let response = if forcing == 0.0 {
             Response::Unforced
         } else if inverse <= RESONANCE_LOSS * reach {
@@ -257,9 +270,56 @@ impl Oscillator {
         match self.response {
             Response::Steady => (
                 increment + (f.p * turn.cos_minus_1 + f.q * turn.sin),
-                rate + self.omega * (f.q + (f.q * turn.cos_minus_1 - f.p * turn.sin)),
+                rate + self.steady_rate(f, turn),
             ),
             _ => (increment, rate),
+        }
+    }
+
+    fn steady_rate(&self, f: &BodyFlight, turn: &Turn) -> f64 {
+        self.omega * (f.q + (f.q * turn.cos_minus_1 - f.p * turn.sin))
+    }
+
+    /// Whether the free motion has decayed so far that its start would cancel.
+    #[inline]
+    fn decayed(&self, s: f64) -> bool {
+        self.decay_rate * s > DECAYED
+    }
+
+    /// Displacement (not its increment) and rate without the start's rounding, the forced motion
+    /// only if it is steady.
+    #[cold]
+    fn remainder(&self, f: &BodyFlight, elapsed: DoubleDouble, turn: &Turn) -> (f64, f64) {
+        let s = elapsed.hi;
+        let left = (-self.decay_rate * s).exp();
+        let combined =
+            |cosine: f64, sine: f64| (f.a * cosine + f.b * sine, f.rate * cosine - f.k * sine);
+        let (x, v) = match self.decay {
+            Decay::Undamped { wd } | Decay::Underdamped { wd } => {
+                let (sin, cos) = (self.damped * elapsed).reduced_angle().sin_cos();
+                combined(left * cos, left * sin / wd)
+            }
+            Decay::Critical => combined(left, s * left),
+            Decay::Overdamped { kappa, slow } => {
+                let fast = slow + 2.0 * kappa;
+                let (slow_left, fast_left) = ((-slow * s).exp(), (-fast * s).exp());
+                if kappa < 0.5 * self.decay_rate {
+                    let split = -(-2.0 * kappa * s).exp_m1() / (2.0 * kappa);
+                    combined(0.5 * (slow_left + fast_left), slow_left * split)
+                } else {
+                    // C and S cancel too; the two modes do not.
+                    let slow_part = (f.rate + fast * f.a) / (2.0 * kappa) * slow_left;
+                    let fast_part = -(f.rate + slow * f.a) / (2.0 * kappa) * fast_left;
+                    (slow_part + fast_part, -slow * slow_part - fast * fast_part)
+                }
+            }
+        };
+        match self.response {
+            Response::Steady => (
+                x + (f.p + (f.p * turn.cos_minus_1 + f.q * turn.sin)),
+                v + self.steady_rate(f, turn),
+            ),
+            _ => (x, v),
         }
     }
 
@@ -317,34 +377,39 @@ impl Oscillator {
             (lower, upper) = (upper, next);
             (cos, sin) = (-self.omega * sin / order, self.omega * cos / order);
         }
-        self.motion_from(f, increment, rate, turn)
+        self.motion_from(increment, rate, [f.x, increment], turn)
     }
 
     #[inline]
     fn motion(&self, f: &BodyFlight, s: f64, basis: (f64, f64), turn: &Turn) -> Motion {
-        let (mut increment, mut rate) = self.combine(f, basis, turn);
-        if let Some((x, v)) = self.resonant(f, DoubleDouble::new(s), basis, turn.start) {
-            increment += x;
-            rate += v;
+        let elapsed = DoubleDouble::new(s);
+        let forced = self.resonant(f, elapsed, basis, turn.start).unwrap_or((0.0, 0.0));
+        if self.decayed(s) {
+            let (x, v) = self.remainder(f, elapsed, turn);
+            let x = x + forced.0;
+            return self.motion_from(x - f.x, v + forced.1, [x, 0.0], turn);
         }
-        self.motion_from(f, increment, rate, turn)
+        let (increment, rate) = self.combine(f, basis, turn);
+        let increment = increment + forced.0;
+        self.motion_from(increment, rate + forced.1, [f.x, increment], turn)
     }
 
     /// The next derivatives from the equation of motion.
     #[inline]
-    fn motion_from(&self, f: &BodyFlight, increment: f64, rate: f64, turn: &Turn) -> Motion {
+    fn motion_from(&self, increment: f64, rate: f64, place: [f64; 2], turn: &Turn) -> Motion {
         let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
-        let acceleration = self.forcing * turn.phase.cos - c2 * rate - w2 * (f.x + increment);
+        let x = place[0] + place[1];
+        let acceleration = self.forcing * turn.phase.cos - c2 * rate - w2 * x;
         let jerk = -self.forcing * self.omega * turn.phase.sin - c2 * acceleration - w2 * rate;
-        Motion { increment, rate, acceleration, jerk }
+        Motion { increment, place, rate, acceleration, jerk }
     }
 
     /// Displacement and rate a short time `h` after a motion, by the Taylor polynomial of order 5:
     /// x'''' = -omega^2 f cos psi - 2 c x''' - w^2 x'', f cos psi from the equation of motion, and
     /// once more so. Energy would drift by the last term, whose sign is always the same.
-    pub fn later(&self, f: &BodyFlight, m: &Motion, h: f64) -> (f64, f64) {
+    pub fn later(&self, m: &Motion, h: f64) -> (f64, f64) {
         let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
-        let load = m.acceleration + c2 * m.rate + w2 * (f.x + m.increment);
+        let load = m.acceleration + c2 * m.rate + w2 * m.displacement();
         let snap = -self.omega * self.omega * load - c2 * m.jerk - w2 * m.acceleration;
         let load_rate = m.jerk + c2 * m.acceleration + w2 * m.rate;
         let last = h / 4.0 * (-self.omega * self.omega * load_rate - c2 * snap - w2 * m.jerk);
@@ -352,7 +417,7 @@ impl Oscillator {
             * (m.rate
                 + h / 2.0 * (m.acceleration + h / 3.0 * (m.jerk + h / 4.0 * (snap + 0.8 * last))));
         let speed = h * (m.acceleration + h / 2.0 * (m.jerk + h / 3.0 * (snap + last)));
-        (f.x + (m.increment + displacement), m.rate + speed)
+        (m.place[0] + (m.place[1] + displacement), m.rate + speed)
     }
 
     /// Displacement and rate after any time.
@@ -362,12 +427,13 @@ impl Oscillator {
             return (x + motion.increment, motion.rate);
         }
         let basis = self.basis_far(elapsed);
-        let (mut increment, mut rate) = self.combine(f, basis, turn);
-        if let Some((dx, v)) = self.resonant(f, elapsed, basis, turn.start) {
-            increment += dx;
-            rate += v;
+        let forced = self.resonant(f, elapsed, basis, turn.start).unwrap_or((0.0, 0.0));
+        if self.decayed(elapsed.hi) {
+            let (x, v) = self.remainder(f, elapsed, turn);
+            return (x + forced.0, v + forced.1);
         }
-        (x + increment, rate)
+        let (increment, rate) = self.combine(f, basis, turn);
+        (x + (increment + forced.0), rate + forced.1)
     }
 
     /// Derivative of displacement and rate after `elapsed` with respect to those at the start:
