@@ -4,10 +4,11 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[allow(dead_code)]
 #[path = "support/audit.rs"]
 mod audit;
-#[path = "support/random_systems.rs"]
 #[allow(dead_code)]
+#[path = "support/random_systems.rs"]
 mod random_systems;
 
 use std::collections::BTreeMap;

@@ -191,3 +191,34 @@ fn a_wall_at_dead_centre_jams_the_tip() {
         assert_eq!(run.impact_count > 0, !jams, "{off:e}");
     }
 }
+
+/// Body 2 presses the tip past sin x1 = -1, where the contact's inertia is mbar alone: it passes
+/// within mbar/|x2'|, which was taken for a standstill. Energy, or a typed stop, and never more.
+#[test]
+fn a_light_tip_pressed_past_the_end_of_its_reach_keeps_the_energy() {
+    let mut passed = 0;
+    for exponent in (-60..=-4).chain([-100, -200, -300]) {
+        let mass_ratio = 10f64.powi(exponent);
+        let system = paper().mass_ratio(mass_ratio).frequency_ratio(0.0).restitution(0.0).gap(0.2);
+        let system = system.drive_frequency(1.0).moment_amplitude(0.0).build().unwrap();
+        for x1 in [-1.45, -1.3, -1.25, -1.1] {
+            let start = [x1, 0.0, f64::sin(x1) - 0.17, -2.0];
+            let run = go(&system, start, RunOptions::until(Horizon::Time(0.5)));
+            assert!(run.final_state.state.to_array().iter().all(|c| c.is_finite()));
+            if run.stop_reason == StopReason::Painleve {
+                assert!(exponent <= -25, "1e{exponent} {x1}");
+                continue;
+            }
+            assert_eq!(run.stop_reason, StopReason::Completed, "1e{exponent} {x1}");
+            passed += 1;
+            let energy = |[_, v1, x2, v2]: [f64; 4]| mass_ratio * v1 * v1 + v2 * v2 + x2 * x2;
+            let landed = run.trajectory(&[run.impacts[0].time]).unwrap()[0];
+            let end = run.final_state.state.to_array();
+            let change = energy(end) / energy(landed) - 1.0;
+            // cos x1 has the rounding of x1 where it is as small as sqrt(mbar).
+            let allowed = 64.0 * f64::EPSILON / mass_ratio.sqrt().min(1.0);
+            assert!(change.abs() < allowed, "1e{exponent} {x1}: {change:e}");
+        }
+    }
+    assert!(passed >= 80, "{passed}");
+}

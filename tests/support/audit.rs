@@ -10,7 +10,7 @@ mod tally;
 
 use dense::{Place, Seen};
 use double_double::Dd;
-pub use draw::{Draw, Kind, draw};
+pub use draw::{Draw, draw};
 use exact_motion::DenseFlight;
 use rayon::prelude::*;
 use rounding::Level;
