@@ -10,7 +10,8 @@ mod tally;
 
 use dense::{Place, Seen};
 use double_double::Dd;
-pub use draw::{Draw, draw};
+#[allow(unused_imports)] // each test its own
+pub use draw::{Draw, Kind, draw};
 use exact_motion::DenseFlight;
 use rayon::prelude::*;
 use rounding::Level;
