@@ -19,6 +19,7 @@ use vibroimpact::contact::{Found, Start, Touch, next_contact};
 use vibroimpact::tolerance::EPS;
 use vibroimpact::{Clock, FreeMotion};
 
+#[allow(unused_imports)]
 pub use tally::{HEADER, Tally};
 
 /// Judgement of one flight.
