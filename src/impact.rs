@@ -134,7 +134,8 @@ fn no_room(system: &System, pre: &PreImpact) -> bool {
     let approaches = system.mass_ratio == 0.0 && pre.v2 < 0.0;
     let at_end = || pre.sin < 0.0 && pre.cos.abs() <= NO_ROOM;
     let at_dead_centre = || {
-        pre.cos.abs() <= DEAD_CENTRE * (1.0 + system.gap.abs())
+        pre.sin > 0.0
+            && pre.cos.abs() <= DEAD_CENTRE * (1.0 + system.gap.abs())
             && -pre.v2 > (pre.v1 * pre.cos).abs()
     };
     approaches && (at_end() || at_dead_centre())

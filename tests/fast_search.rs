@@ -216,8 +216,9 @@ fn a_contact_just_below_a_top_is_met_at_its_instant() {
 /// Whatever the unit of length: with numbers above 1e5 the search once took another path.
 #[test]
 fn direct_contact_scales_to_the_last_bit() {
-    let impacts = |scale: f64| {
+    let impacts = |scale: f64, mass_ratio: f64| {
         let system = direct()
+            .mass_ratio(mass_ratio)
             .gap(0.5 * scale)
             .moment_amplitude(1.3 * scale)
             .force_amplitude(0.2 * scale)
@@ -235,8 +236,10 @@ fn direct_contact_scales_to_the_last_bit() {
         assert_eq!(found.len(), 40);
         found
     };
-    let plain = impacts(1.0);
-    for exponent in [-240, -27, -3, 9, 12, 17, 27, 240] {
-        assert_eq!(impacts(2f64.powi(exponent)), plain, "2^{exponent}");
+    for mass_ratio in [0.6, 0.0] {
+        let plain = impacts(1.0, mass_ratio);
+        for exponent in [-240, -50, -27, -3, 9, 12, 17, 27, 50, 240] {
+            assert_eq!(impacts(2f64.powi(exponent), mass_ratio), plain, "2^{exponent}");
+        }
     }
 }

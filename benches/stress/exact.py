@@ -62,8 +62,13 @@ class Outcome(StrEnum):
     WITHIN = "within"
     ILL_CONDITIONED = "ill-conditioned"
     STOPPED = "typed stop"
+    EARLY = "stops early"
     WRONG = "wrong"
     UNDECIDED = "no reference"
+
+
+# None of these where a range is said to hold.
+BROKEN = (Outcome.WRONG, Outcome.EARLY)
 
 
 @dataclass(frozen=True)
@@ -126,8 +131,9 @@ def judge(case: Case) -> Verdict:
     goes_on = ("completed", "rest")
     if run.stop_reason not in goes_on or plain.ending not in goes_on:
         # Both see that no motion fits; which of two reasons comes first is a matter of rounding.
-        both = run.stop_reason not in goes_on and plain.ending not in goes_on
-        outcome = Outcome.STOPPED if both else Outcome.WRONG
+        outcome = Outcome.WRONG
+        if run.stop_reason not in goes_on:
+            outcome = Outcome.EARLY if plain.ending in goes_on else Outcome.STOPPED
         return Verdict(outcome, detail=f"{run.stop_reason}, reference {plain.ending}")
     if len(plain.samples) != SAMPLES:
         return Verdict(Outcome.UNDECIDED, detail="the reference ends early")
