@@ -88,11 +88,11 @@ fn contact_search(c: &mut Criterion) {
             flights.push((motion.flight(Clock::START, start()), Start::Apart));
         }
         let mut next = flights.iter().cycle();
-        let (contact, gap, span) = (system.contact(), system.gap(), motion.span());
+        let span = motion.span();
         group.bench_function(name, |b| {
             b.iter(|| {
                 let (flight, from) = next.next().unwrap();
-                next_contact(&motion, black_box(flight), contact, gap, *from, span)
+                next_contact(&motion, black_box(flight), *from, span)
             });
         });
     }

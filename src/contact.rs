@@ -11,6 +11,8 @@
 //! out, at one with g' = 0, g'' < 0 the factor h^2, at a release the factor h^3 (docs/theory.md,
 //! section 3).
 
+#![allow(clippy::inline_always)] // the usual way through a search is compiled for several instruction sets
+
 use crate::flight::{Flight, FreeMotion, Motion};
 use crate::gap::{Direct, GapFlight, GapPoint, Geometry, Oblique};
 use crate::majorant::first_root;
@@ -86,26 +88,52 @@ pub struct ContactReport {
     pub evaluations: u64,
 }
 
-/// First contact of `flight` in (0, `span`]; `delta` is the gap parameter.
+/// First contact of `flight` in (0, `span`].
 #[must_use]
 pub fn next_contact(
     motion: &FreeMotion,
     flight: &Flight,
-    contact: Contact,
-    delta: f64,
     start: Start,
     span: f64,
 ) -> ContactReport {
-    match contact {
-        Contact::Oblique => search::<Oblique>(motion, flight, delta, start, span),
-        Contact::Direct => search::<Direct>(motion, flight, delta, start, span),
+    pulp::Arch::new().dispatch(Job { motion, flight, start, span })
+}
+
+/// A search, compiled for each kind of vector instructions.
+struct Job<'a> {
+    motion: &'a FreeMotion,
+    flight: &'a Flight,
+    start: Start,
+    span: f64,
+}
+
+impl pulp::NullaryFnOnce for Job<'_> {
+    type Output = ContactReport;
+
+    #[inline(always)]
+    fn call(self) -> ContactReport {
+        first_contact(self.motion, self.flight, self.start, self.span)
     }
 }
 
+/// [`next_contact`], for callers that are compiled for several instruction sets themselves.
+#[inline(always)]
+pub(crate) fn first_contact(
+    motion: &FreeMotion,
+    flight: &Flight,
+    start: Start,
+    span: f64,
+) -> ContactReport {
+    match motion.contact {
+        Contact::Oblique => search::<Oblique>(motion, flight, start, span),
+        Contact::Direct => search::<Direct>(motion, flight, start, span),
+    }
+}
+
+#[inline(always)]
 fn search<G: Geometry>(
     motion: &FreeMotion,
     flight: &Flight,
-    delta: f64,
     start: Start,
     span: f64,
 ) -> ContactReport {
@@ -113,16 +141,18 @@ fn search<G: Geometry>(
     let mut clear = 0.0;
     let mut scanned = 0;
     if let Start::Apart | Start::Touching = start {
-        let report = scan::<G>(motion, flight, delta, touching, span);
+        let report = scan::<G>(motion, flight, touching, span);
         scanned = report.evaluations;
         match report.found {
             Scan::Clear(time) => {
                 return ContactReport { found: Found::Clear(time), evaluations: scanned };
             }
             Scan::Contact { after, near } => {
-                let gap = GapFlight::<G>::within(motion, flight, delta, touching, report.bounds);
+                let gap = GapFlight::<G>::within(motion, flight, touching, report.bounds);
                 let mut search = Search { gap, span, evaluations: scanned };
-                let (touch, settled) = search.meet(near, 0.0);
+                // A time of few digits: its products with the frequencies are exact, and what it
+                // leaves out is in the offset.
+                let (touch, settled) = search.meet(f64::from(near as f32), 0.0);
                 scanned = search.evaluations;
                 if settled {
                     return ContactReport { found: Found::Contact(touch), evaluations: scanned };
@@ -132,7 +162,21 @@ fn search<G: Geometry>(
             Scan::Unsure(time) => clear = time,
         }
     }
-    let gap = GapFlight::<G>::new(motion, flight, delta, touching);
+    carefully::<G>(motion, flight, start, span, clear, scanned)
+}
+
+/// The careful search, from local time `clear` on.
+#[inline(never)]
+fn carefully<G: Geometry>(
+    motion: &FreeMotion,
+    flight: &Flight,
+    start: Start,
+    span: f64,
+    clear: f64,
+    scanned: u64,
+) -> ContactReport {
+    let touching = matches!(start, Start::Touching | Start::Released);
+    let gap = GapFlight::<G>::new(motion, flight, touching);
     let mut search = Search { gap, span, evaluations: scanned };
     let found = search.run(start, clear);
     ContactReport { found, evaluations: search.evaluations }
@@ -169,18 +213,14 @@ enum Lift {
 }
 
 impl<G: Geometry> Search<'_, G> {
+    #[inline(always)]
     fn evaluate(&mut self, s: f64) -> Sample {
         self.evaluations += 1;
         let (gap, bodies) = self.gap.at(s);
         Sample { time: s, gap, bodies }
     }
 
-    fn evaluate_exactly(&mut self, s: f64) -> Sample {
-        self.evaluations += 1;
-        let (gap, bodies) = self.gap.at_exactly(s);
-        Sample { time: s, gap, bodies }
-    }
-
+    #[inline(always)]
     fn touch(&self, sample: &Sample, offset: f64) -> Touch {
         Touch {
             time: sample.time,
@@ -348,38 +388,25 @@ impl<G: Geometry> Search<'_, G> {
         Settled::Found(Found::Contact(self.meet(sample.time, h).0))
     }
 
-    /// The contact that lies at about `offset` after `time`, and whether Newton's steps have come
-    /// to it: from afar they may leap over a double root.
+    /// The contact that lies at about `offset` after `time`, and whether the steps have come to it:
+    /// from afar they may leap over a double root.
+    #[inline(always)]
     fn meet(&mut self, time: f64, mut offset: f64) -> (Touch, bool) {
         // Once more with care: whatever is lost here stays in the motion.
-        let mut sample = self.evaluate_exactly(time);
+        let mut sample = self.evaluate(time);
         for _ in 0..SETTLE_STEPS {
-            // First the parabola's root, as Newton's steps alone are short near a double root.
-            let near = sample.gap.later(offset);
-            let height = near.rate * near.rate - 2.0 * near.second * near.value;
-            let slope = near.rate + height.max(0.0).sqrt();
-            if slope > 0.0 {
-                offset -= 2.0 * near.value / slope;
-            }
-            let mut bend = f64::INFINITY;
-            for _ in 0..2 {
-                let at = sample.gap.later(offset);
-                if at.rate > 0.0 {
-                    let step = at.value / at.rate;
-                    offset -= step;
-                    bend = 0.5 * at.second.abs() * step * step;
-                }
-            }
-            // What is left of the cubic, and what it leaves out; near a double root it may lie
-            // further than the polynomials are exact.
-            let remainder = bend + self.gap.fourth_bound / 24.0 * offset.powi(4);
+            let left;
+            (offset, left) = sample.gap.rise(offset);
+            // Near a double root it may lie further than the polynomials are exact.
+            let square = offset * offset;
+            let remainder = left + self.gap.fourth_bound / 24.0 * (square * square);
             let time = sample.time + offset;
             let inside = (0.0..=self.span).contains(&time);
             let settled = remainder <= SETTLE_PART * self.gap.noise(time.max(0.0));
             if settled || !inside {
                 return (self.touch(&sample, offset), settled);
             }
-            sample = self.evaluate_exactly(time);
+            sample = self.evaluate(time);
             offset = 0.0;
         }
         (self.touch(&sample, offset), false)

@@ -4,6 +4,8 @@
 //! Error-free transformations after Dekker (1971) and Knuth; used at set-up and once per long
 //! flight, never in the contact search.
 
+#![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
+
 use std::f64::consts::PI;
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -20,17 +22,20 @@ pub(crate) struct DoubleDouble {
 pub(crate) const TWO_PI: DoubleDouble =
     DoubleDouble { hi: 2.0 * PI, lo: 2.449_293_598_294_706_4e-16 };
 
+#[inline(always)]
 fn two_sum(a: f64, b: f64) -> DoubleDouble {
     let hi = a + b;
     let bb = hi - a;
     DoubleDouble { hi, lo: (a - (hi - bb)) + (b - bb) }
 }
 
+#[inline(always)]
 fn quick_two_sum(a: f64, b: f64) -> DoubleDouble {
     let hi = a + b;
     DoubleDouble { hi, lo: b - (hi - a) }
 }
 
+#[inline(always)]
 fn two_product(a: f64, b: f64) -> DoubleDouble {
     let hi = a * b;
     DoubleDouble { hi, lo: a.mul_add(b, -hi) }
@@ -39,24 +44,29 @@ fn two_product(a: f64, b: f64) -> DoubleDouble {
 impl DoubleDouble {
     pub const ZERO: Self = Self { hi: 0.0, lo: 0.0 };
 
+    #[inline(always)]
     pub const fn new(hi: f64) -> Self {
         Self { hi, lo: 0.0 }
     }
 
     /// The exact sum of two doubles.
+    #[inline(always)]
     pub fn sum(a: f64, b: f64) -> Self {
         two_sum(a, b)
     }
 
     /// The exact product of two doubles.
+    #[inline(always)]
     pub fn product(a: f64, b: f64) -> Self {
         two_product(a, b)
     }
 
+    #[inline(always)]
     pub fn value(self) -> f64 {
         self.hi + self.lo
     }
 
+    #[inline(always)]
     pub fn scale(self, factor: f64) -> Self {
         let p = two_product(self.hi, factor);
         quick_two_sum(p.hi, self.lo.mul_add(factor, p.lo))
@@ -94,6 +104,7 @@ impl DoubleDouble {
 
 impl Neg for DoubleDouble {
     type Output = Self;
+    #[inline(always)]
     fn neg(self) -> Self {
         Self { hi: -self.hi, lo: -self.lo }
     }
@@ -101,6 +112,7 @@ impl Neg for DoubleDouble {
 
 impl Add for DoubleDouble {
     type Output = Self;
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         let s = two_sum(self.hi, other.hi);
         let t = two_sum(self.lo, other.lo);
@@ -111,6 +123,7 @@ impl Add for DoubleDouble {
 
 impl Sub for DoubleDouble {
     type Output = Self;
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         self + -other
     }

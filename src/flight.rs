@@ -11,13 +11,15 @@ mod oscillator;
 mod resonance;
 mod table;
 
+use drive::Turn;
 pub(crate) use drive::{Drive, Trig};
 pub(crate) use oscillator::{BodyFlight, Bounds, Motion, Oscillator};
-pub(crate) use table::{LEVELS, Point, Table};
+pub(crate) use table::{LEVELS, Point, States, Table, Weights};
 
 use crate::double_double::DoubleDouble;
-use crate::lanes::LANES;
-use crate::params::System;
+use crate::elementary;
+use crate::gap::Angle;
+use crate::params::{Contact, System};
 use crate::state::{Clock, State};
 use crate::tolerance::CHUNK_TURNS;
 
@@ -29,6 +31,10 @@ pub struct FreeMotion {
     pub(crate) oscillator: Oscillator,
     /// Longest local flight.
     pub(crate) span: f64,
+    pub(crate) contact: Contact,
+    pub(crate) gap: f64,
+    /// Local time from which on `plain_at` holds: infinite where a body creeps or is near resonance.
+    plain_from: f64,
     tables: table::Tables,
 }
 
@@ -41,16 +47,19 @@ impl FreeMotion {
         let span = CHUNK_TURNS * std::f64::consts::TAU / fastest;
         let body =
             |natural, damping, amplitude| Oscillator::new(natural, damping, amplitude, omega, span);
+        let pendulum =
+            body(system.frequency_ratio, system.pendulum_damping, system.moment_amplitude);
+        let oscillator = body(1.0, system.oscillator_damping, system.force_amplitude);
+        let plain_from = pendulum.swings_from().max(oscillator.swings_from());
         Self {
             drive: Drive::new(omega, system.phase),
-            pendulum: body(
-                system.frequency_ratio,
-                system.pendulum_damping,
-                system.moment_amplitude,
-            ),
-            oscillator: body(1.0, system.oscillator_damping, system.force_amplitude),
+            pendulum,
+            oscillator,
+            plain_from,
             span,
-            tables: table::Tables::default(),
+            contact: system.contact,
+            gap: system.gap,
+            tables: table::Tables::new(span),
         }
     }
 
@@ -63,10 +72,18 @@ impl FreeMotion {
     /// The local flight that starts at `clock` in `state`.
     #[must_use]
     pub fn flight(&self, clock: Clock, state: State) -> Flight {
+        self.flight_at(clock, state, self.contact.angle(state.x1))
+    }
+
+    /// The same where sine and cosine of x1 are known.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn flight_at(&self, clock: Clock, state: State, angle: Angle) -> Flight {
         let start = self.drive.trig_at(clock);
         Flight {
             clock,
             state,
+            angle,
             start,
             pendulum: self.pendulum.flight(state.x1, state.v1, start),
             oscillator: self.oscillator.flight(state.x2, state.v2, start),
@@ -77,7 +94,16 @@ impl FreeMotion {
     #[inline(always)]
     #[allow(clippy::inline_always)]
     pub(crate) fn step(&self, level: usize) -> f64 {
-        self.span / (LANES << level) as f64
+        self.tables.steps[level]
+    }
+
+    /// Remainder of an interpolant on the steps of level 0, per unit sixth derivative (src/scan.rs).
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn remainder_factor(&self) -> f64 {
+        let step = self.step(0);
+        let cube = step * step * step;
+        cube * cube / 14_400.0
     }
 
     /// The table of a level.
@@ -90,26 +116,38 @@ impl FreeMotion {
 
     /// Motion of pendulum and oscillator at time `s` after the start: increment of the
     /// displacement, rate, and their next two derivatives from the equation of motion.
-    #[inline]
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
     pub(crate) fn at(&self, flight: &Flight, s: f64) -> (Motion, Motion) {
+        if s > self.plain_from { self.plain_at(flight, s) } else { self.any_at(flight, s) }
+    }
+
+    /// All sines at once, for two bodies that swing and answer the drive with the steady response.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn plain_at(&self, flight: &Flight, s: f64) -> (Motion, Motion) {
+        let drive = DoubleDouble::new(self.drive.omega);
+        let rates = [self.pendulum.damped, self.oscillator.damped, drive, DoubleDouble::ZERO];
+        let angles = rates.map(|w| DoubleDouble::product(w.hi, s));
+        let tails = std::array::from_fn(|j| angles[j].lo + rates[j].lo * s);
+        let [first, second, (cos_minus_1, sin), _] = elementary::turns(angles.map(|a| a.hi), tails);
+        let turn = Turn::new(flight.start, cos_minus_1, sin);
+        (
+            self.pendulum.swung(&flight.pendulum, s, first, &turn),
+            self.oscillator.swung(&flight.oscillator, s, second, &turn),
+        )
+    }
+
+    #[inline(never)]
+    fn any_at(&self, flight: &Flight, s: f64) -> (Motion, Motion) {
         let turn = if self.pendulum.is_forced() || self.oscillator.is_forced() {
             self.drive.turned(flight.start, s)
         } else {
-            drive::Turn::STILL
+            Turn::STILL
         };
         (
             self.pendulum.at(&flight.pendulum, s, &turn),
             self.oscillator.at(&flight.oscillator, s, &turn),
-        )
-    }
-
-    /// Like [`FreeMotion::at`], with the rounding of all angles made good: for the instant of a
-    /// contact, once per flight.
-    pub(crate) fn at_exactly(&self, flight: &Flight, s: f64) -> (Motion, Motion) {
-        let turn = self.drive.turned_exactly(flight.start, s);
-        (
-            self.pendulum.at_exactly(&flight.pendulum, s, &turn),
-            self.oscillator.at_exactly(&flight.oscillator, s, &turn),
         )
     }
 
@@ -138,6 +176,8 @@ impl FreeMotion {
     }
 
     /// State a short time `h` after a motion of both bodies.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
     pub(crate) fn state_later(&self, (p, o): &(Motion, Motion), h: f64) -> State {
         let (x1, v1) = self.pendulum.later(p, h);
         let (x2, v2) = self.oscillator.later(o, h);
@@ -170,6 +210,8 @@ impl FreeMotion {
 pub struct Flight {
     pub(crate) clock: Clock,
     pub(crate) state: State,
+    /// Of x1 at the start.
+    pub(crate) angle: Angle,
     pub(crate) start: Trig,
     pub(crate) pendulum: BodyFlight,
     pub(crate) oscillator: BodyFlight,

@@ -3,11 +3,16 @@
 //!
 //! *oblique*: g = sin x1 - x2 - delta; *direct*: g = x1 - x2 - delta.
 
+#![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
+
+use std::marker::PhantomData;
+
+use crate::elementary;
 use crate::flight::{Flight, FreeMotion, Motion};
 use crate::lanes;
 use crate::params::{Contact, System};
 use crate::state::State;
-use crate::tolerance::{BOUND_MARGIN, EPS, FLIGHT_NOISE, GAP_NOISE, REST_NOISE};
+use crate::tolerance::{BOUND_MARGIN, EPS, FLIGHT_NOISE, GAP_NOISE, REST_NOISE, SERIES_TURN};
 
 /// Gap function and its first three derivatives at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,13 +29,84 @@ pub struct GapPoint {
 
 impl GapPoint {
     /// The gap function a little later, from its Taylor polynomial.
+    #[inline(always)]
     pub(crate) fn later(&self, h: f64) -> Self {
         let Self { value, rate, second, third } = *self;
         Self {
-            value: value + h * (rate + h / 2.0 * (second + h / 3.0 * third)),
-            rate: rate + h * (second + h / 2.0 * third),
+            value: value + h * (rate + 0.5 * h * (second + (1.0 / 3.0) * h * third)),
+            rate: rate + h * (second + 0.5 * h * third),
             second: second + h * third,
             third,
+        }
+    }
+}
+
+impl GapPoint {
+    /// Time to the root of the Taylor polynomial of a gap that rises, the one near `guess`, and how
+    /// far from zero the polynomial may be there.
+    #[inline(always)]
+    pub(crate) fn rise(&self, guess: f64) -> (f64, f64) {
+        let Self { value, rate, second, third } = *self;
+        let inverse = 1.0 / rate;
+        let first = -value * inverse;
+        let (c2, c3) = (0.5 * second * inverse, (1.0 / 6.0) * third * inverse);
+        let turn = (c2 * first).abs() + (c3 * first * first).abs();
+        if rate > 0.0 && turn <= SERIES_TURN {
+            // Reversion of the series: one division.
+            let last = 5.0 * c2 * (c3 - c2 * c2) * first;
+            return (first * (1.0 - first * (c2 - first * (2.0 * c2 * c2 - c3 + last))), 0.0);
+        }
+        self.rise_by_steps(guess)
+    }
+
+    /// The same near a double root: the parabola's root first, as Newton's steps alone are short.
+    #[inline(never)]
+    fn rise_by_steps(&self, mut time: f64) -> (f64, f64) {
+        let near = self.later(time);
+        let height = near.rate * near.rate - 2.0 * near.second * near.value;
+        let slope = near.rate + height.max(0.0).sqrt();
+        if slope > 0.0 {
+            time -= 2.0 * near.value / slope;
+        }
+        let mut left = f64::INFINITY;
+        for _ in 0..2 {
+            let at = self.later(time);
+            if at.rate > 0.0 {
+                let step = at.value / at.rate;
+                time -= step;
+                left = 0.5 * at.second.abs() * step * step;
+            }
+        }
+        (time, left)
+    }
+}
+
+/// Sine and cosine of the pendulum's angle, as far as the geometry looks at it: of 0 in direct
+/// contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Angle {
+    pub sin: f64,
+    pub cos: f64,
+}
+
+impl Contact {
+    /// Sine and cosine of x1 in oblique contact, of 0 in direct contact.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn angle(self, x1: f64) -> Angle {
+        let (sin, cos) = match self {
+            Self::Oblique => elementary::sin_cos(x1),
+            Self::Direct => (0.0, 1.0),
+        };
+        Angle { sin, cos }
+    }
+
+    /// Position of the tip along the normal: sin x1, or x1.
+    #[inline(always)]
+    pub(crate) fn tip(self, x1: f64, angle: Angle) -> f64 {
+        match self {
+            Self::Oblique => angle.sin,
+            Self::Direct => x1,
         }
     }
 }
@@ -38,19 +114,18 @@ impl GapPoint {
 /// What differs between the geometries. The angle enters through sin and cos of x1 at the start
 /// of a flight, so that the gap is an increment too: relatively exact for short hops.
 pub(crate) trait Geometry {
-    /// Constants of a flight, from the pendulum's angle at its start.
-    type Anchor: Copy;
     /// Whether the gap needs the sine of x1.
     const TURNS: bool;
-    fn anchor(x1: f64) -> Self::Anchor;
-    /// Position of the tip along the normal: sin x1, or x1.
-    fn tip(anchor: Self::Anchor) -> f64;
-    /// Increment of the tip's position, and its derivatives 1 to 3.
-    fn tip_motion(anchor: Self::Anchor, p: &Motion) -> [f64; 4];
+    /// Position of the tip along the normal at the start of a flight: sin x1, or x1.
+    fn tip(flight: &Flight) -> f64;
+    /// Increment of the tip's position since the start of a flight, and its derivatives 1 to 3.
+    fn tip_motion(flight: &Flight, p: &Motion) -> [f64; 4];
     /// Change of g' by the rounding of x1, at a rate x1' of this size.
     fn slope_noise(x1: f64, speed: f64) -> f64;
     /// Bound of the fourth derivative of the tip's position, from bounds of x1', ..., x1''''.
     fn fourth(bounds: &[f64; 4]) -> f64;
+    /// Rate and acceleration of the tip, from x1', x1''.
+    fn tip_rates(angle: Angle, v1: f64, a1: f64) -> [f64; 2];
     /// Position of the tip and its two derivatives, for the first pass of the contact search.
     fn tip_fast(x1: f64, v1: f64, a1: f64) -> [f64; 3];
     /// Bounds of the derivatives 4 to 6 of the tip's position, from those of x1.
@@ -61,31 +136,26 @@ pub(crate) struct Oblique;
 pub(crate) struct Direct;
 
 impl Geometry for Oblique {
-    type Anchor = (f64, f64);
     const TURNS: bool = true;
 
-    #[inline]
-    fn anchor(x1: f64) -> (f64, f64) {
-        x1.sin_cos()
+    #[inline(always)]
+    fn tip(flight: &Flight) -> f64 {
+        flight.angle.sin
     }
 
-    #[inline]
-    fn tip((sin, _): (f64, f64)) -> f64 {
-        sin
-    }
-
-    #[inline]
-    fn tip_motion((sin0, cos0): (f64, f64), p: &Motion) -> [f64; 4] {
-        let (half_sin, half_cos) = (0.5 * p.increment).sin_cos();
-        let twice = 2.0 * half_sin;
-        let increment = twice * (cos0 * half_cos - sin0 * half_sin);
+    #[inline(always)]
+    fn tip_motion(flight: &Flight, p: &Motion) -> [f64; 4] {
+        let Angle { sin: sin0, cos: cos0 } = flight.angle;
+        let (turned_cos_minus_1, turned_sin) = elementary::turn(p.increment, 0.0);
+        let increment = sin0 * turned_cos_minus_1 + cos0 * turned_sin;
         let sin = sin0 + increment;
-        let cos = cos0 - twice * (sin0 * half_cos + cos0 * half_sin);
+        let cos = cos0 + (cos0 * turned_cos_minus_1 - sin0 * turned_sin);
         let (v, a) = (p.rate, p.acceleration);
         let v2 = v * v;
         [increment, v * cos, a * cos - v2 * sin, (p.jerk - v2 * v) * cos - 3.0 * v * a * sin]
     }
 
+    #[inline(always)]
     fn slope_noise(x1: f64, speed: f64) -> f64 {
         EPS * x1.abs() * speed
     }
@@ -96,14 +166,18 @@ impl Geometry for Oblique {
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
-    fn tip_fast(x1: f64, v1: f64, a1: f64) -> [f64; 3] {
-        let (sin, cos) = lanes::sin_cos(x1);
-        [sin, v1 * cos, a1 * cos - v1 * v1 * sin]
+    fn tip_rates(Angle { sin, cos }: Angle, v1: f64, a1: f64) -> [f64; 2] {
+        [v1 * cos, a1 * cos - v1 * v1 * sin]
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
+    fn tip_fast(x1: f64, v1: f64, a1: f64) -> [f64; 3] {
+        let (sin, cos) = lanes::sin_cos(x1);
+        let [rate, second] = Self::tip_rates(Angle { sin, cos }, v1, a1);
+        [sin, rate, second]
+    }
+
+    #[inline(always)]
     fn high_derivatives(&[a, b, c, d, e, f]: &[f64; 6]) -> [f64; 3] {
         // Complete Bell polynomials: all terms of the derivatives of sin x1(t), taken positive.
         let a2 = a * a;
@@ -121,24 +195,19 @@ impl Geometry for Oblique {
 }
 
 impl Geometry for Direct {
-    type Anchor = f64;
     const TURNS: bool = false;
 
-    #[inline]
-    fn anchor(x1: f64) -> f64 {
-        x1
+    #[inline(always)]
+    fn tip(flight: &Flight) -> f64 {
+        flight.state.x1
     }
 
-    #[inline]
-    fn tip(x1: f64) -> f64 {
-        x1
-    }
-
-    #[inline]
-    fn tip_motion(_: f64, p: &Motion) -> [f64; 4] {
+    #[inline(always)]
+    fn tip_motion(_: &Flight, p: &Motion) -> [f64; 4] {
         [p.increment, p.rate, p.acceleration, p.jerk]
     }
 
+    #[inline(always)]
     fn slope_noise(_: f64, _: f64) -> f64 {
         0.0
     }
@@ -148,11 +217,16 @@ impl Geometry for Direct {
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
+    fn tip_rates(_: Angle, v1: f64, a1: f64) -> [f64; 2] {
+        [v1, a1]
+    }
+
+    #[inline(always)]
     fn tip_fast(x1: f64, v1: f64, a1: f64) -> [f64; 3] {
         [x1, v1, a1]
     }
 
+    #[inline(always)]
     fn high_derivatives(&[_, _, _, d, e, f]: &[f64; 6]) -> [f64; 3] {
         [d, e, f]
     }
@@ -173,7 +247,7 @@ pub(crate) struct GapBounds {
 pub(crate) struct GapFlight<'a, G: Geometry> {
     motion: &'a FreeMotion,
     flight: &'a Flight,
-    anchor: G::Anchor,
+    geometry: PhantomData<G>,
     start: f64,
     start_noise: f64,
     /// Rounding of g at the start of a flight that is not on the contact by definition.
@@ -188,12 +262,11 @@ pub(crate) struct GapFlight<'a, G: Geometry> {
 
 impl<'a, G: Geometry> GapFlight<'a, G> {
     /// `touching`: the flight starts on the contact, g = 0 exactly (after an impact).
-    pub fn new(motion: &'a FreeMotion, flight: &'a Flight, delta: f64, touching: bool) -> Self {
+    pub fn new(motion: &'a FreeMotion, flight: &'a Flight, touching: bool) -> Self {
         let (p, o) = motion.bounds(flight);
         Self::within(
             motion,
             flight,
-            delta,
             touching,
             GapBounds {
                 pendulum_rate: p.0[0],
@@ -204,22 +277,22 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
     }
 
     /// The same with bounds that are known.
+    #[inline(always)]
     pub fn within(
         motion: &'a FreeMotion,
         flight: &'a Flight,
-        delta: f64,
         touching: bool,
         bounds: GapBounds,
     ) -> Self {
-        let anchor = G::anchor(flight.state.x1);
-        let tip = G::tip(anchor);
+        let tip = G::tip(flight);
+        let delta = motion.gap;
         let fresh_noise = noise(tip, flight.state.x2, delta);
         let (start, start_noise) =
             if touching { (0.0, 0.0) } else { (tip - flight.state.x2 - delta, fresh_noise) };
         Self {
             motion,
             flight,
-            anchor,
+            geometry: PhantomData,
             start,
             start_noise,
             fresh_noise,
@@ -231,19 +304,10 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
     }
 
     /// Gap function and motion of both bodies at local time `s`.
-    #[inline]
+    #[inline(always)]
     pub fn at(&self, s: f64) -> (GapPoint, (Motion, Motion)) {
-        self.gap(self.motion.at(self.flight, s))
-    }
-
-    /// The same with the rounding of all angles made good.
-    pub fn at_exactly(&self, s: f64) -> (GapPoint, (Motion, Motion)) {
-        self.gap(self.motion.at_exactly(self.flight, s))
-    }
-
-    #[inline]
-    fn gap(&self, (p, o): (Motion, Motion)) -> (GapPoint, (Motion, Motion)) {
-        let tip = G::tip_motion(self.anchor, &p);
+        let (p, o) = self.motion.at(self.flight, s);
+        let tip = G::tip_motion(self.flight, &p);
         let gap = GapPoint {
             value: self.start + (tip[0] - o.increment),
             rate: tip[1] - o.rate,
@@ -254,27 +318,29 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
     }
 
     /// State `h` after a sampled local time, from the Taylor polynomials of both bodies.
+    #[inline(always)]
     pub fn state_later(&self, bodies: &(Motion, Motion), h: f64) -> State {
         self.motion.state_later(bodies, h)
     }
 
     /// Bound of the rounding error of `at(s).value`.
-    #[inline]
+    #[inline(always)]
     pub fn noise(&self, s: f64) -> f64 {
         self.start_noise + FLIGHT_NOISE * EPS * self.rate_bound * s
     }
 }
 
+#[inline(always)]
 fn noise(tip: f64, x2: f64, delta: f64) -> f64 {
     GAP_NOISE * EPS * (tip.abs() + x2.abs() + delta.abs())
 }
 
 impl FreeMotion {
     /// The gap function and its derivatives at the start of a flight on the contact.
-    pub(crate) fn contact_gap(&self, flight: &Flight, contact: Contact) -> GapPoint {
-        match contact {
-            Contact::Oblique => GapFlight::<Oblique>::new(self, flight, 0.0, true).at(0.0).0,
-            Contact::Direct => GapFlight::<Direct>::new(self, flight, 0.0, true).at(0.0).0,
+    pub(crate) fn contact_gap(&self, flight: &Flight) -> GapPoint {
+        match self.contact {
+            Contact::Oblique => GapFlight::<Oblique>::new(self, flight, true).at(0.0).0,
+            Contact::Direct => GapFlight::<Direct>::new(self, flight, true).at(0.0).0,
         }
     }
 }
@@ -282,10 +348,7 @@ impl FreeMotion {
 impl System {
     /// Position of the pendulum's tip along the contact normal: sin x1, or x1 in direct contact.
     pub(crate) fn tip(&self, x1: f64) -> f64 {
-        match self.contact {
-            Contact::Oblique => x1.sin(),
-            Contact::Direct => x1,
-        }
+        self.contact.tip(x1, self.contact.angle(x1))
     }
 
     /// Gap function g = tip - x2 - delta of a state: negative while the bodies are apart.
@@ -302,9 +365,6 @@ impl System {
     /// Approach velocity u = g' = v1 cos x1 - v2.
     #[must_use]
     pub fn approach_velocity(&self, state: &State) -> f64 {
-        match self.contact {
-            Contact::Oblique => state.v1 * state.x1.cos() - state.v2,
-            Contact::Direct => state.v1 - state.v2,
-        }
+        state.v1 * self.contact.angle(state.x1).cos - state.v2
     }
 }

@@ -20,7 +20,8 @@ pub(crate) use stick::next_change;
 use serde::{Deserialize, Serialize};
 
 use crate::flight::Trig;
-use crate::params::{Contact, System};
+use crate::gap::Angle;
+use crate::params::System;
 use crate::state::State;
 use crate::tolerance::{EPS, FORCE_NOISE, PAINLEVE_LEVEL, REACH_LEVEL, WALL_SLOPE};
 
@@ -112,10 +113,7 @@ impl Instant {
 impl System {
     fn instant(&self, phase: Trig, state: &State) -> Instant {
         let load = phase.cos;
-        let (sin, cos) = match self.contact {
-            Contact::Oblique => state.x1.sin_cos(),
-            Contact::Direct => (0.0, 1.0),
-        };
+        let Angle { sin, cos } = self.contact.angle(state.x1);
         let State { x1, v1, x2, v2 } = *state;
         let stiffness = self.frequency_ratio * self.frequency_ratio;
         let damping = 2.0 * self.pendulum_damping * self.frequency_ratio;
@@ -265,10 +263,7 @@ impl System {
 
     /// cos x1, or 1 in direct contact.
     pub(crate) fn tip_slope(&self, x1: f64) -> f64 {
-        match self.contact {
-            Contact::Oblique => x1.cos(),
-            Contact::Direct => 1.0,
-        }
+        self.contact.angle(x1).cos
     }
 
     /// The state on the contact that has this x1 and x1'.
@@ -279,12 +274,20 @@ impl System {
     /// A state with g = 0 to rounding, moved onto the contact so that rounding does not add up.
     /// What a wall (mbar = 0) does is not touched.
     pub(crate) fn touching(&self, state: State) -> State {
-        let slope = self.tip_slope(state.x1);
-        if self.mass_ratio == 0.0 && slope.abs() > WALL_SLOPE {
-            let x1 = state.x1 - self.gap_function(&state) / slope;
-            return State { x1, ..state };
+        self.touching_at(state).0
+    }
+
+    /// The same with sine and cosine of its x1.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn touching_at(&self, state: State) -> (State, Angle) {
+        let angle = self.contact.angle(state.x1);
+        let tip = self.contact.tip(state.x1, angle);
+        if self.mass_ratio == 0.0 && angle.cos.abs() > WALL_SLOPE {
+            let x1 = state.x1 - (tip - state.x2 - self.gap) / angle.cos;
+            return (State { x1, ..state }, self.contact.angle(x1));
         }
-        State { x2: self.tip(state.x1) - self.gap, ..state }
+        (State { x2: tip - self.gap, ..state }, angle)
     }
 
     /// The same with g' = 0.

@@ -18,7 +18,8 @@ pub use incremental::{IncrementalError, incremental};
 pub use outcome::{ImpactOutcome, OutcomeError};
 pub use regime::{Regime, RegimeKind};
 
-use self::laws::{Energetic, Newton, Poisson, Restitution};
+use self::laws::{Energetic, Newton, Poisson};
+use crate::gap::Angle;
 use crate::params::{Contact, ImpactLaw, System};
 use crate::state::State;
 use crate::tolerance::{DEAD_CENTRE, NO_ROOM};
@@ -40,10 +41,13 @@ impl PreImpact {
     /// The state just before an impact, seen in this contact geometry.
     #[must_use]
     pub fn new(contact: Contact, state: &State) -> Self {
-        let (sin, cos) = match contact {
-            Contact::Oblique => state.x1.sin_cos(),
-            Contact::Direct => (0.0, 1.0),
-        };
+        Self::at(contact.angle(state.x1), state)
+    }
+
+    /// The same where sine and cosine of x1 are known.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn at(Angle { sin, cos }: Angle, state: &State) -> Self {
         Self { cos, sin, v1: state.v1, v2: state.v2 }
     }
 
@@ -108,28 +112,41 @@ pub enum ImpactFailure {
 ///
 /// # Errors
 /// [`ImpactFailure`] where the law gives no outcome.
+#[inline(always)]
+#[allow(clippy::inline_always)]
 pub fn resolve(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure> {
     if no_room(system, pre) {
         return Err(ImpactFailure::Jammed);
     }
-    match system.law {
-        ImpactLaw::Poisson => walk_under::<Poisson>(system, pre),
-        ImpactLaw::Newton => walk_under::<Newton>(system, pre),
-        ImpactLaw::Energetic => walk_under::<Energetic>(system, pre),
-        ImpactLaw::Paper => {
-            paper::resolve(pre, system.mass_ratio, system.restitution, system.friction)
-        }
+    if system.law == ImpactLaw::Paper {
+        return paper::resolve(pre, system.mass_ratio, system.restitution, system.friction);
     }
-}
-
-fn walk_under<L: Restitution>(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure> {
     let &System { mass_ratio, restitution, friction, .. } = system;
-    let regime = regime::classify(pre, mass_ratio, restitution, friction)?;
-    Ok(walk::walk::<L>(pre, mass_ratio, restitution, friction, regime))
+    let regime = if friction == 0.0 {
+        Regime::Frictionless
+    } else {
+        regime::classify(pre, mass_ratio, restitution, friction)?
+    };
+    let end_of_slip = match regime {
+        Regime::Frictionless | Regime::Slip { .. } => {
+            return Ok(walk::straight(pre, mass_ratio, restitution, friction, regime));
+        }
+        Regime::ReversalInApproach { switch } => (switch, true, false),
+        Regime::StickInApproach { switch } => (switch, true, true),
+        Regime::ReversalInRestitution { switch } => (switch, false, false),
+        Regime::StickInRestitution { switch } => (switch, false, true),
+    };
+    let bent = match system.law {
+        ImpactLaw::Newton => walk::bent::<Newton>,
+        ImpactLaw::Energetic => walk::bent::<Energetic>,
+        _ => walk::bent::<Poisson>,
+    };
+    Ok(bent(pre, mass_ratio, restitution, friction, regime, end_of_slip))
 }
 
 /// A wall that approaches a tip at the end of its reach, which would drive x1' beyond all bounds, or
 /// at dead centre, where hardly any impulse acts on x1'.
+#[inline]
 fn no_room(system: &System, pre: &PreImpact) -> bool {
     let approaches = system.mass_ratio == 0.0 && pre.v2 < 0.0;
     let at_end = || pre.sin < 0.0 && pre.cos.abs() <= NO_ROOM;

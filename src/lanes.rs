@@ -10,10 +10,7 @@ pub(crate) const LANES: usize = 8;
 /// Eight values of one quantity.
 pub(crate) type Lanes = [f64; LANES];
 
-/// Largest angle for [`sin_cos`].
-pub(crate) const MOST_TURNED: f64 = 1e5;
-
-/// Sine and cosine to a few units in the last place for |x| up to [`MOST_TURNED`]: reduction after
+/// Sine and cosine to a few units in the last place for |x| up to [`crate::elementary::MOST_TURNED`]: reduction after
 /// Cody & Waite (1980), minimax polynomials of FDLIBM.
 #[inline(always)]
 pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
@@ -35,16 +32,20 @@ pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
         2.480_158_728_947_673e-5,
         -2.755_731_435_139_066_3e-7,
         2.087_572_321_298_175e-9,
-        -1.135_964_755_778_82e-11,
+        -1.135_964_755_778_819_5e-11,
     ];
     let shifted = x * std::f64::consts::FRAC_2_PI + SHIFT;
     let quadrant = shifted.to_bits();
     let turns = shifted - SHIFT;
-    let r = (x - turns * HALF_PI.0) - turns * HALF_PI.1;
+    let r = turns.mul_add(-HALF_PI.1, turns.mul_add(-HALF_PI.0, x));
     let z = r * r;
-    let sum = |c: &[f64; 6]| c[0] + z * (c[1] + z * (c[2] + z * (c[3] + z * (c[4] + z * c[5]))));
-    let sin = (r + r * z * sum(&SIN)).to_bits();
-    let cos = (1.0 - 0.5 * z + z * z * sum(&COS)).to_bits();
+    let pair = |a: f64, b: f64| z.mul_add(b, a);
+    let sum = |c: &[f64; 6]| {
+        let w = z * z;
+        w.mul_add(w.mul_add(pair(c[4], c[5]), pair(c[2], c[3])), pair(c[0], c[1]))
+    };
+    let sin = (r * z).mul_add(sum(&SIN), r).to_bits();
+    let cos = (z * z).mul_add(sum(&COS), z.mul_add(-0.5, 1.0)).to_bits();
     // In odd quadrants sine and cosine change places; their signs are bits of the quadrant.
     let swap = (quadrant & 1).wrapping_neg();
     let minus_sin = (quadrant & 2) << 62;
@@ -57,7 +58,8 @@ pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::{MOST_TURNED, sin_cos};
+    use super::sin_cos;
+    use crate::elementary::MOST_TURNED;
 
     #[test]
     fn sine_and_cosine_agree_with_the_library() {

@@ -58,6 +58,7 @@ mod chatter;
 pub mod contact;
 mod double_double;
 mod dual;
+mod elementary;
 mod error;
 mod event;
 mod flight;

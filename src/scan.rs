@@ -14,9 +14,10 @@
 
 use std::marker::PhantomData;
 
-use crate::flight::{Flight, FreeMotion, LEVELS, Point, Table};
+use crate::elementary::MOST_TURNED;
+use crate::flight::{Flight, FreeMotion, LEVELS, Point, States, Weights};
 use crate::gap::{GapBounds, Geometry};
-use crate::lanes::{LANES, Lanes, MOST_TURNED};
+use crate::lanes::{LANES, Lanes};
 use crate::tolerance::{BOUND_MARGIN, SCAN_REMAINDER, SCAN_REST, SCAN_SLACK, SCAN_SPANS};
 
 /// Halvings by which an unsure step is cut into eight.
@@ -44,84 +45,81 @@ pub(crate) struct ScanReport {
 /// Gap function and its first two derivatives.
 type Jet = [f64; 3];
 
-/// The jets at 0, h ... 8h.
+/// The jets at h ... 8h.
 struct Samples {
-    value: [f64; LANES + 1],
-    rate: [f64; LANES + 1],
-    second: [f64; LANES + 1],
+    value: Lanes,
+    rate: Lanes,
+    second: Lanes,
 }
 
-/// A scan, compiled for each kind of vector instructions.
-struct Job<'a, G> {
-    motion: &'a FreeMotion,
-    flight: &'a Flight,
-    delta: f64,
-    touching: bool,
-    span: f64,
-    geometry: PhantomData<G>,
-}
-
-/// Scans a flight for its first contact with the widest vector instructions of this machine.
-/// `touching`: it starts on the contact.
+/// Scans a flight for its first contact. `touching`: it starts on the contact.
+#[inline(always)]
 pub(crate) fn scan<G: Geometry>(
     motion: &FreeMotion,
     flight: &Flight,
-    delta: f64,
     touching: bool,
     span: f64,
 ) -> ScanReport {
-    pulp::Arch::new().dispatch(Job::<G> {
+    let p = motion.pendulum.derivative_bounds(&flight.pendulum);
+    let o = motion.oscillator.derivative_bounds(&flight.oscillator);
+    let [fourth, fifth, sixth] = G::high_derivatives(&p);
+    let bounds = GapBounds {
+        pendulum_rate: p[0],
+        rate: p[0] + o[0],
+        fourth: (fourth + o[3]) * BOUND_MARGIN,
+    };
+    let job = Job::<G> {
         motion,
         flight,
-        delta,
-        touching,
         span,
+        rate: bounds.rate,
+        fifth: fifth + o[4],
+        sixth: sixth + o[5],
         geometry: PhantomData,
-    })
+    };
+    let mut evaluations = 0;
+    let found = job.run(touching, &mut evaluations);
+    ScanReport { found, evaluations, bounds }
 }
 
-impl<G: Geometry> pulp::NullaryFnOnce for Job<'_, G> {
-    type Output = ScanReport;
-
-    #[inline(always)]
-    fn call(self) -> ScanReport {
-        let Self { motion, flight, .. } = self;
-        let p = motion.pendulum.derivative_bounds(&flight.pendulum);
-        let o = motion.oscillator.derivative_bounds(&flight.oscillator);
-        let [fourth, fifth, sixth] = G::high_derivatives(&p);
-        let bounds = GapBounds {
-            pendulum_rate: p[0],
-            rate: p[0] + o[0],
-            fourth: (fourth + o[3]) * BOUND_MARGIN,
-        };
-        let mut evaluations = 0;
-        let found = self.run(&bounds, fifth + o[4], sixth + o[5], &mut evaluations);
-        ScanReport { found, evaluations, bounds }
-    }
+/// A flight to scan, with bounds of derivatives of its gap.
+struct Job<'a, G> {
+    motion: &'a FreeMotion,
+    flight: &'a Flight,
+    span: f64,
+    rate: f64,
+    fifth: f64,
+    sixth: f64,
+    geometry: PhantomData<G>,
 }
 
 impl<G: Geometry> Job<'_, G> {
     #[inline(always)]
-    fn run(&self, bounds: &GapBounds, fifth: f64, sixth: f64, evaluations: &mut u64) -> Scan {
-        let &Self { motion, flight, delta, mut touching, span, .. } = self;
+    fn run(&self, mut touching: bool, evaluations: &mut u64) -> Scan {
+        let &Self { motion, flight, span, rate, .. } = self;
         let state = &flight.state;
-        let place = state.x1.abs() + state.x2.abs() + delta.abs();
-        let slack = SCAN_SLACK * (place + bounds.rate * span);
+        let place = state.x1.abs() + state.x2.abs() + motion.gap.abs();
+        let slack = SCAN_SLACK * (place + rate * span);
         let mut point =
             Point { x1: state.x1, v1: state.v1, x2: state.x2, v2: state.v2, psi: flight.start };
-        let mut start = self.jet(&point);
-        let clear = if touching { start[1] < -SCAN_REST * bounds.rate } else { start[0] < -slack };
-        let turned = state.x1.abs() + SCAN_SPANS * bounds.rate * span;
+        let mut start = self.first_jet();
+        let clear = if touching { start[1] < -SCAN_REST * rate } else { start[0] < -slack };
+        let turned = state.x1.abs() + SCAN_SPANS * rate * span;
         if !(clear && (turned <= MOST_TURNED || !G::TURNS)) {
             return Scan::Unsure(0.0);
         }
         // Halving the step takes a 64th of the remainder; a NaN or too large a bound finds no level.
-        let first = sixth * motion.step(0).powi(6) / 14_400.0;
-        let allowed = SCAN_REMAINDER * (place + bounds.rate * motion.step(0));
-        let remainder = |level: usize| first * (1.0 / 64f64).powi(level as i32);
-        let Some(coarse) = (0..=LEVELS - CUT).find(|&level| remainder(level) <= allowed) else {
-            return Scan::Unsure(0.0);
-        };
+        let allowed = SCAN_REMAINDER * (place + rate * motion.step(0));
+        let mut remainder = self.sixth * motion.remainder_factor();
+        let mut coarse = 0;
+        while remainder > allowed || remainder.is_nan() {
+            coarse += 1;
+            remainder *= 1.0 / 64.0;
+            if coarse + CUT > LEVELS {
+                return Scan::Unsure(0.0);
+            }
+        }
+        let coarse_remainder = remainder;
         let mut level = coarse;
         if touching {
             start[0] = 0.0;
@@ -129,6 +127,7 @@ impl<G: Geometry> Job<'_, G> {
             let hop = -2.0 * start[1] / start[2];
             while hop > 0.0 && level + 1 < LEVELS && 8.0 * motion.step(level + 1) > 1.5 * hop {
                 level += 1;
+                remainder *= 1.0 / 64.0;
             }
         }
         // The bounds of steady motions hold for ever, others for one span.
@@ -139,26 +138,28 @@ impl<G: Geometry> Job<'_, G> {
             let table = motion.table(level);
             let h = table.step;
             *evaluations += LANES as u64;
-            let samples = self.sample(table, &point, &start);
-            let Some(j) = samples.first_unsure(h, remainder(level), slack, touching) else {
+            let states = table.states(&point);
+            let samples = self.sample(&states);
+            let j = samples.first_unsure(&start, &table.weights, remainder, slack, touching);
+            if j == LANES {
                 s += h * LANES as f64;
                 if s >= end {
                     return Scan::Clear(s);
                 }
-                (point, start) = (table.point(&point, LANES - 1), samples.jet(LANES));
-                (level, touching) = (coarse, false);
+                (point, start) = (states.point(LANES - 1), samples.jet(LANES - 1));
+                (level, remainder, touching) = (coarse, coarse_remainder, false);
                 continue;
-            };
+            }
             if j > 0 {
                 s += h * j as f64;
-                (point, start, touching) = (table.point(&point, j - 1), samples.jet(j), false);
+                (point, start, touching) = (states.point(j - 1), samples.jet(j - 1), false);
             }
             if s >= span {
                 // Met with the angles reduced, in a local flight from here.
                 return Scan::Clear(s);
             }
-            let next = samples.jet(j + 1);
-            if !touching && rises(&start, &next, h, fifth, slack) {
+            let next = samples.jet(j);
+            if !touching && rises(&start, &next, h, self.fifth, slack) {
                 let near = s + h * root(&start, &next, h);
                 return if near <= span {
                     Scan::Contact { after: s, near }
@@ -170,38 +171,47 @@ impl<G: Geometry> Job<'_, G> {
                 return Scan::Unsure(s);
             }
             level += CUT;
+            remainder *= 1.0 / 262_144.0;
         }
     }
 
+    /// The jet at the start of the flight.
     #[inline(always)]
-    fn jet(&self, p: &Point) -> Jet {
-        let Self { motion, delta, .. } = self;
-        let a1 = motion.pendulum.acceleration(p.x1, p.v1, p.psi.cos);
-        let a2 = motion.oscillator.acceleration(p.x2, p.v2, p.psi.cos);
-        let tip = G::tip_fast(p.x1, p.v1, a1);
-        [tip[0] - p.x2 - delta, tip[1] - p.v2, tip[2] - a2]
+    fn first_jet(&self) -> Jet {
+        let Self { motion, flight, .. } = self;
+        let s = &flight.state;
+        let a1 = motion.pendulum.acceleration(s.x1, s.v1, flight.start.cos);
+        let a2 = motion.oscillator.acceleration(s.x2, s.v2, flight.start.cos);
+        let tip = G::tip_rates(flight.angle, s.v1, a1);
+        [G::tip(flight) - s.x2 - motion.gap, tip[0] - s.v2, tip[1] - a2]
     }
 
     #[inline(always)]
-    fn sample(&self, table: &Table, from: &Point, first: &Jet) -> Samples {
-        let Self { motion, delta, .. } = self;
-        let mut samples = Samples {
-            value: [first[0]; LANES + 1],
-            rate: [first[1]; LANES + 1],
-            second: [first[2]; LANES + 1],
-        };
-        let states = table.states(from);
+    fn sample(&self, states: &States) -> Samples {
+        let motion = self.motion;
+        let (mut value, mut rate, mut second) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         for j in 0..LANES {
             let (x1, v1, x2, v2) = (states.x1[j], states.v1[j], states.x2[j], states.v2[j]);
             let a1 = motion.pendulum.acceleration(x1, v1, states.cos_psi[j]);
             let a2 = motion.oscillator.acceleration(x2, v2, states.cos_psi[j]);
             let tip = G::tip_fast(x1, v1, a1);
-            samples.value[j + 1] = tip[0] - x2 - delta;
-            samples.rate[j + 1] = tip[1] - v2;
-            samples.second[j + 1] = tip[2] - a2;
+            value[j] = tip[0] - x2 - motion.gap;
+            rate[j] = tip[1] - v2;
+            second[j] = tip[2] - a2;
         }
-        samples
+        Samples { value, rate, second }
     }
+}
+
+/// What the Bernstein coefficients of a step take from one of its ends: the largest of the three
+/// next to it, and its part of the middle one.
+#[inline(always)]
+fn end_coefficients([g, rate, second]: Jet, w: &Weights, direction: f64) -> (f64, f64) {
+    let outward = direction * rate;
+    let curved = w.thirtieth.mul_add(second, g);
+    let inner = larger(w.sixth.mul_add(outward, g), w.third.mul_add(outward, curved));
+    let middle = w.fifth.mul_add(outward, w.fortieth.mul_add(second, 0.5 * g));
+    (larger(inner, g), middle)
 }
 
 impl Samples {
@@ -210,30 +220,51 @@ impl Samples {
         [self.value[j], self.rate[j], self.second[j]]
     }
 
-    /// The first step on which not all Bernstein coefficients are below zero by more than rounding.
+    /// The first step on which not all Bernstein coefficients are below zero by more than rounding;
+    /// the number of steps if there is none. `touching`: g = 0 at the start, which is no contact.
     #[inline(always)]
-    fn first_unsure(&self, h: f64, remainder: f64, slack: f64, touching: bool) -> Option<usize> {
-        let (mut left, mut highest): (Lanes, Lanes) = ([0.0; LANES], [0.0; LANES]);
+    fn first_unsure(
+        &self,
+        start: &Jet,
+        w: &Weights,
+        remainder: f64,
+        slack: f64,
+        touching: bool,
+    ) -> usize {
+        let (mut highest, mut middle): (Lanes, Lanes) = ([0.0; LANES], [0.0; LANES]);
+        let (mut left, mut left_middle): (Lanes, Lanes) = ([0.0; LANES], [0.0; LANES]);
         for j in 0..LANES {
-            let (g, rate, second) = (self.value[j], h * self.rate[j], h * h * self.second[j]);
-            let inner = (g + rate / 6.0).max(g + rate / 3.0 + second / 30.0);
-            left[j] = inner.max(g);
-            highest[j] = 0.5 * g + 0.2 * rate + 0.025 * second + remainder;
+            (highest[j], middle[j]) = end_coefficients(self.jet(j), w, -1.0);
+            (left[j], left_middle[j]) = end_coefficients(self.jet(j), w, 1.0);
         }
+        let (mut first, first_middle) = end_coefficients(*start, w, 1.0);
         if touching {
-            // g = 0 at the start itself is no contact.
-            let (rate, second) = (h * self.rate[0], h * h * self.second[0]);
-            left[0] = (rate / 6.0).max(rate / 3.0 + second / 30.0);
+            let (rate, second) = (start[1], start[2]);
+            first = larger(w.sixth * rate, w.third.mul_add(rate, w.thirtieth * second));
         }
+        // The left end of a step is the right end of the one before.
+        let left = after(first, left);
+        let left_middle = after(first_middle, left_middle);
+        let mut below = 0u64;
         for j in 0..LANES {
-            let (g, rate, second) =
-                (self.value[j + 1], h * self.rate[j + 1], h * h * self.second[j + 1]);
-            let inner = (g - rate / 6.0).max(g - rate / 3.0 + second / 30.0);
-            let middle = highest[j] + (0.5 * g - 0.2 * rate + 0.025 * second);
-            highest[j] = left[j].max(middle).max(inner.max(g));
+            let middle = remainder + (left_middle[j] + middle[j]);
+            let highest = larger(larger(left[j], middle), highest[j]);
+            below += if highest < -slack { 1 << j } else { 0 };
         }
-        highest.iter().position(|&coefficient| coefficient.is_nan() || coefficient >= -slack)
+        (!below).trailing_zeros() as usize
     }
+}
+
+/// The lanes moved up by one, `first` before them.
+#[inline(always)]
+fn after(first: f64, [a, b, c, d, e, f, g, _]: Lanes) -> Lanes {
+    [first, a, b, c, d, e, f, g]
+}
+
+/// One vector instruction, unlike `f64::max`. All is finite here: the bounds are.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 /// Whether the gap rises through zero, and all the way, on a step: the Bernstein coefficients of g',
@@ -241,26 +272,34 @@ impl Samples {
 #[inline(always)]
 fn rises(start: &Jet, end: &Jet, h: f64, fifth: f64, slack: f64) -> bool {
     let (a, b) = (h * start[2], h * end[2]);
-    let middle = 0.5 * ((start[1] + a / 3.0) + (end[1] - b / 3.0)) - fifth * h.powi(4) / 144.0;
+    let h2 = h * h;
+    let middle = 0.5 * ((start[1] + a / 3.0) + (end[1] - b / 3.0)) - fifth * (h2 * h2) / 144.0;
     let inner = (start[1] + 0.25 * a).min(end[1] - 0.25 * b).min(middle);
     start[0] < -slack && end[0] > slack && start[1].min(end[1]).min(inner) > 0.0
 }
 
-/// Root of the quintic Hermite interpolant of a rising step, as a part of the step.
+/// Root of the quintic Hermite interpolant of a rising step, as a part of the step; to some 1e-5,
+/// from where the exact motion leads on.
 #[inline(always)]
 fn root(start: &Jet, end: &Jet, h: f64) -> f64 {
-    let (c0, c1, c2) = (start[0], h * start[1], 0.5 * h * h * start[2]);
+    let (c0, c1, c2) = (start[0], h * start[1], 0.5 * (h * h) * start[2]);
     let value = end[0] - c0 - c1 - c2;
     let rate = h * end[1] - c1 - 2.0 * c2;
     let second = h * h * end[2] - 2.0 * c2;
     let c3 = 10.0 * value - 4.0 * rate + 0.5 * second;
     let c4 = -15.0 * value + 7.0 * rate - second;
     let c5 = 6.0 * value - 3.0 * rate + 0.5 * second;
-    let mut t = c0 / (c0 - end[0]);
-    for _ in 0..3 {
-        let value = c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))));
-        let rate = c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5)));
-        t = (t - value / rate).clamp(0.0, 1.0);
-    }
-    t
+    let value = |t: f64| {
+        let t2 = t * t;
+        (c0 + t * c1) + t2 * ((c2 + t * c3) + t2 * (c4 + t * c5))
+    };
+    // Halley's step from the chord's root, and one more with its slope.
+    let t = c0 / (c0 - end[0]);
+    let t2 = t * t;
+    let g = value(t);
+    let g1 = (c1 + t * (2.0 * c2)) + t2 * ((3.0 * c3 + t * (4.0 * c4)) + t2 * (5.0 * c5));
+    let g2 = (c2 + t * (3.0 * c3)) + t2 * (6.0 * c4 + t * (10.0 * c5));
+    let slope = g1 / (g1 * g1 - g * g2);
+    let t = (t - g * slope).clamp(0.0, 1.0);
+    (t - value(t) * slope).clamp(0.0, 1.0)
 }

@@ -359,6 +359,8 @@ impl Simulation {
     }
 
     /// Local time from the start of the present leg at which the horizon lies.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
     fn horizon_in_leg(&self) -> f64 {
         self.motion.drive.until(self.flight.clock, self.end).value()
     }
@@ -374,6 +376,8 @@ impl Simulation {
 
     /// Hands the sections up to local time `reached` to the observer; one that falls on an event
     /// is left for the leg after it.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
     fn pass_sections<O: Observer>(
         &mut self,
         reached: f64,
@@ -398,6 +402,8 @@ impl Simulation {
     }
 
     /// Clock, time and phase at a local time of the present leg, given in two parts.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
     fn place(&self, time: f64, offset: f64) -> (Clock, f64, f64) {
         let drive = &self.motion.drive;
         let clock = drive.advance(self.flight.clock, DoubleDouble::sum(time, offset));

@@ -113,6 +113,10 @@ pub const MAX_INCREMENTS: u32 = 1_000_000;
 /// Evaluations by which a contact near a double root is settled; each is a Newton step.
 pub const SETTLE_STEPS: usize = 6;
 
+/// A root of the gap's Taylor polynomial is summed as a series where the first term changes g' by at
+/// most this part: the first term left out is then 5 times its fourth power.
+pub const SERIES_TURN: f64 = 1e-4;
+
 /// Impacts in a row that must shrink by one ratio before a chatter sequence is sampled.
 pub const CHATTER_IMPACTS: u32 = 3;
 

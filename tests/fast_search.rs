@@ -108,7 +108,7 @@ fn next(draw: &Draw) -> Option<Draw> {
     let flight = motion.flight(Clock::START, draw.state);
     let (contact, delta) = (draw.system.contact(), draw.system.gap());
     let start = if draw.kind.touching() { Start::Touching } else { Start::Apart };
-    let found = next_contact(&motion, &flight, contact, delta, start, motion.span()).found;
+    let found = next_contact(&motion, &flight, start, motion.span()).found;
     let at_phase = |time: f64| {
         let phase = draw.system.phase() + draw.system.drive_frequency() * time;
         draw.system.with("phase", phase.rem_euclid(TAU)).unwrap()
@@ -181,8 +181,7 @@ fn first_contact(system: &System, start: State, until: f64) -> Option<Touch> {
     let motion = FreeMotion::new(system);
     assert!(until <= motion.span());
     let flight = motion.flight(Clock::START, start);
-    let (contact, gap) = (system.contact(), system.gap());
-    match next_contact(&motion, &flight, contact, gap, Start::Apart, until).found {
+    match next_contact(&motion, &flight, Start::Apart, until).found {
         Found::Contact(touch) => Some(touch),
         _ => None,
     }

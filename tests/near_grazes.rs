@@ -91,8 +91,7 @@ impl Case {
         let mut grazes = Vec::new();
         while begin < self.end {
             let span = motion.span().min(self.end - begin);
-            let (contact, delta) = (self.system.contact(), self.system.gap());
-            match next_contact(&motion, &flight, contact, delta, start, span).found {
+            match next_contact(&motion, &flight, start, span).found {
                 Found::Contact(touch) => return (grazes, Some(begin + touch.local_time())),
                 Found::Graze(touch) => {
                     grazes.push(begin + touch.local_time());

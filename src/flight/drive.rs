@@ -1,6 +1,9 @@
 //! The forcing cos(omega t + phi) and its clock: periods are counted, phases stay reduced.
 
+#![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
+
 use crate::double_double::{DoubleDouble, TWO_PI};
+use crate::elementary;
 use crate::state::Clock;
 
 /// Cosine and sine of the forcing phase psi.
@@ -32,7 +35,8 @@ impl Turn {
     /// For unforced bodies, which do not look at it.
     pub const STILL: Self = Self { cos_minus_1: 0.0, sin: 0.0, phase: Trig::ONE, start: Trig::ONE };
 
-    fn new(start: Trig, cos_minus_1: f64, sin: f64) -> Self {
+    #[inline(always)]
+    pub fn new(start: Trig, cos_minus_1: f64, sin: f64) -> Self {
         let phase = Trig {
             cos: start.cos + (start.cos * cos_minus_1 - start.sin * sin),
             sin: start.sin + (start.sin * cos_minus_1 + start.cos * sin),
@@ -41,17 +45,11 @@ impl Turn {
     }
 }
 
-/// (cos(w s) - 1, sin(w s)) with the tails of w and of the product w s to first order. A small
-/// angle is taken by halves, where the product's rounding is relative and 1 would swallow it.
-pub(super) fn turn_exactly(w: DoubleDouble, s: f64) -> (f64, f64) {
+/// (cos(w s) - 1, sin(w s)), with the tails of w and of the product w s.
+#[inline(always)]
+pub(super) fn turn(w: DoubleDouble, s: f64) -> (f64, f64) {
     let angle = DoubleDouble::product(w.hi, s);
-    if angle.hi < 0.5 {
-        let (sin, cos) = (0.5 * angle.hi).sin_cos();
-        return (-2.0 * sin * sin, 2.0 * sin * cos);
-    }
-    let tail = angle.lo + w.lo * s;
-    let (sin, cos) = angle.hi.sin_cos();
-    ((cos - 1.0) - tail * sin, sin + tail * cos)
+    elementary::turn(angle.hi, angle.lo + w.lo * s)
 }
 
 /// Drive frequency, phase at t = 0, and the exact period.
@@ -74,54 +72,58 @@ impl Drive {
         Self { omega, phase: DoubleDouble::new(phase).reduced_angle(), period }
     }
 
+    #[inline(always)]
     pub fn has_period(&self) -> bool {
         self.period.hi.is_finite()
     }
 
     /// Forcing phase at this clock, rounded once: product and sum are exact, the angle's tail
     /// enters to first order.
+    #[inline(always)]
     pub fn trig_at(&self, clock: Clock) -> Trig {
         let angle =
             DoubleDouble::product(self.omega, clock.time_in_period) + DoubleDouble::new(self.phase);
         let tail = angle.lo + self.omega * clock.residual;
-        let (sin, cos) = angle.hi.sin_cos();
-        let cos_psi = cos - tail * sin;
+        let (sin, cos) = elementary::sin_cos_of_sum(angle.hi, tail);
         // A constant load f cos phi is real: a large sin phi would only bring rounding.
-        let sin_psi = if self.omega > 0.0 { sin + tail * cos } else { 0.0 };
-        Trig { cos: cos_psi, sin: sin_psi }
+        Trig { cos, sin: if self.omega > 0.0 { sin } else { 0.0 } }
     }
 
     /// The forcing phase in [0, 2 pi) at this clock.
+    #[inline(always)]
     pub fn phase_at(&self, clock: Clock) -> f64 {
-        let phase = (self.omega * clock.time_in_period + self.phase).rem_euclid(TWO_PI.hi);
-        // rem_euclid of a tiny negative number rounds up to the modulus.
-        if phase < TWO_PI.hi { phase } else { 0.0 }
+        let full = TWO_PI.hi;
+        let angle = self.omega * clock.time_in_period + self.phase;
+        // Both are reduced: a turn more or less is all there can be.
+        let phase = if angle < 0.0 {
+            angle + full
+        } else if angle >= full {
+            angle - full
+        } else {
+            angle
+        };
+        // A tiny negative number rounds up to the full turn.
+        if phase < full { phase } else { 0.0 }
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn turned(&self, start: Trig, s: f64) -> Turn {
-        let (sin, cos) = (0.5 * self.omega * s).sin_cos();
-        Turn::new(start, -2.0 * sin * sin, 2.0 * sin * cos)
-    }
-
-    /// Like [`Drive::turned`], with the rounding of the angle made good: for the instant of a
-    /// contact, once.
-    pub fn turned_exactly(&self, start: Trig, s: f64) -> Turn {
-        let (cos_minus_1, sin) = turn_exactly(DoubleDouble::new(self.omega), s);
+        let (cos_minus_1, sin) = turn(DoubleDouble::new(self.omega), s);
         Turn::new(start, cos_minus_1, sin)
     }
 
     pub fn turned_far(&self, start: Trig, elapsed: DoubleDouble) -> Turn {
-        let angle = elapsed.scale(self.omega).reduced_angle();
-        let (sin, cos) = (0.5 * angle).sin_cos();
-        Turn::new(start, -2.0 * sin * sin, 2.0 * sin * cos)
+        let (cos_minus_1, sin) = elementary::turn(elapsed.scale(self.omega).reduced_angle(), 0.0);
+        Turn::new(start, cos_minus_1, sin)
     }
 
     /// The clock `elapsed` after `start`.
+    #[inline(always)]
     pub fn advance(&self, start: Clock, elapsed: DoubleDouble) -> Clock {
         let mut time = elapsed + DoubleDouble { hi: start.time_in_period, lo: start.residual };
         let mut period = start.period;
-        if self.has_period() {
+        let within = (0.0..self.period.hi).contains(&time.hi);
+        if self.has_period() && !within {
             let whole = (time.hi / self.period.hi).floor();
             if whole != 0.0 {
                 time = time - self.period.scale(whole);
@@ -139,6 +141,7 @@ impl Drive {
     }
 
     /// Exact time from `start` to `target`.
+    #[inline(always)]
     pub fn until(&self, start: Clock, target: Clock) -> DoubleDouble {
         let within = DoubleDouble { hi: target.time_in_period, lo: target.residual }
             - DoubleDouble { hi: start.time_in_period, lo: start.residual };
@@ -147,8 +150,13 @@ impl Drive {
     }
 
     /// Time since t = 0 as one double.
+    #[inline(always)]
     pub fn time(&self, clock: Clock) -> f64 {
-        self.until(Clock::START, clock).value()
+        let within = DoubleDouble { hi: clock.time_in_period, lo: clock.residual };
+        if clock.period == 0 {
+            return within.value();
+        }
+        (self.period.scale(clock.period as f64) + within).value()
     }
 
     /// The clock at a time given as one double.

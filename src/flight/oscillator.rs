@@ -5,12 +5,28 @@
 //! b = v + c a (Han, Jin & Hu (2004), (A.1), (A.2)); C and S stay finite through critical damping.
 //! Forced part: the steady response Re(P e^{i psi}), or near resonance one that stays finite.
 
+#![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
+
 use nalgebra::Complex;
 
-use super::drive::{Trig, Turn, turn_exactly};
+use super::drive::{Trig, Turn, turn};
 use super::resonance::{Beat, RestResponse};
 use crate::double_double::DoubleDouble;
+use crate::elementary::{self, decay_minus_1};
 use crate::tolerance::{DECAYED, LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE, SHORT_ORDER};
+
+const THIRD: f64 = 1.0 / 3.0;
+
+/// 1/n.
+const INVERSE: [f64; SHORT_ORDER as usize + 2] = {
+    let mut inverse = [0.0; SHORT_ORDER as usize + 2];
+    let mut n = 1;
+    while n < inverse.len() {
+        inverse[n] = 1.0 / n as f64;
+        n += 1;
+    }
+    inverse
+};
 
 /// How a free oscillation decays.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,8 +60,8 @@ pub(crate) struct Oscillator {
     natural_squared: f64,
     decay_rate: f64,
     decay: Decay,
-    /// Damped frequency (or kappa) to 32 digits, for long flights.
-    damped: DoubleDouble,
+    /// Damped frequency (or kappa) to 32 digits.
+    pub damped: DoubleDouble,
     forcing: f64,
     omega: f64,
     response: Response,
@@ -92,6 +108,7 @@ pub(crate) struct Motion {
 
 impl Motion {
     /// x(s).
+    #[inline(always)]
     pub fn displacement(&self) -> f64 {
         self.place[0] + self.place[1]
     }
@@ -172,6 +189,7 @@ impl Oscillator {
     }
 
     /// Whether the forced motion is the steady response.
+    #[inline(always)]
     pub fn is_steady(&self) -> bool {
         matches!(self.response, Response::Unforced | Response::Steady)
     }
@@ -180,6 +198,7 @@ impl Oscillator {
         self.forcing != 0.0
     }
 
+    #[inline(always)]
     pub fn flight(&self, x: f64, v: f64, start: Trig) -> BodyFlight {
         let (p, q) = match self.response {
             Response::Steady => steady_start(self.steady, start),
@@ -198,51 +217,36 @@ impl Oscillator {
     }
 
     /// (C - 1, S) at local time s.
-    #[inline]
+    #[inline(always)]
     fn basis(&self, s: f64) -> (f64, f64) {
         match self.decay {
             Decay::Undamped { wd } => {
-                let (sin, cos) = (0.5 * wd * s).sin_cos();
-                (-2.0 * sin * sin, 2.0 * sin * cos / wd)
+                let (cos_minus_1, sin) = turn(self.damped, s);
+                (cos_minus_1, sin / wd)
             }
             Decay::Underdamped { wd } => {
-                let (sin, cos) = (0.5 * wd * s).sin_cos();
-                self.damped_basis(s, -2.0 * sin * sin, 2.0 * sin * cos / wd)
+                let (cos_minus_1, sin) = turn(self.damped, s);
+                self.damped_basis(s, cos_minus_1, sin / wd)
             }
             Decay::Critical | Decay::Overdamped { .. } => self.aperiodic_basis(s),
         }
     }
 
-    /// (C - 1, S) with the rounding of the angle made good.
-    fn basis_exactly(&self, s: f64) -> (f64, f64) {
-        let turn = |wd: f64| {
-            let (cos_minus_1, sin) = turn_exactly(self.damped, s);
-            (cos_minus_1, sin / wd)
-        };
-        match self.decay {
-            Decay::Undamped { wd } => turn(wd),
-            Decay::Underdamped { wd } => {
-                let (cos_minus_1, sine) = turn(wd);
-                self.damped_basis(s, cos_minus_1, sine)
-            }
-            Decay::Critical | Decay::Overdamped { .. } => self.aperiodic_basis(s),
-        }
-    }
-
+    #[inline(always)]
     fn damped_basis(&self, s: f64, cos_minus_1: f64, sine: f64) -> (f64, f64) {
-        let shrink = (-self.decay_rate * s).exp_m1();
+        let shrink = decay_minus_1(-self.decay_rate * s);
         let remaining = 1.0 + shrink;
         (shrink + remaining * cos_minus_1, remaining * sine)
     }
 
     fn aperiodic_basis(&self, s: f64) -> (f64, f64) {
         if let Decay::Overdamped { kappa, slow } = self.decay {
-            let slow_part = (-slow * s).exp_m1();
-            let fast_part = (-(slow + 2.0 * kappa) * s).exp_m1();
-            let split = -(-2.0 * kappa * s).exp_m1() / (2.0 * kappa);
+            let slow_part = decay_minus_1(-slow * s);
+            let fast_part = decay_minus_1(-(slow + 2.0 * kappa) * s);
+            let split = -decay_minus_1(-2.0 * kappa * s) / (2.0 * kappa);
             return (0.5 * (slow_part + fast_part), (1.0 + slow_part) * split);
         }
-        let shrink = (-self.decay_rate * s).exp_m1();
+        let shrink = decay_minus_1(-self.decay_rate * s);
         (shrink, s * (1.0 + shrink))
     }
 
@@ -250,8 +254,8 @@ impl Oscillator {
     fn basis_far(&self, elapsed: DoubleDouble) -> (f64, f64) {
         let reduced = |wd: f64| {
             let angle = (self.damped * elapsed).reduced_angle();
-            let (sin, cos) = (0.5 * angle).sin_cos();
-            (-2.0 * sin * sin, 2.0 * sin * cos / wd)
+            let (cos_minus_1, sin) = elementary::turn(angle, 0.0);
+            (cos_minus_1, sin / wd)
         };
         match self.decay {
             Decay::Undamped { wd } => reduced(wd),
@@ -263,7 +267,7 @@ impl Oscillator {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn combine(&self, f: &BodyFlight, (c1, s1): (f64, f64), turn: &Turn) -> (f64, f64) {
         let increment = f.a * c1 + f.b * s1;
         let rate = f.rate + (f.rate * c1 - f.k * s1);
@@ -276,19 +280,20 @@ impl Oscillator {
         }
     }
 
+    #[inline(always)]
     fn steady_rate(&self, f: &BodyFlight, turn: &Turn) -> f64 {
         self.omega * (f.q + (f.q * turn.cos_minus_1 - f.p * turn.sin))
     }
 
     /// Whether the free motion has decayed so far that its start would cancel.
-    #[inline]
+    #[inline(always)]
     fn decayed(&self, s: f64) -> bool {
         self.decay_rate * s > DECAYED
     }
 
     /// Displacement (not its increment) and rate without the start's rounding, the forced motion
     /// only if it is steady.
-    #[cold]
+    #[inline(never)]
     fn remainder(&self, f: &BodyFlight, elapsed: DoubleDouble, turn: &Turn) -> (f64, f64) {
         let s = elapsed.hi;
         let left = (-self.decay_rate * s).exp();
@@ -343,21 +348,36 @@ impl Oscillator {
         }
     }
 
+    /// Local time from which on [`Oscillator::swung`] holds: infinite for a body that creeps or is
+    /// near resonance.
+    pub fn swings_from(&self) -> f64 {
+        let swings = matches!(self.decay, Decay::Undamped { .. } | Decay::Underdamped { .. });
+        if swings && self.is_steady() { self.short } else { f64::INFINITY }
+    }
+
+    /// Motion at local time `s` of a body that swings; `turned`: its (cos wd s - 1, sin wd s).
+    #[inline(always)]
+    pub fn swung(&self, f: &BodyFlight, s: f64, turned: (f64, f64), turn: &Turn) -> Motion {
+        let (cos_minus_1, sine) = (turned.0, turned.1 / self.damped.hi);
+        let basis = if self.decay_rate == 0.0 {
+            (cos_minus_1, sine)
+        } else {
+            self.damped_basis(s, cos_minus_1, sine)
+        };
+        if self.decayed(s) {
+            let (x, v) = self.remainder(f, DoubleDouble::new(s), turn);
+            return self.motion_from(x - f.x, v, [x, 0.0], turn);
+        }
+        let (increment, rate) = self.combine(f, basis, turn);
+        self.motion_from(increment, rate, [f.x, increment], turn)
+    }
+
     /// Motion at local time `s`.
-    #[inline]
     pub fn at(&self, f: &BodyFlight, s: f64, turn: &Turn) -> Motion {
         if s <= self.short {
             return self.short_motion(f, s, turn);
         }
         self.motion(f, s, self.basis(s), turn)
-    }
-
-    /// Motion at local time `s`, with the rounding of the angles made good.
-    pub fn at_exactly(&self, f: &BodyFlight, s: f64, turn: &Turn) -> Motion {
-        if s <= self.short {
-            return self.short_motion(f, s, turn);
-        }
-        self.motion(f, s, self.basis_exactly(s), turn)
     }
 
     /// Motion a short time after the start, by its Taylor series: free and steady motion cancel
@@ -370,17 +390,18 @@ impl Oscillator {
         let (mut increment, mut rate, mut power) = (0.0, 0.0, 1.0);
         for n in 1..=SHORT_ORDER {
             let order = f64::from(n);
+            let (part, next_part) = (INVERSE[n as usize], INVERSE[n as usize + 1]);
             rate += order * upper * power;
             power *= s;
             increment += upper * power;
-            let next = (cos - c2 * order * upper - w2 * lower) / (order * (order + 1.0));
+            let next = (cos - c2 * order * upper - w2 * lower) * (part * next_part);
             (lower, upper) = (upper, next);
-            (cos, sin) = (-self.omega * sin / order, self.omega * cos / order);
+            (cos, sin) = (-self.omega * sin * part, self.omega * cos * part);
         }
         self.motion_from(increment, rate, [f.x, increment], turn)
     }
 
-    #[inline]
+    #[inline(always)]
     fn motion(&self, f: &BodyFlight, s: f64, basis: (f64, f64), turn: &Turn) -> Motion {
         let elapsed = DoubleDouble::new(s);
         let forced = self.resonant(f, elapsed, basis, turn.start).unwrap_or((0.0, 0.0));
@@ -395,7 +416,7 @@ impl Oscillator {
     }
 
     /// The next derivatives from the equation of motion.
-    #[inline]
+    #[inline(always)]
     fn motion_from(&self, increment: f64, rate: f64, place: [f64; 2], turn: &Turn) -> Motion {
         let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
         let x = place[0] + place[1];
@@ -407,16 +428,19 @@ impl Oscillator {
     /// Displacement and rate a short time `h` after a motion, by the Taylor polynomial of order 5:
     /// x'''' = -omega^2 f cos psi - 2 c x''' - w^2 x'', f cos psi from the equation of motion, and
     /// once more so. Energy would drift by the last term, whose sign is always the same.
+    #[inline(always)]
     pub fn later(&self, m: &Motion, h: f64) -> (f64, f64) {
         let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
         let load = m.acceleration + c2 * m.rate + w2 * m.displacement();
         let snap = -self.omega * self.omega * load - c2 * m.jerk - w2 * m.acceleration;
         let load_rate = m.jerk + c2 * m.acceleration + w2 * m.rate;
-        let last = h / 4.0 * (-self.omega * self.omega * load_rate - c2 * snap - w2 * m.jerk);
+        let last = 0.25 * h * (-self.omega * self.omega * load_rate - c2 * snap - w2 * m.jerk);
         let displacement = h
             * (m.rate
-                + h / 2.0 * (m.acceleration + h / 3.0 * (m.jerk + h / 4.0 * (snap + 0.8 * last))));
-        let speed = h * (m.acceleration + h / 2.0 * (m.jerk + h / 3.0 * (snap + last)));
+                + 0.5
+                    * h
+                    * (m.acceleration + THIRD * h * (m.jerk + 0.25 * h * (snap + 0.8 * last))));
+        let speed = h * (m.acceleration + 0.5 * h * (m.jerk + THIRD * h * (snap + last)));
         (m.place[0] + (m.place[1] + displacement), m.rate + speed)
     }
 
@@ -453,9 +477,9 @@ impl Oscillator {
 
     /// From the equation of motion.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub fn acceleration(&self, x: f64, v: f64, cos_psi: f64) -> f64 {
-        self.forcing * cos_psi - 2.0 * self.decay_rate * v - self.natural_squared * x
+        let free = self.natural_squared.mul_add(x, 2.0 * self.decay_rate * v);
+        self.forcing.mul_add(cos_psi, -free)
     }
 
     /// Bounds of the derivatives 1 to 6 over a local flight. The energy sqrt(v^2 + w^2 x^2) of a
@@ -464,7 +488,6 @@ impl Oscillator {
     /// it is not used, the load adds at most |f| per unit time, and the equation of motion gives
     /// the higher derivatives.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub fn derivative_bounds(&self, f: &BodyFlight) -> [f64; 6] {
         let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
         let mut bounds = [0.0; 6];

@@ -35,10 +35,22 @@ struct Response {
     forced: Option<[[Lanes; 2]; 2]>,
 }
 
+/// Weights of rate and second derivative in Bernstein coefficients of degree 6 on a step
+/// (src/scan.rs): h/6, h/3, h^2/30, h/5, h^2/40.
+#[derive(Debug, Clone)]
+pub(crate) struct Weights {
+    pub sixth: f64,
+    pub third: f64,
+    pub thirtieth: f64,
+    pub fifth: f64,
+    pub fortieth: f64,
+}
+
 /// The table of one step length h.
 #[derive(Debug, Clone)]
 pub(crate) struct Table {
     pub step: f64,
+    pub weights: Weights,
     pendulum: Response,
     oscillator: Response,
     /// cos(omega j h) and sin(omega j h).
@@ -46,24 +58,35 @@ pub(crate) struct Table {
     sin: Lanes,
 }
 
-/// States of both bodies and cos psi at h ... 8h.
+/// States of both bodies and the forcing phase at h ... 8h.
 pub(crate) struct States {
     pub x1: Lanes,
     pub v1: Lanes,
     pub x2: Lanes,
     pub v2: Lanes,
     pub cos_psi: Lanes,
+    pub sin_psi: Lanes,
 }
 
 /// Tables of all step lengths, each made when it is first asked for.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Tables([OnceLock<Box<Table>>; LEVELS]);
+#[derive(Debug, Clone)]
+pub(crate) struct Tables {
+    /// Step lengths.
+    pub steps: [f64; LEVELS],
+    tables: [OnceLock<Box<Table>>; LEVELS],
+}
 
 impl Tables {
+    /// For local flights of this length.
+    pub fn new(span: f64) -> Self {
+        let steps = std::array::from_fn(|level| span / (LANES << level) as f64);
+        Self { steps, tables: std::array::from_fn(|_| OnceLock::new()) }
+    }
+
     /// The table of a level, its step being `step`.
     #[inline(always)]
     pub fn get(&self, level: usize, make: impl FnOnce() -> Table) -> &Table {
-        self.0[level].get_or_init(|| Box::new(make()))
+        self.tables[level].get_or_init(|| Box::new(make()))
     }
 }
 
@@ -71,8 +94,16 @@ impl Table {
     pub fn new(step: f64, drive: &Drive, pendulum: &Oscillator, oscillator: &Oscillator) -> Self {
         let times = std::array::from_fn(|j| step * (j + 1) as f64);
         let turns = times.map(|s| drive.turned(Trig::ONE, s).phase);
+        let weights = Weights {
+            sixth: step / 6.0,
+            third: step / 3.0,
+            thirtieth: step * step / 30.0,
+            fifth: step / 5.0,
+            fortieth: step * step / 40.0,
+        };
         Self {
             step,
+            weights,
             pendulum: Response::new(pendulum, drive, &times),
             oscillator: Response::new(oscillator, drive, &times),
             cos: turns.map(|turn| turn.cos),
@@ -84,24 +115,22 @@ impl Table {
     pub fn states(&self, from: &Point) -> States {
         let (x1, v1) = self.pendulum.motion(from.x1, from.v1, from.psi);
         let (x2, v2) = self.oscillator.motion(from.x2, from.v2, from.psi);
-        let mut cos_psi = [0.0; LANES];
+        let Trig { cos, sin } = from.psi;
+        let (mut cos_psi, mut sin_psi) = ([0.0; LANES], [0.0; LANES]);
         for j in 0..LANES {
-            cos_psi[j] = from.psi.cos * self.cos[j] - from.psi.sin * self.sin[j];
+            cos_psi[j] = cos.mul_add(self.cos[j], -(sin * self.sin[j]));
+            sin_psi[j] = sin.mul_add(self.cos[j], cos * self.sin[j]);
         }
-        States { x1, v1, x2, v2, cos_psi }
+        States { x1, v1, x2, v2, cos_psi, sin_psi }
     }
+}
 
+impl States {
     /// The point `j + 1` steps on.
     #[inline(always)]
-    pub fn point(&self, from: &Point, j: usize) -> Point {
-        let (x1, v1) = self.pendulum.motion_at(from.x1, from.v1, from.psi, j);
-        let (x2, v2) = self.oscillator.motion_at(from.x2, from.v2, from.psi, j);
-        let Trig { cos, sin } = from.psi;
-        let psi = Trig {
-            cos: cos * self.cos[j] - sin * self.sin[j],
-            sin: sin * self.cos[j] + cos * self.sin[j],
-        };
-        Point { x1, v1, x2, v2, psi }
+    pub fn point(&self, j: usize) -> Point {
+        let psi = Trig { cos: self.cos_psi[j], sin: self.sin_psi[j] };
+        Point { x1: self.x1[j], v1: self.v1[j], x2: self.x2[j], v2: self.v2[j], psi }
     }
 }
 
@@ -128,26 +157,15 @@ impl Response {
     fn motion(&self, x: f64, v: f64, psi: Trig) -> (Lanes, Lanes) {
         let (mut xs, mut vs) = ([0.0; LANES], [0.0; LANES]);
         for j in 0..LANES {
-            xs[j] = self.x_of_x[j] * x + self.x_of_v[j] * v;
-            vs[j] = self.v_of_x[j] * x + self.v_of_v[j] * v;
+            xs[j] = self.x_of_x[j].mul_add(x, self.x_of_v[j] * v);
+            vs[j] = self.v_of_x[j].mul_add(x, self.v_of_v[j] * v);
         }
         if let Some([[x_cos, v_cos], [x_sin, v_sin]]) = &self.forced {
             for j in 0..LANES {
-                xs[j] += x_cos[j] * psi.cos + x_sin[j] * psi.sin;
-                vs[j] += v_cos[j] * psi.cos + v_sin[j] * psi.sin;
+                xs[j] = x_cos[j].mul_add(psi.cos, x_sin[j].mul_add(psi.sin, xs[j]));
+                vs[j] = v_cos[j].mul_add(psi.cos, v_sin[j].mul_add(psi.sin, vs[j]));
             }
         }
         (xs, vs)
-    }
-
-    #[inline(always)]
-    fn motion_at(&self, x: f64, v: f64, psi: Trig, j: usize) -> (f64, f64) {
-        let mut moved =
-            (self.x_of_x[j] * x + self.x_of_v[j] * v, self.v_of_x[j] * x + self.v_of_v[j] * v);
-        if let Some([[x_cos, v_cos], [x_sin, v_sin]]) = &self.forced {
-            moved.0 += x_cos[j] * psi.cos + x_sin[j] * psi.sin;
-            moved.1 += v_cos[j] * psi.cos + v_sin[j] * psi.sin;
-        }
-        moved
     }
 }

@@ -60,7 +60,7 @@ fn in_chunk<G: Geometry>(
     touching: bool,
     lowest: &mut f64,
 ) -> Option<(f64, f64)> {
-    let gap = GapFlight::<G>::new(&model.motion, flight, model.system.gap, touching);
+    let gap = GapFlight::<G>::new(&model.motion, flight, touching);
     let at = |s: f64| gap.at(s).0;
     let system = &model.system;
     let natural = system.frequency_ratio.max(system.drive_frequency).max(1.0);

@@ -142,7 +142,7 @@ impl Simulation {
         self.point.standstill = 0;
         self.point.moves += 1;
         let flight = self.motion.flight(clock, *state);
-        let gap = self.motion.contact_gap(&flight, self.system.contact);
+        let gap = self.motion.contact_gap(&flight);
         let level = EPS * state.x1.abs().max(state.x2.abs()).max(1.0);
         let time = (EPS * 2f64.powi(self.point.moves.min(64) as i32))
             .min(RELEASE_PROBE.1)

@@ -1,11 +1,14 @@
 //! Free flights, the impacts that end them, and grazes.
 
+#![allow(clippy::inline_always)] // a flight is compiled for several instruction sets
+
 use super::{Anchor, Checkpoint, Completion, Observer, Phase, Simulation, Takeoff, Turn};
 use crate::chatter::Limit;
-use crate::contact::{Found, Start, Touch, next_contact};
+use crate::contact::{Found, Start, Touch, first_contact};
 use crate::double_double::DoubleDouble;
 use crate::error::SimulationError;
 use crate::event::{Event, GrazeEvent, ImpactEvent, StopReason};
+use crate::gap::Angle;
 use crate::hold::Next;
 use crate::impact::{self, Impact, ImpactFailure, PreImpact};
 use crate::params::{ImpactLaw, System};
@@ -15,8 +18,13 @@ use crate::tolerance::{
 };
 
 impl Simulation {
-    /// One local flight.
+    /// One local flight, and the impact that ends it.
     pub(super) fn fly<O: Observer>(&mut self, takeoff: Takeoff, observer: &mut O) -> Turn {
+        pulp::Arch::new().dispatch(Leap { simulation: self, takeoff, observer })
+    }
+
+    #[inline(always)]
+    fn fly_and_strike<O: Observer>(&mut self, takeoff: Takeoff, observer: &mut O) -> Turn {
         let found = self.search(takeoff);
         let reached = match found {
             Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch) => {
@@ -36,6 +44,8 @@ impl Simulation {
         let state_at = |this: &Self, s: f64| this.motion.state_within(&this.flight, s);
         self.pass_sections(if over { end } else { reached }, over, observer, state_at);
         if over {
+            // What was found is met if the run goes on.
+            self.found = Some(found);
             let state = state_at(self, end.max(0.0));
             return Some(Ok(self.stop_at_horizon(state)));
         }
@@ -64,6 +74,7 @@ impl Simulation {
         }
     }
 
+    #[inline(always)]
     fn search(&mut self, takeoff: Takeoff) -> Found {
         if let Some(found) = self.found {
             return found;
@@ -74,37 +85,37 @@ impl Simulation {
             (None, Takeoff::Released) if self.point.elapsed.hi == 0.0 => Start::Released,
             _ => Start::Apart,
         };
-        let System { contact, gap, .. } = self.system;
-        let report =
-            next_contact(&self.motion, &self.flight, contact, gap, start, self.motion.span);
+        let report = first_contact(&self.motion, &self.flight, start, self.motion.span);
         self.evaluations += report.evaluations;
-        self.found = Some(report.found);
         report.found
     }
 
     /// Impact at the end of a flight.
+    #[inline(always)]
     fn strike(&mut self, touch: &Touch) -> Result<Event, SimulationError> {
         // g = 0 to rounding: the state is moved onto it, so that rounding does not add up.
-        let pre = self.system.touching(touch.state);
-        self.strike_from((touch.time, touch.offset), pre, touch.gap.rate)
+        let (pre, angle) = self.system.touching_at(touch.state);
+        self.strike_from((touch.time, touch.offset), pre, angle, touch.gap.rate)
     }
 
     /// Impact of a start on the contact that approaches.
     pub(super) fn strike_at_start(&mut self) -> Result<Event, SimulationError> {
         let pre = self.point.anchor.state;
         let rate = self.system.approach_velocity(&pre);
-        self.strike_from((0.0, 0.0), pre, rate)
+        self.strike_from((0.0, 0.0), pre, self.system.contact.angle(pre.x1), rate)
     }
 
     /// Impact at a local time, and a new flight.
+    #[inline(always)]
     fn strike_from(
         &mut self,
         (time, offset): (f64, f64),
         pre: State,
+        angle: Angle,
         rate: f64,
     ) -> Result<Event, SimulationError> {
         let (clock, time, phase) = self.place(time, offset);
-        let mut velocities = PreImpact::new(self.system.contact, &pre);
+        let mut velocities = PreImpact::at(angle, &pre);
         if velocities.approach_velocity() <= 0.0 {
             // The approach velocity is below rounding; the search's own is positive.
             velocities.v2 = velocities.v1 * velocities.cos - rate.max(f64::MIN_POSITIVE);
@@ -123,7 +134,11 @@ impl Simulation {
         if !(post.is_finite() && impact.impulse_normal.is_finite()) {
             return Err(self.fail(false));
         }
-        self.anchor(clock, post, Phase::Flight(Takeoff::Touching));
+        self.point.anchor = Anchor { clock, state: post, phase: Phase::Flight(Takeoff::Touching) };
+        self.point.elapsed = DoubleDouble::ZERO;
+        self.point.grazed = None;
+        self.found = None;
+        self.flight = self.motion.flight_at(clock, post, angle);
         self.point.impacts += 1;
         self.point.events += 1;
         self.point.standstill = 0;
@@ -138,7 +153,7 @@ impl Simulation {
         let post = self.point.anchor.state;
         let drive = &self.motion.drive;
         let limit = self.point.monitor.extrapolate(drive, clock, &post, impact)?;
-        let gap = self.motion.contact_gap(&self.flight, self.system.contact);
+        let gap = self.motion.contact_gap(&self.flight);
         if gap.second <= 0.0 {
             return None;
         }
@@ -210,6 +225,22 @@ impl Simulation {
         let target = self.motion.drive.advance(self.flight.clock, DoubleDouble::new(s));
         let (state, _) = hops(&self.system, self.point.anchor, target);
         state.unwrap_or_else(|| completion.state.earlier(completion.time_jump - s))
+    }
+}
+
+/// A flight with all that is usual in it, compiled for each kind of vector instructions.
+struct Leap<'a, O> {
+    simulation: &'a mut Simulation,
+    takeoff: Takeoff,
+    observer: &'a mut O,
+}
+
+impl<O: Observer> pulp::NullaryFnOnce for Leap<'_, O> {
+    type Output = Turn;
+
+    #[inline(always)]
+    fn call(self) -> Turn {
+        self.simulation.fly_and_strike(self.takeoff, self.observer)
     }
 }
 

@@ -156,12 +156,11 @@ fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
 /// Time to the end of a hop, and u there. A long one, which the simulation leaves to chatter because
 /// those after it are short, takes several local flights.
 fn next_touch(model: &Model, mut state: State, mut clock: Clock) -> Option<(f64, f64)> {
-    let (system, motion) = (&model.system, &model.motion);
+    let motion = &model.motion;
     let (mut start, mut before) = (Start::Touching, 0.0);
     for _ in 0..FLIGHTS {
         let flight = motion.flight(clock, state);
-        let found =
-            next_contact(motion, &flight, system.contact, system.gap, start, motion.span).found;
+        let found = next_contact(motion, &flight, start, motion.span).found;
         let passed = match found {
             Found::Contact(touch) => return Some((before + touch.local_time(), touch.gap.rate)),
             Found::Clear(time) => time,

@@ -96,11 +96,10 @@ struct Searched {
 
 fn search(draw: &Draw, motion: &FreeMotion) -> Searched {
     let flight = motion.flight(Clock::START, draw.state);
-    let (contact, delta) = (draw.system.contact(), draw.system.gap());
     let mut start = if draw.kind.touching() { Start::Touching } else { Start::Apart };
     let (mut grazes, mut evaluations) = (Vec::new(), 0);
     loop {
-        let report = next_contact(motion, &flight, contact, delta, start, motion.span());
+        let report = next_contact(motion, &flight, start, motion.span());
         evaluations += report.evaluations;
         match report.found {
             Found::Graze(touch) if grazes.len() < 100 => {
