@@ -22,7 +22,7 @@ use crate::scan::{Scan, scan};
 use crate::state::State;
 use crate::tolerance::{
     EPS, FLIGHT_NOISE, GRAZE_NOISE, PAUSE_NOISE, RELEASE_PROBE, SEARCH_PATIENCE, SEARCH_STEPS,
-    SETTLE_STEPS, TAYLOR_PART,
+    SETTLE_PART, SETTLE_STEPS, TAYLOR_PART,
 };
 
 /// How a local flight starts, as far as the contact is concerned.
@@ -148,13 +148,17 @@ fn search<G: Geometry>(
             Scan::Clear(time) => {
                 return ContactReport { found: Found::Clear(time), evaluations: scanned };
             }
-            Scan::Contact(time) => {
+            Scan::Contact { after, near } => {
                 let gap = GapFlight::<G>::within(motion, flight, touching, report.bounds);
                 let mut search = Search { gap, span, evaluations: scanned };
                 // A time of few digits: its products with the frequencies are exact, and what it
                 // leaves out is in the offset.
-                let found = search.meet(f64::from(time as f32), 0.0);
-                return ContactReport { found, evaluations: search.evaluations };
+                let (touch, settled) = search.meet(f64::from(near as f32), 0.0);
+                scanned = search.evaluations;
+                if settled {
+                    return ContactReport { found: Found::Contact(touch), evaluations: scanned };
+                }
+                clear = after;
             }
             Scan::Unsure(time) => clear = time,
         }
@@ -383,34 +387,34 @@ impl<G: Geometry> Search<'_, G> {
         {
             return settled;
         }
-        // First the parabola's root, which exists by the above, then Newton on the cubic.
-        let slope = near.rate + height.max(0.0).sqrt();
-        let offset = h - if slope > 0.0 { 2.0 * near.value / slope } else { 0.0 };
-        Settled::Found(self.meet(sample.time, offset))
+        Settled::Found(Found::Contact(self.meet(sample.time, h).0))
     }
 
-    /// The contact that lies at about `offset` after `time`.
+    /// The contact that lies at about `offset` after `time`, and whether the steps have come to it:
+    /// from afar they may leap over a double root.
     #[inline(always)]
-    fn meet(&mut self, time: f64, mut offset: f64) -> Found {
+    fn meet(&mut self, time: f64, mut offset: f64) -> (Touch, bool) {
         // Once more with care: whatever is lost here stays in the motion.
         let mut sample = self.evaluate(time);
         for _ in 0..SETTLE_STEPS {
             let fourth = self.gap.fourth(sample.angle, &sample.bodies);
-            offset = sample.gap.rise(fourth, offset);
+            let left;
+            (offset, left) = sample.gap.rise(fourth, offset);
             // Near a double root it may lie further than the polynomials are exact.
             let square = offset * offset;
-            let remainder = (self.gap.fourth_bound / 24.0)
-                .min(self.gap.fifth_bound / 120.0 * offset.abs())
-                * (square * square);
+            let missing =
+                (self.gap.fourth_bound / 24.0).min(self.gap.fifth_bound / 120.0 * offset.abs());
+            let remainder = left + missing * (square * square);
             let time = sample.time + offset;
             let inside = (0.0..=self.span).contains(&time);
-            if remainder <= TAYLOR_PART * self.gap.noise(time.max(0.0)) || !inside {
-                break;
+            let settled = remainder <= SETTLE_PART * self.gap.noise(time.max(0.0));
+            if settled || !inside {
+                return (self.touch(&sample, offset), settled);
             }
             sample = self.evaluate(time);
             offset = 0.0;
         }
-        Found::Contact(self.touch(&sample, offset))
+        (self.touch(&sample, offset), false)
     }
 
     /// Top of the hump ahead, unless it is higher than `level`.

@@ -163,12 +163,7 @@ impl FreeMotion {
     #[must_use]
     pub fn state_at(&self, flight: &Flight, s: f64) -> State {
         let (p, o) = self.at(flight, s);
-        State {
-            x1: flight.state.x1 + p.increment,
-            v1: p.rate,
-            x2: flight.state.x2 + o.increment,
-            v2: o.rate,
-        }
+        State { x1: p.displacement(), v1: p.rate, x2: o.displacement(), v2: o.rate }
     }
 
     /// State at any local time: beyond the span with the angles reduced.
@@ -183,9 +178,9 @@ impl FreeMotion {
     /// State a short time `h` after a motion of both bodies.
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    pub(crate) fn state_later(&self, flight: &Flight, (p, o): &(Motion, Motion), h: f64) -> State {
-        let (x1, v1) = self.pendulum.later(&flight.pendulum, p, h);
-        let (x2, v2) = self.oscillator.later(&flight.oscillator, o, h);
+    pub(crate) fn state_later(&self, (p, o): &(Motion, Motion), h: f64) -> State {
+        let (x1, v1) = self.pendulum.later(p, h);
+        let (x2, v2) = self.oscillator.later(o, h);
         State { x1, v1, x2, v2 }
     }
 

@@ -43,10 +43,10 @@ impl GapPoint {
 }
 
 impl GapPoint {
-    /// Time to the root of the Taylor polynomial of a gap that rises, the one near `guess`; `fourth`
-    /// is g''''.
+    /// Time to the root of the Taylor polynomial of a gap that rises, the one near `guess`, and how
+    /// far from zero the polynomial may be there; `fourth` is g''''.
     #[inline(always)]
-    pub(crate) fn rise(&self, fourth: f64, guess: f64) -> f64 {
+    pub(crate) fn rise(&self, fourth: f64, guess: f64) -> (f64, f64) {
         let Self { value, rate, second, third } = *self;
         let inverse = 1.0 / rate;
         let first = -value * inverse;
@@ -56,27 +56,39 @@ impl GapPoint {
             // Reversion of the series: one division.
             let c4 = (1.0 / 24.0) * fourth * inverse;
             let last = 5.0 * c2 * (c3 - c2 * c2) - c4;
-            return first * (1.0 - first * (c2 - first * (2.0 * c2 * c2 - c3 + first * last)));
+            let bend = c2 - first * (2.0 * c2 * c2 - c3 + first * last);
+            return (first * (1.0 - first * bend), 0.0);
         }
         self.rise_by_steps(guess)
     }
 
-    /// The same by Newton's method, near a double root.
+    /// The same near a double root: the parabola's root first, as Newton's steps alone are short.
     #[inline(never)]
-    fn rise_by_steps(&self, mut time: f64) -> f64 {
-        for _ in 0..3 {
+    fn rise_by_steps(&self, mut time: f64) -> (f64, f64) {
+        let near = self.later(time);
+        let height = near.rate * near.rate - 2.0 * near.second * near.value;
+        let slope = near.rate + height.max(0.0).sqrt();
+        if slope > 0.0 {
+            time -= 2.0 * near.value / slope;
+        }
+        let mut left = f64::INFINITY;
+        for _ in 0..2 {
             let at = self.later(time);
             if at.rate > 0.0 {
-                time -= at.value / at.rate;
+                let step = at.value / at.rate;
+                time -= step;
+                left = 0.5 * at.second.abs() * step * step;
             }
         }
-        time
+        (time, left)
     }
 }
 
 /// What differs between the geometries. The angle enters through sin and cos of x1 at the start
 /// of a flight, so that the gap is an increment too: relatively exact for short hops.
 pub(crate) trait Geometry {
+    /// Whether the gap needs the sine of x1.
+    const TURNS: bool;
     /// Position of the tip along the normal at the start of a flight: sin x1, or x1.
     fn tip(flight: &Flight) -> f64;
     /// Increment of the tip's position since the start of a flight, its derivatives 1 to 3, and the
@@ -100,6 +112,8 @@ pub(crate) struct Oblique;
 pub(crate) struct Direct;
 
 impl Geometry for Oblique {
+    const TURNS: bool = true;
+
     #[inline(always)]
     fn tip(flight: &Flight) -> f64 {
         flight.angle.sin
@@ -165,6 +179,8 @@ impl Geometry for Oblique {
 }
 
 impl Geometry for Direct {
+    const TURNS: bool = false;
+
     #[inline(always)]
     fn tip(flight: &Flight) -> f64 {
         flight.state.x1
@@ -298,16 +314,16 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
     /// g'''' at a sampled local time.
     #[inline(always)]
     pub fn fourth(&self, angle: Angle, (p, o): &(Motion, Motion)) -> f64 {
-        let (motion, flight) = (self.motion, self.flight);
-        let [first, _] = motion.pendulum.higher(&flight.pendulum, p);
-        let [second, _] = motion.oscillator.higher(&flight.oscillator, o);
+        let motion = self.motion;
+        let [first, _] = motion.pendulum.higher(p);
+        let [second, _] = motion.oscillator.higher(o);
         G::tip_fourth(angle, p, first) - second
     }
 
     /// State `h` after a sampled local time, from the Taylor polynomials of both bodies.
     #[inline(always)]
     pub fn state_later(&self, bodies: &(Motion, Motion), h: f64) -> State {
-        self.motion.state_later(self.flight, bodies, h)
+        self.motion.state_later(bodies, h)
     }
 
     /// Bound of the rounding error of `at(s).value`.

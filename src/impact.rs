@@ -22,7 +22,7 @@ use self::laws::{Energetic, Newton, Poisson};
 use crate::angle::Angle;
 use crate::params::{Contact, ImpactLaw, System};
 use crate::state::State;
-use crate::tolerance::NO_ROOM;
+use crate::tolerance::{DEAD_CENTRE, NO_ROOM};
 
 /// Velocities and geometry just before an impact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,7 +99,8 @@ impl Impact {
 #[non_exhaustive]
 pub enum ImpactFailure {
     /// mbar = 0 and a wall that keeps approaching: the pendulum sticks against it, which no impulse
-    /// ends, or its tip has been driven to the end of its reach, sin x1 = -1.
+    /// ends, or its tip has been driven to the end of its reach, sin x1 = -1, or is met at dead
+    /// centre, sin x1 = 1.
     #[error("the pendulum is jammed against an approaching wall")]
     Jammed,
     /// law = paper: the bodies approach after the impact, or the result is not finite.
@@ -143,10 +144,18 @@ pub fn resolve(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure
     Ok(bent(pre, mass_ratio, restitution, friction, regime, end_of_slip))
 }
 
-/// A wall that approaches a tip at the end of its reach: it would drive x1' beyond all bounds.
+/// A wall that approaches a tip at the end of its reach, which would drive x1' beyond all bounds, or
+/// at dead centre, where hardly any impulse acts on x1'.
 #[inline]
 fn no_room(system: &System, pre: &PreImpact) -> bool {
-    system.mass_ratio == 0.0 && pre.v2 < 0.0 && pre.sin < 0.0 && pre.cos.abs() <= NO_ROOM
+    let approaches = system.mass_ratio == 0.0 && pre.v2 < 0.0;
+    let at_end = || pre.sin < 0.0 && pre.cos.abs() <= NO_ROOM;
+    let at_dead_centre = || {
+        pre.sin > 0.0
+            && pre.cos.abs() <= DEAD_CENTRE * (1.0 + system.gap.abs())
+            && -pre.v2 > (pre.v1 * pre.cos).abs()
+    };
+    approaches && (at_end() || at_dead_centre())
 }
 
 /// Whether slip in the direction of x1' cannot stop the approach (mbar + k cos x1 <= 0): a graze

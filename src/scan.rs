@@ -28,8 +28,8 @@ const CUT: usize = 3;
 pub(crate) enum Scan {
     /// No contact up to this local time, which may be several spans.
     Clear(f64),
-    /// The first contact, a simple root, lies near this local time.
-    Contact(f64),
+    /// The first contact, a simple root, lies near one local time and after another.
+    Contact { after: f64, near: f64 },
     /// No contact up to this local time; on from there with care.
     Unsure(f64),
 }
@@ -104,7 +104,7 @@ impl<G: Geometry> Job<'_, G> {
         let mut start = self.first_jet();
         let clear = if touching { start[1] < -SCAN_REST * rate } else { start[0] < -slack };
         let turned = state.x1.abs() + SCAN_SPANS * rate * span;
-        if !(clear && turned <= MOST_TURNED) {
+        if !(clear && (turned <= MOST_TURNED || !G::TURNS)) {
             return Scan::Unsure(0.0);
         }
         // Halving the step takes a 64th of the remainder; a NaN or too large a bound finds no level.
@@ -159,8 +159,12 @@ impl<G: Geometry> Job<'_, G> {
             }
             let next = samples.jet(j);
             if !touching && rises(&start, &next, &table.weights, remainder, slack) {
-                let time = s + h * root(&start, &next, h);
-                return if time <= span { Scan::Contact(time) } else { Scan::Clear(span) };
+                let near = s + h * root(&start, &next, h);
+                return if near <= span {
+                    Scan::Contact { after: s, near }
+                } else {
+                    Scan::Clear(span)
+                };
             }
             if level + CUT >= LEVELS {
                 return Scan::Unsure(s);

@@ -19,6 +19,10 @@ pub const GRAZE_NOISE: f64 = 4.0;
 /// `M h^4/24` is below this part of the rounding level, so another evaluation adds nothing.
 pub const TAYLOR_PART: f64 = 1.0 / 64.0;
 
+/// The same for the instant of the contact itself, whose error stays in the motion, and has one
+/// sign: over 10^8 impacts a bias of a hundredth of a rounding shows.
+pub const SETTLE_PART: f64 = 1.0 / 4096.0;
+
 /// A separation velocity below so many `EPS V` is rounding and counts as zero; twice what the
 /// gap may rise by rounding alone per unit time.
 pub const REST_NOISE: f64 = 2.0 * GRAZE_NOISE * FLIGHT_NOISE;
@@ -68,6 +72,10 @@ pub const PAUSE_NOISE: f64 = 1024.0;
 /// most by this factor, else one that stays finite (more work per evaluation).
 pub const RESONANCE_LOSS: f64 = 1.0;
 
+/// After a decay by exp(-this) a free motion is no longer computed as an increment from its start,
+/// whose rounding would then exceed its own twentyfold.
+pub const DECAYED: f64 = 3.0;
+
 /// Damping ratios below this count as zero.
 pub const LEAST_DAMPING: f64 = 1e-100;
 
@@ -89,6 +97,11 @@ pub const SIMULTANEOUS: f64 = 8.0 * EPS;
 /// rounding. A wall (mbar = 0) that still approaches then jams it; its impacts would drive
 /// x1' beyond all bounds.
 pub const NO_ROOM: f64 = 1e-7;
+
+/// With |cos x1| below this, in units of 1 + |gap|, a wall that approaches a tip at sin x1 = 1 meets
+/// it at dead centre: thrown aside at u/cos x1 it would be back before the gap has changed by more
+/// than its rounding, and no number says what follows.
+pub const DEAD_CENTRE: f64 = 64.0 * EPS;
 
 /// First and last part of a local flight at which a release with g''' = 0 is probed.
 pub const RELEASE_PROBE: (f64, f64) = (1e-6, 1e-2);
@@ -140,7 +153,7 @@ pub const REACH_LEVEL: f64 = 1e-10;
 
 /// With |cos x1| above this, x1 follows a wall (mbar = 0) on the contact; below, where x1 would
 /// magnify the wall's rounding, the wall is moved by rounding instead.
-pub const WALL_SLOPE: f64 = 1e-3;
+pub const WALL_SLOPE: f64 = 0.1;
 
 /// Longest step of the contact phase, as an angle of the fastest of both bodies and the drive:
 /// what a series of order `hold::slide::ORDER` still sums to rounding.

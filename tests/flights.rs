@@ -143,3 +143,51 @@ fn resonance_with_hardly_any_damping_is_finite() {
         assert!((end.x2 - 0.25 * 3.0 * 3f64.sin()).abs() < 1e-15, "{damping}: {end:?}");
     }
 }
+
+/// The state of a body that was thrown at 1e4 and is nearly at rest: what is left of the motion, not
+/// of the first velocity, has to be right.
+#[test]
+fn decayed_motion_keeps_its_own_digits() {
+    let mut worst = 0f64;
+    for (zeta, drive) in [(1.3, 0.7), (5.0, 0.7), (60.0, 0.01), (3e3, 1e-4), (1e4, 2.0)] {
+        let system = System::builder()
+            .mass_ratio(1.0)
+            .frequency_ratio(1.0)
+            .restitution(1.0)
+            .gap(0.0)
+            .drive_frequency(drive)
+            .pendulum_damping(zeta)
+            .oscillator_damping(zeta)
+            .force_amplitude(1e-3)
+            .build()
+            .unwrap();
+        let motion = FreeMotion::new(&system);
+        let start = State::new(0.0, 1e4, 0.0, 0.0).unwrap();
+        let flight = motion.flight(Clock::START, start);
+        let kappa = ((zeta - 1.0) * (zeta + 1.0f64)).sqrt();
+        let (slow, fast) = (1.0 / (zeta + kappa), zeta + kappa);
+        // Re (e^{i omega t} - e^{-a t})/(a + i omega): of a mode of rate a, under cos(omega t).
+        let response = |a: f64, t: f64| {
+            let difference = -2.0 * (0.5 * drive * t).sin().powi(2) - (-a * t).exp_m1();
+            (a * difference + drive * (drive * t).sin()) / (a * a + drive * drive)
+        };
+        for t in [4.0, 9.0, 12.5] {
+            if t > motion.span() || zeta * t < 5.0 {
+                continue;
+            }
+            let (slow_left, fast_left) = ((-slow * t).exp(), (-fast * t).exp());
+            let v1 = 1e4 * (fast * fast_left - slow * slow_left) / (2.0 * kappa);
+            let x1 = 1e4 * (slow_left - fast_left) / (2.0 * kappa);
+            let x2 = 1e-3 * (response(slow, t) - response(fast, t)) / (2.0 * kappa);
+            let far = motion.state_after_periods(&flight, 0, t);
+            for state in [motion.state_at(&flight, t), far] {
+                let off = [state.x1 / x1 - 1.0, state.v1 / v1 - 1.0, state.x2 / x2 - 1.0];
+                let error = off.iter().fold(0.0, |most: f64, e| most.max(e.abs()));
+                assert!(error < 1e-13, "zeta = {zeta}, t = {t}: {off:?}");
+                worst = worst.max(error);
+            }
+        }
+    }
+    println!("worst relative error {worst:e}");
+    assert!(worst > 0.0);
+}

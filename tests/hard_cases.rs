@@ -176,3 +176,49 @@ fn a_contact_near_a_double_root_is_settled_exactly() {
     assert!(worst < 1e-12, "{worst:e}");
     assert!(run.contacts.iter().all(|c| c.error <= 1e-12), "{:?}", run.contacts);
 }
+
+/// A wall (mbar = 0) that comes down on a tip at sin x1 = 1: with cos x1 at rounding level it is
+/// thrown aside at 1e15 times its speed, and what follows was wrong without a word.
+#[test]
+fn a_wall_at_dead_centre_jams_the_tip() {
+    let system = paper().mass_ratio(0.0).frequency_ratio(0.0).gap(0.4).restitution(0.4);
+    let system = system.moment_amplitude(0.0).force_amplitude(0.1).build().unwrap();
+    for (off, jams) in [(0.0, true), (1e-15, true), (-1e-14, true), (1e-12, false), (1e-6, false)] {
+        let x1 = std::f64::consts::FRAC_PI_2 + off;
+        let start = [x1, 0.0, x1.sin() - 0.4 + 0.05, -1.1];
+        let run = go(&system, start, RunOptions::until(Horizon::Time(0.06)));
+        assert_eq!(run.stop_reason == StopReason::Jammed, jams, "{off:e}: {:?}", run.stop_reason);
+        assert_eq!(run.impact_count > 0, !jams, "{off:e}");
+    }
+}
+
+/// Body 2 presses the tip past sin x1 = -1, where the contact's inertia is mbar alone: it passes
+/// within mbar/|x2'|, which was taken for a standstill. Energy, or a typed stop, and never more.
+#[test]
+fn a_light_tip_pressed_past_the_end_of_its_reach_keeps_the_energy() {
+    let mut passed = 0;
+    for exponent in (-60..=-4).chain([-100, -200, -300]) {
+        let mass_ratio = 10f64.powi(exponent);
+        let system = paper().mass_ratio(mass_ratio).frequency_ratio(0.0).restitution(0.0).gap(0.2);
+        let system = system.drive_frequency(1.0).moment_amplitude(0.0).build().unwrap();
+        for x1 in [-1.45, -1.3, -1.25, -1.1] {
+            let start = [x1, 0.0, f64::sin(x1) - 0.17, -2.0];
+            let run = go(&system, start, RunOptions::until(Horizon::Time(0.5)));
+            assert!(run.final_state.state.to_array().iter().all(|c| c.is_finite()));
+            if run.stop_reason == StopReason::Painleve {
+                assert!(exponent <= -25, "1e{exponent} {x1}");
+                continue;
+            }
+            assert_eq!(run.stop_reason, StopReason::Completed, "1e{exponent} {x1}");
+            passed += 1;
+            let energy = |[_, v1, x2, v2]: [f64; 4]| mass_ratio * v1 * v1 + v2 * v2 + x2 * x2;
+            let landed = run.trajectory(&[run.impacts[0].time]).unwrap()[0];
+            let end = run.final_state.state.to_array();
+            let change = energy(end) / energy(landed) - 1.0;
+            // cos x1 has the rounding of x1 where it is as small as sqrt(mbar).
+            let allowed = 64.0 * f64::EPSILON / mass_ratio.sqrt().min(1.0);
+            assert!(change.abs() < allowed, "1e{exponent} {x1}: {change:e}");
+        }
+    }
+    assert!(passed >= 80, "{passed}");
+}

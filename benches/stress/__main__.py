@@ -17,7 +17,7 @@ from typing import Any
 import chatter
 import long_runs
 import scaling
-from exact import Outcome
+from exact import BROKEN
 from ranges import RANGES, measure, plot_range
 from report import HEADER, draw, drift_lines, orbit_lines, range_line, write_rows
 
@@ -75,12 +75,12 @@ def main(arguments: list[str] | None = None) -> int:
         lines += ["", HEADER]
         for chosen in RANGES:
             rows = sets[chosen.name].result()
-            wrong = sum(row["outcome"] == Outcome.WRONG for row in rows if row["inside"])
+            wrong = sum(row["outcome"] in BROKEN for row in rows if row["inside"])
             name = chosen.name.replace(" ", "_")
             finish(name, rows, lambda ax, r=chosen, found=rows: plot_range(r, found, ax), wrong)
             lines.append(range_line(chosen, rows))
         rows = driven.result()
-        wrong = sum(row["outcome"] == Outcome.WRONG for row in rows)
+        wrong = sum(row["outcome"] in BROKEN for row in rows)
         finish("driven_chatter", rows, lambda ax: chatter.plot_driven(rows, ax), wrong)
         error = max(row["units"] for row in rows)
         lines += [

@@ -26,6 +26,7 @@ MARKS = {
     Outcome.WITHIN: ("o", BLUE),
     Outcome.ILL_CONDITIONED: ("^", ORANGE),
     Outcome.STOPPED: ("|", GREY),
+    Outcome.EARLY: ("v", "black"),
     Outcome.UNDECIDED: ("_", PURPLE),
     Outcome.WRONG: ("X", VERMILLION),
 }
@@ -228,7 +229,6 @@ RANGES = (
         0.1,
         weak_damping,
         ends=(0.0, 1e-150, 1e-17),
-        holds=(1e-150, 1.0),
     ),
     Range("critical damping", r"$|\zeta-1|$", 1e-16, 0.5, critical_damping, ends=(0.0,)),
     Range("strong damping", r"$\zeta_1$", 1.0, 1e4, strong_damping),
@@ -250,7 +250,7 @@ RANGES = (
         1e-5,
         10.0,
         slide_past_the_end,
-        holds=(0.15, math.inf),
+        holds=(1e-3, math.inf),
     ),
     Range("friction", r"$\mu$", 1e-3, 1e3, friction),
     Range("restitution near 0", r"$r$", 1e-16, 0.3, restitution_near_0, ends=(0.0,)),
@@ -287,7 +287,7 @@ def plot_range(chosen: Range, rows: list[dict[str, Any]], ax: Axes) -> None:
             continue
         x = [row["value"] or smallest / 10 for row in own]
         units = [row["units"] if math.isfinite(row["units"]) else LARGEST for row in own]
-        if outcome in (Outcome.STOPPED, Outcome.UNDECIDED):
+        if outcome in (Outcome.STOPPED, Outcome.EARLY, Outcome.UNDECIDED):
             units = [SMALLEST] * len(own)
         y = np.clip(units, SMALLEST, LARGEST)
         ax.plot(x, y, marker, ms=3.5, color=color, label=f"{outcome.value} ({len(own)})")

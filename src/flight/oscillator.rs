@@ -13,7 +13,7 @@ use super::drive::{Trig, Turn, turn};
 use super::resonance::{Beat, RestResponse};
 use crate::double_double::DoubleDouble;
 use crate::elementary::{self, decay_minus_1};
-use crate::tolerance::{LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE, SHORT_ORDER};
+use crate::tolerance::{DECAYED, LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE, SHORT_ORDER};
 
 const THIRD: f64 = 1.0 / 3.0;
 
@@ -56,6 +56,7 @@ enum Response {
 /// One body's equation of motion, worked out once per system.
 #[derive(Debug, Clone)]
 pub(crate) struct Oscillator {
+    natural: f64,
     natural_squared: f64,
     decay_rate: f64,
     decay: Decay,
@@ -97,9 +98,20 @@ pub(crate) struct BodyFlight {
 pub(crate) struct Motion {
     /// x(s) - x(0).
     pub increment: f64,
+    /// x(s) as a sum: of x(0) and the increment, or after strong decay, where these cancel, of
+    /// itself and 0.
+    place: [f64; 2],
     pub rate: f64,
     pub acceleration: f64,
     pub jerk: f64,
+}
+
+impl Motion {
+    /// x(s).
+    #[inline(always)]
+    pub fn displacement(&self) -> f64 {
+        self.place[0] + self.place[1]
+    }
 }
 
 /// Bounds of |x'|, |x''|, |x'''|, |x''''| during a local flight.
@@ -130,7 +142,10 @@ impl Oscillator {
             Complex::new((natural - omega) * (natural + omega), 2.0 * decay_rate * omega);
         let inverse = 1.0 / stiffness.norm();
         // Size of the forced motion within one local flight, per unit force.
-        let reach = (0.5 * span * span).min(span / (natural + omega));
+        let mut reach = (0.5 * span * span).min(span / (natural + omega));
+        if let Decay::Overdamped { kappa, .. } = decay {
+            reach = reach.min(span / (2.0 * kappa));
+        }
         let response = if forcing == 0.0 {
             Response::Unforced
         } else if inverse <= RESONANCE_LOSS * reach {
@@ -156,6 +171,7 @@ impl Oscillator {
             Complex::new(forcing, 0.0) / stiffness
         };
         Self {
+            natural,
             natural_squared: natural * natural,
             decay_rate,
             decay,
@@ -195,7 +211,9 @@ impl Oscillator {
             _ => (x, v),
         };
         let c = self.decay_rate;
-        BodyFlight { x, v, a, rate, b: rate + c * a, k: self.natural_squared * a + c * rate, p, q }
+        // Not by w^2, a constant whose rounding every flight would leave in the energy.
+        let k = self.natural * (self.natural * a) + c * rate;
+        BodyFlight { x, v, a, rate, b: rate + c * a, k, p, q }
     }
 
     /// (C - 1, S) at local time s.
@@ -256,9 +274,57 @@ impl Oscillator {
         match self.response {
             Response::Steady => (
                 increment + (f.p * turn.cos_minus_1 + f.q * turn.sin),
-                rate + self.omega * (f.q + (f.q * turn.cos_minus_1 - f.p * turn.sin)),
+                rate + self.steady_rate(f, turn),
             ),
             _ => (increment, rate),
+        }
+    }
+
+    #[inline(always)]
+    fn steady_rate(&self, f: &BodyFlight, turn: &Turn) -> f64 {
+        self.omega * (f.q + (f.q * turn.cos_minus_1 - f.p * turn.sin))
+    }
+
+    /// Whether the free motion has decayed so far that its start would cancel.
+    #[inline(always)]
+    fn decayed(&self, s: f64) -> bool {
+        self.decay_rate * s > DECAYED
+    }
+
+    /// Displacement (not its increment) and rate without the start's rounding, the forced motion
+    /// only if it is steady.
+    #[inline(never)]
+    fn remainder(&self, f: &BodyFlight, elapsed: DoubleDouble, turn: &Turn) -> (f64, f64) {
+        let s = elapsed.hi;
+        let left = (-self.decay_rate * s).exp();
+        let combined =
+            |cosine: f64, sine: f64| (f.a * cosine + f.b * sine, f.rate * cosine - f.k * sine);
+        let (x, v) = match self.decay {
+            Decay::Undamped { wd } | Decay::Underdamped { wd } => {
+                let (sin, cos) = (self.damped * elapsed).reduced_angle().sin_cos();
+                combined(left * cos, left * sin / wd)
+            }
+            Decay::Critical => combined(left, s * left),
+            Decay::Overdamped { kappa, slow } => {
+                let fast = slow + 2.0 * kappa;
+                let (slow_left, fast_left) = ((-slow * s).exp(), (-fast * s).exp());
+                if kappa < 0.5 * self.decay_rate {
+                    let split = -(-2.0 * kappa * s).exp_m1() / (2.0 * kappa);
+                    combined(0.5 * (slow_left + fast_left), slow_left * split)
+                } else {
+                    // C and S cancel too; the two modes do not.
+                    let slow_part = (f.rate + fast * f.a) / (2.0 * kappa) * slow_left;
+                    let fast_part = -(f.rate + slow * f.a) / (2.0 * kappa) * fast_left;
+                    (slow_part + fast_part, -slow * slow_part - fast * fast_part)
+                }
+            }
+        };
+        match self.response {
+            Response::Steady => (
+                x + (f.p + (f.p * turn.cos_minus_1 + f.q * turn.sin)),
+                v + self.steady_rate(f, turn),
+            ),
+            _ => (x, v),
         }
     }
 
@@ -298,8 +364,12 @@ impl Oscillator {
         } else {
             self.damped_basis(s, cos_minus_1, sine)
         };
+        if self.decayed(s) {
+            let (x, v) = self.remainder(f, DoubleDouble::new(s), turn);
+            return self.motion_from(x - f.x, v, [x, 0.0], turn);
+        }
         let (increment, rate) = self.combine(f, basis, turn);
-        self.motion_from(f, increment, rate, turn)
+        self.motion_from(increment, rate, [f.x, increment], turn)
     }
 
     /// Motion at local time `s`.
@@ -328,52 +398,57 @@ impl Oscillator {
             (lower, upper) = (upper, next);
             (cos, sin) = (-self.omega * sin * part, self.omega * cos * part);
         }
-        self.motion_from(f, increment, rate, turn)
+        self.motion_from(increment, rate, [f.x, increment], turn)
     }
 
     #[inline(always)]
     fn motion(&self, f: &BodyFlight, s: f64, basis: (f64, f64), turn: &Turn) -> Motion {
-        let (mut increment, mut rate) = self.combine(f, basis, turn);
-        if let Some((x, v)) = self.resonant(f, DoubleDouble::new(s), basis, turn.start) {
-            increment += x;
-            rate += v;
+        let elapsed = DoubleDouble::new(s);
+        let forced = self.resonant(f, elapsed, basis, turn.start).unwrap_or((0.0, 0.0));
+        if self.decayed(s) {
+            let (x, v) = self.remainder(f, elapsed, turn);
+            let x = x + forced.0;
+            return self.motion_from(x - f.x, v + forced.1, [x, 0.0], turn);
         }
-        self.motion_from(f, increment, rate, turn)
+        let (increment, rate) = self.combine(f, basis, turn);
+        let increment = increment + forced.0;
+        self.motion_from(increment, rate + forced.1, [f.x, increment], turn)
     }
 
     /// The next derivatives from the equation of motion.
     #[inline(always)]
-    fn motion_from(&self, f: &BodyFlight, increment: f64, rate: f64, turn: &Turn) -> Motion {
+    fn motion_from(&self, increment: f64, rate: f64, place: [f64; 2], turn: &Turn) -> Motion {
         let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
-        let acceleration = self.forcing * turn.phase.cos - c2 * rate - w2 * (f.x + increment);
+        let x = place[0] + place[1];
+        let acceleration = self.forcing * turn.phase.cos - c2 * rate - w2 * x;
         let jerk = -self.forcing * self.omega * turn.phase.sin - c2 * acceleration - w2 * rate;
-        Motion { increment, rate, acceleration, jerk }
+        Motion { increment, place, rate, acceleration, jerk }
     }
 
     /// Derivatives 4 and 5 of the displacement: x'''' = -omega^2 f cos psi - 2 c x''' - w^2 x'', and
     /// so on; f cos psi and its rate from the equation of motion.
     #[inline(always)]
-    pub fn higher(&self, f: &BodyFlight, m: &Motion) -> [f64; 2] {
+    pub fn higher(&self, m: &Motion) -> [f64; 2] {
         let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
         let omega2 = self.omega * self.omega;
-        let load = m.acceleration + c2 * m.rate + w2 * (f.x + m.increment);
+        let load = m.acceleration + c2 * m.rate + w2 * m.displacement();
         let load_rate = m.jerk + c2 * m.acceleration + w2 * m.rate;
         let fourth = -omega2 * load - c2 * m.jerk - w2 * m.acceleration;
         [fourth, -omega2 * load_rate - c2 * fourth - w2 * m.jerk]
     }
 
     /// Displacement and rate a short time `h` after a motion, by Taylor polynomials up to the fifth
-    /// derivative.
+    /// derivative. (Energy would drift by the last term, whose sign is always the same.)
     #[inline(always)]
-    pub fn later(&self, f: &BodyFlight, m: &Motion, h: f64) -> (f64, f64) {
-        let [fourth, fifth] = self.higher(f, m);
+    pub fn later(&self, m: &Motion, h: f64) -> (f64, f64) {
+        let [fourth, fifth] = self.higher(m);
         let (half, third, quarter) = (0.5 * h, THIRD * h, 0.25 * h);
         let tail = fourth + 0.2 * h * fifth;
         let displacement =
             h * (m.rate + half * (m.acceleration + third * (m.jerk + quarter * tail)));
         let tail = fourth + quarter * fifth;
         let speed = h * (m.acceleration + half * (m.jerk + third * tail));
-        (f.x + (m.increment + displacement), m.rate + speed)
+        (m.place[0] + (m.place[1] + displacement), m.rate + speed)
     }
 
     /// Displacement and rate after any time.
@@ -383,12 +458,13 @@ impl Oscillator {
             return (x + motion.increment, motion.rate);
         }
         let basis = self.basis_far(elapsed);
-        let (mut increment, mut rate) = self.combine(f, basis, turn);
-        if let Some((dx, v)) = self.resonant(f, elapsed, basis, turn.start) {
-            increment += dx;
-            rate += v;
+        let forced = self.resonant(f, elapsed, basis, turn.start).unwrap_or((0.0, 0.0));
+        if self.decayed(elapsed.hi) {
+            let (x, v) = self.remainder(f, elapsed, turn);
+            return (x + forced.0, v + forced.1);
         }
-        (x + increment, rate)
+        let (increment, rate) = self.combine(f, basis, turn);
+        (x + (increment + forced.0), rate + forced.1)
     }
 
     /// Derivative of displacement and rate after `elapsed` with respect to those at the start:

@@ -207,6 +207,11 @@ impl SlideStep {
         value(&self.series.free[..=FORCED], s / unit) / (unit * unit)
     }
 
+    /// Time in which the motion changes by its own size.
+    pub fn unit(&self) -> f64 {
+        self.series.unit
+    }
+
     /// Local time at which the step is used up.
     pub fn length(&self) -> f64 {
         self.reach * self.series.unit

@@ -56,8 +56,13 @@ impl Walk {
         (impulse, rest): Impulse,
         stops: bool,
     ) {
-        let v1 = if stops { 0.0 } else { segment.k.mul_add(-impulse, self.v1) - segment.k * rest };
-        let v2 = mass_ratio.mul_add(impulse, self.v2) + mass_ratio * rest;
+        let changed = |v: f64, k: f64| {
+            // Rounded once: twice is a bias.
+            let sum = DoubleDouble::product(k, impulse) + DoubleDouble::new(v);
+            sum.hi + k.mul_add(rest, sum.lo)
+        };
+        let v1 = if stops { 0.0 } else { changed(self.v1, -segment.k) };
+        let v2 = changed(self.v2, mass_ratio);
         let u = v1 * pre.cos - v2;
         // Straight segments: the trapezoidal rule is exact. u dP is what restitution takes in
         // approach and gives back after, mu |sin x1| |x1'| dP the work of friction.
@@ -98,12 +103,13 @@ pub(super) fn straight(
     // 1 + r and mbar + k cos x1 with what rounding leaves out of them: constant in direct
     // contact, it would drain energy from every impact alike.
     let slowing = DoubleDouble::product(segment.k, pre.cos) + DoubleDouble::new(mass_ratio);
-    let whole = DoubleDouble::sum(1.0, restitution).scale(u);
+    let approach = DoubleDouble::product(pre.v1, pre.cos) - DoubleDouble::new(pre.v2);
+    let whole = DoubleDouble::sum(1.0, restitution) * approach;
     let mut walk = Walk::new(pre);
     walk.step(pre, mass_ratio, &segment, quotient(whole, slowing), false);
     walk.loss = walk.loss.max(0.0);
     // -r u is exact; the difference of the velocities has rounding.
-    walk.outcome(regime, u, -restitution * u, u / slowing.hi)
+    walk.outcome(regime, u, -restitution * u, approach.hi / slowing.hi)
 }
 
 /// The impact whose slip ends: approach to u = 0 at P_I, restitution to where the law ends it.

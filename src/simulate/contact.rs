@@ -188,7 +188,7 @@ impl Simulation {
         }
         match cause {
             // Short steps of a fast slide are progress; none at all is not.
-            SlideEnd::Continues if reached > EPS * self.motion.span => {
+            SlideEnd::Continues if reached > EPS * step.unit() => {
                 self.anchor(clock, state, Phase::Contact(mode));
                 None
             }

@@ -10,7 +10,8 @@ mod tally;
 
 use dense::{Place, Seen};
 use double_double::Dd;
-use draw::{Draw, draw};
+#[allow(unused_imports)] // each test its own
+pub use draw::{Draw, Kind, draw};
 use exact_motion::DenseFlight;
 use rayon::prelude::*;
 use rounding::Level;
@@ -18,6 +19,7 @@ use vibroimpact::contact::{Found, Start, Touch, next_contact};
 use vibroimpact::tolerance::EPS;
 use vibroimpact::{Clock, FreeMotion};
 
+#[allow(unused_imports)]
 pub use tally::{HEADER, Tally};
 
 /// Judgement of one flight.
@@ -111,7 +113,11 @@ fn search(draw: &Draw, motion: &FreeMotion) -> Searched {
 
 /// Judges flight number `index` of a seed.
 pub fn judge(seed: u64, index: u64) -> Judged {
-    let draw = draw(seed, index);
+    judge_flight(index, draw(seed, index))
+}
+
+/// Judges any flight.
+pub fn judge_flight(index: u64, draw: Draw) -> Judged {
     let motion = FreeMotion::new(&draw.system);
     let span = motion.span();
     let level = Level::new(&draw.system, &draw.state, draw.kind.touching(), span);
