@@ -4,7 +4,6 @@ Nothing here asserts a time.
 """
 
 import ctypes
-import importlib
 import json
 import math
 import subprocess
@@ -21,13 +20,6 @@ BENCHES = Path(__file__).parents[2] / "benches"
 EPS = np.finfo(float).eps
 # Packages that the peers need, apart from SciPy, which is there for other tests too.
 OPTIONAL = ("heyoka", "numba", "sksundae")
-
-
-@pytest.fixture
-def bench(monkeypatch):
-    """Import a module of the benchmarks."""
-    monkeypatch.syspath_prepend(str(BENCHES))
-    return importlib.import_module
 
 
 @pytest.fixture
