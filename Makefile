@@ -32,7 +32,7 @@ help:
 	@echo 'make gallery  draw the pictures of docs/gallery.md'
 	@echo 'make test     all tests: Rust, documentation, Python'
 	@echo 'make lint     formatting, lints, types, stubs, purity of the core, documentation'
-	@echo 'make bench    all benchmarks: criterion, the bars, run time against error beside other solvers'
+	@echo 'make bench    all benchmarks: criterion, the bars, savings, run time against error beside other solvers'
 	@echo 'make instructions  instruction counts of the hot kernels against the committed ones (valgrind)'
 	@echo 'make stress   errors at the ends of every range, and over very long runs'
 	@echo 'make audit    a million random flights against an independent dense search'
@@ -75,6 +75,7 @@ bench: $(INSTALLED)
 	$(BIN)/python benches/install_peers.py
 	cargo bench --locked
 	$(BIN)/python benches/bars.py
+	$(BIN)/python benches/savings.py
 	$(BIN)/python benches/work_precision
 
 # Need no more than Rust, a C compiler, valgrind and any Python.

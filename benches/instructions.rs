@@ -4,6 +4,7 @@
 //! instructions --list          the kernels in JSON
 //! instructions --conditions    what the counts depend on, beside compiler and source
 //! instructions KERNEL N        does the work of a kernel N times
+//! instructions --run SETUP N   makes a run N times, given in JSON (support/setup.rs)
 //! ```
 //!
 //! The difference of two counts with different N is free of what happens once: start-up, inputs,
@@ -15,17 +16,20 @@
 mod impacts;
 #[path = "support/paper.rs"]
 mod paper;
+#[path = "support/setup.rs"]
+mod setup;
 
 use std::hint::black_box;
 
 use impacts::impacts;
 use paper::{paper, start};
 use serde::Serialize;
+use setup::{Sections, Setup, simulate};
 use vibroimpact::contact::{Found, Start, Touch, next_contact};
 use vibroimpact::impact::resolve;
 use vibroimpact::{
     Clock, Event, Flight, FreeMotion, Horizon, ImpactEvent, Observer, RunOptions, Simulation,
-    State, System, SystemBuilder, lyapunov_spectrum, run,
+    System, SystemBuilder, lyapunov_spectrum, run,
 };
 
 /// Does a kernel's work so many times.
@@ -239,31 +243,15 @@ fn scenes() -> [(&'static str, System); 5] {
     ]
 }
 
-/// A simulation of so many drive periods, the settled part by the difference of two horizons.
-fn simulate<O: Observer>(system: &System, periods: u64, observer: &mut O) {
-    let mut simulation = Simulation::new(black_box(system), start())
-        .unwrap()
-        .until(Horizon::Periods(SETTLING + periods as i64));
-    while let Some(event) = simulation.advance(observer) {
-        black_box(event.unwrap());
-    }
-}
-
-/// Looks at stroboscopic sections.
-struct Sections;
-
-impl Observer for Sections {
-    const SECTIONS: bool = true;
-
-    fn section(&mut self, _: i64, state: &State) {
-        black_box(state);
-    }
+/// So many drive periods of a settled motion: the difference of two horizons.
+fn follow<O: Observer>(system: &System, periods: u64, observer: &mut O) {
+    simulate(system, start(), SETTLING + periods as i64, observer);
 }
 
 fn periods() -> Vec<Kernel> {
     let mut all = scenes().map(|(name, system)| {
         kernel(format!("Fig. {name}"), "drive period", move || {
-            Box::new(move |n| simulate(&system, n, &mut ()))
+            Box::new(move |n| follow(&system, n, &mut ()))
         })
     });
     // Each of its periods has some hundred times the work of the others.
@@ -278,7 +266,7 @@ fn kept() -> Vec<Kernel> {
     let mut added = [
         kernel("section, Fig. 5a", "section", move || {
             let system = system();
-            Box::new(move |n| simulate(&system, n, &mut Sections))
+            Box::new(move |n| follow(&system, n, &mut Sections))
         }),
         kernel("history, Fig. 5a", "drive period", move || {
             let system = system();
@@ -355,6 +343,10 @@ fn main() {
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["--list"] => println!("{}", serde_json::to_string(&kernels()).unwrap()),
         ["--conditions"] => println!("{}", serde_json::to_string(&conditions()).unwrap()),
+        ["--run", setup, repetitions] => {
+            let setup: Setup = serde_json::from_str(setup).expect("a setup");
+            (0..repetitions.parse().expect("a number of runs")).for_each(|_: u64| setup.work());
+        }
         [name, repetitions] if !name.starts_with('-') => {
             let all = kernels();
             let kernel = all.iter().find(|kernel| kernel.name == name).expect("no such kernel");
