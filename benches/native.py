@@ -54,7 +54,7 @@ def _build(source: Path, suffix: str, flags: tuple[str, ...]) -> Path:
         BUILD.mkdir(exist_ok=True)
         # Under a name of its own first: another process may be compiling the same file.
         fresh = built.with_suffix(f".{os.getpid()}")
-        command = [name, *FLAGS, *flags, "-o", fresh, source, "-lm"]
+        command = [name, *FLAGS, *flags, "-o", str(fresh), str(source), "-lm"]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
             raise OSError(f"{name} could not compile {source.name}: {done.stderr.strip()}")
