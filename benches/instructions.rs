@@ -158,18 +158,20 @@ impl Search {
             && met < middle
             && middle < missed
         {
-            self.system = self.system.with("gap", middle).unwrap();
+            self = self.with_gap(middle);
             if self.contact().is_some() { met = middle } else { missed = middle }
         }
         // Above the level of rounding, at which it would be a graze.
-        self.system = self.system.with("gap", met - 1e-9).unwrap();
-        self
+        self.with_gap(met - 1e-9)
+    }
+
+    fn with_gap(self, gap: f64) -> Self {
+        let system = self.system.with("gap", gap).unwrap();
+        Self { motion: FreeMotion::new(&system), system, ..self }
     }
 
     fn find(&self) -> Found {
-        let Self { system, motion, flight, start, span } = self;
-        let (contact, gap) = (system.contact(), system.gap());
-        next_contact(motion, black_box(flight), contact, gap, *start, *span).found
+        next_contact(&self.motion, black_box(&self.flight), self.start, self.span).found
     }
 
     fn contact(&self) -> Option<Touch> {
