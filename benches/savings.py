@@ -30,7 +30,7 @@ from vibroimpact.paper.parameters import INITIAL, TRANSITIONS
 OUT = Path(__file__).parent / "out"
 PERIODS, KEEP = 600, 100
 # Frequencies of the diagram, evenly spread over Fig. 8(b).
-POINTS = 24
+POINTS = 96
 
 BASE = vi.System(
     mass_ratio=0.6,
