@@ -86,8 +86,9 @@ pub const SERIES_SPREAD: f64 = 1.0;
 /// Taylor series,
 pub const SHORT_ANGLE: f64 = 1.0 / 4.0;
 
-/// of this order: the next term is below `SHORT_ANGLE^14/14!` = 5e-20 of the first.
-pub const SHORT_ORDER: u32 = 14;
+/// of the order that belongs to the first of these parts of `SHORT_ANGLE` which it stays below: the next
+/// term is then below angle^order/order! = 5e-20 of the first.
+pub const SHORT_ORDERS: [(f64, usize); 4] = [(0.007, 6), (0.057, 8), (0.2, 10), (1.0, 14)];
 
 /// P* at least P_f (1 - this) counts as restitution: where both are equal by an identity
 /// (wall at rest) rounding must not decide (theory.md, section 4).

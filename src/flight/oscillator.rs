@@ -13,13 +13,13 @@ use super::drive::{Trig, Turn, turn};
 use super::resonance::{Beat, RestResponse};
 use crate::double_double::DoubleDouble;
 use crate::elementary::{self, decay_minus_1};
-use crate::tolerance::{DECAYED, LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE, SHORT_ORDER};
+use crate::tolerance::{DECAYED, LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE, SHORT_ORDERS};
 
 const THIRD: f64 = 1.0 / 3.0;
 
 /// 1/n.
-const INVERSE: [f64; SHORT_ORDER as usize + 2] = {
-    let mut inverse = [0.0; SHORT_ORDER as usize + 2];
+const INVERSE: [f64; SHORT_ORDERS[SHORT_ORDERS.len() - 1].1 + 2] = {
+    let mut inverse = [0.0; SHORT_ORDERS[SHORT_ORDERS.len() - 1].1 + 2];
     let mut n = 1;
     while n < inverse.len() {
         inverse[n] = 1.0 / n as f64;
@@ -388,9 +388,10 @@ impl Oscillator {
         let (mut lower, mut upper) = (f.x, f.v);
         let (mut cos, mut sin) = (self.forcing * turn.start.cos, self.forcing * turn.start.sin);
         let (mut increment, mut rate, mut power) = (0.0, 0.0, 1.0);
-        for n in 1..=SHORT_ORDER {
-            let order = f64::from(n);
-            let (part, next_part) = (INVERSE[n as usize], INVERSE[n as usize + 1]);
+        let needed = SHORT_ORDERS.iter().find(|&&(part, _)| s <= part * self.short);
+        for n in 1..=needed.map_or(0, |&(_, order)| order) {
+            let order = n as f64;
+            let (part, next_part) = (INVERSE[n], INVERSE[n + 1]);
             rate += order * upper * power;
             power *= s;
             increment += upper * power;
