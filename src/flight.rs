@@ -167,11 +167,11 @@ impl FreeMotion {
     }
 
     /// State at any local time: beyond the span with the angles reduced.
-    pub(crate) fn state_within(&self, flight: &Flight, s: f64) -> State {
-        if s <= self.span {
-            self.state_at(flight, s)
+    pub(crate) fn state_within(&self, flight: &Flight, s: DoubleDouble) -> State {
+        if s.hi <= self.span {
+            self.state_at(flight, s.value())
         } else {
-            self.state_after(flight, DoubleDouble::new(s))
+            self.state_after(flight, s)
         }
     }
 

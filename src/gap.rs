@@ -5,6 +5,7 @@
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
+use std::f64::consts::FRAC_PI_2;
 use std::marker::PhantomData;
 
 use crate::angle::Angle;
@@ -104,6 +105,8 @@ pub(crate) trait Geometry {
     fn tip_rates(angle: Angle, v1: f64, a1: f64) -> [f64; 2];
     /// Position of the tip and its two derivatives, for the first pass of the contact search.
     fn tip_fast(x1: f64, v1: f64, a1: f64) -> [f64; 3];
+    /// For |x1| <= r: bounds of the tip's position, and of how far it is ahead of x1.
+    fn reach(r: f64) -> (f64, f64);
     /// Bounds of the derivatives 4 to 6 of the tip's position, from those of x1.
     fn high_derivatives(bounds: &[f64; 6]) -> [f64; 3];
 }
@@ -162,6 +165,14 @@ impl Geometry for Oblique {
     }
 
     #[inline(always)]
+    fn reach(r: f64) -> (f64, f64) {
+        // Partial sums of the alternating series.
+        let (r2, cubic) = (r * r, r * r * r / 6.0);
+        let highest = if r < FRAC_PI_2 { (r - cubic * (1.0 - r2 / 20.0)).min(1.0) } else { 1.0 };
+        (highest, cubic)
+    }
+
+    #[inline(always)]
     fn high_derivatives(&[a, b, c, d, e, f]: &[f64; 6]) -> [f64; 3] {
         // Complete Bell polynomials: all terms of the derivatives of sin x1(t), taken positive.
         let a2 = a * a;
@@ -213,6 +224,11 @@ impl Geometry for Direct {
     #[inline(always)]
     fn tip_fast(x1: f64, v1: f64, a1: f64) -> [f64; 3] {
         [x1, v1, a1]
+    }
+
+    #[inline(always)]
+    fn reach(r: f64) -> (f64, f64) {
+        (r, 0.0)
     }
 
     #[inline(always)]

@@ -18,7 +18,9 @@ use crate::elementary::MOST_TURNED;
 use crate::flight::{Flight, FreeMotion, LEVELS, Point, States, Weights};
 use crate::gap::{GapBounds, Geometry};
 use crate::lanes::{LANES, Lanes};
-use crate::tolerance::{BOUND_MARGIN, SCAN_REMAINDER, SCAN_REST, SCAN_SLACK, SCAN_SPANS};
+use crate::tolerance::{
+    BOUND_MARGIN, FREE_SPANS, SCAN_REMAINDER, SCAN_REST, SCAN_SLACK, SCAN_SPANS,
+};
 
 /// Halvings by which an unsure step is cut into eight.
 const CUT: usize = 3;
@@ -104,6 +106,9 @@ impl<G: Geometry> Job<'_, G> {
         let mut start = self.first_jet();
         let clear = if touching { start[1] < -SCAN_REST * rate } else { start[0] < -slack };
         let turned = state.x1.abs() + SCAN_SPANS * rate * span;
+        if !touching && clear && self.never_meet(slack) {
+            return Scan::Clear(FREE_SPANS * span);
+        }
         if !(clear && (turned <= MOST_TURNED || !G::TURNS)) {
             return Scan::Unsure(0.0);
         }
@@ -172,6 +177,19 @@ impl<G: Geometry> Job<'_, G> {
             level += CUT;
             remainder *= 1.0 / 262_144.0;
         }
+    }
+
+    /// Whether the amplitudes of all parts of the motion keep the bodies apart for ever: those of the
+    /// steady responses each by itself, or as they go together.
+    #[inline(always)]
+    fn never_meet(&self, slack: f64) -> bool {
+        let FreeMotion { pendulum, oscillator, gap, .. } = self.motion;
+        let flight = self.flight;
+        let (free1, steady1) = pendulum.amplitudes(&flight.pendulum);
+        let (free2, steady2) = oscillator.amplitudes(&flight.oscillator);
+        let (highest, ahead) = G::reach(free1 + steady1);
+        let together = pendulum.steady_difference(oscillator) + free1 + free2 + ahead;
+        (highest + free2 + steady2).min(together) * BOUND_MARGIN < gap - slack
     }
 
     /// The jet at the start of the flight.

@@ -42,6 +42,10 @@ pub const SCAN_SLACK: f64 = 1e-12;
 /// Local flights scanned at once where nothing is met.
 pub const SCAN_SPANS: f64 = 8.0;
 
+/// Local flights passed at once where the bodies are too far apart ever to meet; not more, so that the
+/// caller is asked now and then.
+pub const FREE_SPANS: f64 = 64.0;
+
 /// The first pass is tried after an impact whose separation velocity is this part of what the gap
 /// rate can be.
 pub const SCAN_REST: f64 = 1e-7;

@@ -483,6 +483,26 @@ impl Oscillator {
         [[1.0 + c1 + shift, sine], [-self.natural_squared * sine, 1.0 + c1 - shift]]
     }
 
+    /// Amplitudes that the free part of a flight and its steady response never exceed; not finite where
+    /// there is no such bound.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub fn amplitudes(&self, f: &BodyFlight) -> (f64, f64) {
+        if !self.is_steady() {
+            return (f64::INFINITY, f64::INFINITY);
+        }
+        // The energy v^2 + w^2 x^2 of a free oscillation does not grow.
+        ((f.rate * f.rate / self.natural_squared + f.a * f.a).sqrt(), self.steady_size)
+    }
+
+    /// Amplitude of the difference between the steady responses of two bodies.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub fn steady_difference(&self, other: &Self) -> f64 {
+        let (re, im) = (self.steady.re - other.steady.re, self.steady.im - other.steady.im);
+        (re * re + im * im).sqrt()
+    }
+
     /// From the equation of motion.
     #[inline(always)]
     pub fn acceleration(&self, x: f64, v: f64, cos_psi: f64) -> f64 {
