@@ -13,7 +13,7 @@ use crate::params::{Contact, System};
 use crate::period::{CHATTERING, PeriodReport, detect_period};
 use crate::run::RunOptions;
 use crate::simulate::{Observer, Simulation};
-use crate::state::State;
+use crate::state::{Clock, State};
 
 /// This close to the attractor, as part of the region's radius, rounding may decide what is nearer.
 const CLOSE: f64 = 1e-3;
@@ -164,6 +164,11 @@ impl Observer for Watch<'_> {
         }
     }
 
+    fn skips(&mut self, _: Clock, _: &State) -> bool {
+        self.impacts = self.impacts.saturating_add(1);
+        true
+    }
+
     fn go_on(&mut self) -> bool {
         self.arrived.is_none() && !self.cancel.load(Relaxed)
     }
@@ -191,7 +196,6 @@ pub fn arrive(
     let mut end = None;
     while let Some(event) = simulation.advance(&mut watch) {
         match event {
-            Ok(Event::Impact(_)) => watch.impacts = watch.impacts.saturating_add(1),
             Ok(Event::Chatter(_)) => watch.impacts = CHATTERING,
             Ok(Event::Stop(stop)) => end = Some(stop),
             Ok(_) => {}

@@ -91,9 +91,14 @@ pub struct Run {
 /// Local flights between two looks at the caller's wish to go on: some milliseconds.
 pub(crate) const FLIGHTS_PER_LOOK: u32 = 2048;
 
-/// Collects sections, and asks the caller now and then.
+/// Collects sections, passes over what comes before the window, and asks the caller now and then.
 struct Collector<'a> {
     sections: Vec<[f64; 4]>,
+    /// Start of the window, and whether what happens there belongs to it.
+    window: Clock,
+    inclusive: bool,
+    /// The leg in which the window begins.
+    anchor: Anchor,
     flights: u32,
     go_on: &'a mut dyn FnMut() -> bool,
 }
@@ -105,6 +110,14 @@ impl Observer for Collector<'_> {
         self.sections.push(state.to_array());
     }
 
+    fn skips(&mut self, clock: Clock, state: &State) -> bool {
+        let skipped = self.precedes(clock);
+        if skipped {
+            self.anchor = Anchor::after_impact(clock, *state);
+        }
+        skipped
+    }
+
     fn go_on(&mut self) -> bool {
         self.flights += 1;
         if self.flights < FLIGHTS_PER_LOOK {
@@ -112,6 +125,13 @@ impl Observer for Collector<'_> {
         }
         self.flights = 0;
         (self.go_on)()
+    }
+}
+
+impl Collector<'_> {
+    fn precedes(&self, clock: Clock) -> bool {
+        // What happens at the start belongs to a run whose window is all of it.
+        clock < self.window || (clock == self.window && !self.inclusive)
     }
 }
 
@@ -144,17 +164,22 @@ fn collect(
         .section_phase(options.section_phase);
     simulation.sections_from(window.period + 1);
     let first_section = simulation.checkpoint().next_section;
-    let mut collector = Collector { sections: Vec::new(), flights: 0, go_on };
+    let mut collector = Collector {
+        sections: Vec::new(),
+        window,
+        inclusive: window <= simulation.clock(),
+        anchor: simulation.checkpoint().anchor,
+        flights: 0,
+        go_on,
+    };
     let mut kept = Kept::default();
-    let inclusive = window <= simulation.clock();
-    let mut window_anchor = simulation.checkpoint().anchor;
     let mut end = None;
     while let Some(event) = simulation.advance(&mut collector) {
         let event = event?;
         if let Event::Stop(stop) = event {
             end = Some(stop);
-        } else if !kept.take(&event, window, inclusive) {
-            window_anchor = simulation.checkpoint().anchor;
+        } else if !kept.take(&event, &collector) {
+            collector.anchor = simulation.checkpoint().anchor;
         }
     }
     let end = end.unwrap_or_else(|| simulation.standstill());
@@ -186,7 +211,7 @@ fn collect(
         evaluations: simulation.evaluations(),
         window,
         first_section,
-        window_anchor,
+        window_anchor: collector.anchor,
         checkpoint: *simulation.checkpoint(),
     })
 }
@@ -202,7 +227,7 @@ struct Kept {
 
 impl Kept {
     /// Takes an event after the start of the window; `false` if it comes before.
-    fn take(&mut self, event: &Event, window: Clock, inclusive: bool) -> bool {
+    fn take(&mut self, event: &Event, collector: &Collector) -> bool {
         let (clock, time, kind, index) = match event {
             Event::Impact(e) => (e.clock, e.time, EventKind::Impact, self.impacts.len()),
             Event::Graze(e) => (e.clock, e.time, EventKind::Graze, self.grazes.len()),
@@ -213,8 +238,7 @@ impl Kept {
             | Event::Release(e) => (e.clock, e.time, EventKind::of(e.mode), self.contacts.len()),
             Event::Stop(_) => return true,
         };
-        // What happens at the start belongs to a run whose window is all of it.
-        if clock < window || (clock == window && !inclusive) {
+        if collector.precedes(clock) {
             return false;
         }
         match event {

@@ -45,6 +45,11 @@ pub trait Observer {
     const SECTIONS: bool;
     /// The state at the k-th stroboscopic section (k >= 1), after an impact at that instant.
     fn section(&mut self, k: i64, state: &State);
+    /// Whether an impact at this instant, which leaves `state`, is passed over:
+    /// [`Simulation::advance`] then goes on to the next event, and its record is not made.
+    fn skips(&mut self, _clock: Clock, _state: &State) -> bool {
+        false
+    }
     /// Asked before every local flight, with or without events; `false` ends the run there with
     /// [`StopReason::Interrupted`].
     fn go_on(&mut self) -> bool {
@@ -350,7 +355,7 @@ impl Simulation {
                 Phase::Flight(takeoff) => self.fly(takeoff, observer),
                 Phase::Contact(mode) => self.hold(mode, observer),
                 Phase::Landing => self.land(),
-                Phase::Strike => Some(self.strike_at_start()),
+                Phase::Strike => self.strike_at_start(observer),
             };
             if turn.is_some() {
                 return turn;
@@ -401,12 +406,19 @@ impl Simulation {
         }
     }
 
+    /// Clock at a local time of the present leg, given in two parts.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn clock_at(&self, time: f64, offset: f64) -> Clock {
+        self.motion.drive.advance(self.flight.clock, DoubleDouble::sum(time, offset))
+    }
+
     /// Clock, time and phase at a local time of the present leg, given in two parts.
     #[inline(always)]
     #[allow(clippy::inline_always)]
     fn place(&self, time: f64, offset: f64) -> (Clock, f64, f64) {
         let drive = &self.motion.drive;
-        let clock = drive.advance(self.flight.clock, DoubleDouble::sum(time, offset));
+        let clock = self.clock_at(time, offset);
         (clock, drive.time(clock), drive.phase_at(clock))
     }
 
@@ -456,6 +468,14 @@ impl Simulation {
         } else {
             SimulationError::NotFinite { time, impacts, state }
         }
+    }
+}
+
+impl Anchor {
+    /// The flight after an impact.
+    #[inline]
+    pub fn after_impact(clock: Clock, state: State) -> Self {
+        Self { clock, state, phase: Phase::Flight(Takeoff::Touching) }
     }
 }
 

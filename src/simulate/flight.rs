@@ -50,7 +50,7 @@ impl Simulation {
             return Some(Ok(self.stop_at_horizon(state)));
         }
         match found {
-            Found::Contact(touch) => Some(self.strike(&touch)),
+            Found::Contact(touch) => self.strike(&touch, observer),
             Found::Graze(touch) => self.graze(&touch),
             Found::Resting(touch) => self.come_to_rest(&touch),
             _ => {
@@ -92,29 +92,30 @@ impl Simulation {
 
     /// Impact at the end of a flight.
     #[inline(always)]
-    fn strike(&mut self, touch: &Touch) -> Result<Event, SimulationError> {
+    fn strike<O: Observer>(&mut self, touch: &Touch, observer: &mut O) -> Turn {
         // g = 0 to rounding: the state is moved onto it, so that rounding does not add up.
         let (pre, angle) = self.system.touching_at(touch.state);
-        self.strike_from((touch.time, touch.offset), pre, angle, touch.gap.rate)
+        self.strike_from((touch.time, touch.offset), pre, angle, touch.gap.rate, observer)
     }
 
     /// Impact of a start on the contact that approaches.
-    pub(super) fn strike_at_start(&mut self) -> Result<Event, SimulationError> {
+    pub(super) fn strike_at_start<O: Observer>(&mut self, observer: &mut O) -> Turn {
         let pre = self.point.anchor.state;
         let rate = self.system.approach_velocity(&pre);
-        self.strike_from((0.0, 0.0), pre, self.system.contact.angle(pre.x1), rate)
+        self.strike_from((0.0, 0.0), pre, self.system.contact.angle(pre.x1), rate, observer)
     }
 
     /// Impact at a local time, and a new flight.
     #[inline(always)]
-    fn strike_from(
+    fn strike_from<O: Observer>(
         &mut self,
         (time, offset): (f64, f64),
         pre: State,
         angle: Angle,
         rate: f64,
-    ) -> Result<Event, SimulationError> {
-        let (clock, time, phase) = self.place(time, offset);
+        observer: &mut O,
+    ) -> Turn {
+        let clock = self.clock_at(time, offset);
         let mut velocities = PreImpact::at(angle, &pre);
         if velocities.approach_velocity() <= 0.0 {
             // The approach velocity is below rounding; the search's own is positive.
@@ -127,14 +128,14 @@ impl Simulation {
                     ImpactFailure::Jammed => StopReason::Jammed,
                     ImpactFailure::LawFailed => StopReason::LawFailed,
                 };
-                return Ok(self.stop(clock, time, pre, reason));
+                return Some(Ok(self.stop(clock, self.motion.drive.time(clock), pre, reason)));
             }
         };
         let post = State { v1: impact.v1_post, v2: impact.v2_post, ..pre };
         if !(post.is_finite() && impact.impulse_normal.is_finite()) {
-            return Err(self.fail(false));
+            return Some(Err(self.fail(false)));
         }
-        self.point.anchor = Anchor { clock, state: post, phase: Phase::Flight(Takeoff::Touching) };
+        self.point.anchor = Anchor::after_impact(clock, post);
         self.point.elapsed = DoubleDouble::ZERO;
         self.point.grazed = None;
         self.found = None;
@@ -145,7 +146,11 @@ impl Simulation {
         if self.point.monitor.observe(&impact, self.system.restitution) && self.completes {
             self.point.completion = self.believe_chatter(clock, &impact);
         }
-        Ok(Event::Impact(ImpactEvent { clock, time, phase, pre, post, impact }))
+        if observer.skips(clock, &post) {
+            return None;
+        }
+        let (time, phase) = (self.motion.drive.time(clock), self.motion.drive.phase_at(clock));
+        Some(Ok(Event::Impact(ImpactEvent { clock, time, phase, pre, post, impact })))
     }
 
     /// Where chatter ends, once that is known within the tolerance and contact follows.
