@@ -66,7 +66,7 @@ impl DoubleDouble {
     pub fn product_sum(a: f64, b: f64, c: f64) -> Self {
         let product = two_product(a, b);
         let sum = two_sum(product.hi, c);
-        Self { hi: sum.hi, lo: sum.lo + product.lo }
+        quick_two_sum(sum.hi, sum.lo + product.lo)
     }
 
     #[inline(always)]
