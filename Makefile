@@ -25,18 +25,19 @@ TOOLS := $(VENV)/.tools
 INSTALLED := $(VENV)/.installed
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
-.PHONY: help figures gallery test lint bench stress docs ci audit clean
+.PHONY: help figures gallery test lint bench instructions instructions-update stress docs ci audit clean
 
 help:
 	@echo 'make figures  draw the figures of the paper and write the table of claims into $(OUT)/'
 	@echo 'make gallery  draw the pictures of docs/gallery.md'
 	@echo 'make test     all tests: Rust, documentation, Python'
 	@echo 'make lint     formatting, lints, types, stubs, purity of the core, documentation'
-	@echo 'make bench    all benchmarks: criterion, the bars, run time against error beside other solvers'
+	@echo 'make bench    all benchmarks: criterion, the bars, savings, run time against error beside other solvers'
+	@echo 'make instructions  instruction counts of the hot kernels against the committed ones (valgrind)'
 	@echo 'make stress   errors at the ends of every range, and over very long runs'
 	@echo 'make audit    a million random flights against an independent dense search'
 	@echo 'make docs     documentation of the Rust library'
-	@echo 'make ci       what continuous integration runs: lint, then test'
+	@echo 'make ci       what continuous integration runs: lint, test, instructions'
 	@echo 'make clean    remove what the other targets have made'
 
 figures: $(INSTALLED)
@@ -74,7 +75,15 @@ bench: $(INSTALLED)
 	$(BIN)/python benches/install_peers.py
 	cargo bench --locked
 	$(BIN)/python benches/bars.py
+	$(BIN)/python benches/savings.py
 	$(BIN)/python benches/work_precision
+
+# Need no more than Rust, a C compiler, valgrind and any Python.
+instructions: | check-tools
+	$(PYTHON) benches/instructions.py
+
+instructions-update: | check-tools
+	$(PYTHON) benches/instructions.py --update
 
 stress: $(INSTALLED)
 	$(BIN)/python benches/stress

@@ -6,7 +6,7 @@ from types import ModuleType
 from typing import Any
 
 from machine import cores, load, machine
-from rounds import ratios, spread
+from rounds import ratios, spread, table
 
 __all__ = ["cores", "head", "markdown"]
 
@@ -27,7 +27,7 @@ def markdown(opening: str, results: Sequence[dict[str, Any]], peers: Sequence[Mo
     """Return all tables."""
     present = [peer for peer in peers if any(peer.NAME in result["peers"] for result in results)]
     lines = [opening, _g(results), ""]
-    lines += _table(
+    lines += table(
         [
             "case",
             "periods",
@@ -43,7 +43,7 @@ def markdown(opening: str, results: Sequence[dict[str, Any]], peers: Sequence[Mo
     lines += ["", f"Load at the end: {load()}.", "", "## Two cores against one", ""]
     lines += _scaling(results)
     lines += ["", "## What each peer missed", ""]
-    lines += _table(
+    lines += table(
         ["peer", "setting", "us/period", "does not compute", "missed here"],
         [_missed(peer, results) for peer in present],
     )
@@ -107,7 +107,7 @@ def _scaling(results: Sequence[dict[str, Any]]) -> list[str]:
         gains = ratios(one, two)
         met = "yes" if statistics.median(gains) >= SCALING else "no"
         rows.append([result["case"], spread(gains), f"{SCALING}", met])
-    return _table(["case", "times faster", "bar", "met?"], rows) if rows else ["Not measured."]
+    return table(["case", "times faster", "bar", "met?"], rows) if rows else ["Not measured."]
 
 
 def _missed(peer: ModuleType, results: Sequence[dict[str, Any]]) -> list[str]:
@@ -127,8 +127,3 @@ def _missed(peer: ModuleType, results: Sequence[dict[str, Any]]) -> list[str]:
             costs.append(f"{result['case']}: {middle:,.3g}")
     found = [f"{case}: {answer['missed']}" for case, answer in answers.items()]
     return [peer.NAME, peer.SETTING, "<br>".join(costs), peer.LACKS, "<br>".join(found)]
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    lines = [head, ["---"] * len(head), *rows]
-    return ["| " + " | ".join(line) + " |" for line in lines]

@@ -5,27 +5,27 @@
 #![allow(missing_docs)] // criterion's macros
 #![allow(clippy::unwrap_used)]
 
+#[path = "support/impacts.rs"]
+mod impacts;
+#[path = "support/paper.rs"]
+mod paper;
+
 use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use impacts::impacts;
+use paper::start;
 use vibroimpact::contact::{Start, next_contact};
-use vibroimpact::impact::{PreImpact, resolve};
+use vibroimpact::impact::resolve;
 use vibroimpact::itinerary::Itinerary;
 use vibroimpact::orbit::Orbit;
 use vibroimpact::{
-    Clock, Event, Flight, FreeMotion, ImpactLaw, RunOptions, Simulation, State, System,
-    SystemBuilder, run,
+    Clock, Event, Flight, FreeMotion, RunOptions, Simulation, System, SystemBuilder, run,
 };
 
 fn paper() -> SystemBuilder {
-    System::builder()
-        .mass_ratio(0.6)
-        .frequency_ratio(2.0)
-        .restitution(0.8)
-        .gap(0.5)
-        .drive_frequency(1.545)
-        .moment_amplitude(1.0)
+    paper::paper(1.545)
 }
 
 /// What a flight can be spared: forcing, damping, the resonant form.
@@ -42,10 +42,6 @@ fn flights() -> Vec<(&'static str, System)> {
     ]
     .map(|(name, builder)| (name, builder.build().unwrap()))
     .into()
-}
-
-fn start() -> State {
-    State::new(0.0, 0.5, 0.0, 0.0).unwrap()
 }
 
 fn flight(c: &mut Criterion) {
@@ -101,23 +97,9 @@ fn contact_search(c: &mut Criterion) {
 
 fn impact(c: &mut Criterion) {
     let mut group = c.benchmark_group("impact");
-    let law = |friction, law| paper().friction(friction).law(law).build().unwrap();
-    let poisson = |friction| law(friction, ImpactLaw::Poisson);
-    let (sin, cos) = 0.4f64.sin_cos();
-    let at = |v1, v2| PreImpact { cos, sin, v1, v2 };
-    for (system, pre) in [
-        (poisson(0.0), at(1.0, -0.5)),
-        (poisson(0.3), at(1.0, 0.5)),
-        (poisson(0.3), at(0.5, -1.0)),
-        (poisson(0.3), at(1.0, -0.2)),
-        (poisson(3.0), at(0.5, -1.0)),
-        (poisson(3.0), at(1.0, 0.0)),
-    ] {
-        let name = resolve(&system, &pre).unwrap().regime.kind().name();
+    for (name, system, pre) in impacts() {
         group.bench_function(name, |b| b.iter(|| resolve(&system, black_box(&pre))));
     }
-    let (literal, pre) = (law(0.3, ImpactLaw::Paper), at(0.5, -1.0));
-    group.bench_function("as printed", |b| b.iter(|| resolve(&literal, black_box(&pre))));
     group.finish();
 }
 

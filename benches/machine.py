@@ -16,17 +16,20 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-def machine() -> str:
-    """Processor, number of cores, system and versions of what runs."""
-    processor = platform.processor()
+def processor() -> str:
+    """Name of the processor."""
     cpuinfo = Path("/proc/cpuinfo")
     if cpuinfo.exists():
         for line in cpuinfo.read_text(encoding="utf-8").splitlines():
             if line.startswith("model name"):
-                processor = line.split(":", 1)[1].strip()
-                break
+                return line.split(":", 1)[1].strip()
+    return platform.processor() or platform.machine()
+
+
+def machine() -> str:
+    """Processor, number of cores, system and versions of what runs."""
     return (
-        f"{processor or platform.machine()}, {cores()} cores, {platform.system()}, "
+        f"{processor()}, {cores()} cores, {platform.system()}, "
         f"Python {platform.python_version()}, " + ", ".join(map(_versioned, PACKAGES))
     )
 

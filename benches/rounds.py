@@ -22,9 +22,16 @@ class Timing:
 
 
 def measure(
-    jobs: Mapping[str, Callable[[], object]], rounds: int, *, shortest: float = SHORTEST
+    jobs: Mapping[str, Callable[[], object]],
+    rounds: int,
+    *,
+    shortest: float = SHORTEST,
+    clock: Callable[[], float] = perf_counter,
 ) -> dict[str, Timing]:
-    """Time every job in every round, after one call of each that is not counted."""
+    """Time every job in every round, after one call of each that is not counted.
+
+    By a clock of processor time other processes count less.
+    """
     for job in jobs.values():
         job()
     seconds: dict[str, list[float]] = {name: [] for name in jobs}
@@ -32,19 +39,19 @@ def measure(
     with tqdm(total=rounds * len(jobs), unit="job") as bar:
         for _ in range(rounds):
             for name, job in jobs.items():
-                before = yardstick()
-                seconds[name].append(_time(job, shortest))
-                g[name].append(0.5 * (before + yardstick()))
+                before = yardstick(clock=clock)
+                seconds[name].append(_time(job, shortest, clock))
+                g[name].append(0.5 * (before + yardstick(clock=clock)))
                 bar.update()
     return {name: Timing(tuple(seconds[name]), tuple(g[name])) for name in jobs}
 
 
-def _time(job: Callable[[], object], shortest: float) -> float:
-    calls, start, elapsed = 0, perf_counter(), 0.0
+def _time(job: Callable[[], object], shortest: float, clock: Callable[[], float]) -> float:
+    calls, start, elapsed = 0, clock(), 0.0
     while elapsed < shortest or not calls:
         job()
         calls += 1
-        elapsed = perf_counter() - start
+        elapsed = clock() - start
     return elapsed / calls
 
 
@@ -64,3 +71,9 @@ def spread(values: Sequence[float], digits: int = 3) -> str:
 def _short(value: float, digits: int) -> str:
     text = f"{value:.{digits}g}"
     return f"{value:,.0f}" if "e" in text or value >= 10**digits else text
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the lines of a table in Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    return ["| " + " | ".join(line) + " |" for line in lines]

@@ -4,30 +4,20 @@
 #![allow(missing_docs)] // criterion's macros
 #![allow(clippy::unwrap_used)]
 
+#[path = "support/paper.rs"]
+mod paper;
+
 use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use paper::{paper, start};
 use vibroimpact::{
     Cell, Contact, Horizon, RunOptions, Simulation, State, SweepStart, System, SystemBuilder,
     Workers, run, sweep,
 };
 
 const PERIODS: i64 = 600;
-
-fn paper(drive_frequency: f64) -> SystemBuilder {
-    System::builder()
-        .mass_ratio(0.6)
-        .frequency_ratio(2.0)
-        .restitution(0.8)
-        .gap(0.5)
-        .drive_frequency(drive_frequency)
-        .moment_amplitude(1.0)
-}
-
-fn start() -> State {
-    State::new(0.0, 0.5, 0.0, 0.0).unwrap()
-}
 
 /// Fig. 7(c) at omega = 0.25: each period has about 30 impacts before chatter is completed.
 fn contact(friction: f64) -> SystemBuilder {

@@ -13,6 +13,7 @@
 
 #![allow(clippy::inline_always)] // the usual way through a search is compiled for several instruction sets
 
+use crate::angle::Angle;
 use crate::flight::{Flight, FreeMotion, Motion};
 use crate::gap::{Direct, GapFlight, GapPoint, Geometry, Oblique};
 use crate::majorant::first_root;
@@ -193,6 +194,7 @@ struct Search<'a, G: Geometry> {
 struct Sample {
     time: f64,
     gap: GapPoint,
+    angle: Angle,
     bodies: (Motion, Motion),
 }
 
@@ -216,8 +218,8 @@ impl<G: Geometry> Search<'_, G> {
     #[inline(always)]
     fn evaluate(&mut self, s: f64) -> Sample {
         self.evaluations += 1;
-        let (gap, bodies) = self.gap.at(s);
-        Sample { time: s, gap, bodies }
+        let (gap, angle, bodies) = self.gap.at(s);
+        Sample { time: s, gap, angle, bodies }
     }
 
     #[inline(always)]
@@ -395,11 +397,14 @@ impl<G: Geometry> Search<'_, G> {
         // Once more with care: whatever is lost here stays in the motion.
         let mut sample = self.evaluate(time);
         for _ in 0..SETTLE_STEPS {
+            let fourth = self.gap.fourth(sample.angle, &sample.bodies);
             let left;
-            (offset, left) = sample.gap.rise(offset);
+            (offset, left) = sample.gap.rise(fourth, offset);
             // Near a double root it may lie further than the polynomials are exact.
             let square = offset * offset;
-            let remainder = left + self.gap.fourth_bound / 24.0 * (square * square);
+            let missing =
+                (self.gap.fourth_bound / 24.0).min(self.gap.fifth_bound / 120.0 * offset.abs());
+            let remainder = left + missing * (square * square);
             let time = sample.time + offset;
             let inside = (0.0..=self.span).contains(&time);
             let settled = remainder <= SETTLE_PART * self.gap.noise(time.max(0.0));

@@ -74,6 +74,11 @@ impl DoubleDouble {
         self.hi + self.lo
     }
 
+    /// Zero in place of a negative number.
+    pub fn not_negative(self) -> Self {
+        if self.hi > 0.0 { self } else { Self::ZERO }
+    }
+
     #[inline(always)]
     pub fn scale(self, factor: f64) -> Self {
         let p = two_product(self.hi, factor);

@@ -16,9 +16,9 @@ pub(crate) use drive::{Drive, Trig};
 pub(crate) use oscillator::{BodyFlight, Bounds, Motion, Oscillator};
 pub(crate) use table::{LEVELS, Point, States, Table, Weights};
 
+use crate::angle::Angle;
 use crate::double_double::DoubleDouble;
 use crate::elementary;
-use crate::gap::Angle;
 use crate::params::{Contact, System};
 use crate::state::{Clock, State};
 use crate::tolerance::CHUNK_TURNS;
@@ -167,11 +167,11 @@ impl FreeMotion {
     }
 
     /// State at any local time: beyond the span with the angles reduced.
-    pub(crate) fn state_within(&self, flight: &Flight, s: f64) -> State {
-        if s <= self.span {
-            self.state_at(flight, s)
+    pub(crate) fn state_within(&self, flight: &Flight, s: DoubleDouble) -> State {
+        if s.hi <= self.span {
+            self.state_at(flight, s.value())
         } else {
-            self.state_after(flight, DoubleDouble::new(s))
+            self.state_after(flight, s)
         }
     }
 

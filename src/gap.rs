@@ -5,8 +5,10 @@
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
+use std::f64::consts::FRAC_PI_2;
 use std::marker::PhantomData;
 
+use crate::angle::Angle;
 use crate::elementary;
 use crate::flight::{Flight, FreeMotion, Motion};
 use crate::lanes;
@@ -43,9 +45,9 @@ impl GapPoint {
 
 impl GapPoint {
     /// Time to the root of the Taylor polynomial of a gap that rises, the one near `guess`, and how
-    /// far from zero the polynomial may be there.
+    /// far from zero the polynomial may be there; `fourth` is g''''.
     #[inline(always)]
-    pub(crate) fn rise(&self, guess: f64) -> (f64, f64) {
+    pub(crate) fn rise(&self, fourth: f64, guess: f64) -> (f64, f64) {
         let Self { value, rate, second, third } = *self;
         let inverse = 1.0 / rate;
         let first = -value * inverse;
@@ -53,8 +55,10 @@ impl GapPoint {
         let turn = (c2 * first).abs() + (c3 * first * first).abs();
         if rate > 0.0 && turn <= SERIES_TURN {
             // Reversion of the series: one division.
-            let last = 5.0 * c2 * (c3 - c2 * c2) * first;
-            return (first * (1.0 - first * (c2 - first * (2.0 * c2 * c2 - c3 + last))), 0.0);
+            let c4 = (1.0 / 24.0) * fourth * inverse;
+            let last = 5.0 * c2 * (c3 - c2 * c2) - c4;
+            let bend = c2 - first * (2.0 * c2 * c2 - c3 + first * last);
+            return (first * (1.0 - first * bend), 0.0);
         }
         self.rise_by_steps(guess)
     }
@@ -81,36 +85,6 @@ impl GapPoint {
     }
 }
 
-/// Sine and cosine of the pendulum's angle, as far as the geometry looks at it: of 0 in direct
-/// contact.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Angle {
-    pub sin: f64,
-    pub cos: f64,
-}
-
-impl Contact {
-    /// Sine and cosine of x1 in oblique contact, of 0 in direct contact.
-    #[inline(always)]
-    #[allow(clippy::inline_always)]
-    pub(crate) fn angle(self, x1: f64) -> Angle {
-        let (sin, cos) = match self {
-            Self::Oblique => elementary::sin_cos(x1),
-            Self::Direct => (0.0, 1.0),
-        };
-        Angle { sin, cos }
-    }
-
-    /// Position of the tip along the normal: sin x1, or x1.
-    #[inline(always)]
-    pub(crate) fn tip(self, x1: f64, angle: Angle) -> f64 {
-        match self {
-            Self::Oblique => angle.sin,
-            Self::Direct => x1,
-        }
-    }
-}
-
 /// What differs between the geometries. The angle enters through sin and cos of x1 at the start
 /// of a flight, so that the gap is an increment too: relatively exact for short hops.
 pub(crate) trait Geometry {
@@ -118,16 +92,21 @@ pub(crate) trait Geometry {
     const TURNS: bool;
     /// Position of the tip along the normal at the start of a flight: sin x1, or x1.
     fn tip(flight: &Flight) -> f64;
-    /// Increment of the tip's position since the start of a flight, and its derivatives 1 to 3.
-    fn tip_motion(flight: &Flight, p: &Motion) -> [f64; 4];
+    /// Increment of the tip's position since the start of a flight, its derivatives 1 to 3, and the
+    /// angle.
+    fn tip_motion(flight: &Flight, p: &Motion) -> ([f64; 4], Angle);
     /// Change of g' by the rounding of x1, at a rate x1' of this size.
     fn slope_noise(x1: f64, speed: f64) -> f64;
+    /// Fourth derivative of the tip's position; that of x1 is `fourth`.
+    fn tip_fourth(angle: Angle, p: &Motion, fourth: f64) -> f64;
     /// Bound of the fourth derivative of the tip's position, from bounds of x1', ..., x1''''.
     fn fourth(bounds: &[f64; 4]) -> f64;
     /// Rate and acceleration of the tip, from x1', x1''.
     fn tip_rates(angle: Angle, v1: f64, a1: f64) -> [f64; 2];
     /// Position of the tip and its two derivatives, for the first pass of the contact search.
     fn tip_fast(x1: f64, v1: f64, a1: f64) -> [f64; 3];
+    /// For |x1| <= r: bounds of the tip's position, and of how far it is ahead of x1.
+    fn reach(r: f64) -> (f64, f64);
     /// Bounds of the derivatives 4 to 6 of the tip's position, from those of x1.
     fn high_derivatives(bounds: &[f64; 6]) -> [f64; 3];
 }
@@ -144,7 +123,7 @@ impl Geometry for Oblique {
     }
 
     #[inline(always)]
-    fn tip_motion(flight: &Flight, p: &Motion) -> [f64; 4] {
+    fn tip_motion(flight: &Flight, p: &Motion) -> ([f64; 4], Angle) {
         let Angle { sin: sin0, cos: cos0 } = flight.angle;
         let (turned_cos_minus_1, turned_sin) = elementary::turn(p.increment, 0.0);
         let increment = sin0 * turned_cos_minus_1 + cos0 * turned_sin;
@@ -152,7 +131,15 @@ impl Geometry for Oblique {
         let cos = cos0 + (cos0 * turned_cos_minus_1 - sin0 * turned_sin);
         let (v, a) = (p.rate, p.acceleration);
         let v2 = v * v;
-        [increment, v * cos, a * cos - v2 * sin, (p.jerk - v2 * v) * cos - 3.0 * v * a * sin]
+        let third = (p.jerk - v2 * v) * cos - 3.0 * v * a * sin;
+        ([increment, v * cos, a * cos - v2 * sin, third], Angle { sin, cos })
+    }
+
+    #[inline(always)]
+    fn tip_fourth(Angle { sin, cos }: Angle, p: &Motion, fourth: f64) -> f64 {
+        let (v, a) = (p.rate, p.acceleration);
+        let v2 = v * v;
+        cos * (fourth - 6.0 * v2 * a) - sin * (4.0 * v * p.jerk + 3.0 * a * a - v2 * v2)
     }
 
     #[inline(always)]
@@ -175,6 +162,14 @@ impl Geometry for Oblique {
         let (sin, cos) = lanes::sin_cos(x1);
         let [rate, second] = Self::tip_rates(Angle { sin, cos }, v1, a1);
         [sin, rate, second]
+    }
+
+    #[inline(always)]
+    fn reach(r: f64) -> (f64, f64) {
+        // Partial sums of the alternating series.
+        let (r2, cubic) = (r * r, r * r * r / 6.0);
+        let highest = if r < FRAC_PI_2 { (r - cubic * (1.0 - r2 / 20.0)).min(1.0) } else { 1.0 };
+        (highest, cubic)
     }
 
     #[inline(always)]
@@ -203,8 +198,13 @@ impl Geometry for Direct {
     }
 
     #[inline(always)]
-    fn tip_motion(_: &Flight, p: &Motion) -> [f64; 4] {
-        [p.increment, p.rate, p.acceleration, p.jerk]
+    fn tip_motion(flight: &Flight, p: &Motion) -> ([f64; 4], Angle) {
+        ([p.increment, p.rate, p.acceleration, p.jerk], flight.angle)
+    }
+
+    #[inline(always)]
+    fn tip_fourth(_: Angle, _: &Motion, fourth: f64) -> f64 {
+        fourth
     }
 
     #[inline(always)]
@@ -227,6 +227,11 @@ impl Geometry for Direct {
     }
 
     #[inline(always)]
+    fn reach(r: f64) -> (f64, f64) {
+        (r, 0.0)
+    }
+
+    #[inline(always)]
     fn high_derivatives(&[_, _, _, d, e, f]: &[f64; 6]) -> [f64; 3] {
         [d, e, f]
     }
@@ -239,8 +244,9 @@ pub(crate) struct GapBounds {
     pub pendulum_rate: f64,
     /// Of |g'|.
     pub rate: f64,
-    /// Of the gap's fourth derivative.
+    /// Of the gap's fourth and fifth derivative.
     pub fourth: f64,
+    pub fifth: f64,
 }
 
 /// The gap function along one local flight.
@@ -258,6 +264,8 @@ pub(crate) struct GapFlight<'a, G: Geometry> {
     pub rest: f64,
     /// Bound of |g''''|.
     pub fourth_bound: f64,
+    /// Bound of the fifth derivative; infinite where it is not known.
+    pub fifth_bound: f64,
 }
 
 impl<'a, G: Geometry> GapFlight<'a, G> {
@@ -272,6 +280,7 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
                 pendulum_rate: p.0[0],
                 rate: p.0[0] + o.0[0],
                 fourth: (G::fourth(&p.0) + o.0[3]) * BOUND_MARGIN,
+                fifth: f64::INFINITY,
             },
         )
     }
@@ -300,21 +309,31 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
             rest: REST_NOISE * EPS * bounds.rate
                 + 2.0 * G::slope_noise(flight.state.x1, bounds.pendulum_rate),
             fourth_bound: bounds.fourth,
+            fifth_bound: bounds.fifth,
         }
     }
 
-    /// Gap function and motion of both bodies at local time `s`.
+    /// Gap function, angle, and motion of both bodies at local time `s`.
     #[inline(always)]
-    pub fn at(&self, s: f64) -> (GapPoint, (Motion, Motion)) {
+    pub fn at(&self, s: f64) -> (GapPoint, Angle, (Motion, Motion)) {
         let (p, o) = self.motion.at(self.flight, s);
-        let tip = G::tip_motion(self.flight, &p);
+        let (tip, angle) = G::tip_motion(self.flight, &p);
         let gap = GapPoint {
             value: self.start + (tip[0] - o.increment),
             rate: tip[1] - o.rate,
             second: tip[2] - o.acceleration,
             third: tip[3] - o.jerk,
         };
-        (gap, (p, o))
+        (gap, angle, (p, o))
+    }
+
+    /// g'''' at a sampled local time.
+    #[inline(always)]
+    pub fn fourth(&self, angle: Angle, (p, o): &(Motion, Motion)) -> f64 {
+        let motion = self.motion;
+        let [first, _] = motion.pendulum.higher(p);
+        let [second, _] = motion.oscillator.higher(o);
+        G::tip_fourth(angle, p, first) - second
     }
 
     /// State `h` after a sampled local time, from the Taylor polynomials of both bodies.

@@ -19,8 +19,8 @@ pub(crate) use stick::next_change;
 
 use serde::{Deserialize, Serialize};
 
+use crate::angle::Angle;
 use crate::flight::Trig;
-use crate::gap::Angle;
 use crate::params::System;
 use crate::state::State;
 use crate::tolerance::{EPS, FORCE_NOISE, PAINLEVE_LEVEL, REACH_LEVEL, WALL_SLOPE};

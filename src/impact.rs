@@ -19,7 +19,7 @@ pub use outcome::{ImpactOutcome, OutcomeError};
 pub use regime::{Regime, RegimeKind};
 
 use self::laws::{Energetic, Newton, Poisson};
-use crate::gap::Angle;
+use crate::angle::Angle;
 use crate::params::{Contact, ImpactLaw, System};
 use crate::state::State;
 use crate::tolerance::{DEAD_CENTRE, NO_ROOM};

@@ -53,6 +53,7 @@
     clippy::similar_names
 )]
 
+mod angle;
 pub mod basin;
 mod chatter;
 pub mod contact;

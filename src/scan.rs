@@ -4,7 +4,7 @@
 //! g^(6) (t - a)^3 (t - b)^3/720. In Bernstein form of degree 6 on [a, b] the remainder is a part of the
 //! middle coefficient, at most |g^(6)| h^6/14400; all seven coefficients below zero prove that the step is
 //! free of contact. A step for which that fails is cut into eight. A sign change on a step with g' > 0, proven
-//! in the same way from g', g'' at its ends and a bound of g^(5), is the first contact. What stays
+//! in the same way from the interpolant's derivative, is the first contact. What stays
 //! unsure is left to the careful search (contact.rs), which alone decides about grazes, rest and
 //! release. The states come from tables (flight/table.rs), the rest is arithmetic on arrays; its
 //! rounding is allowed for, and can only make steps unsure (docs/contact-detection.md).
@@ -18,7 +18,9 @@ use crate::elementary::MOST_TURNED;
 use crate::flight::{Flight, FreeMotion, LEVELS, Point, States, Weights};
 use crate::gap::{GapBounds, Geometry};
 use crate::lanes::{LANES, Lanes};
-use crate::tolerance::{BOUND_MARGIN, SCAN_REMAINDER, SCAN_REST, SCAN_SLACK, SCAN_SPANS};
+use crate::tolerance::{
+    BOUND_MARGIN, FREE_SPANS, SCAN_REMAINDER, SCAN_REST, SCAN_SLACK, SCAN_SPANS,
+};
 
 /// Halvings by which an unsure step is cut into eight.
 const CUT: usize = 3;
@@ -67,13 +69,13 @@ pub(crate) fn scan<G: Geometry>(
         pendulum_rate: p[0],
         rate: p[0] + o[0],
         fourth: (fourth + o[3]) * BOUND_MARGIN,
+        fifth: fifth + o[4],
     };
     let job = Job::<G> {
         motion,
         flight,
         span,
         rate: bounds.rate,
-        fifth: fifth + o[4],
         sixth: sixth + o[5],
         geometry: PhantomData,
     };
@@ -88,7 +90,6 @@ struct Job<'a, G> {
     flight: &'a Flight,
     span: f64,
     rate: f64,
-    fifth: f64,
     sixth: f64,
     geometry: PhantomData<G>,
 }
@@ -105,6 +106,9 @@ impl<G: Geometry> Job<'_, G> {
         let mut start = self.first_jet();
         let clear = if touching { start[1] < -SCAN_REST * rate } else { start[0] < -slack };
         let turned = state.x1.abs() + SCAN_SPANS * rate * span;
+        if !touching && clear && self.never_meet(slack) {
+            return Scan::Clear(FREE_SPANS * span);
+        }
         if !(clear && (turned <= MOST_TURNED || !G::TURNS)) {
             return Scan::Unsure(0.0);
         }
@@ -159,7 +163,7 @@ impl<G: Geometry> Job<'_, G> {
                 return Scan::Clear(s);
             }
             let next = samples.jet(j);
-            if !touching && rises(&start, &next, h, self.fifth, slack) {
+            if !touching && rises(&start, &next, &table.weights, remainder, slack) {
                 let near = s + h * root(&start, &next, h);
                 return if near <= span {
                     Scan::Contact { after: s, near }
@@ -173,6 +177,19 @@ impl<G: Geometry> Job<'_, G> {
             level += CUT;
             remainder *= 1.0 / 262_144.0;
         }
+    }
+
+    /// Whether the amplitudes of all parts of the motion keep the bodies apart for ever: those of the
+    /// steady responses each by itself, or as they go together.
+    #[inline(always)]
+    fn never_meet(&self, slack: f64) -> bool {
+        let FreeMotion { pendulum, oscillator, gap, .. } = self.motion;
+        let flight = self.flight;
+        let (free1, steady1) = pendulum.amplitudes(&flight.pendulum);
+        let (free2, steady2) = oscillator.amplitudes(&flight.oscillator);
+        let (highest, ahead) = G::reach(free1 + steady1);
+        let together = pendulum.steady_difference(oscillator) + free1 + free2 + ahead;
+        (highest + free2 + steady2).min(together) * BOUND_MARGIN < gap - slack
     }
 
     /// The jet at the start of the flight.
@@ -267,15 +284,18 @@ fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// Whether the gap rises through zero, and all the way, on a step: the Bernstein coefficients of g',
-/// of degree 4, are above zero.
+/// Whether the gap rises through zero, and all the way, on a step: the Bernstein coefficients of the
+/// interpolant's derivative (times h/5) exceed what the remainder may take from it,
+/// sqrt(5)/30000 |g^(6)| h^5 (Agarwal & Wong (1993), Error Inequalities in Polynomial
+/// Interpolation, section 1.2), here from `remainder` = |g^(6)| h^6/14400.
 #[inline(always)]
-fn rises(start: &Jet, end: &Jet, h: f64, fifth: f64, slack: f64) -> bool {
-    let (a, b) = (h * start[2], h * end[2]);
-    let h2 = h * h;
-    let middle = 0.5 * ((start[1] + a / 3.0) + (end[1] - b / 3.0)) - fifth * (h2 * h2) / 144.0;
-    let inner = (start[1] + 0.25 * a).min(end[1] - 0.25 * b).min(middle);
-    start[0] < -slack && end[0] > slack && start[1].min(end[1]).min(inner) > 0.0
+fn rises(start: &Jet, end: &Jet, w: &Weights, remainder: f64, slack: f64) -> bool {
+    const PART: f64 = 0.214_663;
+    let (first, last) = (w.fifth * start[1], w.fifth * end[1]);
+    let (bend, last_bend) = (2.0 * w.fortieth * start[2], 2.0 * w.fortieth * end[2]);
+    let middle = (end[0] - start[0]) - 2.0 * (first + last) + (last_bend - bend);
+    let least = first.min(first + bend).min(middle).min(last - last_bend).min(last);
+    start[0] < -slack && end[0] > slack && least > PART * remainder + slack
 }
 
 /// Root of the quintic Hermite interpolant of a rising step, as a part of the step; to some 1e-5,

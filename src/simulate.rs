@@ -361,8 +361,8 @@ impl Simulation {
     /// Local time from the start of the present leg at which the horizon lies.
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    fn horizon_in_leg(&self) -> f64 {
-        self.motion.drive.until(self.flight.clock, self.end).value()
+    fn horizon_in_leg(&self) -> DoubleDouble {
+        self.motion.drive.until(self.flight.clock, self.end)
     }
 
     fn stop_before_leg(&mut self) -> Option<Event> {
@@ -383,7 +383,7 @@ impl Simulation {
         reached: f64,
         inclusive: bool,
         observer: &mut O,
-        state_at: impl Fn(&Self, f64) -> State,
+        state_at: impl Fn(&Self, DoubleDouble) -> State,
     ) {
         if !O::SECTIONS || !self.motion.drive.has_period() {
             return;
@@ -391,11 +391,11 @@ impl Simulation {
         loop {
             let period = self.point.next_section - i64::from(self.section_offset > 0.0);
             let section = Clock::new(period, self.section_offset);
-            let at = self.motion.drive.until(self.flight.clock, section).value();
-            if at > reached || (at == reached && !inclusive) {
+            let at = self.motion.drive.until(self.flight.clock, section);
+            if at.value() > reached || (at.value() == reached && !inclusive) {
                 return;
             }
-            let state = state_at(self, at.max(0.0));
+            let state = state_at(self, at.not_negative());
             observer.section(self.point.next_section, &state);
             self.point.next_section += 1;
         }

@@ -42,6 +42,10 @@ pub const SCAN_SLACK: f64 = 1e-12;
 /// Local flights scanned at once where nothing is met.
 pub const SCAN_SPANS: f64 = 8.0;
 
+/// Local flights passed at once where the bodies are too far apart ever to meet; not more, so that the
+/// caller is asked now and then.
+pub const FREE_SPANS: f64 = 64.0;
+
 /// The first pass is tried after an impact whose separation velocity is this part of what the gap
 /// rate can be.
 pub const SCAN_REST: f64 = 1e-7;
@@ -86,8 +90,9 @@ pub const SERIES_SPREAD: f64 = 1.0;
 /// Taylor series,
 pub const SHORT_ANGLE: f64 = 1.0 / 4.0;
 
-/// of this order: the next term is below `SHORT_ANGLE^14/14!` = 5e-20 of the first.
-pub const SHORT_ORDER: u32 = 14;
+/// of the order that belongs to the first of these parts of `SHORT_ANGLE` which it stays below: the next
+/// term is then below angle^order/order! = 5e-20 of the first.
+pub const SHORT_ORDERS: [(f64, usize); 4] = [(0.007, 6), (0.057, 8), (0.2, 10), (1.0, 14)];
 
 /// P* at least P_f (1 - this) counts as restitution: where both are equal by an identity
 /// (wall at rest) rounding must not decide (theory.md, section 4).
@@ -178,6 +183,12 @@ pub const CLEAR_ENDS: f64 = 0.01;
 
 /// Step, as an angle of the fastest motion, at which a flight is sampled for maxima of the gap.
 pub const HUMP_ANGLE: f64 = 0.25;
+
+/// A maximum of the gap this close to the end of a flight, as a part of a local flight,
+pub const END_OF_FLIGHT: f64 = 1e-6;
+
+/// and this close to zero is the contact that ends it: a flat top is known to the root of rounding.
+pub const END_LEVEL: f64 = 1e-12;
 
 /// Chatter is completed with at most this error even if a looser tolerance is asked for: the
 /// difference of two orders is a bound only where the extrapolation converges well.

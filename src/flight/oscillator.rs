@@ -13,13 +13,13 @@ use super::drive::{Trig, Turn, turn};
 use super::resonance::{Beat, RestResponse};
 use crate::double_double::DoubleDouble;
 use crate::elementary::{self, decay_minus_1};
-use crate::tolerance::{DECAYED, LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE, SHORT_ORDER};
+use crate::tolerance::{DECAYED, LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE, SHORT_ORDERS};
 
 const THIRD: f64 = 1.0 / 3.0;
 
 /// 1/n.
-const INVERSE: [f64; SHORT_ORDER as usize + 2] = {
-    let mut inverse = [0.0; SHORT_ORDER as usize + 2];
+const INVERSE: [f64; SHORT_ORDERS[SHORT_ORDERS.len() - 1].1 + 2] = {
+    let mut inverse = [0.0; SHORT_ORDERS[SHORT_ORDERS.len() - 1].1 + 2];
     let mut n = 1;
     while n < inverse.len() {
         inverse[n] = 1.0 / n as f64;
@@ -388,9 +388,10 @@ impl Oscillator {
         let (mut lower, mut upper) = (f.x, f.v);
         let (mut cos, mut sin) = (self.forcing * turn.start.cos, self.forcing * turn.start.sin);
         let (mut increment, mut rate, mut power) = (0.0, 0.0, 1.0);
-        for n in 1..=SHORT_ORDER {
-            let order = f64::from(n);
-            let (part, next_part) = (INVERSE[n as usize], INVERSE[n as usize + 1]);
+        let needed = SHORT_ORDERS.iter().find(|&&(part, _)| s <= part * self.short);
+        for n in 1..=needed.map_or(0, |&(_, order)| order) {
+            let order = n as f64;
+            let (part, next_part) = (INVERSE[n], INVERSE[n + 1]);
             rate += order * upper * power;
             power *= s;
             increment += upper * power;
@@ -425,22 +426,29 @@ impl Oscillator {
         Motion { increment, place, rate, acceleration, jerk }
     }
 
-    /// Displacement and rate a short time `h` after a motion, by the Taylor polynomial of order 5:
-    /// x'''' = -omega^2 f cos psi - 2 c x''' - w^2 x'', f cos psi from the equation of motion, and
-    /// once more so. Energy would drift by the last term, whose sign is always the same.
+    /// Derivatives 4 and 5 of the displacement: x'''' = -omega^2 f cos psi - 2 c x''' - w^2 x'', and
+    /// so on; f cos psi and its rate from the equation of motion.
+    #[inline(always)]
+    pub fn higher(&self, m: &Motion) -> [f64; 2] {
+        let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
+        let omega2 = self.omega * self.omega;
+        let load = m.acceleration + c2 * m.rate + w2 * m.displacement();
+        let load_rate = m.jerk + c2 * m.acceleration + w2 * m.rate;
+        let fourth = -omega2 * load - c2 * m.jerk - w2 * m.acceleration;
+        [fourth, -omega2 * load_rate - c2 * fourth - w2 * m.jerk]
+    }
+
+    /// Displacement and rate a short time `h` after a motion, by Taylor polynomials up to the fifth
+    /// derivative. (Energy would drift by the last term, whose sign is always the same.)
     #[inline(always)]
     pub fn later(&self, m: &Motion, h: f64) -> (f64, f64) {
-        let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
-        let load = m.acceleration + c2 * m.rate + w2 * m.displacement();
-        let snap = -self.omega * self.omega * load - c2 * m.jerk - w2 * m.acceleration;
-        let load_rate = m.jerk + c2 * m.acceleration + w2 * m.rate;
-        let last = 0.25 * h * (-self.omega * self.omega * load_rate - c2 * snap - w2 * m.jerk);
-        let displacement = h
-            * (m.rate
-                + 0.5
-                    * h
-                    * (m.acceleration + THIRD * h * (m.jerk + 0.25 * h * (snap + 0.8 * last))));
-        let speed = h * (m.acceleration + 0.5 * h * (m.jerk + THIRD * h * (snap + last)));
+        let [fourth, fifth] = self.higher(m);
+        let (half, third, quarter) = (0.5 * h, THIRD * h, 0.25 * h);
+        let tail = fourth + 0.2 * h * fifth;
+        let displacement =
+            h * (m.rate + half * (m.acceleration + third * (m.jerk + quarter * tail)));
+        let tail = fourth + quarter * fifth;
+        let speed = h * (m.acceleration + half * (m.jerk + third * tail));
         (m.place[0] + (m.place[1] + displacement), m.rate + speed)
     }
 
@@ -473,6 +481,26 @@ impl Oscillator {
         let (c1, sine) = self.basis(s);
         let shift = self.decay_rate * sine;
         [[1.0 + c1 + shift, sine], [-self.natural_squared * sine, 1.0 + c1 - shift]]
+    }
+
+    /// Amplitudes that the free part of a flight and its steady response never exceed; not finite where
+    /// there is no such bound.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub fn amplitudes(&self, f: &BodyFlight) -> (f64, f64) {
+        if !self.is_steady() {
+            return (f64::INFINITY, f64::INFINITY);
+        }
+        // The energy v^2 + w^2 x^2 of a free oscillation does not grow.
+        ((f.rate * f.rate / self.natural_squared + f.a * f.a).sqrt(), self.steady_size)
+    }
+
+    /// Amplitude of the difference between the steady responses of two bodies.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub fn steady_difference(&self, other: &Self) -> f64 {
+        let (re, im) = (self.steady.re - other.steady.re, self.steady.im - other.steady.im);
+        (re * re + im * im).sqrt()
     }
 
     /// From the equation of motion.

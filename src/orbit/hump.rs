@@ -7,7 +7,7 @@ use crate::flight::Flight;
 use crate::gap::{Direct, GapFlight, GapPoint, Geometry, Oblique};
 use crate::params::Contact;
 use crate::tangent::{DualState, Model, Moment};
-use crate::tolerance::HUMP_ANGLE;
+use crate::tolerance::{END_LEVEL, END_OF_FLIGHT, HUMP_ANGLE};
 
 /// Local flights after which no more maxima are looked for: at drive frequencies near zero a flight
 /// may last for ever.
@@ -43,10 +43,13 @@ pub(super) fn highest(
             Contact::Oblique => in_chunk::<Oblique>(model, &flight, span, first, &mut lowest),
             Contact::Direct => in_chunk::<Direct>(model, &flight, span, first, &mut lowest),
         };
-        if let Some((time, gap)) = found
-            && highest.is_none_or(|(_, most)| gap > most)
-        {
-            highest = Some((passed + time, gap));
+        if let Some((time, gap)) = found {
+            let top = passed + time;
+            // Of a flight that ends with u = 0 the last hump is that end, to rounding.
+            let is_end = length - top < END_OF_FLIGHT * model.motion.span && gap > -END_LEVEL;
+            if !is_end && highest.is_none_or(|(_, most)| gap > most) {
+                highest = Some((top, gap));
+            }
         }
         (passed, first) = (passed + span, false);
     }

@@ -16,10 +16,11 @@ impl Simulation {
     pub(super) fn complete<O: Observer>(&mut self, observer: &mut O) -> Turn {
         let completion = self.point.completion?;
         let reached = completion.time_jump;
-        let end = self.horizon_in_leg();
+        let end = self.horizon_in_leg().value();
         let over = reached > end;
         let state_at = |this: &Self, s: f64| this.hop(&completion, s);
-        self.pass_sections(if over { end } else { reached }, over, observer, state_at);
+        let section = |this: &Self, s: DoubleDouble| state_at(this, s.value());
+        self.pass_sections(if over { end } else { reached }, over, observer, section);
         if over {
             let state = state_at(self, end.max(0.0));
             return Some(Ok(self.stop_at_horizon(state)));
@@ -167,13 +168,14 @@ impl Simulation {
         let super::Anchor { clock, state, .. } = self.point.anchor;
         let step = SlideStep::new(&self.system, self.motion.drive.trig_at(clock), &state, mode);
         let (reached, cause) = step.end();
-        let end = self.horizon_in_leg();
+        let end = self.horizon_in_leg().value();
         let over = reached > end;
         let state_at = |this: &Self, s: f64| {
             let (x1, v1) = step.at(s);
             this.system.on_contact(x1, v1)
         };
-        self.pass_sections(if over { end } else { reached }, over, observer, state_at);
+        let section = |this: &Self, s: DoubleDouble| state_at(this, s.value());
+        self.pass_sections(if over { end } else { reached }, over, observer, section);
         if over {
             let state = state_at(self, end.max(0.0));
             return Some(Ok(self.stop_at_horizon(state)));
@@ -224,7 +226,7 @@ impl Simulation {
         }
         // A rest for ever goes on in pieces, so that the caller is asked now and then.
         let reached = change.map_or(REST_TURNS * self.motion.span, |(time, _)| time);
-        let end = self.horizon_in_leg();
+        let end = self.horizon_in_leg().value();
         let over = reached > end;
         self.pass_sections(if over { end } else { reached }, over, observer, |_, _| state);
         if over {

@@ -3,12 +3,12 @@
 #![allow(clippy::inline_always)] // a flight is compiled for several instruction sets
 
 use super::{Anchor, Checkpoint, Completion, Observer, Phase, Simulation, Takeoff, Turn};
+use crate::angle::Angle;
 use crate::chatter::Limit;
 use crate::contact::{Found, Start, Touch, first_contact};
 use crate::double_double::DoubleDouble;
 use crate::error::SimulationError;
 use crate::event::{Event, GrazeEvent, ImpactEvent, StopReason};
-use crate::gap::Angle;
 use crate::hold::Next;
 use crate::impact::{self, Impact, ImpactFailure, PreImpact};
 use crate::params::{ImpactLaw, System};
@@ -40,13 +40,13 @@ impl Simulation {
         };
         let end = self.horizon_in_leg();
         // A contact at the very end still belongs to the run.
-        let over = reached > end;
-        let state_at = |this: &Self, s: f64| this.motion.state_within(&this.flight, s);
-        self.pass_sections(if over { end } else { reached }, over, observer, state_at);
+        let over = reached > end.value();
+        let state_at = |this: &Self, s| this.motion.state_within(&this.flight, s);
+        self.pass_sections(if over { end.value() } else { reached }, over, observer, state_at);
         if over {
             // What was found is met if the run goes on.
             self.found = Some(found);
-            let state = state_at(self, end.max(0.0));
+            let state = state_at(self, end.not_negative());
             return Some(Ok(self.stop_at_horizon(state)));
         }
         match found {

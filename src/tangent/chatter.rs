@@ -166,7 +166,7 @@ fn next_touch(model: &Model, mut state: State, mut clock: Clock) -> Option<(f64,
             Found::Clear(time) => time,
             _ => return None,
         };
-        state = motion.state_within(&flight, passed);
+        state = motion.state_within(&flight, DoubleDouble::new(passed));
         clock = motion.drive.advance(clock, DoubleDouble::new(passed));
         start = Start::Apart;
         before += passed;

@@ -1,7 +1,9 @@
-"""The system and initial state that many tests start from, and the command line to call."""
+"""The system and start that many tests share, the command line and benchmarks to call."""
 
+import importlib
 import shlex
 import signal
+from pathlib import Path
 
 import pytest
 
@@ -15,6 +17,13 @@ def ctrl_c_is_heard():
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
+
+
+@pytest.fixture
+def bench(monkeypatch):
+    """Import a module of the benchmarks."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "benches"))
+    return importlib.import_module
 
 
 @pytest.fixture

@@ -4,7 +4,6 @@ Nothing here asserts a time.
 """
 
 import ctypes
-import importlib
 import json
 import math
 import subprocess
@@ -21,13 +20,6 @@ BENCHES = Path(__file__).parents[2] / "benches"
 EPS = np.finfo(float).eps
 # Packages that the peers need, apart from SciPy, which is there for other tests too.
 OPTIONAL = ("heyoka", "numba", "sksundae")
-
-
-@pytest.fixture
-def bench(monkeypatch):
-    """Import a module of the benchmarks."""
-    monkeypatch.syspath_prepend(str(BENCHES))
-    return importlib.import_module
 
 
 @pytest.fixture
@@ -188,3 +180,28 @@ def test_work_precision_writes_what_it_measures(tmp_path):
     assert "10 impacts of 11" in text
     assert (tmp_path / "work_precision.png").stat().st_size > 0
     assert (tmp_path / "work_precision.csv").read_text(encoding="utf-8").count("vibroimpact") == 1
+
+
+@pytest.mark.usefixtures("compiler")
+def test_savings_measure_pairs_that_differ_in_one_thing(bench, tmp_path, capsys):
+    bench("savings").main(["--quick", "--out", str(tmp_path)])
+    printed = capsys.readouterr().out
+    assert printed.strip() == (tmp_path / "savings.md").read_text(encoding="utf-8").strip()
+    results = json.loads((tmp_path / "savings.json").read_text(encoding="utf-8"))
+    assert printed.count("\n| ") == 2 + len(results)
+    for result in results:
+        # The Rust library alone can leave the sections out.
+        timed = result["name"] != "stroboscopic section"
+        assert bool(result["seconds"]) == timed, result["name"]
+        assert result["instructions"] == {"on": None, "off": None}
+
+
+def test_what_is_switched_off_leaves_the_base_scene_its_impacts(bench):
+    cases = {saving.name: saving for saving in bench("savings").savings(60, 2)}
+    for name in ("friction", "damping", "force on the second body", "label"):
+        saving = cases[name]
+        assert saving.on.impacts == pytest.approx(saving.off.impacts, abs=2)
+        assert saving.on.impacts == pytest.approx(60, abs=3)
+        assert saving.on.setup["periods"] == saving.off.setup["periods"]
+        assert saving.on.setup != saving.off.setup
+    assert cases["contact within reach"].off.impacts == 0

@@ -36,7 +36,7 @@ def stable_doubling(branch: vi.Branch) -> vi.Bifurcation:
     found = [
         bifurcation
         for bifurcation in branch.of_kind("period_doubling")
-        if np.abs(bifurcation.motion.multipliers[1]) < 1
+        if np.abs(bifurcation.motion.multipliers[1]) < 0.999
     ]
     assert len(found) == 1
     return found[0]

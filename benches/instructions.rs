@@ -1,0 +1,359 @@
+//! Kernels whose instructions are counted, by benches/instructions.py under valgrind.
+//!
+//! ```text
+//! instructions --list          the kernels in JSON
+//! instructions --conditions    what the counts depend on, beside compiler and source
+//! instructions KERNEL N        does the work of a kernel N times
+//! instructions --run SETUP N   makes a run N times, given in JSON (support/setup.rs)
+//! ```
+//!
+//! The difference of two counts with different N is free of what happens once: start-up, inputs,
+//! tables. Without arguments each kernel runs a little, so that tests see that it does.
+
+#![allow(clippy::unwrap_used)]
+
+#[path = "support/impacts.rs"]
+mod impacts;
+#[path = "support/paper.rs"]
+mod paper;
+#[path = "support/setup.rs"]
+mod setup;
+
+use std::hint::black_box;
+
+use impacts::impacts;
+use paper::{paper, start};
+use serde::Serialize;
+use setup::{Sections, Setup, simulate};
+use vibroimpact::contact::{Found, Start, Touch, next_contact};
+use vibroimpact::impact::resolve;
+use vibroimpact::{
+    Clock, Event, Flight, FreeMotion, Horizon, ImpactEvent, Observer, RunOptions, Simulation,
+    System, SystemBuilder, lyapunov_spectrum, run,
+};
+
+/// Does a kernel's work so many times.
+type Work = Box<dyn FnMut(u64)>;
+
+/// Drive periods of a run, and those kept, as in the paper's diagrams.
+const PERIODS: i64 = 600;
+const KEEP: i64 = 100;
+/// Drive frequencies of a diagram that are run, evenly spread.
+const POINTS: u32 = 12;
+/// Drive periods until a motion has settled.
+const SETTLING: i64 = 500;
+
+#[derive(Serialize)]
+struct Kernel {
+    name: String,
+    /// What the count is per.
+    unit: &'static str,
+    /// Units in one repetition.
+    units: u64,
+    /// Repetitions of the two runs whose difference is taken.
+    repetitions: [u64; 2],
+    /// Kernel whose count is subtracted: what the two do not share is left.
+    minus: Option<&'static str>,
+    #[serde(skip)]
+    prepare: Box<dyn Fn() -> Work>,
+}
+
+fn kernel(
+    name: impl Into<String>,
+    unit: &'static str,
+    prepare: impl Fn() -> Work + 'static,
+) -> Kernel {
+    let (name, prepare) = (name.into(), Box::new(prepare));
+    Kernel { name, unit, units: 1, repetitions: [100, 1100], minus: None, prepare }
+}
+
+/// A kernel that calls a function of known input again and again.
+fn calls<T>(mut call: impl FnMut() -> T + 'static) -> Work {
+    Box::new(move |n| {
+        for _ in 0..n {
+            black_box(call());
+        }
+    })
+}
+
+fn kernels() -> Vec<Kernel> {
+    let mut all = flights();
+    all.extend(searches());
+    all.extend(impacts().into_iter().map(|(name, system, pre)| {
+        kernel(format!("impact: {name}"), "impact", move || {
+            calls(move || resolve(black_box(&system), black_box(&pre)))
+        })
+    }));
+    all.extend(periods());
+    all.extend(kept());
+    all.extend(diagrams());
+    all
+}
+
+/// The scene with everything: damping, friction, both bodies forced (Fig. 9(4)).
+fn rubbing() -> System {
+    damped(paper(2.55), 0.01, 0.5).friction(0.4).build().unwrap()
+}
+
+/// With both bodies damped, and a force on the oscillator.
+fn damped(builder: SystemBuilder, damping: f64, force: f64) -> SystemBuilder {
+    builder.pendulum_damping(damping).oscillator_damping(damping).force_amplitude(force)
+}
+
+fn flights() -> Vec<Kernel> {
+    let prepared = || {
+        let motion = FreeMotion::new(&rubbing());
+        let flight = motion.flight(Clock::new(3, 0.4), start());
+        (motion, flight)
+    };
+    vec![
+        kernel("free motion of a system", "system", || {
+            let system = rubbing();
+            calls(move || FreeMotion::new(black_box(&system)))
+        }),
+        kernel("start of a flight", "flight", move || {
+            let (motion, _) = prepared();
+            calls(move || motion.flight(black_box(Clock::new(3, 0.4)), black_box(start())))
+        }),
+        kernel("state of a flight", "state", move || {
+            let (motion, flight) = prepared();
+            calls(move || motion.state_at(black_box(&flight), black_box(0.7)))
+        }),
+        kernel("state after 10^6 periods", "state", move || {
+            let (motion, flight) = prepared();
+            calls(move || motion.state_after_periods(black_box(&flight), 1_000_000, black_box(0.7)))
+        }),
+    ]
+}
+
+/// One search for the next contact.
+struct Search {
+    system: System,
+    motion: FreeMotion,
+    flight: Flight,
+    start: Start,
+    span: f64,
+}
+
+impl Search {
+    fn first(system: System) -> Self {
+        let motion = FreeMotion::new(&system);
+        let (flight, span) = (motion.flight(Clock::START, start()), motion.span());
+        Self { system, motion, flight, start: Start::Apart, span }
+    }
+
+    /// From the last impact of the settled motion to the next.
+    fn settled(system: System) -> Self {
+        let mut search = Self::first(system);
+        let last = last_impact(&search.system);
+        search.flight = search.motion.flight(last.clock, last.post);
+        search.start = Start::Touching;
+        search
+    }
+
+    /// The gap parameter with which the first hump of the flight just touches, to rounding.
+    fn grazing(mut self) -> Self {
+        let (mut met, mut missed) = (0.5, 3.0);
+        while let middle = 0.5 * (met + missed)
+            && met < middle
+            && middle < missed
+        {
+            self = self.with_gap(middle);
+            if self.contact().is_some() { met = middle } else { missed = middle }
+        }
+        // Above the level of rounding, at which it would be a graze.
+        self.with_gap(met - 1e-9)
+    }
+
+    fn with_gap(self, gap: f64) -> Self {
+        let system = self.system.with("gap", gap).unwrap();
+        Self { motion: FreeMotion::new(&system), system, ..self }
+    }
+
+    fn find(&self) -> Found {
+        next_contact(&self.motion, black_box(&self.flight), self.start, self.span).found
+    }
+
+    fn contact(&self) -> Option<Touch> {
+        match self.find() {
+            Found::Contact(touch) => Some(touch),
+            _ => None,
+        }
+    }
+
+    fn work(self) -> Work {
+        calls(move || self.find())
+    }
+}
+
+fn searches() -> Vec<Kernel> {
+    let met = || Search::settled(fig6a());
+    let before = move || {
+        let mut search = met();
+        search.span = search.contact().unwrap().local_time() * (1.0 - 1e-6);
+        assert!(search.contact().is_none());
+        search
+    };
+    let apart = |system| {
+        let search = Search::first(system);
+        assert!(matches!(search.find(), Found::Clear(time) if time >= search.span));
+        search.work()
+    };
+    let mut exact = kernel("its exact evaluation alone", "search", move || met().work());
+    exact.minus = Some("search that ends before that contact");
+    vec![
+        kernel("search without contact", "search", move || {
+            apart(paper(1.545).gap(3.0).build().unwrap())
+        }),
+        kernel("search without contact, damped", "search", move || {
+            apart(rubbing().with("gap", 3.0).unwrap())
+        }),
+        kernel("search that meets a contact", "search", move || met().work()),
+        kernel("search that ends before that contact", "search", move || before().work()),
+        exact,
+        kernel("search that meets a near-graze", "search", || {
+            let search = Search::first(paper(1.545).build().unwrap()).grazing();
+            assert!(search.contact().is_some());
+            search.work()
+        }),
+    ]
+}
+
+/// The last impact of a run that is long enough for its motion to settle.
+fn last_impact(system: &System) -> ImpactEvent {
+    let events = Simulation::new(system, start()).unwrap().until(Horizon::Periods(SETTLING));
+    let impacts = events.filter_map(|event| match event.unwrap() {
+        Event::Impact(impact) => Some(impact),
+        _ => None,
+    });
+    impacts.last().unwrap()
+}
+
+fn fig6a() -> System {
+    paper(0.73).moment_amplitude(2.3).build().unwrap()
+}
+
+/// The paper's single motions, which differ in what they need.
+fn scenes() -> [(&'static str, System); 5] {
+    [
+        ("5a", paper(1.25).build().unwrap()),
+        ("6a", fig6a()),
+        ("9(1)", damped(paper(0.75), 0.1, 1.5).build().unwrap()),
+        ("9(4)", rubbing()),
+        // Complete chatter and lasting contact in every period.
+        ("7(c) at 0.25", damped(paper(0.25), 0.1, 1.5).build().unwrap()),
+    ]
+}
+
+/// So many drive periods of a settled motion: the difference of two horizons.
+fn follow<O: Observer>(system: &System, periods: u64, observer: &mut O) {
+    simulate(system, start(), SETTLING + periods as i64, observer);
+}
+
+fn periods() -> Vec<Kernel> {
+    let mut all = scenes().map(|(name, system)| {
+        kernel(format!("Fig. {name}"), "drive period", move || {
+            Box::new(move |n| follow(&system, n, &mut ()))
+        })
+    });
+    // Each of its periods has some hundred times the work of the others.
+    all[4].repetitions = [2, 12];
+    all.into()
+}
+
+/// What is added to a drive period of Fig. 5a by what is wanted of it.
+fn kept() -> Vec<Kernel> {
+    let system = || paper(1.25).build().unwrap();
+    let options = |periods: i64| RunOptions::periods(SETTLING + periods);
+    let mut added = [
+        kernel("section, Fig. 5a", "section", move || {
+            let system = system();
+            Box::new(move |n| follow(&system, n, &mut Sections))
+        }),
+        kernel("history, Fig. 5a", "drive period", move || {
+            let system = system();
+            Box::new(move |n| {
+                let kept = options(n as i64).keep(n as i64);
+                black_box(run(&system, start(), kept, &mut || true).unwrap());
+            })
+        }),
+        kernel("tangent, Fig. 5a", "drive period", move || {
+            let settled = run(&system(), start(), options(0).keep(0), &mut || true).unwrap();
+            Box::new(move |n| {
+                let periods = u32::try_from(n).unwrap();
+                black_box(lyapunov_spectrum(&settled, periods, None, &mut || true).unwrap());
+            })
+        }),
+    ];
+    for kernel in &mut added {
+        kernel.minus = Some("Fig. 5a");
+    }
+    added.into()
+}
+
+/// All that a point of a diagram costs, settling included.
+fn diagrams() -> Vec<Kernel> {
+    let points = |low: f64, high: f64, builder: fn(f64) -> SystemBuilder| -> Vec<System> {
+        let width = (high - low) / f64::from(POINTS);
+        let frequencies = (0..POINTS).map(|i| low + width * (f64::from(i) + 0.5));
+        frequencies.map(|omega| builder(omega).build().unwrap()).collect()
+    };
+    let fig7b = |omega| damped(paper(omega), 0.1, 0.5);
+    let fig8b = |omega| damped(paper(omega), 0.01, 0.5).friction(0.4);
+    [
+        ("Fig. 4", points(0.2, 4.0, paper)),
+        ("Fig. 7(b)", points(0.6, 3.0, fig7b)),
+        ("Fig. 8(b)", points(0.2, 4.0, fig8b)),
+    ]
+    .map(|(name, systems)| {
+        let units = systems.len() as u64 * PERIODS as u64;
+        let prepare = move || -> Work {
+            let systems = systems.clone();
+            calls(move || {
+                for system in &systems {
+                    let kept = RunOptions::periods(PERIODS).keep(KEEP);
+                    let run = run(black_box(system), start(), kept, &mut || true).unwrap();
+                    black_box(run.return_report());
+                }
+            })
+        };
+        let diagram = kernel(format!("{name}, diagram"), "drive period", prepare);
+        Kernel { units, repetitions: [1, 2], ..diagram }
+    })
+    .into()
+}
+
+#[derive(Serialize)]
+struct Conditions {
+    /// Vector instructions that are chosen at run time.
+    vector: String,
+    /// Whether the C library's functions may use fused operations.
+    fused: bool,
+}
+
+fn conditions() -> Conditions {
+    #[cfg(target_arch = "x86_64")]
+    let fused = std::arch::is_x86_feature_detected!("fma");
+    #[cfg(not(target_arch = "x86_64"))]
+    let fused = true;
+    let vector = format!("{:?}", pulp::Arch::new());
+    Conditions { vector: vector.split(['(', ' ']).next().unwrap().to_owned(), fused }
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["--list"] => println!("{}", serde_json::to_string(&kernels()).unwrap()),
+        ["--conditions"] => println!("{}", serde_json::to_string(&conditions()).unwrap()),
+        ["--run", setup, repetitions] => {
+            let setup: Setup = serde_json::from_str(setup).expect("a setup");
+            (0..repetitions.parse().expect("a number of runs")).for_each(|_: u64| setup.work());
+        }
+        [name, repetitions] if !name.starts_with('-') => {
+            let all = kernels();
+            let kernel = all.iter().find(|kernel| kernel.name == name).expect("no such kernel");
+            (kernel.prepare)()(repetitions.parse().expect("a number of repetitions"));
+        }
+        _ => kernels().iter().for_each(|kernel| (kernel.prepare)()(1)),
+    }
+}
