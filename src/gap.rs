@@ -44,6 +44,20 @@ impl GapPoint {
 }
 
 impl GapPoint {
+    /// The gap function a little later, by the Taylor polynomial of order 4.
+    #[inline(always)]
+    fn with_fourth(&self, fourth: f64, h: f64) -> Self {
+        let third = self.third;
+        let cubic = self.later(h);
+        let (square, cube) = (0.5 * h * h * fourth, (1.0 / 6.0) * h * h * h * fourth);
+        Self {
+            value: cubic.value + 0.25 * h * cube,
+            rate: cubic.rate + cube,
+            second: cubic.second + square,
+            third: third + h * fourth,
+        }
+    }
+
     /// Time to the root of the Taylor polynomial of a gap that rises, the one near `guess`, and how
     /// far from zero the polynomial may be there; `fourth` is g''''.
     #[inline(always)]
@@ -58,15 +72,17 @@ impl GapPoint {
             let c4 = (1.0 / 24.0) * fourth * inverse;
             let last = 5.0 * c2 * (c3 - c2 * c2) - c4;
             let bend = c2 - first * (2.0 * c2 * c2 - c3 + first * last);
-            return (first * (1.0 - first * bend), 0.0);
+            let sum = first * (1.0 - first * bend);
+            // What the series left, by the slope at the start.
+            return (sum - self.with_fourth(fourth, sum).value * inverse, 0.0);
         }
-        self.rise_by_steps(guess)
+        self.rise_by_steps(fourth, guess)
     }
 
     /// The same near a double root: the parabola's root first, as Newton's steps alone are short.
     #[inline(never)]
-    fn rise_by_steps(&self, mut time: f64) -> (f64, f64) {
-        let near = self.later(time);
+    fn rise_by_steps(&self, fourth: f64, mut time: f64) -> (f64, f64) {
+        let near = self.with_fourth(fourth, time);
         let height = near.rate * near.rate - 2.0 * near.second * near.value;
         let slope = near.rate + height.max(0.0).sqrt();
         if slope > 0.0 {
@@ -74,7 +90,7 @@ impl GapPoint {
         }
         let mut left = f64::INFINITY;
         for _ in 0..2 {
-            let at = self.later(time);
+            let at = self.with_fourth(fourth, time);
             if at.rate > 0.0 {
                 let step = at.value / at.rate;
                 time -= step;

@@ -1,4 +1,4 @@
-//! Labels of random systems equal those found with twice the periods, but for a listed few.
+//! Labels of random systems equal those found with twice the periods, but for a few.
 //!
 //! A motion that is still a chaotic transient after N periods and settles later cannot have its
 //! final label from N periods; those are what remains.
@@ -10,14 +10,16 @@ use crate::{Draw, go, paper, paper_start};
 
 const PERIODS: i64 = 600;
 const KEEP: i64 = 200;
-/// Of 200 random systems.
-const MISMATCHES: usize = 4;
+const SYSTEMS: u32 = 600;
+/// Of 1,200 random systems (seeds 30 to 35) 20 differ, 1.7 %; which ones hangs on roundings, the motions
+/// being chaotic. Of 600 it is 10 with a standard deviation of 3; three of these more are allowed.
+const MISMATCHES: usize = 19;
 
 #[test]
 fn labels_hold_with_twice_the_periods() {
     let mut draw = Draw::new(30);
     let (mut mismatches, mut repeating, mut completed) = (0, 0, 0);
-    for i in 0..200 {
+    for i in 0..SYSTEMS {
         let system = draw.system();
         let start = draw.start(&system);
         let once = go(&system, start, RunOptions::periods(PERIODS).keep(KEEP));
@@ -38,7 +40,7 @@ fn labels_hold_with_twice_the_periods() {
     }
     println!("{mismatches} mismatches among {completed} completed, {repeating} of them periodic");
     assert!(mismatches <= MISMATCHES);
-    assert!(completed > 150 && repeating > 90);
+    assert!(completed > 450 && repeating > 270);
 }
 
 #[test]
