@@ -61,6 +61,14 @@ impl DoubleDouble {
         two_product(a, b)
     }
 
+    /// a b + c to 32 digits of its larger term.
+    #[inline(always)]
+    pub fn product_sum(a: f64, b: f64, c: f64) -> Self {
+        let product = two_product(a, b);
+        let sum = two_sum(product.hi, c);
+        quick_two_sum(sum.hi, sum.lo + product.lo)
+    }
+
     #[inline(always)]
     pub fn value(self) -> f64 {
         self.hi + self.lo

@@ -297,6 +297,13 @@ impl System {
         if self.mass_ratio == 0.0 && slope.abs() > WALL_SLOPE {
             return State { v1: state.v2 / slope, ..state };
         }
-        State { v2: state.v1 * slope, ..state }
+        // As an impact does it: what the impulses of the last bounces have left is small beside the
+        // motion, but not beside its rounding.
+        let friction = self.friction * self.contact.angle(state.x1).sin.abs();
+        let k = slope + if state.v1 == 0.0 { 0.0 } else { friction.copysign(state.v1) };
+        let change = k * (state.v1 * slope - state.v2) / (self.mass_ratio + k * slope);
+        let small = change.abs() <= 1e-3 * state.v1.abs();
+        let v1 = if self.mass_ratio > 0.0 && small { state.v1 - change } else { state.v1 };
+        State { v1, v2: v1 * slope, ..state }
     }
 }

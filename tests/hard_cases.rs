@@ -222,3 +222,27 @@ fn a_light_tip_pressed_past_the_end_of_its_reach_keeps_the_energy() {
     }
     assert!(passed >= 80, "{passed}");
 }
+
+/// With r = 4e-14 the bodies leave an impact by less than rounding of their velocities, and are
+/// landed: both by their share of it. The state is the high-precision
+/// reference's (tests/reference).
+#[test]
+fn a_landing_after_a_plastic_impact_keeps_the_momentum() {
+    let system = System::builder()
+        .mass_ratio(0.15326226867702833)
+        .frequency_ratio(1.0443542653932465)
+        .restitution(3.9704714715877906e-14)
+        .gap(0.163850936524133)
+        .drive_frequency(1.1434407029112499)
+        .moment_amplitude(1.340667037434679)
+        .force_amplitude(0.6330042724235384)
+        .phase(4.03258588588162)
+        .build()
+        .unwrap();
+    let start = [0.49692916830476375, 1.017894221927345, 0.3982661626950169, 0.19668137905023886];
+    let run = go(&system, start, RunOptions::until(Horizon::Time(5.5)));
+    let exact = [0.5288306544961069, 0.28302168035860703, 0.34067313971676105, 0.2443602462579384];
+    for (x, y) in run.trajectory(&[2.5]).unwrap()[0].iter().zip(exact) {
+        assert!((x - y).abs() < 2e-15, "{:e}", x - y);
+    }
+}

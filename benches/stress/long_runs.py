@@ -258,4 +258,4 @@ def plot_grazing(rows: list[Row], ax: Axes) -> None:
     ax.set_yscale("symlog", linthresh=1)
     ax.set_xticks([-1e-2, -1e-6, -1e-10, -1e-14, 0, 1e-14, 1e-10, 1e-6, 1e-2])
     ax.set(xlabel=r"height $h$ of the top over the contact", ylabel="number in the run")
-    ax.legend()
+    ax.legend(loc="center left")

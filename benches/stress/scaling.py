@@ -20,7 +20,7 @@ LENGTHS = ("gap", "moment_amplitude", "force_amplitude")
 STATES = ("x1", "v1_pre", "v1_post", "x2", "v2_pre", "v2_post", "impulse_normal")
 # Powers of two from 1e-8 to 1e8, and far beyond.
 EXPONENTS = (*range(-27, 28, 3), -240, -100, -50, 50, 100, 240)
-PERIODS = 20
+PERIODS = 10
 TOLERANCE = 1e-12
 
 
@@ -104,6 +104,6 @@ def plot_scaling(rows: list[Row], ax: Axes) -> None:
         ax.plot(scales, worst, marker, ms=4, mfc="none", color=color, label=text)
     ax.set_xscale("log")
     ax.set_yscale("symlog", linthresh=1e-16)
-    ax.set_ylim(-2e-17, 1e-13)
+    ax.set_ylim(-2e-17, 1e-12)
     ax.set(xlabel=r"scale $s$ of $\delta, f_1, f_2$ and start", ylabel="largest relative change")
     ax.legend()

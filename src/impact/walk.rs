@@ -58,7 +58,7 @@ impl Walk {
     ) {
         let changed = |v: f64, k: f64| {
             // Rounded once: twice is a bias.
-            let sum = DoubleDouble::product(k, impulse) + DoubleDouble::new(v);
+            let sum = DoubleDouble::product_sum(k, impulse, v);
             sum.hi + k.mul_add(rest, sum.lo)
         };
         let v1 = if stops { 0.0 } else { changed(self.v1, -segment.k) };
@@ -102,8 +102,8 @@ pub(super) fn straight(
     let u = pre.approach_velocity();
     // 1 + r and mbar + k cos x1 with what rounding leaves out of them: constant in direct
     // contact, it would drain energy from every impact alike.
-    let slowing = DoubleDouble::product(segment.k, pre.cos) + DoubleDouble::new(mass_ratio);
-    let approach = DoubleDouble::product(pre.v1, pre.cos) - DoubleDouble::new(pre.v2);
+    let slowing = DoubleDouble::product_sum(segment.k, pre.cos, mass_ratio);
+    let approach = DoubleDouble::product_sum(pre.v1, pre.cos, -pre.v2);
     let whole = DoubleDouble::sum(1.0, restitution) * approach;
     let mut walk = Walk::new(pre);
     walk.step(pre, mass_ratio, &segment, quotient(whole, slowing), false);
