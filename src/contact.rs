@@ -155,7 +155,7 @@ fn search<G: Geometry>(
                 // leaves out is in the offset.
                 let (touch, settled) = search.meet(f64::from(near as f32), 0.0);
                 scanned = search.evaluations;
-                if settled {
+                if settled && touch.gap.rate > 0.0 {
                     return ContactReport { found: Found::Contact(touch), evaluations: scanned };
                 }
                 clear = after;
@@ -387,7 +387,29 @@ impl<G: Geometry> Search<'_, G> {
         {
             return settled;
         }
-        Settled::Found(Found::Contact(self.meet(sample.time, h).0))
+        let (touch, _) = self.meet(sample.time, h);
+        if touch.gap.rate > 0.0 {
+            return Settled::Found(Found::Contact(touch));
+        }
+        // The steps have gone past the top of a hump that is at rounding level.
+        let past = self.evaluate(touch.local_time().clamp(0.0, self.span));
+        Settled::Found(self.before_top(&past, &touch))
+    }
+
+    /// The contact before the top of a hump whose height is rounding, or the graze that it is.
+    fn before_top(&mut self, past: &Sample, touch: &Touch) -> Found {
+        let GapPoint { rate, second, .. } = past.gap;
+        if second >= 0.0 {
+            return Found::Graze(*touch);
+        }
+        let top = self.evaluate((past.time - rate / second).clamp(0.0, self.span));
+        let before = (2.0 * top.gap.value.max(0.0) / -top.gap.second).sqrt();
+        let rise = self.evaluate((top.time - before).max(0.0));
+        if rise.gap.rate > 0.0 && before > 0.0 {
+            Found::Contact(self.touch(&rise, 0.0))
+        } else {
+            Found::Graze(self.touch(&top, 0.0))
+        }
     }
 
     /// The contact that lies at about `offset` after `time`, and whether the steps have come to it:
