@@ -17,7 +17,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .newton import Array, OutsideDomain, newton
+from .newton import Array, OutsideDomain, evaluate, newton
 
 Residual = Callable[[Array], tuple[Array, Array]]
 
@@ -35,7 +35,7 @@ def refine_branch_point(residual: Residual, z: Array, sizes: Array) -> Array | N
     count = len(z) - 1
 
     def scaled(y: Array) -> tuple[Array, Array]:
-        value, jacobian = residual(y * sizes)
+        value, jacobian = evaluate(residual, y * sizes)
         return value, jacobian * sizes
 
     def system(x: Array) -> tuple[Array, Array]:
@@ -54,7 +54,10 @@ def refine_branch_point(residual: Residual, z: Array, sizes: Array) -> Array | N
         return np.concatenate((value + mu * psi, psi @ jacobian, [psi @ psi - 1.0])), matrix
 
     y = z / sizes
-    psi = np.linalg.svd(scaled(y)[1])[0][:, -1]
+    try:
+        psi = np.linalg.svd(scaled(y)[1])[0][:, -1]
+    except OutsideDomain:
+        return None
     start = np.concatenate((y, psi, [0.0]))
     solution, _, report = newton(
         system, start, np.ones(len(start)), max_iterations=20, damped=False
