@@ -1,9 +1,9 @@
 """Period n-1 motions in 200-bit arithmetic, by flights that share no code with the package."""
 
 from flint import arb, ctx
-from reference.flight import System as ExactSystem
 
 import vibroimpact as vi
+from reference.flight import System as ExactSystem
 from references import SYMBOLS
 
 ctx.prec = 200
