@@ -17,6 +17,24 @@ const SHIFT: f64 = 6_755_399_441_055_744.0;
 /// pi/2 in two parts; the first has so few digits that its multiples are exact.
 const HALF_PI: (f64, f64) = (1.570_796_326_734_125_6, 6.077_100_506_506_192e-11);
 
+/// Minimax coefficients of sin r/r and cos r on [-pi/4, pi/4], by powers of r^2 (FDLIBM).
+const SIN: [f64; 6] = [
+    -1.666_666_666_666_663_2e-1,
+    8.333_333_333_322_49e-3,
+    -1.984_126_982_985_795e-4,
+    2.755_731_370_707_006_8e-6,
+    -2.505_076_025_340_686_3e-8,
+    1.589_690_995_211_55e-10,
+];
+const COS: [f64; 6] = [
+    4.166_666_666_666_66e-2,
+    -1.388_888_888_887_411e-3,
+    2.480_158_728_947_673e-5,
+    -2.755_731_435_139_066_3e-7,
+    2.087_572_321_298_175e-9,
+    -1.135_964_755_778_819_5e-11,
+];
+
 /// Sine and cosine of a remainder in [-pi/4, pi/4] given as a sum, and cos - 1.
 struct Kernel {
     sin: f64,
@@ -27,33 +45,32 @@ struct Kernel {
 impl Kernel {
     #[inline(always)]
     fn new(x: f64, tail: f64) -> Self {
-        const S: [f64; 6] = [
-            -1.666_666_666_666_663_2e-1,
-            8.333_333_333_322_49e-3,
-            -1.984_126_982_985_795e-4,
-            2.755_731_370_707_006_8e-6,
-            -2.505_076_025_340_686_3e-8,
-            1.589_690_995_211_55e-10,
-        ];
-        const C: [f64; 6] = [
-            4.166_666_666_666_66e-2,
-            -1.388_888_888_887_411e-3,
-            2.480_158_728_947_673e-5,
-            -2.755_731_435_139_066_3e-7,
-            2.087_572_321_298_175e-9,
-            -1.135_964_755_778_819_5e-11,
-        ];
         let z = x * x;
         let w = z * z;
-        let s = (S[1] + z * (S[2] + z * S[3])) + z * w * (S[4] + z * S[5]);
+        let s = (SIN[1] + z * (SIN[2] + z * SIN[3])) + z * w * (SIN[4] + z * SIN[5]);
         let v = z * x;
-        let sin = x - ((z * (0.5 * tail - v * s) - tail) - v * S[0]);
-        let c = z * (C[0] + z * (C[1] + z * C[2])) + w * w * (C[3] + z * (C[4] + z * C[5]));
+        let sin = x - ((z * (0.5 * tail - v * s) - tail) - v * SIN[0]);
+        let c =
+            z * (COS[0] + z * (COS[1] + z * COS[2])) + w * w * (COS[3] + z * (COS[4] + z * COS[5]));
         let half = 0.5 * z;
         let rest = z * c - x * tail;
         let rounded = 1.0 - half;
         Self { sin, cos: rounded + (((1.0 - rounded) - half) + rest), cos_minus_1: rest - half }
     }
+}
+
+/// Sine and cosine of an angle from those of its remainder. In odd quadrants they change places; their
+/// signs are bits of the quadrant.
+#[inline(always)]
+fn into_quadrant(quadrant: u64, sin: f64, cos: f64) -> (f64, f64) {
+    let (sin, cos) = (sin.to_bits(), cos.to_bits());
+    let swap = (quadrant & 1).wrapping_neg();
+    let sin_sign = (quadrant & 2) << 62;
+    let cos_sign = (quadrant.wrapping_add(1) & 2) << 62;
+    (
+        f64::from_bits(((sin & !swap) | (cos & swap)) ^ sin_sign),
+        f64::from_bits(((cos & !swap) | (sin & swap)) ^ cos_sign),
+    )
 }
 
 /// Sine, cosine, and cosine minus 1 without cancellation, of `angle + tail`; |tail| is at most some
@@ -67,13 +84,7 @@ fn turn_of(angle: f64, tail: f64) -> (f64, f64, f64) {
     let rest = quarters * HALF_PI.1 - tail;
     let remainder = first - rest;
     let kernel = Kernel::new(remainder, (first - remainder) - rest);
-    // In odd quadrants sine and cosine change places; their signs are bits of the quadrant.
-    let (sin, cos) = (kernel.sin.to_bits(), kernel.cos.to_bits());
-    let swap = (quadrant & 1).wrapping_neg();
-    let sin_sign = (quadrant & 2) << 62;
-    let cos_sign = (quadrant.wrapping_add(1) & 2) << 62;
-    let turned_sin = f64::from_bits(((sin & !swap) | (cos & swap)) ^ sin_sign);
-    let turned_cos = f64::from_bits(((cos & !swap) | (sin & swap)) ^ cos_sign);
+    let (turned_sin, turned_cos) = into_quadrant(quadrant, kernel.sin, kernel.cos);
     let cos_minus_1 = if quarters == 0.0 { kernel.cos_minus_1 } else { turned_cos - 1.0 };
     (turned_sin, turned_cos, cos_minus_1)
 }
@@ -116,6 +127,24 @@ pub(crate) fn turns<const N: usize>(angles: [f64; N], tails: [f64; N]) -> [(f64,
         (cos_minus_1[j], sin[j]) = (c1, s);
     }
     std::array::from_fn(|j| (cos_minus_1[j], sin[j]))
+}
+
+/// Sine and cosine to a few units in the last place for |x| up to [`MOST_TURNED`], with fused
+/// operations: for the scan, which is compiled where these are instructions.
+#[inline(always)]
+pub(crate) fn fused_sin_cos(x: f64) -> (f64, f64) {
+    let shifted = x * std::f64::consts::FRAC_2_PI + SHIFT;
+    let quarters = shifted - SHIFT;
+    let r = quarters.mul_add(-HALF_PI.1, quarters.mul_add(-HALF_PI.0, x));
+    let z = r * r;
+    let pair = |a: f64, b: f64| z.mul_add(b, a);
+    let sum = |c: &[f64; 6]| {
+        let w = z * z;
+        w.mul_add(w.mul_add(pair(c[4], c[5]), pair(c[2], c[3])), pair(c[0], c[1]))
+    };
+    let sin = (r * z).mul_add(sum(&SIN), r);
+    let cos = (z * z).mul_add(sum(&COS), z.mul_add(-0.5, 1.0));
+    into_quadrant(shifted.to_bits(), sin, cos)
 }
 
 #[cold]
@@ -161,7 +190,7 @@ pub(crate) fn decay_minus_1(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{MOST_TURNED, decay_minus_1, sin_cos, sin_cos_of_sum, turn};
+    use super::{MOST_TURNED, decay_minus_1, fused_sin_cos, sin_cos, sin_cos_of_sum, turn};
     use crate::double_double::DoubleDouble;
 
     #[test]
@@ -178,6 +207,20 @@ mod tests {
         assert_eq!(sin_cos(0.0), (0.0, 1.0));
         let (sin, cos) = sin_cos(f64::NAN);
         assert!(sin.is_nan() && cos.is_nan());
+    }
+
+    #[test]
+    fn fused_sine_and_cosine_are_good_to_some_digits_more_than_a_scan_needs() {
+        let mut worst = 0f64;
+        for i in -200_000..=200_000 {
+            let x = MOST_TURNED * (f64::from(i) / 200_000.0).powi(5);
+            let ((s, c), (sin, cos)) = (fused_sin_cos(x), x.sin_cos());
+            // Reduction leaves an absolute error that grows with the number of turns.
+            let allowed = 2e-16 + 4e-21 * x.abs();
+            worst = worst.max((s - sin).abs() / allowed).max((c - cos).abs() / allowed);
+        }
+        assert!(worst < 1.0, "{worst}");
+        assert_eq!(fused_sin_cos(0.0), (0.0, 1.0));
     }
 
     #[test]

@@ -11,7 +11,6 @@ use std::marker::PhantomData;
 use crate::angle::Angle;
 use crate::elementary;
 use crate::flight::{Flight, FreeMotion, Motion};
-use crate::lanes;
 use crate::params::{Contact, System};
 use crate::state::State;
 use crate::tolerance::{BOUND_MARGIN, EPS, FLIGHT_NOISE, GAP_NOISE, REST_NOISE, SERIES_TURN};
@@ -175,7 +174,7 @@ impl Geometry for Oblique {
 
     #[inline(always)]
     fn tip_fast(x1: f64, v1: f64, a1: f64) -> [f64; 3] {
-        let (sin, cos) = lanes::sin_cos(x1);
+        let (sin, cos) = elementary::fused_sin_cos(x1);
         let [rate, second] = Self::tip_rates(Angle { sin, cos }, v1, a1);
         [sin, rate, second]
     }
