@@ -7,6 +7,7 @@
 
 mod contact;
 mod flight;
+mod stop;
 
 pub(crate) use flight::{followed_by_hops, hops};
 
@@ -428,46 +429,6 @@ impl Simulation {
         self.point.elapsed = DoubleDouble::ZERO;
         self.point.grazed = None;
         self.enter_flight();
-    }
-
-    /// Stops at the horizon, whose clock is known exactly.
-    fn stop_at_horizon(&mut self, state: State) -> Event {
-        let reason = match self.horizon {
-            Horizon::Impacts { .. } => StopReason::TimeCap,
-            Horizon::Periods(_) if !self.motion.drive.has_period() => StopReason::TimeCap,
-            _ => StopReason::Completed,
-        };
-        self.stop_at_end(state, reason)
-    }
-
-    fn stop_at_end(&mut self, state: State, reason: StopReason) -> Event {
-        let clock = self.end;
-        self.stop(clock, self.motion.drive.time(clock), state, reason)
-    }
-
-    /// Stops at the start of the present leg, or at the graze it goes on from.
-    fn stop_here(&mut self, reason: StopReason) -> Event {
-        let s = self.point.grazed.unwrap_or(0.0);
-        let (clock, time, _) = self.place(s, 0.0);
-        let state = self.motion.state_at(&self.flight, s);
-        self.stop(clock, time, state, reason)
-    }
-
-    fn stop(&mut self, clock: Clock, time: f64, state: State, reason: StopReason) -> Event {
-        self.point.stopped = Some(reason);
-        Event::Stop(StopEvent { clock, time, state, reason })
-    }
-
-    fn fail(&mut self, stalled: bool) -> SimulationError {
-        let Flight { clock, state, .. } = self.flight;
-        let (time, impacts) = (self.motion.drive.time(clock), self.point.impacts);
-        let state = state.to_array();
-        self.point.stopped = Some(StopReason::Interrupted);
-        if stalled {
-            SimulationError::SearchStalled { time, impacts, state }
-        } else {
-            SimulationError::NotFinite { time, impacts, state }
-        }
     }
 }
 

@@ -7,6 +7,10 @@
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
+mod bounds;
+
+pub(crate) use bounds::Bounds;
+
 use nalgebra::Complex;
 
 use super::drive::{Trig, Turn, turn};
@@ -113,10 +117,6 @@ impl Motion {
         self.place[0] + self.place[1]
     }
 }
-
-/// Bounds of |x'|, |x''|, |x'''|, |x''''| during a local flight.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Bounds(pub [f64; 4]);
 
 impl Oscillator {
     pub fn new(natural: f64, damping: f64, forcing: f64, omega: f64, span: f64) -> Self {
@@ -483,99 +483,11 @@ impl Oscillator {
         [[1.0 + c1 + shift, sine], [-self.natural_squared * sine, 1.0 + c1 - shift]]
     }
 
-    /// Amplitudes that the free part of a flight and its steady response never exceed; not finite where
-    /// there is no such bound.
-    #[inline(always)]
-    #[allow(clippy::inline_always)]
-    pub fn amplitudes(&self, f: &BodyFlight) -> (f64, f64) {
-        if !self.is_steady() {
-            return (f64::INFINITY, f64::INFINITY);
-        }
-        // The energy v^2 + w^2 x^2 of a free oscillation does not grow.
-        ((f.rate * f.rate / self.natural_squared + f.a * f.a).sqrt(), self.steady_size)
-    }
-
-    /// Amplitude of the difference between the steady responses of two bodies.
-    #[inline(always)]
-    #[allow(clippy::inline_always)]
-    pub fn steady_difference(&self, other: &Self) -> f64 {
-        let (re, im) = (self.steady.re - other.steady.re, self.steady.im - other.steady.im);
-        (re * re + im * im).sqrt()
-    }
-
     /// From the equation of motion.
     #[inline(always)]
     pub fn acceleration(&self, x: f64, v: f64, cos_psi: f64) -> f64 {
         let free = self.natural_squared.mul_add(x, 2.0 * self.decay_rate * v);
         self.forcing.mul_add(cos_psi, -free)
-    }
-
-    /// Bounds of the derivatives 1 to 6 over a local flight. The energy sqrt(v^2 + w^2 x^2) of a
-    /// free oscillation does not grow, and the derivative of one is another with at most
-    /// w (zeta + sqrt(1 + zeta^2)) times the energy; the steady response adds |P| omega^n. Where
-    /// it is not used, the load adds at most |f| per unit time, and the equation of motion gives
-    /// the higher derivatives.
-    #[inline(always)]
-    pub fn derivative_bounds(&self, f: &BodyFlight) -> [f64; 6] {
-        let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
-        let mut bounds = [0.0; 6];
-        if self.is_steady() {
-            let mut free = (f.rate * f.rate + w2 * f.a * f.a).sqrt();
-            let mut forced = self.steady_size * self.omega;
-            for bound in &mut bounds {
-                *bound = free + forced;
-                free *= self.growth;
-                forced *= self.omega;
-            }
-            return bounds;
-        }
-        let mut load = self.forcing.abs();
-        let energy = (f.v * f.v + w2 * f.x * f.x).sqrt() + load * self.span;
-        bounds[0] = energy;
-        bounds[1] = load + c2 * energy + w2.sqrt() * energy;
-        for n in 2..6 {
-            load *= self.omega;
-            bounds[n] = load + c2 * bounds[n - 1] + w2 * bounds[n - 2];
-        }
-        bounds
-    }
-
-    /// Bounds over a local flight. Every derivative of a free oscillation is a free oscillation,
-    /// whose energy does not grow: |x_h^(n+1)| <= sqrt(x_h^(n+1)(0)^2 + w^2 x_h^(n)(0)^2), and the
-    /// steady response adds |P| omega^(n+1). Near resonance, where that may be huge, the same
-    /// holds for the whole motion with |f| omega^n per unit time; the smaller bound is taken.
-    pub fn bounds(&self, f: &BodyFlight, start: Trig) -> Bounds {
-        let omega = self.omega;
-        if let Response::Unforced | Response::Steady = self.response {
-            return self.energy_bounds(f.a, f.rate, [0.0; 3], self.steady.norm() * omega);
-        }
-        let (x, v) = (f.x, f.v);
-        let load = [
-            self.forcing * start.cos,
-            -self.forcing * omega * start.sin,
-            -self.forcing * omega * omega * start.cos,
-        ];
-        let driven = self.energy_bounds(x, v, load, self.forcing.abs() * self.span);
-        let (p, q) = steady_start(self.steady, start);
-        let free = self.energy_bounds(x - p, v - omega * q, [0.0; 3], self.steady.norm() * omega);
-        // f64::min passes over the NaN of an infinite steady response.
-        Bounds(std::array::from_fn(|n| driven.0[n].min(free.0[n])))
-    }
-
-    /// sqrt(x^(n+1)^2 + w^2 x^(n)^2) + extra omega^n for n = 0 ... 3, the derivatives at the start
-    /// from the equation of motion under `load` (f cos psi and its derivatives).
-    fn energy_bounds(&self, x: f64, v: f64, load: [f64; 3], mut extra: f64) -> Bounds {
-        let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
-        let mut bounds = [0.0; 4];
-        let (mut lower, mut upper) = (x, v);
-        for (n, bound) in bounds.iter_mut().enumerate() {
-            *bound = (upper * upper + w2 * lower * lower).sqrt() + extra;
-            extra *= self.omega;
-            if n < 3 {
-                (lower, upper) = (upper, load[n] - c2 * upper - w2 * lower);
-            }
-        }
-        Bounds(bounds)
     }
 }
 

@@ -1,0 +1,55 @@
+//! How a simulation ends: at its horizon, at a cap, where the motion does, or with an error.
+
+use super::{Horizon, Simulation};
+use crate::error::SimulationError;
+use crate::event::{Event, StopEvent, StopReason};
+use crate::flight::Flight;
+use crate::state::{Clock, State};
+
+impl Simulation {
+    /// Stops at the horizon, whose clock is known exactly.
+    pub(super) fn stop_at_horizon(&mut self, state: State) -> Event {
+        let reason = match self.horizon {
+            Horizon::Impacts { .. } => StopReason::TimeCap,
+            Horizon::Periods(_) if !self.motion.drive.has_period() => StopReason::TimeCap,
+            _ => StopReason::Completed,
+        };
+        self.stop_at_end(state, reason)
+    }
+
+    pub(super) fn stop_at_end(&mut self, state: State, reason: StopReason) -> Event {
+        let clock = self.end;
+        self.stop(clock, self.motion.drive.time(clock), state, reason)
+    }
+
+    /// Stops at the start of the present leg, or at the graze it goes on from.
+    pub(super) fn stop_here(&mut self, reason: StopReason) -> Event {
+        let s = self.point.grazed.unwrap_or(0.0);
+        let (clock, time, _) = self.place(s, 0.0);
+        let state = self.motion.state_at(&self.flight, s);
+        self.stop(clock, time, state, reason)
+    }
+
+    pub(super) fn stop(
+        &mut self,
+        clock: Clock,
+        time: f64,
+        state: State,
+        reason: StopReason,
+    ) -> Event {
+        self.point.stopped = Some(reason);
+        Event::Stop(StopEvent { clock, time, state, reason })
+    }
+
+    pub(super) fn fail(&mut self, stalled: bool) -> SimulationError {
+        let Flight { clock, state, .. } = self.flight;
+        let (time, impacts) = (self.motion.drive.time(clock), self.point.impacts);
+        let state = state.to_array();
+        self.point.stopped = Some(StopReason::Interrupted);
+        if stalled {
+            SimulationError::SearchStalled { time, impacts, state }
+        } else {
+            SimulationError::NotFinite { time, impacts, state }
+        }
+    }
+}
