@@ -4,14 +4,20 @@
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
 use crate::elementary;
+use crate::lanes::lanes_of;
 use crate::params::Contact;
 
 /// Sine and cosine of the pendulum's angle, as far as the geometry looks at it: of 0 in direct
 /// contact.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Angle {
     pub sin: f64,
     pub cos: f64,
+}
+
+lanes_of! {
+    /// Several angles.
+    Angles of Angle { sin: sin, cos: cos }
 }
 
 impl Contact {

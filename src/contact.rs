@@ -15,7 +15,7 @@
 
 use crate::angle::Angle;
 use crate::flight::{Flight, FreeMotion, Motion};
-use crate::gap::{Direct, GapFlight, GapPoint, Geometry, Oblique};
+use crate::gap::{Direct, GapBounds, GapFlight, GapPoint, Geometry, Oblique};
 use crate::majorant::first_root;
 use crate::params::Contact;
 use crate::scan::{Scan, scan};
@@ -138,37 +138,65 @@ fn search<G: Geometry>(
     start: Start,
     span: f64,
 ) -> ContactReport {
-    let touching = matches!(start, Start::Touching | Start::Released);
-    let mut clear = 0.0;
-    let mut scanned = 0;
-    if let Start::Apart | Start::Touching = start {
-        let report = scan::<G>(motion, flight, touching, span);
-        scanned = report.evaluations;
-        match report.found {
-            Scan::Clear(time) => {
-                return ContactReport { found: Found::Clear(time), evaluations: scanned };
-            }
-            Scan::Contact { after, near } => {
-                let gap = GapFlight::<G>::within(motion, flight, touching, report.bounds);
-                let mut search = Search { gap, span, evaluations: scanned };
-                // A time of few digits: its products with the frequencies are exact, and what it
-                // leaves out is in the offset.
-                let (touch, settled) = search.meet(f64::from(near as f32), 0.0);
-                scanned = search.evaluations;
-                if settled && touch.gap.rate > 0.0 {
-                    return ContactReport { found: Found::Contact(touch), evaluations: scanned };
-                }
-                clear = after;
-            }
-            Scan::Unsure(time) => clear = time,
+    let (outlook, mut scanned) = outlook::<G>(motion, flight, start, span);
+    let clear = match outlook {
+        Outlook::Clear(time) => {
+            return ContactReport { found: Found::Clear(time), evaluations: scanned };
         }
-    }
+        Outlook::Ahead { near, after, bounds } => {
+            let touching = start == Start::Touching;
+            let gap = GapFlight::<G>::within(motion, flight, touching, bounds);
+            let mut search = Search { gap, span, evaluations: scanned };
+            let (touch, settled) = search.meet(near, 0.0);
+            scanned = search.evaluations;
+            if settled && touch.gap.rate > 0.0 {
+                return ContactReport { found: Found::Contact(touch), evaluations: scanned };
+            }
+            after
+        }
+        Outlook::Unsure(time) => time,
+    };
     carefully::<G>(motion, flight, start, span, clear, scanned)
+}
+
+/// What the first pass tells of a flight.
+#[derive(Clone, Copy)]
+pub(crate) enum Outlook {
+    /// No contact up to this local time.
+    Clear(f64),
+    /// The first contact, a simple root, lies near one local time and after another.
+    Ahead { near: f64, after: f64, bounds: GapBounds },
+    /// No contact up to this local time; on from there with care.
+    Unsure(f64),
+}
+
+/// The first pass, and its evaluations of the gap.
+#[inline(always)]
+pub(crate) fn outlook<G: Geometry>(
+    motion: &FreeMotion,
+    flight: &Flight,
+    start: Start,
+    span: f64,
+) -> (Outlook, u64) {
+    if !matches!(start, Start::Apart | Start::Touching) {
+        return (Outlook::Unsure(0.0), 0);
+    }
+    let report = scan::<G>(motion, flight, start == Start::Touching, span);
+    let outlook = match report.found {
+        Scan::Clear(time) => Outlook::Clear(time),
+        Scan::Contact { after, near } => {
+            // A time of few digits: its products with the frequencies are exact, and what it leaves
+            // out is in the offset.
+            Outlook::Ahead { near: f64::from(near as f32), after, bounds: report.bounds }
+        }
+        Scan::Unsure(time) => Outlook::Unsure(time),
+    };
+    (outlook, report.evaluations)
 }
 
 /// The careful search, from local time `clear` on.
 #[inline(never)]
-fn carefully<G: Geometry>(
+pub(crate) fn carefully<G: Geometry>(
     motion: &FreeMotion,
     flight: &Flight,
     start: Start,
@@ -423,10 +451,7 @@ impl<G: Geometry> Search<'_, G> {
             let left;
             (offset, left) = sample.gap.rise(fourth, offset);
             // Near a double root it may lie further than the polynomials are exact.
-            let square = offset * offset;
-            let missing =
-                (self.gap.fourth_bound / 24.0).min(self.gap.fifth_bound / 120.0 * offset.abs());
-            let remainder = left + missing * (square * square);
+            let remainder = left + self.gap.remainder(offset);
             let time = sample.time + offset;
             let inside = (0.0..=self.span).contains(&time);
             let settled = remainder <= SETTLE_PART * self.gap.noise(time.max(0.0));

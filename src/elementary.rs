@@ -73,6 +73,9 @@ fn into_quadrant(quadrant: u64, sin: f64, cos: f64) -> (f64, f64) {
     )
 }
 
+/// (cos - 1, sin) of no turn.
+pub(crate) const STRAIGHT: (f64, f64) = (0.0, 0.0);
+
 /// Sine, cosine, and cosine minus 1 without cancellation, of `angle + tail`; |tail| is at most some
 /// units in the last place of the angle.
 #[inline(always)]
@@ -98,24 +101,32 @@ pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
 /// Sine and cosine of `x + tail`, the tail at most some units in the last place of x.
 #[inline(always)]
 pub(crate) fn sin_cos_of_sum(x: f64, tail: f64) -> (f64, f64) {
-    if x.abs() <= MOST_TURNED {
-        let (sin, cos, _) = turn_of(x, tail);
-        (sin, cos)
-    } else {
-        far(x, tail)
-    }
+    if x.abs() <= MOST_TURNED { sin_cos_within(x, tail) } else { far(x, tail) }
 }
 
 /// (cos - 1, sin) of `x + tail`: relatively exact also for small angles.
 #[inline(always)]
 pub(crate) fn turn(x: f64, tail: f64) -> (f64, f64) {
     if x.abs() <= MOST_TURNED {
-        let (sin, _, cos_minus_1) = turn_of(x, tail);
-        (cos_minus_1, sin)
+        turn_within(x, tail)
     } else {
         let (sin, cos) = far(x, tail);
         (cos - 1.0, sin)
     }
+}
+
+/// [`turn`] of an angle up to [`MOST_TURNED`].
+#[inline(always)]
+pub(crate) fn turn_within(x: f64, tail: f64) -> (f64, f64) {
+    let (sin, _, cos_minus_1) = turn_of(x, tail);
+    (cos_minus_1, sin)
+}
+
+/// [`sin_cos_of_sum`] of an angle up to [`MOST_TURNED`].
+#[inline(always)]
+pub(crate) fn sin_cos_within(x: f64, tail: f64) -> (f64, f64) {
+    let (sin, cos, _) = turn_of(x, tail);
+    (sin, cos)
 }
 
 /// [`turn`] of several angles up to [`MOST_TURNED`] at once.
@@ -123,8 +134,7 @@ pub(crate) fn turn(x: f64, tail: f64) -> (f64, f64) {
 pub(crate) fn turns<const N: usize>(angles: [f64; N], tails: [f64; N]) -> [(f64, f64); N] {
     let (mut cos_minus_1, mut sin) = ([0.0; N], [0.0; N]);
     for j in 0..N {
-        let (s, _, c1) = turn_of(angles[j], tails[j]);
-        (cos_minus_1[j], sin[j]) = (c1, s);
+        (cos_minus_1[j], sin[j]) = turn_within(angles[j], tails[j]);
     }
     std::array::from_fn(|j| (cos_minus_1[j], sin[j]))
 }

@@ -11,9 +11,10 @@ mod oscillator;
 mod resonance;
 mod table;
 
-use drive::Turn;
-pub(crate) use drive::{Drive, Trig};
-pub(crate) use oscillator::{BodyFlight, Bounds, Motion, Oscillator};
+pub(crate) use drive::{Drive, Drives, Trig, Trigs, Turn, turn_within};
+pub(crate) use oscillator::{
+    BodyFlight, BodyFlights, Bounds, Equation, Equations, Motion, Oscillator,
+};
 pub(crate) use table::{LEVELS, Point, States, Table, Weights};
 
 use crate::angle::Angle;
@@ -127,7 +128,8 @@ impl FreeMotion {
     #[allow(clippy::inline_always)]
     fn plain_at(&self, flight: &Flight, s: f64) -> (Motion, Motion) {
         let drive = DoubleDouble::new(self.drive.omega);
-        let rates = [self.pendulum.damped, self.oscillator.damped, drive, DoubleDouble::ZERO];
+        let (first, second) = (self.pendulum.equation.damped, self.oscillator.equation.damped);
+        let rates = [first, second, drive, DoubleDouble::ZERO];
         let angles = rates.map(|w| DoubleDouble::product(w.hi, s));
         let tails = std::array::from_fn(|j| angles[j].lo + rates[j].lo * s);
         let [first, second, (cos_minus_1, sin), _] = elementary::turns(angles.map(|a| a.hi), tails);
@@ -159,6 +161,19 @@ impl FreeMotion {
         )
     }
 
+    /// Whether [`Equation::swung`] gives the motion of both bodies at local time `s`.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn is_plain_at(&self, s: f64) -> bool {
+        let decayed = self.pendulum.equation.decayed(s) || self.oscillator.equation.decayed(s);
+        s > self.plain_from && !decayed
+    }
+
+    /// Whether [`Equation::swung`] ever does.
+    pub(crate) fn swings(&self) -> bool {
+        self.plain_from.is_finite()
+    }
+
     /// State at local time `s <= span`.
     #[must_use]
     pub fn state_at(&self, flight: &Flight, s: f64) -> State {
@@ -179,8 +194,8 @@ impl FreeMotion {
     #[inline(always)]
     #[allow(clippy::inline_always)]
     pub(crate) fn state_later(&self, (p, o): &(Motion, Motion), h: f64) -> State {
-        let (x1, v1) = self.pendulum.later(p, h);
-        let (x2, v2) = self.oscillator.later(o, h);
+        let (x1, v1) = self.pendulum.equation.later(p, h);
+        let (x2, v2) = self.oscillator.equation.later(o, h);
         State { x1, v1, x2, v2 }
     }
 

@@ -10,13 +10,14 @@ use std::marker::PhantomData;
 
 use crate::angle::Angle;
 use crate::elementary;
-use crate::flight::{Flight, FreeMotion, Motion};
+use crate::flight::{Equation, Flight, FreeMotion, Motion};
+use crate::lanes::lanes_of;
 use crate::params::{Contact, System};
 use crate::state::State;
 use crate::tolerance::{BOUND_MARGIN, EPS, FLIGHT_NOISE, GAP_NOISE, REST_NOISE, SERIES_TURN};
 
 /// Gap function and its first three derivatives at one instant.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct GapPoint {
     /// g; zero in contact, negative apart.
     pub value: f64,
@@ -26,6 +27,11 @@ pub struct GapPoint {
     pub second: f64,
     /// g'''.
     pub third: f64,
+}
+
+lanes_of! {
+    /// Several gaps at one instant each.
+    GapPoints of GapPoint { value: value, rate: rate, second: second, third: third }
 }
 
 impl GapPoint {
@@ -61,21 +67,25 @@ impl GapPoint {
     /// far from zero the polynomial may be there; `fourth` is g''''.
     #[inline(always)]
     pub(crate) fn rise(&self, fourth: f64, guess: f64) -> (f64, f64) {
+        let (time, holds) = self.rise_by_series(fourth);
+        if holds { (time, 0.0) } else { self.rise_by_steps(fourth, guess) }
+    }
+
+    /// The same by reversion of the series, with one division; and whether that is exact enough.
+    #[inline(always)]
+    pub(crate) fn rise_by_series(&self, fourth: f64) -> (f64, bool) {
         let Self { value, rate, second, third } = *self;
         let inverse = 1.0 / rate;
         let first = -value * inverse;
         let (c2, c3) = (0.5 * second * inverse, (1.0 / 6.0) * third * inverse);
         let turn = (c2 * first).abs() + (c3 * first * first).abs();
-        if rate > 0.0 && turn <= SERIES_TURN {
-            // Reversion of the series: one division.
-            let c4 = (1.0 / 24.0) * fourth * inverse;
-            let last = 5.0 * c2 * (c3 - c2 * c2) - c4;
-            let bend = c2 - first * (2.0 * c2 * c2 - c3 + first * last);
-            let sum = first * (1.0 - first * bend);
-            // What the series left, by the slope at the start.
-            return (sum - self.with_fourth(fourth, sum).value * inverse, 0.0);
-        }
-        self.rise_by_steps(fourth, guess)
+        let c4 = (1.0 / 24.0) * fourth * inverse;
+        let last = 5.0 * c2 * (c3 - c2 * c2) - c4;
+        let bend = c2 - first * (2.0 * c2 * c2 - c3 + first * last);
+        let sum = first * (1.0 - first * bend);
+        // What the series left, by the slope at the start.
+        let time = sum - self.with_fourth(fourth, sum).value * inverse;
+        (time, (rate > 0.0) & (turn <= SERIES_TURN))
     }
 
     /// The same near a double root: the parabola's root first, as Newton's steps alone are short.
@@ -105,11 +115,11 @@ impl GapPoint {
 pub(crate) trait Geometry {
     /// Whether the gap needs the sine of x1.
     const TURNS: bool;
-    /// Position of the tip along the normal at the start of a flight: sin x1, or x1.
-    fn tip(flight: &Flight) -> f64;
-    /// Increment of the tip's position since the start of a flight, its derivatives 1 to 3, and the
-    /// angle.
-    fn tip_motion(flight: &Flight, p: &Motion) -> ([f64; 4], Angle);
+    /// Position of the tip along the normal: sin x1, or x1.
+    fn tip(x1: f64, angle: Angle) -> f64;
+    /// Increment of the tip's position since the start of a flight, where the angle was `start`, its
+    /// derivatives 1 to 3, and the angle; `turned`: (cos - 1, sin) of the increment of x1.
+    fn tip_motion(start: Angle, turned: (f64, f64), p: &Motion) -> ([f64; 4], Angle);
     /// Change of g' by the rounding of x1, at a rate x1' of this size.
     fn slope_noise(x1: f64, speed: f64) -> f64;
     /// Fourth derivative of the tip's position; that of x1 is `fourth`.
@@ -133,14 +143,14 @@ impl Geometry for Oblique {
     const TURNS: bool = true;
 
     #[inline(always)]
-    fn tip(flight: &Flight) -> f64 {
-        flight.angle.sin
+    fn tip(_: f64, angle: Angle) -> f64 {
+        angle.sin
     }
 
     #[inline(always)]
-    fn tip_motion(flight: &Flight, p: &Motion) -> ([f64; 4], Angle) {
-        let Angle { sin: sin0, cos: cos0 } = flight.angle;
-        let (turned_cos_minus_1, turned_sin) = elementary::turn(p.increment, 0.0);
+    fn tip_motion(start: Angle, turned: (f64, f64), p: &Motion) -> ([f64; 4], Angle) {
+        let Angle { sin: sin0, cos: cos0 } = start;
+        let (turned_cos_minus_1, turned_sin) = turned;
         let increment = sin0 * turned_cos_minus_1 + cos0 * turned_sin;
         let sin = sin0 + increment;
         let cos = cos0 + (cos0 * turned_cos_minus_1 - sin0 * turned_sin);
@@ -208,13 +218,13 @@ impl Geometry for Direct {
     const TURNS: bool = false;
 
     #[inline(always)]
-    fn tip(flight: &Flight) -> f64 {
-        flight.state.x1
+    fn tip(x1: f64, _: Angle) -> f64 {
+        x1
     }
 
     #[inline(always)]
-    fn tip_motion(flight: &Flight, p: &Motion) -> ([f64; 4], Angle) {
-        ([p.increment, p.rate, p.acceleration, p.jerk], flight.angle)
+    fn tip_motion(start: Angle, _: (f64, f64), p: &Motion) -> ([f64; 4], Angle) {
+        ([p.increment, p.rate, p.acceleration, p.jerk], start)
     }
 
     #[inline(always)]
@@ -253,7 +263,7 @@ impl Geometry for Direct {
 }
 
 /// Bounds of derivatives over a local flight.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct GapBounds {
     /// Of |x1'|.
     pub pendulum_rate: f64,
@@ -262,6 +272,13 @@ pub(crate) struct GapBounds {
     /// Of the gap's fourth and fifth derivative.
     pub fourth: f64,
     pub fifth: f64,
+}
+
+lanes_of! {
+    /// Several bounds.
+    GapBoundsLanes of GapBounds {
+        pendulum_rate: pendulum_rate, rate: rate, fourth: fourth, fifth: fifth
+    }
 }
 
 /// The gap function along one local flight.
@@ -308,7 +325,7 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
         touching: bool,
         bounds: GapBounds,
     ) -> Self {
-        let tip = G::tip(flight);
+        let tip = G::tip(flight.state.x1, flight.angle);
         let delta = motion.gap;
         let fresh_noise = noise(tip, flight.state.x2, delta);
         let (start, start_noise) =
@@ -332,23 +349,23 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
     #[inline(always)]
     pub fn at(&self, s: f64) -> (GapPoint, Angle, (Motion, Motion)) {
         let (p, o) = self.motion.at(self.flight, s);
-        let (tip, angle) = G::tip_motion(self.flight, &p);
-        let gap = GapPoint {
-            value: self.start + (tip[0] - o.increment),
-            rate: tip[1] - o.rate,
-            second: tip[2] - o.acceleration,
-            third: tip[3] - o.jerk,
-        };
+        let turned =
+            if G::TURNS { elementary::turn(p.increment, 0.0) } else { elementary::STRAIGHT };
+        let (gap, angle) = gap_after::<G>(self.start, self.flight.angle, turned, &p, &o);
         (gap, angle, (p, o))
     }
 
     /// g'''' at a sampled local time.
     #[inline(always)]
-    pub fn fourth(&self, angle: Angle, (p, o): &(Motion, Motion)) -> f64 {
+    pub fn fourth(&self, angle: Angle, bodies: &(Motion, Motion)) -> f64 {
         let motion = self.motion;
-        let [first, _] = motion.pendulum.higher(p);
-        let [second, _] = motion.oscillator.higher(o);
-        G::tip_fourth(angle, p, first) - second
+        gap_fourth::<G>((&motion.pendulum.equation, &motion.oscillator.equation), angle, bodies)
+    }
+
+    /// Bound of what a Taylor polynomial of order 4 leaves out at `offset`.
+    #[inline(always)]
+    pub fn remainder(&self, offset: f64) -> f64 {
+        gap_remainder(self.fourth_bound, self.fifth_bound, offset)
     }
 
     /// State `h` after a sampled local time, from the Taylor polynomials of both bodies.
@@ -360,12 +377,58 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
     /// Bound of the rounding error of `at(s).value`.
     #[inline(always)]
     pub fn noise(&self, s: f64) -> f64 {
-        self.start_noise + FLIGHT_NOISE * EPS * self.rate_bound * s
+        self.start_noise + flight_noise(self.rate_bound, s)
     }
 }
 
+/// Gap function and angle after a motion of both bodies; `turned`: (cos - 1, sin) of the increment of
+/// x1.
 #[inline(always)]
-fn noise(tip: f64, x2: f64, delta: f64) -> f64 {
+pub(crate) fn gap_after<G: Geometry>(
+    start: f64,
+    angle: Angle,
+    turned: (f64, f64),
+    p: &Motion,
+    o: &Motion,
+) -> (GapPoint, Angle) {
+    let (tip, angle) = G::tip_motion(angle, turned, p);
+    let gap = GapPoint {
+        value: start + (tip[0] - o.increment),
+        rate: tip[1] - o.rate,
+        second: tip[2] - o.acceleration,
+        third: tip[3] - o.jerk,
+    };
+    (gap, angle)
+}
+
+/// g'''' after a motion of both bodies.
+#[inline(always)]
+pub(crate) fn gap_fourth<G: Geometry>(
+    (pendulum, oscillator): (&Equation, &Equation),
+    angle: Angle,
+    (p, o): &(Motion, Motion),
+) -> f64 {
+    let [first, _] = pendulum.higher(p);
+    let [second, _] = oscillator.higher(o);
+    G::tip_fourth(angle, p, first) - second
+}
+
+/// What a Taylor polynomial of order 4 of the gap leaves out at `offset`, from bounds of the fourth and
+/// fifth derivative.
+#[inline(always)]
+pub(crate) fn gap_remainder(fourth_bound: f64, fifth_bound: f64, offset: f64) -> f64 {
+    let square = offset * offset;
+    (fourth_bound / 24.0).min(fifth_bound / 120.0 * offset.abs()) * (square * square)
+}
+
+/// Rounding of an increment of the gap over a flight of length `s`.
+#[inline(always)]
+pub(crate) fn flight_noise(rate_bound: f64, s: f64) -> f64 {
+    FLIGHT_NOISE * EPS * rate_bound * s
+}
+
+#[inline(always)]
+pub(crate) fn noise(tip: f64, x2: f64, delta: f64) -> f64 {
     GAP_NOISE * EPS * (tip.abs() + x2.abs() + delta.abs())
 }
 

@@ -16,7 +16,9 @@ mod walk;
 
 pub use incremental::{IncrementalError, incremental};
 pub use outcome::{ImpactOutcome, OutcomeError};
+pub(crate) use regime::FirstSlip;
 pub use regime::{Regime, RegimeKind};
+pub(crate) use walk::{slip, straight};
 
 use self::laws::{Energetic, Newton, Poisson};
 use crate::angle::Angle;
@@ -128,8 +130,13 @@ pub fn resolve(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure
         regime::classify(pre, mass_ratio, restitution, friction)?
     };
     let end_of_slip = match regime {
-        Regime::Frictionless | Regime::Slip { .. } => {
-            return Ok(walk::straight(pre, mass_ratio, restitution, friction, regime));
+        Regime::Frictionless => {
+            let segment = walk::slip(pre, 0.0, 1.0);
+            return Ok(walk::straight(pre, mass_ratio, restitution, &segment, regime));
+        }
+        Regime::Slip { direction } => {
+            let segment = walk::slip(pre, friction, direction);
+            return Ok(walk::straight(pre, mass_ratio, restitution, &segment, regime));
         }
         Regime::ReversalInApproach { switch } => (switch, true, false),
         Regime::StickInApproach { switch } => (switch, true, true),
@@ -147,7 +154,7 @@ pub fn resolve(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure
 /// A wall that approaches a tip at the end of its reach, which would drive x1' beyond all bounds, or
 /// at dead centre, where hardly any impulse acts on x1'.
 #[inline]
-fn no_room(system: &System, pre: &PreImpact) -> bool {
+pub(crate) fn no_room(system: &System, pre: &PreImpact) -> bool {
     let approaches = system.mass_ratio == 0.0 && pre.v2 < 0.0;
     let at_end = || pre.sin < 0.0 && pre.cos.abs() <= NO_ROOM;
     let at_dead_centre = || {

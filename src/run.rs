@@ -11,13 +11,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{ParameterError, SimulationError, StateError};
 use crate::event::{
-    ContactRecord, Event, EventKind, EventRecord, GrazeRecord, ImpactRecord, StopReason,
+    ContactRecord, Event, EventKind, EventRecord, GrazeRecord, ImpactRecord, StopEvent, StopReason,
 };
 use crate::flight::FreeMotion;
 use crate::hold::ContactMode;
 use crate::params::System;
 use crate::period::{CHATTERING, PeriodReport, detect_period};
-use crate::simulate::{Anchor, Checkpoint, Observer, Simulation};
+use crate::simulate::{Anchor, Checkpoint, Observer, Simulation, Traveller, travel};
 use crate::state::{Clock, State};
 use crate::tolerance::DEFAULT_MAX_EVENTS;
 
@@ -92,7 +92,7 @@ pub struct Run {
 pub(crate) const FLIGHTS_PER_LOOK: u32 = 2048;
 
 /// Collects sections, passes over what comes before the window, and asks the caller now and then.
-struct Collector<'a> {
+struct Collector<G> {
     sections: Vec<[f64; 4]>,
     /// Start of the window, and whether what happens there belongs to it.
     window: Clock,
@@ -100,10 +100,10 @@ struct Collector<'a> {
     /// The leg in which the window begins.
     anchor: Anchor,
     flights: u32,
-    go_on: &'a mut dyn FnMut() -> bool,
+    go_on: G,
 }
 
-impl Observer for Collector<'_> {
+impl<G: FnMut() -> bool> Observer for Collector<G> {
     const SECTIONS: bool = true;
 
     fn section(&mut self, _: i64, state: &State) {
@@ -128,7 +128,7 @@ impl Observer for Collector<'_> {
     }
 }
 
-impl Collector<'_> {
+impl<G> Collector<G> {
     fn precedes(&self, clock: Clock) -> bool {
         // What happens at the start belongs to a run whose window is all of it.
         clock < self.window || (clock == self.window && !self.inclusive)
@@ -146,74 +146,167 @@ pub fn run(
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Run, RunError> {
     options.check(system)?;
-    let simulation = Simulation::new(system, initial)?;
-    Ok(collect(simulation, system, options, Clock::new(options.window(), 0.0), go_on)?)
+    Ok(Collection::new(system, initial, options, go_on)?.into_run()?)
 }
 
-fn collect(
-    simulation: Simulation,
-    system: &System,
+/// Makes runs that others may travel with: `next` gives their systems and starts, `done` gets each
+/// with its place in their order.
+///
+/// # Errors
+/// [`RunError`]
+pub(crate) fn run_together(
+    next: &mut dyn FnMut() -> Option<(usize, System, State)>,
+    options: RunOptions,
+    go_on: &(dyn Fn() -> bool + Sync),
+    done: &mut dyn FnMut(usize, Result<Run, RunError>),
+) {
+    let done = std::cell::RefCell::new(done);
+    let mut next = || loop {
+        let (place, system, initial) = next()?;
+        match Collection::new(&system, initial, options, go_on) {
+            Ok(collection) => return Some((place, collection)),
+            Err(error) => (done.borrow_mut())(place, Err(error.into())),
+        }
+    };
+    travel(&mut next, &mut |(place, collection)| {
+        (done.borrow_mut())(place, collection.into_run().map_err(RunError::from));
+    });
+}
+
+/// A run in the making.
+struct Collection<G> {
+    system: System,
     options: RunOptions,
     window: Clock,
-    go_on: &mut dyn FnMut() -> bool,
-) -> Result<Run, SimulationError> {
-    let mut simulation = simulation
-        .until(options.horizon)
-        .max_events(options.max_events)
-        .tolerance(options.tolerance)
-        .section_phase(options.section_phase);
-    simulation.sections_from(window.period + 1);
-    let first_section = simulation.checkpoint().next_section;
-    let mut collector = Collector {
-        sections: Vec::new(),
-        window,
-        inclusive: window <= simulation.clock(),
-        anchor: simulation.checkpoint().anchor,
-        flights: 0,
-        go_on,
-    };
-    let mut kept = Kept::default();
-    let mut end = None;
-    while let Some(event) = simulation.advance(&mut collector) {
-        let event = event?;
-        if let Event::Stop(stop) = event {
-            end = Some(stop);
-        } else if !kept.take(&event, &collector) {
-            collector.anchor = simulation.checkpoint().anchor;
+    first_section: i64,
+    simulation: Simulation,
+    collector: Collector<G>,
+    kept: Kept,
+    end: Option<StopEvent>,
+    failure: Option<SimulationError>,
+}
+
+impl<G: FnMut() -> bool> Traveller for Collection<G> {
+    type Watch = Collector<G>;
+
+    fn parts(&mut self) -> (&mut Simulation, &mut Collector<G>) {
+        (&mut self.simulation, &mut self.collector)
+    }
+
+    fn take(&mut self, event: Result<Event, SimulationError>) {
+        match event {
+            Ok(Event::Stop(stop)) => self.end = Some(stop),
+            Ok(event) => {
+                if !self.kept.take(&event, &self.collector) {
+                    self.collector.anchor = self.simulation.checkpoint().anchor;
+                }
+            }
+            Err(error) => self.failure = Some(error),
         }
     }
-    let end = end.unwrap_or_else(|| simulation.standstill());
-    // A run that ends before its window has kept nothing: its window is its end.
-    let window = if window > end.clock { end.clock } else { window };
-    let Kept { impacts, grazes, contacts, mut events } = kept;
-    events.push(EventRecord {
-        time: end.time,
-        period: end.clock.period,
-        kind: EventKind::Stop as i64,
-        index: -1,
-    });
-    Ok(Run {
-        system: *system,
-        options,
-        impacts,
-        stroboscopic: collector.sections,
-        grazes,
-        contacts,
-        events,
-        final_state: FinalState {
-            state: end.state,
-            clock: end.clock,
+}
+
+impl<G> Traveller for (usize, Collection<G>)
+where
+    G: FnMut() -> bool,
+{
+    type Watch = Collector<G>;
+
+    fn parts(&mut self) -> (&mut Simulation, &mut Collector<G>) {
+        self.1.parts()
+    }
+
+    fn take(&mut self, event: Result<Event, SimulationError>) {
+        self.1.take(event);
+    }
+}
+
+impl<G: FnMut() -> bool> Collection<G> {
+    fn new(
+        system: &System,
+        initial: State,
+        options: RunOptions,
+        go_on: G,
+    ) -> Result<Self, StateError> {
+        let simulation = Simulation::new(system, initial)?;
+        let window = Clock::new(options.window(), 0.0);
+        Ok(Self::of(simulation, system, options, window, go_on))
+    }
+
+    fn of(
+        simulation: Simulation,
+        system: &System,
+        options: RunOptions,
+        window: Clock,
+        go_on: G,
+    ) -> Self {
+        let mut simulation = simulation
+            .until(options.horizon)
+            .max_events(options.max_events)
+            .tolerance(options.tolerance)
+            .section_phase(options.section_phase);
+        simulation.sections_from(window.period + 1);
+        let collector = Collector {
+            sections: Vec::new(),
+            window,
+            inclusive: window <= simulation.clock(),
+            anchor: simulation.checkpoint().anchor,
+            flights: 0,
+            go_on,
+        };
+        Self {
+            system: *system,
+            options,
+            window,
+            first_section: simulation.checkpoint().next_section,
+            simulation,
+            collector,
+            kept: Kept::default(),
+            end: None,
+            failure: None,
+        }
+    }
+
+    /// Goes on to the end, and makes the run of what was kept.
+    fn into_run(mut self) -> Result<Run, SimulationError> {
+        self.finish();
+        if let Some(error) = self.failure {
+            return Err(error);
+        }
+        let Self { system, options, window, first_section, simulation, collector, .. } = self;
+        let end = self.end.unwrap_or_else(|| simulation.standstill());
+        // A run that ends before its window has kept nothing: its window is its end.
+        let window = if window > end.clock { end.clock } else { window };
+        let Kept { impacts, grazes, contacts, mut events } = self.kept;
+        events.push(EventRecord {
             time: end.time,
-            mode: simulation.mode(),
-        },
-        stop_reason: end.reason,
-        impact_count: simulation.impact_count(),
-        evaluations: simulation.evaluations(),
-        window,
-        first_section,
-        window_anchor: collector.anchor,
-        checkpoint: *simulation.checkpoint(),
-    })
+            period: end.clock.period,
+            kind: EventKind::Stop as i64,
+            index: -1,
+        });
+        Ok(Run {
+            system,
+            options,
+            impacts,
+            stroboscopic: collector.sections,
+            grazes,
+            contacts,
+            events,
+            final_state: FinalState {
+                state: end.state,
+                clock: end.clock,
+                time: end.time,
+                mode: simulation.mode(),
+            },
+            stop_reason: end.reason,
+            impact_count: simulation.impact_count(),
+            evaluations: simulation.evaluations(),
+            window,
+            first_section,
+            window_anchor: collector.anchor,
+            checkpoint: *simulation.checkpoint(),
+        })
+    }
 }
 
 /// The events of the window, in their tables.
@@ -227,7 +320,7 @@ struct Kept {
 
 impl Kept {
     /// Takes an event after the start of the window; `false` if it comes before.
-    fn take(&mut self, event: &Event, collector: &Collector) -> bool {
+    fn take<G>(&mut self, event: &Event, collector: &Collector<G>) -> bool {
         let (clock, time, kind, index) = match event {
             Event::Impact(e) => (e.clock, e.time, EventKind::Impact, self.impacts.len()),
             Event::Graze(e) => (e.clock, e.time, EventKind::Graze, self.grazes.len()),
@@ -289,7 +382,7 @@ impl Run {
         }
         let kept = Clock::new(options.window(), 0.0);
         let window = if options.keep.is_some() && kept > here { kept } else { here };
-        Ok(collect(simulation, &self.system, options, window, go_on)?)
+        Ok(Collection::of(simulation, &self.system, options, window, go_on).into_run()?)
     }
 
     /// The simulation at the end of the run, ready to go on. The caps on events count from there.

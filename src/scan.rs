@@ -197,10 +197,10 @@ impl<G: Geometry> Job<'_, G> {
     fn first_jet(&self) -> Jet {
         let Self { motion, flight, .. } = self;
         let s = &flight.state;
-        let a1 = motion.pendulum.acceleration(s.x1, s.v1, flight.start.cos);
-        let a2 = motion.oscillator.acceleration(s.x2, s.v2, flight.start.cos);
+        let a1 = motion.pendulum.equation.acceleration(s.x1, s.v1, flight.start.cos);
+        let a2 = motion.oscillator.equation.acceleration(s.x2, s.v2, flight.start.cos);
         let tip = G::tip_rates(flight.angle, s.v1, a1);
-        [G::tip(flight) - s.x2 - motion.gap, tip[0] - s.v2, tip[1] - a2]
+        [G::tip(s.x1, flight.angle) - s.x2 - motion.gap, tip[0] - s.v2, tip[1] - a2]
     }
 
     #[inline(always)]
@@ -209,8 +209,8 @@ impl<G: Geometry> Job<'_, G> {
         let (mut value, mut rate, mut second) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         for j in 0..LANES {
             let (x1, v1, x2, v2) = (states.x1[j], states.v1[j], states.x2[j], states.v2[j]);
-            let a1 = motion.pendulum.acceleration(x1, v1, states.cos_psi[j]);
-            let a2 = motion.oscillator.acceleration(x2, v2, states.cos_psi[j]);
+            let a1 = motion.pendulum.equation.acceleration(x1, v1, states.cos_psi[j]);
+            let a2 = motion.oscillator.equation.acceleration(x2, v2, states.cos_psi[j]);
             let tip = G::tip_fast(x1, v1, a1);
             value[j] = tip[0] - x2 - motion.gap;
             rate[j] = tip[1] - v2;

@@ -7,9 +7,11 @@
 
 mod contact;
 mod flight;
+mod lockstep;
 mod stop;
 
 pub(crate) use flight::{followed_by_hops, hops};
+pub(crate) use lockstep::{Traveller, travel};
 
 use serde::{Deserialize, Serialize};
 
@@ -345,22 +347,21 @@ impl Simulation {
             return None;
         }
         loop {
-            if let Some(stop) = self.stop_before_leg() {
-                return Some(Ok(stop));
-            }
-            if !observer.go_on() {
-                return Some(Ok(self.stop_here(StopReason::Interrupted)));
-            }
-            let turn = match self.point.anchor.phase {
-                Phase::Flight(_) if self.point.completion.is_some() => self.complete(observer),
-                Phase::Flight(takeoff) => self.fly(takeoff, observer),
-                Phase::Contact(mode) => self.hold(mode, observer),
-                Phase::Landing => self.land(),
-                Phase::Strike => self.strike_at_start(observer),
-            };
+            let turn = self.stop_before_leg(observer).map(Ok).or_else(|| self.turn(observer));
             if turn.is_some() {
                 return turn;
             }
+        }
+    }
+
+    /// One leg.
+    fn turn<O: Observer>(&mut self, observer: &mut O) -> Turn {
+        match self.point.anchor.phase {
+            Phase::Flight(_) if self.point.completion.is_some() => self.complete(observer),
+            Phase::Flight(takeoff) => self.fly(takeoff, observer),
+            Phase::Contact(mode) => self.hold(mode, observer),
+            Phase::Landing => self.land(),
+            Phase::Strike => self.strike_at_start(observer),
         }
     }
 
@@ -371,10 +372,20 @@ impl Simulation {
         self.motion.drive.until(self.flight.clock, self.end)
     }
 
-    fn stop_before_leg(&mut self) -> Option<Event> {
+    /// Whether the next local time `reached` of the present leg certainly lies before `target`: told
+    /// by whole periods, without a difference of clocks.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn is_far(&self, target: Clock, reached: f64) -> bool {
+        let between = target.period - self.flight.clock.period - 1;
+        between > 0 && reached < (between as f64 - 0.5) * self.motion.drive.period.hi
+    }
+
+    fn stop_before_leg<O: Observer>(&mut self, observer: &mut O) -> Option<Event> {
         let reason = match self.horizon {
             Horizon::Impacts { count, .. } if self.point.impacts >= count => StopReason::Completed,
             _ if self.point.events >= self.max_events => StopReason::EventCap,
+            _ if !observer.go_on() => StopReason::Interrupted,
             _ => return None,
         };
         Some(self.stop_here(reason))
@@ -397,6 +408,9 @@ impl Simulation {
         loop {
             let period = self.point.next_section - i64::from(self.section_offset > 0.0);
             let section = Clock::new(period, self.section_offset);
+            if self.is_far(section, reached) {
+                return;
+            }
             let at = self.motion.drive.until(self.flight.clock, section);
             if at.value() > reached || (at.value() == reached && !inclusive) {
                 return;

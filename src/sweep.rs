@@ -16,7 +16,7 @@ use crate::impact::PreImpact;
 use crate::lyapunov::{LyapunovError, lyapunov_spectrum};
 use crate::params::System;
 use crate::period::PeriodReport;
-use crate::run::{Run, RunError, RunOptions, run};
+use crate::run::{Run, RunError, RunOptions, run, run_together};
 use crate::simulate::Simulation;
 use crate::state::State;
 
@@ -271,6 +271,19 @@ impl SweepPoint {
         }
     }
 
+    fn of(
+        run: Result<Run, RunError>,
+        restarted: bool,
+        options: &SweepOptions,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Self {
+        match run {
+            Ok(run) => Self::new(run, restarted, options, go_on),
+            Err(RunError::State(_)) => Self::empty(PointStatus::Overlap),
+            Err(_) => Self::empty(PointStatus::Failed),
+        }
+    }
+
     fn new(
         run: Run,
         restarted: bool,
@@ -351,8 +364,19 @@ pub fn sweep(
     };
     let points = workers.run(&mut || go_on(done.load(Relaxed)), |cancel| {
         if start == SweepStart::Fresh {
-            let one = |cell: &Cell| counted(fresh(cell, &options, false, cancel));
-            return cells.par_iter().with_max_len(LONGEST_SHARE).map(one).collect();
+            let go_on = || !cancel.load(Relaxed);
+            let points = side_by_side(cells.len(), &|next, done| {
+                let mut next = || {
+                    let place = next().filter(|_| go_on())?;
+                    Some((place, cells[place].system, cells[place].initial))
+                };
+                let mut done = |place, run| {
+                    done(place, counted(SweepPoint::of(run, false, &options, &mut || go_on())));
+                };
+                run_together(&mut next, options.run, &go_on, &mut done);
+            });
+            let pending = || SweepPoint::empty(PointStatus::Pending);
+            return points.into_iter().map(|point| point.unwrap_or_else(pending)).collect();
         }
         let mut last = None;
         let mut one = |cell: &Cell| counted(follow(cell, &mut last, &options, cancel));
@@ -374,11 +398,28 @@ fn fresh(cell: &Cell, options: &SweepOptions, restarted: bool, cancel: &AtomicBo
     if !go_on() {
         return SweepPoint::empty(PointStatus::Pending);
     }
-    match run(&cell.system, cell.initial, options.run, &mut go_on) {
-        Ok(run) => SweepPoint::new(run, restarted, options, &mut go_on),
-        Err(RunError::State(_)) => SweepPoint::empty(PointStatus::Overlap),
-        Err(_) => SweepPoint::empty(PointStatus::Failed),
+    let run = run(&cell.system, cell.initial, options.run, &mut go_on);
+    SweepPoint::of(run, restarted, options, &mut go_on)
+}
+
+/// Does so many pieces of work on all threads of the present pool, each of which asks for the next
+/// piece when it has room for it, and hands over what has come of each; `None` where nothing has.
+fn side_by_side<T: Send>(
+    count: usize,
+    work: &(dyn Fn(&mut dyn FnMut() -> Option<usize>, &mut dyn FnMut(usize, T)) + Sync),
+) -> Vec<Option<T>> {
+    let begun = AtomicUsize::new(0);
+    let shares = rayon::broadcast(|_| {
+        let mut share = Vec::new();
+        let mut next = || Some(begun.fetch_add(1, Relaxed)).filter(|&place| place < count);
+        work(&mut next, &mut |place, result| share.push((place, result)));
+        share
+    });
+    let mut results: Vec<Option<T>> = std::iter::repeat_with(|| None).take(count).collect();
+    for (place, result) in shares.into_iter().flatten() {
+        results[place] = Some(result);
     }
+    results
 }
 
 /// From the last state, or from the cell's own where there is none or it does not fit.

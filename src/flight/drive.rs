@@ -4,10 +4,11 @@
 
 use crate::double_double::{DoubleDouble, TWO_PI};
 use crate::elementary;
+use crate::lanes::lanes_of;
 use crate::state::Clock;
 
 /// Cosine and sine of the forcing phase psi.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Trig {
     pub cos: f64,
     pub sin: f64,
@@ -45,7 +46,14 @@ impl Turn {
     }
 }
 
-/// (cos(w s) - 1, sin(w s)), with the tails of w and of the product w s.
+/// (cos(w s) - 1, sin(w s)) of at most [`elementary::MOST_TURNED`], with the tails of w and of w s.
+#[inline(always)]
+pub(crate) fn turn_within(w: DoubleDouble, s: f64) -> (f64, f64) {
+    let angle = DoubleDouble::product(w.hi, s);
+    elementary::turn_within(angle.hi, angle.lo + w.lo * s)
+}
+
+/// The same of any angle.
 #[inline(always)]
 pub(super) fn turn(w: DoubleDouble, s: f64) -> (f64, f64) {
     let angle = DoubleDouble::product(w.hi, s);
@@ -53,12 +61,22 @@ pub(super) fn turn(w: DoubleDouble, s: f64) -> (f64, f64) {
 }
 
 /// Drive frequency, phase at t = 0, and the exact period.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Drive {
     pub omega: f64,
     phase: f64,
     /// 2 pi/omega to 32 digits; infinite for a constant load.
     pub period: DoubleDouble,
+}
+
+lanes_of! {
+    /// Several drives.
+    Drives of Drive { omega: omega, phase: phase, period: period.hi, period_rest: period.lo }
+}
+
+lanes_of! {
+    /// Several forcing phases.
+    Trigs of Trig { cos: cos, sin: sin }
 }
 
 impl Drive {
@@ -81,10 +99,11 @@ impl Drive {
     /// enters to first order.
     #[inline(always)]
     pub fn trig_at(&self, clock: Clock) -> Trig {
+        // Both terms are reduced.
         let angle =
             DoubleDouble::product(self.omega, clock.time_in_period) + DoubleDouble::new(self.phase);
         let tail = angle.lo + self.omega * clock.residual;
-        let (sin, cos) = elementary::sin_cos_of_sum(angle.hi, tail);
+        let (sin, cos) = elementary::sin_cos_within(angle.hi, tail);
         // A constant load f cos phi is real: a large sin phi would only bring rounding.
         Trig { cos, sin: if self.omega > 0.0 { sin } else { 0.0 } }
     }
@@ -120,24 +139,33 @@ impl Drive {
     /// The clock `elapsed` after `start`.
     #[inline(always)]
     pub fn advance(&self, start: Clock, elapsed: DoubleDouble) -> Clock {
-        let mut time = elapsed + DoubleDouble { hi: start.time_in_period, lo: start.residual };
-        let mut period = start.period;
-        let within = (0.0..self.period.hi).contains(&time.hi);
-        if self.has_period() && !within {
-            let whole = (time.hi / self.period.hi).floor();
-            if whole != 0.0 {
-                time = time - self.period.scale(whole);
-                period += whole as i64;
-            }
-            if time.hi < 0.0 {
-                time = time + self.period;
-                period -= 1;
-            } else if (time - self.period).hi >= 0.0 {
-                time = time - self.period;
-                period += 1;
-            }
-        }
+        let time = elapsed + DoubleDouble { hi: start.time_in_period, lo: start.residual };
+        let (time, periods) =
+            if self.has_period() && !self.holds(time) { self.wrapped(time) } else { (time, 0.0) };
+        let period = start.period + periods as i64;
         Clock { period, time_in_period: time.hi, residual: time.lo }
+    }
+
+    /// Whether a time lies in the first period.
+    #[inline(always)]
+    pub fn holds(&self, time: DoubleDouble) -> bool {
+        (time.hi >= 0.0) & (time.hi < self.period.hi)
+    }
+
+    /// A time of a drive with a period: the rest within the period, and the periods taken from it.
+    #[inline(always)]
+    pub fn wrapped(&self, time: DoubleDouble) -> (DoubleDouble, f64) {
+        let whole = (time.hi / self.period.hi).floor();
+        let time = time - self.period.scale(whole);
+        // The quotient is rounded: one more or less.
+        let (later, earlier) = (time + self.period, time - self.period);
+        if time.hi < 0.0 {
+            (later, whole - 1.0)
+        } else if earlier.hi >= 0.0 {
+            (earlier, whole + 1.0)
+        } else {
+            (time, whole)
+        }
     }
 
     /// Exact time from `start` to `target`.

@@ -8,8 +8,10 @@
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
 mod bounds;
+mod equation;
 
 pub(crate) use bounds::Bounds;
+pub(crate) use equation::{Equation, Equations};
 
 use nalgebra::Complex;
 
@@ -17,9 +19,8 @@ use super::drive::{Trig, Turn, turn};
 use super::resonance::{Beat, RestResponse};
 use crate::double_double::DoubleDouble;
 use crate::elementary::{self, decay_minus_1};
-use crate::tolerance::{DECAYED, LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE, SHORT_ORDERS};
-
-const THIRD: f64 = 1.0 / 3.0;
+use crate::lanes::lanes_of;
+use crate::tolerance::{LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE, SHORT_ORDERS};
 
 /// 1/n.
 const INVERSE: [f64; SHORT_ORDERS[SHORT_ORDERS.len() - 1].1 + 2] = {
@@ -60,17 +61,9 @@ enum Response {
 /// One body's equation of motion, worked out once per system.
 #[derive(Debug, Clone)]
 pub(crate) struct Oscillator {
-    natural: f64,
-    natural_squared: f64,
-    decay_rate: f64,
+    pub equation: Equation,
     decay: Decay,
-    /// Damped frequency (or kappa) to 32 digits.
-    pub damped: DoubleDouble,
-    forcing: f64,
-    omega: f64,
     response: Response,
-    /// P = f/(w^2 - omega^2 + 2 i c omega); not finite at resonance without damping.
-    steady: Complex<f64>,
     /// |P|.
     steady_size: f64,
     /// |x^(n+1)| of a free oscillation is at most this times the bound of |x^(n)|, n >= 1.
@@ -81,20 +74,25 @@ pub(crate) struct Oscillator {
 }
 
 /// One body's flight: its constants from the state at the start.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct BodyFlight {
     /// Displacement and rate at the start.
-    x: f64,
-    v: f64,
+    pub x: f64,
+    pub v: f64,
     /// Homogeneous displacement, rate, and the constants of x_h and v_h.
-    a: f64,
-    rate: f64,
-    b: f64,
-    k: f64,
+    pub a: f64,
+    pub rate: f64,
+    pub b: f64,
+    pub k: f64,
     /// Steady response: displacement p and rate/omega q at the start. Beat: its complex factor
     /// p + i q at the start.
-    p: f64,
-    q: f64,
+    pub p: f64,
+    pub q: f64,
+}
+
+lanes_of! {
+    /// The flights of several bodies.
+    BodyFlights of BodyFlight { x: x, v: v, a: a, rate: rate, b: b, k: k, p: p, q: q }
 }
 
 /// Motion of one body at some time of a flight.
@@ -171,15 +169,18 @@ impl Oscillator {
             Complex::new(forcing, 0.0) / stiffness
         };
         Self {
-            natural,
-            natural_squared: natural * natural,
-            decay_rate,
+            equation: Equation {
+                natural,
+                natural_squared: natural * natural,
+                decay_rate,
+                forcing,
+                omega,
+                damped,
+                steady_re: steady.re,
+                steady_im: steady.im,
+            },
             decay,
-            damped,
-            forcing,
-            omega,
             response,
-            steady,
             steady_size: steady.norm(),
             growth: natural * (damping + damping.hypot(1.0)),
             span,
@@ -195,25 +196,20 @@ impl Oscillator {
     }
 
     pub fn is_forced(&self) -> bool {
-        self.forcing != 0.0
+        self.equation.forcing != 0.0
     }
 
     #[inline(always)]
     pub fn flight(&self, x: f64, v: f64, start: Trig) -> BodyFlight {
-        let (p, q) = match self.response {
-            Response::Steady => steady_start(self.steady, start),
-            Response::Beat(beat) => beat.factor(start),
-            _ => (0.0, 0.0),
-        };
-        let (a, rate) = match self.response {
-            Response::Steady => (x - p, v - self.omega * q),
-            Response::Beat(_) => (x, v - p),
-            _ => (x, v),
-        };
-        let c = self.decay_rate;
-        // Not by w^2, a constant whose rounding every flight would leave in the energy.
-        let k = self.natural * (self.natural * a) + c * rate;
-        BodyFlight { x, v, a, rate, b: rate + c * a, k, p, q }
+        let equation = &self.equation;
+        match self.response {
+            Response::Unforced | Response::Steady => equation.steady_flight(x, v, start),
+            Response::Beat(beat) => {
+                let (p, q) = beat.factor(start);
+                equation.flight((x, v), (x, v - p), (p, q))
+            }
+            Response::FromRest(_) => equation.flight((x, v), (x, v), (0.0, 0.0)),
+        }
     }
 
     /// (C - 1, S) at local time s.
@@ -221,22 +217,15 @@ impl Oscillator {
     fn basis(&self, s: f64) -> (f64, f64) {
         match self.decay {
             Decay::Undamped { wd } => {
-                let (cos_minus_1, sin) = turn(self.damped, s);
+                let (cos_minus_1, sin) = turn(self.equation.damped, s);
                 (cos_minus_1, sin / wd)
             }
             Decay::Underdamped { wd } => {
-                let (cos_minus_1, sin) = turn(self.damped, s);
-                self.damped_basis(s, cos_minus_1, sin / wd)
+                let (cos_minus_1, sin) = turn(self.equation.damped, s);
+                self.equation.damped_basis(s, cos_minus_1, sin / wd)
             }
             Decay::Critical | Decay::Overdamped { .. } => self.aperiodic_basis(s),
         }
-    }
-
-    #[inline(always)]
-    fn damped_basis(&self, s: f64, cos_minus_1: f64, sine: f64) -> (f64, f64) {
-        let shrink = decay_minus_1(-self.decay_rate * s);
-        let remaining = 1.0 + shrink;
-        (shrink + remaining * cos_minus_1, remaining * sine)
     }
 
     fn aperiodic_basis(&self, s: f64) -> (f64, f64) {
@@ -246,14 +235,14 @@ impl Oscillator {
             let split = -decay_minus_1(-2.0 * kappa * s) / (2.0 * kappa);
             return (0.5 * (slow_part + fast_part), (1.0 + slow_part) * split);
         }
-        let shrink = decay_minus_1(-self.decay_rate * s);
+        let shrink = decay_minus_1(-self.equation.decay_rate * s);
         (shrink, s * (1.0 + shrink))
     }
 
     /// (C - 1, S) after any time, the angle reduced in double-double.
     fn basis_far(&self, elapsed: DoubleDouble) -> (f64, f64) {
         let reduced = |wd: f64| {
-            let angle = (self.damped * elapsed).reduced_angle();
+            let angle = (self.equation.damped * elapsed).reduced_angle();
             let (cos_minus_1, sin) = elementary::turn(angle, 0.0);
             (cos_minus_1, sin / wd)
         };
@@ -261,34 +250,19 @@ impl Oscillator {
             Decay::Undamped { wd } => reduced(wd),
             Decay::Underdamped { wd } => {
                 let (cos_minus_1, sine) = reduced(wd);
-                self.damped_basis(elapsed.hi, cos_minus_1, sine)
+                self.equation.damped_basis(elapsed.hi, cos_minus_1, sine)
             }
             Decay::Critical | Decay::Overdamped { .. } => self.aperiodic_basis(elapsed.hi),
         }
     }
 
+    /// The forced motion only if it is steady.
     #[inline(always)]
-    fn combine(&self, f: &BodyFlight, (c1, s1): (f64, f64), turn: &Turn) -> (f64, f64) {
-        let increment = f.a * c1 + f.b * s1;
-        let rate = f.rate + (f.rate * c1 - f.k * s1);
+    fn combine(&self, f: &BodyFlight, basis: (f64, f64), turn: &Turn) -> (f64, f64) {
         match self.response {
-            Response::Steady => (
-                increment + (f.p * turn.cos_minus_1 + f.q * turn.sin),
-                rate + self.steady_rate(f, turn),
-            ),
-            _ => (increment, rate),
+            Response::Steady => self.equation.combine(f, basis, turn),
+            _ => Equation::free(f, basis),
         }
-    }
-
-    #[inline(always)]
-    fn steady_rate(&self, f: &BodyFlight, turn: &Turn) -> f64 {
-        self.omega * (f.q + (f.q * turn.cos_minus_1 - f.p * turn.sin))
-    }
-
-    /// Whether the free motion has decayed so far that its start would cancel.
-    #[inline(always)]
-    fn decayed(&self, s: f64) -> bool {
-        self.decay_rate * s > DECAYED
     }
 
     /// Displacement (not its increment) and rate without the start's rounding, the forced motion
@@ -296,19 +270,19 @@ impl Oscillator {
     #[inline(never)]
     fn remainder(&self, f: &BodyFlight, elapsed: DoubleDouble, turn: &Turn) -> (f64, f64) {
         let s = elapsed.hi;
-        let left = (-self.decay_rate * s).exp();
+        let left = (-self.equation.decay_rate * s).exp();
         let combined =
             |cosine: f64, sine: f64| (f.a * cosine + f.b * sine, f.rate * cosine - f.k * sine);
         let (x, v) = match self.decay {
             Decay::Undamped { wd } | Decay::Underdamped { wd } => {
-                let (sin, cos) = (self.damped * elapsed).reduced_angle().sin_cos();
+                let (sin, cos) = (self.equation.damped * elapsed).reduced_angle().sin_cos();
                 combined(left * cos, left * sin / wd)
             }
             Decay::Critical => combined(left, s * left),
             Decay::Overdamped { kappa, slow } => {
                 let fast = slow + 2.0 * kappa;
                 let (slow_left, fast_left) = ((-slow * s).exp(), (-fast * s).exp());
-                if kappa < 0.5 * self.decay_rate {
+                if kappa < 0.5 * self.equation.decay_rate {
                     let split = -(-2.0 * kappa * s).exp_m1() / (2.0 * kappa);
                     combined(0.5 * (slow_left + fast_left), slow_left * split)
                 } else {
@@ -322,7 +296,7 @@ impl Oscillator {
         match self.response {
             Response::Steady => (
                 x + (f.p + (f.p * turn.cos_minus_1 + f.q * turn.sin)),
-                v + self.steady_rate(f, turn),
+                v + self.equation.steady_rate(f, turn),
             ),
             _ => (x, v),
         }
@@ -339,9 +313,9 @@ impl Oscillator {
         match &self.response {
             Response::Beat(beat) => Some(beat.at(f.p, f.q, elapsed, c1, sine)),
             Response::FromRest(response) => {
-                let phase = Complex::new(start.cos, start.sin) * self.forcing;
+                let phase = Complex::new(start.cos, start.sin) * self.equation.forcing;
                 let g = response.at(elapsed);
-                let rate = Complex::new(sine, 0.0) + Complex::new(0.0, self.omega) * g;
+                let rate = Complex::new(sine, 0.0) + Complex::new(0.0, self.equation.omega) * g;
                 Some(((phase * g).re, (phase * rate).re))
             }
             _ => None,
@@ -358,18 +332,12 @@ impl Oscillator {
     /// Motion at local time `s` of a body that swings; `turned`: its (cos wd s - 1, sin wd s).
     #[inline(always)]
     pub fn swung(&self, f: &BodyFlight, s: f64, turned: (f64, f64), turn: &Turn) -> Motion {
-        let (cos_minus_1, sine) = (turned.0, turned.1 / self.damped.hi);
-        let basis = if self.decay_rate == 0.0 {
-            (cos_minus_1, sine)
-        } else {
-            self.damped_basis(s, cos_minus_1, sine)
-        };
-        if self.decayed(s) {
+        let motion = self.equation.swung(f, s, turned, turn);
+        if self.equation.decayed(s) {
             let (x, v) = self.remainder(f, DoubleDouble::new(s), turn);
-            return self.motion_from(x - f.x, v, [x, 0.0], turn);
+            return self.equation.motion_from(x - f.x, v, [x, 0.0], turn);
         }
-        let (increment, rate) = self.combine(f, basis, turn);
-        self.motion_from(increment, rate, [f.x, increment], turn)
+        motion
     }
 
     /// Motion at local time `s`.
@@ -383,10 +351,11 @@ impl Oscillator {
     /// Motion a short time after the start, by its Taylor series: free and steady motion cancel
     /// there, and a body that starts at rest would move by their rounding.
     fn short_motion(&self, f: &BodyFlight, s: f64, turn: &Turn) -> Motion {
-        let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
+        let (w2, c2) = (self.equation.natural_squared, 2.0 * self.equation.decay_rate);
         // Taylor coefficients of x, and of f cos psi and f sin psi by (cos)' = -omega sin.
         let (mut lower, mut upper) = (f.x, f.v);
-        let (mut cos, mut sin) = (self.forcing * turn.start.cos, self.forcing * turn.start.sin);
+        let (mut cos, mut sin) =
+            (self.equation.forcing * turn.start.cos, self.equation.forcing * turn.start.sin);
         let (mut increment, mut rate, mut power) = (0.0, 0.0, 1.0);
         let needed = SHORT_ORDERS.iter().find(|&&(part, _)| s <= part * self.short);
         for n in 1..=needed.map_or(0, |&(_, order)| order) {
@@ -397,59 +366,23 @@ impl Oscillator {
             increment += upper * power;
             let next = (cos - c2 * order * upper - w2 * lower) * (part * next_part);
             (lower, upper) = (upper, next);
-            (cos, sin) = (-self.omega * sin * part, self.omega * cos * part);
+            (cos, sin) = (-self.equation.omega * sin * part, self.equation.omega * cos * part);
         }
-        self.motion_from(increment, rate, [f.x, increment], turn)
+        self.equation.motion_from(increment, rate, [f.x, increment], turn)
     }
 
     #[inline(always)]
     fn motion(&self, f: &BodyFlight, s: f64, basis: (f64, f64), turn: &Turn) -> Motion {
         let elapsed = DoubleDouble::new(s);
         let forced = self.resonant(f, elapsed, basis, turn.start).unwrap_or((0.0, 0.0));
-        if self.decayed(s) {
+        if self.equation.decayed(s) {
             let (x, v) = self.remainder(f, elapsed, turn);
             let x = x + forced.0;
-            return self.motion_from(x - f.x, v + forced.1, [x, 0.0], turn);
+            return self.equation.motion_from(x - f.x, v + forced.1, [x, 0.0], turn);
         }
         let (increment, rate) = self.combine(f, basis, turn);
         let increment = increment + forced.0;
-        self.motion_from(increment, rate + forced.1, [f.x, increment], turn)
-    }
-
-    /// The next derivatives from the equation of motion.
-    #[inline(always)]
-    fn motion_from(&self, increment: f64, rate: f64, place: [f64; 2], turn: &Turn) -> Motion {
-        let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
-        let x = place[0] + place[1];
-        let acceleration = self.forcing * turn.phase.cos - c2 * rate - w2 * x;
-        let jerk = -self.forcing * self.omega * turn.phase.sin - c2 * acceleration - w2 * rate;
-        Motion { increment, place, rate, acceleration, jerk }
-    }
-
-    /// Derivatives 4 and 5 of the displacement: x'''' = -omega^2 f cos psi - 2 c x''' - w^2 x'', and
-    /// so on; f cos psi and its rate from the equation of motion.
-    #[inline(always)]
-    pub fn higher(&self, m: &Motion) -> [f64; 2] {
-        let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
-        let omega2 = self.omega * self.omega;
-        let load = m.acceleration + c2 * m.rate + w2 * m.displacement();
-        let load_rate = m.jerk + c2 * m.acceleration + w2 * m.rate;
-        let fourth = -omega2 * load - c2 * m.jerk - w2 * m.acceleration;
-        [fourth, -omega2 * load_rate - c2 * fourth - w2 * m.jerk]
-    }
-
-    /// Displacement and rate a short time `h` after a motion, by Taylor polynomials up to the fifth
-    /// derivative. (Energy would drift by the last term, whose sign is always the same.)
-    #[inline(always)]
-    pub fn later(&self, m: &Motion, h: f64) -> (f64, f64) {
-        let [fourth, fifth] = self.higher(m);
-        let (half, third, quarter) = (0.5 * h, THIRD * h, 0.25 * h);
-        let tail = fourth + 0.2 * h * fifth;
-        let displacement =
-            h * (m.rate + half * (m.acceleration + third * (m.jerk + quarter * tail)));
-        let tail = fourth + quarter * fifth;
-        let speed = h * (m.acceleration + half * (m.jerk + third * tail));
-        (m.place[0] + (m.place[1] + displacement), m.rate + speed)
+        self.equation.motion_from(increment, rate + forced.1, [f.x, increment], turn)
     }
 
     /// Displacement and rate after any time.
@@ -460,7 +393,7 @@ impl Oscillator {
         }
         let basis = self.basis_far(elapsed);
         let forced = self.resonant(f, elapsed, basis, turn.start).unwrap_or((0.0, 0.0));
-        if self.decayed(elapsed.hi) {
+        if self.equation.decayed(elapsed.hi) {
             let (x, v) = self.remainder(f, elapsed, turn);
             return (x + forced.0, v + forced.1);
         }
@@ -472,29 +405,14 @@ impl Oscillator {
     /// x = a C + (v + c a) S.
     pub fn transition(&self, elapsed: DoubleDouble) -> [[f64; 2]; 2] {
         let (c1, sine) = self.basis_far(elapsed);
-        let shift = self.decay_rate * sine;
-        [[1.0 + c1 + shift, sine], [-self.natural_squared * sine, 1.0 + c1 - shift]]
+        let shift = self.equation.decay_rate * sine;
+        [[1.0 + c1 + shift, sine], [-self.equation.natural_squared * sine, 1.0 + c1 - shift]]
     }
 
     /// [[dx/dx0, dx/dv0], [dv/dx0, dv/dv0]] after a time within a local flight.
     pub fn transition_within(&self, s: f64) -> [[f64; 2]; 2] {
         let (c1, sine) = self.basis(s);
-        let shift = self.decay_rate * sine;
-        [[1.0 + c1 + shift, sine], [-self.natural_squared * sine, 1.0 + c1 - shift]]
+        let shift = self.equation.decay_rate * sine;
+        [[1.0 + c1 + shift, sine], [-self.equation.natural_squared * sine, 1.0 + c1 - shift]]
     }
-
-    /// From the equation of motion.
-    #[inline(always)]
-    pub fn acceleration(&self, x: f64, v: f64, cos_psi: f64) -> f64 {
-        let free = self.natural_squared.mul_add(x, 2.0 * self.decay_rate * v);
-        self.forcing.mul_add(cos_psi, -free)
-    }
-}
-
-/// Displacement and rate/omega of the steady response Re(P e^{i psi}) at the start of a flight.
-fn steady_start(amplitude: Complex<f64>, start: Trig) -> (f64, f64) {
-    (
-        amplitude.re * start.cos - amplitude.im * start.sin,
-        -(amplitude.re * start.sin + amplitude.im * start.cos),
-    )
 }

@@ -110,8 +110,45 @@ impl Regime {
 }
 
 /// k = cos x1 + mu s |sin x1|, s the sign of `direction`.
+#[inline(always)]
 pub(super) fn slip_constant(pre: &PreImpact, friction: f64, direction: f64) -> f64 {
     pre.cos + (friction * pre.sin.abs()).copysign(direction)
+}
+
+/// Slip in the direction of x1' before the impact.
+pub(crate) struct FirstSlip {
+    /// k.
+    constant: f64,
+    /// mbar + k cos x1: how fast the approach slows.
+    slows: f64,
+    /// P*; infinite for k = 0.
+    switch: f64,
+    /// P_f.
+    end_of_approach: f64,
+}
+
+impl FirstSlip {
+    #[inline(always)]
+    pub fn new(pre: &PreImpact, mass_ratio: f64, friction: f64) -> Self {
+        let constant = slip_constant(pre, friction, pre.v1);
+        let slows = mass_ratio + constant * pre.cos;
+        let end_of_approach = pre.approach_velocity() / slows;
+        Self { constant, slows, switch: pre.v1 / constant, end_of_approach }
+    }
+
+    /// Whether it lasts through the whole impact.
+    #[inline(always)]
+    pub fn lasts(&self, pre: &PreImpact, restitution: f64) -> bool {
+        // By signs, not by the sign of the quotient, which may underflow to zero.
+        let never = (self.constant == 0.0) | ((self.constant > 0.0) != (pre.v1 > 0.0));
+        never | (self.switch >= (1.0 + restitution) * self.end_of_approach)
+    }
+
+    /// Whether the bodies approach ever faster while it lasts.
+    #[inline(always)]
+    pub fn drives_on(&self) -> bool {
+        self.slows <= 0.0
+    }
 }
 
 /// The regime of an impact with u > 0 under a walk law.
@@ -132,10 +169,9 @@ pub(super) fn classify(
             Ok(Regime::Slip { direction: -pre.cos.signum() })
         };
     }
-    let slip = slip_constant(pre, friction, pre.v1);
-    let slows = mass_ratio + slip * pre.cos;
-    let switch = pre.v1 / slip; // P*; infinite for k = 0
-    if slows <= 0.0 {
+    let slip = FirstSlip::new(pre, mass_ratio, friction);
+    let FirstSlip { switch, end_of_approach, .. } = slip;
+    if slip.drives_on() {
         // u grows while the tip slips: it is driven to x1' = 0, where it sticks.
         return if switch.is_finite() {
             stick_in_approach(pre, mass_ratio, switch)
@@ -143,10 +179,7 @@ pub(super) fn classify(
             Err(ImpactFailure::Jammed)
         };
     }
-    let end_of_approach = pre.approach_velocity() / slows; // P_f
-    // By signs, not by the sign of the quotient, which may underflow to zero.
-    let never = slip == 0.0 || (slip > 0.0) != (pre.v1 > 0.0);
-    let regime = if never || switch >= (1.0 + restitution) * end_of_approach {
+    let regime = if slip.lasts(pre, restitution) {
         Regime::Slip { direction: 1f64.copysign(pre.v1) }
     } else if switch >= end_of_approach * (1.0 - SIMULTANEOUS) {
         if sticks {

@@ -20,7 +20,7 @@ struct Walk {
 
 /// One law of motion along the impulse: dx1' = -k dP, d(tangential) = t dP,
 /// friction work mu |sin x1| |x1'| dP.
-struct Segment {
+pub(crate) struct Segment {
     k: f64,
     tangential: f64,
     friction: f64,
@@ -75,9 +75,9 @@ impl Walk {
     }
 }
 
-/// Slip in one direction.
+/// Slip in one direction; without friction, all the same for both.
 #[inline(always)]
-fn slip(pre: &PreImpact, friction: f64, direction: f64) -> Segment {
+pub(crate) fn slip(pre: &PreImpact, friction: f64, direction: f64) -> Segment {
     Segment {
         k: slip_constant(pre, friction, direction),
         tangential: -(friction.copysign(direction)) * pre.sin.signum(),
@@ -88,17 +88,13 @@ fn slip(pre: &PreImpact, friction: f64, direction: f64) -> Segment {
 /// The impact whose slip keeps its direction, or that has no friction: where all laws agree, and none
 /// gains energy.
 #[inline(always)]
-pub(super) fn straight(
+pub(crate) fn straight(
     pre: &PreImpact,
     mass_ratio: f64,
     restitution: f64,
-    friction: f64,
+    segment: &Segment,
     regime: Regime,
 ) -> Impact {
-    let segment = match regime {
-        Regime::Slip { direction } => slip(pre, friction, direction),
-        _ => Segment { k: pre.cos, tangential: 0.0, friction: 0.0 },
-    };
     let u = pre.approach_velocity();
     // 1 + r and mbar + k cos x1 with what rounding leaves out of them: constant in direct
     // contact, it would drain energy from every impact alike.
@@ -106,7 +102,7 @@ pub(super) fn straight(
     let approach = DoubleDouble::product_sum(pre.v1, pre.cos, -pre.v2);
     let whole = DoubleDouble::sum(1.0, restitution) * approach;
     let mut walk = Walk::new(pre);
-    walk.step(pre, mass_ratio, &segment, quotient(whole, slowing), false);
+    walk.step(pre, mass_ratio, segment, quotient(whole, slowing), false);
     walk.loss = walk.loss.max(0.0);
     // -r u is exact; the difference of the velocities has rounding.
     walk.outcome(regime, u, -restitution * u, approach.hi / slowing.hi)

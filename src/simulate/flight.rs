@@ -9,6 +9,7 @@ use crate::contact::{Found, Start, Touch, first_contact};
 use crate::double_double::DoubleDouble;
 use crate::error::SimulationError;
 use crate::event::{Event, GrazeEvent, ImpactEvent, StopReason};
+use crate::flight::Flight;
 use crate::hold::Next;
 use crate::impact::{self, Impact, ImpactFailure, PreImpact};
 use crate::params::{ImpactLaw, System};
@@ -38,15 +39,16 @@ impl Simulation {
             Found::NotFinite => return Some(Err(self.fail(false))),
             Found::Stalled => return Some(Err(self.fail(true))),
         };
-        let end = self.horizon_in_leg();
-        // A contact at the very end still belongs to the run.
-        let over = reached > end.value();
-        let state_at = |this: &Self, s| this.motion.state_within(&this.flight, s);
-        self.pass_sections(if over { end.value() } else { reached }, over, observer, state_at);
-        if over {
+        let over = self.ends_by(reached);
+        self.pass_sections_in_flight(
+            over.map_or(reached, DoubleDouble::value),
+            over.is_some(),
+            observer,
+        );
+        if let Some(end) = over {
             // What was found is met if the run goes on.
             self.found = Some(found);
-            let state = state_at(self, end.not_negative());
+            let state = self.motion.state_within(&self.flight, end.not_negative());
             return Some(Ok(self.stop_at_horizon(state)));
         }
         match found {
@@ -60,6 +62,28 @@ impl Simulation {
                 (!self.flight.state.is_finite()).then(|| Err(self.fail(false)))
             }
         }
+    }
+
+    /// Local time of the horizon if it lies before this one.
+    #[inline(always)]
+    pub(super) fn ends_by(&self, reached: f64) -> Option<DoubleDouble> {
+        if self.is_far(self.end, reached) {
+            return None;
+        }
+        let end = self.horizon_in_leg();
+        // A contact at the very end still belongs to the run.
+        (reached > end.value()).then_some(end)
+    }
+
+    #[inline(always)]
+    pub(super) fn pass_sections_in_flight<O: Observer>(
+        &mut self,
+        reached: f64,
+        inclusive: bool,
+        observer: &mut O,
+    ) {
+        let state_at = |this: &Self, s| this.motion.state_within(&this.flight, s);
+        self.pass_sections(reached, inclusive, observer, state_at);
     }
 
     /// Starts the present local flight, from the anchor without accumulating rounding.
@@ -79,20 +103,26 @@ impl Simulation {
         if let Some(found) = self.found {
             return found;
         }
-        let start = match (self.point.grazed, takeoff) {
-            (Some(time), _) => Start::Grazed(time),
-            (None, Takeoff::Touching) if self.point.elapsed.hi == 0.0 => Start::Touching,
-            (None, Takeoff::Released) if self.point.elapsed.hi == 0.0 => Start::Released,
-            _ => Start::Apart,
-        };
+        let start = self.start(takeoff);
         let report = first_contact(&self.motion, &self.flight, start, self.motion.span);
         self.evaluations += report.evaluations;
         report.found
     }
 
+    /// How the present local flight starts.
+    #[inline(always)]
+    pub(super) fn start(&self, takeoff: Takeoff) -> Start {
+        match (self.point.grazed, takeoff) {
+            (Some(time), _) => Start::Grazed(time),
+            (None, Takeoff::Touching) if self.point.elapsed.hi == 0.0 => Start::Touching,
+            (None, Takeoff::Released) if self.point.elapsed.hi == 0.0 => Start::Released,
+            _ => Start::Apart,
+        }
+    }
+
     /// Impact at the end of a flight.
     #[inline(always)]
-    fn strike<O: Observer>(&mut self, touch: &Touch, observer: &mut O) -> Turn {
+    pub(super) fn strike<O: Observer>(&mut self, touch: &Touch, observer: &mut O) -> Turn {
         // g = 0 to rounding: the state is moved onto it, so that rounding does not add up.
         let (pre, angle) = self.system.touching_at(touch.state);
         self.strike_from((touch.time, touch.offset), pre, angle, touch.gap.rate, observer)
@@ -135,11 +165,25 @@ impl Simulation {
         if !(post.is_finite() && impact.impulse_normal.is_finite()) {
             return Some(Err(self.fail(false)));
         }
+        let flight = self.motion.flight_at(clock, post, angle);
+        self.rebound(pre, impact, flight, observer)
+    }
+
+    /// An impact has happened, and a new flight begins.
+    #[inline(always)]
+    pub(super) fn rebound<O: Observer>(
+        &mut self,
+        pre: State,
+        impact: Impact,
+        flight: Flight,
+        observer: &mut O,
+    ) -> Turn {
+        let Flight { clock, state: post, .. } = flight;
         self.point.anchor = Anchor::after_impact(clock, post);
         self.point.elapsed = DoubleDouble::ZERO;
         self.point.grazed = None;
         self.found = None;
-        self.flight = self.motion.flight_at(clock, post, angle);
+        self.flight = flight;
         self.point.impacts += 1;
         self.point.events += 1;
         self.point.standstill = 0;

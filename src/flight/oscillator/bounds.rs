@@ -2,7 +2,7 @@
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
-use super::{BodyFlight, Oscillator, Response, steady_start};
+use super::{BodyFlight, Oscillator, Response};
 use crate::flight::Trig;
 
 /// Bounds of |x'|, |x''|, |x'''|, |x''''| during a local flight.
@@ -18,13 +18,14 @@ impl Oscillator {
             return (f64::INFINITY, f64::INFINITY);
         }
         // The energy v^2 + w^2 x^2 of a free oscillation does not grow.
-        ((f.rate * f.rate / self.natural_squared + f.a * f.a).sqrt(), self.steady_size)
+        ((f.rate * f.rate / self.equation.natural_squared + f.a * f.a).sqrt(), self.steady_size)
     }
 
     /// Amplitude of the difference between the steady responses of two bodies.
     #[inline(always)]
     pub fn steady_difference(&self, other: &Self) -> f64 {
-        let (re, im) = (self.steady.re - other.steady.re, self.steady.im - other.steady.im);
+        let (one, two) = (&self.equation, &other.equation);
+        let (re, im) = (one.steady_re - two.steady_re, one.steady_im - two.steady_im);
         (re * re + im * im).sqrt()
     }
 
@@ -35,24 +36,24 @@ impl Oscillator {
     /// the higher derivatives.
     #[inline(always)]
     pub fn derivative_bounds(&self, f: &BodyFlight) -> [f64; 6] {
-        let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
+        let (w2, c2) = (self.equation.natural_squared, 2.0 * self.equation.decay_rate);
         let mut bounds = [0.0; 6];
         if self.is_steady() {
             let mut free = (f.rate * f.rate + w2 * f.a * f.a).sqrt();
-            let mut forced = self.steady_size * self.omega;
+            let mut forced = self.steady_size * self.equation.omega;
             for bound in &mut bounds {
                 *bound = free + forced;
                 free *= self.growth;
-                forced *= self.omega;
+                forced *= self.equation.omega;
             }
             return bounds;
         }
-        let mut load = self.forcing.abs();
+        let mut load = self.equation.forcing.abs();
         let energy = (f.v * f.v + w2 * f.x * f.x).sqrt() + load * self.span;
         bounds[0] = energy;
         bounds[1] = load + c2 * energy + w2.sqrt() * energy;
         for n in 2..6 {
-            load *= self.omega;
+            load *= self.equation.omega;
             bounds[n] = load + c2 * bounds[n - 1] + w2 * bounds[n - 2];
         }
         bounds
@@ -63,19 +64,19 @@ impl Oscillator {
     /// steady response adds |P| omega^(n+1). Near resonance, where that may be huge, the same
     /// holds for the whole motion with |f| omega^n per unit time; the smaller bound is taken.
     pub fn bounds(&self, f: &BodyFlight, start: Trig) -> Bounds {
-        let omega = self.omega;
+        let omega = self.equation.omega;
         if let Response::Unforced | Response::Steady = self.response {
-            return self.energy_bounds(f.a, f.rate, [0.0; 3], self.steady.norm() * omega);
+            return self.energy_bounds(f.a, f.rate, [0.0; 3], self.steady_size * omega);
         }
         let (x, v) = (f.x, f.v);
         let load = [
-            self.forcing * start.cos,
-            -self.forcing * omega * start.sin,
-            -self.forcing * omega * omega * start.cos,
+            self.equation.forcing * start.cos,
+            -self.equation.forcing * omega * start.sin,
+            -self.equation.forcing * omega * omega * start.cos,
         ];
-        let driven = self.energy_bounds(x, v, load, self.forcing.abs() * self.span);
-        let (p, q) = steady_start(self.steady, start);
-        let free = self.energy_bounds(x - p, v - omega * q, [0.0; 3], self.steady.norm() * omega);
+        let driven = self.energy_bounds(x, v, load, self.equation.forcing.abs() * self.span);
+        let (p, q) = self.equation.steady_start(start);
+        let free = self.energy_bounds(x - p, v - omega * q, [0.0; 3], self.steady_size * omega);
         // f64::min passes over the NaN of an infinite steady response.
         Bounds(std::array::from_fn(|n| driven.0[n].min(free.0[n])))
     }
@@ -83,12 +84,12 @@ impl Oscillator {
     /// sqrt(x^(n+1)^2 + w^2 x^(n)^2) + extra omega^n for n = 0 ... 3, the derivatives at the start
     /// from the equation of motion under `load` (f cos psi and its derivatives).
     fn energy_bounds(&self, x: f64, v: f64, load: [f64; 3], mut extra: f64) -> Bounds {
-        let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
+        let (w2, c2) = (self.equation.natural_squared, 2.0 * self.equation.decay_rate);
         let mut bounds = [0.0; 4];
         let (mut lower, mut upper) = (x, v);
         for (n, bound) in bounds.iter_mut().enumerate() {
             *bound = (upper * upper + w2 * lower * lower).sqrt() + extra;
-            extra *= self.omega;
+            extra *= self.equation.omega;
             if n < 3 {
                 (lower, upper) = (upper, load[n] - c2 * upper - w2 * lower);
             }

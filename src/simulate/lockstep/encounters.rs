@@ -1,0 +1,323 @@
+//! Contacts and impacts of several flights at once, one in each lane: no branch depends on a lane, and
+//! what is found may be of no use in some of them, which is told.
+
+#![allow(clippy::inline_always)] // a round is compiled for several instruction sets
+#![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
+
+use crate::angle::{Angle, Angles};
+use crate::contact::Touch;
+use crate::double_double::DoubleDouble;
+use crate::elementary::{self, MOST_TURNED};
+use crate::flight::{BodyFlights, Drives, Equations, Flight, FreeMotion, Trigs, Turn, turn_within};
+use crate::gap::{
+    GapBounds, GapBoundsLanes, GapPoints, Geometry, flight_noise, gap_after, gap_fourth,
+    gap_remainder, noise,
+};
+use crate::impact::{self, FirstSlip, Impact, PreImpact, Regime};
+use crate::lanes::{LANES, Lanes};
+use crate::params::System;
+use crate::state::{Clock, State};
+use crate::tolerance::{SETTLE_PART, WALL_SLOPE};
+
+/// A contact ahead of a flight, as the first pass sees it.
+#[derive(Clone, Copy)]
+pub(super) struct Ahead {
+    /// Local time near the contact.
+    pub near: f64,
+    pub bounds: GapBounds,
+    /// Whether the flight started on the contact.
+    pub touching: bool,
+    /// Evaluations of the gap by the first pass.
+    pub evaluations: u64,
+}
+
+/// Flights with a contact ahead of each, and what becomes of them.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Encounters {
+    systems: Systems,
+    flights: Flights,
+    near: Lanes,
+    evaluations: [u64; LANES],
+    start: Lanes,
+    start_noise: Lanes,
+    bounds: GapBoundsLanes,
+    contacts: Contacts,
+    impacts: Impacts,
+}
+
+/// What does not change along a run.
+#[derive(Debug, Clone, Default)]
+struct Systems {
+    drives: Drives,
+    pendulums: Equations,
+    oscillators: Equations,
+    gap: Lanes,
+    mass_ratio: Lanes,
+    restitution: Lanes,
+    friction: Lanes,
+}
+
+/// Flights, each from its start.
+#[derive(Debug, Clone, Default)]
+struct Flights {
+    time_in_period: Lanes,
+    residual: Lanes,
+    angles: Angles,
+    phases: Trigs,
+    pendulums: BodyFlights,
+    oscillators: BodyFlights,
+}
+
+/// The contacts of these flights.
+#[derive(Debug, Clone, Default)]
+struct Contacts {
+    offset: Lanes,
+    gaps: GapPoints,
+    x1: Lanes,
+    v1: Lanes,
+    x2: Lanes,
+    v2: Lanes,
+    /// 1 where the contact is certain and exact.
+    certain: [u64; LANES],
+}
+
+/// The impacts at these contacts, and the flights after them.
+#[derive(Debug, Clone, Default)]
+struct Impacts {
+    pre_x1: Lanes,
+    pre_x2: Lanes,
+    /// Periods that have passed since the start of the flight.
+    periods: Lanes,
+    flights: Flights,
+    v1_post: Lanes,
+    v2_post: Lanes,
+    approach: Lanes,
+    separation: Lanes,
+    impulse_approach: Lanes,
+    impulse_normal: Lanes,
+    impulse_tangential: Lanes,
+    energy_loss: Lanes,
+    friction_loss: Lanes,
+    /// 1 where the impact is straight: without friction, or with slip in one direction to its end.
+    straight: [u64; LANES],
+}
+
+impl Encounters {
+    /// A system that travels in lane `j` from now on.
+    pub fn board(&mut self, j: usize, system: &System, motion: &FreeMotion) {
+        let systems = &mut self.systems;
+        systems.drives.set(j, &motion.drive);
+        systems.pendulums.set(j, &motion.pendulum.equation);
+        systems.oscillators.set(j, &motion.oscillator.equation);
+        systems.gap[j] = system.gap;
+        systems.mass_ratio[j] = system.mass_ratio;
+        systems.restitution[j] = system.restitution;
+        systems.friction[j] = system.friction;
+    }
+
+    /// The flight in lane `j`, with a contact ahead.
+    #[inline(always)]
+    pub fn set<G: Geometry>(&mut self, j: usize, flight: &Flight, ahead: &Ahead) {
+        let to = &mut self.flights;
+        to.time_in_period[j] = flight.clock.time_in_period;
+        to.residual[j] = flight.clock.residual;
+        to.angles.set(j, &flight.angle);
+        to.phases.set(j, &flight.start);
+        to.pendulums.set(j, &flight.pendulum);
+        to.oscillators.set(j, &flight.oscillator);
+        self.near[j] = ahead.near;
+        self.evaluations[j] = ahead.evaluations;
+        self.bounds.set(j, &ahead.bounds);
+        (self.start[j], self.start_noise[j]) = if ahead.touching {
+            (0.0, 0.0)
+        } else {
+            let State { x1, x2, .. } = flight.state;
+            let (tip, gap) = (G::tip(x1, flight.angle), self.systems.gap[j]);
+            (tip - x2 - gap, noise(tip, x2, gap))
+        };
+    }
+
+    /// The contacts: the exact motion near each, and the Taylor polynomial from there
+    /// (as in src/contact.rs).
+    #[inline(always)]
+    pub fn meet<G: Geometry>(&mut self) {
+        let Self { systems, flights, near, start, start_noise, bounds, contacts, .. } = self;
+        let mut cos_minus_1 = [[0.0; LANES]; 3];
+        let mut sin = [[0.0; LANES]; 3];
+        for j in 0..LANES {
+            let turns = [
+                turn_within(systems.pendulums.get(j).damped, near[j]),
+                turn_within(systems.oscillators.get(j).damped, near[j]),
+                turn_within(DoubleDouble::new(systems.drives.omega[j]), near[j]),
+            ];
+            for body in 0..3 {
+                (cos_minus_1[body][j], sin[body][j]) = turns[body];
+            }
+        }
+        for j in 0..LANES {
+            let s = near[j];
+            let (pendulum, oscillator) = (systems.pendulums.get(j), systems.oscillators.get(j));
+            let turn = Turn::new(flights.phases.get(j), cos_minus_1[2][j], sin[2][j]);
+            let first = (cos_minus_1[0][j], sin[0][j]);
+            let second = (cos_minus_1[1][j], sin[1][j]);
+            let p = pendulum.swung(&flights.pendulums.get(j), s, first, &turn);
+            let o = oscillator.swung(&flights.oscillators.get(j), s, second, &turn);
+            let turned = if G::TURNS {
+                elementary::turn_within(p.increment, 0.0)
+            } else {
+                elementary::STRAIGHT
+            };
+            let (gap, angle) = gap_after::<G>(start[j], flights.angles.get(j), turned, &p, &o);
+            let fourth = gap_fourth::<G>((&pendulum, &oscillator), angle, &(p, o));
+            let (offset, holds) = gap.rise_by_series(fourth);
+            let limits = bounds.get(j);
+            let left = gap_remainder(limits.fourth, limits.fifth, offset);
+            let level = start_noise[j] + flight_noise(limits.rate, (s + offset).max(0.0));
+            let later = gap.later(offset);
+            let certain = holds
+                & (left <= SETTLE_PART * level)
+                & (later.rate > 0.0)
+                & (p.increment.abs() <= MOST_TURNED);
+            contacts.offset[j] = offset;
+            contacts.gaps.set(j, &later);
+            (contacts.x1[j], contacts.v1[j]) = pendulum.later(&p, offset);
+            (contacts.x2[j], contacts.v2[j]) = oscillator.later(&o, offset);
+            contacts.certain[j] = u64::from(certain);
+        }
+    }
+
+    /// The impacts, and the flights after them (as in src/simulate/flight.rs).
+    #[inline(always)]
+    pub fn strike<G: Geometry>(&mut self) {
+        let Self { systems, flights, near, contacts, impacts, .. } = self;
+        let after = &mut impacts.flights;
+        for j in 0..LANES {
+            let angle = |x1: f64| {
+                let (sin, cos) =
+                    if G::TURNS { elementary::sin_cos_within(x1, 0.0) } else { (0.0, 1.0) };
+                Angle { sin, cos }
+            };
+            let (x1, x2, gap) = (contacts.x1[j], contacts.x2[j], systems.gap[j]);
+            let (mass_ratio, restitution) = (systems.mass_ratio[j], systems.restitution[j]);
+            let friction = systems.friction[j];
+            // The state is moved onto the contact.
+            let before = angle(x1);
+            let tip = G::tip(x1, before);
+            let on_wall = (mass_ratio == 0.0) & (before.cos.abs() > WALL_SLOPE);
+            let x1 = if on_wall { x1 - (tip - x2 - gap) / before.cos } else { x1 };
+            let x2 = if on_wall { x2 } else { tip - gap };
+            let angle = angle(x1);
+            let Angle { sin, cos } = angle;
+            let pre = PreImpact { cos, sin, v1: contacts.v1[j], v2: contacts.v2[j] };
+            let slip = FirstSlip::new(&pre, mass_ratio, friction);
+            let rubs = (sin != 0.0) & (pre.v1 != 0.0);
+            let lasts = rubs & slip.lasts(&pre, restitution) & !slip.drives_on();
+            let segment = impact::slip(&pre, friction, pre.v1);
+            let impact =
+                impact::straight(&pre, mass_ratio, restitution, &segment, Regime::Frictionless);
+            let finite = impact.v1_post + impact.v2_post + impact.impulse_normal;
+            let straight = ((friction == 0.0) | lasts)
+                & (impact.approach_velocity > 0.0)
+                & (on_wall | (mass_ratio > 0.0))
+                & (x1.abs() <= MOST_TURNED)
+                & finite.is_finite();
+            (impacts.pre_x1[j], impacts.pre_x2[j]) = (x1, x2);
+            after.angles.set(j, &angle);
+            impacts.v1_post[j] = impact.v1_post;
+            impacts.v2_post[j] = impact.v2_post;
+            impacts.approach[j] = impact.approach_velocity;
+            impacts.separation[j] = impact.separation_velocity;
+            impacts.impulse_approach[j] = impact.impulse_approach;
+            impacts.impulse_normal[j] = impact.impulse_normal;
+            impacts.impulse_tangential[j] = impact.impulse_tangential;
+            impacts.energy_loss[j] = impact.energy_loss;
+            impacts.friction_loss[j] = impact.friction_loss;
+            impacts.straight[j] = u64::from(straight);
+        }
+        for j in 0..LANES {
+            let drive = systems.drives.get(j);
+            let start = DoubleDouble { hi: flights.time_in_period[j], lo: flights.residual[j] };
+            let time = DoubleDouble::sum(near[j], contacts.offset[j]) + start;
+            let (wrapped, passed) = drive.wrapped(time);
+            let holds = drive.holds(time);
+            let time = DoubleDouble {
+                hi: if holds { time.hi } else { wrapped.hi },
+                lo: if holds { time.lo } else { wrapped.lo },
+            };
+            impacts.periods[j] = if holds { 0.0 } else { passed };
+            let clock = Clock { period: 0, time_in_period: time.hi, residual: time.lo };
+            let phase = drive.trig_at(clock);
+            (after.time_in_period[j], after.residual[j]) = (time.hi, time.lo);
+            after.phases.set(j, &phase);
+            let (pendulum, oscillator) = (systems.pendulums.get(j), systems.oscillators.get(j));
+            let (x1, x2) = (impacts.pre_x1[j], impacts.pre_x2[j]);
+            after.pendulums.set(j, &pendulum.steady_flight(x1, impacts.v1_post[j], phase));
+            after.oscillators.set(j, &oscillator.steady_flight(x2, impacts.v2_post[j], phase));
+        }
+    }
+
+    /// Evaluations of the gap in lane `j`.
+    pub fn evaluations(&self, j: usize) -> u64 {
+        self.evaluations[j] + 1
+    }
+
+    /// The contact in lane `j`, if it is certain.
+    #[inline(always)]
+    pub fn contact(&self, j: usize) -> Option<Touch> {
+        let contacts = &self.contacts;
+        (contacts.certain[j] == 1).then(|| Touch {
+            time: self.near[j],
+            offset: contacts.offset[j],
+            gap: contacts.gaps.get(j),
+            state: State {
+                x1: contacts.x1[j],
+                v1: contacts.v1[j],
+                x2: contacts.x2[j],
+                v2: contacts.v2[j],
+            },
+        })
+    }
+
+    /// The state before the impact in lane `j`, the impact, and the flight after it, if it is straight;
+    /// `period`: of the clock at the start of the flight.
+    #[inline(always)]
+    pub fn impact(&self, j: usize, period: i64) -> Option<(State, Impact, Flight)> {
+        let (contacts, impacts, friction) =
+            (&self.contacts, &self.impacts, self.systems.friction[j]);
+        if impacts.straight[j] != 1 {
+            return None;
+        }
+        let (x1, x2) = (impacts.pre_x1[j], impacts.pre_x2[j]);
+        let pre = State { x1, v1: contacts.v1[j], x2, v2: contacts.v2[j] };
+        let impact = Impact {
+            regime: if friction == 0.0 {
+                Regime::Frictionless
+            } else {
+                Regime::Slip { direction: 1f64.copysign(pre.v1) }
+            },
+            v1_post: impacts.v1_post[j],
+            v2_post: impacts.v2_post[j],
+            approach_velocity: impacts.approach[j],
+            separation_velocity: impacts.separation[j],
+            impulse_approach: impacts.impulse_approach[j],
+            impulse_normal: impacts.impulse_normal[j],
+            impulse_tangential: impacts.impulse_tangential[j],
+            energy_loss: impacts.energy_loss[j],
+            friction_loss: impacts.friction_loss[j],
+        };
+        let after = &impacts.flights;
+        let flight = Flight {
+            clock: Clock {
+                period: period + impacts.periods[j] as i64,
+                time_in_period: after.time_in_period[j],
+                residual: after.residual[j],
+            },
+            state: State { v1: impact.v1_post, v2: impact.v2_post, ..pre },
+            angle: after.angles.get(j),
+            start: after.phases.get(j),
+            pendulum: after.pendulums.get(j),
+            oscillator: after.oscillators.get(j),
+        };
+        Some((pre, impact, flight))
+    }
+}
