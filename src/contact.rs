@@ -172,7 +172,7 @@ pub(crate) enum Outlook {
 
 /// The first pass, and its evaluations of the gap.
 #[inline(always)]
-pub(crate) fn outlook<G: Geometry>(
+fn outlook<G: Geometry>(
     motion: &FreeMotion,
     flight: &Flight,
     start: Start,
@@ -182,16 +182,22 @@ pub(crate) fn outlook<G: Geometry>(
         return (Outlook::Unsure(0.0), 0);
     }
     let report = scan::<G>(motion, flight, start == Start::Touching, span);
-    let outlook = match report.found {
-        Scan::Clear(time) => Outlook::Clear(time),
-        Scan::Contact { after, near } => {
-            // A time of few digits: its products with the frequencies are exact, and what it leaves
-            // out is in the offset.
-            Outlook::Ahead { near: f64::from(near as f32), after, bounds: report.bounds }
+    (Outlook::new(report.found, report.bounds), report.evaluations)
+}
+
+impl Outlook {
+    #[inline(always)]
+    pub fn new(scan: Scan, bounds: GapBounds) -> Self {
+        match scan {
+            Scan::Clear(time) => Self::Clear(time),
+            Scan::Contact { after, near } => {
+                // A time of few digits: its products with the frequencies are exact, and what it
+                // leaves out is in the offset.
+                Self::Ahead { near: f64::from(near as f32), after, bounds }
+            }
+            Scan::Unsure(time) => Self::Unsure(time),
         }
-        Scan::Unsure(time) => Outlook::Unsure(time),
-    };
-    (outlook, report.evaluations)
+    }
 }
 
 /// The careful search, from local time `clear` on.

@@ -12,8 +12,6 @@
 #![allow(clippy::inline_always)] // all of a scan must be compiled with the same instructions
 #![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
 
-use std::marker::PhantomData;
-
 use crate::elementary::MOST_TURNED;
 use crate::flight::{Flight, FreeMotion, LEVELS, Point, States, Weights};
 use crate::gap::{GapBounds, Geometry};
@@ -48,6 +46,7 @@ pub(crate) struct ScanReport {
 type Jet = [f64; 3];
 
 /// The jets at h ... 8h.
+#[derive(Debug, Clone, Default)]
 struct Samples {
     value: Lanes,
     rate: Lanes,
@@ -62,68 +61,92 @@ pub(crate) fn scan<G: Geometry>(
     touching: bool,
     span: f64,
 ) -> ScanReport {
-    let p = motion.pendulum.derivative_bounds(&flight.pendulum);
-    let o = motion.oscillator.derivative_bounds(&flight.oscillator);
-    let [fourth, fifth, sixth] = G::high_derivatives(&p);
-    let bounds = GapBounds {
-        pendulum_rate: p[0],
-        rate: p[0] + o[0],
-        fourth: (fourth + o[3]) * BOUND_MARGIN,
-        fifth: fifth + o[4],
-    };
-    let job = Job::<G> {
-        motion,
-        flight,
-        span,
-        rate: bounds.rate,
-        sixth: sixth + o[5],
-        geometry: PhantomData,
-    };
-    let mut evaluations = 0;
-    let found = job.run(touching, &mut evaluations);
-    ScanReport { found, evaluations, bounds }
+    let mut scanner = Scanner::default();
+    let (begun, bounds) = scanner.begin::<G>(motion, flight, touching, span);
+    let found = begun.unwrap_or_else(|| {
+        loop {
+            let batch = scanner.batch::<G>(motion);
+            if let Some(found) = scanner.judge(motion, &batch) {
+                return found;
+            }
+        }
+    });
+    ScanReport { found, evaluations: scanner.evaluations, bounds }
 }
 
-/// A flight to scan, with bounds of derivatives of its gap.
-struct Job<'a, G> {
-    motion: &'a FreeMotion,
-    flight: &'a Flight,
+/// A scan in the making: where it stands, and what proves a step free.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Scanner {
+    pub evaluations: u64,
+    /// Local time up to which the flight is free.
+    s: f64,
+    /// State and jet there.
+    point: Point,
+    start: Jet,
+    /// Whether that is the start of a flight on the contact.
+    touching: bool,
+    level: usize,
+    remainder: f64,
+    coarse: usize,
+    coarse_remainder: f64,
+    slack: f64,
     span: f64,
-    rate: f64,
-    sixth: f64,
-    geometry: PhantomData<G>,
+    end: f64,
 }
 
-impl<G: Geometry> Job<'_, G> {
+/// Eight steps on: states and jets, and the first step that is not proven free.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Batch {
+    states: States,
+    samples: Samples,
+    unsure: usize,
+}
+
+impl Scanner {
+    /// The start of a scan: bounds of the derivatives, and the length of the steps; or the outcome.
     #[inline(always)]
-    fn run(&self, mut touching: bool, evaluations: &mut u64) -> Scan {
-        let &Self { motion, flight, span, rate, .. } = self;
+    pub fn begin<G: Geometry>(
+        &mut self,
+        motion: &FreeMotion,
+        flight: &Flight,
+        touching: bool,
+        span: f64,
+    ) -> (Option<Scan>, GapBounds) {
+        let p = motion.pendulum.derivative_bounds(&flight.pendulum);
+        let o = motion.oscillator.derivative_bounds(&flight.oscillator);
+        let [fourth, fifth, sixth] = G::high_derivatives(&p);
+        let bounds = GapBounds {
+            pendulum_rate: p[0],
+            rate: p[0] + o[0],
+            fourth: (fourth + o[3]) * BOUND_MARGIN,
+            fifth: fifth + o[4],
+        };
+        let rate = bounds.rate;
         let state = &flight.state;
         let place = state.x1.abs() + state.x2.abs() + motion.gap.abs();
         let slack = SCAN_SLACK * (place + rate * span);
-        let mut point =
-            Point { x1: state.x1, v1: state.v1, x2: state.x2, v2: state.v2, psi: flight.start };
-        let mut start = self.first_jet();
+        let mut start = first_jet::<G>(motion, flight);
+        self.evaluations = 0;
         let clear = if touching { start[1] < -SCAN_REST * rate } else { start[0] < -slack };
         let turned = state.x1.abs() + SCAN_SPANS * rate * span;
-        if !touching && clear && self.never_meet(slack) {
-            return Scan::Clear(FREE_SPANS * span);
+        if !touching && clear && never_meet::<G>(motion, flight, slack) {
+            return (Some(Scan::Clear(FREE_SPANS * span)), bounds);
         }
         if !(clear && (turned <= MOST_TURNED || !G::TURNS)) {
-            return Scan::Unsure(0.0);
+            return (Some(Scan::Unsure(0.0)), bounds);
         }
         // Halving the step takes a 64th of the remainder; a NaN or too large a bound finds no level.
         let allowed = SCAN_REMAINDER * (place + rate * motion.step(0));
-        let mut remainder = self.sixth * motion.remainder_factor();
+        let mut remainder = (sixth + o[5]) * motion.remainder_factor();
         let mut coarse = 0;
         while remainder > allowed || remainder.is_nan() {
             coarse += 1;
             remainder *= 1.0 / 64.0;
             if coarse + CUT > LEVELS {
-                return Scan::Unsure(0.0);
+                return (Some(Scan::Unsure(0.0)), bounds);
             }
         }
-        let coarse_remainder = remainder;
+        (self.coarse, self.coarse_remainder) = (coarse, remainder);
         let mut level = coarse;
         if touching {
             start[0] = 0.0;
@@ -134,90 +157,99 @@ impl<G: Geometry> Job<'_, G> {
                 remainder *= 1.0 / 64.0;
             }
         }
+        (self.level, self.remainder) = (level, remainder);
         // The bounds of steady motions hold for ever, others for one span.
         let steady = motion.pendulum.is_steady() && motion.oscillator.is_steady();
-        let end = if steady { SCAN_SPANS * span } else { span };
-        let mut s = 0.0;
-        loop {
-            let table = motion.table(level);
-            let h = table.step;
-            *evaluations += LANES as u64;
-            let states = table.states(&point);
-            let samples = self.sample(&states);
-            let j = samples.first_unsure(&start, &table.weights, remainder, slack, touching);
-            if j == LANES {
-                s += h * LANES as f64;
-                if s >= end {
-                    return Scan::Clear(s);
-                }
-                (point, start) = (states.point(LANES - 1), samples.jet(LANES - 1));
-                (level, remainder, touching) = (coarse, coarse_remainder, false);
-                continue;
+        self.end = if steady { SCAN_SPANS * span } else { span };
+        (self.span, self.slack, self.touching, self.start) = (span, slack, touching, start);
+        self.s = 0.0;
+        self.point =
+            Point { x1: state.x1, v1: state.v1, x2: state.x2, v2: state.v2, psi: flight.start };
+        (None, bounds)
+    }
+
+    /// The next eight steps. Nothing in it depends on what is found, so that several scans overlap.
+    #[inline(always)]
+    pub fn batch<G: Geometry>(&mut self, motion: &FreeMotion) -> Batch {
+        self.evaluations += LANES as u64;
+        let table = motion.table(self.level);
+        let states = table.states(&self.point);
+        let samples = Samples::new::<G>(motion, &states);
+        let unsure = samples.first_unsure(
+            &self.start,
+            &table.weights,
+            self.remainder,
+            self.slack,
+            self.touching,
+        );
+        Batch { states, samples, unsure }
+    }
+
+    /// What follows from a batch: the outcome, or `None` if another batch is needed.
+    #[inline(always)]
+    pub fn judge(&mut self, motion: &FreeMotion, batch: &Batch) -> Option<Scan> {
+        let Batch { states, samples, unsure: j } = batch;
+        let j = *j;
+        let h = motion.step(self.level);
+        if j == LANES {
+            self.s += h * LANES as f64;
+            if self.s >= self.end {
+                return Some(Scan::Clear(self.s));
             }
-            if j > 0 {
-                s += h * j as f64;
-                (point, start, touching) = (states.point(j - 1), samples.jet(j - 1), false);
-            }
-            if s >= span {
-                // Met with the angles reduced, in a local flight from here.
-                return Scan::Clear(s);
-            }
-            let next = samples.jet(j);
-            if !touching && rises(&start, &next, &table.weights, remainder, slack) {
-                let near = s + h * root(&start, &next, h);
-                return if near <= span {
-                    Scan::Contact { after: s, near }
-                } else {
-                    Scan::Clear(span)
-                };
-            }
-            if level + CUT >= LEVELS {
-                return Scan::Unsure(s);
-            }
-            level += CUT;
-            remainder *= 1.0 / 262_144.0;
+            (self.point, self.start) = (states.point(LANES - 1), samples.jet(LANES - 1));
+            (self.level, self.remainder) = (self.coarse, self.coarse_remainder);
+            self.touching = false;
+            return None;
         }
-    }
-
-    /// Whether the amplitudes of all parts of the motion keep the bodies apart for ever: those of the
-    /// steady responses each by itself, or as they go together.
-    #[inline(always)]
-    fn never_meet(&self, slack: f64) -> bool {
-        let FreeMotion { pendulum, oscillator, gap, .. } = self.motion;
-        let flight = self.flight;
-        let (free1, steady1) = pendulum.amplitudes(&flight.pendulum);
-        let (free2, steady2) = oscillator.amplitudes(&flight.oscillator);
-        let (highest, ahead) = G::reach(free1 + steady1);
-        let together = pendulum.steady_difference(oscillator) + free1 + free2 + ahead;
-        (highest + free2 + steady2).min(together) * BOUND_MARGIN < gap - slack
-    }
-
-    /// The jet at the start of the flight.
-    #[inline(always)]
-    fn first_jet(&self) -> Jet {
-        let Self { motion, flight, .. } = self;
-        let s = &flight.state;
-        let a1 = motion.pendulum.equation.acceleration(s.x1, s.v1, flight.start.cos);
-        let a2 = motion.oscillator.equation.acceleration(s.x2, s.v2, flight.start.cos);
-        let tip = G::tip_rates(flight.angle, s.v1, a1);
-        [G::tip(s.x1, flight.angle) - s.x2 - motion.gap, tip[0] - s.v2, tip[1] - a2]
-    }
-
-    #[inline(always)]
-    fn sample(&self, states: &States) -> Samples {
-        let motion = self.motion;
-        let (mut value, mut rate, mut second) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        for j in 0..LANES {
-            let (x1, v1, x2, v2) = (states.x1[j], states.v1[j], states.x2[j], states.v2[j]);
-            let a1 = motion.pendulum.equation.acceleration(x1, v1, states.cos_psi[j]);
-            let a2 = motion.oscillator.equation.acceleration(x2, v2, states.cos_psi[j]);
-            let tip = G::tip_fast(x1, v1, a1);
-            value[j] = tip[0] - x2 - motion.gap;
-            rate[j] = tip[1] - v2;
-            second[j] = tip[2] - a2;
+        if j > 0 {
+            self.s += h * j as f64;
+            (self.point, self.start) = (states.point(j - 1), samples.jet(j - 1));
+            self.touching = false;
         }
-        Samples { value, rate, second }
+        let s = self.s;
+        if s >= self.span {
+            // Met with the angles reduced, in a local flight from here.
+            return Some(Scan::Clear(s));
+        }
+        let next = samples.jet(j);
+        let weights = &motion.table(self.level).weights;
+        if !self.touching && rises(&self.start, &next, weights, self.remainder, self.slack) {
+            let near = s + h * root(&self.start, &next, h);
+            return Some(if near <= self.span {
+                Scan::Contact { after: s, near }
+            } else {
+                Scan::Clear(self.span)
+            });
+        }
+        if self.level + CUT >= LEVELS {
+            return Some(Scan::Unsure(s));
+        }
+        self.level += CUT;
+        self.remainder *= 1.0 / 262_144.0;
+        None
     }
+}
+
+/// Whether the amplitudes of all parts of the motion keep the bodies apart for ever: those of the
+/// steady responses each by itself, or as they go together.
+#[inline(always)]
+fn never_meet<G: Geometry>(motion: &FreeMotion, flight: &Flight, slack: f64) -> bool {
+    let FreeMotion { pendulum, oscillator, gap, .. } = motion;
+    let (free1, steady1) = pendulum.amplitudes(&flight.pendulum);
+    let (free2, steady2) = oscillator.amplitudes(&flight.oscillator);
+    let (highest, ahead) = G::reach(free1 + steady1);
+    let together = pendulum.steady_difference(oscillator) + free1 + free2 + ahead;
+    (highest + free2 + steady2).min(together) * BOUND_MARGIN < gap - slack
+}
+
+/// The jet at the start of the flight.
+#[inline(always)]
+fn first_jet<G: Geometry>(motion: &FreeMotion, flight: &Flight) -> Jet {
+    let s = &flight.state;
+    let a1 = motion.pendulum.equation.acceleration(s.x1, s.v1, flight.start.cos);
+    let a2 = motion.oscillator.equation.acceleration(s.x2, s.v2, flight.start.cos);
+    let tip = G::tip_rates(flight.angle, s.v1, a1);
+    [G::tip(s.x1, flight.angle) - s.x2 - motion.gap, tip[0] - s.v2, tip[1] - a2]
 }
 
 /// What the Bernstein coefficients of a step take from one of its ends: the largest of the three
@@ -232,6 +264,21 @@ fn end_coefficients([g, rate, second]: Jet, w: &Weights, direction: f64) -> (f64
 }
 
 impl Samples {
+    #[inline(always)]
+    fn new<G: Geometry>(motion: &FreeMotion, states: &States) -> Self {
+        let (mut value, mut rate, mut second) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for j in 0..LANES {
+            let (x1, v1, x2, v2) = (states.x1[j], states.v1[j], states.x2[j], states.v2[j]);
+            let a1 = motion.pendulum.equation.acceleration(x1, v1, states.cos_psi[j]);
+            let a2 = motion.oscillator.equation.acceleration(x2, v2, states.cos_psi[j]);
+            let tip = G::tip_fast(x1, v1, a1);
+            value[j] = tip[0] - x2 - motion.gap;
+            rate[j] = tip[1] - v2;
+            second[j] = tip[2] - a2;
+        }
+        Self { value, rate, second }
+    }
+
     #[inline(always)]
     fn jet(&self, j: usize) -> Jet {
         [self.value[j], self.rate[j], self.second[j]]

@@ -15,7 +15,7 @@ use crate::lanes::{LANES, Lanes};
 pub(crate) const LEVELS: usize = 12;
 
 /// State of both bodies and the forcing phase at one instant.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Point {
     pub x1: f64,
     pub v1: f64,
@@ -49,7 +49,6 @@ pub(crate) struct Weights {
 /// The table of one step length h.
 #[derive(Debug, Clone)]
 pub(crate) struct Table {
-    pub step: f64,
     pub weights: Weights,
     pendulum: Response,
     oscillator: Response,
@@ -59,6 +58,7 @@ pub(crate) struct Table {
 }
 
 /// States of both bodies and the forcing phase at h ... 8h.
+#[derive(Debug, Clone, Default)]
 pub(crate) struct States {
     pub x1: Lanes,
     pub v1: Lanes,
@@ -102,7 +102,6 @@ impl Table {
             fortieth: step * step / 40.0,
         };
         Self {
-            step,
             weights,
             pendulum: Response::new(pendulum, drive, &times),
             oscillator: Response::new(oscillator, drive, &times),

@@ -13,14 +13,15 @@ mod encounters;
 use std::marker::PhantomData;
 
 use self::encounters::{Ahead, Encounters};
-use super::{Observer, Phase, Simulation, Takeoff, Turn};
-use crate::contact::{Found, Outlook, Start, Touch, carefully, outlook};
+use super::{Observer, Phase, Simulation, Turn};
+use crate::contact::{Found, Outlook, Start, Touch, carefully};
 use crate::error::SimulationError;
 use crate::event::Event;
-use crate::gap::{Direct, Geometry, Oblique};
+use crate::gap::{Direct, GapBounds, Geometry, Oblique};
 use crate::impact::{self, PreImpact};
 use crate::lanes::LANES;
 use crate::params::{Contact, ImpactLaw};
+use crate::scan::{Batch, Scanner};
 
 /// A simulation, who watches it, and what becomes of its events.
 pub(crate) trait Traveller {
@@ -51,25 +52,21 @@ const FEWEST: usize = 3;
 pub(crate) fn travel<T: Traveller>(next: &mut dyn FnMut() -> Option<T>, done: &mut dyn FnMut(T)) {
     let Some(mut first) = next() else { return };
     let contact = first.parts().0.system.contact;
-    let mut company = Company {
-        next,
-        done,
-        contact,
-        crew: Vec::with_capacity(LANES),
-        encounters: Encounters::default(),
-    };
-    if let Some(traveller) = company.fitting(first) {
-        company.board(traveller);
+    let mut company =
+        Company { next, done, contact, crew: Default::default(), lanes: Default::default() };
+    let mut first = company.fitting(first);
+    for j in 0..LANES {
+        let traveller = first.take().or_else(|| company.another());
+        company.seat(j, traveller);
     }
-    while company.crew.len() < LANES && company.another() {}
-    while company.crew.len() >= FEWEST {
+    while company.crew.iter().flatten().count() >= FEWEST {
         let arch = pulp::Arch::new();
         match contact {
             Contact::Oblique => arch.dispatch(Round::<Oblique, T>(&mut company, PhantomData)),
             Contact::Direct => arch.dispatch(Round::<Direct, T>(&mut company, PhantomData)),
         }
     }
-    for mut traveller in company.crew {
+    for mut traveller in company.crew.into_iter().flatten() {
         traveller.finish();
         (company.done)(traveller);
     }
@@ -81,8 +78,37 @@ struct Company<'a, T> {
     done: &'a mut dyn FnMut(T),
     contact: Contact,
     /// Traveller j sits in lane j.
-    crew: Vec<T>,
+    crew: [Option<T>; LANES],
+    lanes: Box<Work>,
+}
+
+/// What is being worked out, lane by lane.
+#[derive(Default)]
+struct Work {
+    scanners: [Scanner; LANES],
+    bounds: [GapBounds; LANES],
+    batches: [Batch; LANES],
     encounters: Encounters,
+}
+
+/// Some of the lanes, in order.
+#[derive(Default)]
+struct Seats {
+    lanes: [usize; LANES],
+    count: usize,
+}
+
+impl Seats {
+    #[inline(always)]
+    fn push(&mut self, j: usize) {
+        self.lanes[self.count] = j;
+        self.count += 1;
+    }
+
+    #[inline(always)]
+    fn iter(&self) -> impl Iterator<Item = usize> {
+        self.lanes.into_iter().take(self.count)
+    }
 }
 
 impl<T: Traveller> Company<'_, T> {
@@ -97,63 +123,142 @@ impl<T: Traveller> Company<'_, T> {
         None
     }
 
-    fn board(&mut self, traveller: T) {
-        self.crew.push(traveller);
-        self.seat(self.crew.len() - 1);
-    }
-
-    /// Lane `j` has a new traveller.
-    fn seat(&mut self, j: usize) {
-        let (simulation, _) = self.crew[j].parts();
-        self.encounters.board(j, &simulation.system, &simulation.motion);
-    }
-
-    /// Whether one more has come aboard.
+    /// One more who fits in, if there is one.
     #[inline(never)]
-    fn another(&mut self) -> bool {
-        while let Some(traveller) = (self.next)() {
+    fn another(&mut self) -> Option<T> {
+        loop {
+            let traveller = (self.next)()?;
             if let Some(traveller) = self.fitting(traveller) {
-                self.board(traveller);
-                return true;
+                return Some(traveller);
             }
         }
-        false
     }
 
-    /// Traveller `j` has come to his end: another takes his lane, or the last one does.
+    fn seat(&mut self, j: usize, mut traveller: Option<T>) {
+        if let Some(traveller) = &mut traveller {
+            let (simulation, _) = traveller.parts();
+            self.lanes.encounters.board(j, &simulation.system, &simulation.motion);
+        }
+        self.crew[j] = traveller;
+    }
+
+    /// Traveller `j` has come to his end: another takes his lane.
     #[inline(never)]
     fn alight(&mut self, j: usize) {
-        let traveller = self.crew.swap_remove(j);
-        (self.done)(traveller);
-        self.another();
-        if j < self.crew.len() {
-            self.seat(j);
+        if let Some(traveller) = self.crew[j].take() {
+            (self.done)(traveller);
         }
+        let another = self.another();
+        self.seat(j, another);
     }
 
-    /// Everybody's next impact.
+    /// Everybody's next impact. Scans go on batch by batch, all of them before any is judged: what is
+    /// found decides where to go on, and would otherwise be waited for.
     #[inline(always)]
     fn round<G: Geometry>(&mut self) {
-        let mut j = 0;
-        while j < self.crew.len() {
-            match look_ahead::<G, T>(&mut self.crew[j]) {
-                Some(ahead) => {
-                    let flight = &self.crew[j].parts().0.flight;
-                    self.encounters.set::<G>(j, flight, &ahead);
-                    j += 1;
-                }
-                None => self.alight(j),
+        let (mut scanning, mut ready) = (Seats::default(), Seats::default());
+        for j in 0..LANES {
+            if self.depart::<G>(j) {
+                scanning.push(j);
             }
         }
-        self.encounters.meet::<G>();
-        self.encounters.strike::<G>();
-        for (j, traveller) in self.crew.iter_mut().enumerate() {
+        while scanning.count > 0 {
+            let Work { scanners, batches, .. } = &mut *self.lanes;
+            for j in scanning.iter() {
+                if let Some(traveller) = &mut self.crew[j] {
+                    batches[j] = scanners[j].batch::<G>(&traveller.parts().0.motion);
+                }
+            }
+            let before = std::mem::take(&mut scanning);
+            for j in before.iter() {
+                match self.judge::<G>(j) {
+                    Judged::Ahead => ready.push(j),
+                    Judged::Open => scanning.push(j),
+                    Judged::Alone => {
+                        if self.depart::<G>(j) {
+                            scanning.push(j);
+                        }
+                    }
+                }
+            }
+        }
+        let Work { encounters, .. } = &mut *self.lanes;
+        encounters.meet::<G>();
+        encounters.strike::<G>();
+        for j in ready.iter() {
+            let Some(traveller) = &mut self.crew[j] else { continue };
             let (simulation, watch) = traveller.parts();
-            if let Some(event) = simulation.encounter(j, &self.encounters, watch) {
+            if let Some(event) = simulation.encounter(j, encounters, watch) {
                 traveller.take(event);
             }
         }
     }
+
+    /// Goes on with lane `j` until a scan begins; `false` if nobody is left for it.
+    #[inline(always)]
+    fn depart<G: Geometry>(&mut self, j: usize) -> bool {
+        loop {
+            let Some(traveller) = &mut self.crew[j] else { return false };
+            let (simulation, watch) = traveller.parts();
+            let stop = if simulation.point.stopped.is_some() {
+                None
+            } else if let Some(stop) = simulation.stop_before_leg(watch) {
+                Some(stop)
+            } else {
+                let Work { scanners, bounds, .. } = &mut *self.lanes;
+                if let Some(touching) = simulation.flies_plainly() {
+                    let (motion, flight) = (&simulation.motion, &simulation.flight);
+                    let begun = scanners[j].begin::<G>(motion, flight, touching, motion.span);
+                    bounds[j] = begun.1;
+                    let Some(scan) = begun.0 else { return true };
+                    simulation.resolve::<G>(Outlook::new(scan, bounds[j]), scanners[j].evaluations);
+                }
+                if let Some(event) = simulation.turn_alone(watch) {
+                    traveller.take(event);
+                }
+                continue;
+            };
+            if let Some(stop) = stop {
+                traveller.take(Ok(stop));
+            }
+            self.alight(j);
+        }
+    }
+
+    /// What follows from the last batch of lane `j`.
+    #[inline(always)]
+    fn judge<G: Geometry>(&mut self, j: usize) -> Judged {
+        let Work { scanners, bounds, batches, encounters } = &mut *self.lanes;
+        let Some(traveller) = &mut self.crew[j] else { return Judged::Alone };
+        let (simulation, watch) = traveller.parts();
+        let Some(scan) = scanners[j].judge(&simulation.motion, &batches[j]) else {
+            return Judged::Open;
+        };
+        let evaluations = scanners[j].evaluations;
+        match Outlook::new(scan, bounds[j]) {
+            Outlook::Ahead { near, bounds, .. } if simulation.motion.is_plain_at(near) => {
+                let touching = simulation.flies_plainly() == Some(true);
+                let ahead = Ahead { near, bounds, touching, evaluations };
+                encounters.set::<G>(j, &simulation.flight, &ahead);
+                return Judged::Ahead;
+            }
+            outlook => simulation.resolve::<G>(outlook, evaluations),
+        }
+        if let Some(event) = simulation.turn_alone(watch) {
+            traveller.take(event);
+        }
+        Judged::Alone
+    }
+}
+
+/// What follows from a batch of steps.
+enum Judged {
+    /// A contact ahead.
+    Ahead,
+    /// Another batch is needed.
+    Open,
+    /// The traveller has gone on by himself.
+    Alone,
 }
 
 /// A round, compiled for each kind of vector instructions.
@@ -168,52 +273,32 @@ impl<G: Geometry, T: Traveller> pulp::NullaryFnOnce for Round<'_, '_, G, T> {
     }
 }
 
-/// Goes on until a contact is seen ahead; `None` at the end.
-#[inline(always)]
-fn look_ahead<G: Geometry, T: Traveller>(traveller: &mut T) -> Option<Ahead> {
-    loop {
-        let (simulation, watch) = traveller.parts();
-        if simulation.point.stopped.is_some() {
-            return None;
-        }
-        if let Some(stop) = simulation.stop_before_leg(watch) {
-            traveller.take(Ok(stop));
-            return None;
-        }
-        if let Some(ahead) = simulation.look_ahead::<G>() {
-            return Some(ahead);
-        }
-        if let Some(event) = simulation.turn_alone(watch) {
-            traveller.take(event);
-        }
-    }
-}
-
 impl Simulation {
     /// Whether the usual flight of this system, and its impacts, can be done in a lane.
     fn is_plain(&self) -> bool {
         self.motion.swings() && self.system.law != ImpactLaw::Paper
     }
 
-    /// A contact ahead that the first pass sees, if the lanes can do what follows. What else it finds is
-    /// left for [`Simulation::turn_alone`].
+    /// Whether the present flight, if it is to be scanned, starts on the contact.
     #[inline(always)]
-    fn look_ahead<G: Geometry>(&mut self) -> Option<Ahead> {
-        let Phase::Flight(takeoff @ (Takeoff::Apart | Takeoff::Touching)) = self.point.anchor.phase
-        else {
-            return None;
-        };
+    fn flies_plainly(&self) -> Option<bool> {
+        let Phase::Flight(takeoff) = self.point.anchor.phase else { return None };
         if self.found.is_some() || self.point.completion.is_some() {
             return None;
         }
-        let start = self.start(takeoff);
-        let span = self.motion.span;
-        let (outlook, evaluations) = outlook::<G>(&self.motion, &self.flight, start, span);
+        match self.start(takeoff) {
+            Start::Apart => Some(false),
+            Start::Touching => Some(true),
+            _ => None,
+        }
+    }
+
+    /// Leaves what the first pass has found for [`Simulation::turn_alone`], which finds out by itself what
+    /// a contact ahead is.
+    #[inline(never)]
+    fn resolve<G: Geometry>(&mut self, outlook: Outlook, evaluations: u64) {
+        let Phase::Flight(takeoff) = self.point.anchor.phase else { return };
         match outlook {
-            Outlook::Ahead { near, bounds, .. } if self.motion.is_plain_at(near) => {
-                let touching = start == Start::Touching;
-                return Some(Ahead { near, bounds, touching, evaluations });
-            }
             Outlook::Ahead { .. } => {}
             Outlook::Clear(time) => {
                 self.evaluations += evaluations;
@@ -221,12 +306,12 @@ impl Simulation {
             }
             Outlook::Unsure(clear) => {
                 let (motion, flight) = (&self.motion, &self.flight);
+                let (start, span) = (self.start(takeoff), motion.span);
                 let report = carefully::<G>(motion, flight, start, span, clear, evaluations);
                 self.evaluations += report.evaluations;
                 self.found = Some(report.found);
             }
         }
-        None
     }
 
     /// A leg by itself.
