@@ -146,7 +146,7 @@ fn search<G: Geometry>(
         Outlook::Ahead { near, after, bounds } => {
             let touching = start == Start::Touching;
             let gap = GapFlight::<G>::within(motion, flight, touching, bounds);
-            let mut search = Search { gap, span, evaluations: scanned };
+            let mut search = Search { gap, span: span.max(near), evaluations: scanned };
             let (touch, settled) = search.meet(near, 0.0);
             scanned = search.evaluations;
             if settled && touch.gap.rate > 0.0 {

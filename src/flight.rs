@@ -13,7 +13,7 @@ mod table;
 
 pub(crate) use drive::{Drive, Drives, Trig, Trigs, Turn, turn_within};
 pub(crate) use oscillator::{
-    BodyFlight, BodyFlights, Bounds, Equation, Equations, Motion, Oscillator,
+    BodyFlight, BodyFlights, Bounds, Equation, Equations, Motion, Oscillator, Series, SeriesLanes,
 };
 pub(crate) use table::{LEVELS, Point, States, Table, Weights};
 
@@ -115,6 +115,18 @@ impl FreeMotion {
         self.tables.get(level, make)
     }
 
+    /// Motion of both bodies at the start.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn at_start(&self, flight: &Flight) -> (Motion, Motion) {
+        let State { x1, v1, x2, v2 } = flight.state;
+        let turn = Turn { cos_minus_1: 0.0, sin: 0.0, phase: flight.start, start: flight.start };
+        (
+            self.pendulum.equation.motion_from(0.0, v1, [x1, 0.0], &turn),
+            self.oscillator.equation.motion_from(0.0, v2, [x2, 0.0], &turn),
+        )
+    }
+
     /// Motion of pendulum and oscillator at time `s` after the start: increment of the
     /// displacement, rate, and their next two derivatives from the equation of motion.
     #[inline(always)]
@@ -161,15 +173,14 @@ impl FreeMotion {
         )
     }
 
-    /// Whether [`Equation::swung`] gives the motion of both bodies at local time `s`.
+    /// Whether a free motion has decayed by local time `s` so far that its start would cancel.
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    pub(crate) fn is_plain_at(&self, s: f64) -> bool {
-        let decayed = self.pendulum.equation.decayed(s) || self.oscillator.equation.decayed(s);
-        s > self.plain_from && !decayed
+    pub(crate) fn decays_by(&self, s: f64) -> bool {
+        self.pendulum.equation.decayed(s) || self.oscillator.equation.decayed(s)
     }
 
-    /// Whether [`Equation::swung`] ever does.
+    /// Whether both bodies swing, and answer the drive with the steady response.
     pub(crate) fn swings(&self) -> bool {
         self.plain_from.is_finite()
     }

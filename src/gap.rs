@@ -413,6 +413,16 @@ pub(crate) fn gap_fourth<G: Geometry>(
     G::tip_fourth(angle, p, first) - second
 }
 
+/// The third and fourth derivative of the gap at the start of a flight.
+#[inline(always)]
+pub(crate) fn higher_at_start<G: Geometry>(motion: &FreeMotion, flight: &Flight) -> (f64, f64) {
+    let bodies = motion.at_start(flight);
+    let (p, o) = &bodies;
+    let (gap, angle) = gap_after::<G>(0.0, flight.angle, elementary::STRAIGHT, p, o);
+    let equations = (&motion.pendulum.equation, &motion.oscillator.equation);
+    (gap.third, gap_fourth::<G>(equations, angle, &bodies))
+}
+
 /// What a Taylor polynomial of order 4 of the gap leaves out at `offset`, from bounds of the fourth and
 /// fifth derivative.
 #[inline(always)]

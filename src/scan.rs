@@ -14,10 +14,10 @@
 
 use crate::elementary::MOST_TURNED;
 use crate::flight::{Flight, FreeMotion, LEVELS, Point, States, Weights};
-use crate::gap::{GapBounds, Geometry};
+use crate::gap::{GapBounds, Geometry, higher_at_start};
 use crate::lanes::{LANES, Lanes};
 use crate::tolerance::{
-    BOUND_MARGIN, FREE_SPANS, SCAN_REMAINDER, SCAN_REST, SCAN_SLACK, SCAN_SPANS,
+    BOUND_MARGIN, FREE_SPANS, HOP_BEND, SCAN_REMAINDER, SCAN_REST, SCAN_SLACK, SCAN_SPANS,
 };
 
 /// Halvings by which an unsure step is cut into eight.
@@ -90,7 +90,9 @@ pub(crate) struct Scanner {
     coarse: usize,
     coarse_remainder: f64,
     slack: f64,
-    span: f64,
+    /// Local time up to which a contact is met in this local flight.
+    reach: f64,
+    /// Local time up to which the bounds hold.
     end: f64,
 }
 
@@ -152,6 +154,9 @@ impl Scanner {
             start[0] = 0.0;
             // A hop lasts about this long.
             let hop = -2.0 * start[1] / start[2];
+            if let Some(near) = short_hop::<G>(motion, flight, start[2], hop, bounds.fourth) {
+                return (Some(Scan::Contact { after: 0.0, near }), bounds);
+            }
             while hop > 0.0 && level + 1 < LEVELS && 8.0 * motion.step(level + 1) > 1.5 * hop {
                 level += 1;
                 remainder *= 1.0 / 64.0;
@@ -161,7 +166,8 @@ impl Scanner {
         // The bounds of steady motions hold for ever, others for one span.
         let steady = motion.pendulum.is_steady() && motion.oscillator.is_steady();
         self.end = if steady { SCAN_SPANS * span } else { span };
-        (self.span, self.slack, self.touching, self.start) = (span, slack, touching, start);
+        self.reach = if motion.swings() { self.end } else { span };
+        (self.slack, self.touching, self.start) = (slack, touching, start);
         self.s = 0.0;
         self.point =
             Point { x1: state.x1, v1: state.v1, x2: state.x2, v2: state.v2, psi: flight.start };
@@ -207,7 +213,7 @@ impl Scanner {
             self.touching = false;
         }
         let s = self.s;
-        if s >= self.span {
+        if s >= self.reach {
             // Met with the angles reduced, in a local flight from here.
             return Some(Scan::Clear(s));
         }
@@ -215,10 +221,10 @@ impl Scanner {
         let weights = &motion.table(self.level).weights;
         if !self.touching && rises(&self.start, &next, weights, self.remainder, self.slack) {
             let near = s + h * root(&self.start, &next, h);
-            return Some(if near <= self.span {
+            return Some(if near <= self.reach {
                 Scan::Contact { after: s, near }
             } else {
-                Scan::Clear(self.span)
+                Scan::Clear(self.reach)
             });
         }
         if self.level + CUT >= LEVELS {
@@ -240,6 +246,38 @@ fn never_meet<G: Geometry>(motion: &FreeMotion, flight: &Flight, slack: f64) -> 
     let (highest, ahead) = G::reach(free1 + steady1);
     let together = pendulum.steady_difference(oscillator) + free1 + free2 + ahead;
     (highest + free2 + steady2).min(together) * BOUND_MARGIN < gap - slack
+}
+
+/// Time at which a short hop ends, the contact that a flight leaves with g' < 0 and g'' > 0, to some 1e-4
+/// of it; `None` where it is not certain to be the first contact. `hop`: its time to leading order.
+///
+/// The slope of g(h)/h = g' + g'' h/2 + g''' h^2/6 + ... is at least g''/2 - |g'''| h/3 - M h^2/8. Where
+/// that is little less than g''/2 up to twice the time of the hop, there is one root, before that. No
+/// sample is needed, however short the hop.
+#[inline(always)]
+fn short_hop<G: Geometry>(
+    motion: &FreeMotion,
+    flight: &Flight,
+    second: f64,
+    hop: f64,
+    fourth_bound: f64,
+) -> Option<f64> {
+    let allowed = HOP_BEND * second;
+    let twice = 2.0 * hop;
+    let bend = 0.125 * fourth_bound * (twice * twice);
+    if !(second > 0.0 && bend <= allowed && twice <= motion.span) {
+        return None;
+    }
+    let (third, fourth) = higher_at_start::<G>(motion, flight);
+    if third.abs() * twice / 3.0 + bend > allowed {
+        return None;
+    }
+    // With h = y hop: -1 + y + a y^2 + b y^3 = 0, and one of Newton's steps.
+    let (a, b) = (third * hop / (3.0 * second), fourth * (hop * hop) / (12.0 * second));
+    let y = 1.0 - a;
+    let value = -1.0 + y * (1.0 + y * (a + y * b));
+    let slope = 1.0 + y * (2.0 * a + y * (3.0 * b));
+    Some(hop * (y - value / slope))
 }
 
 /// The jet at the start of the flight.

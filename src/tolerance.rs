@@ -35,6 +35,11 @@ pub const BOUND_MARGIN: f64 = 1.0 + 1e-12;
 /// interpolant is this part of the size of its motion. Twice or half as much costs more.
 pub const SCAN_REMAINDER: f64 = 0.02;
 
+/// Eight of the longest steps of the first pass are this part of a local flight, pi (sqrt(5) - 1)/4: no
+/// simple fraction of a turn, or the contacts of periodic motions would fall on the ends of steps, where
+/// no sign is certain.
+pub const SCAN_STEPS: f64 = 0.970_805_519_362_733;
+
 /// Rounding of the gap in the first pass, relative to the size of its motion: some thousand
 /// operations from step to step over the whole scan.
 pub const SCAN_SLACK: f64 = 1e-12;
@@ -49,6 +54,10 @@ pub const FREE_SPANS: f64 = 64.0;
 /// The first pass is tried after an impact whose separation velocity is this part of what the gap
 /// rate can be.
 pub const SCAN_REST: f64 = 1e-7;
+
+/// A flight is a short hop where g(h)/h has this part of its slope at the start to lose up to twice the
+/// time of the hop.
+pub const HOP_BEND: f64 = 1.0 / 16.0;
 
 /// The search solves its quartic to this relative accuracy; the next evaluation of the gap
 /// starts afresh from there. Values from 1e-3 to 1e-9 cost and err alike on average; they

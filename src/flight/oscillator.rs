@@ -11,7 +11,7 @@ mod bounds;
 mod equation;
 
 pub(crate) use bounds::Bounds;
-pub(crate) use equation::{Equation, Equations};
+pub(crate) use equation::{Equation, Equations, Series, SeriesLanes};
 
 use nalgebra::Complex;
 
@@ -20,18 +20,7 @@ use super::resonance::{Beat, RestResponse};
 use crate::double_double::DoubleDouble;
 use crate::elementary::{self, decay_minus_1};
 use crate::lanes::lanes_of;
-use crate::tolerance::{LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE, SHORT_ORDERS};
-
-/// 1/n.
-const INVERSE: [f64; SHORT_ORDERS[SHORT_ORDERS.len() - 1].1 + 2] = {
-    let mut inverse = [0.0; SHORT_ORDERS[SHORT_ORDERS.len() - 1].1 + 2];
-    let mut n = 1;
-    while n < inverse.len() {
-        inverse[n] = 1.0 / n as f64;
-        n += 1;
-    }
-    inverse
-};
+use crate::tolerance::{LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE};
 
 /// How a free oscillation decays.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,8 +58,6 @@ pub(crate) struct Oscillator {
     /// |x^(n+1)| of a free oscillation is at most this times the bound of |x^(n)|, n >= 1.
     growth: f64,
     span: f64,
-    /// Longest time for the Taylor series.
-    short: f64,
 }
 
 /// One body's flight: its constants from the state at the start.
@@ -178,14 +165,14 @@ impl Oscillator {
                 damped,
                 steady_re: steady.re,
                 steady_im: steady.im,
+                // Infinite where nothing turns or decays: the series is then finite.
+                short: SHORT_ANGLE / natural.max(omega).max(2.0 * decay_rate),
             },
             decay,
             response,
             steady_size: steady.norm(),
             growth: natural * (damping + damping.hypot(1.0)),
             span,
-            // Infinite where nothing turns or decays: the series is then finite.
-            short: SHORT_ANGLE / natural.max(omega).max(2.0 * decay_rate),
         }
     }
 
@@ -326,48 +313,35 @@ impl Oscillator {
     /// near resonance.
     pub fn swings_from(&self) -> f64 {
         let swings = matches!(self.decay, Decay::Undamped { .. } | Decay::Underdamped { .. });
-        if swings && self.is_steady() { self.short } else { f64::INFINITY }
+        if swings && self.is_steady() { self.equation.short } else { f64::INFINITY }
     }
 
     /// Motion at local time `s` of a body that swings; `turned`: its (cos wd s - 1, sin wd s).
     #[inline(always)]
     pub fn swung(&self, f: &BodyFlight, s: f64, turned: (f64, f64), turn: &Turn) -> Motion {
-        let motion = self.equation.swung(f, s, turned, turn);
         if self.equation.decayed(s) {
             let (x, v) = self.remainder(f, DoubleDouble::new(s), turn);
             return self.equation.motion_from(x - f.x, v, [x, 0.0], turn);
         }
-        motion
+        let (increment, rate) = self.equation.swung(f, s, turned, turn);
+        self.equation.motion_from(increment, rate, [f.x, increment], turn)
     }
 
     /// Motion at local time `s`.
     pub fn at(&self, f: &BodyFlight, s: f64, turn: &Turn) -> Motion {
-        if s <= self.short {
+        if s <= self.equation.short {
             return self.short_motion(f, s, turn);
         }
         self.motion(f, s, self.basis(s), turn)
     }
 
-    /// Motion a short time after the start, by its Taylor series: free and steady motion cancel
-    /// there, and a body that starts at rest would move by their rounding.
+    /// Motion a short time after the start.
     fn short_motion(&self, f: &BodyFlight, s: f64, turn: &Turn) -> Motion {
-        let (w2, c2) = (self.equation.natural_squared, 2.0 * self.equation.decay_rate);
-        // Taylor coefficients of x, and of f cos psi and f sin psi by (cos)' = -omega sin.
-        let (mut lower, mut upper) = (f.x, f.v);
-        let (mut cos, mut sin) =
-            (self.equation.forcing * turn.start.cos, self.equation.forcing * turn.start.sin);
-        let (mut increment, mut rate, mut power) = (0.0, 0.0, 1.0);
-        let needed = SHORT_ORDERS.iter().find(|&&(part, _)| s <= part * self.short);
-        for n in 1..=needed.map_or(0, |&(_, order)| order) {
-            let order = n as f64;
-            let (part, next_part) = (INVERSE[n], INVERSE[n + 1]);
-            rate += order * upper * power;
-            power *= s;
-            increment += upper * power;
-            let next = (cos - c2 * order * upper - w2 * lower) * (part * next_part);
-            (lower, upper) = (upper, next);
-            (cos, sin) = (-self.equation.omega * sin * part, self.equation.omega * cos * part);
+        let mut series = Series::new(&self.equation, f, turn.start);
+        for n in 1..=self.equation.series_order(s) {
+            series.add(&self.equation, n, s);
         }
+        let Series { increment, rate, .. } = series;
         self.equation.motion_from(increment, rate, [f.x, increment], turn)
     }
 
@@ -387,7 +361,7 @@ impl Oscillator {
 
     /// Displacement and rate after any time.
     pub fn after(&self, f: &BodyFlight, x: f64, elapsed: DoubleDouble, turn: &Turn) -> (f64, f64) {
-        if elapsed.hi <= self.short {
+        if elapsed.hi <= self.equation.short {
             let motion = self.short_motion(f, elapsed.hi, turn);
             return (x + motion.increment, motion.rate);
         }

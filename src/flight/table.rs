@@ -10,8 +10,9 @@ use std::sync::OnceLock;
 use super::drive::{Drive, Trig};
 use super::oscillator::Oscillator;
 use crate::lanes::{LANES, Lanes};
+use crate::tolerance::SCAN_STEPS;
 
-/// Step lengths, each half the one before; the first is an eighth of a local flight.
+/// Step lengths, each half the one before; the first is nearly an eighth of a local flight.
 pub(crate) const LEVELS: usize = 12;
 
 /// State of both bodies and the forcing phase at one instant.
@@ -79,7 +80,8 @@ pub(crate) struct Tables {
 impl Tables {
     /// For local flights of this length.
     pub fn new(span: f64) -> Self {
-        let steps = std::array::from_fn(|level| span / (LANES << level) as f64);
+        let first = SCAN_STEPS * span;
+        let steps = std::array::from_fn(|level| first / (LANES << level) as f64);
         Self { steps, tables: std::array::from_fn(|_| OnceLock::new()) }
     }
 

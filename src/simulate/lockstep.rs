@@ -236,7 +236,7 @@ impl<T: Traveller> Company<'_, T> {
         };
         let evaluations = scanners[j].evaluations;
         match Outlook::new(scan, bounds[j]) {
-            Outlook::Ahead { near, bounds, .. } if simulation.motion.is_plain_at(near) => {
+            Outlook::Ahead { near, bounds, .. } if !simulation.motion.decays_by(near) => {
                 let touching = simulation.flies_plainly() == Some(true);
                 let ahead = Ahead { near, bounds, touching, evaluations };
                 encounters.set::<G>(j, &simulation.flight, &ahead);

@@ -4,12 +4,26 @@
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
-use super::{BodyFlight, Motion};
+use super::{BodyFlight, BodyFlights, Motion};
 use crate::double_double::DoubleDouble;
 use crate::elementary::decay_minus_1;
-use crate::flight::drive::{Trig, Turn};
-use crate::lanes::lanes_of;
-use crate::tolerance::DECAYED;
+use crate::flight::drive::{Trig, Trigs, Turn};
+use crate::lanes::{LANES, Lanes, lanes_of};
+use crate::tolerance::{DECAYED, SHORT_ORDERS};
+
+/// Highest order of the Taylor series.
+const MOST_TERMS: usize = SHORT_ORDERS[SHORT_ORDERS.len() - 1].1;
+
+/// 1/n.
+const INVERSE: [f64; MOST_TERMS + 2] = {
+    let mut inverse = [0.0; MOST_TERMS + 2];
+    let mut n = 1;
+    while n < inverse.len() {
+        inverse[n] = 1.0 / n as f64;
+        n += 1;
+    }
+    inverse
+};
 
 const THIRD: f64 = 1.0 / 3.0;
 
@@ -28,6 +42,8 @@ pub(crate) struct Equation {
     /// without damping.
     pub steady_re: f64,
     pub steady_im: f64,
+    /// Longest time for the Taylor series.
+    pub short: f64,
 }
 
 lanes_of! {
@@ -42,6 +58,7 @@ lanes_of! {
         damped_rest: damped.lo,
         steady_re: steady_re,
         steady_im: steady_im,
+        short: short,
     }
 }
 
@@ -106,18 +123,23 @@ impl Equation {
         self.omega * (f.q + (f.q * turn.cos_minus_1 - f.p * turn.sin))
     }
 
-    /// Motion at a local time `s` at which the free motion has not decayed; `turned`:
-    /// (cos wd s - 1, sin wd s).
+    /// Increment of the displacement, and rate, at a local time `s` at which the free motion has not
+    /// decayed; `turned`: (cos wd s - 1, sin wd s).
     #[inline(always)]
-    pub fn swung(&self, f: &BodyFlight, s: f64, turned: (f64, f64), turn: &Turn) -> Motion {
+    pub fn swung(&self, f: &BodyFlight, s: f64, turned: (f64, f64), turn: &Turn) -> (f64, f64) {
         let (cos_minus_1, sine) = (turned.0, turned.1 / self.damped.hi);
         let basis = if self.decay_rate == 0.0 {
             (cos_minus_1, sine)
         } else {
             self.damped_basis(s, cos_minus_1, sine)
         };
-        let (increment, rate) = self.combine(f, basis, turn);
-        self.motion_from(increment, rate, [f.x, increment], turn)
+        self.combine(f, basis, turn)
+    }
+
+    /// Terms of the Taylor series that are needed at a time; 0 where it is too long for the series.
+    pub fn series_order(&self, s: f64) -> usize {
+        let needed = SHORT_ORDERS.iter().find(|&&(part, _)| s <= part * self.short);
+        needed.map_or(0, |&(_, order)| order)
     }
 
     /// The next derivatives from the equation of motion.
@@ -161,5 +183,94 @@ impl Equation {
     pub fn acceleration(&self, x: f64, v: f64, cos_psi: f64) -> f64 {
         let free = self.natural_squared.mul_add(x, 2.0 * self.decay_rate * v);
         self.forcing.mul_add(cos_psi, -free)
+    }
+}
+
+/// Motion a short time after the start, by its Taylor series: free and steady motion cancel there, and a
+/// body that starts at rest would move by their rounding.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Series {
+    /// Taylor coefficients of x.
+    lower: f64,
+    upper: f64,
+    /// Those of f cos psi and f sin psi, by (cos)' = -omega sin.
+    cos: f64,
+    sin: f64,
+    pub power: f64,
+    pub increment: f64,
+    pub rate: f64,
+}
+
+lanes_of! {
+    /// Several series.
+    SeriesLanes of Series {
+        lower: lower,
+        upper: upper,
+        cos: cos,
+        sin: sin,
+        power: power,
+        increment: increment,
+        rate: rate,
+    }
+}
+
+impl SeriesLanes {
+    /// The series of several flights, one body of each, at the times of those that are short.
+    #[inline(always)]
+    pub fn sum(
+        &mut self,
+        equations: &Equations,
+        flights: &BodyFlights,
+        starts: &Trigs,
+        times: &Lanes,
+    ) {
+        let orders: [f64; LANES] =
+            std::array::from_fn(|j| equations.get(j).series_order(times[j]) as f64);
+        let most = orders.iter().fold(0.0, |most: f64, &order| most.max(order)) as usize;
+        if most == 0 {
+            return;
+        }
+        for j in 0..LANES {
+            self.set(j, &Series::new(&equations.get(j), &flights.get(j), starts.get(j)));
+        }
+        for n in 1..=most {
+            for j in 0..LANES {
+                let mut one = self.get(j);
+                // Terms of higher order vanish.
+                one.power = if n as f64 <= orders[j] { one.power } else { 0.0 };
+                one.add(&equations.get(j), n, times[j]);
+                self.set(j, &one);
+            }
+        }
+    }
+}
+
+impl Series {
+    #[inline(always)]
+    pub fn new(equation: &Equation, f: &BodyFlight, start: Trig) -> Self {
+        Self {
+            lower: f.x,
+            upper: f.v,
+            cos: equation.forcing * start.cos,
+            sin: equation.forcing * start.sin,
+            power: 1.0,
+            increment: 0.0,
+            rate: 0.0,
+        }
+    }
+
+    /// Adds the n-th term at time `s`.
+    #[inline(always)]
+    pub fn add(&mut self, equation: &Equation, n: usize, s: f64) {
+        let (w2, c2) = (equation.natural_squared, 2.0 * equation.decay_rate);
+        let order = n as f64;
+        let (part, next_part) = (INVERSE[n], INVERSE[n + 1]);
+        let Self { lower, upper, cos, sin, .. } = *self;
+        self.rate += order * upper * self.power;
+        self.power *= s;
+        self.increment += upper * self.power;
+        let next = (cos - c2 * order * upper - w2 * lower) * (part * next_part);
+        (self.lower, self.upper) = (upper, next);
+        (self.cos, self.sin) = (-equation.omega * sin * part, equation.omega * cos * part);
     }
 }

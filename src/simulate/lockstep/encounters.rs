@@ -8,7 +8,10 @@ use crate::angle::{Angle, Angles};
 use crate::contact::Touch;
 use crate::double_double::DoubleDouble;
 use crate::elementary::{self, MOST_TURNED};
-use crate::flight::{BodyFlights, Drives, Equations, Flight, FreeMotion, Trigs, Turn, turn_within};
+use crate::flight::{
+    BodyFlight, BodyFlights, Drives, Equation, Equations, Flight, FreeMotion, Motion, Series,
+    SeriesLanes, Trigs, Turn, turn_within,
+};
 use crate::gap::{
     GapBounds, GapBoundsLanes, GapPoints, Geometry, flight_noise, gap_after, gap_fourth,
     gap_remainder, noise,
@@ -41,6 +44,7 @@ pub(super) struct Encounters {
     start: Lanes,
     start_noise: Lanes,
     bounds: GapBoundsLanes,
+    series: [SeriesLanes; 2],
     contacts: Contacts,
     impacts: Impacts,
 }
@@ -102,6 +106,25 @@ struct Impacts {
     straight: [u64; LANES],
 }
 
+/// How far one body has come by local time `s`.
+struct Near {
+    s: f64,
+    /// (cos wd s - 1, sin wd s).
+    turned: (f64, f64),
+    /// Increment and rate by the Taylor series, for a short time.
+    summed: (f64, f64),
+    turn: Turn,
+}
+
+impl Near {
+    #[inline(always)]
+    fn motion(&self, equation: &Equation, flight: &BodyFlight) -> Motion {
+        let swung = equation.swung(flight, self.s, self.turned, &self.turn);
+        let (increment, rate) = if self.s <= equation.short { self.summed } else { swung };
+        equation.motion_from(increment, rate, [flight.x, increment], &self.turn)
+    }
+}
+
 impl Encounters {
     /// A system that travels in lane `j` from now on.
     pub fn board(&mut self, j: usize, system: &System, motion: &FreeMotion) {
@@ -141,7 +164,8 @@ impl Encounters {
     /// (as in src/contact.rs).
     #[inline(always)]
     pub fn meet<G: Geometry>(&mut self) {
-        let Self { systems, flights, near, start, start_noise, bounds, contacts, .. } = self;
+        let Self { systems, flights, near, start, start_noise, bounds, series, contacts, .. } =
+            self;
         let mut cos_minus_1 = [[0.0; LANES]; 3];
         let mut sin = [[0.0; LANES]; 3];
         for j in 0..LANES {
@@ -154,14 +178,23 @@ impl Encounters {
                 (cos_minus_1[body][j], sin[body][j]) = turns[body];
             }
         }
+        series[0].sum(&systems.pendulums, &flights.pendulums, &flights.phases, near);
+        series[1].sum(&systems.oscillators, &flights.oscillators, &flights.phases, near);
         for j in 0..LANES {
             let s = near[j];
             let (pendulum, oscillator) = (systems.pendulums.get(j), systems.oscillators.get(j));
             let turn = Turn::new(flights.phases.get(j), cos_minus_1[2][j], sin[2][j]);
-            let first = (cos_minus_1[0][j], sin[0][j]);
-            let second = (cos_minus_1[1][j], sin[1][j]);
-            let p = pendulum.swung(&flights.pendulums.get(j), s, first, &turn);
-            let o = oscillator.swung(&flights.oscillators.get(j), s, second, &turn);
+            let [first, second] = [0, 1].map(|body| {
+                let Series { increment, rate, .. } = series[body].get(j);
+                Near {
+                    s,
+                    turned: (cos_minus_1[body][j], sin[body][j]),
+                    summed: (increment, rate),
+                    turn,
+                }
+            });
+            let p = first.motion(&pendulum, &flights.pendulums.get(j));
+            let o = second.motion(&oscillator, &flights.oscillators.get(j));
             let turned = if G::TURNS {
                 elementary::turn_within(p.increment, 0.0)
             } else {
