@@ -15,6 +15,7 @@ pub(crate) use drive::{Drive, Drives, Trig, Trigs, Turn, turn_within};
 pub(crate) use oscillator::{
     BodyFlight, BodyFlights, Bounds, Equation, Equations, Motion, Oscillator, Series, SeriesLanes,
 };
+pub(crate) use resonance::{Beat, Beats};
 pub(crate) use table::{LEVELS, Point, States, Table, Weights};
 
 use crate::angle::Angle;
@@ -178,6 +179,11 @@ impl FreeMotion {
     #[allow(clippy::inline_always)]
     pub(crate) fn decays_by(&self, s: f64) -> bool {
         self.pendulum.equation.decayed(s) || self.oscillator.equation.decayed(s)
+    }
+
+    /// Whether both bodies swing, and answer the drive with the steady response or a beat.
+    pub(crate) fn swings_or_beats(&self) -> bool {
+        self.pendulum.swings_or_beats() && self.oscillator.swings_or_beats()
     }
 
     /// Whether both bodies swing, and answer the drive with the steady response.

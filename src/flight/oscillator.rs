@@ -191,10 +191,7 @@ impl Oscillator {
         let equation = &self.equation;
         match self.response {
             Response::Unforced | Response::Steady => equation.steady_flight(x, v, start),
-            Response::Beat(beat) => {
-                let (p, q) = beat.factor(start);
-                equation.flight((x, v), (x, v - p), (p, q))
-            }
+            Response::Beat(beat) => equation.beating_flight(&beat, x, v, start),
             Response::FromRest(_) => equation.flight((x, v), (x, v), (0.0, 0.0)),
         }
     }
@@ -309,6 +306,20 @@ impl Oscillator {
         }
     }
 
+    /// The forced motion of a body that swings and beats.
+    pub fn beat(&self) -> Option<&Beat> {
+        match &self.response {
+            Response::Beat(beat) => Some(beat),
+            _ => None,
+        }
+    }
+
+    /// Whether a body swings, and answers the drive with its steady response or with a beat.
+    pub fn swings_or_beats(&self) -> bool {
+        let swings = matches!(self.decay, Decay::Undamped { .. } | Decay::Underdamped { .. });
+        swings && !matches!(self.response, Response::FromRest(_))
+    }
+
     /// Local time from which on [`Oscillator::swung`] holds: infinite for a body that creeps or is
     /// near resonance.
     pub fn swings_from(&self) -> f64 {
@@ -348,7 +359,10 @@ impl Oscillator {
     #[inline(always)]
     fn motion(&self, f: &BodyFlight, s: f64, basis: (f64, f64), turn: &Turn) -> Motion {
         let elapsed = DoubleDouble::new(s);
-        let forced = self.resonant(f, elapsed, basis, turn.start).unwrap_or((0.0, 0.0));
+        let forced = match &self.response {
+            Response::Beat(beat) => beat.near((f.p, f.q), s, basis),
+            _ => self.resonant(f, elapsed, basis, turn.start).unwrap_or((0.0, 0.0)),
+        };
         if self.equation.decayed(s) {
             let (x, v) = self.remainder(f, elapsed, turn);
             let x = x + forced.0;

@@ -8,24 +8,43 @@
 //! all three may be close, [`RestResponse`] sums a series, or goes by the most distant pair
 //! (McCurdy, Ng & Parlett (1984), Math. Comp. 43, 501-528).
 
+#![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
+
 use nalgebra::Complex;
 
 use super::drive::Trig;
 use crate::double_double::DoubleDouble;
+use crate::elementary::{self, decay_minus_1};
+use crate::lanes::lanes_of;
 use crate::tolerance::SERIES_SPREAD;
 
 type C64 = Complex<f64>;
 
 /// Forced motion Re(F E(t)), F = f e^{i psi}/(z0 - z2) with psi at the flight's start, and
 /// E = e^{(z0 + z1) t/2} t sinh(y)/y, y = (z0 - z1) t/2. It starts with displacement 0 and rate Re F.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Beat {
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Beat {
     factor: C64,
     omega: f64,
     decay_rate: f64,
     wd: f64,
     half_sum: DoubleDouble,
     half_difference: DoubleDouble,
+}
+
+lanes_of! {
+    /// Several beats.
+    Beats of Beat {
+        factor_re: factor.re,
+        factor_im: factor.im,
+        omega: omega,
+        decay_rate: decay_rate,
+        wd: wd,
+        half_sum: half_sum.hi,
+        half_sum_rest: half_sum.lo,
+        half_difference: half_difference.hi,
+        half_difference_rest: half_difference.lo,
+    }
 }
 
 impl Beat {
@@ -44,9 +63,32 @@ impl Beat {
     }
 
     /// F, from the forcing phase at the start of a flight.
+    #[inline(always)]
     pub fn factor(&self, start: Trig) -> (f64, f64) {
-        let factor = self.factor * C64::new(start.cos, start.sin);
-        (factor.re, factor.im)
+        let C64 { re, im } = self.factor;
+        (re * start.cos - im * start.sin, re * start.sin + im * start.cos)
+    }
+
+    /// Displacement and rate at a time `t` within a local flight; C - 1 and S of the free motion then.
+    /// No branch needs a jump.
+    #[inline(always)]
+    pub fn near(&self, (p, q): (f64, f64), t: f64, (c1, sine): (f64, f64)) -> (f64, f64) {
+        let half_shrink = 0.5 * self.decay_rate * t;
+        let (angle, sin, cos) = turned(self.half_difference, t);
+        // e^{-half_shrink} sinh(y)/y
+        let shrink = decay_minus_1(-2.0 * half_shrink);
+        let (re, im) = (-0.5 * shrink * cos, (1.0 + 0.5 * shrink) * sin);
+        let square = half_shrink * half_shrink + angle * angle;
+        let quotient = (
+            if square == 0.0 { 1.0 } else { (re * half_shrink + im * angle) / square },
+            if square == 0.0 { 0.0 } else { (im * half_shrink - re * angle) / square },
+        );
+        let (_, sin, cos) = turned(self.half_sum, t);
+        let e =
+            ((quotient.0 * cos - quotient.1 * sin) * t, (quotient.0 * sin + quotient.1 * cos) * t);
+        // E' = e^{z1 t} + z0 E
+        let rate = (1.0 + c1 - self.omega * e.1, self.wd * sine + self.omega * e.0);
+        (p * e.0 - q * e.1, p * rate.0 - q * rate.1)
     }
 
     /// Displacement and rate after `elapsed`; C - 1 and S of the free motion then.
@@ -70,6 +112,15 @@ impl Beat {
         let rate = C64::new(1.0 + c1 - self.omega * e.im, self.wd * sine + self.omega * e.re);
         (p * e.re - q * e.im, p * rate.re - q * rate.im)
     }
+}
+
+/// The angle w t of a local flight, and its sine and cosine.
+#[inline(always)]
+fn turned(w: DoubleDouble, t: f64) -> (f64, f64, f64) {
+    let angle = DoubleDouble::product(w.hi, t);
+    let tail = angle.lo + w.lo * t;
+    let (sin, cos) = elementary::sin_cos_within(angle.hi, tail);
+    (angle.hi + tail, sin, cos)
 }
 
 /// A complex exponent; the imaginary part to 32 digits, for long times.

@@ -18,9 +18,9 @@ use crate::contact::{Found, Outlook, Start, Touch, carefully};
 use crate::error::SimulationError;
 use crate::event::Event;
 use crate::gap::{Direct, GapBounds, Geometry, Oblique};
-use crate::impact::{self, PreImpact};
+use crate::impact::{self, Impact, ImpactFailure, PreImpact};
 use crate::lanes::LANES;
-use crate::params::{Contact, ImpactLaw};
+use crate::params::{Contact, ImpactLaw, System};
 use crate::scan::{Batch, Scanner};
 
 /// A simulation, who watches it, and what becomes of its events.
@@ -186,6 +186,14 @@ impl<T: Traveller> Company<'_, T> {
         encounters.meet::<G>();
         encounters.strike::<G>();
         for j in ready.iter() {
+            if let (Some(pre), Some(traveller)) = (encounters.bends(j), &mut self.crew[j])
+                && let Ok(impact) = resolve_alone(&traveller.parts().0.system, &pre)
+            {
+                encounters.bend(j, &impact);
+            }
+        }
+        encounters.depart();
+        for j in ready.iter() {
             let Some(traveller) = &mut self.crew[j] else { continue };
             let (simulation, watch) = traveller.parts();
             if let Some(event) = simulation.encounter(j, encounters, watch) {
@@ -251,6 +259,12 @@ impl<T: Traveller> Company<'_, T> {
     }
 }
 
+/// An impact whose slip ends.
+#[inline(never)]
+fn resolve_alone(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure> {
+    impact::resolve(system, pre)
+}
+
 /// What follows from a batch of steps.
 enum Judged {
     /// A contact ahead.
@@ -276,7 +290,7 @@ impl<G: Geometry, T: Traveller> pulp::NullaryFnOnce for Round<'_, '_, G, T> {
 impl Simulation {
     /// Whether the usual flight of this system, and its impacts, can be done in a lane.
     fn is_plain(&self) -> bool {
-        self.motion.swings() && self.system.law != ImpactLaw::Paper
+        self.motion.swings_or_beats() && self.system.law != ImpactLaw::Paper
     }
 
     /// Whether the present flight, if it is to be scanned, starts on the contact.

@@ -8,6 +8,7 @@ use super::{BodyFlight, BodyFlights, Motion};
 use crate::double_double::DoubleDouble;
 use crate::elementary::decay_minus_1;
 use crate::flight::drive::{Trig, Trigs, Turn};
+use crate::flight::resonance::Beat;
 use crate::lanes::{LANES, Lanes, lanes_of};
 use crate::tolerance::{DECAYED, SHORT_ORDERS};
 
@@ -77,6 +78,13 @@ impl Equation {
         self.flight((x, v), (x - p, v - self.omega * q), (p, q))
     }
 
+    /// A flight with a beat.
+    #[inline(always)]
+    pub fn beating_flight(&self, beat: &Beat, x: f64, v: f64, start: Trig) -> BodyFlight {
+        let (p, q) = beat.factor(start);
+        self.flight((x, v), (x, v - p), (p, q))
+    }
+
     /// A flight from its state, its free part's displacement and rate, and its forced part's constants.
     #[inline(always)]
     pub fn flight(
@@ -127,13 +135,18 @@ impl Equation {
     /// decayed; `turned`: (cos wd s - 1, sin wd s).
     #[inline(always)]
     pub fn swung(&self, f: &BodyFlight, s: f64, turned: (f64, f64), turn: &Turn) -> (f64, f64) {
-        let (cos_minus_1, sine) = (turned.0, turned.1 / self.damped.hi);
-        let basis = if self.decay_rate == 0.0 {
+        self.combine(f, self.swinging_basis(s, turned), turn)
+    }
+
+    /// (C - 1, S) of a body that swings, from (cos wd s - 1, sin wd s).
+    #[inline(always)]
+    pub fn swinging_basis(&self, s: f64, (cos_minus_1, sin): (f64, f64)) -> (f64, f64) {
+        let sine = sin / self.damped.hi;
+        if self.decay_rate == 0.0 {
             (cos_minus_1, sine)
         } else {
             self.damped_basis(s, cos_minus_1, sine)
-        };
-        self.combine(f, basis, turn)
+        }
     }
 
     /// Terms of the Taylor series that are needed at a time; 0 where it is too long for the series.
@@ -224,9 +237,13 @@ impl SeriesLanes {
         starts: &Trigs,
         times: &Lanes,
     ) {
-        let orders: [f64; LANES] =
-            std::array::from_fn(|j| equations.get(j).series_order(times[j]) as f64);
-        let most = orders.iter().fold(0.0, |most: f64, &order| most.max(order)) as usize;
+        let (mut orders, mut most) = ([0.0; LANES], 0);
+        for j in 0..LANES {
+            if times[j] <= equations.short[j] {
+                let order = equations.get(j).series_order(times[j]);
+                (orders[j], most) = (order as f64, most.max(order));
+            }
+        }
         if most == 0 {
             return;
         }

@@ -9,7 +9,7 @@ use crate::contact::Touch;
 use crate::double_double::DoubleDouble;
 use crate::elementary::{self, MOST_TURNED};
 use crate::flight::{
-    BodyFlight, BodyFlights, Drives, Equation, Equations, Flight, FreeMotion, Motion, Series,
+    Beat, Beats, BodyFlight, BodyFlights, Drives, Equation, Equations, Flight, FreeMotion, Motion,
     SeriesLanes, Trigs, Turn, turn_within,
 };
 use crate::gap::{
@@ -55,10 +55,77 @@ struct Systems {
     drives: Drives,
     pendulums: Equations,
     oscillators: Equations,
+    /// Of pendulums and oscillators.
+    beats: [Beating; 2],
     gap: Lanes,
     mass_ratio: Lanes,
     restitution: Lanes,
     friction: Lanes,
+}
+
+/// Bodies near resonance.
+#[derive(Debug, Clone, Default)]
+struct Beating {
+    beats: Beats,
+    /// 1 for a body that beats.
+    which: [u64; LANES],
+}
+
+impl Beating {
+    fn set(&mut self, j: usize, beat: Option<&Beat>) {
+        self.which[j] = u64::from(beat.is_some());
+        if let Some(beat) = beat {
+            self.beats.set(j, beat);
+        }
+    }
+
+    /// Whether any body beats.
+    #[inline(always)]
+    fn any(&self) -> bool {
+        self.which.iter().sum::<u64>() > 0
+    }
+
+    /// Increments and rates of the bodies that beat.
+    #[inline(always)]
+    fn motions(
+        &self,
+        equations: &Equations,
+        flights: &BodyFlights,
+        times: &Lanes,
+        (cos_minus_1, sin): (&Lanes, &Lanes),
+    ) -> [Lanes; 2] {
+        let mut motions = [[0.0; LANES]; 2];
+        if self.any() {
+            for j in 0..LANES {
+                let (equation, f, s) = (equations.get(j), flights.get(j), times[j]);
+                let basis = equation.swinging_basis(s, (cos_minus_1[j], sin[j]));
+                let free = Equation::free(&f, basis);
+                let forced = self.beats.get(j).near((f.p, f.q), s, basis);
+                (motions[0][j], motions[1][j]) = (free.0 + forced.0, free.1 + forced.1);
+            }
+        }
+        motions
+    }
+
+    /// Flights of the bodies that beat, in place of those with a steady response.
+    #[inline(always)]
+    fn start(
+        &self,
+        equations: &Equations,
+        x: &Lanes,
+        v: &Lanes,
+        starts: &Trigs,
+        flights: &mut BodyFlights,
+    ) {
+        if self.any() {
+            for j in 0..LANES {
+                let (equation, beat) = (equations.get(j), self.beats.get(j));
+                let beating = equation.beating_flight(&beat, x[j], v[j], starts.get(j));
+                let steady = flights.get(j);
+                flights.set(j, if self.which[j] == 1 { &beating } else { &steady });
+            }
+        }
+    }
 }
 
 /// Flights, each from its start.
@@ -102,7 +169,12 @@ struct Impacts {
     impulse_tangential: Lanes,
     energy_loss: Lanes,
     friction_loss: Lanes,
-    /// 1 where the impact is straight: without friction, or with slip in one direction to its end.
+    /// Impacts of other regimes.
+    bent: [Option<Impact>; LANES],
+    /// 1 where the state before the impact is usual.
+    met: [u64; LANES],
+    /// 1 where the impact is straight: without friction, or with slip in one direction to its end; 2
+    /// where it is one of the other regimes; else 0.
     straight: [u64; LANES],
 }
 
@@ -113,6 +185,9 @@ struct Near {
     turned: (f64, f64),
     /// Increment and rate by the Taylor series, for a short time.
     summed: (f64, f64),
+    /// The same of a body that beats.
+    beats: bool,
+    beating: (f64, f64),
     turn: Turn,
 }
 
@@ -120,6 +195,7 @@ impl Near {
     #[inline(always)]
     fn motion(&self, equation: &Equation, flight: &BodyFlight) -> Motion {
         let swung = equation.swung(flight, self.s, self.turned, &self.turn);
+        let swung = if self.beats { self.beating } else { swung };
         let (increment, rate) = if self.s <= equation.short { self.summed } else { swung };
         equation.motion_from(increment, rate, [flight.x, increment], &self.turn)
     }
@@ -132,6 +208,9 @@ impl Encounters {
         systems.drives.set(j, &motion.drive);
         systems.pendulums.set(j, &motion.pendulum.equation);
         systems.oscillators.set(j, &motion.oscillator.equation);
+        for (beats, body) in systems.beats.iter_mut().zip([&motion.pendulum, &motion.oscillator]) {
+            beats.set(j, body.beat());
+        }
         systems.gap[j] = system.gap;
         systems.mass_ratio[j] = system.mass_ratio;
         systems.restitution[j] = system.restitution;
@@ -178,21 +257,35 @@ impl Encounters {
                 (cos_minus_1[body][j], sin[body][j]) = turns[body];
             }
         }
+        let beating = [
+            systems.beats[0].motions(
+                &systems.pendulums,
+                &flights.pendulums,
+                near,
+                (&cos_minus_1[0], &sin[0]),
+            ),
+            systems.beats[1].motions(
+                &systems.oscillators,
+                &flights.oscillators,
+                near,
+                (&cos_minus_1[1], &sin[1]),
+            ),
+        ];
         series[0].sum(&systems.pendulums, &flights.pendulums, &flights.phases, near);
         series[1].sum(&systems.oscillators, &flights.oscillators, &flights.phases, near);
         for j in 0..LANES {
             let s = near[j];
             let (pendulum, oscillator) = (systems.pendulums.get(j), systems.oscillators.get(j));
             let turn = Turn::new(flights.phases.get(j), cos_minus_1[2][j], sin[2][j]);
-            let [first, second] = [0, 1].map(|body| {
-                let Series { increment, rate, .. } = series[body].get(j);
-                Near {
-                    s,
-                    turned: (cos_minus_1[body][j], sin[body][j]),
-                    summed: (increment, rate),
-                    turn,
-                }
-            });
+            let near_by = |body: usize| Near {
+                s,
+                turned: (cos_minus_1[body][j], sin[body][j]),
+                summed: (series[body].increment[j], series[body].rate[j]),
+                beats: systems.beats[body].which[j] == 1,
+                beating: (beating[body][0][j], beating[body][1][j]),
+                turn,
+            };
+            let (first, second) = (near_by(0), near_by(1));
             let p = first.motion(&pendulum, &flights.pendulums.get(j));
             let o = second.motion(&oscillator, &flights.oscillators.get(j));
             let turned = if G::TURNS {
@@ -219,10 +312,10 @@ impl Encounters {
         }
     }
 
-    /// The impacts, and the flights after them (as in src/simulate/flight.rs).
+    /// The impacts (as in src/simulate/flight.rs).
     #[inline(always)]
     pub fn strike<G: Geometry>(&mut self) {
-        let Self { systems, flights, near, contacts, impacts, .. } = self;
+        let Self { systems, contacts, impacts, .. } = self;
         let after = &mut impacts.flights;
         for j in 0..LANES {
             let angle = |x1: f64| {
@@ -249,11 +342,10 @@ impl Encounters {
             let impact =
                 impact::straight(&pre, mass_ratio, restitution, &segment, Regime::Frictionless);
             let finite = impact.v1_post + impact.v2_post + impact.impulse_normal;
-            let straight = ((friction == 0.0) | lasts)
-                & (impact.approach_velocity > 0.0)
+            let met = (impact.approach_velocity > 0.0)
                 & (on_wall | (mass_ratio > 0.0))
-                & (x1.abs() <= MOST_TURNED)
-                & finite.is_finite();
+                & (x1.abs() <= MOST_TURNED);
+            let straight = ((friction == 0.0) | lasts) & finite.is_finite();
             (impacts.pre_x1[j], impacts.pre_x2[j]) = (x1, x2);
             after.angles.set(j, &angle);
             impacts.v1_post[j] = impact.v1_post;
@@ -265,8 +357,36 @@ impl Encounters {
             impacts.impulse_tangential[j] = impact.impulse_tangential;
             impacts.energy_loss[j] = impact.energy_loss;
             impacts.friction_loss[j] = impact.friction_loss;
-            impacts.straight[j] = u64::from(straight);
+            impacts.met[j] = u64::from(met);
+            impacts.straight[j] = u64::from(met & straight);
         }
+    }
+
+    /// Whether the impact in lane `j` is of another regime, to be resolved by itself: the state before it.
+    #[inline(always)]
+    pub fn bends(&self, j: usize) -> Option<PreImpact> {
+        let Self { contacts, impacts, .. } = self;
+        let bends = contacts.certain[j] == 1 && impacts.met[j] == 1 && impacts.straight[j] == 0;
+        bends.then(|| {
+            let Angle { sin, cos } = impacts.flights.angles.get(j);
+            PreImpact { cos, sin, v1: contacts.v1[j], v2: contacts.v2[j] }
+        })
+    }
+
+    /// Sets the impact in lane `j`.
+    pub fn bend(&mut self, j: usize, impact: &Impact) {
+        let finite = impact.v1_post + impact.v2_post + impact.impulse_normal;
+        self.impacts.straight[j] = if finite.is_finite() { 2 } else { 0 };
+        self.impacts.v1_post[j] = impact.v1_post;
+        self.impacts.v2_post[j] = impact.v2_post;
+        self.impacts.bent[j] = Some(*impact);
+    }
+
+    /// The flights after the impacts.
+    #[inline(always)]
+    pub fn depart(&mut self) {
+        let Self { systems, flights, near, contacts, impacts, .. } = self;
+        let after = &mut impacts.flights;
         for j in 0..LANES {
             let drive = systems.drives.get(j);
             let start = DoubleDouble { hi: flights.time_in_period[j], lo: flights.residual[j] };
@@ -287,6 +407,10 @@ impl Encounters {
             after.pendulums.set(j, &pendulum.steady_flight(x1, impacts.v1_post[j], phase));
             after.oscillators.set(j, &oscillator.steady_flight(x2, impacts.v2_post[j], phase));
         }
+        let Flights { phases, pendulums, oscillators, .. } = after;
+        let Impacts { pre_x1, pre_x2, v1_post, v2_post, .. } = impacts;
+        systems.beats[0].start(&systems.pendulums, pre_x1, v1_post, phases, pendulums);
+        systems.beats[1].start(&systems.oscillators, pre_x2, v2_post, phases, oscillators);
     }
 
     /// Evaluations of the gap in lane `j`.
@@ -311,18 +435,15 @@ impl Encounters {
         })
     }
 
-    /// The state before the impact in lane `j`, the impact, and the flight after it, if it is straight;
+    /// The state before the impact in lane `j`, the impact, and the flight after it, if there is one;
     /// `period`: of the clock at the start of the flight.
     #[inline(always)]
     pub fn impact(&self, j: usize, period: i64) -> Option<(State, Impact, Flight)> {
         let (contacts, impacts, friction) =
             (&self.contacts, &self.impacts, self.systems.friction[j]);
-        if impacts.straight[j] != 1 {
-            return None;
-        }
         let (x1, x2) = (impacts.pre_x1[j], impacts.pre_x2[j]);
         let pre = State { x1, v1: contacts.v1[j], x2, v2: contacts.v2[j] };
-        let impact = Impact {
+        let straight = || Impact {
             regime: if friction == 0.0 {
                 Regime::Frictionless
             } else {
@@ -337,6 +458,11 @@ impl Encounters {
             impulse_tangential: impacts.impulse_tangential[j],
             energy_loss: impacts.energy_loss[j],
             friction_loss: impacts.friction_loss[j],
+        };
+        let impact = match impacts.straight[j] {
+            1 => straight(),
+            2 => impacts.bent[j]?,
+            _ => return None,
         };
         let after = &impacts.flights;
         let flight = Flight {
