@@ -97,7 +97,12 @@ pub fn next_contact(
     start: Start,
     span: f64,
 ) -> ContactReport {
-    pulp::Arch::new().dispatch(Job { motion, flight, start, span })
+    let mut report = pulp::Arch::new().dispatch(Job { motion, flight, start, span });
+    match report.found {
+        Found::Contact(touch) if touch.local_time() > span => report.found = Found::Clear(span),
+        _ => {}
+    }
+    report
 }
 
 /// A search, compiled for each kind of vector instructions.
@@ -203,7 +208,8 @@ impl Outlook {
                 if near <= rise.reach {
                     Self::Ahead { near: few_digits(near), after: rise.after, bounds }
                 } else {
-                    Self::Clear(rise.reach)
+                    // Met in a local flight from the start of the step.
+                    Self::Clear(rise.after)
                 }
             }
             Scan::Hop(near) => Self::Ahead { near: few_digits(near), after: 0.0, bounds },

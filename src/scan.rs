@@ -427,12 +427,12 @@ impl Samples {
             first = larger(w.sixth * rate, w.third.mul_add(rate, w.thirtieth * second));
         }
         // The left end of a step is the right end of the one before.
-        let left = after(first, left);
-        let left_middle = after(first_middle, left_middle);
+        let before = after(first, left);
+        let middle_before = after(first_middle, left_middle);
         let mut below = 0u64;
         for j in 0..LANES {
-            let middle = remainder + (left_middle[j] + middle[j]);
-            let highest = larger(larger(left[j], middle), highest[j]);
+            let middle = remainder + (middle_before[j] + middle[j]);
+            let highest = larger(larger(before[j], middle), highest[j]);
             below += if highest < -slack { 1 << j } else { 0 };
         }
         (!below).trailing_zeros() as usize
