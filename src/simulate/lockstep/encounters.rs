@@ -10,7 +10,7 @@ use crate::double_double::DoubleDouble;
 use crate::elementary::{self, MOST_TURNED};
 use crate::flight::{
     Beat, Beats, BodyFlight, BodyFlights, Drives, Equation, Equations, Flight, FreeMotion, Motion,
-    SeriesLanes, Trigs, Turn, turn_within,
+    MotionLanes, SeriesLanes, Trigs, Turn, turn_within,
 };
 use crate::gap::{
     GapBounds, GapBoundsLanes, GapPoints, Geometry, flight_noise, gap_after, gap_fourth,
@@ -56,7 +56,7 @@ pub(super) struct Encounters {
     start: Lanes,
     start_noise: Lanes,
     bounds: GapBoundsLanes,
-    series: [SeriesLanes; 2],
+    motions: Motions,
     contacts: Contacts,
     impacts: Impacts,
 }
@@ -192,6 +192,74 @@ struct Impacts {
     straight: [u64; LANES],
 }
 
+/// Motions of both bodies at a local time of each flight.
+#[derive(Debug, Clone, Default)]
+struct Motions {
+    series: [SeriesLanes; 2],
+    pendulums: MotionLanes,
+    oscillators: MotionLanes,
+}
+
+impl Motions {
+    /// The motions at these times, at which no free motion has decayed.
+    #[inline(always)]
+    fn evaluate(&mut self, systems: &Systems, flights: &Flights, times: &Lanes) {
+        let Self { series, pendulums, oscillators } = self;
+        let mut cos_minus_1 = [[0.0; LANES]; 3];
+        let mut sin = [[0.0; LANES]; 3];
+        for j in 0..LANES {
+            let turns = [
+                turn_within(systems.pendulums.get(j).damped, times[j]),
+                turn_within(systems.oscillators.get(j).damped, times[j]),
+                turn_within(DoubleDouble::new(systems.drives.omega[j]), times[j]),
+            ];
+            for body in 0..3 {
+                (cos_minus_1[body][j], sin[body][j]) = turns[body];
+            }
+        }
+        let beating = [
+            systems.beats[0].motions(
+                &systems.pendulums,
+                &flights.pendulums,
+                times,
+                (&cos_minus_1[0], &sin[0]),
+            ),
+            systems.beats[1].motions(
+                &systems.oscillators,
+                &flights.oscillators,
+                times,
+                (&cos_minus_1[1], &sin[1]),
+            ),
+        ];
+        series[0].sum(&systems.pendulums, &flights.pendulums, &flights.phases, times);
+        series[1].sum(&systems.oscillators, &flights.oscillators, &flights.phases, times);
+        for j in 0..LANES {
+            let turn = Turn::new(flights.phases.get(j), cos_minus_1[2][j], sin[2][j]);
+            let near_by = |body: usize| Near {
+                s: times[j],
+                turned: (cos_minus_1[body][j], sin[body][j]),
+                summed: (series[body].increment[j], series[body].rate[j]),
+                beats: systems.beats[body].which[j] == 1,
+                beating: (beating[body][0][j], beating[body][1][j]),
+                turn,
+            };
+            let (first, second) = (near_by(0), near_by(1));
+            let (pendulum, oscillator) = (systems.pendulums.get(j), systems.oscillators.get(j));
+            pendulums.set(j, &first.motion(&pendulum, &flights.pendulums.get(j)));
+            oscillators.set(j, &second.motion(&oscillator, &flights.oscillators.get(j)));
+        }
+    }
+
+    /// The motions of both bodies in lane `j`.
+    #[inline(always)]
+    fn get(&self, j: usize, flights: &Flights) -> (Motion, Motion) {
+        let (mut p, mut o) = (self.pendulums.get(j), self.oscillators.get(j));
+        p.place_after(flights.pendulums.x[j]);
+        o.place_after(flights.oscillators.x[j]);
+        (p, o)
+    }
+}
+
 /// How far one body has come by local time `s`.
 struct Near {
     s: f64,
@@ -263,7 +331,7 @@ impl Encounters {
     /// (as in src/contact.rs).
     #[inline(always)]
     pub fn meet<G: Geometry>(&mut self) {
-        let Self { systems, flights, rises, on_step, near, bounds, series, contacts, .. } = self;
+        let Self { systems, flights, rises, on_step, near, bounds, motions, contacts, .. } = self;
         let (start, start_noise) = (&self.start, &self.start_noise);
         let mut in_reach = [0; LANES];
         for j in 0..LANES {
@@ -275,49 +343,11 @@ impl Encounters {
                 | systems.oscillators.get(j).decayed(near[j]);
             in_reach[j] = u64::from((!on_step | (at <= rise.reach)) & !decayed);
         }
-        let mut cos_minus_1 = [[0.0; LANES]; 3];
-        let mut sin = [[0.0; LANES]; 3];
-        for j in 0..LANES {
-            let turns = [
-                turn_within(systems.pendulums.get(j).damped, near[j]),
-                turn_within(systems.oscillators.get(j).damped, near[j]),
-                turn_within(DoubleDouble::new(systems.drives.omega[j]), near[j]),
-            ];
-            for body in 0..3 {
-                (cos_minus_1[body][j], sin[body][j]) = turns[body];
-            }
-        }
-        let beating = [
-            systems.beats[0].motions(
-                &systems.pendulums,
-                &flights.pendulums,
-                near,
-                (&cos_minus_1[0], &sin[0]),
-            ),
-            systems.beats[1].motions(
-                &systems.oscillators,
-                &flights.oscillators,
-                near,
-                (&cos_minus_1[1], &sin[1]),
-            ),
-        ];
-        series[0].sum(&systems.pendulums, &flights.pendulums, &flights.phases, near);
-        series[1].sum(&systems.oscillators, &flights.oscillators, &flights.phases, near);
+        motions.evaluate(systems, flights, near);
         for j in 0..LANES {
             let s = near[j];
             let (pendulum, oscillator) = (systems.pendulums.get(j), systems.oscillators.get(j));
-            let turn = Turn::new(flights.phases.get(j), cos_minus_1[2][j], sin[2][j]);
-            let near_by = |body: usize| Near {
-                s,
-                turned: (cos_minus_1[body][j], sin[body][j]),
-                summed: (series[body].increment[j], series[body].rate[j]),
-                beats: systems.beats[body].which[j] == 1,
-                beating: (beating[body][0][j], beating[body][1][j]),
-                turn,
-            };
-            let (first, second) = (near_by(0), near_by(1));
-            let p = first.motion(&pendulum, &flights.pendulums.get(j));
-            let o = second.motion(&oscillator, &flights.oscillators.get(j));
+            let (p, o) = motions.get(j, flights);
             let turned = if G::TURNS {
                 elementary::turn_within(p.increment, 0.0)
             } else {
@@ -454,6 +484,20 @@ impl Encounters {
         }
         systems.beats[0].start(&systems.pendulums, pre_x1, v1_post, phases, pendulums);
         systems.beats[1].start(&systems.oscillators, pre_x2, v2_post, phases, oscillators);
+    }
+
+    /// States at a local time of each flight, at which no free motion has decayed.
+    #[inline(always)]
+    pub fn pass(&mut self, times: &Lanes) {
+        let Self { systems, flights, motions, .. } = self;
+        motions.evaluate(systems, flights, times);
+    }
+
+    /// The last of these states in lane `j`.
+    #[inline(always)]
+    pub fn state(&self, j: usize) -> State {
+        let (p, o) = self.motions.get(j, &self.flights);
+        State { x1: p.displacement(), v1: p.rate, x2: o.displacement(), v2: o.rate }
     }
 
     /// Evaluations of the gap in lane `j`.
