@@ -3,10 +3,13 @@
 //! Every point is a run of its own, or a followed branch is one task from end to end, so the
 //! result has the same bits for any number of threads.
 
+mod workers;
+
+pub use workers::Workers;
+use workers::side_by_side;
+
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
-use std::sync::mpsc;
-use std::time::Duration;
 
 use crate::basin::{Arrival, Fate, Journey, Target};
 use crate::error::ParameterError;
@@ -18,61 +21,6 @@ use crate::period::PeriodReport;
 use crate::run::{Run, RunError, RunOptions, run, run_together};
 use crate::simulate::{Simulation, travel};
 use crate::state::State;
-
-/// More threads than any machine has use for; some systems hang rather than refuse them.
-const MOST_THREADS: usize = 1024;
-/// Time between two looks at the caller's wish to go on.
-const LOOK: Duration = Duration::from_millis(50);
-
-/// The threads that share the work.
-#[derive(Debug, Default)]
-pub struct Workers(Option<rayon::ThreadPool>);
-
-impl Workers {
-    /// So many threads; all processors if `None`.
-    ///
-    /// # Errors
-    /// [`ParameterError`] for 0 threads, or more than the system gives.
-    pub fn new(threads: Option<usize>) -> Result<Self, ParameterError> {
-        let Some(threads) = threads else { return Ok(Self(None)) };
-        let error = |allowed| ParameterError::new("workers", threads, allowed);
-        if !(1..=MOST_THREADS).contains(&threads) {
-            return Err(error("a whole number in [1, 1024]"));
-        }
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .map(|pool| Self(Some(pool)))
-            .map_err(|_| error("as many threads as the system gives"))
-    }
-
-    /// Does `work` on the threads while this one asks `go_on` now and then; once that says no,
-    /// `work` sees its flag raised and should end.
-    fn run<T: Send>(
-        &self,
-        go_on: &mut dyn FnMut() -> bool,
-        work: impl FnOnce(&AtomicBool) -> T + Send,
-    ) -> T {
-        let cancel = AtomicBool::new(false);
-        std::thread::scope(|scope| {
-            let (working, worked) = mpsc::channel::<()>();
-            let (pool, cancel) = (&self.0, &cancel);
-            let task = scope.spawn(move || {
-                let _working = working; // dropped at the end, which wakes the watch
-                match pool {
-                    Some(pool) => pool.install(|| work(cancel)),
-                    None => work(cancel),
-                }
-            });
-            while let Err(mpsc::RecvTimeoutError::Timeout) = worked.recv_timeout(LOOK) {
-                if !go_on() {
-                    cancel.store(true, Relaxed);
-                }
-            }
-            task.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-        })
-    }
-}
 
 /// Where each value of the parameter starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -396,26 +344,6 @@ fn fresh(cell: &Cell, options: &SweepOptions, restarted: bool, cancel: &AtomicBo
     }
     let run = run(&cell.system, cell.initial, options.run, &mut go_on);
     SweepPoint::of(run, restarted, options, &mut go_on)
-}
-
-/// Does so many pieces of work on all threads of the present pool, each of which asks for the next
-/// piece when it has room for it, and hands over what has come of each; `None` where nothing has.
-fn side_by_side<T: Send>(
-    count: usize,
-    work: &(dyn Fn(&mut dyn FnMut() -> Option<usize>, &mut dyn FnMut(usize, T)) + Sync),
-) -> Vec<Option<T>> {
-    let begun = AtomicUsize::new(0);
-    let shares = rayon::broadcast(|_| {
-        let mut share = Vec::new();
-        let mut next = || Some(begun.fetch_add(1, Relaxed)).filter(|&place| place < count);
-        work(&mut next, &mut |place, result| share.push((place, result)));
-        share
-    });
-    let mut results: Vec<Option<T>> = std::iter::repeat_with(|| None).take(count).collect();
-    for (place, result) in shares.into_iter().flatten() {
-        results[place] = Some(result);
-    }
-    results
 }
 
 /// From the last state, or from the cell's own where there is none or it does not fit.

@@ -9,6 +9,7 @@
 #![allow(clippy::inline_always)] // a round is compiled for several instruction sets
 
 mod encounters;
+mod motions;
 
 use std::marker::PhantomData;
 
@@ -68,7 +69,7 @@ pub(crate) fn travel<T: Traveller>(next: &mut dyn FnMut() -> Option<T>, done: &m
     let Some(mut first) = next() else { return };
     let contact = first.parts().0.system.contact;
     let mut company =
-        Company { next, done, contact, crew: Default::default(), lanes: Default::default() };
+        Company { next, done, contact, crew: Default::default(), lanes: Box::default() };
     let mut first = company.fitting(first);
     for j in 0..LANES {
         let traveller = first.take().or_else(|| company.another());
@@ -443,6 +444,7 @@ impl Simulation {
 }
 
 /// What becomes of a flight with a contact ahead.
+#[allow(clippy::large_enum_variant)] // none is ever stored
 enum Encounter {
     /// Nothing that is of use.
     Alone,
