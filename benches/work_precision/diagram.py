@@ -121,6 +121,6 @@ def _legend() -> list[Line2D]:
     gray = {"color": "0.4", "marker": "o", "markersize": 5}
     return [
         *solvers,
-        Line2D([], [], **gray, linestyle="none", label="impacts as in the reference"),
-        Line2D([], [], **gray, **HOLLOW, label="contact missed or made up"),
+        Line2D([], [], **gray, linestyle="none", label="as many impacts as the reference"),
+        Line2D([], [], **gray, **HOLLOW, label="contact missed, made up, fallen through"),
     ]
