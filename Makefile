@@ -77,6 +77,7 @@ bench: $(INSTALLED)
 	$(BIN)/python benches/bars.py
 	$(BIN)/python benches/savings.py
 	$(BIN)/python benches/work_precision
+	@echo 'results are in benches/out and benches/work_precision/out'
 
 # Need no more than Rust, a C compiler, valgrind and any Python.
 instructions: | check-tools

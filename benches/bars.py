@@ -24,6 +24,7 @@ import bars_report
 import vibroimpact as vi
 from peers import PEERS
 from peers.outcome import Problem
+from progress import step
 from rounds import Timing, measure
 from scenes import KEYWORDS, read_scenes
 from vibroimpact.paper.parameters import INITIAL, KEEP, MOTIONS, PERIODS, TRANSITIONS
@@ -241,7 +242,10 @@ def main(arguments: list[str] | None = None) -> None:
     rounds = 1 if options.quick else options.rounds
     workers = min(2, bars_report.cores())
     head = bars_report.head(rounds, quick=options.quick)
-    results = [run_case(case, rounds, options.quick, workers) for case in chosen]
+    results = []
+    for number, case in enumerate(chosen, 1):
+        with step(f"bars {number}/{len(chosen)}: {case.name}"):
+            results.append(run_case(case, rounds, options.quick, workers))
     text = bars_report.markdown(head, results, PEERS)
     options.out.mkdir(parents=True, exist_ok=True)
     (options.out / "bars.md").write_text(text, encoding="utf-8")

@@ -9,6 +9,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+from progress import step
+
 PYPROJECT = Path(__file__).parents[1] / "pyproject.toml"
 
 
@@ -17,7 +19,9 @@ def main() -> None:
     project = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]
     for requirement in project["optional-dependencies"]["peers"]:
         command = [sys.executable, "-m", "pip", "install", "--quiet", "--only-binary=:all:"]
-        if subprocess.run([*command, requirement], check=False).returncode:
+        with step(f"installing {requirement}"):
+            failed = subprocess.run([*command, requirement], check=False).returncode
+        if failed:
             print(f"{requirement} cannot be installed here; its rows will say so")
 
 

@@ -5,8 +5,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 
-from tqdm import tqdm
-
 from yardstick import yardstick
 
 # A job shorter than this is repeated within its turn.
@@ -36,13 +34,11 @@ def measure(
         job()
     seconds: dict[str, list[float]] = {name: [] for name in jobs}
     g: dict[str, list[float]] = {name: [] for name in jobs}
-    with tqdm(total=rounds * len(jobs), unit="job") as bar:
-        for _ in range(rounds):
-            for name, job in jobs.items():
-                before = yardstick(clock=clock)
-                seconds[name].append(_time(job, shortest, clock))
-                g[name].append(0.5 * (before + yardstick(clock=clock)))
-                bar.update()
+    for _ in range(rounds):
+        for name, job in jobs.items():
+            before = yardstick(clock=clock)
+            seconds[name].append(_time(job, shortest, clock))
+            g[name].append(0.5 * (before + yardstick(clock=clock)))
     return {name: Timing(tuple(seconds[name]), tuple(g[name])) for name in jobs}
 
 

@@ -24,6 +24,7 @@ import numpy as np
 import instructions
 import vibroimpact as vi
 from machine import load, machine
+from progress import step
 from rounds import measure, ratios, spread, table
 from vibroimpact.paper.parameters import INITIAL, TRANSITIONS
 
@@ -189,7 +190,8 @@ def measured(
         for which, job in saving.jobs.items()
         if job.call is not None
     }
-    timings = measure(jobs, rounds, shortest=0.0 if quick else 0.05, clock=process_time)
+    with step(f"savings: {len(jobs)} calls in {rounds} rounds"):
+        timings = measure(jobs, rounds, shortest=0.0 if quick else 0.05, clock=process_time)
 
     def result(saving: Saving) -> dict[str, Any]:
         found = {which: timings.get(f"{saving.name}, {which}") for which in saving.jobs}
@@ -203,7 +205,8 @@ def measured(
             "instructions": {which: counts(job, program) for which, job in saving.jobs.items()},
         }
 
-    return [result(saving) for saving in cases]
+    with step("savings: instructions"):
+        return [result(saving) for saving in cases]
 
 
 def markdown(opening: str, results: list[dict[str, Any]]) -> str:

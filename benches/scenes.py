@@ -17,15 +17,32 @@ from peers.outcome import Problem
 
 DATA = Path(__file__).parents[1] / "tests" / "data"
 
-# Which scenes show which kind of motion, and the files they stand in.
+# Which scenes show which kind of motion, in words, and the files they stand in. The first of each
+# kind stands for it where there is room for one.
 KINDS = {
-    "periodic": ("fig5a", "fig6a", "fig9_1", "fig9_4"),
-    "chaotic": ("fig9_2",),
-    "grazing": ("graze_1e-4", "graze_1e-8", "graze_below_1e-8"),
-    "chattering": ("fig7c_omega_0.45", "restitution_0.95"),
-    "sustained contact": ("fig7c_omega_0.25",),
-    "stick-slip": ("friction_stick_slip", "stick_slip_mu_0.9"),
+    "periodic": {
+        "fig5a": "Fig. 5(a), 1-1",
+        "fig6a": "Fig. 6(a), 1-2 after chaos",
+        "fig9_1": "Fig. 9(1), 1-3, damped",
+        "fig9_4": "Fig. 9(4), 154-77, friction",
+    },
+    "chaotic": {"fig9_2": "Fig. 9(2), friction"},
+    "grazing": {
+        "graze_1e-4": "contact 1e-4 deep",
+        "graze_1e-8": "contact 1e-8 deep",
+        "graze_below_1e-8": "missed by 1e-8",
+    },
+    "chattering": {
+        "fig7c_omega_0.45": "Fig. 7(c), frequency 0.45",
+        "restitution_0.95": "restitution 0.95",
+    },
+    "sustained contact": {"fig7c_omega_0.25": "Fig. 7(c), frequency 0.25"},
+    "stick-slip": {
+        "friction_stick_slip": "friction 0.3",
+        "stick_slip_mu_0.9": "friction 0.9",
+    },
 }
+FIRST = tuple(next(iter(members)) for members in KINDS.values())
 FILES = ("paper_scenes.json", "bench_scenes.json", "contact_reference.json")
 
 KEYWORDS = {
@@ -46,11 +63,13 @@ KEYWORDS = {
 class Scene:
     """One motion: the problem, reference states, and when it has impacts.
 
-    ``impact_periods`` is the drive period of each impact, None where chatter has infinitely many.
+    ``title`` says in words which one of its kind it is. ``impact_periods`` is the drive period of
+    each impact, None where chatter has infinitely many.
     """
 
     name: str
     kind: str
+    title: str
     problem: Problem
     states: tuple[tuple[str, ...], ...]
     impact_periods: tuple[int, ...] | None
@@ -103,6 +122,7 @@ def _scene(name: str, kind: str, entry: dict[str, Any]) -> Scene:
     return Scene(
         name=name,
         kind=kind,
+        title=KINDS.get(kind, {}).get(name, name),
         problem=Problem({**numbers, "phase": float(entry["phase"])}, (x1, v1, x2, v2)),
         states=tuple(tuple(row) for row in entry["stroboscopic"]),
         impact_periods=None if impacts is None else tuple(impact["period"] for impact in impacts),

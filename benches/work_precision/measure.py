@@ -13,11 +13,11 @@ from functools import partial
 from time import perf_counter
 
 import numpy as np
-from tqdm import tqdm
 
 import vibroimpact as vi
 from peers import cvode_events, heyoka_events, numba_flights, scipy_events
 from peers.outcome import Outcome, Solve, penetration
+from progress import step
 from scenes import Scene
 
 CORE = "vibroimpact"
@@ -50,6 +50,8 @@ class Row:
 
     scene: str
     kind: str
+    title: str
+    periods: int
     solver: str
     tolerance: float | None
     seconds: float
@@ -83,6 +85,14 @@ class Measured:
     absent: dict[str, str]
 
 
+def by_scene(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """Return the rows of each scene, in their order."""
+    scenes: dict[str, list[Row]] = {}
+    for row in rows:
+        scenes.setdefault(row.scene, []).append(row)
+    return scenes
+
+
 def measure(scenes: Sequence[Scene], *, rounds: int, max_seconds: float) -> Measured:
     """Measure every scene.
 
@@ -97,8 +107,10 @@ def measure(scenes: Sequence[Scene], *, rounds: int, max_seconds: float) -> Meas
     """
     absent = {name: why for name, module, _ in PEERS if (why := module.missing())}
     rows: list[Row] = []
-    for scene in tqdm(scenes, unit="scene"):
-        rows += _measure_scene(scene, rounds, max_seconds, absent)
+    for number, scene in enumerate(scenes, 1):
+        title = f"run time against error {number}/{len(scenes)}: {scene.kind}, {scene.title}"
+        with step(title):
+            rows += _measure_scene(scene, rounds, max_seconds, absent)
     return Measured(rows, absent)
 
 
@@ -125,6 +137,8 @@ def _measure_scene(
             Row(
                 scene=scene.name,
                 kind=scene.kind,
+                title=scene.title,
+                periods=scene.periods,
                 solver=trial.solver,
                 tolerance=trial.tolerance,
                 seconds=statistics.median(times),
@@ -160,6 +174,8 @@ def _core_row(system: vi.System, scene: Scene, seconds: list[float]) -> Row:
     return Row(
         scene=scene.name,
         kind=scene.kind,
+        title=scene.title,
+        periods=scene.periods,
         solver=CORE,
         tolerance=None,
         seconds=statistics.median(seconds),

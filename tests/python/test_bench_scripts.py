@@ -10,6 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -171,15 +172,166 @@ def test_bars_names_a_case_that_does_not_exist(bench, capsys):
 
 def test_work_precision_writes_what_it_measures(tmp_path):
     command = [sys.executable, BENCHES / "work_precision", "--quick"]
-    subprocess.run(
-        [*command, "--scenes", "graze_1e-4", "--out", tmp_path], check=True, capture_output=True
+    scenes = ("--scenes", "graze_1e-4", "graze_1e-8")
+    done = subprocess.run(
+        [*command, *scenes, "--out", tmp_path], check=True, capture_output=True, text=True
     )
+    assert "2/2: grazing, contact 1e-8 deep ... " in done.stderr
     text = (tmp_path / "work_precision.md").read_text(encoding="utf-8")
     assert "| graze_1e-4 | grazing |" in text
     # The pair of crossings lies within one step of SciPy's.
     assert "10 impacts of 11" in text
-    assert (tmp_path / "work_precision.png").stat().st_size > 0
-    assert (tmp_path / "work_precision.csv").read_text(encoding="utf-8").count("vibroimpact") == 1
+    assert (tmp_path / "work_precision.csv").read_text(encoding="utf-8").count("vibroimpact") == 2
+    # One scene of each kind in the README's table, and in the smaller of the diagrams.
+    table = (tmp_path / "readme_table.md").read_text(encoding="utf-8")
+    assert "| grazing: contact 1e-4 deep |" in table
+    assert "1e-8 deep" not in table
+    assert "scenes without complete chatter (2): vibroimpact 0 of 2," in table
+    widths = [
+        plt.imread(tmp_path / f"work_precision{which}.png").shape[1] for which in ("", "_all")
+    ]
+    assert 0 < widths[0] <= widths[1]
+
+
+@pytest.fixture
+def work_precision(bench, monkeypatch):
+    """Import a module of the folder work_precision."""
+    monkeypatch.syspath_prepend(str(BENCHES / "work_precision"))
+    return bench
+
+
+@pytest.fixture
+def point(work_precision):
+    """Return a point of the diagram, by default one of a run that missed nothing."""
+
+    def make(solver, error, ratio, **given):
+        usual = {
+            "scene": "fig5a",
+            "kind": "periodic",
+            "title": "Fig. 5(a), 1-1",
+            "periods": 25,
+            "tolerance": None,
+            "seconds": 1e-5 * ratio,
+            "impacts": 26,
+            "impacts_expected": 26,
+            "evaluations": 0,
+            "false_events": 0,
+            "penetration": 0.0,
+            "missed": "",
+            "rounds": 3,
+        }
+        row = work_precision("measure").Row
+        return row(solver=solver, error=error, ratio=ratio, **{**usual, **given})
+
+    return make
+
+
+def test_the_readme_table_gives_each_peer_its_best_run(work_precision, point):
+    chatter = {"scene": "friction_stick_slip", "kind": "stick-slip", "title": "friction 0.3"}
+    chatter |= {"impacts_expected": None}
+    lost = chatter | {"missed": "the lasting contact"}
+    given_up = chatter | {"missed": "given up: too many contacts"}
+    rows = [
+        point("vibroimpact", 2e-15, 1.0),
+        # Fastest of those accurate enough, not the fastest nor the most accurate.
+        point("SciPy DOP853", 1e-5, 200.0),
+        point("SciPy DOP853", 4e-9, 949.0),
+        point("SciPy DOP853", 1e-12, 3000.0),
+        # A run that missed a contact does not count, however small its error.
+        point("heyoka.py", 1e-9, 3.0, missed="25 impacts of 26"),
+        point("heyoka.py", 2e-10, 8.04),
+        # None accurate enough: the most accurate.
+        point("CVODE", 3e-5, 20.0),
+        point("CVODE", 5e-7, 44.0),
+        point("vibroimpact", 3e-16, 1.0, **chatter),
+        point("SciPy DOP853", 1e-1, 40.0, **lost),
+        point("heyoka.py", math.inf, 4.0, **given_up),
+        point("CVODE", 1e-1, 9.0, **lost),
+    ]
+    measured = work_precision("measure").Measured(rows, {"Numba": "not installed"})
+    lines = work_precision("readme_table").markdown(measured).splitlines()
+    assert "medians of 3 rounds" in lines[0]
+    # The machine is named.
+    assert work_precision("machine").processor() in lines[0]
+    table = [line for line in lines if line.startswith("|")]
+    assert len(table) == 4
+    assert table[2] == (
+        "| periodic: Fig. 5(a), 1-1 | 2e-15 | 950 (4e-9) | 8 (2e-10) | 44 (5e-7) | not installed "
+        "| heyoka.py 1 of 2 |"
+    )
+    assert table[3] == (
+        "| stick-slip: friction 0.3 | 3e-16 | - | - | - | not installed | all runs of every peer |"
+    )
+    assert lines[-2].endswith(
+        "scenes without complete chatter (1): "
+        "vibroimpact 0 of 1, heyoka.py 1 of 2, CVODE 0 of 2, SciPy DOP853 0 of 3."
+    )
+    assert lines[-1].endswith(
+        "scenes with complete chatter (1): "
+        "vibroimpact 0 of 1, heyoka.py 1 of 1, CVODE 1 of 1, SciPy DOP853 1 of 1."
+    )
+
+
+def test_the_readme_table_leaves_out_what_is_right_by_chance(work_precision, point):
+    rows = [
+        point("vibroimpact", 1e-15, 1.0),
+        point("CVODE", 2e-1, 10.0),
+        point("CVODE", 1e-3, 20.0, missed="25 impacts of 26"),
+    ]
+    measured = work_precision("measure").Measured(rows, {})
+    text = work_precision("readme_table").markdown(measured)
+    assert "| 1e-15 | - | - | - | - | CVODE 1 of 2 |" in text
+
+
+def test_the_readme_table_does_not_hide_a_miss_of_vibroimpact(work_precision, point):
+    missed = {"missed": "25 impacts of 26"}
+    rows = [point("vibroimpact", 1e-3, 1.0, **missed), point("CVODE", 1e-3, 9.0, **missed)]
+    measured = work_precision("measure").Measured(rows, {})
+    text = work_precision("readme_table").markdown(measured)
+    assert "| vibroimpact 1 of 1, CVODE 1 of 1 |" in text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.775, "0.78"), (5.04, "5"), (12.4, "12"), (99.6, "100"), (949.0, "950"), (2123.0, "2,100")],
+)
+def test_a_ratio_of_times_has_two_digits(work_precision, value, text):
+    assert work_precision("wording").times(value) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(2.4e-15, "2e-15"), (0.0, "0"), (1.0, "1e0"), (math.inf, "none"), (math.nan, "none")],
+)
+def test_an_error_has_one_digit(work_precision, value, text):
+    assert work_precision("wording").short_error(value) == text
+
+
+def test_the_diagram_shows_every_run(work_precision, point):
+    rows = [
+        point("vibroimpact", 0.0, 1.0),
+        point("CVODE", 1e-6, 20.0),
+        point("CVODE", 1e-2, 10.0, missed="25 impacts of 26"),
+        point("Numba", math.inf, 5.0, missed="given up: too many contacts"),
+    ]
+    figure, ax = plt.subplots()
+    work_precision("diagram").panel(ax, rows)
+    shown = {
+        (line.get_marker(), line.get_markerfacecolor(), *place)
+        for line in ax.lines
+        for place in zip(*line.get_data(), strict=True)
+        if line.get_marker() not in ("None", None)
+    }
+    seconds = [row.seconds / row.periods for row in rows]
+    assert shown == {
+        ("*", "#000000", 1e-17, seconds[0]),
+        ("o", "#009E73", 1e-6, seconds[1]),
+        ("o", "white", 1e-2, seconds[2]),
+        ("P", "white", 1e4, seconds[3]),
+    }
+    low, high = ax.get_xlim()
+    assert all(low < x < high for _, _, x, _ in shown)
+    plt.close(figure)
 
 
 @pytest.mark.usefixtures("compiler")
