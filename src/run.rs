@@ -149,16 +149,14 @@ pub fn run(
     Ok(Collection::new(system, initial, options, go_on)?.into_run()?)
 }
 
-/// Makes runs that others may travel with: `next` gives their systems and starts, `done` gets each
-/// with its place in their order.
-///
-/// # Errors
-/// [`RunError`]
+/// Makes runs, at most so many at a time: `next` gives their systems and starts, `done` gets each with
+/// its place in their order.
 pub(crate) fn run_together(
     next: &mut dyn FnMut() -> Option<(usize, System, State)>,
     options: RunOptions,
     go_on: &(dyn Fn() -> bool + Sync),
     done: &mut dyn FnMut(usize, Result<Run, RunError>),
+    most: usize,
 ) {
     let done = std::cell::RefCell::new(done);
     let mut next = || loop {
@@ -168,9 +166,10 @@ pub(crate) fn run_together(
             Err(error) => (done.borrow_mut())(place, Err(error.into())),
         }
     };
-    travel(&mut next, &mut |(place, collection)| {
+    let mut made = |(place, collection): (usize, Collection<_>)| {
         (done.borrow_mut())(place, collection.into_run().map_err(RunError::from));
-    });
+    };
+    travel(&mut next, &mut made, most);
 }
 
 /// A run in the making.

@@ -309,7 +309,7 @@ pub fn sweep(
     let points = workers.run(&mut || go_on(done.load(Relaxed)), |cancel| {
         if start == SweepStart::Fresh {
             let go_on = || !cancel.load(Relaxed);
-            let points = side_by_side(cells.len(), &|next, done| {
+            let points = side_by_side(cells.len(), &|next, done, in_hand| {
                 let mut next = || {
                     let place = next().filter(|_| go_on())?;
                     Some((place, cells[place].system, cells[place].initial))
@@ -317,7 +317,7 @@ pub fn sweep(
                 let mut done = |place, run| {
                     done(place, counted(SweepPoint::of(run, false, &options, &mut || go_on())));
                 };
-                run_together(&mut next, options.run, &go_on, &mut done);
+                run_together(&mut next, options.run, &go_on, &mut done, in_hand);
             });
             let pending = || SweepPoint::empty(PointStatus::Pending);
             return points.into_iter().map(|point| point.unwrap_or_else(pending)).collect();
@@ -389,12 +389,12 @@ pub fn run_many(
     }
     let runs = workers.run(go_on, |cancel| {
         let go_on = || !cancel.load(Relaxed);
-        side_by_side(initials.len(), &|next, done| {
+        side_by_side(initials.len(), &|next, done, in_hand| {
             let mut next = || {
                 let place = next().filter(|_| go_on())?;
                 Some((place, *system, initials[place]))
             };
-            run_together(&mut next, options, &go_on, done);
+            run_together(&mut next, options, &go_on, done, in_hand);
         })
     });
     runs.into_iter().map_while(|run| run).collect()
@@ -416,7 +416,7 @@ pub fn arrive_many(
     options.check(system)?;
     let count = AtomicUsize::new(0);
     let arrivals = workers.run(&mut || go_on(count.load(Relaxed)), |cancel| {
-        side_by_side(initials.len(), &|next, done| {
+        side_by_side(initials.len(), &|next, done, in_hand| {
             let done = RefCell::new(|place, arrival: Arrival| {
                 count.fetch_add(usize::from(arrival.fate != Fate::Pending), Relaxed);
                 done(place, arrival);
@@ -430,7 +430,7 @@ pub fn arrive_many(
             };
             let mut arrived =
                 |(place, journey): (usize, Journey)| (done.borrow_mut())(place, journey.arrive());
-            travel(&mut next, &mut arrived);
+            travel(&mut next, &mut arrived, in_hand);
         })
     });
     go_on(count.load(Relaxed));

@@ -63,15 +63,19 @@ impl<T: Traveller> Traveller for (usize, T) {
 /// With fewer travellers the lanes are not worth it.
 const FEWEST: usize = 3;
 
-/// Takes travellers from `next` while there is room, until it has none left, and hands each to `done`
-/// after its stop.
-pub(crate) fn travel<T: Traveller>(next: &mut dyn FnMut() -> Option<T>, done: &mut dyn FnMut(T)) {
+/// Takes travellers from `next` while there is room, at most so many at a time, until it has none left,
+/// and hands each to `done` after its stop.
+pub(crate) fn travel<T: Traveller>(
+    next: &mut dyn FnMut() -> Option<T>,
+    done: &mut dyn FnMut(T),
+    most: usize,
+) {
     let Some(mut first) = next() else { return };
     let contact = first.parts().0.system.contact;
     let mut company =
         Company { next, done, contact, crew: Default::default(), lanes: Box::default() };
     let mut first = company.fitting(first);
-    for j in 0..LANES {
+    for j in 0..LANES.min(most) {
         let traveller = first.take().or_else(|| company.another());
         company.seat(j, traveller);
     }
@@ -302,7 +306,7 @@ fn pass_sections<T: Traveller>(
     ready: &Seats,
     encounters: &mut Encounters,
 ) -> bool {
-    let (mut times, mut passing) = ([0.0; LANES], Seats::default());
+    let (mut times, mut passing) = (*encounters.near(), Seats::default());
     for j in ready.iter() {
         let (Some(traveller), Some(touch)) = (&mut crew[j], encounters.contact(j)) else {
             continue;

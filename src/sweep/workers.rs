@@ -4,6 +4,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 use std::sync::mpsc;
 use std::time::Duration;
 
+use rayon::prelude::*;
+
 use crate::error::ParameterError;
 
 /// More threads than any machine has use for; some systems hang rather than refuse them.
@@ -66,19 +68,26 @@ pub(super) type Next<'a> = dyn FnMut() -> Option<usize> + 'a;
 /// Takes what has come of a piece of work.
 pub(super) type Done<'a, T> = dyn FnMut(usize, T) + 'a;
 
-/// Does so many pieces of work on all threads of the present pool, each of which asks for the next
-/// piece when it has room for it, and hands over what has come of each; `None` where nothing has.
+/// Does so many pieces of work on the threads of the present pool, each of which asks for the next piece
+/// when it has room for it, and hands over what has come of each; `None` where nothing has. The last
+/// argument of `work` is how many pieces a thread may have in hand, so that few are shared by all.
 pub(super) fn side_by_side<T: Send>(
     count: usize,
-    work: &(dyn Fn(&mut Next, &mut Done<T>) + Sync),
+    work: &(dyn Fn(&mut Next, &mut Done<T>, usize) + Sync),
 ) -> Vec<Option<T>> {
     let begun = AtomicUsize::new(0);
-    let shares = rayon::broadcast(|_| {
-        let mut share = Vec::new();
-        let mut next = || Some(begun.fetch_add(1, Relaxed)).filter(|&place| place < count);
-        work(&mut next, &mut |place, result| share.push((place, result)));
-        share
-    });
+    let threads = rayon::current_num_threads();
+    let in_hand = count.div_ceil(threads);
+    // As tasks, so that a pool all of whose other threads are busy does the work too.
+    let tasks = (0..threads).into_par_iter().with_max_len(1);
+    let shares: Vec<_> = tasks
+        .map(|_| {
+            let mut share = Vec::new();
+            let mut next = || Some(begun.fetch_add(1, Relaxed)).filter(|&place| place < count);
+            work(&mut next, &mut |place, result| share.push((place, result)), in_hand);
+            share
+        })
+        .collect();
     let mut results: Vec<Option<T>> = std::iter::repeat_with(|| None).take(count).collect();
     for (place, result) in shares.into_iter().flatten() {
         results[place] = Some(result);

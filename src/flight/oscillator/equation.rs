@@ -261,7 +261,8 @@ impl SeriesLanes {
     ) {
         let (mut orders, mut most) = ([0.0; LANES], 0);
         for j in 0..LANES {
-            if times[j] <= equations.short[j] {
+            // An empty lane has no short time.
+            if equations.short[j] > 0.0 && times[j] <= equations.short[j] {
                 let order = equations.get(j).series_order(times[j]);
                 (orders[j], most) = (order as f64, most.max(order));
             }

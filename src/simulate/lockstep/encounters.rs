@@ -294,6 +294,11 @@ impl Encounters {
         systems.beats[1].start(&systems.oscillators, pre_x2, v2_post, phases, oscillators);
     }
 
+    /// Local times near the contacts.
+    pub fn near(&self) -> &Lanes {
+        &self.near
+    }
+
     /// States at a local time of each flight, at which no free motion has decayed.
     #[inline(always)]
     pub fn pass(&mut self, times: &Lanes) {
