@@ -18,7 +18,7 @@ use crate::flight::{Flight, FreeMotion, Motion};
 use crate::gap::{Direct, GapBounds, GapFlight, GapPoint, Geometry, Oblique};
 use crate::majorant::first_root;
 use crate::params::Contact;
-use crate::scan::{Scan, scan};
+use crate::scan::{Outset, Scan, scan};
 use crate::state::State;
 use crate::tolerance::{
     EPS, FLIGHT_NOISE, GRAZE_NOISE, PAUSE_NOISE, RELEASE_PROBE, SEARCH_PATIENCE, SEARCH_STEPS,
@@ -97,7 +97,12 @@ pub fn next_contact(
     start: Start,
     span: f64,
 ) -> ContactReport {
-    pulp::Arch::new().dispatch(Job { motion, flight, start, span })
+    let mut report = pulp::Arch::new().dispatch(Job { motion, flight, start, span });
+    match report.found {
+        Found::Contact(touch) if touch.local_time() > span => report.found = Found::Clear(span),
+        _ => {}
+    }
+    report
 }
 
 /// A search, compiled for each kind of vector instructions.
@@ -181,8 +186,16 @@ fn outlook<G: Geometry>(
     if !matches!(start, Start::Apart | Start::Touching) {
         return (Outlook::Unsure(0.0), 0);
     }
-    let report = scan::<G>(motion, flight, start == Start::Touching, span);
-    (Outlook::new(report.found, report.bounds), report.evaluations)
+    let outset = Outset::new::<G>(motion, flight);
+    let (found, evaluations) = scan::<G>(motion, flight, &outset, start == Start::Touching, span);
+    (Outlook::new(found, outset.bounds), evaluations)
+}
+
+/// A time of few digits: its products with the frequencies are exact, and what it leaves out is in the
+/// offset of the contact.
+#[inline(always)]
+pub(crate) fn few_digits(time: f64) -> f64 {
+    f64::from(time as f32)
 }
 
 impl Outlook {
@@ -190,11 +203,16 @@ impl Outlook {
     pub fn new(scan: Scan, bounds: GapBounds) -> Self {
         match scan {
             Scan::Clear(time) => Self::Clear(time),
-            Scan::Contact { after, near } => {
-                // A time of few digits: its products with the frequencies are exact, and what it
-                // leaves out is in the offset.
-                Self::Ahead { near: f64::from(near as f32), after, bounds }
+            Scan::Rise(rise) => {
+                let near = rise.near();
+                if near <= rise.reach {
+                    Self::Ahead { near: few_digits(near), after: rise.after, bounds }
+                } else {
+                    // Met in a local flight from the start of the step.
+                    Self::Clear(rise.after)
+                }
             }
+            Scan::Hop(near) => Self::Ahead { near: few_digits(near), after: 0.0, bounds },
             Scan::Unsure(time) => Self::Unsure(time),
         }
     }

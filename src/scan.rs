@@ -12,10 +12,12 @@
 #![allow(clippy::inline_always)] // all of a scan must be compiled with the same instructions
 #![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
 
+use crate::angle::Angle;
 use crate::elementary::MOST_TURNED;
-use crate::flight::{Flight, FreeMotion, LEVELS, Point, States, Weights};
+use crate::flight::{Equation, Flight, FreeMotion, LEVELS, Point, States, Weights};
 use crate::gap::{GapBounds, Geometry, higher_at_start};
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::{LANES, Lanes, lanes_of};
+use crate::state::State;
 use crate::tolerance::{
     BOUND_MARGIN, FREE_SPANS, HOP_BEND, SCAN_REMAINDER, SCAN_REST, SCAN_SLACK, SCAN_SPANS,
 };
@@ -28,22 +30,58 @@ const CUT: usize = 3;
 pub(crate) enum Scan {
     /// No contact up to this local time, which may be several spans.
     Clear(f64),
-    /// The first contact, a simple root, lies near one local time and after another.
-    Contact { after: f64, near: f64 },
+    /// The first contact, a simple root, lies on a step.
+    Rise(Rise),
+    /// The first contact is the end of a short hop, near this local time.
+    Hop(f64),
     /// No contact up to this local time; on from there with care.
     Unsure(f64),
 }
 
-/// Outcome and cost of a scan, and what it knows of the flight.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct ScanReport {
-    pub found: Scan,
-    pub evaluations: u64,
-    pub bounds: GapBounds,
+/// A step on which the gap rises through zero, once.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Rise {
+    /// Local time of its start.
+    pub after: f64,
+    /// Its length.
+    pub h: f64,
+    /// The jets at its ends.
+    pub start: Jet,
+    pub end: Jet,
+    /// Local time up to which a contact is met.
+    pub reach: f64,
+}
+
+lanes_of! {
+    /// Several rises.
+    Rises of Rise {
+        after: after,
+        h: h,
+        start_value: start.value,
+        start_rate: start.rate,
+        start_second: start.second,
+        end_value: end.value,
+        end_rate: end.rate,
+        end_second: end.second,
+        reach: reach,
+    }
+}
+
+impl Rise {
+    /// Local time near the contact.
+    #[inline(always)]
+    pub fn near(&self) -> f64 {
+        self.after + self.h * root(&self.start, &self.end, self.h)
+    }
 }
 
 /// Gap function and its first two derivatives.
-type Jet = [f64; 3];
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Jet {
+    value: f64,
+    rate: f64,
+    second: f64,
+}
 
 /// The jets at h ... 8h.
 #[derive(Debug, Clone, Default)]
@@ -53,16 +91,78 @@ struct Samples {
     second: Lanes,
 }
 
-/// Scans a flight for its first contact. `touching`: it starts on the contact.
+/// What a scan starts from: the jet there, and bounds of the gap's derivatives.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Outset {
+    start: Jet,
+    pub bounds: GapBounds,
+    sixth: f64,
+}
+
+lanes_of! {
+    /// What several scans start from.
+    Outsets of Outset {
+        value: start.value,
+        rate: start.rate,
+        second: start.second,
+        pendulum_rate_bound: bounds.pendulum_rate,
+        rate_bound: bounds.rate,
+        fourth: bounds.fourth,
+        fifth: bounds.fifth,
+        sixth: sixth,
+    }
+}
+
+impl Outset {
+    #[inline(always)]
+    pub fn new<G: Geometry>(motion: &FreeMotion, flight: &Flight) -> Self {
+        let equations = (&motion.pendulum.equation, &motion.oscillator.equation);
+        let bounds = (
+            motion.pendulum.derivative_bounds(&flight.pendulum),
+            motion.oscillator.derivative_bounds(&flight.oscillator),
+        );
+        let Flight { state, angle, start, .. } = flight;
+        Self::within::<G>(equations, motion.gap, state, *angle, start.cos, bounds)
+    }
+
+    /// From the state at the start, and bounds of the derivatives 1 to 6 of both displacements.
+    #[inline(always)]
+    pub fn within<G: Geometry>(
+        (pendulum, oscillator): (&Equation, &Equation),
+        gap: f64,
+        s: &State,
+        angle: Angle,
+        cos_psi: f64,
+        (p, o): ([f64; 6], [f64; 6]),
+    ) -> Self {
+        let [fourth, fifth, sixth] = G::high_derivatives(&p);
+        let bounds = GapBounds {
+            pendulum_rate: p[0],
+            rate: p[0] + o[0],
+            fourth: (fourth + o[3]) * BOUND_MARGIN,
+            fifth: fifth + o[4],
+        };
+        let a1 = pendulum.acceleration(s.x1, s.v1, cos_psi);
+        let a2 = oscillator.acceleration(s.x2, s.v2, cos_psi);
+        let tip = G::tip_rates(angle, s.v1, a1);
+        let value = G::tip(s.x1, angle) - s.x2 - gap;
+        let start = Jet { value, rate: tip[0] - s.v2, second: tip[1] - a2 };
+        Self { start, bounds, sixth: sixth + o[5] }
+    }
+}
+
+/// Scans a flight for its first contact, and counts evaluations of the gap. `touching`: it starts on the
+/// contact.
 #[inline(always)]
 pub(crate) fn scan<G: Geometry>(
     motion: &FreeMotion,
     flight: &Flight,
+    outset: &Outset,
     touching: bool,
     span: f64,
-) -> ScanReport {
+) -> (Scan, u64) {
     let mut scanner = Scanner::default();
-    let (begun, bounds) = scanner.begin::<G>(motion, flight, touching, span);
+    let begun = scanner.begin::<G>(motion, flight, outset, touching, span);
     let found = begun.unwrap_or_else(|| {
         loop {
             let batch = scanner.batch::<G>(motion);
@@ -71,7 +171,7 @@ pub(crate) fn scan<G: Geometry>(
             }
         }
     });
-    ScanReport { found, evaluations: scanner.evaluations, bounds }
+    (found, scanner.evaluations)
 }
 
 /// A scan in the making: where it stands, and what proves a step free.
@@ -105,57 +205,49 @@ pub(crate) struct Batch {
 }
 
 impl Scanner {
-    /// The start of a scan: bounds of the derivatives, and the length of the steps; or the outcome.
+    /// The start of a scan: the length of the steps; or the outcome.
     #[inline(always)]
     pub fn begin<G: Geometry>(
         &mut self,
         motion: &FreeMotion,
         flight: &Flight,
+        outset: &Outset,
         touching: bool,
         span: f64,
-    ) -> (Option<Scan>, GapBounds) {
-        let p = motion.pendulum.derivative_bounds(&flight.pendulum);
-        let o = motion.oscillator.derivative_bounds(&flight.oscillator);
-        let [fourth, fifth, sixth] = G::high_derivatives(&p);
-        let bounds = GapBounds {
-            pendulum_rate: p[0],
-            rate: p[0] + o[0],
-            fourth: (fourth + o[3]) * BOUND_MARGIN,
-            fifth: fifth + o[4],
-        };
+    ) -> Option<Scan> {
+        let &Outset { mut start, bounds, sixth } = outset;
         let rate = bounds.rate;
         let state = &flight.state;
         let place = state.x1.abs() + state.x2.abs() + motion.gap.abs();
         let slack = SCAN_SLACK * (place + rate * span);
-        let mut start = first_jet::<G>(motion, flight);
         self.evaluations = 0;
-        let clear = if touching { start[1] < -SCAN_REST * rate } else { start[0] < -slack };
+        let clear = if touching { start.rate < -SCAN_REST * rate } else { start.value < -slack };
         let turned = state.x1.abs() + SCAN_SPANS * rate * span;
         if !touching && clear && never_meet::<G>(motion, flight, slack) {
-            return (Some(Scan::Clear(FREE_SPANS * span)), bounds);
+            return Some(Scan::Clear(FREE_SPANS * span));
         }
         if !(clear && (turned <= MOST_TURNED || !G::TURNS)) {
-            return (Some(Scan::Unsure(0.0)), bounds);
+            return Some(Scan::Unsure(0.0));
         }
         // Halving the step takes a 64th of the remainder; a NaN or too large a bound finds no level.
         let allowed = SCAN_REMAINDER * (place + rate * motion.step(0));
-        let mut remainder = (sixth + o[5]) * motion.remainder_factor();
+        let mut remainder = sixth * motion.remainder_factor();
         let mut coarse = 0;
         while remainder > allowed || remainder.is_nan() {
             coarse += 1;
             remainder *= 1.0 / 64.0;
             if coarse + CUT > LEVELS {
-                return (Some(Scan::Unsure(0.0)), bounds);
+                return Some(Scan::Unsure(0.0));
             }
         }
         (self.coarse, self.coarse_remainder) = (coarse, remainder);
         let mut level = coarse;
         if touching {
-            start[0] = 0.0;
+            start.value = 0.0;
             // A hop lasts about this long.
-            let hop = -2.0 * start[1] / start[2];
-            if let Some(near) = short_hop::<G>(motion, flight, start[2], hop, bounds.fourth) {
-                return (Some(Scan::Contact { after: 0.0, near }), bounds);
+            let hop = -2.0 * start.rate / start.second;
+            if let Some(near) = short_hop::<G>(motion, flight, start.second, hop, bounds.fourth) {
+                return Some(Scan::Hop(near));
             }
             while hop > 0.0 && level + 1 < LEVELS && 8.0 * motion.step(level + 1) > 1.5 * hop {
                 level += 1;
@@ -171,7 +263,7 @@ impl Scanner {
         self.s = 0.0;
         self.point =
             Point { x1: state.x1, v1: state.v1, x2: state.x2, v2: state.v2, psi: flight.start };
-        (None, bounds)
+        None
     }
 
     /// The next eight steps. Nothing in it depends on what is found, so that several scans overlap.
@@ -220,12 +312,8 @@ impl Scanner {
         let next = samples.jet(j);
         let weights = &motion.table(self.level).weights;
         if !self.touching && rises(&self.start, &next, weights, self.remainder, self.slack) {
-            let near = s + h * root(&self.start, &next, h);
-            return Some(if near <= self.reach {
-                Scan::Contact { after: s, near }
-            } else {
-                Scan::Clear(self.reach)
-            });
+            let (start, reach) = (self.start, self.reach);
+            return Some(Scan::Rise(Rise { after: s, h, start, end: next, reach }));
         }
         if self.level + CUT >= LEVELS {
             return Some(Scan::Unsure(s));
@@ -280,20 +368,14 @@ fn short_hop<G: Geometry>(
     Some(hop * (y - value / slope))
 }
 
-/// The jet at the start of the flight.
-#[inline(always)]
-fn first_jet<G: Geometry>(motion: &FreeMotion, flight: &Flight) -> Jet {
-    let s = &flight.state;
-    let a1 = motion.pendulum.equation.acceleration(s.x1, s.v1, flight.start.cos);
-    let a2 = motion.oscillator.equation.acceleration(s.x2, s.v2, flight.start.cos);
-    let tip = G::tip_rates(flight.angle, s.v1, a1);
-    [G::tip(s.x1, flight.angle) - s.x2 - motion.gap, tip[0] - s.v2, tip[1] - a2]
-}
-
 /// What the Bernstein coefficients of a step take from one of its ends: the largest of the three
 /// next to it, and its part of the middle one.
 #[inline(always)]
-fn end_coefficients([g, rate, second]: Jet, w: &Weights, direction: f64) -> (f64, f64) {
+fn end_coefficients(
+    Jet { value: g, rate, second }: Jet,
+    w: &Weights,
+    direction: f64,
+) -> (f64, f64) {
     let outward = direction * rate;
     let curved = w.thirtieth.mul_add(second, g);
     let inner = larger(w.sixth.mul_add(outward, g), w.third.mul_add(outward, curved));
@@ -319,7 +401,7 @@ impl Samples {
 
     #[inline(always)]
     fn jet(&self, j: usize) -> Jet {
-        [self.value[j], self.rate[j], self.second[j]]
+        Jet { value: self.value[j], rate: self.rate[j], second: self.second[j] }
     }
 
     /// The first step on which not all Bernstein coefficients are below zero by more than rounding;
@@ -341,16 +423,16 @@ impl Samples {
         }
         let (mut first, first_middle) = end_coefficients(*start, w, 1.0);
         if touching {
-            let (rate, second) = (start[1], start[2]);
+            let Jet { rate, second, .. } = *start;
             first = larger(w.sixth * rate, w.third.mul_add(rate, w.thirtieth * second));
         }
         // The left end of a step is the right end of the one before.
-        let left = after(first, left);
-        let left_middle = after(first_middle, left_middle);
+        let before = after(first, left);
+        let middle_before = after(first_middle, left_middle);
         let mut below = 0u64;
         for j in 0..LANES {
-            let middle = remainder + (left_middle[j] + middle[j]);
-            let highest = larger(larger(left[j], middle), highest[j]);
+            let middle = remainder + (middle_before[j] + middle[j]);
+            let highest = larger(larger(before[j], middle), highest[j]);
             below += if highest < -slack { 1 << j } else { 0 };
         }
         (!below).trailing_zeros() as usize
@@ -376,21 +458,21 @@ fn larger(a: f64, b: f64) -> f64 {
 #[inline(always)]
 fn rises(start: &Jet, end: &Jet, w: &Weights, remainder: f64, slack: f64) -> bool {
     const PART: f64 = 0.214_663;
-    let (first, last) = (w.fifth * start[1], w.fifth * end[1]);
-    let (bend, last_bend) = (2.0 * w.fortieth * start[2], 2.0 * w.fortieth * end[2]);
-    let middle = (end[0] - start[0]) - 2.0 * (first + last) + (last_bend - bend);
+    let (first, last) = (w.fifth * start.rate, w.fifth * end.rate);
+    let (bend, last_bend) = (2.0 * w.fortieth * start.second, 2.0 * w.fortieth * end.second);
+    let middle = (end.value - start.value) - 2.0 * (first + last) + (last_bend - bend);
     let least = first.min(first + bend).min(middle).min(last - last_bend).min(last);
-    start[0] < -slack && end[0] > slack && least > PART * remainder + slack
+    start.value < -slack && end.value > slack && least > PART * remainder + slack
 }
 
 /// Root of the quintic Hermite interpolant of a rising step, as a part of the step; to some 1e-5,
 /// from where the exact motion leads on.
 #[inline(always)]
 fn root(start: &Jet, end: &Jet, h: f64) -> f64 {
-    let (c0, c1, c2) = (start[0], h * start[1], 0.5 * (h * h) * start[2]);
-    let value = end[0] - c0 - c1 - c2;
-    let rate = h * end[1] - c1 - 2.0 * c2;
-    let second = h * h * end[2] - 2.0 * c2;
+    let (c0, c1, c2) = (start.value, h * start.rate, 0.5 * (h * h) * start.second);
+    let value = end.value - c0 - c1 - c2;
+    let rate = h * end.rate - c1 - 2.0 * c2;
+    let second = h * h * end.second - 2.0 * c2;
     let c3 = 10.0 * value - 4.0 * rate + 0.5 * second;
     let c4 = -15.0 * value + 7.0 * rate - second;
     let c5 = 6.0 * value - 3.0 * rate + 0.5 * second;
@@ -399,7 +481,7 @@ fn root(start: &Jet, end: &Jet, h: f64) -> f64 {
         (c0 + t * c1) + t2 * ((c2 + t * c3) + t2 * (c4 + t * c5))
     };
     // Halley's step from the chord's root, and one more with its slope.
-    let t = c0 / (c0 - end[0]);
+    let t = c0 / (c0 - end.value);
     let t2 = t * t;
     let g = value(t);
     let g1 = (c1 + t * (2.0 * c2)) + t2 * ((3.0 * c3 + t * (4.0 * c4)) + t2 * (5.0 * c5));

@@ -11,7 +11,8 @@ mod bounds;
 mod equation;
 
 pub(crate) use bounds::Bounds;
-pub(crate) use equation::{Equation, Equations, Series, SeriesLanes};
+use equation::Series;
+pub(crate) use equation::{Equation, Equations, SeriesLanes};
 
 use nalgebra::Complex;
 
@@ -53,10 +54,6 @@ pub(crate) struct Oscillator {
     pub equation: Equation,
     decay: Decay,
     response: Response,
-    /// |P|.
-    steady_size: f64,
-    /// |x^(n+1)| of a free oscillation is at most this times the bound of |x^(n)|, n >= 1.
-    growth: f64,
     span: f64,
 }
 
@@ -165,13 +162,13 @@ impl Oscillator {
                 damped,
                 steady_re: steady.re,
                 steady_im: steady.im,
+                growth: natural * (damping + damping.hypot(1.0)),
+                steady_size: steady.norm(),
                 // Infinite where nothing turns or decays: the series is then finite.
                 short: SHORT_ANGLE / natural.max(omega).max(2.0 * decay_rate),
             },
             decay,
             response,
-            steady_size: steady.norm(),
-            growth: natural * (damping + damping.hypot(1.0)),
             span,
         }
     }

@@ -12,16 +12,18 @@ mod encounters;
 
 use std::marker::PhantomData;
 
-use self::encounters::{Ahead, Encounters};
+use self::encounters::{Ahead, Encounters, Sight};
 use super::{Observer, Phase, Simulation, Turn};
 use crate::contact::{Found, Outlook, Start, Touch, carefully};
 use crate::error::SimulationError;
 use crate::event::Event;
+use crate::flight::Flight;
 use crate::gap::{Direct, GapBounds, Geometry, Oblique};
 use crate::impact::{self, Impact, ImpactFailure, PreImpact};
 use crate::lanes::LANES;
 use crate::params::{Contact, ImpactLaw, System};
-use crate::scan::{Batch, Scanner};
+use crate::scan::{Batch, Outset, Scan, Scanner};
+use crate::state::State;
 
 /// A simulation, who watches it, and what becomes of its events.
 pub(crate) trait Traveller {
@@ -86,6 +88,8 @@ struct Company<'a, T> {
 #[derive(Default)]
 struct Work {
     scanners: [Scanner; LANES],
+    /// What the next scans start from, where that is known.
+    outsets: [Option<Outset>; LANES],
     bounds: [GapBounds; LANES],
     batches: [Batch; LANES],
     encounters: Encounters,
@@ -138,6 +142,7 @@ impl<T: Traveller> Company<'_, T> {
         if let Some(traveller) = &mut traveller {
             let (simulation, _) = traveller.parts();
             self.lanes.encounters.board(j, &simulation.system, &simulation.motion);
+            self.lanes.outsets[j] = None;
         }
         self.crew[j] = traveller;
     }
@@ -158,9 +163,7 @@ impl<T: Traveller> Company<'_, T> {
     fn round<G: Geometry>(&mut self) {
         let (mut scanning, mut ready) = (Seats::default(), Seats::default());
         for j in 0..LANES {
-            if self.depart::<G>(j) {
-                scanning.push(j);
-            }
+            self.depart::<G>(j, &mut scanning, &mut ready);
         }
         while scanning.count > 0 {
             let Work { scanners, batches, .. } = &mut *self.lanes;
@@ -174,15 +177,11 @@ impl<T: Traveller> Company<'_, T> {
                 match self.judge::<G>(j) {
                     Judged::Ahead => ready.push(j),
                     Judged::Open => scanning.push(j),
-                    Judged::Alone => {
-                        if self.depart::<G>(j) {
-                            scanning.push(j);
-                        }
-                    }
+                    Judged::Alone => self.depart::<G>(j, &mut scanning, &mut ready),
                 }
             }
         }
-        let Work { encounters, .. } = &mut *self.lanes;
+        let Work { encounters, outsets, .. } = &mut *self.lanes;
         encounters.meet::<G>();
         encounters.strike::<G>();
         for j in ready.iter() {
@@ -192,34 +191,57 @@ impl<T: Traveller> Company<'_, T> {
                 encounters.bend(j, &impact);
             }
         }
-        encounters.depart();
+        encounters.depart::<G>();
         for j in ready.iter() {
             let Some(traveller) = &mut self.crew[j] else { continue };
+            outsets[j] = None;
             let (simulation, watch) = traveller.parts();
-            if let Some(event) = simulation.encounter(j, encounters, watch) {
+            let event = match simulation.encounter(j, encounters, watch) {
+                Encounter::Alone => simulation.turn_alone(watch),
+                Encounter::Struck(touch) => simulation.strike_alone(&touch, watch),
+                Encounter::Usual { pre, impact, flight } => {
+                    outsets[j] = encounters.outset(j);
+                    simulation.rebound(pre, impact, flight, watch)
+                }
+            };
+            if let Some(event) = event {
                 traveller.take(event);
             }
         }
     }
 
-    /// Goes on with lane `j` until a scan begins; `false` if nobody is left for it.
+    /// Goes on with lane `j` until a scan begins or a contact is ahead, or nobody is left for it.
     #[inline(always)]
-    fn depart<G: Geometry>(&mut self, j: usize) -> bool {
+    fn depart<G: Geometry>(&mut self, j: usize, scanning: &mut Seats, ready: &mut Seats) {
         loop {
-            let Some(traveller) = &mut self.crew[j] else { return false };
+            let Some(traveller) = &mut self.crew[j] else { return };
             let (simulation, watch) = traveller.parts();
             let stop = if simulation.point.stopped.is_some() {
                 None
             } else if let Some(stop) = simulation.stop_before_leg(watch) {
                 Some(stop)
             } else {
-                let Work { scanners, bounds, .. } = &mut *self.lanes;
+                let Work { scanners, outsets, bounds, encounters, .. } = &mut *self.lanes;
+                let outset = outsets[j].take();
                 if let Some(touching) = simulation.flies_plainly() {
                     let (motion, flight) = (&simulation.motion, &simulation.flight);
-                    let begun = scanners[j].begin::<G>(motion, flight, touching, motion.span);
-                    bounds[j] = begun.1;
-                    let Some(scan) = begun.0 else { return true };
-                    simulation.resolve::<G>(Outlook::new(scan, bounds[j]), scanners[j].evaluations);
+                    let outset = outset.unwrap_or_else(|| Outset::new::<G>(motion, flight));
+                    bounds[j] = outset.bounds;
+                    let scanner = &mut scanners[j];
+                    match scanner.begin::<G>(motion, flight, &outset, touching, motion.span) {
+                        None => return scanning.push(j),
+                        Some(Scan::Hop(near)) => {
+                            let (bounds, evaluations) = (outset.bounds, scanner.evaluations);
+                            let sight = Sight::Near(near);
+                            let ahead = Ahead { sight, bounds, touching, evaluations };
+                            encounters.set::<G>(j, flight, &ahead);
+                            return ready.push(j);
+                        }
+                        Some(scan) => {
+                            let outlook = Outlook::new(scan, outset.bounds);
+                            simulation.resolve::<G>(outlook, scanner.evaluations);
+                        }
+                    }
                 }
                 if let Some(event) = simulation.turn_alone(watch) {
                     traveller.take(event);
@@ -236,22 +258,20 @@ impl<T: Traveller> Company<'_, T> {
     /// What follows from the last batch of lane `j`.
     #[inline(always)]
     fn judge<G: Geometry>(&mut self, j: usize) -> Judged {
-        let Work { scanners, bounds, batches, encounters } = &mut *self.lanes;
+        let Work { scanners, bounds, batches, encounters, .. } = &mut *self.lanes;
         let Some(traveller) = &mut self.crew[j] else { return Judged::Alone };
         let (simulation, watch) = traveller.parts();
         let Some(scan) = scanners[j].judge(&simulation.motion, &batches[j]) else {
             return Judged::Open;
         };
         let evaluations = scanners[j].evaluations;
-        match Outlook::new(scan, bounds[j]) {
-            Outlook::Ahead { near, bounds, .. } if !simulation.motion.decays_by(near) => {
-                let touching = simulation.flies_plainly() == Some(true);
-                let ahead = Ahead { near, bounds, touching, evaluations };
-                encounters.set::<G>(j, &simulation.flight, &ahead);
-                return Judged::Ahead;
-            }
-            outlook => simulation.resolve::<G>(outlook, evaluations),
+        if let Scan::Rise(rise) = scan {
+            let touching = simulation.flies_plainly() == Some(true);
+            let ahead = Ahead { sight: Sight::On(rise), bounds: bounds[j], touching, evaluations };
+            encounters.set::<G>(j, &simulation.flight, &ahead);
+            return Judged::Ahead;
         }
+        simulation.resolve::<G>(Outlook::new(scan, bounds[j]), evaluations);
         if let Some(event) = simulation.turn_alone(watch) {
             traveller.take(event);
         }
@@ -339,30 +359,38 @@ impl Simulation {
         self.strike(touch, observer)
     }
 
-    /// The contact and impact in lane `j`, or by itself where that is of no use.
+    /// What has become of the flight in lane `j`; sections before the contact are passed.
     #[inline(always)]
     fn encounter<O: Observer>(
         &mut self,
         j: usize,
         encounters: &Encounters,
         observer: &mut O,
-    ) -> Turn {
-        let Some(touch) = encounters.contact(j) else {
-            return self.turn_alone(observer);
-        };
+    ) -> Encounter {
+        let Some(touch) = encounters.contact(j) else { return Encounter::Alone };
         self.evaluations += encounters.evaluations(j);
         let reached = touch.local_time();
         if self.ends_by(reached).is_some() {
             self.found = Some(Found::Contact(touch));
-            return self.turn_alone(observer);
+            return Encounter::Alone;
         }
         self.pass_sections_in_flight(reached, false, observer);
         let Some((pre, impact, flight)) = encounters.impact(j, self.flight.clock.period) else {
-            return self.strike_alone(&touch, observer);
+            return Encounter::Struck(touch);
         };
         if impact::no_room(&self.system, &PreImpact::at(flight.angle, &pre)) {
-            return self.strike_alone(&touch, observer);
+            return Encounter::Struck(touch);
         }
-        self.rebound(pre, impact, flight, observer)
+        Encounter::Usual { pre, impact, flight }
     }
+}
+
+/// What becomes of a flight with a contact ahead.
+enum Encounter {
+    /// Nothing that is of use.
+    Alone,
+    /// A contact.
+    Struck(Touch),
+    /// A contact, an impact, and the next flight.
+    Usual { pre: State, impact: Impact, flight: Flight },
 }

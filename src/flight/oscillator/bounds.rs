@@ -18,7 +18,10 @@ impl Oscillator {
             return (f64::INFINITY, f64::INFINITY);
         }
         // The energy v^2 + w^2 x^2 of a free oscillation does not grow.
-        ((f.rate * f.rate / self.equation.natural_squared + f.a * f.a).sqrt(), self.steady_size)
+        (
+            (f.rate * f.rate / self.equation.natural_squared + f.a * f.a).sqrt(),
+            self.equation.steady_size,
+        )
     }
 
     /// Amplitude of the difference between the steady responses of two bodies.
@@ -29,25 +32,15 @@ impl Oscillator {
         (re * re + im * im).sqrt()
     }
 
-    /// Bounds of the derivatives 1 to 6 over a local flight. The energy sqrt(v^2 + w^2 x^2) of a
-    /// free oscillation does not grow, and the derivative of one is another with at most
-    /// w (zeta + sqrt(1 + zeta^2)) times the energy; the steady response adds |P| omega^n. Where
-    /// it is not used, the load adds at most |f| per unit time, and the equation of motion gives
-    /// the higher derivatives.
+    /// Bounds of the derivatives 1 to 6 over a local flight. Where the steady response is not used, the
+    /// load adds at most |f| per unit time, and the equation of motion gives the higher derivatives.
     #[inline(always)]
     pub fn derivative_bounds(&self, f: &BodyFlight) -> [f64; 6] {
+        if self.is_steady() {
+            return self.equation.steady_bounds(f);
+        }
         let (w2, c2) = (self.equation.natural_squared, 2.0 * self.equation.decay_rate);
         let mut bounds = [0.0; 6];
-        if self.is_steady() {
-            let mut free = (f.rate * f.rate + w2 * f.a * f.a).sqrt();
-            let mut forced = self.steady_size * self.equation.omega;
-            for bound in &mut bounds {
-                *bound = free + forced;
-                free *= self.growth;
-                forced *= self.equation.omega;
-            }
-            return bounds;
-        }
         let mut load = self.equation.forcing.abs();
         let energy = (f.v * f.v + w2 * f.x * f.x).sqrt() + load * self.span;
         bounds[0] = energy;
@@ -66,7 +59,7 @@ impl Oscillator {
     pub fn bounds(&self, f: &BodyFlight, start: Trig) -> Bounds {
         let omega = self.equation.omega;
         if let Response::Unforced | Response::Steady = self.response {
-            return self.energy_bounds(f.a, f.rate, [0.0; 3], self.steady_size * omega);
+            return self.energy_bounds(f.a, f.rate, [0.0; 3], self.equation.steady_size * omega);
         }
         let (x, v) = (f.x, f.v);
         let load = [
@@ -76,7 +69,8 @@ impl Oscillator {
         ];
         let driven = self.energy_bounds(x, v, load, self.equation.forcing.abs() * self.span);
         let (p, q) = self.equation.steady_start(start);
-        let free = self.energy_bounds(x - p, v - omega * q, [0.0; 3], self.steady_size * omega);
+        let free =
+            self.energy_bounds(x - p, v - omega * q, [0.0; 3], self.equation.steady_size * omega);
         // f64::min passes over the NaN of an infinite steady response.
         Bounds(std::array::from_fn(|n| driven.0[n].min(free.0[n])))
     }

@@ -43,6 +43,10 @@ pub(crate) struct Equation {
     /// without damping.
     pub steady_re: f64,
     pub steady_im: f64,
+    /// |P|.
+    pub steady_size: f64,
+    /// |x^(n+1)| of a free oscillation is at most this times the bound of |x^(n)|, n >= 1.
+    pub growth: f64,
     /// Longest time for the Taylor series.
     pub short: f64,
 }
@@ -59,6 +63,8 @@ lanes_of! {
         damped_rest: damped.lo,
         steady_re: steady_re,
         steady_im: steady_im,
+        steady_size: steady_size,
+        growth: growth,
         short: short,
     }
 }
@@ -97,6 +103,22 @@ impl Equation {
         // Not by w^2, a constant whose rounding every flight would leave in the energy.
         let k = self.natural * (self.natural * a) + c * rate;
         BodyFlight { x, v, a, rate, b: rate + c * a, k, p, q }
+    }
+
+    /// Bounds of the derivatives 1 to 6 over a flight with the steady response, for ever. The energy
+    /// sqrt(v^2 + w^2 x^2) of a free oscillation does not grow, and the derivative of one is another with
+    /// at most w (zeta + sqrt(1 + zeta^2)) times the energy; the steady response adds |P| omega^n.
+    #[inline(always)]
+    pub fn steady_bounds(&self, f: &BodyFlight) -> [f64; 6] {
+        let mut bounds = [0.0; 6];
+        let mut free = (f.rate * f.rate + self.natural_squared * f.a * f.a).sqrt();
+        let mut forced = self.steady_size * self.omega;
+        for bound in &mut bounds {
+            *bound = free + forced;
+            free *= self.growth;
+            forced *= self.omega;
+        }
+        bounds
     }
 
     /// Whether the free motion has decayed so far that its start would cancel.

@@ -5,7 +5,7 @@
 #![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
 
 use crate::angle::{Angle, Angles};
-use crate::contact::Touch;
+use crate::contact::{Touch, few_digits};
 use crate::double_double::DoubleDouble;
 use crate::elementary::{self, MOST_TURNED};
 use crate::flight::{
@@ -19,14 +19,14 @@ use crate::gap::{
 use crate::impact::{self, FirstSlip, Impact, PreImpact, Regime};
 use crate::lanes::{LANES, Lanes};
 use crate::params::System;
+use crate::scan::{Outset, Outsets, Rise, Rises};
 use crate::state::{Clock, State};
 use crate::tolerance::{SETTLE_PART, WALL_SLOPE};
 
 /// A contact ahead of a flight, as the first pass sees it.
 #[derive(Clone, Copy)]
 pub(super) struct Ahead {
-    /// Local time near the contact.
-    pub near: f64,
+    pub sight: Sight,
     pub bounds: GapBounds,
     /// Whether the flight started on the contact.
     pub touching: bool,
@@ -34,11 +34,23 @@ pub(super) struct Ahead {
     pub evaluations: u64,
 }
 
+/// Where it lies.
+#[derive(Clone, Copy)]
+pub(super) enum Sight {
+    /// On a step.
+    On(Rise),
+    /// Near a local time.
+    Near(f64),
+}
+
 /// Flights with a contact ahead of each, and what becomes of them.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Encounters {
     systems: Systems,
     flights: Flights,
+    rises: Rises,
+    /// 1 for a contact on a step; others are near a local time.
+    on_step: [u64; LANES],
     near: Lanes,
     evaluations: [u64; LANES],
     start: Lanes,
@@ -173,6 +185,8 @@ struct Impacts {
     bent: [Option<Impact>; LANES],
     /// 1 where the state before the impact is usual.
     met: [u64; LANES],
+    /// What the scans of the flights after the impacts start from, where the forced motions are steady.
+    outsets: Outsets,
     /// 1 where the impact is straight: without friction, or with slip in one direction to its end; 2
     /// where it is one of the other regimes; else 0.
     straight: [u64; LANES],
@@ -227,7 +241,13 @@ impl Encounters {
         to.phases.set(j, &flight.start);
         to.pendulums.set(j, &flight.pendulum);
         to.oscillators.set(j, &flight.oscillator);
-        self.near[j] = ahead.near;
+        match &ahead.sight {
+            Sight::On(rise) => {
+                self.rises.set(j, rise);
+                self.on_step[j] = 1;
+            }
+            Sight::Near(near) => (self.near[j], self.on_step[j]) = (*near, 0),
+        }
         self.evaluations[j] = ahead.evaluations;
         self.bounds.set(j, &ahead.bounds);
         (self.start[j], self.start_noise[j]) = if ahead.touching {
@@ -243,8 +263,18 @@ impl Encounters {
     /// (as in src/contact.rs).
     #[inline(always)]
     pub fn meet<G: Geometry>(&mut self) {
-        let Self { systems, flights, near, start, start_noise, bounds, series, contacts, .. } =
-            self;
+        let Self { systems, flights, rises, on_step, near, bounds, series, contacts, .. } = self;
+        let (start, start_noise) = (&self.start, &self.start_noise);
+        let mut in_reach = [0; LANES];
+        for j in 0..LANES {
+            let rise = rises.get(j);
+            let on_step = on_step[j] == 1;
+            let at = if on_step { rise.near() } else { near[j] };
+            near[j] = few_digits(at);
+            let decayed = systems.pendulums.get(j).decayed(near[j])
+                | systems.oscillators.get(j).decayed(near[j]);
+            in_reach[j] = u64::from((!on_step | (at <= rise.reach)) & !decayed);
+        }
         let mut cos_minus_1 = [[0.0; LANES]; 3];
         let mut sin = [[0.0; LANES]; 3];
         for j in 0..LANES {
@@ -300,7 +330,8 @@ impl Encounters {
             let left = gap_remainder(limits.fourth, limits.fifth, offset);
             let level = start_noise[j] + flight_noise(limits.rate, (s + offset).max(0.0));
             let later = gap.later(offset);
-            let certain = holds
+            let certain = (in_reach[j] == 1)
+                & holds
                 & (left <= SETTLE_PART * level)
                 & (later.rate > 0.0)
                 & (p.increment.abs() <= MOST_TURNED);
@@ -384,7 +415,7 @@ impl Encounters {
 
     /// The flights after the impacts.
     #[inline(always)]
-    pub fn depart(&mut self) {
+    pub fn depart<G: Geometry>(&mut self) {
         let Self { systems, flights, near, contacts, impacts, .. } = self;
         let after = &mut impacts.flights;
         for j in 0..LANES {
@@ -407,8 +438,20 @@ impl Encounters {
             after.pendulums.set(j, &pendulum.steady_flight(x1, impacts.v1_post[j], phase));
             after.oscillators.set(j, &oscillator.steady_flight(x2, impacts.v2_post[j], phase));
         }
-        let Flights { phases, pendulums, oscillators, .. } = after;
-        let Impacts { pre_x1, pre_x2, v1_post, v2_post, .. } = impacts;
+        let Flights { angles, phases, pendulums, oscillators, .. } = after;
+        let Impacts { pre_x1, pre_x2, v1_post, v2_post, outsets, .. } = impacts;
+        for j in 0..LANES {
+            let equations = (&systems.pendulums.get(j), &systems.oscillators.get(j));
+            let bounds = (
+                equations.0.steady_bounds(&pendulums.get(j)),
+                equations.1.steady_bounds(&oscillators.get(j)),
+            );
+            let state = State { x1: pre_x1[j], v1: v1_post[j], x2: pre_x2[j], v2: v2_post[j] };
+            let (angle, cos_psi) = (angles.get(j), phases.cos[j]);
+            let outset =
+                Outset::within::<G>(equations, systems.gap[j], &state, angle, cos_psi, bounds);
+            outsets.set(j, &outset);
+        }
         systems.beats[0].start(&systems.pendulums, pre_x1, v1_post, phases, pendulums);
         systems.beats[1].start(&systems.oscillators, pre_x2, v2_post, phases, oscillators);
     }
@@ -416,6 +459,13 @@ impl Encounters {
     /// Evaluations of the gap in lane `j`.
     pub fn evaluations(&self, j: usize) -> u64 {
         self.evaluations[j] + 1
+    }
+
+    /// What the scan of the flight after the impact in lane `j` starts from, if that is known.
+    #[inline(always)]
+    pub fn outset(&self, j: usize) -> Option<Outset> {
+        let beats = self.systems.beats[0].which[j] | self.systems.beats[1].which[j];
+        (beats == 0).then(|| self.impacts.outsets.get(j))
     }
 
     /// The contact in lane `j`, if it is certain.
