@@ -8,11 +8,12 @@
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-use crate::event::{Event, StopReason};
+use crate::error::{SimulationError, StateError};
+use crate::event::{Event, StopEvent, StopReason};
 use crate::params::{Contact, System};
 use crate::period::{CHATTERING, PeriodReport, detect_period};
 use crate::run::RunOptions;
-use crate::simulate::{Observer, Simulation};
+use crate::simulate::{Observer, Simulation, Traveller};
 use crate::state::{Clock, State};
 
 /// This close to the attractor, as part of the region's radius, rounding may decide what is nearer.
@@ -85,7 +86,7 @@ impl Arrival {
 }
 
 /// Compares every section with the targets, and keeps the last of them.
-struct Watch<'a> {
+pub(crate) struct Watch<'a> {
     targets: &'a [Target],
     rotor: bool,
     cancel: &'a AtomicBool,
@@ -174,6 +175,78 @@ impl Observer for Watch<'_> {
     }
 }
 
+/// A start that is followed.
+pub(crate) struct Journey<'a> {
+    simulation: Simulation,
+    watch: Watch<'a>,
+    end: Option<StopEvent>,
+    failed: bool,
+}
+
+impl<'a> Traveller for Journey<'a> {
+    type Watch = Watch<'a>;
+
+    fn parts(&mut self) -> (&mut Simulation, &mut Watch<'a>) {
+        (&mut self.simulation, &mut self.watch)
+    }
+
+    fn take(&mut self, event: Result<Event, SimulationError>) {
+        match event {
+            Ok(Event::Chatter(_)) => self.watch.impacts = CHATTERING,
+            Ok(Event::Stop(stop)) => self.end = Some(stop),
+            Ok(_) => {}
+            Err(_) => self.failed = true,
+        }
+    }
+}
+
+impl<'a> Journey<'a> {
+    /// From `initial`; a raised `cancel` leaves it pending.
+    ///
+    /// # Errors
+    /// [`StateError`] if the bodies overlap there.
+    pub fn new(
+        system: &System,
+        initial: State,
+        targets: &'a [Target],
+        options: RunOptions,
+        cancel: &'a AtomicBool,
+    ) -> Result<Self, StateError> {
+        let simulation = Simulation::new(system, initial)?
+            .until(options.horizon)
+            .max_events(options.max_events)
+            .tolerance(options.tolerance)
+            .section_phase(options.section_phase);
+        let watch = Watch::new(targets, system, &options, cancel);
+        Ok(Self { simulation, watch, end: None, failed: false })
+    }
+
+    /// Goes on to the end, and says where it has come to.
+    pub fn arrive(mut self) -> Arrival {
+        self.finish();
+        let Self { watch, end, failed, .. } = self;
+        if failed {
+            return Arrival::empty(Fate::Failed);
+        }
+        if let Some((target, periods, state)) = watch.arrived {
+            let fate = Fate::Arrived { target, periods };
+            return Arrival { state: Some(state), ..Arrival::empty(fate) };
+        }
+        let Some(stop) = end.filter(|stop| stop.reason != StopReason::Interrupted) else {
+            return Arrival::empty(Fate::Pending);
+        };
+        let mut arrival = Arrival::empty(Fate::Elsewhere(stop.reason));
+        arrival.state = Some(stop.state.to_array());
+        if stop.reason.reached_the_end() {
+            arrival.tail = watch.sections.into();
+            let spare = watch.counts.len().saturating_sub(arrival.tail.len());
+            arrival.counts = watch.counts.into_iter().skip(spare).collect();
+            arrival.period = Some(detect_period(&arrival.tail, &arrival.counts));
+        }
+        arrival
+    }
+}
+
 /// Follows a start until it arrives at one of the targets, or to the end. A raised `cancel` leaves
 /// it pending.
 #[must_use]
@@ -184,40 +257,10 @@ pub fn arrive(
     options: RunOptions,
     cancel: &AtomicBool,
 ) -> Arrival {
-    let Ok(simulation) = Simulation::new(system, initial) else {
-        return Arrival::empty(Fate::Overlap);
-    };
-    let mut simulation = simulation
-        .until(options.horizon)
-        .max_events(options.max_events)
-        .tolerance(options.tolerance)
-        .section_phase(options.section_phase);
-    let mut watch = Watch::new(targets, system, &options, cancel);
-    let mut end = None;
-    while let Some(event) = simulation.advance(&mut watch) {
-        match event {
-            Ok(Event::Chatter(_)) => watch.impacts = CHATTERING,
-            Ok(Event::Stop(stop)) => end = Some(stop),
-            Ok(_) => {}
-            Err(_) => return Arrival::empty(Fate::Failed),
-        }
+    match Journey::new(system, initial, targets, options, cancel) {
+        Ok(journey) => journey.arrive(),
+        Err(_) => Arrival::empty(Fate::Overlap),
     }
-    if let Some((target, periods, state)) = watch.arrived {
-        let fate = Fate::Arrived { target, periods };
-        return Arrival { state: Some(state), ..Arrival::empty(fate) };
-    }
-    let Some(stop) = end.filter(|stop| stop.reason != StopReason::Interrupted) else {
-        return Arrival::empty(Fate::Pending);
-    };
-    let mut arrival = Arrival::empty(Fate::Elsewhere(stop.reason));
-    arrival.state = Some(stop.state.to_array());
-    if stop.reason.reached_the_end() {
-        arrival.tail = watch.sections.into();
-        let spare = watch.counts.len().saturating_sub(arrival.tail.len());
-        arrival.counts = watch.counts.into_iter().skip(spare).collect();
-        arrival.period = Some(detect_period(&arrival.tail, &arrival.counts));
-    }
-    arrival
 }
 
 #[cfg(test)]

@@ -13,12 +13,17 @@
 
 #![allow(clippy::inline_always)] // the usual way through a search is compiled for several instruction sets
 
+mod outlook;
+
+pub(crate) use outlook::{Outlook, few_digits};
+
+use outlook::outlook;
+
 use crate::angle::Angle;
 use crate::flight::{Flight, FreeMotion, Motion};
-use crate::gap::{Direct, GapBounds, GapFlight, GapPoint, Geometry, Oblique};
+use crate::gap::{Direct, GapFlight, GapPoint, Geometry, Oblique};
 use crate::majorant::first_root;
 use crate::params::Contact;
-use crate::scan::{Outset, Scan, scan};
 use crate::state::State;
 use crate::tolerance::{
     EPS, FLIGHT_NOISE, GRAZE_NOISE, PAUSE_NOISE, RELEASE_PROBE, SEARCH_PATIENCE, SEARCH_STEPS,
@@ -162,60 +167,6 @@ fn search<G: Geometry>(
         Outlook::Unsure(time) => time,
     };
     carefully::<G>(motion, flight, start, span, clear, scanned)
-}
-
-/// What the first pass tells of a flight.
-#[derive(Clone, Copy)]
-pub(crate) enum Outlook {
-    /// No contact up to this local time.
-    Clear(f64),
-    /// The first contact, a simple root, lies near one local time and after another.
-    Ahead { near: f64, after: f64, bounds: GapBounds },
-    /// No contact up to this local time; on from there with care.
-    Unsure(f64),
-}
-
-/// The first pass, and its evaluations of the gap.
-#[inline(always)]
-fn outlook<G: Geometry>(
-    motion: &FreeMotion,
-    flight: &Flight,
-    start: Start,
-    span: f64,
-) -> (Outlook, u64) {
-    if !matches!(start, Start::Apart | Start::Touching) {
-        return (Outlook::Unsure(0.0), 0);
-    }
-    let outset = Outset::new::<G>(motion, flight);
-    let (found, evaluations) = scan::<G>(motion, flight, &outset, start == Start::Touching, span);
-    (Outlook::new(found, outset.bounds), evaluations)
-}
-
-/// A time of few digits: its products with the frequencies are exact, and what it leaves out is in the
-/// offset of the contact.
-#[inline(always)]
-pub(crate) fn few_digits(time: f64) -> f64 {
-    f64::from(time as f32)
-}
-
-impl Outlook {
-    #[inline(always)]
-    pub fn new(scan: Scan, bounds: GapBounds) -> Self {
-        match scan {
-            Scan::Clear(time) => Self::Clear(time),
-            Scan::Rise(rise) => {
-                let near = rise.near();
-                if near <= rise.reach {
-                    Self::Ahead { near: few_digits(near), after: rise.after, bounds }
-                } else {
-                    // Met in a local flight from the start of the step.
-                    Self::Clear(rise.after)
-                }
-            }
-            Scan::Hop(near) => Self::Ahead { near: few_digits(near), after: 0.0, bounds },
-            Scan::Unsure(time) => Self::Unsure(time),
-        }
-    }
 }
 
 /// The careful search, from local time `clear` on.

@@ -13,7 +13,8 @@ mod table;
 
 pub(crate) use drive::{Drive, Drives, Trig, Trigs, Turn, turn_within};
 pub(crate) use oscillator::{
-    BodyFlight, BodyFlights, Bounds, Equation, Equations, Motion, Oscillator, SeriesLanes,
+    BodyFlight, BodyFlights, Bounds, Equation, Equations, Motion, MotionLanes, Oscillator,
+    SeriesLanes,
 };
 pub(crate) use resonance::{Beat, Beats};
 pub(crate) use table::{LEVELS, Point, States, Table, Weights};
@@ -172,6 +173,13 @@ impl FreeMotion {
             self.pendulum.bounds(&flight.pendulum, flight.start),
             self.oscillator.bounds(&flight.oscillator, flight.start),
         )
+    }
+
+    /// Whether a free motion has decayed by local time `s` so far that its start would cancel.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn decays_by(&self, s: f64) -> bool {
+        self.pendulum.equation.decayed(s) || self.oscillator.equation.decayed(s)
     }
 
     /// Whether both bodies swing, and answer the drive with the steady response or a beat.

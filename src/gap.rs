@@ -4,6 +4,7 @@
 //! *oblique*: g = sin x1 - x2 - delta; *direct*: g = x1 - x2 - delta.
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
+#![allow(clippy::needless_bitwise_bool)] // conditions without jumps, for the lanes
 
 use std::f64::consts::FRAC_PI_2;
 use std::marker::PhantomData;

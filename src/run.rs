@@ -206,21 +206,6 @@ impl<G: FnMut() -> bool> Traveller for Collection<G> {
     }
 }
 
-impl<G> Traveller for (usize, Collection<G>)
-where
-    G: FnMut() -> bool,
-{
-    type Watch = Collector<G>;
-
-    fn parts(&mut self) -> (&mut Simulation, &mut Collector<G>) {
-        self.1.parts()
-    }
-
-    fn take(&mut self, event: Result<Event, SimulationError>) {
-        self.1.take(event);
-    }
-}
-
 impl<G: FnMut() -> bool> Collection<G> {
     fn new(
         system: &System,

@@ -402,23 +402,37 @@ impl Simulation {
         observer: &mut O,
         state_at: impl Fn(&Self, DoubleDouble) -> State,
     ) {
-        if !O::SECTIONS || !self.motion.drive.has_period() {
+        if !O::SECTIONS {
             return;
         }
-        loop {
-            let period = self.point.next_section - i64::from(self.section_offset > 0.0);
-            let section = Clock::new(period, self.section_offset);
-            if self.is_far(section, reached) {
-                return;
-            }
-            let at = self.motion.drive.until(self.flight.clock, section);
-            if at.value() > reached || (at.value() == reached && !inclusive) {
-                return;
-            }
-            let state = state_at(self, at.not_negative());
-            observer.section(self.point.next_section, &state);
-            self.point.next_section += 1;
+        while let Some(at) = self.section_by(reached, inclusive) {
+            let state = state_at(self, at);
+            self.pass_section(&state, observer);
         }
+    }
+
+    /// Local time of the next section, if it lies before `reached`.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn section_by(&self, reached: f64, inclusive: bool) -> Option<DoubleDouble> {
+        if !self.motion.drive.has_period() {
+            return None;
+        }
+        let period = self.point.next_section - i64::from(self.section_offset > 0.0);
+        let section = Clock::new(period, self.section_offset);
+        if self.is_far(section, reached) {
+            return None;
+        }
+        let at = self.motion.drive.until(self.flight.clock, section);
+        let passed = at.value() < reached || (at.value() == reached && inclusive);
+        passed.then(|| at.not_negative())
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn pass_section<O: Observer>(&mut self, state: &State, observer: &mut O) {
+        observer.section(self.point.next_section, state);
+        self.point.next_section += 1;
     }
 
     /// Clock at a local time of the present leg, given in two parts.

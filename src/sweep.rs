@@ -3,13 +3,15 @@
 //! Every point is a run of its own, or a followed branch is one task from end to end, so the
 //! result has the same bits for any number of threads.
 
+mod workers;
+
+pub use workers::Workers;
+use workers::side_by_side;
+
+use std::cell::RefCell;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
-use std::sync::mpsc;
-use std::time::Duration;
 
-use rayon::prelude::*;
-
-use crate::basin::{Arrival, Fate, Target, arrive};
+use crate::basin::{Arrival, Fate, Journey, Target};
 use crate::error::ParameterError;
 use crate::event::StopReason;
 use crate::impact::PreImpact;
@@ -17,66 +19,8 @@ use crate::lyapunov::{LyapunovError, lyapunov_spectrum};
 use crate::params::System;
 use crate::period::PeriodReport;
 use crate::run::{Run, RunError, RunOptions, run, run_together};
-use crate::simulate::Simulation;
+use crate::simulate::{Simulation, travel};
 use crate::state::State;
-
-/// More threads than any machine has use for; some systems hang rather than refuse them.
-const MOST_THREADS: usize = 1024;
-/// Most cells that one thread takes at a time, and runs handed to the threads at a time.
-const LONGEST_SHARE: usize = 8;
-const CHUNK: usize = 128;
-/// Time between two looks at the caller's wish to go on.
-const LOOK: Duration = Duration::from_millis(50);
-
-/// The threads that share the work.
-#[derive(Debug, Default)]
-pub struct Workers(Option<rayon::ThreadPool>);
-
-impl Workers {
-    /// So many threads; all processors if `None`.
-    ///
-    /// # Errors
-    /// [`ParameterError`] for 0 threads, or more than the system gives.
-    pub fn new(threads: Option<usize>) -> Result<Self, ParameterError> {
-        let Some(threads) = threads else { return Ok(Self(None)) };
-        let error = |allowed| ParameterError::new("workers", threads, allowed);
-        if !(1..=MOST_THREADS).contains(&threads) {
-            return Err(error("a whole number in [1, 1024]"));
-        }
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .map(|pool| Self(Some(pool)))
-            .map_err(|_| error("as many threads as the system gives"))
-    }
-
-    /// Does `work` on the threads while this one asks `go_on` now and then; once that says no,
-    /// `work` sees its flag raised and should end.
-    fn run<T: Send>(
-        &self,
-        go_on: &mut dyn FnMut() -> bool,
-        work: impl FnOnce(&AtomicBool) -> T + Send,
-    ) -> T {
-        let cancel = AtomicBool::new(false);
-        std::thread::scope(|scope| {
-            let (working, worked) = mpsc::channel::<()>();
-            let (pool, cancel) = (&self.0, &cancel);
-            let task = scope.spawn(move || {
-                let _working = working; // dropped at the end, which wakes the watch
-                match pool {
-                    Some(pool) => pool.install(|| work(cancel)),
-                    None => work(cancel),
-                }
-            });
-            while let Err(mpsc::RecvTimeoutError::Timeout) = worked.recv_timeout(LOOK) {
-                if !go_on() {
-                    cancel.store(true, Relaxed);
-                }
-            }
-            task.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-        })
-    }
-}
 
 /// Where each value of the parameter starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -402,26 +346,6 @@ fn fresh(cell: &Cell, options: &SweepOptions, restarted: bool, cancel: &AtomicBo
     SweepPoint::of(run, restarted, options, &mut go_on)
 }
 
-/// Does so many pieces of work on all threads of the present pool, each of which asks for the next
-/// piece when it has room for it, and hands over what has come of each; `None` where nothing has.
-fn side_by_side<T: Send>(
-    count: usize,
-    work: &(dyn Fn(&mut dyn FnMut() -> Option<usize>, &mut dyn FnMut(usize, T)) + Sync),
-) -> Vec<Option<T>> {
-    let begun = AtomicUsize::new(0);
-    let shares = rayon::broadcast(|_| {
-        let mut share = Vec::new();
-        let mut next = || Some(begun.fetch_add(1, Relaxed)).filter(|&place| place < count);
-        work(&mut next, &mut |place, result| share.push((place, result)));
-        share
-    });
-    let mut results: Vec<Option<T>> = std::iter::repeat_with(|| None).take(count).collect();
-    for (place, result) in shares.into_iter().flatten() {
-        results[place] = Some(result);
-    }
-    results
-}
-
 /// From the last state, or from the cell's own where there is none or it does not fit.
 fn follow(
     cell: &Cell,
@@ -463,18 +387,17 @@ pub fn run_many(
     for &initial in initials {
         Simulation::new(system, initial)?;
     }
-    let mut runs = Vec::with_capacity(initials.len());
-    for chunk in initials.chunks(CHUNK) {
-        let done: Result<Vec<Run>, RunError> = workers.run(go_on, |cancel| {
-            let one = |&start: &State| run(system, start, options, &mut || !cancel.load(Relaxed));
-            chunk.par_iter().map(one).collect()
-        });
-        runs.extend(done?);
-        if !go_on() {
-            break;
-        }
-    }
-    Ok(runs)
+    let runs = workers.run(go_on, |cancel| {
+        let go_on = || !cancel.load(Relaxed);
+        side_by_side(initials.len(), &|next, done| {
+            let mut next = || {
+                let place = next().filter(|_| go_on())?;
+                Some((place, *system, initials[place]))
+            };
+            run_together(&mut next, options, &go_on, done);
+        })
+    });
+    runs.into_iter().map_while(|run| run).collect()
 }
 
 /// Follows every start until it arrives at one of the targets. `go_on` gets the number of starts
@@ -491,18 +414,26 @@ pub fn arrive_many(
     go_on: &mut dyn FnMut(usize) -> bool,
 ) -> Result<Vec<Arrival>, ParameterError> {
     options.check(system)?;
-    let done = AtomicUsize::new(0);
-    let one = |&initial: &State, cancel: &AtomicBool| {
-        if cancel.load(Relaxed) {
-            return Arrival::empty(Fate::Pending);
-        }
-        let arrival = arrive(system, initial, targets, options, cancel);
-        done.fetch_add(usize::from(arrival.fate != Fate::Pending), Relaxed);
-        arrival
-    };
-    let arrivals = workers.run(&mut || go_on(done.load(Relaxed)), |cancel| {
-        initials.par_iter().with_max_len(LONGEST_SHARE).map(|start| one(start, cancel)).collect()
+    let count = AtomicUsize::new(0);
+    let arrivals = workers.run(&mut || go_on(count.load(Relaxed)), |cancel| {
+        side_by_side(initials.len(), &|next, done| {
+            let done = RefCell::new(|place, arrival: Arrival| {
+                count.fetch_add(usize::from(arrival.fate != Fate::Pending), Relaxed);
+                done(place, arrival);
+            });
+            let mut next = || loop {
+                let place = next().filter(|_| !cancel.load(Relaxed))?;
+                match Journey::new(system, initials[place], targets, options, cancel) {
+                    Ok(journey) => return Some((place, journey)),
+                    Err(_) => (done.borrow_mut())(place, Arrival::empty(Fate::Overlap)),
+                }
+            };
+            let mut arrived =
+                |(place, journey): (usize, Journey)| (done.borrow_mut())(place, journey.arrive());
+            travel(&mut next, &mut arrived);
+        })
     });
-    go_on(done.load(Relaxed));
-    Ok(arrivals)
+    go_on(count.load(Relaxed));
+    let pending = || Arrival::empty(Fate::Pending);
+    Ok(arrivals.into_iter().map(|arrival| arrival.unwrap_or_else(pending)).collect())
 }

@@ -1,6 +1,7 @@
 //! The forcing cos(omega t + phi) and its clock: periods are counted, phases stay reduced.
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
+#![allow(clippy::needless_bitwise_bool)] // conditions without jumps, for the lanes
 
 use crate::double_double::{DoubleDouble, TWO_PI};
 use crate::elementary;

@@ -80,7 +80,7 @@ lanes_of! {
 }
 
 /// Motion of one body at some time of a flight.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Motion {
     /// x(s) - x(0).
     pub increment: f64,
@@ -92,7 +92,20 @@ pub(crate) struct Motion {
     pub jerk: f64,
 }
 
+lanes_of! {
+    /// Several motions, without their place.
+    MotionLanes of Motion {
+        increment: increment, rate: rate, acceleration: acceleration, jerk: jerk
+    }
+}
+
 impl Motion {
+    /// Sets the place from where the motion started.
+    #[inline(always)]
+    pub fn place_after(&mut self, start: f64) {
+        self.place = [start, self.increment];
+    }
+
     /// x(s).
     #[inline(always)]
     pub fn displacement(&self) -> f64 {

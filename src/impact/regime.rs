@@ -7,6 +7,9 @@
 //! x1' = 0 at the start sticks, or slips with s = -sgn(cos x1); sin x1 = 0 is frictionless.
 //! The outcome is continuous across all of them.
 
+#![allow(clippy::inline_always)] // a flight with its impact is compiled for several instruction sets
+#![allow(clippy::needless_bitwise_bool)] // conditions without jumps, for the lanes
+
 use serde::{Deserialize, Serialize};
 
 use super::{ImpactFailure, PreImpact};

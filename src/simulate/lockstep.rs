@@ -9,6 +9,7 @@
 #![allow(clippy::inline_always)] // a round is compiled for several instruction sets
 
 mod encounters;
+mod motions;
 
 use std::marker::PhantomData;
 
@@ -46,6 +47,19 @@ pub(crate) trait Traveller {
     }
 }
 
+/// A traveller with his place among all.
+impl<T: Traveller> Traveller for (usize, T) {
+    type Watch = T::Watch;
+
+    fn parts(&mut self) -> (&mut Simulation, &mut T::Watch) {
+        self.1.parts()
+    }
+
+    fn take(&mut self, event: Result<Event, SimulationError>) {
+        self.1.take(event);
+    }
+}
+
 /// With fewer travellers the lanes are not worth it.
 const FEWEST: usize = 3;
 
@@ -55,7 +69,7 @@ pub(crate) fn travel<T: Traveller>(next: &mut dyn FnMut() -> Option<T>, done: &m
     let Some(mut first) = next() else { return };
     let contact = first.parts().0.system.contact;
     let mut company =
-        Company { next, done, contact, crew: Default::default(), lanes: Default::default() };
+        Company { next, done, contact, crew: Default::default(), lanes: Box::default() };
     let mut first = company.fitting(first);
     for j in 0..LANES {
         let traveller = first.take().or_else(|| company.another());
@@ -192,6 +206,9 @@ impl<T: Traveller> Company<'_, T> {
             }
         }
         encounters.depart::<G>();
+        if T::Watch::SECTIONS {
+            while pass_sections(&mut self.crew, &ready, encounters) {}
+        }
         for j in ready.iter() {
             let Some(traveller) = &mut self.crew[j] else { continue };
             outsets[j] = None;
@@ -279,6 +296,37 @@ impl<T: Traveller> Company<'_, T> {
     }
 }
 
+/// Passes the next section of every flight that has one before its contact; whether any has.
+#[inline(always)]
+fn pass_sections<T: Traveller>(
+    crew: &mut [Option<T>; LANES],
+    ready: &Seats,
+    encounters: &mut Encounters,
+) -> bool {
+    let (mut times, mut passing) = ([0.0; LANES], Seats::default());
+    for j in ready.iter() {
+        let (Some(traveller), Some(touch)) = (&mut crew[j], encounters.contact(j)) else {
+            continue;
+        };
+        let (simulation, _) = traveller.parts();
+        if let Some(time) = simulation.section_before(touch.local_time()) {
+            times[j] = time;
+            passing.push(j);
+        }
+    }
+    if passing.count == 0 {
+        return false;
+    }
+    encounters.pass(&times);
+    for j in passing.iter() {
+        if let Some(traveller) = &mut crew[j] {
+            let (simulation, watch) = traveller.parts();
+            simulation.pass_section(&encounters.state(j), watch);
+        }
+    }
+    true
+}
+
 /// An impact whose slip ends.
 #[inline(never)]
 fn resolve_alone(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure> {
@@ -348,6 +396,16 @@ impl Simulation {
         }
     }
 
+    /// Local time of the next section, if that lies before a contact that ends the flight, and its state is
+    /// had from a lane.
+    #[inline(always)]
+    fn section_before(&self, contact: f64) -> Option<f64> {
+        let at = self.section_by(contact, false)?;
+        let time = at.value();
+        let usual = at.hi <= self.motion.span && !self.motion.decays_by(time);
+        (usual && self.ends_by(contact).is_none()).then_some(time)
+    }
+
     /// A leg by itself.
     #[inline(never)]
     fn turn_alone<O: Observer>(&mut self, observer: &mut O) -> Turn {
@@ -386,6 +444,7 @@ impl Simulation {
 }
 
 /// What becomes of a flight with a contact ahead.
+#[allow(clippy::large_enum_variant)] // none is ever stored
 enum Encounter {
     /// Nothing that is of use.
     Alone,

@@ -2,16 +2,15 @@
 //! what is found may be of no use in some of them, which is told.
 
 #![allow(clippy::inline_always)] // a round is compiled for several instruction sets
+#![allow(clippy::needless_bitwise_bool)] // conditions without jumps, for the lanes
 #![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
 
-use crate::angle::{Angle, Angles};
+use super::motions::{Flights, Motions, Systems};
+use crate::angle::Angle;
 use crate::contact::{Touch, few_digits};
 use crate::double_double::DoubleDouble;
 use crate::elementary::{self, MOST_TURNED};
-use crate::flight::{
-    Beat, Beats, BodyFlight, BodyFlights, Drives, Equation, Equations, Flight, FreeMotion, Motion,
-    SeriesLanes, Trigs, Turn, turn_within,
-};
+use crate::flight::{Flight, FreeMotion};
 use crate::gap::{
     GapBounds, GapBoundsLanes, GapPoints, Geometry, flight_noise, gap_after, gap_fourth,
     gap_remainder, noise,
@@ -56,99 +55,9 @@ pub(super) struct Encounters {
     start: Lanes,
     start_noise: Lanes,
     bounds: GapBoundsLanes,
-    series: [SeriesLanes; 2],
+    motions: Motions,
     contacts: Contacts,
     impacts: Impacts,
-}
-
-/// What does not change along a run.
-#[derive(Debug, Clone, Default)]
-struct Systems {
-    drives: Drives,
-    pendulums: Equations,
-    oscillators: Equations,
-    /// Of pendulums and oscillators.
-    beats: [Beating; 2],
-    gap: Lanes,
-    mass_ratio: Lanes,
-    restitution: Lanes,
-    friction: Lanes,
-}
-
-/// Bodies near resonance.
-#[derive(Debug, Clone, Default)]
-struct Beating {
-    beats: Beats,
-    /// 1 for a body that beats.
-    which: [u64; LANES],
-}
-
-impl Beating {
-    fn set(&mut self, j: usize, beat: Option<&Beat>) {
-        self.which[j] = u64::from(beat.is_some());
-        if let Some(beat) = beat {
-            self.beats.set(j, beat);
-        }
-    }
-
-    /// Whether any body beats.
-    #[inline(always)]
-    fn any(&self) -> bool {
-        self.which.iter().sum::<u64>() > 0
-    }
-
-    /// Increments and rates of the bodies that beat.
-    #[inline(always)]
-    fn motions(
-        &self,
-        equations: &Equations,
-        flights: &BodyFlights,
-        times: &Lanes,
-        (cos_minus_1, sin): (&Lanes, &Lanes),
-    ) -> [Lanes; 2] {
-        let mut motions = [[0.0; LANES]; 2];
-        if self.any() {
-            for j in 0..LANES {
-                let (equation, f, s) = (equations.get(j), flights.get(j), times[j]);
-                let basis = equation.swinging_basis(s, (cos_minus_1[j], sin[j]));
-                let free = Equation::free(&f, basis);
-                let forced = self.beats.get(j).near((f.p, f.q), s, basis);
-                (motions[0][j], motions[1][j]) = (free.0 + forced.0, free.1 + forced.1);
-            }
-        }
-        motions
-    }
-
-    /// Flights of the bodies that beat, in place of those with a steady response.
-    #[inline(always)]
-    fn start(
-        &self,
-        equations: &Equations,
-        x: &Lanes,
-        v: &Lanes,
-        starts: &Trigs,
-        flights: &mut BodyFlights,
-    ) {
-        if self.any() {
-            for j in 0..LANES {
-                let (equation, beat) = (equations.get(j), self.beats.get(j));
-                let beating = equation.beating_flight(&beat, x[j], v[j], starts.get(j));
-                let steady = flights.get(j);
-                flights.set(j, if self.which[j] == 1 { &beating } else { &steady });
-            }
-        }
-    }
-}
-
-/// Flights, each from its start.
-#[derive(Debug, Clone, Default)]
-struct Flights {
-    time_in_period: Lanes,
-    residual: Lanes,
-    angles: Angles,
-    phases: Trigs,
-    pendulums: BodyFlights,
-    oscillators: BodyFlights,
 }
 
 /// The contacts of these flights.
@@ -192,43 +101,10 @@ struct Impacts {
     straight: [u64; LANES],
 }
 
-/// How far one body has come by local time `s`.
-struct Near {
-    s: f64,
-    /// (cos wd s - 1, sin wd s).
-    turned: (f64, f64),
-    /// Increment and rate by the Taylor series, for a short time.
-    summed: (f64, f64),
-    /// The same of a body that beats.
-    beats: bool,
-    beating: (f64, f64),
-    turn: Turn,
-}
-
-impl Near {
-    #[inline(always)]
-    fn motion(&self, equation: &Equation, flight: &BodyFlight) -> Motion {
-        let swung = equation.swung(flight, self.s, self.turned, &self.turn);
-        let swung = if self.beats { self.beating } else { swung };
-        let (increment, rate) = if self.s <= equation.short { self.summed } else { swung };
-        equation.motion_from(increment, rate, [flight.x, increment], &self.turn)
-    }
-}
-
 impl Encounters {
     /// A system that travels in lane `j` from now on.
     pub fn board(&mut self, j: usize, system: &System, motion: &FreeMotion) {
-        let systems = &mut self.systems;
-        systems.drives.set(j, &motion.drive);
-        systems.pendulums.set(j, &motion.pendulum.equation);
-        systems.oscillators.set(j, &motion.oscillator.equation);
-        for (beats, body) in systems.beats.iter_mut().zip([&motion.pendulum, &motion.oscillator]) {
-            beats.set(j, body.beat());
-        }
-        systems.gap[j] = system.gap;
-        systems.mass_ratio[j] = system.mass_ratio;
-        systems.restitution[j] = system.restitution;
-        systems.friction[j] = system.friction;
+        self.systems.set(j, system, motion);
     }
 
     /// The flight in lane `j`, with a contact ahead.
@@ -263,7 +139,7 @@ impl Encounters {
     /// (as in src/contact.rs).
     #[inline(always)]
     pub fn meet<G: Geometry>(&mut self) {
-        let Self { systems, flights, rises, on_step, near, bounds, series, contacts, .. } = self;
+        let Self { systems, flights, rises, on_step, near, bounds, motions, contacts, .. } = self;
         let (start, start_noise) = (&self.start, &self.start_noise);
         let mut in_reach = [0; LANES];
         for j in 0..LANES {
@@ -275,49 +151,11 @@ impl Encounters {
                 | systems.oscillators.get(j).decayed(near[j]);
             in_reach[j] = u64::from((!on_step | (at <= rise.reach)) & !decayed);
         }
-        let mut cos_minus_1 = [[0.0; LANES]; 3];
-        let mut sin = [[0.0; LANES]; 3];
-        for j in 0..LANES {
-            let turns = [
-                turn_within(systems.pendulums.get(j).damped, near[j]),
-                turn_within(systems.oscillators.get(j).damped, near[j]),
-                turn_within(DoubleDouble::new(systems.drives.omega[j]), near[j]),
-            ];
-            for body in 0..3 {
-                (cos_minus_1[body][j], sin[body][j]) = turns[body];
-            }
-        }
-        let beating = [
-            systems.beats[0].motions(
-                &systems.pendulums,
-                &flights.pendulums,
-                near,
-                (&cos_minus_1[0], &sin[0]),
-            ),
-            systems.beats[1].motions(
-                &systems.oscillators,
-                &flights.oscillators,
-                near,
-                (&cos_minus_1[1], &sin[1]),
-            ),
-        ];
-        series[0].sum(&systems.pendulums, &flights.pendulums, &flights.phases, near);
-        series[1].sum(&systems.oscillators, &flights.oscillators, &flights.phases, near);
+        motions.evaluate(systems, flights, near);
         for j in 0..LANES {
             let s = near[j];
             let (pendulum, oscillator) = (systems.pendulums.get(j), systems.oscillators.get(j));
-            let turn = Turn::new(flights.phases.get(j), cos_minus_1[2][j], sin[2][j]);
-            let near_by = |body: usize| Near {
-                s,
-                turned: (cos_minus_1[body][j], sin[body][j]),
-                summed: (series[body].increment[j], series[body].rate[j]),
-                beats: systems.beats[body].which[j] == 1,
-                beating: (beating[body][0][j], beating[body][1][j]),
-                turn,
-            };
-            let (first, second) = (near_by(0), near_by(1));
-            let p = first.motion(&pendulum, &flights.pendulums.get(j));
-            let o = second.motion(&oscillator, &flights.oscillators.get(j));
+            let (p, o) = motions.get(j, flights);
             let turned = if G::TURNS {
                 elementary::turn_within(p.increment, 0.0)
             } else {
@@ -454,6 +292,20 @@ impl Encounters {
         }
         systems.beats[0].start(&systems.pendulums, pre_x1, v1_post, phases, pendulums);
         systems.beats[1].start(&systems.oscillators, pre_x2, v2_post, phases, oscillators);
+    }
+
+    /// States at a local time of each flight, at which no free motion has decayed.
+    #[inline(always)]
+    pub fn pass(&mut self, times: &Lanes) {
+        let Self { systems, flights, motions, .. } = self;
+        motions.evaluate(systems, flights, times);
+    }
+
+    /// The last of these states in lane `j`.
+    #[inline(always)]
+    pub fn state(&self, j: usize) -> State {
+        let (p, o) = self.motions.get(j, &self.flights);
+        State { x1: p.displacement(), v1: p.rate, x2: o.displacement(), v2: o.rate }
     }
 
     /// Evaluations of the gap in lane `j`.
