@@ -7,29 +7,17 @@
 #[allow(dead_code)]
 #[path = "support/audit.rs"]
 mod audit;
-#[allow(dead_code)]
-#[path = "support/dense.rs"]
-mod dense;
-#[allow(dead_code)]
-#[path = "support/double_double.rs"]
-mod double_double;
-#[allow(dead_code)]
-#[path = "support/exact_motion.rs"]
-mod exact_motion;
-#[allow(dead_code)]
-#[path = "support/rounding.rs"]
-mod rounding;
 
 use std::f64::consts::{PI, TAU};
 
+use audit::dense::Place;
+use audit::double_double::Dd;
+use audit::exact_motion::DenseFlight;
+use audit::rounding::Level;
 use audit::{Draw, Kind, Outcome, judge_flight};
-use dense::Place;
-use double_double::Dd;
-use exact_motion::DenseFlight;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use rounding::Level;
 use vibroimpact::contact::{ContactReport, Found, Start, next_contact};
 use vibroimpact::tolerance::EPS;
 use vibroimpact::{

@@ -5,15 +5,17 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
+use std::sync::atomic::AtomicBool;
 
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use vibroimpact::basin::{Arrival, Fate, Target, arrive};
 use vibroimpact::impact::PreImpact;
 use vibroimpact::{
-    Cell, Contact, Horizon, ImpactLaw, PointStatus, RunError, RunOptions, State, StopReason,
-    SweepPoint, SweepStart, System, Workers, run, sweep,
+    Cell, Contact, Horizon, ImpactLaw, PointStatus, Run, RunError, RunOptions, State, StopReason,
+    SweepPoint, SweepStart, System, Workers, arrive_many, run, run_many, sweep,
 };
 
 /// What is special about a system.
@@ -398,6 +400,52 @@ fn a_company_takes_what_comes() {
             assert_eq!(status(PointStatus::Failed), fails, "{number}");
         }
     }
+}
+
+/// Runs keep more than a point of a sweep does: times of all events, evaluations of the gap, where to go on.
+#[test]
+fn runs_and_basins_from_many_starts_are_the_single_ones() {
+    const STARTS: usize = 21;
+    let mut drawer = Drawer::new(6);
+    let mut options = RunOptions::periods(60).keep(20);
+    options.max_events = 2_000;
+    let [mut impacts, mut arrived, mut overlap] = [0; 3];
+    for number in 0..56 {
+        let first = drawer.traveller(DRIVEN[number % DRIVEN.len()]).cell;
+        let mut starts = vec![first.initial];
+        starts.extend((1..STARTS).map(|_| {
+            let State { x1, v1, x2, v2 } = first.initial;
+            let [a, b, c, d] = [0; 4].map(|_| drawer.uniform(-0.3, 0.3));
+            State { x1: x1 + a, v1: v1 + b, x2: x2 + c, v2: v2 + d }
+        }));
+        let workers = &workers()[number % 3];
+        let apart = |start: &State| first.system.gap_function(start) < -1e-6;
+        let fitting: Vec<State> = starts.iter().copied().filter(apart).collect();
+        let alone = |&start: &State| run(&first.system, start, options, &mut || true);
+        let singles: Result<Vec<Run>, RunError> = fitting.par_iter().map(alone).collect();
+        let runs = run_many(&first.system, &fitting, options, workers, &mut || true);
+        assert!(format!("{runs:?}") == format!("{singles:?}"), "{first:?}");
+        let Ok([single, ..]) = singles.as_deref() else { continue };
+        impacts += single.impacts.len();
+
+        // A region around the last section of the first of them.
+        let last = single.final_state.clock.period - 1;
+        let count = single.impacts.iter().filter(|impact| impact.period == last).count();
+        let factor =
+            std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 5.0 } else { 0.0 }));
+        let center = single.final_state.state.to_array();
+        let targets = [Target { center, factor, counts: vec![count as u32] }];
+        let cancel = AtomicBool::new(false);
+        let follow = |&start: &State| arrive(&first.system, start, &targets, options, &cancel);
+        let singles: Vec<Arrival> = starts.par_iter().map(follow).collect();
+        let all = arrive_many(&first.system, &starts, &targets, options, workers, &mut |_| true);
+        assert!(format!("{:?}", all.unwrap()) == format!("{singles:?}"), "{first:?}");
+        let fates = singles.iter().map(|arrival| arrival.fate);
+        arrived += fates.clone().filter(|fate| matches!(fate, Fate::Arrived { .. })).count();
+        overlap += fates.filter(|&fate| fate == Fate::Overlap).count();
+    }
+    println!("{impacts} {arrived} {overlap}");
+    assert!(impacts > 500 && arrived > 100 && overlap > 50);
 }
 
 /// Runs that never end, but are within each other's reach by the bounds of their amplitudes, take all lanes
