@@ -22,6 +22,7 @@ use outlook::outlook;
 use crate::angle::Angle;
 use crate::flight::{Flight, FreeMotion, Motion};
 use crate::gap::{Direct, GapFlight, GapPoint, Geometry, Oblique};
+use crate::lanes;
 use crate::majorant::first_root;
 use crate::params::Contact;
 use crate::state::State;
@@ -102,7 +103,7 @@ pub fn next_contact(
     start: Start,
     span: f64,
 ) -> ContactReport {
-    let mut report = pulp::Arch::new().dispatch(Job { motion, flight, start, span });
+    let mut report = lanes::narrow(Job { motion, flight, start, span });
     match report.found {
         Found::Contact(touch) if touch.local_time() > span => report.found = Found::Clear(span),
         _ => {}

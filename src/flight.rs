@@ -24,7 +24,7 @@ use crate::double_double::DoubleDouble;
 use crate::elementary;
 use crate::params::{Contact, System};
 use crate::state::{Clock, State};
-use crate::tolerance::CHUNK_TURNS;
+use crate::tolerance::{CHUNK_TURNS, SCAN_STEPS};
 
 /// What a system's flights have in common, worked out once.
 #[derive(Debug, Clone)]
@@ -48,8 +48,11 @@ impl FreeMotion {
         let omega = system.drive_frequency;
         let fastest = system.frequency_ratio.max(omega).max(1.0);
         let span = CHUNK_TURNS * std::f64::consts::TAU / fastest;
-        let body =
-            |natural, damping, amplitude| Oscillator::new(natural, damping, amplitude, omega, span);
+        // The first pass looks a little further.
+        let longest = SCAN_STEPS * span;
+        let body = |natural, damping, amplitude| {
+            Oscillator::new(natural, damping, amplitude, omega, longest)
+        };
         let pendulum =
             body(system.frequency_ratio, system.pendulum_damping, system.moment_amplitude);
         let oscillator = body(1.0, system.oscillator_damping, system.force_amplitude);

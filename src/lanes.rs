@@ -7,6 +7,25 @@ pub(crate) const LANES: usize = 8;
 /// Eight values of one quantity.
 pub(crate) type Lanes = [f64; LANES];
 
+/// Does a piece of work with the widest vector registers of the machine.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+pub(crate) fn wide<W: pulp::NullaryFnOnce>(work: W) -> W::Output {
+    pulp::Arch::new().dispatch(work)
+}
+
+/// Does a piece of work with registers of at most 256 bits: where each step waits for the one before, wider
+/// ones are no faster, and cost more to start with.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+pub(crate) fn narrow<W: pulp::NullaryFnOnce>(work: W) -> W::Output {
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    if let Some(simd) = pulp::x86::V3::try_new() {
+        return simd.vectorize(work);
+    }
+    pulp::Arch::new().dispatch(work)
+}
+
 /// Defines the lanes of a type: each of the named numbers of eight values of it, which are read and
 /// written as a whole.
 macro_rules! lanes_of {

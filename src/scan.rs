@@ -19,7 +19,8 @@ use crate::gap::{GapBounds, Geometry, higher_at_start};
 use crate::lanes::{LANES, Lanes, lanes_of};
 use crate::state::State;
 use crate::tolerance::{
-    BOUND_MARGIN, FREE_SPANS, HOP_BEND, SCAN_REMAINDER, SCAN_REST, SCAN_SLACK, SCAN_SPANS,
+    BOUND_MARGIN, FREE_SPANS, HOP_BEND, ROOT_ERROR, SCAN_REMAINDER, SCAN_REST, SCAN_SLACK,
+    SCAN_SPANS,
 };
 
 /// Halvings by which an unsure step is cut into eight.
@@ -72,6 +73,12 @@ impl Rise {
     #[inline(always)]
     pub fn near(&self) -> f64 {
         self.after + self.h * root(&self.start, &self.end, self.h)
+    }
+
+    /// Whether the contact, which lies `near`, is met in this local flight.
+    #[inline(always)]
+    pub fn is_met(&self, near: f64) -> bool {
+        near <= self.reach + ROOT_ERROR * self.h
     }
 }
 

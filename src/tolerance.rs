@@ -35,10 +35,13 @@ pub const BOUND_MARGIN: f64 = 1.0 + 1e-12;
 /// interpolant is this part of the size of its motion. Twice or half as much costs more.
 pub const SCAN_REMAINDER: f64 = 0.02;
 
-/// Eight of the longest steps of the first pass are this part of a local flight, pi (sqrt(5) - 1)/4: no
+/// Eight of the longest steps of the first pass are this part of a local flight, 4/(pi (sqrt(5) - 1)): no
 /// simple fraction of a turn, or the contacts of periodic motions would fall on the ends of steps, where
 /// no sign is certain.
-pub const SCAN_STEPS: f64 = 0.970_805_519_362_733;
+pub const SCAN_STEPS: f64 = 1.030_072_868_268_605;
+
+/// The root of the interpolant on a step is known to this part of the step (1e-5 is usual).
+pub const ROOT_ERROR: f64 = 1e-3;
 
 /// Rounding of the gap in the first pass, relative to the size of its motion: some thousand
 /// operations from step to step over the whole scan.

@@ -48,11 +48,10 @@ impl Outlook {
             Scan::Clear(time) => Self::Clear(time),
             Scan::Rise(rise) => {
                 let near = rise.near();
-                if near <= rise.reach {
+                if rise.is_met(near) {
                     Self::Ahead { near: few_digits(near), after: rise.after, bounds }
                 } else {
-                    // Met in a local flight from the start of the step.
-                    Self::Clear(rise.after)
+                    Self::Clear(rise.reach)
                 }
             }
             Scan::Hop(near) => Self::Ahead { near: few_digits(near), after: 0.0, bounds },

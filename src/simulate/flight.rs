@@ -12,6 +12,7 @@ use crate::event::{Event, GrazeEvent, ImpactEvent, StopReason};
 use crate::flight::Flight;
 use crate::hold::Next;
 use crate::impact::{self, Impact, ImpactFailure, PreImpact};
+use crate::lanes;
 use crate::params::{ImpactLaw, System};
 use crate::state::{Clock, State};
 use crate::tolerance::{
@@ -21,7 +22,7 @@ use crate::tolerance::{
 impl Simulation {
     /// One local flight, and the impact that ends it.
     pub(super) fn fly<O: Observer>(&mut self, takeoff: Takeoff, observer: &mut O) -> Turn {
-        pulp::Arch::new().dispatch(Leap { simulation: self, takeoff, observer })
+        lanes::narrow(Leap { simulation: self, takeoff, observer })
     }
 
     #[inline(always)]

@@ -21,7 +21,7 @@ use crate::event::Event;
 use crate::flight::Flight;
 use crate::gap::{Direct, GapBounds, Geometry, Oblique};
 use crate::impact::{self, Impact, ImpactFailure, PreImpact};
-use crate::lanes::LANES;
+use crate::lanes::{self, LANES};
 use crate::params::{Contact, ImpactLaw, System};
 use crate::scan::{Batch, Outset, Scan, Scanner};
 use crate::state::State;
@@ -76,10 +76,9 @@ pub(crate) fn travel<T: Traveller>(next: &mut dyn FnMut() -> Option<T>, done: &m
         company.seat(j, traveller);
     }
     while company.crew.iter().flatten().count() >= FEWEST {
-        let arch = pulp::Arch::new();
         match contact {
-            Contact::Oblique => arch.dispatch(Round::<Oblique, T>(&mut company, PhantomData)),
-            Contact::Direct => arch.dispatch(Round::<Direct, T>(&mut company, PhantomData)),
+            Contact::Oblique => lanes::wide(Round::<Oblique, T>(&mut company, PhantomData)),
+            Contact::Direct => lanes::wide(Round::<Direct, T>(&mut company, PhantomData)),
         }
     }
     for mut traveller in company.crew.into_iter().flatten() {

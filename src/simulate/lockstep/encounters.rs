@@ -149,7 +149,7 @@ impl Encounters {
             near[j] = few_digits(at);
             let decayed = systems.pendulums.get(j).decayed(near[j])
                 | systems.oscillators.get(j).decayed(near[j]);
-            in_reach[j] = u64::from((!on_step | (at <= rise.reach)) & !decayed);
+            in_reach[j] = u64::from((!on_step | rise.is_met(at)) & !decayed);
         }
         motions.evaluate(systems, flights, near);
         for j in 0..LANES {
