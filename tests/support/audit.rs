@@ -1,11 +1,11 @@
 //! The contact audit: random flights searched by the library and, independently, by dense sampling
 //! in double-double arithmetic, and the two outcomes compared (docs/contact-audit.md).
 
-mod dense;
-mod double_double;
+pub mod dense;
+pub mod double_double;
 mod draw;
-mod exact_motion;
-mod rounding;
+pub mod exact_motion;
+pub mod rounding;
 mod tally;
 
 use dense::{Place, Seen};

@@ -1,0 +1,510 @@
+//! Sweeps do several simulations in lockstep, one in each lane of the vector registers; what comes of a
+//! system must be, to the last bit, what it gives by itself, whoever travels with it.
+
+#![allow(clippy::unwrap_used)]
+
+use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
+use std::sync::atomic::AtomicBool;
+
+use rand::seq::SliceRandom;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use vibroimpact::basin::{Arrival, Fate, Target, arrive};
+use vibroimpact::impact::PreImpact;
+use vibroimpact::{
+    Cell, Contact, Horizon, ImpactLaw, PointStatus, Run, RunError, RunOptions, State, StopReason,
+    SweepPoint, SweepStart, System, Workers, arrive_many, run, run_many, sweep,
+};
+
+/// What is special about a system.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Family {
+    /// Damping 0 ... 0.2: nothing special.
+    Usual,
+    /// Friction 0.3 ... 2: impacts of every regime.
+    Rough,
+    /// mbar = 0; the wall is driven, swings freely or rests.
+    Wall,
+    /// The drive within 1e-9 ... 1e-1 of one of the natural frequencies, or on it.
+    Resonant,
+    /// Restitution 0 ... 0.3: chatter, slides and sticks.
+    Plastic,
+    /// Damping up to 1.5, critical or next to it, or a pendulum without a spring.
+    Damped,
+    /// Neither body is driven.
+    Unforced,
+    /// omega = 0.
+    Constant,
+}
+
+const DRIVEN: [Family; 7] = [
+    Family::Usual,
+    Family::Rough,
+    Family::Wall,
+    Family::Resonant,
+    Family::Plastic,
+    Family::Damped,
+    Family::Unforced,
+];
+
+/// How a start lies to the contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Place {
+    Apart,
+    Touching,
+    Resting,
+    Overlapping,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Traveller {
+    family: Family,
+    place: Place,
+    cell: Cell,
+}
+
+struct Drawer(ChaCha8Rng);
+
+impl Drawer {
+    fn new(seed: u64) -> Self {
+        Self(ChaCha8Rng::seed_from_u64(seed))
+    }
+
+    fn uniform(&mut self, from: f64, to: f64) -> f64 {
+        self.0.random_range(from..to)
+    }
+
+    fn power(&mut self, from: f64, to: f64) -> f64 {
+        10f64.powf(self.uniform(from, to))
+    }
+
+    fn once_in(&mut self, times: u32) -> bool {
+        self.0.random_ratio(1, times)
+    }
+
+    fn one_of<T: Copy>(&mut self, all: &[T]) -> T {
+        all[self.0.random_range(0..all.len())]
+    }
+
+    /// 1 up to rounding and beyond: 1e-15 ... 0.1 away.
+    fn next_to_one(&mut self, least: f64) -> f64 {
+        1.0 + self.one_of(&[-1.0, 1.0]) * self.power(least, -1.0)
+    }
+
+    fn damping(&mut self, family: Family) -> f64 {
+        match family {
+            Family::Damped => match self.0.random_range(0..5) {
+                0 => 1.0,
+                1 => self.next_to_one(-15.0),
+                _ => self.uniform(0.0, 1.5),
+            },
+            _ if self.once_in(2) => 0.0,
+            _ => self.uniform(0.0, 0.2),
+        }
+    }
+
+    fn traveller(&mut self, family: Family) -> Traveller {
+        use Family::*;
+        let direct = family != Rough && self.once_in(4);
+        let frequency_ratio = match family {
+            Damped if self.once_in(5) => 0.0,
+            _ => self.uniform(0.5, 3.5),
+        };
+        let drive_frequency = match family {
+            Constant => 0.0,
+            Resonant => {
+                let own = if self.once_in(2) { 1.0 } else { frequency_ratio };
+                if self.once_in(6) { own } else { own * self.next_to_one(-9.0) }
+            }
+            _ => self.uniform(0.4, 4.0),
+        };
+        let friction = match family {
+            _ if direct => 0.0,
+            Rough => self.uniform(0.3, 2.0),
+            _ if self.once_in(2) => 0.0,
+            _ => self.uniform(0.0, 0.5),
+        };
+        let restitution = match family {
+            Plastic if self.once_in(2) => 0.0,
+            Plastic => self.uniform(0.0, 0.3),
+            _ if self.once_in(8) => 1.0,
+            _ => self.uniform(0.3, 1.0),
+        };
+        let forced = |drawer: &mut Self, most: f64| {
+            if family == Unforced { 0.0 } else { drawer.uniform(0.2, most) }
+        };
+        let moment_amplitude = forced(self, 3.0);
+        let shaken = !self.once_in(3);
+        let force_amplitude = if shaken { forced(self, 2.0) } else { 0.0 };
+        let law = self.one_of(&[
+            ImpactLaw::Poisson,
+            ImpactLaw::Poisson,
+            ImpactLaw::Poisson,
+            ImpactLaw::Newton,
+            ImpactLaw::Energetic,
+            ImpactLaw::Paper,
+        ]);
+        let system = System::builder()
+            .mass_ratio(if family == Wall { 0.0 } else { self.power(-1.0, 0.7) })
+            .frequency_ratio(frequency_ratio)
+            .restitution(restitution)
+            .gap(self.uniform(-0.2, 0.8))
+            .drive_frequency(drive_frequency)
+            .pendulum_damping(self.damping(family))
+            .oscillator_damping(self.damping(family))
+            .moment_amplitude(moment_amplitude)
+            .force_amplitude(force_amplitude)
+            .friction(friction)
+            .phase(self.uniform(-PI, PI))
+            .contact(if direct { Contact::Direct } else { Contact::Oblique })
+            .law(law)
+            .build()
+            .unwrap();
+        let place = match self.0.random_range(0..20) {
+            0 => Place::Overlapping,
+            1..4 => Place::Touching,
+            4 => Place::Resting,
+            _ => Place::Apart,
+        };
+        let (x1, v1) = (self.uniform(-1.0, 1.0), self.uniform(-1.0, 1.0));
+        let (tip, slope) = if direct { (x1, 1.0) } else { (x1.sin(), x1.cos()) };
+        let apart = match place {
+            Place::Apart => self.uniform(1e-3, 1.0),
+            Place::Overlapping => -self.uniform(1e-3, 1.0),
+            _ => 0.0,
+        };
+        let still = family == Wall && !shaken && self.once_in(2);
+        let (system, x2) = if still && place != Place::Overlapping {
+            // The wall rests at 0, and the gap is what is left to it.
+            (system.with("gap", tip + apart).unwrap(), 0.0)
+        } else {
+            (system, tip - system.gap() + apart)
+        };
+        let v2 = match place {
+            Place::Resting => v1 * slope,
+            _ if still => 0.0,
+            _ => self.uniform(-1.0, 1.0),
+        };
+        let initial = State::new(x1, v1, x2, v2).unwrap();
+        Traveller { family, place, cell: Cell { system, initial } }
+    }
+
+    fn travellers(&mut self, families: &[Family], count: usize) -> Vec<Traveller> {
+        (0..count).map(|i| self.traveller(families[i % families.len()])).collect()
+    }
+
+    /// `travellers`, by their numbers, in companies of 1 ... 40.
+    fn companies(&mut self, travellers: usize) -> Vec<Vec<usize>> {
+        let mut order: Vec<usize> = (0..travellers).collect();
+        order.shuffle(&mut self.0);
+        let (mut companies, mut left) = (Vec::new(), &order[..]);
+        while !left.is_empty() {
+            let (company, rest) = left.split_at(self.0.random_range(1..=40).min(left.len()));
+            companies.push(company.to_vec());
+            left = rest;
+        }
+        companies
+    }
+}
+
+/// The point of a cell that runs by itself.
+fn alone(cell: &Cell, options: RunOptions) -> SweepPoint {
+    let mut point = SweepPoint {
+        status: PointStatus::Failed,
+        impact_section: Vec::new(),
+        regime: Vec::new(),
+        stroboscopic: Vec::new(),
+        period: None,
+        exponents: [[f64::NAN; 2]; 4],
+        final_state: None,
+        contact_fraction: f64::NAN,
+    };
+    let run = match run(&cell.system, cell.initial, options, &mut || true) {
+        Ok(run) => run,
+        Err(RunError::State(_)) => return SweepPoint { status: PointStatus::Overlap, ..point },
+        Err(_) => return point,
+    };
+    point.status = match run.stop_reason {
+        StopReason::Completed => PointStatus::Completed { restarted: false },
+        reason => PointStatus::Stopped(reason),
+    };
+    for impact in &run.impacts {
+        let pre = State { x1: impact.x1, v1: impact.v1_pre, x2: impact.x2, v2: impact.v2_pre };
+        let u = PreImpact::new(cell.system.contact(), &pre).approach_velocity();
+        let [x1, v1, v2] = [impact.x1, impact.v1_pre, impact.v2_pre];
+        point.impact_section.push([x1, v1, v2, impact.phase, u, impact.energy_loss]);
+        point.regime.push(impact.regime as i8);
+    }
+    point.stroboscopic = run.stroboscopic.clone();
+    let at_end = matches!(run.stop_reason, StopReason::Completed | StopReason::Rest);
+    point.period = at_end.then(|| run.section_report());
+    point.final_state = Some(run.final_state.state);
+    point.contact_fraction = run.time_in_contact() / (run.final_state.time - run.kept_from());
+    point
+}
+
+/// All of a point: every number as its shortest digits, so that NaN equals NaN, and 0 is not -0.
+fn all(point: &SweepPoint) -> String {
+    format!("{point:?}")
+}
+
+fn together(cells: &[Cell], options: RunOptions, workers: &Workers) -> Vec<SweepPoint> {
+    sweep(cells, options.into(), SweepStart::Fresh, workers, &mut |_| true).unwrap()
+}
+
+fn workers() -> [Workers; 3] {
+    [1, 2, 3].map(|threads| Workers::new(Some(threads)).unwrap())
+}
+
+/// Everybody alone, then in so many drawn sets of companies.
+fn compare(
+    travellers: &[Traveller],
+    options: RunOptions,
+    drawer: &mut Drawer,
+    sets: usize,
+) -> Vec<SweepPoint> {
+    let singles: Vec<SweepPoint> =
+        travellers.par_iter().map(|traveller| alone(&traveller.cell, options)).collect();
+    for set in 0..sets {
+        for (number, company) in drawer.companies(travellers.len()).iter().enumerate() {
+            let cells: Vec<Cell> = company.iter().map(|&i| travellers[i].cell).collect();
+            let workers = &workers()[(number + set) % 3];
+            for (&i, point) in company.iter().zip(together(&cells, options, workers)) {
+                let (own, found) = (all(&singles[i]), all(&point));
+                let traveller = &travellers[i];
+                assert!(own == found, "{options:?} {traveller:?}\nalone {own}\nfound {found}");
+            }
+        }
+    }
+    singles
+}
+
+#[test]
+fn a_point_of_a_sweep_is_the_run_of_its_system_whoever_travels_with_it() {
+    let mut drawer = Drawer::new(1);
+    let travellers = drawer.travellers(&DRIVEN, 1_400);
+    let mut options = RunOptions::periods(40).keep(25);
+    options.max_events = 3_000;
+    let points = compare(&travellers, options, &mut drawer, 3);
+    // The systems have been through what they are meant to.
+    let mut impacts: BTreeMap<(Family, &str), usize> = BTreeMap::new();
+    let mut regimes: BTreeMap<i8, usize> = BTreeMap::new();
+    for (traveller, point) in travellers.iter().zip(&points) {
+        let key = (traveller.family, traveller.cell.system.contact().name());
+        *impacts.entry(key).or_default() += point.regime.len();
+        for &regime in &point.regime {
+            *regimes.entry(regime).or_default() += 1;
+        }
+    }
+    let count = |wanted: &dyn Fn(&Traveller, &SweepPoint) -> bool| {
+        travellers.iter().zip(&points).filter(|(t, p)| wanted(t, p)).count()
+    };
+    println!("{impacts:?} {regimes:?}");
+    assert!(impacts.len() == 13 && impacts.values().all(|&impacts| impacts > 200));
+    assert!(regimes.len() == 6 && regimes.values().all(|&impacts| impacts > 20));
+    assert!(count(&|t, p| t.place == Place::Overlapping && p.status == PointStatus::Overlap) > 10);
+    for place in [Place::Apart, Place::Touching, Place::Resting] {
+        assert!(count(&|t, p| t.place == place && p.regime.len() > 10) > 10, "{place:?}");
+    }
+    assert!(count(&|_, p| p.contact_fraction > 0.0) > 30);
+    assert!(count(&|_, p| matches!(p.status, PointStatus::Completed { .. })) > 500);
+}
+
+#[test]
+fn a_constant_load_travels_with_a_drive() {
+    let mut drawer = Drawer::new(2);
+    let mut families = vec![Family::Constant; 7];
+    families.extend(DRIVEN);
+    let travellers = drawer.travellers(&families, 280);
+    let mut options = RunOptions::until(Horizon::Time(60.0));
+    options.max_events = 2_000;
+    let points = compare(&travellers, options, &mut drawer, 2);
+    let loaded = |traveller: &Traveller| traveller.family == Family::Constant;
+    let both = travellers.iter().zip(&points);
+    assert!(both.filter(|(t, p)| loaded(t) && p.regime.len() > 10).count() > 40);
+}
+
+#[test]
+fn caps_and_sections_fall_where_they_do_alone() {
+    let mut drawer = Drawer::new(3);
+    let travellers = drawer.travellers(&DRIVEN, 105);
+    let ends = |points: &[SweepPoint], status| points.iter().filter(|p| p.status == status).count();
+    for (events, least) in [(0, 90), (1, 60), (3, 60), (40, 25)] {
+        let options = RunOptions { max_events: events, ..RunOptions::periods(30) };
+        let points = compare(&travellers, options, &mut drawer, 1);
+        let capped = ends(&points, PointStatus::Stopped(StopReason::EventCap));
+        assert!(capped >= least, "{events} {capped}");
+    }
+    for (count, max_time) in [(0, 10.0), (1, 10.0), (12, 30.0), (100, 20.0)] {
+        let mut options = RunOptions::until(Horizon::Impacts { count, max_time });
+        options.max_events = 2_000;
+        let points = compare(&travellers, options, &mut drawer, 1);
+        if count == 100 {
+            assert!(ends(&points, PointStatus::Stopped(StopReason::TimeCap)) > 40);
+        }
+    }
+    for section_phase in [1e-9, 1.0, TAU - 1e-9] {
+        let mut options = RunOptions::periods(30).keep(10);
+        (options.section_phase, options.max_events) = (section_phase, 2_000);
+        let points = compare(&travellers, options, &mut drawer, 1);
+        assert!(points.iter().filter(|point| point.stroboscopic.len() >= 9).count() > 60);
+    }
+}
+
+/// The first cell decides about the geometry of a company; the others go by themselves. One that overlaps,
+/// and one that leaves the range of numbers, leave their lanes to others.
+#[test]
+fn a_company_takes_what_comes() {
+    let mut drawer = Drawer::new(4);
+    let options = RunOptions { max_events: 2_000, ..RunOptions::periods(30) };
+    let mut drawn = |wanted: &dyn Fn(&Traveller) -> bool, count: usize| -> Vec<Cell> {
+        let all = std::iter::repeat_with(|| drawer.traveller(Family::Usual));
+        all.filter(|t| wanted(t)).map(|t| t.cell).take(count).collect()
+    };
+    let of = |contact: Contact| {
+        move |t: &Traveller| t.place == Place::Apart && t.cell.system.contact() == contact
+    };
+    let [oblique, direct] = [Contact::Oblique, Contact::Direct].map(|c| drawn(&of(c), 20));
+    let overlapping = drawn(&|t| t.place == Place::Overlapping, 12);
+    let beyond = |cell: &Cell| Cell {
+        system: cell.system.with("moment_amplitude", 1e308).unwrap(),
+        ..*cell
+    };
+    let lasting = oblique.iter().filter(|cell| cell.system.law() != ImpactLaw::Paper);
+    let failing: Vec<Cell> = lasting.take(12).map(beyond).collect();
+    let mixed: Vec<Cell> = oblique.iter().zip(&direct).flat_map(|(&o, &d)| [o, d]).collect();
+    let companies = [
+        [&oblique[..1], &direct].concat(),
+        [&direct[..1], &oblique].concat(),
+        [&direct[..2], &oblique[..3], &direct[2..]].concat(),
+        mixed.clone(),
+        [&overlapping, &oblique[..]].concat(),
+        [&oblique[..3], &overlapping, &oblique[3..]].concat(),
+        [&failing, &oblique[..]].concat(),
+        [&direct[..5], &failing, &overlapping, &direct[5..]].concat(),
+        overlapping.clone(),
+        failing.clone(),
+    ];
+    for (number, cells) in companies.iter().enumerate() {
+        for workers in workers() {
+            let points = together(cells, options, &workers);
+            let status = |wanted| points.iter().filter(|point| point.status == wanted).count();
+            for (cell, point) in cells.iter().zip(&points) {
+                assert!(all(point) == all(&alone(cell, options)), "{number} {cell:?}");
+            }
+            let overlaps = cells.iter().filter(|cell| overlapping.contains(cell)).count();
+            let fails = cells.iter().filter(|cell| failing.contains(cell)).count();
+            assert_eq!(status(PointStatus::Overlap), overlaps, "{number}");
+            assert_eq!(status(PointStatus::Failed), fails, "{number}");
+        }
+    }
+}
+
+/// Runs keep more than a point of a sweep does: times of all events, evaluations of the gap, where to go on.
+#[test]
+fn runs_and_basins_from_many_starts_are_the_single_ones() {
+    const STARTS: usize = 21;
+    let mut drawer = Drawer::new(6);
+    let mut options = RunOptions::periods(60).keep(20);
+    options.max_events = 2_000;
+    let [mut impacts, mut arrived, mut overlap] = [0; 3];
+    for number in 0..56 {
+        let first = drawer.traveller(DRIVEN[number % DRIVEN.len()]).cell;
+        let mut starts = vec![first.initial];
+        starts.extend((1..STARTS).map(|_| {
+            let State { x1, v1, x2, v2 } = first.initial;
+            let [a, b, c, d] = [0; 4].map(|_| drawer.uniform(-0.3, 0.3));
+            State { x1: x1 + a, v1: v1 + b, x2: x2 + c, v2: v2 + d }
+        }));
+        let workers = &workers()[number % 3];
+        let apart = |start: &State| first.system.gap_function(start) < -1e-6;
+        let fitting: Vec<State> = starts.iter().copied().filter(apart).collect();
+        let alone = |&start: &State| run(&first.system, start, options, &mut || true);
+        let singles: Result<Vec<Run>, RunError> = fitting.par_iter().map(alone).collect();
+        let runs = run_many(&first.system, &fitting, options, workers, &mut || true);
+        assert!(format!("{runs:?}") == format!("{singles:?}"), "{first:?}");
+        let Ok([single, ..]) = singles.as_deref() else { continue };
+        impacts += single.impacts.len();
+
+        // A region around the last section of the first of them.
+        let last = single.final_state.clock.period - 1;
+        let count = single.impacts.iter().filter(|impact| impact.period == last).count();
+        let factor =
+            std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 5.0 } else { 0.0 }));
+        let center = single.final_state.state.to_array();
+        let targets = [Target { center, factor, counts: vec![count as u32] }];
+        let cancel = AtomicBool::new(false);
+        let follow = |&start: &State| arrive(&first.system, start, &targets, options, &cancel);
+        let singles: Vec<Arrival> = starts.par_iter().map(follow).collect();
+        let all = arrive_many(&first.system, &starts, &targets, options, workers, &mut |_| true);
+        assert!(format!("{:?}", all.unwrap()) == format!("{singles:?}"), "{first:?}");
+        let fates = singles.iter().map(|arrival| arrival.fate);
+        arrived += fates.clone().filter(|fate| matches!(fate, Fate::Arrived { .. })).count();
+        overlap += fates.filter(|&fate| fate == Fate::Overlap).count();
+    }
+    println!("{impacts} {arrived} {overlap}");
+    assert!(impacts > 500 && arrived > 100 && overlap > 50);
+}
+
+/// Runs that never end, but are within each other's reach by the bounds of their amplitudes, take all lanes
+/// sooner or later: only those before them come to an end.
+#[test]
+fn a_sweep_that_is_cancelled_has_no_wrong_points() {
+    let mut drawer = Drawer::new(5);
+    let usual = drawer.travellers(&[Family::Usual, Family::Rough], 60);
+    let options = RunOptions::until(Horizon::Impacts { count: 150, max_time: 1e15 });
+    let endless = Cell {
+        system: System::builder()
+            .mass_ratio(1.0)
+            .frequency_ratio(2.0)
+            .restitution(0.5)
+            .gap(2.0)
+            .drive_frequency(1.0)
+            .moment_amplitude(0.1)
+            .force_amplitude(1e-30)
+            .build()
+            .unwrap(),
+        initial: State::new(0.0, 0.1, 0.0, 0.0).unwrap(),
+    };
+    // What ends, and soon.
+    let bounces = |cell: &Cell| {
+        let mut capped = RunOptions::until(Horizon::Impacts { count: 150, max_time: 1e3 });
+        capped.max_events = 1_000;
+        alone(cell, capped).status == PointStatus::Completed { restarted: false }
+    };
+    let bouncing: Vec<Cell> = usual.iter().map(|t| t.cell).filter(bounces).collect();
+    assert!(bouncing.len() >= 30);
+    for (threads, workers) in [1, 2, 3].into_iter().zip(workers()) {
+        let mut cells = bouncing[..10].to_vec();
+        for &cell in &bouncing[10..] {
+            cells.extend([endless, cell, endless]);
+        }
+        let mut counts = vec![0];
+        let points = sweep(&cells, options.into(), SweepStart::Fresh, &workers, &mut |count| {
+            let going = count == 0 || counts.last() != Some(&count);
+            counts.push(count);
+            going
+        })
+        .unwrap();
+        let done = points.iter().filter(|point| point.status != PointStatus::Pending).count();
+        assert!(done > 0 && counts.last() == Some(&done), "{done} {counts:?}");
+        for (cell, point) in cells.iter().zip(&points) {
+            let pending = point.status == PointStatus::Pending;
+            assert!(pending || *cell != endless);
+            if pending {
+                assert!(point.final_state.is_none() && point.stroboscopic.is_empty());
+                assert!(point.impact_section.is_empty() && point.regime.is_empty());
+            } else {
+                assert!(all(point) == all(&alone(cell, options)), "{threads} {cell:?}");
+            }
+        }
+        assert!(
+            points
+                .iter()
+                .zip(&cells)
+                .any(|(point, cell)| { *cell != endless && point.status == PointStatus::Pending })
+        );
+    }
+}
