@@ -28,8 +28,8 @@ use setup::{Sections, Setup, simulate};
 use vibroimpact::contact::{Found, Start, Touch, next_contact};
 use vibroimpact::impact::resolve;
 use vibroimpact::{
-    Clock, Event, Flight, FreeMotion, Horizon, ImpactEvent, Observer, RunOptions, Simulation,
-    State, System, SystemBuilder, lyapunov_spectrum, run,
+    Cell, Clock, Event, Flight, FreeMotion, Horizon, ImpactEvent, Observer, RunOptions, Simulation,
+    State, SweepStart, System, SystemBuilder, Workers, lyapunov_spectrum, run, sweep,
 };
 
 /// Does a kernel's work so many times.
@@ -40,6 +40,8 @@ const PERIODS: i64 = 600;
 const KEEP: i64 = 100;
 /// Drive frequencies of a diagram that are run, evenly spread.
 const POINTS: u32 = 12;
+/// The same of a sweep, in which eight travel together.
+const SWEPT: u32 = 32;
 /// Drive periods until a motion has settled.
 const SETTLING: i64 = 500;
 
@@ -153,17 +155,13 @@ impl Search {
 
     /// A low bounce, which the forces end soon.
     fn hop() -> Self {
-        let mut search = Self::settled(fig6a());
-        let State { x1, v1, x2, .. } = last_impact(&search.system).post;
-        for tenth in 0..10 {
-            let clock = Clock::new(0, 0.1 * f64::from(tenth) * search.system.drive_period());
-            let low = State { x1, v1, x2, v2: v1 * x1.cos() + 1e-3 };
-            search.flight = search.motion.flight(clock, low);
-            if search.contact().is_some_and(|touch| touch.local_time() < 0.01 * search.span) {
-                return search;
-            }
-        }
-        unreachable!("at some phase the bodies are pressed together")
+        let mut search = Self::first(fig6a());
+        let x1 = 0.2;
+        let low = State { x1, v1: 0.0, x2: x1.sin() - search.system.gap(), v2: 1e-3 };
+        search.flight = search.motion.flight(Clock::START, low);
+        search.start = Start::Touching;
+        assert!(search.contact().is_some_and(|touch| touch.local_time() < 1e-3 * search.span));
+        search
     }
 
     /// The gap parameter with which the first hump of the flight just touches, to rounding.
@@ -297,36 +295,53 @@ fn kept() -> Vec<Kernel> {
     added.into()
 }
 
-/// All that a point of a diagram costs, settling included.
+/// Name, first and last drive frequency, and the system at one.
+type Diagram = (&'static str, f64, f64, fn(f64) -> SystemBuilder);
+
+/// All that a point of a diagram costs, settling included: run by itself, and in a sweep.
 fn diagrams() -> Vec<Kernel> {
-    let points = |low: f64, high: f64, builder: fn(f64) -> SystemBuilder| -> Vec<System> {
-        let width = (high - low) / f64::from(POINTS);
-        let frequencies = (0..POINTS).map(|i| low + width * (f64::from(i) + 0.5));
-        frequencies.map(|omega| builder(omega).build().unwrap()).collect()
+    let points = |count: u32, low: f64, high: f64, builder: fn(f64) -> SystemBuilder| {
+        let width = (high - low) / f64::from(count);
+        let frequencies = (0..count).map(|i| low + width * (f64::from(i) + 0.5));
+        frequencies.map(|omega| builder(omega).build().unwrap()).collect::<Vec<System>>()
     };
     let fig7b = |omega| damped(paper(omega), 0.1, 0.5);
     let fig8b = |omega| damped(paper(omega), 0.01, 0.5).friction(0.4);
-    [
-        ("Fig. 4", points(0.2, 4.0, paper)),
-        ("Fig. 7(b)", points(0.6, 3.0, fig7b)),
-        ("Fig. 8(b)", points(0.2, 4.0, fig8b)),
-    ]
-    .map(|(name, systems)| {
-        let units = systems.len() as u64 * PERIODS as u64;
+    let kept = RunOptions::periods(PERIODS).keep(KEEP);
+    let diagrams: [Diagram; 3] = [
+        ("Fig. 4", 0.2, 4.0, paper),
+        ("Fig. 7(b)", 0.6, 3.0, fig7b),
+        ("Fig. 8(b)", 0.2, 4.0, fig8b),
+    ];
+    let alone = diagrams.iter().map(|&(name, low, high, builder)| {
         let prepare = move || -> Work {
-            let systems = systems.clone();
+            let systems = points(POINTS, low, high, builder);
             calls(move || {
                 for system in &systems {
-                    let kept = RunOptions::periods(PERIODS).keep(KEEP);
                     let run = run(black_box(system), start(), kept, &mut || true).unwrap();
                     black_box(run.return_report());
                 }
             })
         };
-        let diagram = kernel(format!("{name}, diagram"), "drive period", prepare);
+        let units = u64::from(POINTS) * PERIODS as u64;
+        let diagram = kernel(format!("{name}, point by point"), "drive period", prepare);
         Kernel { units, repetitions: [1, 2], ..diagram }
-    })
-    .into()
+    });
+    let together = diagrams.iter().map(|&(name, low, high, builder)| {
+        let prepare = move || -> Work {
+            let systems = points(SWEPT, low, high, builder);
+            let cells: Vec<Cell> =
+                systems.into_iter().map(|system| Cell { system, initial: start() }).collect();
+            let workers = Workers::new(Some(1)).unwrap();
+            calls(move || {
+                sweep(black_box(&cells), kept.into(), SweepStart::Fresh, &workers, &mut |_| true)
+            })
+        };
+        let units = u64::from(SWEPT) * PERIODS as u64;
+        let diagram = kernel(format!("{name}, sweep"), "drive period", prepare);
+        Kernel { units, repetitions: [1, 2], ..diagram }
+    });
+    alone.chain(together).collect()
 }
 
 #[derive(Serialize)]
