@@ -163,6 +163,9 @@ fn search<G: Geometry>(
             if settled && touch.gap.rate > 0.0 {
                 return ContactReport { found: Found::Contact(touch), evaluations: scanned };
             }
+            if after >= span {
+                return ContactReport { found: Found::Clear(after), evaluations: scanned };
+            }
             after
         }
         Outlook::Unsure(time) => time,
@@ -170,7 +173,7 @@ fn search<G: Geometry>(
     carefully::<G>(motion, flight, start, span, clear, scanned)
 }
 
-/// The careful search, from local time `clear` on.
+/// The careful search, from local time `clear` < `span` on.
 #[inline(never)]
 pub(crate) fn carefully<G: Geometry>(
     motion: &FreeMotion,

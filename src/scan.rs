@@ -197,6 +197,7 @@ pub(crate) struct Scanner {
     coarse: usize,
     coarse_remainder: f64,
     slack: f64,
+    span: f64,
     /// Local time up to which a contact is met in this local flight.
     reach: f64,
     /// Local time up to which the bounds hold.
@@ -266,7 +267,7 @@ impl Scanner {
         let steady = motion.pendulum.is_steady() && motion.oscillator.is_steady();
         self.end = if steady { SCAN_SPANS * span } else { span };
         self.reach = if motion.swings() { self.end } else { span };
-        (self.slack, self.touching, self.start) = (slack, touching, start);
+        (self.span, self.slack, self.touching, self.start) = (span, slack, touching, start);
         self.s = 0.0;
         self.point =
             Point { x1: state.x1, v1: state.v1, x2: state.x2, v2: state.v2, psi: flight.start };
@@ -323,7 +324,8 @@ impl Scanner {
             return Some(Scan::Rise(Rise { after: s, h, start, end: next, reach }));
         }
         if self.level + CUT >= LEVELS {
-            return Some(Scan::Unsure(s));
+            // With care from there; beyond one local flight in one of its own, whose rounding is less.
+            return Some(if s < self.span { Scan::Unsure(s) } else { Scan::Clear(s) });
         }
         self.level += CUT;
         self.remainder *= 1.0 / 262_144.0;
