@@ -345,8 +345,8 @@ fn never_meet<G: Geometry>(motion: &FreeMotion, flight: &Flight, slack: f64) -> 
     (highest + free2 + steady2).min(together) * BOUND_MARGIN < gap - slack
 }
 
-/// Time at which a short hop ends, the contact that a flight leaves with g' < 0 and g'' > 0, to some 1e-4
-/// of it; `None` where it is not certain to be the first contact. `hop`: its time to leading order.
+/// About the time at which a short hop ends, the contact that a flight leaves with g' < 0 and g'' > 0, as
+/// near as the exact evaluation needs it; `None` where it is not certain to be the first contact. `hop`: its time to leading order.
 ///
 /// The slope of g(h)/h = g' + g'' h/2 + g''' h^2/6 + ... is at least g''/2 - |g'''| h/3 - M h^2/8. Where
 /// that is little less than g''/2 up to twice the time of the hop, there is one root, before that. No

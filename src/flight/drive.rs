@@ -87,8 +87,11 @@ impl Drive {
         } else {
             DoubleDouble::new(f64::INFINITY)
         };
-        // Reduced once, so that a large phase given by the user costs nothing later.
-        Self { omega, phase: DoubleDouble::new(phase).reduced_angle(), period }
+        // Reduced once, so that a large phase given by the user costs nothing later; one beyond all digits
+        // has the sine and cosine that the library gives it.
+        let reduced = DoubleDouble::new(phase).reduced_angle();
+        let phase = if reduced.abs() <= 4.0 { reduced } else { phase.sin().atan2(phase.cos()) };
+        Self { omega, phase, period }
     }
 
     #[inline(always)]
@@ -100,7 +103,7 @@ impl Drive {
     /// enters to first order.
     #[inline(always)]
     pub fn trig_at(&self, clock: Clock) -> Trig {
-        // Both terms are reduced.
+        // Both terms are reduced, if the clock is.
         let angle =
             DoubleDouble::product(self.omega, clock.time_in_period) + DoubleDouble::new(self.phase);
         let tail = angle.lo + self.omega * clock.residual;

@@ -78,6 +78,8 @@ impl Beat {
         // e^{-half_shrink} sinh(y)/y
         let shrink = decay_minus_1(-2.0 * half_shrink);
         let (re, im) = (-0.5 * shrink * cos, (1.0 + 0.5 * shrink) * sin);
+        // Neither underflows unless both are zero: a difference of frequencies is zero or above 1e-33, damping
+        // zero or above 1e-100.
         let square = half_shrink * half_shrink + angle * angle;
         let quotient = (
             if square == 0.0 { 1.0 } else { (re * half_shrink + im * angle) / square },

@@ -2,9 +2,9 @@
 //! and impacts at once, one in each lane of the vector registers.
 //!
 //! A lane does the same operations as one simulation by itself ([`Simulation::advance`]), by the same
-//! functions, so that the bits do not depend on who travels together. What is not the usual case of a
-//! flight between two impacts (grazes, chatter, lasting contact, slip that ends, motion near resonance
-//! or beyond critical damping) is left to each simulation.
+//! functions, so that the bits do not depend on who travels together. Impacts whose slip ends are resolved
+//! one by one. What is not the usual case of a flight between two impacts (grazes, chatter, lasting
+//! contact, motion that has decayed, bodies that creep) is left to each simulation.
 
 #![allow(clippy::inline_always)] // a round is compiled for several instruction sets
 
@@ -243,7 +243,8 @@ impl<T: Traveller> Company<'_, T> {
             } else {
                 let Work { scanners, outsets, bounds, encounters, .. } = &mut *self.lanes;
                 let outset = outsets[j].take();
-                if let Some(touching) = simulation.flies_plainly() {
+                if let Some(start) = simulation.scanned_from() {
+                    let touching = start == Start::Touching;
                     let (motion, flight) = (&simulation.motion, &simulation.flight);
                     let outset = outset.unwrap_or_else(|| Outset::new::<G>(motion, flight));
                     bounds[j] = outset.bounds;
@@ -286,7 +287,7 @@ impl<T: Traveller> Company<'_, T> {
         };
         let evaluations = scanners[j].evaluations;
         if let Scan::Rise(rise) = scan {
-            let touching = simulation.flies_plainly() == Some(true);
+            let touching = simulation.scanned_from() == Some(Start::Touching);
             let ahead = Ahead { sight: Sight::On(rise), bounds: bounds[j], touching, evaluations };
             encounters.set::<G>(j, &simulation.flight, &ahead);
             return Judged::Ahead;
@@ -364,18 +365,14 @@ impl Simulation {
         self.motion.swings_or_beats() && self.system.law != ImpactLaw::Paper
     }
 
-    /// Whether the present flight, if it is to be scanned, starts on the contact.
+    /// How the present flight starts, if it is to be scanned.
     #[inline(always)]
-    fn flies_plainly(&self) -> Option<bool> {
+    fn scanned_from(&self) -> Option<Start> {
         let Phase::Flight(takeoff) = self.point.anchor.phase else { return None };
         if self.found.is_some() || self.point.completion.is_some() {
             return None;
         }
-        match self.start(takeoff) {
-            Start::Apart => Some(false),
-            Start::Touching => Some(true),
-            _ => None,
-        }
+        Some(self.start(takeoff)).filter(|start| matches!(start, Start::Apart | Start::Touching))
     }
 
     /// Leaves what the first pass has found for [`Simulation::turn_alone`], which finds out by itself what

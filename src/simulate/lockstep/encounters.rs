@@ -1,5 +1,6 @@
 //! Contacts and impacts of several flights at once, one in each lane: no branch depends on a lane, and
-//! what is found may be of no use in some of them, which is told.
+//! what is found may be of no use in some of them, which is told (by numbers as wide as the others, 1 for
+//! yes, as registers hold them).
 
 #![allow(clippy::inline_always)] // a round is compiled for several instruction sets
 #![allow(clippy::needless_bitwise_bool)] // conditions without jumps, for the lanes
@@ -96,8 +97,7 @@ struct Impacts {
     met: [u64; LANES],
     /// What the scans of the flights after the impacts start from, where the forced motions are steady.
     outsets: Outsets,
-    /// 1 where the impact is straight: without friction, or with slip in one direction to its end; 2
-    /// where it is one of the other regimes; else 0.
+    /// 1 where the impact is straight: without friction, or with slip in one direction to its end.
     straight: [u64; LANES],
 }
 
@@ -233,8 +233,9 @@ impl Encounters {
 
     /// Whether the impact in lane `j` is of another regime, to be resolved by itself: the state before it.
     #[inline(always)]
-    pub fn bends(&self, j: usize) -> Option<PreImpact> {
+    pub fn bends(&mut self, j: usize) -> Option<PreImpact> {
         let Self { contacts, impacts, .. } = self;
+        impacts.bent[j] = None;
         let bends = contacts.certain[j] == 1 && impacts.met[j] == 1 && impacts.straight[j] == 0;
         bends.then(|| {
             let Angle { sin, cos } = impacts.flights.angles.get(j);
@@ -245,10 +246,11 @@ impl Encounters {
     /// Sets the impact in lane `j`.
     pub fn bend(&mut self, j: usize, impact: &Impact) {
         let finite = impact.v1_post + impact.v2_post + impact.impulse_normal;
-        self.impacts.straight[j] = if finite.is_finite() { 2 } else { 0 };
-        self.impacts.v1_post[j] = impact.v1_post;
-        self.impacts.v2_post[j] = impact.v2_post;
-        self.impacts.bent[j] = Some(*impact);
+        if finite.is_finite() {
+            self.impacts.v1_post[j] = impact.v1_post;
+            self.impacts.v2_post[j] = impact.v2_post;
+            self.impacts.bent[j] = Some(*impact);
+        }
     }
 
     /// The flights after the impacts.
@@ -366,11 +368,7 @@ impl Encounters {
             energy_loss: impacts.energy_loss[j],
             friction_loss: impacts.friction_loss[j],
         };
-        let impact = match impacts.straight[j] {
-            1 => straight(),
-            2 => impacts.bent[j]?,
-            _ => return None,
-        };
+        let impact = if impacts.straight[j] == 1 { straight() } else { impacts.bent[j]? };
         let after = &impacts.flights;
         let flight = Flight {
             clock: Clock {
