@@ -508,3 +508,38 @@ fn a_sweep_that_is_cancelled_has_no_wrong_points() {
         );
     }
 }
+
+#[test]
+fn a_thread_of_the_pool_may_ask_for_runs_while_others_are_free() {
+    if rayon::current_num_threads() < 2 {
+        return; // nobody is free while it waits
+    }
+    let (system, starts) = few();
+    let options = RunOptions::periods(20);
+    let (sender, receiver) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        rayon::scope(|scope| {
+            scope.spawn(|_| {
+                let workers = Workers::new(None).unwrap();
+                let runs = run_many(&system, &starts, options, &workers, &mut || true).unwrap();
+                sender.send(runs.len()).unwrap();
+            });
+        });
+    });
+    // Not a matter of speed: it would never end.
+    assert_eq!(receiver.recv_timeout(std::time::Duration::from_secs(60)), Ok(4));
+}
+
+/// The system of Fig. 5(a) and four starts.
+fn few() -> (System, [State; 4]) {
+    let system = System::builder()
+        .mass_ratio(0.6)
+        .frequency_ratio(2.0)
+        .restitution(0.8)
+        .gap(0.5)
+        .drive_frequency(1.25)
+        .moment_amplitude(1.0)
+        .build()
+        .unwrap();
+    (system, [0.3, 0.4, 0.5, 0.6].map(|v1| State::new(0.0, v1, 0.0, 0.0).unwrap()))
+}

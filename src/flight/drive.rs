@@ -196,3 +196,18 @@ impl Drive {
         self.advance(Clock::START, DoubleDouble::new(time))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Drive;
+    use crate::state::Clock;
+
+    #[test]
+    fn any_phase_is_reduced() {
+        for phase in [0.0, -7.5, 1e9, -1e22, 1e31, 1e40, -1e300, f64::MAX] {
+            let trig = Drive::new(1.3, phase).trig_at(Clock::START);
+            assert!((trig.cos - phase.cos()).abs() < 1e-15, "{phase:e}");
+            assert!((trig.sin - phase.sin()).abs() < 1e-15, "{phase:e}");
+        }
+    }
+}
