@@ -4,6 +4,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib import pyplot
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PathCollection, PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
@@ -159,3 +160,14 @@ def test_publication_style_ends_with_its_block():
     with vi.plot.publication_style():
         assert mpl.rcParams["font.size"] == vi.plot.PUBLICATION["font.size"] != before
     assert mpl.rcParams["font.size"] == before
+
+
+@pytest.mark.parametrize("dots_per_inch", [72, 100, 150])
+def test_points_of_the_usual_size_are_seen_at_every_resolution(diagram, dots_per_inch):
+    figure = Figure(dpi=dots_per_inch)
+    canvas = FigureCanvasAgg(figure)
+    ax = vi.plot.bifurcation(diagram, legend=False, ax=figure.subplots())
+    ax.set_axis_off()
+    canvas.draw()
+    pixels = np.asarray(canvas.buffer_rgba())[..., :3]
+    assert (pixels.min(axis=2) < 128).sum() >= len(np.unique(diagram.x1.round(2)))

@@ -77,7 +77,7 @@ def bifurcation(
     section: Literal["impact", "stroboscopic"] = "impact",
     value: str = "x1",
     color: Literal["regime", "label", "branch"] | None = None,
-    size: float = 0.25,
+    size: float = 1.0,
     legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
@@ -104,7 +104,8 @@ def bifurcation(
         motion or by its branch; the points are drawn in a fixed random order then: where colours
         mix, none hides the others. None: by branch if there are several, else black.
     size : float
-        Area of a point in square points, as in `matplotlib.axes.Axes.scatter`.
+        Area of a point in square points, as in `matplotlib.axes.Axes.scatter`. Below 1, a picture
+        of 100 dots per inch or less shows none; 0.25 suits dense diagrams in print.
     legend : bool
         Name the colours, the strip and the rug above the axes.
     ax : matplotlib.axes.Axes, optional
