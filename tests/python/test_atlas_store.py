@@ -270,12 +270,13 @@ vi.{compute}(
 
 
 def test_ctrl_c_within_a_chunk_of_runs(path, system, initial):
-    options = {"initial": initial, "periods": 400, "keep": 20}
+    # More than a second of work for one thread, however fast.
+    options = {"initial": initial, "periods": 20_000, "keep": 20}
     options |= {"drive_frequency": np.linspace(1.2, 2.0, 300), "store": path}
-    timer = threading.Timer(0.5, signal.raise_signal, (signal.SIGINT,))
+    timer = threading.Timer(0.1, signal.raise_signal, (signal.SIGINT,))
     timer.start()
     with pytest.raises(vi.Interrupted, match="of 300 cells") as caught:
-        vi.sweep(system, **options, chunk=300)
+        vi.sweep(system, **options, chunk=300, workers=1)
     timer.join()
     part = caught.value.result
     done = part.status != "pending"
