@@ -85,10 +85,9 @@ impl Limit {
 impl ChatterMonitor {
     /// Takes an impact; returns whether enough of them have kept one ratio.
     #[inline]
-    pub fn observe(&mut self, impact: &Impact, restitution: f64) -> bool {
-        let slides = matches!(impact.regime.kind(), RegimeKind::Frictionless | RegimeKind::Slip);
-        let measured =
-            if self.last > 0.0 { impact.approach_velocity / self.last } else { f64::INFINITY };
+    pub fn observe(&mut self, regime: RegimeKind, approach: f64, restitution: f64) -> bool {
+        let slides = matches!(regime, RegimeKind::Frictionless | RegimeKind::Slip);
+        let measured = if self.last > 0.0 { approach / self.last } else { f64::INFINITY };
         let predicted = if slides { restitution } else { self.ratio };
         let keeps = measured < 1.0
             && predicted < 1.0
@@ -96,7 +95,7 @@ impl ChatterMonitor {
         self.kept = if keeps { self.kept + 1 } else { 0 };
         self.stopped = !slides;
         self.ratio = if measured.is_finite() { measured } else { 0.0 };
-        self.last = impact.approach_velocity;
+        self.last = approach;
         self.kept >= CHATTER_IMPACTS
     }
 

@@ -24,7 +24,7 @@ use crate::double_double::DoubleDouble;
 use crate::elementary;
 use crate::params::{Contact, System};
 use crate::state::{Clock, State};
-use crate::tolerance::{CHUNK_TURNS, SCAN_STEPS};
+use crate::tolerance::{CHUNK_TURNS, SCAN_SPANS, SCAN_STEPS};
 
 /// What a system's flights have in common, worked out once.
 #[derive(Debug, Clone)]
@@ -36,8 +36,12 @@ pub struct FreeMotion {
     pub(crate) span: f64,
     pub(crate) contact: Contact,
     pub(crate) gap: f64,
+    /// Longest time after its start for which a local flight is evaluated without reducing angles.
+    pub(crate) reach: f64,
     /// Local time from which on `plain_at` holds: infinite where a body creeps or is near resonance.
     plain_from: f64,
+    /// Remainder of an interpolant on the steps of level 0, per unit sixth derivative (src/scan.rs).
+    pub(crate) remainder_factor: f64,
     tables: table::Tables,
 }
 
@@ -57,15 +61,19 @@ impl FreeMotion {
             body(system.frequency_ratio, system.pendulum_damping, system.moment_amplitude);
         let oscillator = body(1.0, system.oscillator_damping, system.force_amplitude);
         let plain_from = pendulum.swings_from().max(oscillator.swings_from());
+        let tables = table::Tables::new(span);
+        let cube = tables.steps[0] * tables.steps[0] * tables.steps[0];
         Self {
             drive: Drive::new(omega, system.phase),
             pendulum,
             oscillator,
             plain_from,
             span,
+            reach: if plain_from.is_finite() { SCAN_SPANS * span } else { span },
             contact: system.contact,
             gap: system.gap,
-            tables: table::Tables::new(span),
+            remainder_factor: cube * cube / 14_400.0,
+            tables,
         }
     }
 
@@ -101,15 +109,6 @@ impl FreeMotion {
     #[allow(clippy::inline_always)]
     pub(crate) fn step(&self, level: usize) -> f64 {
         self.tables.steps[level]
-    }
-
-    /// Remainder of an interpolant on the steps of level 0, per unit sixth derivative (src/scan.rs).
-    #[inline(always)]
-    #[allow(clippy::inline_always)]
-    pub(crate) fn remainder_factor(&self) -> f64 {
-        let step = self.step(0);
-        let cube = step * step * step;
-        cube * cube / 14_400.0
     }
 
     /// The table of a level.
@@ -190,11 +189,6 @@ impl FreeMotion {
         self.pendulum.swings_or_beats() && self.oscillator.swings_or_beats()
     }
 
-    /// Whether both bodies swing, and answer the drive with the steady response.
-    pub(crate) fn swings(&self) -> bool {
-        self.plain_from.is_finite()
-    }
-
     /// State at local time `s <= span`.
     #[must_use]
     pub fn state_at(&self, flight: &Flight, s: f64) -> State {
@@ -202,10 +196,10 @@ impl FreeMotion {
         State { x1: p.displacement(), v1: p.rate, x2: o.displacement(), v2: o.rate }
     }
 
-    /// State at any local time: beyond the span with the angles reduced.
+    /// State at any local time: beyond reach with the angles reduced.
     pub(crate) fn state_within(&self, flight: &Flight, s: DoubleDouble) -> State {
-        if s.hi <= self.span {
-            self.state_at(flight, s.value())
+        if s.hi <= self.reach {
+            state_past(&self.at(flight, s.hi), s.lo)
         } else {
             self.state_after(flight, s)
         }
@@ -239,6 +233,15 @@ impl FreeMotion {
         };
         self.state_after(flight, elapsed)
     }
+}
+
+/// State so short a time after a motion of both bodies as rounding leaves.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+pub(crate) fn state_past((p, o): &(Motion, Motion), rest: f64) -> State {
+    let past = |m: &Motion| (m.displacement() + m.rate * rest, m.rate + m.acceleration * rest);
+    let ((x1, v1), (x2, v2)) = (past(p), past(o));
+    State { x1, v1, x2, v2 }
 }
 
 /// Both bodies in free flight from a given state.

@@ -26,12 +26,25 @@ pub(crate) fn narrow<W: pulp::NullaryFnOnce>(work: W) -> W::Output {
     pulp::Arch::new().dispatch(work)
 }
 
+/// Takes over those numbers for which `which` is 1.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+pub(crate) fn take(ours: &mut Lanes, others: &Lanes, which: &[u64; LANES]) {
+    // By masks, which compilers surely turn into vector instructions.
+    let old = *ours;
+    *ours = std::array::from_fn(|j| {
+        let mask = which[j].wrapping_neg();
+        f64::from_bits((others[j].to_bits() & mask) | (old[j].to_bits() & !mask))
+    });
+}
+
 /// Defines the lanes of a type: each of the named numbers of eight values of it, which are read and
-/// written as a whole.
+/// written as a whole. None of them lies on two cache lines.
 macro_rules! lanes_of {
     ($(#[$meta:meta])* $name:ident of $single:ty { $($lane:ident: $($path:ident).+),* $(,)? }) => {
         $(#[$meta])*
         #[derive(Debug, Clone, Default)]
+        #[repr(align(64))]
         pub(crate) struct $name {
             $(pub $lane: crate::lanes::Lanes),*
         }
@@ -49,6 +62,13 @@ macro_rules! lanes_of {
             #[allow(clippy::inline_always)]
             pub fn set(&mut self, j: usize, one: &$single) {
                 $(self.$lane[j] = one.$($path).+;)*
+            }
+
+            /// Takes over those of other lanes for which `which` is 1.
+            #[inline(always)]
+            #[allow(clippy::inline_always, dead_code)]
+            pub fn take(&mut self, others: &Self, which: &[u64; crate::lanes::LANES]) {
+                $(crate::lanes::take(&mut self.$lane, &others.$lane, which);)*
             }
         }
     };

@@ -19,7 +19,7 @@ use outright::{never_meet, short_hop};
 use crate::angle::Angle;
 use crate::elementary::MOST_TURNED;
 use crate::flight::{Equation, Flight, FreeMotion, LEVELS, Point, States, Weights};
-use crate::gap::{GapBounds, Geometry};
+use crate::gap::{GapBounds, GapBoundsLanes, Geometry};
 use crate::lanes::{LANES, Lanes, lanes_of};
 use crate::state::State;
 use crate::tolerance::{
@@ -95,6 +95,7 @@ pub(crate) struct Jet {
 
 /// The jets at h ... 8h.
 #[derive(Debug, Clone, Default)]
+#[repr(align(64))]
 struct Samples {
     value: Lanes,
     rate: Lanes,
@@ -120,6 +121,20 @@ lanes_of! {
         fourth: bounds.fourth,
         fifth: bounds.fifth,
         sixth: sixth,
+    }
+}
+
+impl Outsets {
+    /// Their bounds.
+    #[inline(always)]
+    pub fn bounds(&self) -> GapBoundsLanes {
+        let Self { pendulum_rate_bound, rate_bound, fourth, fifth, .. } = self;
+        GapBoundsLanes {
+            pendulum_rate: *pendulum_rate_bound,
+            rate: *rate_bound,
+            fourth: *fourth,
+            fifth: *fifth,
+        }
     }
 }
 
@@ -242,7 +257,7 @@ impl Scanner {
         }
         // Halving the step takes a 64th of the remainder; a NaN or too large a bound finds no level.
         let allowed = SCAN_REMAINDER * (place + rate * motion.step(0));
-        let mut remainder = sixth * motion.remainder_factor();
+        let mut remainder = sixth * motion.remainder_factor;
         let mut coarse = 0;
         while remainder > allowed || remainder.is_nan() {
             coarse += 1;
@@ -269,7 +284,7 @@ impl Scanner {
         // The bounds of steady motions hold for ever, others for one span.
         let steady = motion.pendulum.is_steady() && motion.oscillator.is_steady();
         self.end = if steady { SCAN_SPANS * span } else { span };
-        self.reach = if motion.swings() { self.end } else { span };
+        self.reach = motion.reach.max(span);
         (self.span, self.slack, self.touching, self.start) = (span, slack, touching, start);
         self.s = 0.0;
         self.point =

@@ -347,7 +347,10 @@ impl Simulation {
             return None;
         }
         loop {
-            let turn = self.stop_before_leg(observer).map(Ok).or_else(|| self.turn(observer));
+            let turn = match self.stops_before_leg(observer) {
+                Some(reason) => Some(Ok(self.stop_here(reason))),
+                None => self.turn(observer),
+            };
             if turn.is_some() {
                 return turn;
             }
@@ -379,16 +382,6 @@ impl Simulation {
     fn is_far(&self, target: Clock, reached: f64) -> bool {
         let between = target.period - self.flight.clock.period - 1;
         between > 0 && reached < (between as f64 - 0.5) * self.motion.drive.period.hi
-    }
-
-    fn stop_before_leg<O: Observer>(&mut self, observer: &mut O) -> Option<Event> {
-        let reason = match self.horizon {
-            Horizon::Impacts { count, .. } if self.point.impacts >= count => StopReason::Completed,
-            _ if self.point.events >= self.max_events => StopReason::EventCap,
-            _ if !observer.go_on() => StopReason::Interrupted,
-            _ => return None,
-        };
-        Some(self.stop_here(reason))
     }
 
     /// Hands the sections up to local time `reached` to the observer; one that falls on an event

@@ -27,13 +27,17 @@ pub(crate) struct Point {
 
 /// Motion of one body as a linear function of its state and of the forcing phase.
 #[derive(Debug, Clone)]
+#[repr(align(64))]
 struct Response {
     x_of_x: Lanes,
     x_of_v: Lanes,
     v_of_x: Lanes,
     v_of_v: Lanes,
-    /// Displacement and rate per cos psi, and per sin psi.
-    forced: Option<[[Lanes; 2]; 2]>,
+    /// Displacement and rate per cos psi, and per sin psi, of a forced body.
+    x_of_cos: Lanes,
+    v_of_cos: Lanes,
+    x_of_sin: Lanes,
+    v_of_sin: Lanes,
 }
 
 /// Weights of rate and second derivative in Bernstein coefficients of degree 6 on a step
@@ -47,19 +51,23 @@ pub(crate) struct Weights {
     pub fortieth: f64,
 }
 
-/// The table of one step length h.
+/// The table of one step length h. No lanes of it lie on two cache lines.
 #[derive(Debug, Clone)]
+#[repr(C, align(64))]
 pub(crate) struct Table {
-    pub weights: Weights,
     pendulum: Response,
     oscillator: Response,
     /// cos(omega j h) and sin(omega j h).
     cos: Lanes,
     sin: Lanes,
+    pub weights: Weights,
+    /// Whether pendulum and oscillator are forced.
+    forced: [bool; 2],
 }
 
 /// States of both bodies and the forcing phase at h ... 8h.
 #[derive(Debug, Clone, Default)]
+#[repr(align(64))]
 pub(crate) struct States {
     pub x1: Lanes,
     pub v1: Lanes,
@@ -109,13 +117,14 @@ impl Table {
             oscillator: Response::new(oscillator, drive, &times),
             cos: turns.map(|turn| turn.cos),
             sin: turns.map(|turn| turn.sin),
+            forced: [pendulum.is_forced(), oscillator.is_forced()],
         }
     }
 
     #[inline(always)]
     pub fn states(&self, from: &Point) -> States {
-        let (x1, v1) = self.pendulum.motion(from.x1, from.v1, from.psi);
-        let (x2, v2) = self.oscillator.motion(from.x2, from.v2, from.psi);
+        let (x1, v1) = self.pendulum.motion(from.x1, from.v1, from.psi, self.forced[0]);
+        let (x2, v2) = self.oscillator.motion(from.x2, from.v2, from.psi, self.forced[1]);
         let Trig { cos, sin } = from.psi;
         let (mut cos_psi, mut sin_psi) = ([0.0; LANES], [0.0; LANES]);
         for j in 0..LANES {
@@ -138,33 +147,40 @@ impl States {
 impl Response {
     fn new(body: &Oscillator, drive: &Drive, times: &Lanes) -> Self {
         let free = times.map(|s| body.transition_within(s));
-        let forced = body.is_forced().then(|| {
-            [Trig::ONE, Trig { cos: 0.0, sin: 1.0 }].map(|start| {
-                let from_rest = body.flight(0.0, 0.0, start);
-                let motions = times.map(|s| body.at(&from_rest, s, &drive.turned(start, s)));
-                [motions.map(|m| m.increment), motions.map(|m| m.rate)]
-            })
-        });
+        let response = |start: Trig| {
+            if !body.is_forced() {
+                return [[0.0; LANES]; 2];
+            }
+            let from_rest = body.flight(0.0, 0.0, start);
+            let motions = times.map(|s| body.at(&from_rest, s, &drive.turned(start, s)));
+            [motions.map(|m| m.increment), motions.map(|m| m.rate)]
+        };
+        let [x_of_cos, v_of_cos] = response(Trig::ONE);
+        let [x_of_sin, v_of_sin] = response(Trig { cos: 0.0, sin: 1.0 });
         Self {
             x_of_x: free.map(|t| t[0][0]),
             x_of_v: free.map(|t| t[0][1]),
             v_of_x: free.map(|t| t[1][0]),
             v_of_v: free.map(|t| t[1][1]),
-            forced,
+            x_of_cos,
+            v_of_cos,
+            x_of_sin,
+            v_of_sin,
         }
     }
 
     #[inline(always)]
-    fn motion(&self, x: f64, v: f64, psi: Trig) -> (Lanes, Lanes) {
+    fn motion(&self, x: f64, v: f64, psi: Trig, forced: bool) -> (Lanes, Lanes) {
         let (mut xs, mut vs) = ([0.0; LANES], [0.0; LANES]);
         for j in 0..LANES {
             xs[j] = self.x_of_x[j].mul_add(x, self.x_of_v[j] * v);
             vs[j] = self.v_of_x[j].mul_add(x, self.v_of_v[j] * v);
         }
-        if let Some([[x_cos, v_cos], [x_sin, v_sin]]) = &self.forced {
+        if forced {
+            let Trig { cos, sin } = psi;
             for j in 0..LANES {
-                xs[j] = x_cos[j].mul_add(psi.cos, x_sin[j].mul_add(psi.sin, xs[j]));
-                vs[j] = v_cos[j].mul_add(psi.cos, v_sin[j].mul_add(psi.sin, vs[j]));
+                xs[j] = self.x_of_cos[j].mul_add(cos, self.x_of_sin[j].mul_add(sin, xs[j]));
+                vs[j] = self.v_of_cos[j].mul_add(cos, self.v_of_sin[j].mul_add(sin, vs[j]));
             }
         }
         (xs, vs)

@@ -11,7 +11,7 @@ use crate::error::SimulationError;
 use crate::event::{Event, GrazeEvent, ImpactEvent, StopReason};
 use crate::flight::Flight;
 use crate::hold::Next;
-use crate::impact::{self, Impact, ImpactFailure, PreImpact};
+use crate::impact::{self, Impact, ImpactFailure, PreImpact, RegimeKind};
 use crate::lanes;
 use crate::params::{ImpactLaw, System};
 use crate::state::{Clock, State};
@@ -166,40 +166,56 @@ impl Simulation {
         if !(post.is_finite() && impact.impulse_normal.is_finite()) {
             return Some(Err(self.fail(false)));
         }
-        let flight = self.motion.flight_at(clock, post, angle);
-        self.rebound(pre, impact, flight, observer)
+        self.flight = self.motion.flight_at(clock, post, angle);
+        self.rebound(pre, impact, observer)
     }
 
-    /// An impact has happened, and a new flight begins.
+    /// An impact has happened, and the present flight begins.
     #[inline(always)]
-    pub(super) fn rebound<O: Observer>(
+    fn rebound<O: Observer>(&mut self, pre: State, impact: Impact, observer: &mut O) -> Turn {
+        let Flight { clock, state, .. } = self.flight;
+        if self.leave(clock, state, impact.regime.kind(), impact.approach_velocity) {
+            self.believe_chatter(&impact);
+        }
+        (!observer.skips(clock, &state)).then(|| Ok(self.record(pre, impact)))
+    }
+
+    /// The present flight begins at this clock and state, with an impact; whether chatter may have begun.
+    #[inline(always)]
+    pub(super) fn leave(
         &mut self,
-        pre: State,
-        impact: Impact,
-        flight: Flight,
-        observer: &mut O,
-    ) -> Turn {
-        let Flight { clock, state: post, .. } = flight;
-        self.point.anchor = Anchor::after_impact(clock, post);
+        clock: Clock,
+        state: State,
+        regime: RegimeKind,
+        approach_velocity: f64,
+    ) -> bool {
+        self.point.anchor = Anchor::after_impact(clock, state);
         self.point.elapsed = DoubleDouble::ZERO;
         self.point.grazed = None;
         self.found = None;
-        self.flight = flight;
         self.point.impacts += 1;
         self.point.events += 1;
         self.point.standstill = 0;
-        if self.point.monitor.observe(&impact, self.system.restitution) && self.completes {
-            self.point.completion = self.believe_chatter(clock, &impact);
-        }
-        if observer.skips(clock, &post) {
-            return None;
-        }
+        let restitution = self.system.restitution;
+        self.point.monitor.observe(regime, approach_velocity, restitution) && self.completes
+    }
+
+    /// The impact from which the present flight has begun.
+    #[inline(always)]
+    pub(super) fn record(&self, pre: State, impact: Impact) -> Event {
+        let Flight { clock, state: post, .. } = self.flight;
         let (time, phase) = (self.motion.drive.time(clock), self.motion.drive.phase_at(clock));
-        Some(Ok(Event::Impact(ImpactEvent { clock, time, phase, pre, post, impact })))
+        Event::Impact(ImpactEvent { clock, time, phase, pre, post, impact })
+    }
+
+    /// Skips the impacts that follow, if they are chatter.
+    #[inline(never)]
+    pub(super) fn believe_chatter(&mut self, impact: &Impact) {
+        self.point.completion = self.chatter_ahead(self.flight.clock, impact);
     }
 
     /// Where chatter ends, once that is known within the tolerance and contact follows.
-    fn believe_chatter(&mut self, clock: Clock, impact: &Impact) -> Option<Completion> {
+    fn chatter_ahead(&mut self, clock: Clock, impact: &Impact) -> Option<Completion> {
         let post = self.point.anchor.state;
         let drive = &self.motion.drive;
         let limit = self.point.monitor.extrapolate(drive, clock, &post, impact)?;

@@ -13,18 +13,17 @@ mod motions;
 
 use std::marker::PhantomData;
 
-use self::encounters::{Ahead, Encounters, Sight};
-use super::{Observer, Phase, Simulation, Turn};
-use crate::contact::{Found, Outlook, Start, Touch, carefully};
+use self::encounters::{Encounters, Sight};
+use super::{Observer, Phase, Simulation};
+use crate::contact::{Found, Outlook, Start, carefully};
 use crate::error::SimulationError;
-use crate::event::Event;
+use crate::event::{Event, StopReason};
 use crate::flight::Flight;
-use crate::gap::{Direct, GapBounds, Geometry, Oblique};
+use crate::gap::{Direct, Geometry, Oblique};
 use crate::impact::{self, Impact, ImpactFailure, PreImpact};
 use crate::lanes::{self, LANES};
 use crate::params::{Contact, ImpactLaw, System};
 use crate::scan::{Batch, Outset, Scan, Scanner};
-use crate::state::State;
 
 /// A simulation, who watches it, and what becomes of its events.
 pub(crate) trait Traveller {
@@ -85,9 +84,12 @@ pub(crate) fn travel<T: Traveller>(
             Contact::Direct => lanes::wide(Round::<Direct, T>(&mut company, PhantomData)),
         }
     }
-    for mut traveller in company.crew.into_iter().flatten() {
-        traveller.finish();
-        (company.done)(traveller);
+    for j in 0..LANES {
+        company.lanes.fetch(j, &mut company.crew[j]);
+        if let Some(mut traveller) = company.crew[j].take() {
+            traveller.finish();
+            (company.done)(traveller);
+        }
     }
 }
 
@@ -105,15 +107,27 @@ struct Company<'a, T> {
 #[derive(Default)]
 struct Work {
     scanners: [Scanner; LANES],
-    /// What the next scans start from, where that is known.
-    outsets: [Option<Outset>; LANES],
-    bounds: [GapBounds; LANES],
     batches: [Batch; LANES],
     encounters: Encounters,
+    /// 1 where a flight has begun in a lane, which also holds what its scan starts from: the simulation
+    /// knows start and phase, not the bodies' constants.
+    afloat: [u64; LANES],
+}
+
+impl Work {
+    /// Completes the flight of the traveller in lane `j`, who may then go on by himself.
+    #[inline(always)]
+    fn fetch<T: Traveller>(&mut self, j: usize, traveller: &mut Option<T>) {
+        if let (1, Some(traveller)) = (std::mem::take(&mut self.afloat[j]), traveller) {
+            let (pendulum, oscillator) = self.encounters.bodies(j);
+            let flight = &mut traveller.parts().0.flight;
+            (flight.pendulum, flight.oscillator) = (pendulum, oscillator);
+        }
+    }
 }
 
 /// Some of the lanes, in order.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Seats {
     lanes: [usize; LANES],
     count: usize,
@@ -159,15 +173,20 @@ impl<T: Traveller> Company<'_, T> {
         if let Some(traveller) = &mut traveller {
             let (simulation, _) = traveller.parts();
             self.lanes.encounters.board(j, &simulation.system, &simulation.motion);
-            self.lanes.outsets[j] = None;
         }
+        self.lanes.afloat[j] = 0;
         self.crew[j] = traveller;
     }
 
-    /// Traveller `j` has come to his end: another takes his lane.
+    /// Traveller `j` has come to his end, or stops for this reason: another takes his lane.
     #[inline(never)]
-    fn alight(&mut self, j: usize) {
-        if let Some(traveller) = self.crew[j].take() {
+    fn alight(&mut self, j: usize, reason: Option<StopReason>) {
+        self.lanes.fetch(j, &mut self.crew[j]);
+        if let Some(mut traveller) = self.crew[j].take() {
+            if let Some(reason) = reason {
+                let stop = traveller.parts().0.stop_here(reason);
+                traveller.take(Ok(stop));
+            }
             (self.done)(traveller);
         }
         let another = self.another();
@@ -198,7 +217,7 @@ impl<T: Traveller> Company<'_, T> {
                 }
             }
         }
-        let Work { encounters, outsets, .. } = &mut *self.lanes;
+        let Work { encounters, .. } = &mut *self.lanes;
         encounters.meet::<G>();
         encounters.strike::<G>();
         for j in ready.iter() {
@@ -209,24 +228,71 @@ impl<T: Traveller> Company<'_, T> {
             }
         }
         encounters.depart::<G>();
+        let mut late = [false; LANES];
         if T::Watch::SECTIONS {
-            while pass_sections(&mut self.crew, &ready, encounters) {}
-        }
-        for j in ready.iter() {
-            let Some(traveller) = &mut self.crew[j] else { continue };
-            outsets[j] = None;
-            let (simulation, watch) = traveller.parts();
-            let event = match simulation.encounter(j, encounters, watch) {
-                Encounter::Alone => simulation.turn_alone(watch),
-                Encounter::Struck(touch) => simulation.strike_alone(&touch, watch),
-                Encounter::Usual { pre, impact, flight } => {
-                    outsets[j] = encounters.outset(j);
-                    simulation.rebound(pre, impact, flight, watch)
-                }
-            };
-            if let Some(event) = event {
-                traveller.take(event);
+            let mut among = ready.clone();
+            while among.count > 0 {
+                among = pass_sections(&mut self.crew, &among, encounters, &mut late);
             }
+        }
+        let mut leaving = [0; LANES];
+        for j in ready.iter() {
+            leaving[j] = u64::from(self.end_flight(j, late[j]));
+        }
+        let Work { encounters, afloat, .. } = &mut *self.lanes;
+        encounters.go_on(&leaving);
+        *afloat = leaving;
+    }
+
+    /// What becomes of the flight in lane `j` with a contact ahead; whether another begins in the lane. `late`: a section
+    /// before the contact is left.
+    #[inline(always)]
+    fn end_flight(&mut self, j: usize, late: bool) -> bool {
+        let Work { encounters, .. } = &*self.lanes;
+        let Some(traveller) = &mut self.crew[j] else { return false };
+        let (simulation, watch) = traveller.parts();
+        if encounters.is_certain(j) {
+            simulation.evaluations += encounters.evaluations(j);
+            if simulation.ends_by(encounters.reached(j)).is_some() {
+                simulation.found = Some(Found::Contact(encounters.contact(j)));
+            } else if !late && encounters.is_resolved(j) && !simulation.has_no_room(j, encounters) {
+                let steady = encounters.is_steady(j);
+                let chatters = simulation.take_off(j, encounters);
+                if chatters || !steady {
+                    let (pendulum, oscillator) = encounters.bodies_after(j);
+                    let flight = &mut simulation.flight;
+                    (flight.pendulum, flight.oscillator) = (pendulum, oscillator);
+                }
+                if chatters {
+                    simulation.believe_chatter(&encounters.impact(j));
+                }
+                let Flight { clock, state, .. } = simulation.flight;
+                if !watch.skips(clock, &state) {
+                    let event = simulation.record(encounters.before(j), encounters.impact(j));
+                    traveller.take(Ok(event));
+                }
+                return steady;
+            }
+        }
+        self.end_alone(j);
+        false
+    }
+
+    /// The same of a flight that does not end with an impact in the lane.
+    #[inline(never)]
+    fn end_alone(&mut self, j: usize) {
+        self.lanes.fetch(j, &mut self.crew[j]);
+        let encounters = &self.lanes.encounters;
+        let Some(traveller) = &mut self.crew[j] else { return };
+        let (simulation, watch) = traveller.parts();
+        let event = if encounters.is_certain(j) && simulation.found.is_none() {
+            simulation.pass_sections_in_flight(encounters.reached(j), false, watch);
+            simulation.strike(&encounters.contact(j), watch)
+        } else {
+            simulation.turn(watch)
+        };
+        if let Some(event) = event {
+            traveller.take(event);
         }
     }
 
@@ -236,99 +302,109 @@ impl<T: Traveller> Company<'_, T> {
         loop {
             let Some(traveller) = &mut self.crew[j] else { return };
             let (simulation, watch) = traveller.parts();
-            let stop = if simulation.point.stopped.is_some() {
-                None
-            } else if let Some(stop) = simulation.stop_before_leg(watch) {
-                Some(stop)
-            } else {
-                let Work { scanners, outsets, bounds, encounters, .. } = &mut *self.lanes;
-                let outset = outsets[j].take();
-                if let Some(start) = simulation.scanned_from() {
-                    let touching = start == Start::Touching;
-                    let (motion, flight) = (&simulation.motion, &simulation.flight);
-                    let outset = outset.unwrap_or_else(|| Outset::new::<G>(motion, flight));
-                    bounds[j] = outset.bounds;
-                    let scanner = &mut scanners[j];
-                    match scanner.begin::<G>(motion, flight, &outset, touching, motion.span) {
-                        None => return scanning.push(j),
-                        Some(Scan::Hop(near)) => {
-                            let (bounds, evaluations) = (outset.bounds, scanner.evaluations);
-                            let sight = Sight::Near(near);
-                            let ahead = Ahead { sight, bounds, touching, evaluations };
-                            encounters.set::<G>(j, flight, &ahead);
-                            return ready.push(j);
-                        }
-                        Some(scan) => {
-                            let outlook = Outlook::new(scan, outset.bounds);
-                            simulation.resolve::<G>(outlook, scanner.evaluations);
-                        }
-                    }
-                }
-                if let Some(event) = simulation.turn_alone(watch) {
-                    traveller.take(event);
-                }
+            let stopped = simulation.point.stopped.is_some();
+            let reason = if stopped { None } else { simulation.stops_before_leg(watch) };
+            if stopped || reason.is_some() {
+                self.alight(j, reason);
                 continue;
-            };
-            if let Some(stop) = stop {
-                traveller.take(Ok(stop));
             }
-            self.alight(j);
+            let Work { scanners, encounters, afloat, .. } = &mut *self.lanes;
+            if let Some(start) = simulation.scanned_from() {
+                let touching = start == Start::Touching;
+                let (motion, flight) = (&simulation.motion, &simulation.flight);
+                let outset = if afloat[j] == 1 {
+                    encounters.outset(j)
+                } else {
+                    let outset = Outset::new::<G>(motion, flight);
+                    encounters.load::<G>(j, flight, &outset.bounds, touching);
+                    outset
+                };
+                let scanner = &mut scanners[j];
+                match scanner.begin::<G>(motion, flight, &outset, touching, motion.span) {
+                    None => return scanning.push(j),
+                    Some(Scan::Hop(near)) => {
+                        encounters.see(j, &Sight::Near(near), scanner.evaluations);
+                        return ready.push(j);
+                    }
+                    Some(scan) => self.go_alone::<G>(j, Some(Outlook::new(scan, outset.bounds))),
+                }
+            } else {
+                self.go_alone::<G>(j, None);
+            }
         }
     }
 
     /// What follows from the last batch of lane `j`.
-    #[inline(always)]
+    #[inline(never)]
     fn judge<G: Geometry>(&mut self, j: usize) -> Judged {
-        let Work { scanners, bounds, batches, encounters, .. } = &mut *self.lanes;
+        let Work { scanners, batches, encounters, .. } = &mut *self.lanes;
         let Some(traveller) = &mut self.crew[j] else { return Judged::Alone };
-        let (simulation, watch) = traveller.parts();
-        let Some(scan) = scanners[j].judge(&simulation.motion, &batches[j]) else {
+        let scanner = &mut scanners[j];
+        let Some(scan) = scanner.judge(&traveller.parts().0.motion, &batches[j]) else {
             return Judged::Open;
         };
-        let evaluations = scanners[j].evaluations;
         if let Scan::Rise(rise) = scan {
-            let touching = simulation.scanned_from() == Some(Start::Touching);
-            let ahead = Ahead { sight: Sight::On(rise), bounds: bounds[j], touching, evaluations };
-            encounters.set::<G>(j, &simulation.flight, &ahead);
+            encounters.see(j, &Sight::On(rise), scanner.evaluations);
             return Judged::Ahead;
         }
-        simulation.resolve::<G>(Outlook::new(scan, bounds[j]), evaluations);
-        if let Some(event) = simulation.turn_alone(watch) {
+        let outlook = Outlook::new(scan, encounters.bounds(j));
+        self.go_alone::<G>(j, Some(outlook));
+        Judged::Alone
+    }
+
+    /// A leg of lane `j` by itself, after the first pass, if there was one.
+    #[inline(never)]
+    fn go_alone<G: Geometry>(&mut self, j: usize, outlook: Option<Outlook>) {
+        self.lanes.fetch(j, &mut self.crew[j]);
+        let Some(traveller) = &mut self.crew[j] else { return };
+        let (simulation, watch) = traveller.parts();
+        if let Some(outlook) = outlook {
+            simulation.resolve::<G>(outlook, self.lanes.scanners[j].evaluations);
+        }
+        if let Some(event) = simulation.turn(watch) {
             traveller.take(event);
         }
-        Judged::Alone
     }
 }
 
-/// Passes the next section of every flight that has one before its contact; whether any has.
+/// Passes the next section of each of these flights that has one before its contact, and tells which had; `late`: those that
+/// have one which a lane cannot pass.
 #[inline(always)]
 fn pass_sections<T: Traveller>(
     crew: &mut [Option<T>; LANES],
-    ready: &Seats,
+    among: &Seats,
     encounters: &mut Encounters,
-) -> bool {
-    let (mut times, mut passing) = (*encounters.near(), Seats::default());
-    for j in ready.iter() {
-        let (Some(traveller), Some(touch)) = (&mut crew[j], encounters.contact(j)) else {
+    late: &mut [bool; LANES],
+) -> Seats {
+    let (mut times, mut rests) = (*encounters.near(), [0.0; LANES]);
+    let mut passing = Seats::default();
+    for j in among.iter() {
+        let Some(traveller) = &mut crew[j] else { continue };
+        if !encounters.is_certain(j) {
             continue;
-        };
+        }
         let (simulation, _) = traveller.parts();
-        if let Some(time) = simulation.section_before(touch.local_time()) {
-            times[j] = time;
+        let contact = encounters.reached(j);
+        let Some(at) = simulation.section_by(contact, false) else { continue };
+        let motion = &simulation.motion;
+        let usual = at.hi <= motion.reach && !motion.decays_by(at.hi);
+        if usual && simulation.ends_by(contact).is_none() {
+            (times[j], rests[j]) = (at.hi, at.lo);
             passing.push(j);
+        } else {
+            late[j] = true;
         }
     }
-    if passing.count == 0 {
-        return false;
-    }
-    encounters.pass(&times);
-    for j in passing.iter() {
-        if let Some(traveller) = &mut crew[j] {
-            let (simulation, watch) = traveller.parts();
-            simulation.pass_section(&encounters.state(j), watch);
+    if passing.count > 0 {
+        encounters.pass(&times);
+        for j in passing.iter() {
+            if let Some(traveller) = &mut crew[j] {
+                let (simulation, watch) = traveller.parts();
+                simulation.pass_section(&encounters.state(j, rests[j]), watch);
+            }
         }
     }
-    true
+    passing
 }
 
 /// An impact whose slip ends.
@@ -375,8 +451,7 @@ impl Simulation {
         Some(self.start(takeoff)).filter(|start| matches!(start, Start::Apart | Start::Touching))
     }
 
-    /// Leaves what the first pass has found for [`Simulation::turn_alone`], which finds out by itself what
-    /// a contact ahead is.
+    /// Leaves what the first pass has found for the next turn, which finds out by itself what a contact ahead is.
     #[inline(never)]
     fn resolve<G: Geometry>(&mut self, outlook: Outlook, evaluations: u64) {
         let Phase::Flight(takeoff) = self.point.anchor.phase else { return };
@@ -396,60 +471,21 @@ impl Simulation {
         }
     }
 
-    /// Local time of the next section, if that lies before a contact that ends the flight, and its state is
-    /// had from a lane.
-    #[inline(always)]
-    fn section_before(&self, contact: f64) -> Option<f64> {
-        let at = self.section_by(contact, false)?;
-        let time = at.value();
-        let usual = at.hi <= self.motion.span && !self.motion.decays_by(time);
-        (usual && self.ends_by(contact).is_none()).then_some(time)
-    }
-
-    /// A leg by itself.
+    /// The flight after the impact in lane `j` begins, the bodies' constants left in the lane; whether chatter may have
+    /// begun. Compiled for any processor: gathered from lanes that have just been written, numbers come late.
     #[inline(never)]
-    fn turn_alone<O: Observer>(&mut self, observer: &mut O) -> Turn {
-        self.turn(observer)
+    fn take_off(&mut self, j: usize, encounters: &Encounters) -> bool {
+        let (clock, state) = encounters.start_after(j, self.flight.clock.period);
+        let (angle, start) = encounters.angles_after(j);
+        (self.flight.clock, self.flight.state) = (clock, state);
+        (self.flight.angle, self.flight.start) = (angle, start);
+        let (regime, approach_velocity) = encounters.approach(j);
+        self.leave(clock, state, regime, approach_velocity)
     }
 
-    #[inline(never)]
-    fn strike_alone<O: Observer>(&mut self, touch: &Touch, observer: &mut O) -> Turn {
-        self.strike(touch, observer)
-    }
-
-    /// What has become of the flight in lane `j`; sections before the contact are passed.
+    /// Whether a wall leaves the bodies no room at the contact in lane `j`.
     #[inline(always)]
-    fn encounter<O: Observer>(
-        &mut self,
-        j: usize,
-        encounters: &Encounters,
-        observer: &mut O,
-    ) -> Encounter {
-        let Some(touch) = encounters.contact(j) else { return Encounter::Alone };
-        self.evaluations += encounters.evaluations(j);
-        let reached = touch.local_time();
-        if self.ends_by(reached).is_some() {
-            self.found = Some(Found::Contact(touch));
-            return Encounter::Alone;
-        }
-        self.pass_sections_in_flight(reached, false, observer);
-        let Some((pre, impact, flight)) = encounters.impact(j, self.flight.clock.period) else {
-            return Encounter::Struck(touch);
-        };
-        if impact::no_room(&self.system, &PreImpact::at(flight.angle, &pre)) {
-            return Encounter::Struck(touch);
-        }
-        Encounter::Usual { pre, impact, flight }
+    fn has_no_room(&self, j: usize, encounters: &Encounters) -> bool {
+        self.system.mass_ratio == 0.0 && impact::no_room(&self.system, &encounters.meeting(j))
     }
-}
-
-/// What becomes of a flight with a contact ahead.
-#[allow(clippy::large_enum_variant)] // none is ever stored
-enum Encounter {
-    /// Nothing that is of use.
-    Alone,
-    /// A contact.
-    Struck(Touch),
-    /// A contact, an impact, and the next flight.
-    Usual { pre: State, impact: Impact, flight: Flight },
 }

@@ -1,12 +1,26 @@
 //! How a simulation ends: at its horizon, at a cap, where the motion does, or with an error.
 
-use super::{Horizon, Simulation};
+use super::{Horizon, Observer, Simulation};
 use crate::error::SimulationError;
 use crate::event::{Event, StopEvent, StopReason};
 use crate::flight::Flight;
 use crate::state::{Clock, State};
 
 impl Simulation {
+    /// Why it stops before the next leg, if it does.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // looked at before every flight
+    pub(super) fn stops_before_leg<O: Observer>(&self, observer: &mut O) -> Option<StopReason> {
+        match self.horizon {
+            Horizon::Impacts { count, .. } if self.point.impacts >= count => {
+                Some(StopReason::Completed)
+            }
+            _ if self.point.events >= self.max_events => Some(StopReason::EventCap),
+            _ if !observer.go_on() => Some(StopReason::Interrupted),
+            _ => None,
+        }
+    }
+
     /// Stops at the horizon, whose clock is known exactly.
     pub(super) fn stop_at_horizon(&mut self, state: State) -> Event {
         let reason = match self.horizon {

@@ -11,30 +11,19 @@ use crate::angle::Angle;
 use crate::contact::{Touch, few_digits};
 use crate::double_double::DoubleDouble;
 use crate::elementary::{self, MOST_TURNED};
-use crate::flight::{Flight, FreeMotion};
+use crate::flight::{BodyFlight, Flight, FreeMotion, Trig, state_past};
 use crate::gap::{
     GapBounds, GapBoundsLanes, GapPoints, Geometry, flight_noise, gap_after, gap_fourth,
     gap_remainder, noise,
 };
-use crate::impact::{self, FirstSlip, Impact, PreImpact, Regime};
-use crate::lanes::{LANES, Lanes};
+use crate::impact::{self, FirstSlip, Impact, PreImpact, Regime, RegimeKind};
+use crate::lanes::{self, LANES, Lanes};
 use crate::params::System;
 use crate::scan::{Outset, Outsets, Rise, Rises};
 use crate::state::{Clock, State};
 use crate::tolerance::{SETTLE_PART, WALL_SLOPE};
 
-/// A contact ahead of a flight, as the first pass sees it.
-#[derive(Clone, Copy)]
-pub(super) struct Ahead {
-    pub sight: Sight,
-    pub bounds: GapBounds,
-    /// Whether the flight started on the contact.
-    pub touching: bool,
-    /// Evaluations of the gap by the first pass.
-    pub evaluations: u64,
-}
-
-/// Where it lies.
+/// Where a contact ahead lies, as the first pass sees it.
 #[derive(Clone, Copy)]
 pub(super) enum Sight {
     /// On a step.
@@ -45,6 +34,7 @@ pub(super) enum Sight {
 
 /// Flights with a contact ahead of each, and what becomes of them.
 #[derive(Debug, Clone, Default)]
+#[repr(C, align(64))]
 pub(super) struct Encounters {
     systems: Systems,
     flights: Flights,
@@ -63,6 +53,7 @@ pub(super) struct Encounters {
 
 /// The contacts of these flights.
 #[derive(Debug, Clone, Default)]
+#[repr(C, align(64))]
 struct Contacts {
     offset: Lanes,
     gaps: GapPoints,
@@ -76,6 +67,7 @@ struct Contacts {
 
 /// The impacts at these contacts, and the flights after them.
 #[derive(Debug, Clone, Default)]
+#[repr(C, align(64))]
 struct Impacts {
     pre_x1: Lanes,
     pre_x2: Lanes,
@@ -91,14 +83,14 @@ struct Impacts {
     impulse_tangential: Lanes,
     energy_loss: Lanes,
     friction_loss: Lanes,
-    /// Impacts of other regimes.
-    bent: [Option<Impact>; LANES],
     /// 1 where the state before the impact is usual.
     met: [u64; LANES],
     /// What the scans of the flights after the impacts start from, where the forced motions are steady.
     outsets: Outsets,
     /// 1 where the impact is straight: without friction, or with slip in one direction to its end.
     straight: [u64; LANES],
+    /// Impacts of other regimes.
+    bent: [Option<Impact>; LANES],
 }
 
 impl Encounters {
@@ -107,9 +99,15 @@ impl Encounters {
         self.systems.set(j, system, motion);
     }
 
-    /// The flight in lane `j`, with a contact ahead.
+    /// The present flight of lane `j`, with bounds of its derivatives; `touching`: it started on the contact.
     #[inline(always)]
-    pub fn set<G: Geometry>(&mut self, j: usize, flight: &Flight, ahead: &Ahead) {
+    pub fn load<G: Geometry>(
+        &mut self,
+        j: usize,
+        flight: &Flight,
+        bounds: &GapBounds,
+        touching: bool,
+    ) {
         let to = &mut self.flights;
         to.time_in_period[j] = flight.clock.time_in_period;
         to.residual[j] = flight.clock.residual;
@@ -117,22 +115,56 @@ impl Encounters {
         to.phases.set(j, &flight.start);
         to.pendulums.set(j, &flight.pendulum);
         to.oscillators.set(j, &flight.oscillator);
-        match &ahead.sight {
-            Sight::On(rise) => {
-                self.rises.set(j, rise);
-                self.on_step[j] = 1;
-            }
-            Sight::Near(near) => (self.near[j], self.on_step[j]) = (*near, 0),
-        }
-        self.evaluations[j] = ahead.evaluations;
-        self.bounds.set(j, &ahead.bounds);
-        (self.start[j], self.start_noise[j]) = if ahead.touching {
+        self.bounds.set(j, bounds);
+        (self.start[j], self.start_noise[j]) = if touching {
             (0.0, 0.0)
         } else {
             let State { x1, x2, .. } = flight.state;
             let (tip, gap) = (G::tip(x1, flight.angle), self.systems.gap[j]);
             (tip - x2 - gap, noise(tip, x2, gap))
         };
+    }
+
+    /// The flights after the impacts are the present ones, in lanes for which `which` is 1.
+    #[inline(always)]
+    pub fn go_on(&mut self, which: &[u64; LANES]) {
+        let Flights { time_in_period, residual, angles, phases, pendulums, oscillators } =
+            &mut self.flights;
+        let after = &self.impacts.flights;
+        lanes::take(time_in_period, &after.time_in_period, which);
+        lanes::take(residual, &after.residual, which);
+        angles.take(&after.angles, which);
+        phases.take(&after.phases, which);
+        pendulums.take(&after.pendulums, which);
+        oscillators.take(&after.oscillators, which);
+        self.bounds.take(&self.impacts.outsets.bounds(), which);
+        lanes::take(&mut self.start, &[0.0; LANES], which);
+        lanes::take(&mut self.start_noise, &[0.0; LANES], which);
+    }
+
+    /// A contact ahead of the flight in lane `j`, seen after so many evaluations of the gap.
+    #[inline(always)]
+    pub fn see(&mut self, j: usize, sight: &Sight, evaluations: u64) {
+        match sight {
+            Sight::On(rise) => {
+                self.rises.set(j, rise);
+                self.on_step[j] = 1;
+            }
+            Sight::Near(near) => (self.near[j], self.on_step[j]) = (*near, 0),
+        }
+        self.evaluations[j] = evaluations;
+    }
+
+    /// Bounds of the present flight of lane `j`.
+    #[inline(always)]
+    pub fn bounds(&self, j: usize) -> GapBounds {
+        self.bounds.get(j)
+    }
+
+    /// Both bodies in the present flight of lane `j`.
+    #[inline(always)]
+    pub fn bodies(&self, j: usize) -> (BodyFlight, BodyFlight) {
+        (self.flights.pendulums.get(j), self.flights.oscillators.get(j))
     }
 
     /// The contacts: the exact motion near each, and the Taylor polynomial from there
@@ -237,10 +269,7 @@ impl Encounters {
         let Self { contacts, impacts, .. } = self;
         impacts.bent[j] = None;
         let bends = contacts.certain[j] == 1 && impacts.met[j] == 1 && impacts.straight[j] == 0;
-        bends.then(|| {
-            let Angle { sin, cos } = impacts.flights.angles.get(j);
-            PreImpact { cos, sin, v1: contacts.v1[j], v2: contacts.v2[j] }
-        })
+        bends.then(|| self.meeting(j))
     }
 
     /// Sets the impact in lane `j`.
@@ -308,11 +337,10 @@ impl Encounters {
         motions.evaluate(systems, flights, times);
     }
 
-    /// The last of these states in lane `j`.
+    /// The state of lane `j`, this much after the last of these times.
     #[inline(always)]
-    pub fn state(&self, j: usize) -> State {
-        let (p, o) = self.motions.get(j, &self.flights);
-        State { x1: p.displacement(), v1: p.rate, x2: o.displacement(), v2: o.rate }
+    pub fn state(&self, j: usize, rest: f64) -> State {
+        state_past(&self.motions.get(j, &self.flights), rest)
     }
 
     /// Evaluations of the gap in lane `j`.
@@ -320,18 +348,35 @@ impl Encounters {
         self.evaluations[j] + 1
     }
 
-    /// What the scan of the flight after the impact in lane `j` starts from, if that is known.
+    /// Whether the forced motions in lane `j` are steady, so that the start of the scan after an impact is known.
     #[inline(always)]
-    pub fn outset(&self, j: usize) -> Option<Outset> {
-        let beats = self.systems.beats[0].which[j] | self.systems.beats[1].which[j];
-        (beats == 0).then(|| self.impacts.outsets.get(j))
+    pub fn is_steady(&self, j: usize) -> bool {
+        self.systems.beats[0].which[j] | self.systems.beats[1].which[j] == 0
     }
 
-    /// The contact in lane `j`, if it is certain.
+    /// What the scan of the flight after the impact in lane `j` starts from, where forced motions are steady.
     #[inline(always)]
-    pub fn contact(&self, j: usize) -> Option<Touch> {
+    pub fn outset(&self, j: usize) -> Outset {
+        self.impacts.outsets.get(j)
+    }
+
+    /// Whether the contact in lane `j` is certain.
+    #[inline(always)]
+    pub fn is_certain(&self, j: usize) -> bool {
+        self.contacts.certain[j] == 1
+    }
+
+    /// Local time of the contact in lane `j`.
+    #[inline(always)]
+    pub fn reached(&self, j: usize) -> f64 {
+        self.near[j] + self.contacts.offset[j]
+    }
+
+    /// The contact in lane `j`.
+    #[inline(always)]
+    pub fn contact(&self, j: usize) -> Touch {
         let contacts = &self.contacts;
-        (contacts.certain[j] == 1).then(|| Touch {
+        Touch {
             time: self.near[j],
             offset: contacts.offset[j],
             gap: contacts.gaps.get(j),
@@ -341,23 +386,54 @@ impl Encounters {
                 x2: contacts.x2[j],
                 v2: contacts.v2[j],
             },
-        })
+        }
     }
 
-    /// The state before the impact in lane `j`, the impact, and the flight after it, if there is one;
-    /// `period`: of the clock at the start of the flight.
+    /// Whether the impact in lane `j` is resolved.
     #[inline(always)]
-    pub fn impact(&self, j: usize, period: i64) -> Option<(State, Impact, Flight)> {
-        let (contacts, impacts, friction) =
-            (&self.contacts, &self.impacts, self.systems.friction[j]);
+    pub fn is_resolved(&self, j: usize) -> bool {
+        self.impacts.straight[j] == 1 || self.impacts.bent[j].is_some()
+    }
+
+    /// The state before the impact in lane `j`.
+    #[inline(always)]
+    pub fn before(&self, j: usize) -> State {
+        let Self { contacts, impacts, .. } = self;
         let (x1, x2) = (impacts.pre_x1[j], impacts.pre_x2[j]);
-        let pre = State { x1, v1: contacts.v1[j], x2, v2: contacts.v2[j] };
-        let straight = || Impact {
-            regime: if friction == 0.0 {
-                Regime::Frictionless
-            } else {
-                Regime::Slip { direction: 1f64.copysign(pre.v1) }
-            },
+        State { x1, v1: contacts.v1[j], x2, v2: contacts.v2[j] }
+    }
+
+    /// What the impact in lane `j` starts from.
+    #[inline(always)]
+    pub fn meeting(&self, j: usize) -> PreImpact {
+        let Angle { sin, cos } = self.impacts.flights.angles.get(j);
+        PreImpact { cos, sin, v1: self.contacts.v1[j], v2: self.contacts.v2[j] }
+    }
+
+    /// Regime of the impact in lane `j`.
+    #[inline(always)]
+    fn regime(&self, j: usize) -> Regime {
+        match &self.impacts.bent[j] {
+            Some(impact) => impact.regime,
+            None if self.systems.friction[j] == 0.0 => Regime::Frictionless,
+            None => Regime::Slip { direction: 1f64.copysign(self.contacts.v1[j]) },
+        }
+    }
+
+    /// Kind of regime and approach velocity of the impact in lane `j`.
+    #[inline(always)]
+    pub fn approach(&self, j: usize) -> (RegimeKind, f64) {
+        let straight = self.impacts.approach[j];
+        let approach = self.impacts.bent[j].as_ref().map_or(straight, |i| i.approach_velocity);
+        (self.regime(j).kind(), approach)
+    }
+
+    /// The impact in lane `j`.
+    #[inline(always)]
+    pub fn impact(&self, j: usize) -> Impact {
+        let impacts = &self.impacts;
+        impacts.bent[j].unwrap_or_else(|| Impact {
+            regime: self.regime(j),
             v1_post: impacts.v1_post[j],
             v2_post: impacts.v2_post[j],
             approach_velocity: impacts.approach[j],
@@ -367,21 +443,33 @@ impl Encounters {
             impulse_tangential: impacts.impulse_tangential[j],
             energy_loss: impacts.energy_loss[j],
             friction_loss: impacts.friction_loss[j],
+        })
+    }
+
+    /// Clock and state at the start of the flight after the impact in lane `j`; `period`: of the flight before.
+    #[inline(always)]
+    pub fn start_after(&self, j: usize, period: i64) -> (Clock, State) {
+        let Impacts { flights: after, pre_x1, pre_x2, v1_post, v2_post, periods, .. } =
+            &self.impacts;
+        let clock = Clock {
+            period: period + periods[j] as i64,
+            time_in_period: after.time_in_period[j],
+            residual: after.residual[j],
         };
-        let impact = if impacts.straight[j] == 1 { straight() } else { impacts.bent[j]? };
-        let after = &impacts.flights;
-        let flight = Flight {
-            clock: Clock {
-                period: period + impacts.periods[j] as i64,
-                time_in_period: after.time_in_period[j],
-                residual: after.residual[j],
-            },
-            state: State { v1: impact.v1_post, v2: impact.v2_post, ..pre },
-            angle: after.angles.get(j),
-            start: after.phases.get(j),
-            pendulum: after.pendulums.get(j),
-            oscillator: after.oscillators.get(j),
-        };
-        Some((pre, impact, flight))
+        (clock, State { x1: pre_x1[j], v1: v1_post[j], x2: pre_x2[j], v2: v2_post[j] })
+    }
+
+    /// Angle and forcing phase there.
+    #[inline(always)]
+    pub fn angles_after(&self, j: usize) -> (Angle, Trig) {
+        let Flights { angles, phases, .. } = &self.impacts.flights;
+        (angles.get(j), phases.get(j))
+    }
+
+    /// Both bodies in the flight after the impact in lane `j`.
+    #[inline(always)]
+    pub fn bodies_after(&self, j: usize) -> (BodyFlight, BodyFlight) {
+        let Flights { pendulums, oscillators, .. } = &self.impacts.flights;
+        (pendulums.get(j), oscillators.get(j))
     }
 }

@@ -14,6 +14,7 @@ use crate::params::System;
 
 /// What does not change along a run.
 #[derive(Debug, Clone, Default)]
+#[repr(C, align(64))]
 pub(super) struct Systems {
     pub drives: Drives,
     pub pendulums: Equations,
@@ -109,6 +110,7 @@ impl Beating {
 
 /// Flights, each from its start.
 #[derive(Debug, Clone, Default)]
+#[repr(C, align(64))]
 pub(super) struct Flights {
     pub time_in_period: Lanes,
     pub residual: Lanes,
@@ -120,6 +122,7 @@ pub(super) struct Flights {
 
 /// Motions of both bodies at a local time of each flight.
 #[derive(Debug, Clone, Default)]
+#[repr(C, align(64))]
 pub(super) struct Motions {
     series: [SeriesLanes; 2],
     pendulums: MotionLanes,
