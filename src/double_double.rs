@@ -106,6 +106,7 @@ impl DoubleDouble {
 
     /// This angle modulo 2 pi, in [-pi, pi], with an absolute error of a few ulp of pi as long
     /// as the angle is below 1e15.
+    #[inline(always)]
     pub fn reduced_angle(self) -> f64 {
         let turns = (self.hi / TWO_PI.hi).round();
         if turns == 0.0 {
@@ -144,6 +145,7 @@ impl Sub for DoubleDouble {
 
 impl Mul for DoubleDouble {
     type Output = Self;
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let p = two_product(self.hi, other.hi);
         quick_two_sum(p.hi, p.lo + (self.hi * other.lo + self.lo * other.hi))

@@ -22,6 +22,7 @@ pub(crate) use table::{LEVELS, Point, States, Table, Weights};
 use crate::angle::Angle;
 use crate::double_double::DoubleDouble;
 use crate::elementary;
+use crate::lanes;
 use crate::params::{Contact, System};
 use crate::state::{Clock, State};
 use crate::tolerance::{CHUNK_TURNS, SCAN_SPANS, SCAN_STEPS};
@@ -216,10 +217,7 @@ impl FreeMotion {
 
     /// State after any time, however long, without loss of digits.
     pub(crate) fn state_after(&self, flight: &Flight, elapsed: DoubleDouble) -> State {
-        let turn = self.drive.turned_far(flight.start, elapsed);
-        let (x1, v1) = self.pendulum.after(&flight.pendulum, flight.state.x1, elapsed, &turn);
-        let (x2, v2) = self.oscillator.after(&flight.oscillator, flight.state.x2, elapsed, &turn);
-        State { x1, v1, x2, v2 }
+        lanes::narrow(After { motion: self, flight, elapsed })
     }
 
     /// State after `periods` drive periods and `time` more of a flight: exact for any number of
@@ -232,6 +230,27 @@ impl FreeMotion {
             DoubleDouble::new(time)
         };
         self.state_after(flight, elapsed)
+    }
+}
+
+/// A state after any time, compiled for fused multiplications where there are any.
+struct After<'a> {
+    motion: &'a FreeMotion,
+    flight: &'a Flight,
+    elapsed: DoubleDouble,
+}
+
+impl pulp::NullaryFnOnce for After<'_> {
+    type Output = State;
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn call(self) -> State {
+        let Self { motion: FreeMotion { drive, pendulum, oscillator, .. }, flight, elapsed } = self;
+        let turn = drive.turned_far(flight.start, elapsed);
+        let (x1, v1) = pendulum.after(&flight.pendulum, flight.state.x1, elapsed, &turn);
+        let (x2, v2) = oscillator.after(&flight.oscillator, flight.state.x2, elapsed, &turn);
+        State { x1, v1, x2, v2 }
     }
 }
 

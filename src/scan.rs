@@ -416,7 +416,8 @@ impl Samples {
         for j in 0..LANES {
             let middle = remainder + (middle_before[j] + middle[j]);
             let highest = larger(larger(before[j], middle), highest[j]);
-            below += if highest < -slack { 1 << j } else { 0 };
+            // The sign of the sum, a bit for each step: comparisons would be told apart one by one.
+            below |= ((highest + slack).to_bits() >> 63) << j;
         }
         (!below).trailing_zeros() as usize
     }
@@ -434,6 +435,12 @@ fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
+/// The same of `f64::min`.
+#[inline(always)]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
 /// Whether the gap rises through zero, and all the way, on a step: the Bernstein coefficients of the
 /// interpolant's derivative (times h/5) exceed what the remainder may take from it,
 /// sqrt(5)/30000 |g^(6)| h^5 (Agarwal & Wong (1993), Error Inequalities in Polynomial
@@ -444,7 +451,8 @@ fn rises(start: &Jet, end: &Jet, w: &Weights, remainder: f64, slack: f64) -> boo
     let (first, last) = (w.fifth * start.rate, w.fifth * end.rate);
     let (bend, last_bend) = (2.0 * w.fortieth * start.second, 2.0 * w.fortieth * end.second);
     let middle = (end.value - start.value) - 2.0 * (first + last) + (last_bend - bend);
-    let least = first.min(first + bend).min(middle).min(last - last_bend).min(last);
+    let ends = smaller(smaller(first, first + bend), smaller(last - last_bend, last));
+    let least = smaller(ends, middle);
     start.value < -slack && end.value > slack && least > PART * remainder + slack
 }
 

@@ -135,6 +135,7 @@ impl Drive {
         Turn::new(start, cos_minus_1, sin)
     }
 
+    #[inline(always)]
     pub fn turned_far(&self, start: Trig, elapsed: DoubleDouble) -> Turn {
         let (cos_minus_1, sin) = elementary::turn(elapsed.scale(self.omega).reduced_angle(), 0.0);
         Turn::new(start, cos_minus_1, sin)

@@ -208,7 +208,7 @@ impl Oscillator {
 
     /// (C - 1, S) at local time s.
     #[inline(always)]
-    fn basis(&self, s: f64) -> (f64, f64) {
+    pub fn basis(&self, s: f64) -> (f64, f64) {
         match self.decay {
             Decay::Undamped { wd } => {
                 let (cos_minus_1, sin) = turn(self.equation.damped, s);
@@ -234,19 +234,17 @@ impl Oscillator {
     }
 
     /// (C - 1, S) after any time, the angle reduced in double-double.
+    #[inline(always)]
     fn basis_far(&self, elapsed: DoubleDouble) -> (f64, f64) {
-        let reduced = |wd: f64| {
-            let angle = (self.equation.damped * elapsed).reduced_angle();
-            let (cos_minus_1, sin) = elementary::turn(angle, 0.0);
-            (cos_minus_1, sin / wd)
+        let (Decay::Undamped { wd } | Decay::Underdamped { wd }) = self.decay else {
+            return self.aperiodic_basis(elapsed.hi);
         };
-        match self.decay {
-            Decay::Undamped { wd } => reduced(wd),
-            Decay::Underdamped { wd } => {
-                let (cos_minus_1, sine) = reduced(wd);
-                self.equation.damped_basis(elapsed.hi, cos_minus_1, sine)
-            }
-            Decay::Critical | Decay::Overdamped { .. } => self.aperiodic_basis(elapsed.hi),
+        let angle = (self.equation.damped * elapsed).reduced_angle();
+        let (cos_minus_1, sin) = elementary::turn(angle, 0.0);
+        if self.equation.decay_rate == 0.0 {
+            (cos_minus_1, sin / wd)
+        } else {
+            self.equation.damped_basis(elapsed.hi, cos_minus_1, sin / wd)
         }
     }
 
@@ -356,6 +354,14 @@ impl Oscillator {
         self.motion(f, s, self.basis(s), turn)
     }
 
+    /// The same where (C - 1, S) is known.
+    pub fn at_basis(&self, f: &BodyFlight, s: f64, basis: (f64, f64), turn: &Turn) -> Motion {
+        if s <= self.equation.short {
+            return self.short_motion(f, s, turn);
+        }
+        self.motion(f, s, basis, turn)
+    }
+
     /// Motion a short time after the start.
     fn short_motion(&self, f: &BodyFlight, s: f64, turn: &Turn) -> Motion {
         let mut series = Series::new(&self.equation, f, turn.start);
@@ -384,6 +390,7 @@ impl Oscillator {
     }
 
     /// Displacement and rate after any time.
+    #[inline(always)]
     pub fn after(&self, f: &BodyFlight, x: f64, elapsed: DoubleDouble, turn: &Turn) -> (f64, f64) {
         if elapsed.hi <= self.equation.short {
             let motion = self.short_motion(f, elapsed.hi, turn);
@@ -402,14 +409,11 @@ impl Oscillator {
     /// Derivative of displacement and rate after `elapsed` with respect to those at the start:
     /// x = a C + (v + c a) S.
     pub fn transition(&self, elapsed: DoubleDouble) -> [[f64; 2]; 2] {
-        let (c1, sine) = self.basis_far(elapsed);
-        let shift = self.equation.decay_rate * sine;
-        [[1.0 + c1 + shift, sine], [-self.equation.natural_squared * sine, 1.0 + c1 - shift]]
+        self.transition_by(self.basis_far(elapsed))
     }
 
-    /// [[dx/dx0, dx/dv0], [dv/dx0, dv/dv0]] after a time within a local flight.
-    pub fn transition_within(&self, s: f64) -> [[f64; 2]; 2] {
-        let (c1, sine) = self.basis(s);
+    /// The same by (C - 1, S).
+    pub fn transition_by(&self, (c1, sine): (f64, f64)) -> [[f64; 2]; 2] {
         let shift = self.equation.decay_rate * sine;
         [[1.0 + c1 + shift, sine], [-self.equation.natural_squared * sine, 1.0 + c1 - shift]]
     }

@@ -7,7 +7,7 @@
 
 use std::sync::OnceLock;
 
-use super::drive::{Drive, Trig};
+use super::drive::{Drive, Trig, Turn};
 use super::oscillator::Oscillator;
 use crate::lanes::{LANES, Lanes};
 use crate::tolerance::SCAN_STEPS;
@@ -103,7 +103,7 @@ impl Tables {
 impl Table {
     pub fn new(step: f64, drive: &Drive, pendulum: &Oscillator, oscillator: &Oscillator) -> Self {
         let times = std::array::from_fn(|j| step * (j + 1) as f64);
-        let turns = times.map(|s| drive.turned(Trig::ONE, s).phase);
+        let turns = times.map(|s| drive.turned(Trig::ONE, s));
         let weights = Weights {
             sixth: step / 6.0,
             third: step / 3.0,
@@ -113,10 +113,10 @@ impl Table {
         };
         Self {
             weights,
-            pendulum: Response::new(pendulum, drive, &times),
-            oscillator: Response::new(oscillator, drive, &times),
-            cos: turns.map(|turn| turn.cos),
-            sin: turns.map(|turn| turn.sin),
+            pendulum: Response::new(pendulum, &times, &turns),
+            oscillator: Response::new(oscillator, &times, &turns),
+            cos: turns.map(|turn| turn.phase.cos),
+            sin: turns.map(|turn| turn.phase.sin),
             forced: [pendulum.is_forced(), oscillator.is_forced()],
         }
     }
@@ -145,14 +145,19 @@ impl States {
 }
 
 impl Response {
-    fn new(body: &Oscillator, drive: &Drive, times: &Lanes) -> Self {
-        let free = times.map(|s| body.transition_within(s));
+    /// `turns`: of the forcing, from the phase 0 on.
+    fn new(body: &Oscillator, times: &Lanes, turns: &[Turn; LANES]) -> Self {
+        let bases = times.map(|s| body.basis(s));
+        let free = bases.map(|basis| body.transition_by(basis));
         let response = |start: Trig| {
             if !body.is_forced() {
                 return [[0.0; LANES]; 2];
             }
             let from_rest = body.flight(0.0, 0.0, start);
-            let motions = times.map(|s| body.at(&from_rest, s, &drive.turned(start, s)));
+            let motions: [_; LANES] = std::array::from_fn(|j| {
+                let turn = Turn::new(start, turns[j].cos_minus_1, turns[j].sin);
+                body.at_basis(&from_rest, times[j], bases[j], &turn)
+            });
             [motions.map(|m| m.increment), motions.map(|m| m.rate)]
         };
         let [x_of_cos, v_of_cos] = response(Trig::ONE);
