@@ -91,6 +91,9 @@ pub struct Run {
 /// Local flights between two looks at the caller's wish to go on: some milliseconds.
 pub(crate) const FLIGHTS_PER_LOOK: u32 = 2048;
 
+/// Most records for which there is room from the start: one impact per period is usual.
+const MOST_EXPECTED: usize = 1024;
+
 /// Collects sections, passes over what comes before the window, and asks the caller now and then.
 struct Collector<G> {
     sections: Vec<[f64; 4]>,
@@ -230,8 +233,11 @@ impl<G: FnMut() -> bool> Collection<G> {
             .tolerance(options.tolerance)
             .section_phase(options.section_phase);
         simulation.sections_from(window.period + 1);
+        let end = simulation.horizon_clock().period;
+        let expected =
+            usize::try_from(end.saturating_sub(window.period)).map_or(0, |n| n.min(MOST_EXPECTED));
         let collector = Collector {
-            sections: Vec::new(),
+            sections: Vec::with_capacity(expected),
             window,
             inclusive: window <= simulation.clock(),
             anchor: simulation.checkpoint().anchor,
@@ -245,7 +251,11 @@ impl<G: FnMut() -> bool> Collection<G> {
             first_section: simulation.checkpoint().next_section,
             simulation,
             collector,
-            kept: Kept::default(),
+            kept: Kept {
+                impacts: Vec::with_capacity(expected),
+                events: Vec::with_capacity(expected),
+                ..Kept::default()
+            },
             end: None,
             failure: None,
         }

@@ -37,8 +37,12 @@ impl PySweep {
         py: Python<'py>,
         rows: impl Fn(&SweepPoint) -> &[[f64; N]],
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let all: Vec<[f64; N]> = self.points.iter().flat_map(|p| rows(p).iter().copied()).collect();
-        PyArray1::from_slice(py, all.as_flattened()).reshape([all.len(), N])
+        let count = self.points.iter().map(|p| rows(p).len()).sum();
+        let mut all = Vec::with_capacity(count);
+        for point in &self.points {
+            all.extend_from_slice(rows(point));
+        }
+        PyArray1::from_vec(py, all.into_flattened()).reshape([count, N])
     }
 }
 
