@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import PathCollection
 from matplotlib.image import imread
+from matplotlib.lines import Line2D
 
 import vibroimpact as vi
 from changed import with_columns
@@ -18,6 +19,7 @@ from vibroimpact.paper import (
     reproduce,
     transitions,
 )
+from vibroimpact.paper.layout import Page
 from vibroimpact.paper.motions import Shown
 from vibroimpact.paper.windows import Window, is_confirmed, period_windows
 
@@ -214,6 +216,19 @@ def test_sporadic_impacts_are_drawn_from_the_start():
     assert "9 impacts within 600 drive periods" in texts(page)
     with pytest.raises(ValueError, match="long run"):
         motions.draw_sporadic(item, None)
+
+
+@pytest.mark.parametrize("text", ["short", "an entry of some width", 25 * "wide "])
+def test_a_legend_fits_on_its_page(text):
+    with vi.plot.publication_style():
+        page = Page("", 1, 120.0)
+        page.row("", columns=1)
+        page.legend([Line2D([], [], label=f"{text} {number}") for number in range(13)])
+        page.figure.draw_without_rendering()
+        (legend,) = page.figure.legends
+        box, paper = legend.get_window_extent(), page.figure.bbox
+    assert paper.x0 <= box.x0 < box.x1 <= paper.x1
+    assert len(legend.get_texts()) == 13
 
 
 def test_reproduce_writes_pages_of_print_size_and_the_claims(tmp_path, capsys):
