@@ -208,6 +208,14 @@ def state(initial: Any) -> tuple[float, float, float, float]:
     return x1, v1, x2, v2
 
 
+def axis(name: str, values: Any) -> NDArray[np.float64]:
+    """Return the values of an axis of a grid: a ``vector`` of at least one."""
+    result = vector(name, values)
+    if not len(result):
+        reject(name, values, "an array of at least one number")
+    return result
+
+
 def vector(name: str, values: Any) -> NDArray[np.float64]:
     """Return ``values`` as a one-dimensional float64 array of finite numbers."""
     if np.ma.is_masked(values):

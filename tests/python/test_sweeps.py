@@ -247,6 +247,25 @@ def test_bad_arguments_are_named(rubbing, arguments, message):
         vi.sweep(rubbing, initial=(0.0, 0.5, 0.0, 0.0), **arguments)
 
 
+@pytest.mark.parametrize(
+    ("function", "arguments"),
+    [
+        (vi.sweep, {}),
+        (vi.sweep, {"friction": [0.5]}),
+        (vi.chart, {"friction": [0.5]}),
+        (vi.bifurcation_diagram, {}),
+        (vi.bifurcation_diagram, {"refine": 2}),
+        (vi.lyapunov_spectrum, {}),
+    ],
+)
+@pytest.mark.parametrize("values", [[], (), np.linspace(0, 1, 0)], ids=["list", "tuple", "array"])
+def test_a_sweep_over_nothing_is_refused(rubbing, function, arguments, values):
+    with pytest.raises(vi.ParameterError) as caught:
+        function(rubbing, initial=(0.0, 0.5, 0.0, 0.0), gap=values, **arguments)
+    allowed = "an array of at least one number"
+    assert str(caught.value) == f"gap = {values!r} is not allowed; allowed: {allowed}"
+
+
 def test_by_default_a_short_run_keeps_all_its_periods(rubbing, tmp_path):
     arguments = {"initial": (0.0, 0.5, 0.0, 0.0), "gap": [0.5], "friction": [0.5]}
     for function, usual in ((vi.sweep, 400), (vi.chart, 400)):
