@@ -123,15 +123,15 @@ class Diagram(GridResult):
 
         Raises
         ------
-        KeyError
-            If no exponents were asked for.
+        AttributeError
+            If it was computed without ``exponents=True``.
         """
-        return self._flat("largest_exponent")
+        return self._exponents("largest_exponent").reshape(-1)
 
     @property
     def exponent_error(self) -> NDArray[np.float64]:
         """Standard error of the largest exponent, shape (n,)."""
-        return self._flat("exponent_error")
+        return self._exponents("exponent_error").reshape(-1)
 
     @property
     def offset(self) -> NDArray[np.int64]:
