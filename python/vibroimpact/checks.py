@@ -5,11 +5,12 @@ finiteness, so that nothing starts before every argument is known to be usable.
 """
 
 import difflib
+import functools
 import inspect
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from numbers import Integral, Real
-from typing import Any, NamedTuple, NoReturn, TypeVar
+from typing import Any, NamedTuple, NoReturn, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from .errors import ParameterError, StateError
 
 Item = TypeVar("Item")
+Arguments = ParamSpec("Arguments")
 
 # Every whole number up to here is a float64, so that times of that many periods can be told apart.
 MOST = 2**53
@@ -82,6 +84,28 @@ def kept_periods(keep: Any, periods: int, *, usual: int, least: int = 0) -> int:
     return count("keep", keep, least=least, most=periods)
 
 
+def close_to(name: str, known: Iterable[str]) -> str:
+    """Return what to add to the refusal of an unknown name: the known one that it is close to."""
+    close = difflib.get_close_matches(name, [*known], n=1)
+    return f", did you mean {close[0]}?" if close else ""
+
+
+def naming(function: Callable[Arguments, Item]) -> Callable[Arguments, Item]:
+    """Have a function refuse keywords that it does not know with the name that was meant."""
+    known = [name for name in inspect.signature(function).parameters if name not in ("self", "cls")]
+    called = function.__qualname__.removesuffix(".__init__")
+
+    @functools.wraps(function)
+    def checked(*values: Arguments.args, **given: Arguments.kwargs) -> Item:
+        for name in given:
+            if name not in known:
+                hint = close_to(name, known) or f"; known: {', '.join(known)}"
+                raise TypeError(f"{called}() got an unexpected keyword argument {name!r}{hint}")
+        return function(*values, **given)
+
+    return checked
+
+
 def swept(
     function: Callable[..., Any],
     given: Mapping[str, Any],
@@ -96,8 +120,7 @@ def swept(
     for name in given:
         if name not in allowed:
             arguments = [*allowed, *inspect.signature(function).parameters]
-            close = difflib.get_close_matches(name, arguments, n=1)
-            hint = f", did you mean {close[0]}?" if close else ";"
+            hint = close_to(name, arguments) or ";"
             raise ParameterError(
                 f"unknown argument {name} of {function.__name__}{hint} "
                 f"what can be swept: {', '.join(allowed)}"
@@ -183,6 +206,14 @@ def state(initial: Any) -> tuple[float, float, float, float]:
         )
     x1, v1, x2, v2 = array.tolist()
     return x1, v1, x2, v2
+
+
+def axis(name: str, values: Any) -> NDArray[np.float64]:
+    """Return the values of an axis of a grid: a ``vector`` of at least one."""
+    result = vector(name, values)
+    if not len(result):
+        reject(name, values, "an array of at least one number")
+    return result
 
 
 def vector(name: str, values: Any) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .checks import count, reject, vector
+from .checks import axis, count, reject
 from .impacts import MOST_STEPS, impact
 from .system import System
 
@@ -112,15 +112,16 @@ def impact_regimes(
     Raises
     ------
     ParameterError
-        If an axis is not a one-dimensional array of finite numbers, or ``steps`` is out of range.
+        If an axis is not a one-dimensional array of finite numbers, at least one, or ``steps`` is
+        out of range.
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
-    angles = _cells(np.pi / 2) if x1 is None else vector("x1", x1)
+    angles = _cells(np.pi / 2) if x1 is None else axis("x1", x1)
     if velocity_ratio is None:
         ratios = _cells(_widest_ratio(system))
     else:
-        ratios = vector("velocity_ratio", velocity_ratio)
+        ratios = axis("velocity_ratio", velocity_ratio)
     cos = np.ones_like(angles) if system.contact == "direct" else np.cos(angles)
     v1 = ratios[:, np.newaxis]
     table = impact(system, x1=angles, v1=v1, v2=v1 * cos - 1.0, steps=steps)

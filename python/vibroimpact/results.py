@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core, archive
-from .checks import horizon, optional_count, vector
+from .checks import horizon, optional_count, reject, vector
 from .errors import Interrupted
 from .system import System
 
@@ -301,10 +301,16 @@ class Run:
 
         Raises
         ------
-        ValueError
-            If a time lies outside the kept window.
+        ParameterError
+            If a time lies outside the kept window, from ``kept_from`` to ``final_state.time``.
         """
         times = vector("t", t)
+        first, last = self.kept_from, self.final_state.time
+        outside = np.flatnonzero((times < first) | (times > last))
+        if len(outside):
+            place = int(outside[0])
+            window = f"times in the kept window, {first!r} to {last!r}"
+            reject(f"t[{place}]", float(times[place]), window)
         states = self._core.trajectory(times)
         if not forces:
             return states

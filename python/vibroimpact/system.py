@@ -15,7 +15,7 @@ from functools import cached_property
 from typing import Any, Self
 
 from . import _core
-from .checks import number, reject
+from .checks import close_to, naming, number, reject
 from .errors import ParameterError
 from .physical import dimensionless
 
@@ -94,6 +94,7 @@ class System:
     law: str = "poisson"
 
     # Written out rather than generated: an InitVar would leave ``system.damping`` as None.
+    @naming
     def __init__(
         self,
         *,
@@ -143,6 +144,7 @@ class System:
         return _core.System(**self.to_dict())
 
     @classmethod
+    @naming
     def from_physical(
         cls,
         *,
@@ -245,9 +247,11 @@ class System:
         if not isinstance(fields, Mapping):
             reject("fields", fields, "a mapping of parameter names to values")
         known = dataclasses.fields(cls)
-        unknown = sorted(map(str, set(fields) - {field.name for field in known}))
+        names = [field.name for field in known]
+        unknown = sorted(map(str, set(fields) - set(names)))
         if unknown:
-            raise ParameterError(f"unknown system parameters: {', '.join(unknown)}")
+            hint = close_to(unknown[0], names)
+            raise ParameterError(f"unknown system parameters: {', '.join(unknown)}{hint}")
         required = {field.name for field in known if field.default is dataclasses.MISSING}
         missing = sorted(required - set(fields))
         if missing:

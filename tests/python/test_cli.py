@@ -33,7 +33,11 @@ SEARCH = ORBITS + " --search 2"
         (SIMULATE + " --save missing/a.npz", "there is no folder missing"),
         (SIMULATE + " --csv .", "is a folder"),
         (SIMULATE + " --system missing.toml", "--system missing.toml: No such file"),
-        (DIAGRAM.replace("drive-frequency", "label"), "--vary label: allowed are mass_ratio"),
+        (DIAGRAM.replace("drive-frequency", "label"), "--vary label: allowed are mass-ratio"),
+        (
+            DIAGRAM.replace("drive-frequency", "drive-freq"),
+            "--vary drive-freq: did you mean drive-frequency? allowed are mass-ratio",
+        ),
         (DIAGRAM.replace("1.9 5", "1.9 many"), "--vary"),
         (DIAGRAM.replace("1.9 5", "inf 5"), "--vary"),
         (DIAGRAM.replace("1.9 5", "1.9 0"), "COUNT = 0"),
@@ -45,7 +49,7 @@ SEARCH = ORBITS + " --search 2"
         (DIAGRAM + " --scheduler nowhere", "--scheduler nowhere"),
         (CHART.replace("--vary gap 0.4 0.5 3", ""), "--vary is given 1 times; allowed: 2"),
         (CHART.replace("--vary gap 0.4", "--vary drive-frequency 0.4"), "given twice"),
-        (CHART.replace("--vary gap", "--vary x1"), "--vary x1: allowed are mass_ratio"),
+        (CHART.replace("--vary gap", "--vary x1"), "--vary x1: allowed are mass-ratio"),
         (LYAPUNOV + " --drive-frequency 1.5 --keep 201", "keep = 201"),
         (LYAPUNOV + " --drive-frequency 1.5 --store l.zarr", "--store goes with --vary only"),
         (LYAPUNOV.replace("--periods 200", "--time 5") + " --drive-frequency 1.5", "time = 5.0"),
@@ -60,7 +64,7 @@ SEARCH = ORBITS + " --search 2"
         (SEARCH + " --periods 7", "periods = 7"),
         (ORBITS + " --follow gap 0.6 0.7", "gap = (0.6, 0.7)"),
         (ORBITS + " --follow gap 0.4 much", "--follow gap"),
-        (ORBITS + " --follow label 0 1", "--follow label: allowed are mass_ratio"),
+        (ORBITS + " --follow label 0 1", "--follow label: allowed are mass-ratio"),
         (ORBITS + " --follow gap 0.4 0.7 --max-step 0", "max_step = 0.0"),
         ("bench --seconds 0", "--seconds = 0.0"),
         ("reproduce --out x --figures 11", "figures = [11]"),
@@ -98,7 +102,11 @@ def test_unparsable_arguments_give_code_2(line, capsys):
     with pytest.raises(SystemExit) as stopped:
         main(shlex.split(line))
     assert stopped.value.code == 2
-    assert "usage: vibroimpact" in capsys.readouterr().err
+    usage, *_, message = capsys.readouterr().err.splitlines()
+    assert usage.startswith("usage: vibroimpact")
+    command, known = line.partition(" ")[0], ("simulate", "reproduce", "diagram")
+    program = f"vibroimpact {command}" if command in known else "vibroimpact"
+    assert message.startswith(f"{program}: error: ")
 
 
 @pytest.mark.parametrize(

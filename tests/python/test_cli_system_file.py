@@ -119,6 +119,9 @@ def test_a_swept_parameter_need_not_stand_in_the_file(run_command, tmp_path, mon
     ("text", "words"),
     [
         ("gap = ", ["not a TOML file"]),
+        ("[system]\nlaw = newton", ["not a TOML file", 'text needs quotes: law = "newton"']),
+        ("[system]\ngap = nan\nlaw= hertz # no", ["line 3", 'quotes: law = "hertz"\n']),
+        ("[system]\nfricton = 1", ["unknown: fricton, did you mean friction? allowed: mass_ratio"]),
         ("gap = 0.5", ["unknown: gap", "allowed: system, physical, run"]),
         ("[systems]", ["unknown: systems", "allowed: system, physical, run"]),
         ("system = 3", ["system = 3", "a table"]),

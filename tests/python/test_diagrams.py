@@ -201,16 +201,6 @@ def test_stop_reasons_become_the_status(system, initial):
     assert diagram.m.tolist() == [0, 0]
 
 
-def test_no_values_give_an_empty_diagram(system, initial, tmp_path):
-    diagram = vi.bifurcation_diagram(system, initial=initial, drive_frequency=[])
-    assert len(diagram) == 0
-    assert diagram.offset.tolist() == diagram.stroboscopic_offset.tolist() == [0]
-    assert diagram.stroboscopic.shape == (0, 4)
-    assert "0 values" in repr(diagram)
-    diagram.save(tmp_path / "empty")
-    assert_same_bits(vi.Diagram.load(tmp_path / "empty"), diagram)
-
-
 def test_progress_counts_every_point(system, initial, frequencies, capsys):
     quiet = vi.bifurcation_diagram(
         system, initial=initial, periods=20, keep=5, drive_frequency=frequencies

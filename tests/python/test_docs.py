@@ -112,6 +112,11 @@ def test_notation_names_all_that_comes_with_period_n_1_motions():
     assert first_column("Motion maps") == list(SOLUTION_DTYPE.names)
 
 
+def test_notation_names_every_attribute_of_a_diagram():
+    attributes = [name for name, item in vars(vi.Diagram).items() if isinstance(item, property)]
+    assert first_column("Bifurcation diagrams") == attributes
+
+
 def test_notation_names_every_attribute_of_a_manifold():
     kinds = (vi.UnstableManifold, vi.ManifoldSide)
     assert first_column("Unstable manifolds") == [

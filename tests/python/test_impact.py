@@ -63,6 +63,12 @@ def test_arrays_broadcast_and_equal_single_calls():
             assert alone.tobytes() == table[row, column].tobytes()
 
 
+@pytest.mark.parametrize("name", ["x1", "velocity_ratio"])
+def test_a_map_of_no_impacts_is_refused(name):
+    with pytest.raises(vi.ParameterError, match=rf"^{name} = \[\] is not allowed; .* at least one"):
+        vi.impact_regimes(made(), **{name: []})
+
+
 def test_empty_arrays_and_any_stride_are_taken():
     assert vi.impact(made(), x1=[], v1=1.0, v2=0.0).shape == (0,)
     states = np.array([[0.1, 1.0, 0.0], [0.2, 1.5, -1.0]])

@@ -107,7 +107,7 @@ def test_a_wall_at_rest_over_its_place():
         (SYSTEM, {"colour": [1.0]}, "got colour"),
         (SYSTEM, {"contact": ["direct"]}, "got contact"),
         (SYSTEM, {"gap": [0.1], "restitution": [0.5], "phase": [0.0]}, "one or two of"),
-        (SYSTEM, {"gap": []}, "a grid of 0 points is not allowed"),
+        (SYSTEM, {"gap": []}, r"gap = \[\] is not allowed; allowed: an array of at least one"),
         (SYSTEM, {"gap": [0.1, math.nan]}, r"gap\[1\] = nan is not allowed"),
         (SYSTEM, {"drive_frequency": [1.0, 0.0]}, "drive_frequency = 0.0 is not allowed"),
         (SYSTEM, {"restitution": [0.5, 1.5]}, "restitution = 1.5 is not allowed"),

@@ -5,7 +5,9 @@ import json
 import numpy as np
 import pytest
 from matplotlib.collections import PathCollection
+from matplotlib.colors import to_rgba
 from matplotlib.image import imread
+from matplotlib.lines import Line2D
 
 import vibroimpact as vi
 from changed import with_columns
@@ -18,6 +20,7 @@ from vibroimpact.paper import (
     reproduce,
     transitions,
 )
+from vibroimpact.paper.layout import Page
 from vibroimpact.paper.motions import Shown
 from vibroimpact.paper.windows import Window, is_confirmed, period_windows
 
@@ -203,6 +206,50 @@ def test_both_coexisting_motions_are_drawn():
     assert second.get_xlim()[1] == pytest.approx(other.run.final_state.time)
 
 
+def legend_of(page):
+    (legend,) = page.figure.legends
+    return {
+        text.get_text(): line
+        for text, line in zip(legend.get_texts(), legend.get_lines(), strict=True)
+    }
+
+
+@pytest.mark.parametrize("color", [None, "regime"])
+def test_the_legend_tells_the_lines_of_both_panels_apart(color):
+    entries = legend_of(motions.draw(5, [shown("5b")], color))
+    symbols = {
+        f"left: {symbol}" for symbol in (r"$\cos\omega t$", "$x_2$", r"$\sin x_1-\delta$")
+    } | {r"right: $x_1,\ \dot x_1$", r"right: $x_2,\ \dot x_2$"}
+    assert set(entries) - {"frictionless"} == symbols
+    styles = {
+        (line.get_color(), line.get_linewidth(), str(line._unscaled_dash_pattern))
+        for name, line in entries.items()
+        if name in symbols
+    }
+    assert len(styles) == len(symbols)
+
+
+@pytest.mark.parametrize("color", [None, "regime"])
+def test_the_legend_says_which_impacts_a_section_shows(color):
+    item = shown("9(2)")
+    longer = vi.simulate(item.motion.system, initial=INITIAL, periods=1000, keep=400)
+    page = motions.draw(9, [Shown(item.motion, item.run, longer)], color)
+    large, small = (
+        "right, large: impacts of drive periods 501 to 600",
+        "right, small: impacts of drive periods 601 to 1,000",
+    )
+    entries = legend_of(page)
+    assert entries[large].get_markersize() > entries[small].get_markersize()
+    if color is None:
+        _, section = page.figure.subfigs[0].get_axes()
+        for name, dots, run in (
+            (small, section.collections[0], longer),
+            (large, section.collections[1], item.run),
+        ):
+            assert len(dots.get_offsets()) == len(run.impacts)
+            assert to_rgba(entries[name].get_color()) == tuple(dots.get_facecolor()[0])
+
+
 def test_sporadic_impacts_are_drawn_from_the_start():
     item = shown("10")
     long_run = vi.simulate(item.motion.system, initial=INITIAL, periods=600)
@@ -214,6 +261,19 @@ def test_sporadic_impacts_are_drawn_from_the_start():
     assert "9 impacts within 600 drive periods" in texts(page)
     with pytest.raises(ValueError, match="long run"):
         motions.draw_sporadic(item, None)
+
+
+@pytest.mark.parametrize("text", ["short", "an entry of some width", 25 * "wide "])
+def test_a_legend_fits_on_its_page(text):
+    with vi.plot.publication_style():
+        page = Page("", 1, 120.0)
+        page.row("", columns=1)
+        page.legend([Line2D([], [], label=f"{text} {number}") for number in range(13)])
+        page.figure.draw_without_rendering()
+        (legend,) = page.figure.legends
+        box, paper = legend.get_window_extent(), page.figure.bbox
+    assert paper.x0 <= box.x0 < box.x1 <= paper.x1
+    assert len(legend.get_texts()) == 13
 
 
 def test_reproduce_writes_pages_of_print_size_and_the_claims(tmp_path, capsys):

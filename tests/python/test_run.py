@@ -55,17 +55,21 @@ def test_trajectory_never_penetrates(run, system):
     assert (np.sin(x1) - x2 - system.gap).max() < 1e-12
 
 
-@pytest.mark.parametrize("where", ["before", "after", "nan", "shape", "text"])
-def test_trajectory_outside_the_kept_window_is_an_error(run, where):
-    times = {
-        "before": [run.kept_from * 0.999],
-        "after": [run.final_state.time * 1.001],
-        "nan": [np.nan],
-        "shape": [[run.final_state.time]],
-        "text": ["now"],
-    }
-    with pytest.raises(ValueError, match="t"):
-        run.trajectory(times[where])
+@pytest.mark.parametrize("forces", [False, True])
+def test_a_time_outside_the_kept_window_is_named_with_the_window(run, forces):
+    first, last = run.kept_from, run.final_state.time
+    assert len(run.trajectory([first, last], forces=forces)) == 2
+    for outside in (np.nextafter(first, 0.0), np.nextafter(last, np.inf), 0.0, -1e300):
+        message = f"t[1] = {float(outside)!r} is not allowed; allowed: times in the kept window, "
+        with pytest.raises(vi.ParameterError) as caught:
+            run.trajectory([last, outside, first, -1.0], forces=forces)
+        assert str(caught.value) == f"{message}{first!r} to {last!r}"
+
+
+@pytest.mark.parametrize("times", [[np.nan], [[1.0]], ["now"], 1.0])
+def test_times_of_a_trajectory_are_a_row_of_finite_numbers(run, times):
+    with pytest.raises(vi.ParameterError, match=r"^t(\[0\])? "):
+        run.trajectory(times)
 
 
 def test_resume_is_one_long_run_bit_for_bit(system, initial):

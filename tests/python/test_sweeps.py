@@ -214,10 +214,17 @@ def test_a_file_brings_a_chart_back_bit_for_bit(chart, tmp_path, reader):
         vi.Diagram.load(tmp_path / "chart.npz")
 
 
-def test_no_exponents_no_column(rubbing):
-    sweep = vi.sweep(rubbing, initial=(0.0, 0.5, 0.0, 0.0), gap=[0.5, 0.7], **LENGTH)
-    with pytest.raises(KeyError, match="largest_exponent"):
-        _ = sweep.largest_exponent
+def test_exponents_that_were_not_asked_for_are_no_attributes(rubbing):
+    arguments = {"initial": (0.0, 0.5, 0.0, 0.0), "gap": [0.5, 0.7], **LENGTH}
+    sweep = vi.sweep(rubbing, **arguments)
+    for result in (sweep, vi.bifurcation_diagram(rubbing, **arguments)):
+        for name in ("largest_exponent", "exponent_error"):
+            assert not hasattr(result, name)
+            message = f"this {result.kind} has no {name}: it was computed without exponents=True"
+            with pytest.raises(AttributeError, match=f"^{message}$"):
+                getattr(result, name)
+            with pytest.raises(KeyError, match=name):
+                _ = result.columns[name]
     assert "2 of 2 completed" in repr(sweep)
     assert not sweep.label.flags.writeable
 
@@ -245,6 +252,25 @@ def test_no_exponents_no_column(rubbing):
 def test_bad_arguments_are_named(rubbing, arguments, message):
     with pytest.raises(vi.ParameterError, match=message):
         vi.sweep(rubbing, initial=(0.0, 0.5, 0.0, 0.0), **arguments)
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments"),
+    [
+        (vi.sweep, {}),
+        (vi.sweep, {"friction": [0.5]}),
+        (vi.chart, {"friction": [0.5]}),
+        (vi.bifurcation_diagram, {}),
+        (vi.bifurcation_diagram, {"refine": 2}),
+        (vi.lyapunov_spectrum, {}),
+    ],
+)
+@pytest.mark.parametrize("values", [[], (), np.linspace(0, 1, 0)], ids=["list", "tuple", "array"])
+def test_a_sweep_over_nothing_is_refused(rubbing, function, arguments, values):
+    with pytest.raises(vi.ParameterError) as caught:
+        function(rubbing, initial=(0.0, 0.5, 0.0, 0.0), gap=values, **arguments)
+    allowed = "an array of at least one number"
+    assert str(caught.value) == f"gap = {values!r} is not allowed; allowed: {allowed}"
 
 
 def test_by_default_a_short_run_keeps_all_its_periods(rubbing, tmp_path):

@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import inspect
 import json
 import math
 import pickle
@@ -95,6 +96,19 @@ def test_arguments_are_keywords_and_required():
             vi.System(**{key: value for key, value in REQUIRED.items() if key != name})
     with pytest.raises(TypeError, match="stiffness"):
         vi.System(**REQUIRED, stiffness=1.0)
+
+
+def test_a_misspelt_name_is_told_the_one_that_was_meant():
+    for call in (
+        lambda: vi.System(**REQUIRED, fricton=0.5),
+        lambda: vi.System(**REQUIRED).replace(fricton=0.5),
+        lambda: vi.System.from_physical(fricton=0.5),
+    ):
+        with pytest.raises(TypeError, match=r"'fricton', did you mean friction\?$"):
+            call()
+    with pytest.raises(TypeError, match=r"'colour'; known: mass_ratio, .*, law, damping$"):
+        vi.System(**REQUIRED, colour="red")
+    assert list(inspect.signature(vi.System).parameters) == [*REQUIRED, *DEFAULTS, "damping"]
 
 
 @pytest.mark.parametrize(
@@ -192,8 +206,10 @@ def test_drive_period():
 
 def test_dict_and_json_name_what_is_wrong():
     fields = vi.System(**REQUIRED).to_dict()
-    with pytest.raises(vi.ParameterError, match=r"unknown.*colour"):
+    with pytest.raises(vi.ParameterError, match=r"unknown.*colour$"):
         vi.System.from_dict(fields | {"colour": 1})
+    with pytest.raises(vi.ParameterError, match=r"unknown.*fricton, did you mean friction\?$"):
+        vi.System.from_dict(fields | {"fricton": 1})
     del fields["gap"]
     with pytest.raises(vi.ParameterError, match=r"missing.*gap"):
         vi.System.from_dict(fields)

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..checks import (
+    axis,
     count,
     kept_periods,
     optional_count,
@@ -30,7 +31,6 @@ from ..checks import (
     state,
     swept,
     threads,
-    vector,
 )
 from ..errors import Interrupted
 from ..system import System
@@ -248,11 +248,7 @@ def basins(
 
 def _plane(axes: dict[str, Any]) -> Grid:
     swept(basins, axes, COORDINATES, exactly=2)
-    values = {name: vector(name, given) for name, given in axes.items()}
-    for name, array in values.items():
-        if not len(array):
-            reject(name, axes[name], "at least one number")
-    return Grid(values)
+    return Grid({name: axis(name, given) for name, given in axes.items()})
 
 
 class _Computation:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from ..checks import (
+    axis,
     count,
     kept_periods,
     number,
@@ -18,7 +19,6 @@ from ..checks import (
     reject,
     state,
     swept,
-    vector,
 )
 from ..system import NUMERIC_RANGES, System
 from .fields import STATUS, ChunkResult, Field, RowGroup
@@ -122,16 +122,17 @@ def checked_axes(
     Raises
     ------
     ParameterError
-        If a name is not ``allowed``, there are not ``exactly`` so many, or a value is out of range.
+        If a name is not ``allowed``, there are not ``exactly`` so many, an axis is empty, or a
+        value is out of range.
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
     swept(function, axes, allowed, exactly=exactly)
     checked = {}
     for name, values in axes.items():
-        checked[name] = vector(name, values)
+        checked[name] = axis(name, values)
         if name in NUMERIC_RANGES:
-            for value in (checked[name].min(), checked[name].max()) if len(checked[name]) else ():
+            for value in (checked[name].min(), checked[name].max()):
                 system.replace(**{name: float(value)})
     frequencies = checked.get("drive_frequency", np.array([system.drive_frequency]))
     if (frequencies == 0.0).any():

@@ -67,8 +67,7 @@ class Columns:
             If the store is damaged.
         """
         if name not in self._names:
-            hint = "; give exponents=True" if name in ("largest_exponent", "exponent_error") else ""
-            raise KeyError(f"{name!r} is none of {', '.join(self._names)}{hint}")
+            raise KeyError(f"{name!r} is none of {', '.join(self._names)}")
         if name in self._groups:
             counts = self._read(self._groups[name].count.name, ()).ravel()
             array = np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])

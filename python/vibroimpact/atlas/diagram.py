@@ -282,7 +282,7 @@ def _check_overlap(
 ) -> None:
     # A zero-length run refuses an initial state that does not fit. Of all swept parameters only the
     # gap matters to that, and a state without overlap at the smallest gap has none at any other.
-    gap = values.min() if name == "gap" and len(values) else system.gap
+    gap = values.min() if name == "gap" else system.gap
     compiled = system.replace(gap=gap)._compiled
     for initial in initials:
         _core.simulate(compiled, initial, time=0.0)

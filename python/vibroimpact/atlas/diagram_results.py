@@ -74,13 +74,13 @@ class Diagram(GridResult):
     @property
     def branch(self) -> NDArray[np.int64]:
         """Number of the branch of each point, shape (n,): of ``settings.initial``, ``.start``."""
-        numbers = np.arange(len(self) // max(len(self.values), 1))
+        numbers = np.arange(len(self) // len(self.values))
         return read_only(np.repeat(numbers, len(self.values)))
 
     @property
     def parameter(self) -> NDArray[np.float64]:
         """The value of the parameter at each point, shape (n,)."""
-        return read_only(np.tile(self.values, len(self) // max(len(self.values), 1)))
+        return read_only(np.tile(self.values, len(self) // len(self.values)))
 
     @property
     def status(self) -> NDArray[np.str_]:
@@ -123,15 +123,15 @@ class Diagram(GridResult):
 
         Raises
         ------
-        KeyError
-            If no exponents were asked for.
+        AttributeError
+            If it was computed without ``exponents=True``.
         """
-        return self._flat("largest_exponent")
+        return self._exponents("largest_exponent").reshape(-1)
 
     @property
     def exponent_error(self) -> NDArray[np.float64]:
         """Standard error of the largest exponent, shape (n,)."""
-        return self._flat("exponent_error")
+        return self._exponents("exponent_error").reshape(-1)
 
     @property
     def offset(self) -> NDArray[np.int64]:

@@ -83,6 +83,14 @@ class GridResult:
         """Largest difference between sections m periods apart."""
         return self.columns["residual"]
 
+    def _exponents(self, name: str) -> NDArray[np.float64]:
+        """Return a column of the largest exponent, which only some computations have."""
+        if name not in self.columns:
+            raise AttributeError(
+                f"this {self.kind} has no {name}: it was computed without exponents=True"
+            )
+        return self.columns[name]
+
     @property
     def complete(self) -> bool:
         """Whether no cell is pending."""

@@ -41,15 +41,15 @@ class Sweep(GridResult):
 
         Raises
         ------
-        KeyError
-            If no exponents were asked for.
+        AttributeError
+            If it was computed without ``exponents=True``.
         """  # noqa: D205
-        return self.columns["largest_exponent"]
+        return self._exponents("largest_exponent")
 
     @property
     def exponent_error(self) -> NDArray[np.float64]:
         """Standard error; of an exponent from multipliers, its change from orbit to orbit."""
-        return self.columns["exponent_error"]
+        return self._exponents("exponent_error")
 
 
 class Chart(Sweep):

@@ -125,7 +125,10 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=options.HelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"vibroimpact {__version__}")
-    subparsers = parser.add_subparsers(title="commands", required=True, metavar="COMMAND ...")
+    # Else the usage above would stand in the error messages of the commands.
+    subparsers = parser.add_subparsers(
+        title="commands", required=True, metavar="COMMAND ...", prog="vibroimpact"
+    )
     for command in COMMANDS:
         command.add(subparsers)
     return parser

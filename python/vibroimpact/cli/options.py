@@ -9,6 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from ..checks import close_to
 from ..errors import ParameterError
 from ..system import NUMERIC_RANGES, System
 from .system_file import SystemFile, read
@@ -163,7 +164,9 @@ def chosen_name(flag: str, word: str, names: Collection[str] = tuple(NUMERIC_RAN
     """Return the name in Python from the word given for it."""
     name = word.replace("-", "_")
     if name not in names:
-        raise ParameterError(f"{flag} {word}: allowed are {', '.join(names)}")
+        hint = close_to(name, names).replace("_", "-").removeprefix(", ")
+        known = ", ".join(names).replace("_", "-")
+        raise ParameterError(f"{flag} {word}: {hint}{' ' if hint else ''}allowed are {known}")
     return name
 
 

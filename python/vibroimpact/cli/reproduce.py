@@ -16,7 +16,9 @@ printed, one row per claim:
   paper     what the paper says of it
   found     what comes out
   residual  how well the motion found repeats itself, dimensionless
-  verdict   whether the two agree
+  verdict   reproduced, as the paper says; corrected, something else from that
+            start, but the motion of the paper exists; refuted, the evidence
+            speaks against the paper; open, it does not decide
 
 example (all figures at full size take one to three minutes on two cores):
   vibroimpact reproduce --out figures --figures 6 --format png pdf"""

@@ -6,16 +6,21 @@
 """
 
 import inspect
+import re
 import tomllib
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ..checks import close_to
 from ..errors import ParameterError
 from ..system import System
 
 RUN_KEYS = ("initial", "periods", "time", "keep", "max_events", "tolerance", "section_phase")
+# A word after an equals sign, and the words that TOML has a meaning for.
+_BARE_WORD = re.compile(r"^\s*([\w-]+)\s*=\s*([A-Za-z][\w-]*)\s*(?:#.*)?$", re.M)
+_TOML_WORDS = ("true", "false", "inf", "nan")
 _DAMPING = ("pendulum_damping", "oscillator_damping")
 
 
@@ -47,12 +52,14 @@ def read(path: Path) -> SystemFile:
         If it cannot be read or is not TOML, or a table or key is unknown or missing; names what is
         allowed.
     """
+    text = ""
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        tables = tomllib.loads(text)
     except OSError as error:
         raise ParameterError(f"--system {path}: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ParameterError(f"{path}: not a TOML file: {error}") from error
+        raise ParameterError(f"{path}: not a TOML file: {error}{_unquoted(text)}") from error
     _check_names(f"{path}", tables, ("system", "physical", "run"))
     for name, table in tables.items():
         if not isinstance(table, dict):
@@ -73,11 +80,20 @@ def read(path: Path) -> SystemFile:
     return SystemFile(fields=_without_shorthand(path, fields), run=run)
 
 
+def _unquoted(text: str) -> str:
+    """Return what to add about the first word that stands without quotes in a file, if one does."""
+    for key, word in _BARE_WORD.findall(text):
+        if word not in _TOML_WORDS:
+            return f'; text needs quotes: {key} = "{word}"'
+    return ""
+
+
 def _check_names(where: str, table: dict[str, Any], allowed: Collection[str]) -> None:
     unknown = sorted(set(table) - set(allowed))
     if unknown:
+        hint = close_to(unknown[0], allowed)
         raise ParameterError(
-            f"{where}: unknown: {', '.join(unknown)}; allowed: {', '.join(allowed)}"
+            f"{where}: unknown: {', '.join(unknown)}{hint or ';'} allowed: {', '.join(allowed)}"
         )
 
 

@@ -14,7 +14,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import count, number, reject, vector
+from ..checks import axis, count, number, reject
 from ..errors import ParameterError
 from ..system import NUMERIC_RANGES, System
 from .algebraic import Conditions, Parameters, conditions
@@ -205,9 +205,9 @@ def _grid(parameters: Mapping[str, Any]) -> dict[str, Array]:
         raise ParameterError(
             f"the varied parameters must be one or two of {', '.join(NUMERIC_RANGES)}; got {given}"
         )
-    grid = {name: vector(name, values) for name, values in parameters.items()}
+    grid = {name: axis(name, values) for name, values in parameters.items()}
     size = int(np.prod([len(values) for values in grid.values()]))
-    if not 1 <= size <= MAX_POINTS:
+    if size > MAX_POINTS:
         raise ParameterError(f"a grid of {size} points is not allowed; allowed: 1 to {MAX_POINTS}")
     return grid
 

@@ -13,6 +13,8 @@ from .parameters import INITIAL
 
 WIDTH_MM = 180.0
 _INCH_MM = 25.4
+# Columns of a legend where all of them fit.
+_MOST_COLUMNS = 6
 _FIXED = ("mass_ratio", "frequency_ratio", "restitution", "gap")
 _VARIED = ("friction", "pendulum_damping", "oscillator_damping")
 _DRIVE = ("moment_amplitude", "force_amplitude")
@@ -75,16 +77,22 @@ class Page:
         return list(part.subplots(2, 2, height_ratios=heights).flat)
 
     def legend(self, handles: Sequence[Artist]) -> None:
-        """Put one legend at the foot of the page; entries of the same name are shown once."""
+        """Put one legend at the foot of the page, in as many columns as its width has room for.
+
+        Entries of the same name are shown once.
+        """
         unique = {str(handle.get_label()): handle for handle in handles}
-        if unique:
-            self.figure.legend(
+        for columns in range(min(len(unique), _MOST_COLUMNS), 0, -1):
+            legend = self.figure.legend(
                 handles=list(unique.values()),
                 loc="outside lower center",
-                ncols=min(len(unique), 6),
+                ncols=columns,
                 handletextpad=0.5,
                 columnspacing=1.5,
             )
+            if columns == 1 or legend.get_window_extent().width <= self.figure.bbox.width:
+                return
+            legend.remove()
 
     def save(self, out: Path, name: str, formats: Sequence[str]) -> list[Path]:
         """Write the page in each format and return the paths."""

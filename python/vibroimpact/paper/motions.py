@@ -1,5 +1,6 @@
 """Pages of Figs. 5, 6, 9 and 10: single motions as time histories, portraits and sections."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -7,10 +8,12 @@ from typing import Literal
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from .. import plot
 from ..plot.marks import mark_regimes
+from ..plot.style import BLACK, GREY
 from ..results import Run
 from .evidence import Coexistence, drive_periods
 from .layout import Page, fixed_parameters, row_parameters
@@ -20,6 +23,9 @@ Color = Literal["regime"] | None
 
 _SHOWN_PERIODS = 8
 _SPORADIC_END = 400.0
+# Area of a large mark of an impact section in square points, and the colour of the small ones.
+_LARGE = 7.0
+_LATER_COLOR = "0.6"
 
 
 @dataclass(frozen=True)
@@ -45,6 +51,7 @@ def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:
         row_height=47.0 if len(shown) > 3 else 58.0,
     )
     drawn: list[Axes] = []
+    sections: list[Artist] = []
     for item in shown:
         motion, run = item.motion, item.run
         panel = motion.panel if motion.panel.startswith("(") else f"({motion.panel})"
@@ -53,6 +60,8 @@ def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:
         left, right = page.row(f"{panel}  {parameters}. {found}", widths=(1.5, 1.0))
         _row(left, right, item, run, color)
         drawn += [left, right]
+        if motion.right == "section":
+            sections = _section_handles(item, color)
         if item.other is not None and item.other.run is not None:
             start = ", ".join(f"{value:.3f}" for value in item.other.run.initial)
             same = f"{panel[:-1]}\u2032)  same parameters, from $({start})$"
@@ -60,7 +69,7 @@ def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:
             left, right = page.row(heading, widths=(1.5, 1.0))
             _row(left, right, item, item.other.run, color)
             drawn += [left, right]
-    page.legend(_handles(*drawn))
+    page.legend([*_handles(*drawn), *sections])
     return page
 
 
@@ -74,21 +83,57 @@ def _later(item: Shown) -> str:
 def _row(left: Axes, right: Axes, item: Shown, run: Run, color: Color) -> None:
     plot.time_history(run, periods=_SHOWN_PERIODS, color=color, ax=left)
     left.xaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 2, 5, 10]))
-    if item.motion.right != "section":
+    if item.motion.right == "section":
+        _section(right, item, run, color)
+    else:
         bodies = (1,) if item.motion.right == "pendulum" else (1, 2)
         # A closed orbit is drawn once: retracing it would fill the gaps of the dashes.
         periods = min(run.period.m or _SHOWN_PERIODS, _SHOWN_PERIODS)
         plot.phase_portrait(run, bodies=bodies, periods=periods, color=color, ax=right)
-        return
+    for side, ax in (("left", left), ("right", right)):
+        for line in ax.get_lines():
+            # Symbols; regimes and contact look the same on both sides.
+            if (symbol := str(line.get_label())).startswith("$"):
+                line.set_label(f"{side}: {symbol}")
+
+
+def _section(ax: Axes, item: Shown, run: Run, color: Color) -> None:
+    """Draw the impacts of the run large, those that come after it small."""
     if item.long_run is not None:
-        plot.impact_section(item.long_run, color=color, size=0.6, ax=right)
+        plot.impact_section(item.long_run, color=color, size=0.6, ax=ax)
     impacts = run.impacts
     if color == "regime":
         kept = np.ones(len(impacts), dtype=np.bool_)
-        mark_regimes(right, run, impacts["x1"], impacts["v1_pre"], kept, size=3)
+        mark_regimes(ax, run, impacts["x1"], impacts["v1_pre"], kept, size=3)
     else:
-        right.collections[0].set_color("0.6")
-        plot.impact_section(run, size=7.0, ax=right)
+        ax.collections[0].set_color(_LATER_COLOR)
+        plot.impact_section(run, size=_LARGE, ax=ax)
+
+
+def _section_handles(item: Shown, color: Color) -> list[Artist]:
+    """Return the legend entries of the impacts of the run and of those that come after it."""
+    handles: list[Artist] = []
+    for size, shade, run in (
+        ("large", BLACK, item.run),
+        ("small", _LATER_COLOR, item.long_run),
+    ):
+        if run is None:
+            continue
+        first = round(run.kept_from / run.system.drive_period) + 1
+        text = f"right, {size}: impacts of drive periods {first:,} to {drive_periods(run):,}"
+        mark = Line2D(
+            [],
+            [],
+            linestyle="none",
+            marker="o",
+            markersize=math.sqrt(_LARGE) if size == "large" else 1.5,
+            markeredgewidth=0,
+            # The colour of a regime stands beside it, in an entry of its own.
+            color=GREY if color == "regime" else shade,
+            label=text,
+        )
+        handles.append(mark)
+    return handles
 
 
 def draw_sporadic(shown: Shown, color: Color) -> Page:

@@ -79,7 +79,7 @@ def phase_portrait(
     color: Literal["regime"] | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw velocity against position: body 1 solid, body 2 dashed, impacts as vertical jumps.
+    """Draw velocity against position: body 1 solid, body 2 dash-dotted, impacts as vertical jumps.
 
     A broad light line marks sliding in lasting contact, a dot sticking.
 
@@ -106,7 +106,7 @@ def phase_portrait(
             v,
             color=BLACK if solid else GREY,
             lw=0.7,
-            ls="-" if solid else (0, (4, 1.5)),
+            ls="-" if solid else (0, (5, 1.2, 1, 1.2)),
             label=rf"$x_{body},\ \dot x_{body}$",
         )
         if color == "regime":
