@@ -13,6 +13,8 @@ from vibroimpact.plot.style import BLACK, SKY_BLUE
 
 SYSTEM = next(motion.system for motion in MOTIONS if motion.id == "10")
 BESIDE = 1e-15
+# Time at which Fig. 10(a) ends.
+SHOWN = 400
 
 
 def draw(quick: bool) -> Figure:
@@ -33,14 +35,14 @@ def draw(quick: bool) -> Figure:
             lw=width,
             label=rf"$\dot x_1(0) = 0.5{' + 10^{-15}' if start != starts[0] else ''}$",
         )
-    ax.axvline(600, color="0.55", lw=0.7, ls=(0, (1, 1)))
+    shown = SHOWN / SYSTEM.drive_period
+    ax.axvline(shown, color="0.55", lw=0.7, ls=(0, (1, 1)))
     ax.annotate(
-        "shown in the paper",
-        (600, 0.05),
+        "the paper's figure ends",
+        (shown, 0.05),
         xycoords=("data", "axes fraction"),
-        xytext=(-3, 0),
+        xytext=(3, 0),
         textcoords="offset points",
-        ha="right",
     )
     ax.set_xscale("log")
     ax.set_yscale("log")

@@ -56,6 +56,8 @@ def draw(quick: bool) -> Figure:
         )
         ax.plot(time, values, color=BLACK, lw=1.0)
         ax.set_xlim(0.0, time[-1])
+        # Room for the legend above the curve.
+        ax.set_ylim(top=0.2)
         ax.set_xlabel("time since the impact")
         ax.set_ylabel(r"$\sin x_1 - x_2 - \delta$")
         ax.set_title(
