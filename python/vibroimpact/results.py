@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core, archive
 from .checks import horizon, optional_count, reject, vector
-from .errors import Interrupted
+from .errors import Interrupted, SimulationError
 from .system import System
 
 if TYPE_CHECKING:
@@ -341,14 +341,20 @@ class Run:
 
         Raises
         ------
+        SimulationError
+            If a number left the range of floats; ``.result`` is the run up to there.
         Interrupted
-            After Ctrl-C; ``.result`` is the run up to there.
+            After Ctrl-C; ``.result`` the same.
         """
         span = horizon(self._system.drive_frequency, periods=periods, time=time, keep=keep)
         cap = optional_count("max_events", max_events, least=1)
-        core = self._core.resume(
-            periods=span.periods, time=span.time, keep=span.keep, max_events=cap
-        )
+        try:
+            core = self._core.resume(
+                periods=span.periods, time=span.time, keep=span.keep, max_events=cap
+            )
+        except SimulationError as error:
+            error.result = type(self)(error.result, self._system, self._initial)
+            raise
         run = type(self)(core, self._system, self._initial)
         raise_if_interrupted(run)
         return run
