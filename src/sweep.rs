@@ -234,7 +234,8 @@ impl SweepPoint {
         options: &SweepOptions,
         go_on: &mut dyn FnMut() -> bool,
     ) -> Self {
-        // What is measured beside the run may take longer than the run; those who travelled together end together.
+        // What is measured beside the run may take longer than the run; those who travelled
+        // together end together.
         if options.measure != Measure::Returns && !go_on() {
             return Self::empty(PointStatus::Pending);
         }
