@@ -58,8 +58,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("package", type=Path, help="a wheel or an sdist")
     parser.add_argument("--tests", type=Path, required=True, help="the sdist that holds the tests")
-    parser.add_argument("pytest", nargs="*", help="what pytest is told, after --")
-    given = parser.parse_args()
+    parser.epilog = "what comes after -- is for pytest"
+    words = sys.argv[1:]
+    end = words.index("--") if "--" in words else len(words)
+    given, for_pytest = parser.parse_args(words[:end]), words[end + 1 :]
     is_wheel = given.package.suffix == ".whl"
     with tempfile.TemporaryDirectory(prefix="installed-", ignore_cleanup_errors=True) as name:
         folder = Path(name).resolve()
@@ -81,8 +83,8 @@ def main() -> int:
         print(f"{given.package.name}: {where.strip()}", flush=True)
         if not Path(where.split(maxsplit=1)[1].strip()).is_relative_to(folder / "venv"):
             sys.exit("the tests would import another package than the one installed")
-        words = ("-m", "pytest", "-q", "--installed", *given.pytest)
-        return run(*words, cwd=folder / "tree").returncode
+        done = run("-m", "pytest", "-q", "--installed", *for_pytest, cwd=folder / "tree")
+        return done.returncode
 
 
 if __name__ == "__main__":
