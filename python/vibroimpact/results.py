@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core, archive
+from . import _core
 from .checks import horizon, optional_count, reject, vector
 from .errors import Interrupted, SimulationError
 from .system import System
@@ -381,6 +381,8 @@ class Run:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run to ``path`` (.npz, no pickle); ``load`` gives it back bit for bit."""
+        from . import archive  # here, to keep the import of the package light
+
         metadata, arrays = self._parts()
         archive.write(path, "run", metadata, arrays)
 
@@ -393,6 +395,8 @@ class Run:
         ValueError
             If the file is damaged, foreign, or holds something else.
         """
+        from . import archive  # here, to keep the import of the package light
+
         return archive.read(path, {"run": cls._from_parts})
 
     def _parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
