@@ -25,25 +25,27 @@ export MPLBACKEND ?= Agg
 
 TOOLS := $(VENV)/.tools
 INSTALLED := $(VENV)/.installed
+SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
-.PHONY: help figures gallery test lint bench instructions instructions-update stress docs ci audit clean
+.PHONY: help figures gallery errata test lint bench instructions instructions-update stress docs ci audit clean
 .PHONY: wheel wheel-test audit-deps
 
 help:
 	@echo 'make figures  draw the figures of the paper and write the table of claims into $(OUT)/'
 	@echo 'make gallery  draw the pictures of docs/gallery.md'
+	@echo 'make errata   draw the figures of docs/errata.md'
 	@echo 'make test     all tests: Rust, documentation, Python'
 	@echo 'make lint     formatting, lints, types, stubs, purity of the core, documentation'
 	@echo 'make bench    all benchmarks: criterion, the bars, savings, run time against error beside other solvers'
 	@echo 'make instructions  instruction counts of the hot kernels against the committed ones (valgrind)'
 	@echo 'make stress   errors at the ends of every range, and over very long runs'
 	@echo 'make audit    a million random flights against an independent dense search'
-	@echo 'make docs     documentation of the Rust library'
+	@echo 'make docs     build the documentation site, Python and Rust reference included, into site/'
 	@echo 'make wheel    a wheel for Linux and an sdist into $(DIST)/, with their sizes'
 	@echo 'make wheel-test  both installed in fresh environments, the wheel without Rust, and tested there'
 	@echo 'make audit-deps  licences, sources and duplicates of the dependencies; ADVISORIES=yes: known weaknesses too'
-	@echo 'make ci       what continuous integration runs: lint, test, instructions'
+	@echo 'make ci       what continuous integration runs: lint, docs, test, instructions'
 	@echo 'make clean    remove what the other targets have made'
 
 figures: $(INSTALLED)
@@ -55,6 +57,13 @@ GALLERY := $(filter-out %/picture.py,$(wildcard examples/gallery/*.py))
 gallery: $(INSTALLED)
 	@for script in $(GALLERY); do \
 		$(BIN)/python $$script --out docs/images/gallery/$$(basename $$script .py).png; \
+	done
+
+ERRATA := $(filter-out __main__,$(basename $(notdir $(wildcard examples/errata/*.py))))
+
+errata: $(INSTALLED)
+	@for name in $(ERRATA); do \
+		$(BIN)/python examples/errata $$name --out docs/images/errata/$$name.png; \
 	done
 
 test: $(INSTALLED)
@@ -98,8 +107,15 @@ stress: $(INSTALLED)
 audit:
 	cargo run --locked --release --example contact_audit
 
-docs:
+# From nothing each time, or pages that are no more would stay.
+docs: $(SITE_TOOLS)
 	RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps
+	rm -rf site
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet --fresh-env --write-all \
+		--conf-dir docs --doctree-dir $(VENV)/.doctrees . site
+	cp -R $${CARGO_TARGET_DIR:-target}/doc site/rust
+	$(BIN)/python docs/check_links.py site
+	@echo 'the documentation is in site/index.html'
 
 # Zig links against the oldest glibc that Rust itself supports; maturin audits the result.
 WHEEL_OPTIONS ?= --zig --compatibility manylinux_2_17
@@ -128,7 +144,7 @@ ci:
 	.ci/run
 
 clean:
-	rm -rf $(VENV) $(OUT) $(DIST) target benches/.build benches/out benches/work_precision/out benches/stress/out
+	rm -rf $(VENV) $(OUT) $(DIST) site target benches/.build benches/out benches/work_precision/out benches/stress/out
 	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	rm -f python/vibroimpact/_core.*.so python/vibroimpact/_core.pyd
 	find python tests benches -name __pycache__ -type d -prune -exec rm -rf {} +
@@ -141,6 +157,14 @@ $(TOOLS): | check-tools
 $(INSTALLED): $(TOOLS) pyproject.toml $(RUST)
 	env -u CONDA_PREFIX VIRTUAL_ENV=$(abspath $(VENV)) \
 		$(BIN)/maturin develop --release --locked --extras test,dev
+	@touch $@
+
+# Only those who build the site need the extra `docs`.
+DOCS_EXTRA := import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"] \
+	["optional-dependencies"]["docs"])
+
+$(SITE_TOOLS): $(INSTALLED)
+	$(BIN)/python -m pip install --quiet $$($(BIN)/python -c '$(DOCS_EXTRA)')
 	@touch $@
 
 .PHONY: check-tools

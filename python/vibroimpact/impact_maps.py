@@ -171,9 +171,9 @@ class ImpactAgreement:
         Numbers of steps, shape (k,); the last and largest step is the ``1/steps``-th part of the
         impulse.
     difference
-        max(|difference of x1'|, |difference of x2'|) after the impact, relative to u: its mean over
-        the impacts of a regime and over eight numbers of steps within 10 % (where in a step an
-        impact ends is chance), shape (l, 6, k), by value of ``Regime``; NaN without impacts.
+        The larger absolute difference, of x1' or of x2', after the impact, relative to u: its mean
+        over the impacts of a regime and over eight numbers of steps within 10 % (where in a step
+        an impact ends is chance), shape (l, 6, k), by value of ``Regime``; NaN without impacts.
     impacts
         Number of impacts of each regime, the same under every law, shape (6,).
     """

@@ -13,24 +13,30 @@ import pytest
 
 import repository
 import vibroimpact as vi
+import vibroimpact.paper
 from vibroimpact import atlas, orbits
 from vibroimpact.orbits import branch
 from vibroimpact.orbits.motion_map import SOLUTION_DTYPE
 
 ROOT = repository.root()
-PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 NOTATION = (ROOT / "docs" / "notation.md").read_text(encoding="utf-8")
 
 
-def blocks(page: Path) -> list[str]:
-    """Every fenced Python block of a page."""
-    return re.findall(r"^```python\n(.*?)^```$", page.read_text(encoding="utf-8"), re.M | re.S)
+def blocks(page: Path, language: str = "python") -> list[str]:
+    """Every fenced block of a page in a language."""
+    return re.findall(rf"^```{language}\n(.*?)^```$", page.read_text(encoding="utf-8"), re.M | re.S)
 
 
 def first_column(section: str) -> list[str]:
     """The back-quoted names in the first column of the table of a section of notation.md."""
     text = NOTATION.split(f"\n## {section}\n", 1)[1].split("\n## ", 1)[0]
     return re.findall(r"^\| `([^`]+)` \|", text, re.M)
+
+
+def name(page: Path) -> str:
+    """The path of a page within the repository."""
+    return page.relative_to(ROOT).as_posix()
 
 
 PAGES_WITH_BLOCKS = [page for page in PAGES if blocks(page)]
@@ -54,22 +60,57 @@ def test_the_readme_has_examples():
     assert ROOT / "README.md" in PAGES_WITH_BLOCKS
 
 
-@pytest.mark.parametrize("page", PAGES_WITH_BLOCKS, ids=lambda page: page.name)
+def test_pages_in_folders_are_collected():
+    assert {name(page).count("/") for page in PAGES_WITH_BLOCKS} == {0, 1, 2}
+
+
+@pytest.mark.parametrize("page", PAGES_WITH_BLOCKS, ids=name)
 def test_python_blocks_run(page, tmp_path, monkeypatch):
     # The blocks of a page share their names, as a reader would run them one after another.
     monkeypatch.chdir(tmp_path)
     mpl.use("Agg")
     names = {"__name__": "__main__"}
     for number, block in enumerate(blocks(page), start=1):
-        exec(compile(block, f"{page.name}, Python block {number}", "exec"), names)
+        exec(compile(block, f"{name(page)}, Python block {number}", "exec"), names)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_rust_blocks_are_those_that_rustdoc_runs():
+    # It runs the README and the front page of the crate.
+    front = (ROOT / "src" / "lib.rs").read_text(encoding="utf-8")
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    run = re.sub(r"^//! ?", "", front, flags=re.M) + readme
+    found = {name(page): blocks(page, "rust") for page in PAGES}
+    assert found["docs/api/rust.md"]
+    for page, shown in found.items():
+        for block in shown:
+            assert block in run, f"{page} shows Rust that no test runs"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
 def test_relative_links_lead_to_files(page):
     text = page.read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", text):
         if "://" not in target:
             assert (page.parent / target).exists(), f"{page.name} links to {target}"
+
+
+@pytest.mark.parametrize(
+    ("module", "pages"),
+    [
+        (vi, ("simulation", "orbits", "atlas")),
+        (vi.plot, ("plot",)),
+        (vi.paper, ("paper",)),
+    ],
+    ids=["vibroimpact", "plot", "paper"],
+)
+def test_the_reference_has_every_public_name(module, pages):
+    folder = ROOT / "docs" / "api"
+    text = "".join((folder / f"{page}.md").read_text(encoding="utf-8") for page in pages)
+    listed = re.findall(r"^\.\. (?:auto|py:)\w+:: (?:[\w.]+\.)?(\w+)", text, re.M)
+    assert len(listed) == len(set(listed))
+    # A module is no entry of its own.
+    public = {name for name in module.__all__ if name not in ("plot", "__version__")}
+    assert public <= set(listed)
 
 
 @pytest.fixture(scope="module")

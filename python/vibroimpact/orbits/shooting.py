@@ -194,8 +194,8 @@ def search_motions(
     system
         The system; drive_frequency > 0.
     starts
-        Number of random starts, uniform in |x1| <= 0.3, |x1'| <= 1, |x2| <= 0.2, |x2'| <= 1 (those
-        in which the bodies overlap are drawn anew), or initial states, shape (k, 4).
+        Number of random starts, uniform in x1 +-0.3, x1' +-1, x2 +-0.2, x2' +-1 (those in
+        which the bodies overlap are drawn anew), or initial states, shape (k, 4).
     periods
         Drive periods that each start is given to settle.
     seed

@@ -1,0 +1,113 @@
+"""Settings of the documentation site; ``make docs`` builds it.
+
+The source folder is the root of the repository, not this one: then links to the README, the
+changelog and the pages of the tests are the same on the site and on a code host. Nothing is
+fetched, neither by the build nor by a reader's browser.
+"""
+
+import re
+from pathlib import Path
+
+import docutils.nodes
+from latex2mathml.converter import convert
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxTranslator
+
+import vibroimpact
+
+ROOT = Path(__file__).parents[1]
+
+project = "vibroimpact"
+author = "The vibroimpact developers"
+copyright = author
+version = release = vibroimpact.__version__
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+root_doc = "docs/index"
+include_patterns = ["*.md", "docs/**.md", "tests/*/README.md"]
+exclude_patterns = ["benches", "figures", "python", "site", "src", "target", ".*"]
+
+nitpicky = True
+# Names of other packages, whose pages are not at hand, and words in descriptions of parameters are
+# shown, not linked; so are types of this package that are no part of its interface.
+nitpick_ignore_regex = [
+    ("py:.*", r"(?!vibroimpact\.).*"),
+    ("py:class", r"vibroimpact\._core\..*"),
+]
+nitpick_ignore = [
+    ("py:class", f"vibroimpact.{name}")
+    for name in (
+        "atlas.attractors.Tails",
+        "atlas.clouds.Cloud",
+        "atlas.results.GridResult",
+        "atlas.trapping.Follow",
+        "atlas.trapping.Region",
+        "orbits.curve_problem.CurveProblem",
+    )
+]
+
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 4
+# Dashes only: x1' is a derivative, no apostrophe.
+smartquotes_action = "D"
+
+default_role = "code"
+autodoc_member_order = "bysource"
+autodoc_type_aliases = {"ArrayLike": "ArrayLike"}
+autodoc_typehints = "signature"
+autodoc_class_signature = "mixed"
+napoleon_google_docstring = False
+napoleon_use_ivar = True
+napoleon_use_rtype = False
+
+html_theme = "furo"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_title = f"vibroimpact {release}"
+html_math_renderer = "mathml"
+html_copy_source = False
+# The address of the site itself leads to its front page.
+html_additional_pages = {"index": "redirect.html"}
+templates_path = ["templates"]
+
+
+def add_other_pages(app: Sphinx, name: str, source: list[str]) -> None:
+    """Put the pages of this folder that the front page does not name into its last list."""
+    if name != root_doc:
+        return
+    named = set(re.findall(r"^(?:.+<)?([\w-]+)>?$", source[0], re.MULTILINE))
+    others = sorted({page.stem for page in (ROOT / "docs").glob("*.md")} - named - {"index"})
+    source[0] = source[0].replace("[every page that is not named above]", "\n".join(others))
+
+
+def keep_summary(
+    app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]
+) -> None:
+    """Keep napoleon from taking what a property's summary says before a colon for its type."""
+    if what in ("attribute", "data", "property"):
+        lines.insert(0, "")
+
+
+def join_names(
+    app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]
+) -> None:
+    """Keep Sphinx from taking the first of several attributes in one line for a type."""
+    for number, line in enumerate(lines):
+        if found := re.match(r":ivar ((?:\w+, )+\w+):", line):
+            lines[number] = line.replace(found[1], found[1].replace(", ", ","), 1)
+
+
+def write_math(translator: SphinxTranslator, node: docutils.nodes.Element) -> None:
+    """Write a formula as MathML, which browsers show without scripts or fonts of a third party."""
+    block = isinstance(node, docutils.nodes.math_block)
+    formula = convert(node.astext(), display="block" if block else "inline")
+    translator.body.append(f'<div class="math">{formula}</div>' if block else formula)
+    raise docutils.nodes.SkipNode
+
+
+def setup(app: Sphinx) -> None:
+    """Register what is defined above."""
+    app.connect("source-read", add_other_pages)
+    app.connect("autodoc-process-docstring", keep_summary, priority=400)
+    app.connect("autodoc-process-docstring", join_names, priority=600)
+    app.add_html_math_renderer("mathml", (write_math, None), (write_math, None))
