@@ -14,6 +14,8 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 	$$p -c '$(IS_USABLE)' 2>/dev/null && echo $$p && break; done)
 VENV ?= .venv
 OUT ?= figures
+# Where wheels and sdists go.
+DIST ?= dist
 
 BIN := $(abspath $(VENV))/bin
 # One interpreter for every build of the bindings, or cargo would rebuild them at each change.
@@ -27,6 +29,7 @@ SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
 .PHONY: help figures gallery errata test lint bench instructions instructions-update stress docs ci audit clean
+.PHONY: wheel wheel-test audit-deps
 
 help:
 	@echo 'make figures  draw the figures of the paper and write the table of claims into $(OUT)/'
@@ -39,6 +42,9 @@ help:
 	@echo 'make stress   errors at the ends of every range, and over very long runs'
 	@echo 'make audit    a million random flights against an independent dense search'
 	@echo 'make docs     build the documentation site, Python and Rust reference included, into site/'
+	@echo 'make wheel    a wheel for Linux and an sdist into $(DIST)/, with their sizes'
+	@echo 'make wheel-test  both installed in fresh environments, the wheel without Rust, and tested there'
+	@echo 'make audit-deps  licences, sources and duplicates of the dependencies; ADVISORIES=yes: known weaknesses too'
 	@echo 'make ci       what continuous integration runs: lint, docs, test, instructions'
 	@echo 'make clean    remove what the other targets have made'
 
@@ -111,11 +117,34 @@ docs: $(SITE_TOOLS)
 	$(BIN)/python docs/check_links.py site
 	@echo 'the documentation is in site/index.html'
 
+# Zig links against the oldest glibc that Rust itself supports; maturin audits the result.
+WHEEL_OPTIONS ?= --zig --compatibility manylinux_2_17
+
+wheel: $(TOOLS)
+	$(BIN)/python -m pip install --quiet 'maturin[zig]>=1.16,<2'
+	rm -f $(DIST)/vibroimpact-*.whl $(DIST)/vibroimpact-*.tar.gz
+	PATH=$(BIN):$$PATH maturin build --release --locked $(WHEEL_OPTIONS) --out $(DIST)
+	$(BIN)/maturin sdist --out $(DIST)
+	$(BIN)/python packaging/check_dist.py $(DIST)
+
+wheel-test: wheel
+	$(PYTHON) packaging/try_installed.py $(DIST)/*.whl --tests $(DIST)/*.tar.gz -- $(PYTEST)
+	$(PYTHON) packaging/try_installed.py $(DIST)/*.tar.gz --tests $(DIST)/*.tar.gz -- $(PYTEST)
+
+audit-deps: $(TOOLS)
+	@cargo deny --version 2>/dev/null || { echo 'cargo-deny is needed: cargo install --locked cargo-deny'; exit 1; }
+	cargo deny --locked check licenses bans sources
+ifdef ADVISORIES
+	cargo deny --locked check advisories
+	$(BIN)/python -m pip install --quiet pip-audit
+	$(BIN)/pip-audit --strict .
+endif
+
 ci:
 	.ci/run
 
 clean:
-	rm -rf $(VENV) $(OUT) site target benches/.build benches/out benches/work_precision/out benches/stress/out
+	rm -rf $(VENV) $(OUT) $(DIST) site target benches/.build benches/out benches/work_precision/out benches/stress/out
 	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	rm -f python/vibroimpact/_core.*.so python/vibroimpact/_core.pyd
 	find python tests benches -name __pycache__ -type d -prune -exec rm -rf {} +

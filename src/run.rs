@@ -32,8 +32,13 @@ pub enum RunError {
     #[error(transparent)]
     State(#[from] StateError),
     /// Failed computation.
-    #[error(transparent)]
-    Simulation(#[from] SimulationError),
+    #[error("{error}")]
+    Simulation {
+        /// What failed, where.
+        error: SimulationError,
+        /// The run up to there; its stop reason is [`StopReason::Interrupted`].
+        done: Box<Run>,
+    },
 }
 
 /// State at the end of a run.
@@ -149,7 +154,7 @@ pub fn run(
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Run, RunError> {
     options.check(system)?;
-    Ok(Collection::new(system, initial, options, go_on)?.into_run()?)
+    Collection::new(system, initial, options, go_on)?.into_run()
 }
 
 /// Makes runs, at most so many at a time: `next` gives their systems and starts, `done` gets each with
@@ -170,7 +175,7 @@ pub(crate) fn run_together(
         }
     };
     let mut made = |(place, collection): (usize, Collection<_>)| {
-        (done.borrow_mut())(place, collection.into_run().map_err(RunError::from));
+        (done.borrow_mut())(place, collection.into_run());
     };
     travel(&mut next, &mut made, most);
 }
@@ -262,11 +267,9 @@ impl<G: FnMut() -> bool> Collection<G> {
     }
 
     /// Goes on to the end, and makes the run of what was kept.
-    fn into_run(mut self) -> Result<Run, SimulationError> {
+    fn into_run(mut self) -> Result<Run, RunError> {
         self.finish();
-        if let Some(error) = self.failure {
-            return Err(error);
-        }
+        let failure = self.failure.take();
         let Self { system, options, window, first_section, simulation, collector, .. } = self;
         let end = self.end.unwrap_or_else(|| simulation.standstill());
         // A run that ends before its window has kept nothing: its window is its end.
@@ -278,7 +281,7 @@ impl<G: FnMut() -> bool> Collection<G> {
             kind: EventKind::Stop as i64,
             index: -1,
         });
-        Ok(Run {
+        let run = Run {
             system,
             options,
             impacts,
@@ -299,7 +302,11 @@ impl<G: FnMut() -> bool> Collection<G> {
             first_section,
             window_anchor: collector.anchor,
             checkpoint: *simulation.checkpoint(),
-        })
+        };
+        match failure {
+            Some(error) => Err(RunError::Simulation { error, done: Box::new(run) }),
+            None => Ok(run),
+        }
     }
 }
 
@@ -376,7 +383,7 @@ impl Run {
         }
         let kept = Clock::new(options.window(), 0.0);
         let window = if options.keep.is_some() && kept > here { kept } else { here };
-        Ok(Collection::of(simulation, &self.system, options, window, go_on).into_run()?)
+        Collection::of(simulation, &self.system, options, window, go_on).into_run()
     }
 
     /// The simulation at the end of the run, ready to go on. The caps on events count from there.

@@ -234,6 +234,11 @@ impl SweepPoint {
         options: &SweepOptions,
         go_on: &mut dyn FnMut() -> bool,
     ) -> Self {
+        // What is measured beside the run may take longer than the run; those who travelled
+        // together end together.
+        if options.measure != Measure::Returns && !go_on() {
+            return Self::empty(PointStatus::Pending);
+        }
         let status = match run.stop_reason {
             StopReason::Completed => PointStatus::Completed { restarted },
             StopReason::Interrupted => return Self::empty(PointStatus::Pending),
@@ -372,17 +377,17 @@ fn follow(
 
 /// One run per initial state, in parallel. Where `go_on` ends the work early, the runs that were
 /// begun by then are returned, of the first so many of `initials`; those cut short say so in
-/// their stop reason.
+/// their stop reason. A run that fails does not take the others with it.
 ///
 /// # Errors
-/// [`RunError`] of the first run that failed, with bad options and starts found first.
+/// [`RunError`] for a bad option or start, before any run.
 pub fn run_many(
     system: &System,
     initials: &[State],
     options: RunOptions,
     workers: &Workers,
     go_on: &mut dyn FnMut() -> bool,
-) -> Result<Vec<Run>, RunError> {
+) -> Result<Vec<Result<Run, RunError>>, RunError> {
     options.check(system)?;
     for &initial in initials {
         Simulation::new(system, initial)?;
@@ -397,7 +402,7 @@ pub fn run_many(
             run_together(&mut next, options, &go_on, done, in_hand);
         })
     });
-    runs.into_iter().map_while(|run| run).collect()
+    Ok(runs.into_iter().map_while(|run| run).collect())
 }
 
 /// Follows every start until it arrives at one of the targets. `go_on` gets the number of starts

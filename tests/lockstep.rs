@@ -232,10 +232,10 @@ fn runs_and_basins_from_many_starts_are_the_single_ones() {
         let apart = |start: &State| first.system.gap_function(start) < -1e-6;
         let fitting: Vec<State> = starts.iter().copied().filter(apart).collect();
         let alone = |&start: &State| run(&first.system, start, options, &mut || true);
-        let singles: Result<Vec<Run>, RunError> = fitting.par_iter().map(alone).collect();
-        let runs = run_many(&first.system, &fitting, options, workers, &mut || true);
+        let singles: Vec<Result<Run, RunError>> = fitting.par_iter().map(alone).collect();
+        let runs = run_many(&first.system, &fitting, options, workers, &mut || true).unwrap();
         assert!(format!("{runs:?}") == format!("{singles:?}"), "{first:?}");
-        let Ok([single, ..]) = singles.as_deref() else { continue };
+        let Some(Ok(single)) = singles.first() else { continue };
         impacts += single.impacts.len();
 
         // A region around the last section of the first of them.

@@ -288,7 +288,7 @@ fn runs_from_many_starts_are_the_single_runs() {
     let runs = many(Some(1));
     assert_eq!(runs, many(Some(2)));
     for (run_, &from) in runs.iter().zip(&starts) {
-        assert_eq!(*run_, run(&paper(), from, options(), &mut || true).unwrap());
+        assert_eq!(*run_, run(&paper(), from, options(), &mut || true));
     }
     let bad = [start(), State::new(0.0, 0.0, -1.0, 0.0).unwrap()];
     assert!(run_many(&paper(), &bad, options(), &Workers::default(), &mut || true).is_err());

@@ -16,63 +16,90 @@ quantities are dimensionless; the glossary is docs/notation.md.
 from typing import TYPE_CHECKING
 
 from ._core import __version__
-from .atlas import (
-    Attractor,
-    Basins,
-    Chart,
-    Diagram,
-    DiagramSettings,
-    LyapunovSpectrum,
-    LyapunovSweep,
-    Sweep,
-    basins,
-    bifurcation_diagram,
-    chart,
-    lyapunov_spectrum,
-    sweep,
-)
 from .errors import Interrupted, ParameterError, SimulationError, StateError
-from .files import load
-from .impact_maps import ImpactAgreement, ImpactRegimes, impact_agreement, impact_regimes
 from .impacts import impact
-from .orbits import (
-    Bifurcation,
-    BifurcationCurve,
-    Branch,
-    ManifoldSide,
-    MotionMap,
-    MotionSearch,
-    NotFound,
-    PeriodicMotion,
-    PeriodicMotions,
-    StabilityRegion,
-    Undecided,
-    UnstableManifold,
-    bifurcation_curve,
-    follow_motion,
-    motion_map,
-    periodic_motion,
-    periodic_motions,
-    search_motions,
-    stability_region,
-    switch_branch,
-    unstable_manifold,
-)
 from .results import EnergyAudit, EventKind, FinalState, PeriodReport, Regime, Run
 from .simulation import simulate
 from .system import System
 
 if TYPE_CHECKING:
     from . import plot as plot
+    from .atlas import (
+        Attractor,
+        Basins,
+        Chart,
+        Diagram,
+        DiagramSettings,
+        LyapunovSpectrum,
+        LyapunovSweep,
+        Sweep,
+        bifurcation_diagram,
+        chart,
+        lyapunov_spectrum,
+    )
+
+    # mypy takes these for the modules of their names where they come from the package.
+    from .atlas.basins import basins
+    from .atlas.sweep import sweep
+    from .files import load
+    from .impact_maps import ImpactAgreement, ImpactRegimes, impact_agreement, impact_regimes
+    from .orbits import (
+        Bifurcation,
+        BifurcationCurve,
+        Branch,
+        ManifoldSide,
+        MotionMap,
+        MotionSearch,
+        NotFound,
+        PeriodicMotion,
+        PeriodicMotions,
+        StabilityRegion,
+        Undecided,
+        UnstableManifold,
+        bifurcation_curve,
+        follow_motion,
+        periodic_motion,
+        periodic_motions,
+        search_motions,
+        stability_region,
+        switch_branch,
+        unstable_manifold,
+    )
+    from .orbits.motion_map import motion_map
 else:
+    # What a simulation does not need is imported on first use, and matplotlib with `plot`.
+    _ON_FIRST_USE = {
+        "atlas": """
+            Attractor Basins Chart Diagram DiagramSettings LyapunovSpectrum LyapunovSweep Sweep
+            basins bifurcation_diagram chart lyapunov_spectrum sweep
+        """,
+        "files": "load",
+        "impact_maps": "ImpactAgreement ImpactRegimes impact_agreement impact_regimes",
+        "orbits": """
+            Bifurcation BifurcationCurve Branch ManifoldSide MotionMap MotionSearch NotFound
+            PeriodicMotion PeriodicMotions StabilityRegion Undecided UnstableManifold
+            bifurcation_curve follow_motion motion_map periodic_motion periodic_motions
+            search_motions stability_region switch_branch unstable_manifold
+        """,
+        "plot": "",
+    }
+    _HOMES = {name: home for home, names in _ON_FIRST_USE.items() for name in names.split()}
 
     def __getattr__(name):
-        """Import the plotting functions on first use, so that matplotlib is loaded only then."""
-        if name == "plot":
-            import importlib
+        """Import what is used for the first time."""
+        import importlib
 
-            return importlib.import_module(".plot", __name__)
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        if name in _ON_FIRST_USE:
+            return importlib.import_module(f".{name}", __name__)
+        if name not in _HOMES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        found = getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)
+        globals()[name] = found
+        return found
+
+    def __dir__():
+        """Name what is there, and what comes on first use."""
+        return sorted({*globals(), *_HOMES, *_ON_FIRST_USE})
 
 
 __all__ = [

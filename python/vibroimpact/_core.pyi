@@ -361,8 +361,8 @@ def simulate_many(
     tolerance: float = ...,
     section_phase: float = 0.0,
     workers: int | None = None,
-) -> tuple[list[Run], bool]:
-    """The runs that were begun, in order, and whether Ctrl-C ended the work."""
+) -> tuple[list[Run], bool, str | None]:
+    """The runs that were begun, in order, whether Ctrl-C ended the work, and the first failure."""
 
 def sweep(
     system: System,

@@ -33,7 +33,7 @@ _DAMAGE = (
     KeyError,
     TypeError,
     EOFError,
-    NotImplementedError,
+    RuntimeError,  # nested too deep, encrypted, or compressed in another way
     zipfile.BadZipFile,
     zlib.error,
 )
@@ -87,6 +87,9 @@ def read(path: str | os.PathLike[str], builders: Mapping[str, Builder[_Result]])
                 raise ValueError("a single array")
             with content:
                 arrays: dict[str, NDArray[Any]] = {name: content[name] for name in content.files}
+            # NumPy gives what does not begin like an array as it is.
+            if not all(isinstance(array, np.ndarray) for array in arrays.values()):
+                raise ValueError("not all of it are arrays")
             metadata: dict[str, Any] = json.loads(arrays.pop("metadata").item())
             header = [metadata[name] for name in ("format", "format_version", "kind", "version")]
         except _DAMAGE as error:

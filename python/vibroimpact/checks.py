@@ -4,7 +4,6 @@ Physical ranges are the business of the compiled core; these functions settle ty
 finiteness, so that nothing starts before every argument is known to be usable.
 """
 
-import difflib
 import functools
 import inspect
 import math
@@ -86,6 +85,8 @@ def kept_periods(keep: Any, periods: int, *, usual: int, least: int = 0) -> int:
 
 def close_to(name: str, known: Iterable[str]) -> str:
     """Return what to add to the refusal of an unknown name: the known one that it is close to."""
+    import difflib  # here, to keep the import of the package light
+
     close = difflib.get_close_matches(name, [*known], n=1)
     return f", did you mean {close[0]}?" if close else ""
 

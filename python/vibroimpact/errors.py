@@ -12,7 +12,14 @@ class StateError(ValueError):
 
 
 class SimulationError(RuntimeError):
-    """A computation failed; the message gives time, number of events and state."""
+    """A computation failed; the message gives time, number of impacts and state.
+
+    ``result`` holds what was done by then: the run, or the list of runs; None where nothing was.
+    """
+
+    def __init__(self, message: str, result: Any = None) -> None:
+        super().__init__(message)
+        self.result = result
 
 
 class Interrupted(KeyboardInterrupt):

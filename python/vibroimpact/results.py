@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core, archive
+from . import _core
 from .checks import horizon, optional_count, reject, vector
-from .errors import Interrupted
+from .errors import Interrupted, SimulationError
 from .system import System
 
 if TYPE_CHECKING:
@@ -341,14 +341,20 @@ class Run:
 
         Raises
         ------
+        SimulationError
+            If a number left the range of floats; ``.result`` is the run up to there.
         Interrupted
-            After Ctrl-C; ``.result`` is the run up to there.
+            After Ctrl-C; ``.result`` the same.
         """
         span = horizon(self._system.drive_frequency, periods=periods, time=time, keep=keep)
         cap = optional_count("max_events", max_events, least=1)
-        core = self._core.resume(
-            periods=span.periods, time=span.time, keep=span.keep, max_events=cap
-        )
+        try:
+            core = self._core.resume(
+                periods=span.periods, time=span.time, keep=span.keep, max_events=cap
+            )
+        except SimulationError as error:
+            error.result = type(self)(error.result, self._system, self._initial)
+            raise
         run = type(self)(core, self._system, self._initial)
         raise_if_interrupted(run)
         return run
@@ -375,6 +381,8 @@ class Run:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run to ``path`` (.npz, no pickle); ``load`` gives it back bit for bit."""
+        from . import archive  # here, to keep the import of the package light
+
         metadata, arrays = self._parts()
         archive.write(path, "run", metadata, arrays)
 
@@ -387,6 +395,8 @@ class Run:
         ValueError
             If the file is damaged, foreign, or holds something else.
         """
+        from . import archive  # here, to keep the import of the package light
+
         return archive.read(path, {"run": cls._from_parts})
 
     def _parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from .checks import horizon, number, optional_count, positive, reject, states, threads
-from .errors import Interrupted
+from .errors import Interrupted, SimulationError
 from .results import Run, raise_if_interrupted
 from .system import System
 
@@ -113,8 +113,11 @@ def simulate(
         If an argument is out of range.
     StateError
         If an initial state is not finite, or the bodies overlap in it.
+    SimulationError
+        If a number left the range of floats, or no contact could be decided; ``.result`` is what
+        would have been returned, as far as it got.
     Interrupted
-        After Ctrl-C; ``.result`` is what would have been returned, as far as it got.
+        After Ctrl-C; ``.result`` the same.
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
@@ -132,16 +135,25 @@ def simulate(
         options["max_events"] = max_events
 
     if start.ndim == 1:
-        run = _wrap(_core.simulate(system._compiled, start.tolist(), **options), system, start)
+        try:
+            core = _core.simulate(system._compiled, start.tolist(), **options)
+        except SimulationError as error:
+            error.result = _wrap(error.result, system, start)
+            raise
+        run = _wrap(core, system, start)
         raise_if_interrupted(run)
         return run
-    cores, interrupted = _core.simulate_many(system._compiled, start, workers=workers, **options)
+    cores, interrupted, failure = _core.simulate_many(
+        system._compiled, start, workers=workers, **options
+    )
     # After Ctrl-C there may be fewer runs than starts; they are the first ones.
     runs = [_wrap(core, system, row) for core, row in zip(cores, start, strict=False)]
     if interrupted:
         raise Interrupted(
             f"interrupted after {len(runs)} of {len(start)} runs; .result holds them", runs
         )
+    if failure is not None:
+        raise SimulationError(f"{failure}; .result holds all runs", runs)
     return runs
 
 

@@ -3,9 +3,8 @@
 use pyo3::PyErr;
 use pyo3::import_exception;
 
-use crate::error::{
-    ParameterError as BadParameter, SimulationError as Failed, StateError as BadState,
-};
+use super::run::PyRun;
+use crate::error::{ParameterError as BadParameter, StateError as BadState};
 use crate::run::RunError;
 
 import_exception!(vibroimpact.errors, ParameterError);
@@ -24,18 +23,14 @@ impl From<BadState> for PyErr {
     }
 }
 
-impl From<Failed> for PyErr {
-    fn from(error: Failed) -> Self {
-        SimulationError::new_err(error.to_string())
-    }
-}
-
 impl From<RunError> for PyErr {
     fn from(error: RunError) -> Self {
         match error {
             RunError::Parameter(error) => error.into(),
             RunError::State(error) => error.into(),
-            RunError::Simulation(error) => error.into(),
+            RunError::Simulation { error, done } => {
+                SimulationError::new_err((error.to_string(), PyRun(*done)))
+            }
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::error::ParameterError;
 use crate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord, StopReason};
 use crate::hold::ContactMode;
 use crate::period::{ImpactCount, PeriodReport};
-use crate::run::{FinalState, Run, RunOptions, run};
+use crate::run::{FinalState, Run, RunError, RunOptions, run};
 use crate::simulate::Horizon;
 use crate::state::State;
 use crate::sweep::{Workers, run_many};
@@ -386,7 +386,7 @@ pub(super) fn simulate_many(
     tolerance: f64,
     section_phase: f64,
     workers: Option<usize>,
-) -> PyResult<(Vec<PyRun>, bool)> {
+) -> PyResult<(Vec<PyRun>, bool, Option<String>)> {
     let horizon = horizon(periods, time)?;
     let options = RunOptions { horizon, keep, max_events, tolerance, section_phase };
     options.check(&system.0)?;
@@ -396,5 +396,15 @@ pub(super) fn simulate_many(
     let workers = Workers::new(workers)?;
     let (runs, interrupted) =
         interruptible(py, move |go_on| run_many(&system, &initials, options, &workers, go_on))?;
-    Ok((runs.into_iter().map(PyRun).collect(), interrupted))
+    let mut failure = None;
+    let run_or_done = |(place, run): (usize, Result<Run, RunError>)| match run {
+        Ok(run) => Ok(PyRun(run)),
+        Err(RunError::Simulation { error, done }) => {
+            failure.get_or_insert_with(|| format!("run {place}: {error}"));
+            Ok(PyRun(*done))
+        }
+        Err(error) => Err(PyErr::from(error)),
+    };
+    let runs = runs.into_iter().enumerate().map(run_or_done).collect::<PyResult<_>>()?;
+    Ok((runs, interrupted, failure))
 }

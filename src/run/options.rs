@@ -7,8 +7,9 @@ use crate::params::System;
 use crate::simulate::Horizon;
 use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 
-/// Drive periods that can be counted without a gap in the numbers.
-const MOST_PERIODS: f64 = 9_007_199_254_740_992.0;
+/// 2^53: drive periods that can be counted without a gap in the numbers, and as much time, of which a double
+/// tells no more than whole units.
+const MOST: f64 = 9_007_199_254_740_992.0;
 
 /// How a run is made and what is kept of it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -81,8 +82,13 @@ impl RunOptions {
                 time / system.drive_period()
             }
         };
-        if turns > MOST_PERIODS {
+        if turns > MOST {
             return error("time", turns.to_string(), "at most 2^53 drive periods");
+        }
+        if let Horizon::Periods(periods) = self.horizon
+            && turns * system.drive_period() > MOST
+        {
+            return error("periods", periods.to_string(), "at most 2^53 units of time");
         }
         match (self.keep, self.horizon) {
             (Some(keep), Horizon::Periods(periods)) if !(0..=periods).contains(&keep) => {

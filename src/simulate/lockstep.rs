@@ -244,8 +244,8 @@ impl<T: Traveller> Company<'_, T> {
         *afloat = leaving;
     }
 
-    /// What becomes of the flight in lane `j` with a contact ahead; whether another begins in the lane. `late`: a section
-    /// before the contact is left.
+    /// What becomes of the flight in lane `j` with a contact ahead; whether another begins in the
+    /// lane. `late`: a section before the contact is left.
     #[inline(always)]
     fn end_flight(&mut self, j: usize, late: bool) -> bool {
         let Work { encounters, .. } = &*self.lanes;
@@ -367,8 +367,8 @@ impl<T: Traveller> Company<'_, T> {
     }
 }
 
-/// Passes the next section of each of these flights that has one before its contact, and tells which had; `late`: those that
-/// have one which a lane cannot pass.
+/// Passes the next section of each of these flights that has one before its contact, and tells
+/// which had; `late`: those that have one which a lane cannot pass.
 #[inline(always)]
 fn pass_sections<T: Traveller>(
     crew: &mut [Option<T>; LANES],
@@ -451,7 +451,8 @@ impl Simulation {
         Some(self.start(takeoff)).filter(|start| matches!(start, Start::Apart | Start::Touching))
     }
 
-    /// Leaves what the first pass has found for the next turn, which finds out by itself what a contact ahead is.
+    /// Leaves what the first pass has found for the next turn, which finds out by itself what a
+    /// contact ahead is.
     #[inline(never)]
     fn resolve<G: Geometry>(&mut self, outlook: Outlook, evaluations: u64) {
         let Phase::Flight(takeoff) = self.point.anchor.phase else { return };
@@ -471,8 +472,9 @@ impl Simulation {
         }
     }
 
-    /// The flight after the impact in lane `j` begins, the bodies' constants left in the lane; whether chatter may have
-    /// begun. Compiled for any processor: gathered from lanes that have just been written, numbers come late.
+    /// The flight after the impact in lane `j` begins, the bodies' constants left in the lane;
+    /// whether chatter may have begun. Compiled for any processor: gathered from lanes that have
+    /// just been written, numbers come late.
     #[inline(never)]
     fn take_off(&mut self, j: usize, encounters: &Encounters) -> bool {
         let (clock, state) = encounters.start_after(j, self.flight.clock.period);

@@ -3,12 +3,15 @@
 import importlib
 import shlex
 import signal
-from pathlib import Path
 
 import pytest
 
+import repository
 import vibroimpact as vi
 from vibroimpact.cli import main
+
+pytest_addoption = repository.add_option
+pytest_configure = repository.configure
 
 
 @pytest.fixture(autouse=True)
@@ -22,7 +25,7 @@ def ctrl_c_is_heard():
 @pytest.fixture
 def bench(monkeypatch):
     """Import a module of the benchmarks."""
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "benches"))
+    monkeypatch.syspath_prepend(str(repository.root() / "benches"))
     return importlib.import_module
 
 

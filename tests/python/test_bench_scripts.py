@@ -8,16 +8,16 @@ import json
 import math
 import subprocess
 import sys
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+import repository
 import vibroimpact as vi
 from references import SYMBOLS, reference
 
-BENCHES = Path(__file__).parents[2] / "benches"
+BENCHES = repository.root() / "benches"
 EPS = np.finfo(float).eps
 # Packages that the peers need, apart from SciPy, which is there for other tests too.
 OPTIONAL = ("heyoka", "numba", "sksundae")

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
+import repository
 from vibroimpact import cli
 from vibroimpact.cli import exit_codes
 
-PAGE = (Path(__file__).parents[2] / "docs" / "command-line.md").read_text(encoding="utf-8")
+PAGE = (repository.root() / "docs" / "command-line.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(sh|toml|text)\n(.*?)^```$", PAGE, re.M | re.S)
 
 

@@ -2,14 +2,14 @@
 
 import re
 import runpy
-from pathlib import Path
 
 import pytest
 
+import repository
 import vibroimpact as vi
 from vibroimpact.paper.parameters import paper_system
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "confirm_verdicts.py"
+EXAMPLE = repository.root() / "examples" / "confirm_verdicts.py"
 
 
 @pytest.fixture(scope="module")

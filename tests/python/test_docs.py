@@ -11,13 +11,14 @@ from pathlib import Path
 import matplotlib as mpl
 import pytest
 
+import repository
 import vibroimpact as vi
 import vibroimpact.paper
 from vibroimpact import atlas, orbits
 from vibroimpact.orbits import branch
 from vibroimpact.orbits.motion_map import SOLUTION_DTYPE
 
-ROOT = Path(__file__).parents[2]
+ROOT = repository.root()
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 NOTATION = (ROOT / "docs" / "notation.md").read_text(encoding="utf-8")
 

@@ -2,12 +2,13 @@
 
 import re
 import runpy
-from pathlib import Path
 
 import pytest
 from matplotlib.image import imread
 
-ROOT = Path(__file__).parents[2]
+import repository
+
+ROOT = repository.root()
 FOLDER = ROOT / "examples" / "errata"
 PICTURES = ROOT / "docs" / "images" / "errata"
 PAGE = (ROOT / "docs" / "errata.md").read_text(encoding="utf-8")

@@ -3,14 +3,14 @@
 import dataclasses
 import re
 import runpy
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+import repository
 import vibroimpact as vi
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "exponents_against_multipliers.py"
+EXAMPLE = repository.root() / "examples" / "exponents_against_multipliers.py"
 START = (0.0, 0.5, 0.0, 0.0)
 
 

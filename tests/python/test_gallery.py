@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 from matplotlib.image import imread
 
-ROOT = Path(__file__).parents[2]
+import repository
+
+ROOT = repository.root()
 FOLDER = ROOT / "examples" / "gallery"
 SCRIPTS = sorted(path for path in FOLDER.glob("*.py") if path.stem != "picture")
 PICTURES = ROOT / "docs" / "images" / "gallery"

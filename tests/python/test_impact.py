@@ -2,18 +2,16 @@
 
 import dataclasses
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import repository
 import vibroimpact as vi
 from vibroimpact import _core
 from vibroimpact.impact_maps import LAWS
-
-NOTATION = Path(__file__).parents[2] / "docs" / "notation.md"
 
 # Rounding of a dozen operations on numbers of order one.
 ROUNDING = 1e-14
@@ -46,7 +44,8 @@ def test_a_level_impact_is_the_textbook_one():
 
 
 def test_columns_are_those_of_the_notation():
-    text = NOTATION.read_text(encoding="utf-8").split("\n## Single impacts\n")[1]
+    page = repository.root() / "docs" / "notation.md"
+    text = page.read_text(encoding="utf-8").split("\n## Single impacts\n")[1]
     listed = re.findall(r"^\| `([^`]+)` \|", text.split("\n## ")[0], re.M)
     hit = vi.impact(made(), x1=0.3, v1=1.0, v2=0.0)
     assert listed == list(hit.dtype.names) == list(_core.OUTCOME_DTYPE.names)

@@ -2,11 +2,12 @@
 
 import json
 import shutil
-from pathlib import Path
 
 import pytest
 
-BENCHES = Path(__file__).parents[2] / "benches"
+import repository
+
+BENCHES = repository.root() / "benches"
 CONDITIONS = {"rustc": "1.95.0", "vector instructions": "V3"}
 
 

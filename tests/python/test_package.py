@@ -1,4 +1,4 @@
-"""The package as a whole: exports, light import, lazy plotting."""
+"""The package as a whole: exports, light import, parts that are loaded on first use."""
 
 import dataclasses
 import inspect
@@ -12,14 +12,17 @@ import pytest
 import vibroimpact as vi
 from vibroimpact import atlas, orbits
 
+# What an extra or a figure needs, and no simulation.
+PACKAGES = ("distributed", "matplotlib", "tqdm", "xarray", "zarr")
 
-def _run(code: str) -> str:
+
+def _run(code: str, *, strip: bool = True) -> str:
     """Run code in a fresh interpreter with warnings as errors; return what it prints."""
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    return done.stdout.strip()
+    return done.stdout.strip() if strip else done.stdout
 
 
 def test_every_export_exists_and_is_documented():
@@ -95,15 +98,46 @@ def test_signatures_are_short_enough_for_help():
         assert "SupportsArray" not in text, function
 
 
-def test_import_loads_neither_matplotlib_nor_tqdm():
-    code = (
-        "import sys, vibroimpact; print(sorted({'matplotlib', 'tqdm', 'scipy'} & set(sys.modules)))"
-    )
-    assert _run(code) == "[]"
+def test_import_loads_numpy_and_what_a_simulation_needs():
+    code = """
+import sys
+before = set(sys.modules)
+import vibroimpact
+new = set(sys.modules) - before
+print(*sorted({name.partition(".")[0] for name in new} - sys.stdlib_module_names))
+print(*sorted(name.partition(".")[2] for name in new if name.startswith("vibroimpact.")))
+print(*sorted({"asyncio", "difflib", "tempfile", "unittest", "zipfile"} & new))
+"""
+    packages, modules, slow = _run(code, strip=False).splitlines()
+    assert packages == "numpy vibroimpact"
+    assert modules == "_core checks errors impacts physical results simulation system"
+    assert slow == ""
 
 
-def test_plot_is_loaded_on_first_use():
-    code = "import sys, vibroimpact as vi; vi.plot; print('vibroimpact.plot' in sys.modules)"
+@pytest.mark.parametrize(
+    ("used", "loaded"),
+    [
+        ("vi.simulate", "matplotlib atlas orbits plot"),
+        ("vi.periodic_motion", "matplotlib atlas plot"),
+        ("vi.basins", "matplotlib tqdm xarray zarr distributed plot"),
+        ("vi.atlas.STATUS_NAMES", "matplotlib tqdm xarray zarr distributed plot"),
+        ("vi.load", "matplotlib zarr plot"),
+    ],
+)
+def test_first_use_does_not_load(used, loaded):
+    names = [name if name in PACKAGES else f"vibroimpact.{name}" for name in loaded.split()]
+    code = f"import sys, vibroimpact as vi; {used}; print(*set(sys.modules) & {{*{names}}})"
+    assert _run(code) == ""
+
+
+@pytest.mark.parametrize("name", ["atlas", "orbits", "plot"])
+def test_parts_are_loaded_on_first_use(name):
+    code = f"import sys, vibroimpact as vi; vi.{name}; print('vibroimpact.{name}' in sys.modules)"
+    assert _run(code) == "True"
+
+
+def test_everything_can_be_imported_by_name():
+    code = "from vibroimpact import *; import vibroimpact as vi; print({*vi.__all__} <= {*dir()})"
     assert _run(code) == "True"
 
 

@@ -1,10 +1,9 @@
 """The page of islands: what it finds, how it is confirmed, and what is drawn."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
+import repository
 from vibroimpact.orbits import follow_motion
 from vibroimpact.paper import islands
 from vibroimpact.paper.parameters import INITIAL, paper_system
@@ -61,7 +60,7 @@ def test_the_page_shows_borders_labels_and_the_path(found):
 
 def documented() -> list[tuple[str, list[float]]]:
     """Motion and frequencies of each row of the table of docs/islands.md."""
-    text = (Path(__file__).parents[2] / "docs" / "islands.md").read_text(encoding="utf-8")
+    text = (repository.root() / "docs" / "islands.md").read_text(encoding="utf-8")
     table = text.split("| motion | from |", 1)[1].split("\n\n", 1)[0]
     rows = [line.split("|")[1:-1] for line in table.splitlines()[2:]]
     return [

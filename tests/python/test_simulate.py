@@ -248,3 +248,27 @@ def test_bad_initial_states_are_state_errors_before_any_work(system, initial):
     with pytest.raises(vi.StateError, match="initial"):
         vi.simulate(system, initial=initial, periods=FOREVER)
     assert issubclass(vi.StateError, ValueError)
+
+
+def test_a_failed_computation_keeps_what_was_done(system, initial):
+    with pytest.raises(vi.SimulationError, match="not finite after t = 0, 0 impacts") as failed:
+        vi.simulate(system, initial=(0.0, 1e300, 0.0, 0.0), periods=3)
+    run = failed.value.result
+    assert run.stop_reason == "interrupted"
+    assert run.final_state.v1 == 1e300
+
+
+def test_a_failed_run_does_not_take_the_others_with_it(system, initial):
+    starts = np.array([initial, (0.0, 1e300, 0.0, 0.0), initial])
+    with pytest.raises(vi.SimulationError, match="run 1: the motion is not finite") as failed:
+        vi.simulate(system, initial=starts, periods=3)
+    sound, broken, last = failed.value.result
+    alone = vi.simulate(system, initial=initial, periods=3)
+    assert broken.stop_reason == "interrupted"
+    for run in (sound, last):
+        assert run.impacts.tobytes() == alone.impacts.tobytes()
+
+
+def test_a_time_beyond_all_doubles_is_refused(system, initial):
+    with pytest.raises(vi.ParameterError, match=r"periods = 1 .*2\^53 units of time"):
+        vi.simulate(system.replace(drive_frequency=1e-300), initial=initial, periods=1)

@@ -1,12 +1,13 @@
 """The documentation site: links that lead nowhere are found, and no page is left out."""
 
 import runpy
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+import repository
+
+ROOT = repository.root()
 DOCS = ROOT / "docs"
 
 

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+import repository
 import vibroimpact as vi
 
-ROOT = Path(__file__).parents[2]
+ROOT = repository.root()
 FOLDER = ROOT / "benches" / "stress"
 PAGE = (ROOT / "docs" / "stress.md").read_text(encoding="utf-8")
 PICTURES = ROOT / "docs" / "images" / "stress"

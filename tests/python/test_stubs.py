@@ -1,6 +1,11 @@
-"""The handwritten stub file names what the compiled core exports, no more and no less."""
+"""Types: the stub file names what the compiled core exports, and users see what is promised."""
 
 import ast
+import inspect
+import os
+import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -41,3 +46,79 @@ def test_class_members(name):
 def test_classes_are_final(name):
     with pytest.raises(TypeError):
         type("Derived", (getattr(_core, name),), {})
+
+
+# Slips, and what mypy calls them.
+SLIPS = {
+    "vi.simulate(system, initial=(0, 0.5, 0, 0), period=3)": "call-overload",
+    "vi.colour": "attr-defined",
+    "vi.simulate(system, initial=(0, 0.5, 0, 0), periods=3).labels": "attr-defined",
+    "system.gap = 1": "misc",
+    "vi.impact(system, x1=0, v1=1)": "call-arg",
+}
+
+
+@pytest.fixture(scope="module")
+def complaints(tmp_path_factory):
+    """Return file, line and kind of what mypy --strict says of two programs of a user."""
+    pytest.importorskip("mypy")
+    folder = tmp_path_factory.mktemp("user")
+    start = "import vibroimpact as vi\n\nsystem = vi.System.from_dict({})\n"
+    (folder / "slips.py").write_text(start + "\n".join(SLIPS) + "\n", encoding="utf-8")
+    good = Path(__file__).with_name("typed_use.py")
+    command = [
+        sys.executable,
+        "-m",
+        "mypy",
+        "--strict",
+        "--config-file=",
+        "--follow-imports=silent",
+    ]
+    done = subprocess.run(
+        [*command, f"--cache-dir={folder / 'cache'}", str(good), str(folder / "slips.py")],
+        # The editable install leads to the sources by a path that mypy does not follow.
+        env=os.environ | {"MYPYPATH": str(Path(vibroimpact.__file__).parents[1])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert not done.stderr, done.stderr
+    found = re.findall(r"(\w+\.py):(\d+): error: .*\[([\w-]+)\]$", done.stdout, re.M)
+    return [(name, int(line), kind) for name, line, kind in found]
+
+
+def test_what_a_user_writes_has_the_types_that_are_promised(complaints):
+    assert [each for each in complaints if each[0] != "slips.py"] == []
+
+
+def test_slips_of_a_user_are_found(complaints):
+    expected = {("slips.py", line, kind) for line, kind in enumerate(SLIPS.values(), start=4)}
+    assert {each for each in complaints if each[0] == "slips.py"} == expected
+
+
+def _callables() -> dict[str, object]:
+    """Everything public that can be called: functions, classes, and the methods of these."""
+    modules = (vibroimpact, vibroimpact.plot, vibroimpact.atlas, vibroimpact.orbits)
+    public = {name: getattr(module, name) for module in modules for name in module.__all__}
+    found = {name: thing for name, thing in public.items() if inspect.isfunction(thing)}
+    for cls in filter(inspect.isclass, public.values()):
+        for name, member in vars(cls).items():
+            bare = getattr(member, "__func__", getattr(member, "fget", member))
+            is_own = inspect.isfunction(bare) and bare.__module__.startswith("vibroimpact")
+            if is_own and (not name.startswith("_") or name == "__init__"):
+                found[f"{cls.__name__}.{name}"] = bare
+    return found
+
+
+def test_every_parameter_and_result_has_a_type():
+    callables = _callables()
+    assert len(callables) > 100
+    for name, function in callables.items():
+        signature = inspect.signature(function)
+        bare = [
+            parameter.name
+            for parameter in signature.parameters.values()
+            if parameter.name not in ("self", "cls") and parameter.annotation is parameter.empty
+        ]
+        assert bare == [], name
+        assert signature.return_annotation is not signature.empty, name

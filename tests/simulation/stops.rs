@@ -233,8 +233,10 @@ fn the_literal_law_stops_where_it_fails() {
 fn a_motion_out_of_range_is_a_failed_computation() {
     let system = paper(1.8).moment_amplitude(1e308).build().unwrap();
     match run(&system, paper_start(), RunOptions::periods(5), &mut || true) {
-        Err(RunError::Simulation(SimulationError::NotFinite { state, .. })) => {
+        Err(RunError::Simulation { error: SimulationError::NotFinite { state, .. }, done }) => {
             assert_eq!(state, paper_start().to_array());
+            assert_eq!(done.stop_reason, StopReason::Interrupted);
+            assert_eq!(done.final_state.state, paper_start());
         }
         other => panic!("{other:?}"),
     }

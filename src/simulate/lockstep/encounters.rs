@@ -348,7 +348,8 @@ impl Encounters {
         self.evaluations[j] + 1
     }
 
-    /// Whether the forced motions in lane `j` are steady, so that the start of the scan after an impact is known.
+    /// Whether the forced motions in lane `j` are steady, so that the start of the scan after an
+    /// impact is known.
     #[inline(always)]
     pub fn is_steady(&self, j: usize) -> bool {
         self.systems.beats[0].which[j] | self.systems.beats[1].which[j] == 0
@@ -446,7 +447,8 @@ impl Encounters {
         })
     }
 
-    /// Clock and state at the start of the flight after the impact in lane `j`; `period`: of the flight before.
+    /// Clock and state at the start of the flight after the impact in lane `j`; `period`: of the
+    /// flight before.
     #[inline(always)]
     pub fn start_after(&self, j: usize, period: i64) -> (Clock, State) {
         let Impacts { flights: after, pre_x1, pre_x2, v1_post, v2_post, periods, .. } =

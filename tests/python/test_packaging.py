@@ -1,0 +1,212 @@
+"""The repository as what is released: metadata, workflows, what wheels and sdists may hold."""
+
+import importlib
+import importlib.metadata
+import io
+import re
+import runpy
+import subprocess
+import sys
+import tarfile
+import tomllib
+import zipfile
+
+import pytest
+import yaml
+
+import repository
+import vibroimpact as vi
+
+ROOT = repository.root()
+CARGO = tomllib.loads((ROOT / "Cargo.toml").read_text(encoding="utf-8"))["package"]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+
+
+def read(name: str) -> str:
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def test_the_version_has_one_source():
+    assert PROJECT["dynamic"] == ["version"]
+    assert "version" not in PROJECT
+    assert vi.__version__ == CARGO["version"] == importlib.metadata.version("vibroimpact")
+
+
+def test_both_packages_say_the_same():
+    assert PROJECT["license"] == CARGO["license"]
+    assert PROJECT["readme"] == CARGO["readme"]
+    for name in PROJECT["license-files"]:
+        assert read(name).strip()
+
+
+def test_the_citation_is_of_this_version_and_this_paper():
+    citation = yaml.safe_load(read("CITATION.cff"))
+    assert citation["version"] == CARGO["version"]
+    assert " OR ".join(citation["license"]) == CARGO["license"]
+    (paper,) = citation["references"]
+    names = [f"{person['given-names']} {person['family-names']}" for person in paper["authors"]]
+    readme = " ".join(read("README.md").split())
+    assert f"{', '.join(names)}, *{paper['title']}* ({paper['year']})" in readme
+
+
+def test_every_release_says_which_numbers_changed():
+    releases = re.split(r"^## ", read("CHANGELOG.md"), flags=re.M)[1:]
+    assert releases
+    for release in releases:
+        text = release.split("\n### Numerical results\n", 1)[1].split("\n### ")[0]
+        assert text.strip(), release.splitlines()[0]
+
+
+def test_public_modules_name_what_they_offer():
+    row = next(line for line in read("docs/deprecation.md").splitlines() if "`__all__`" in line)
+    modules = re.findall(r"`(vibroimpact(?:\.\w+)?)`", row)
+    assert len(modules) == 4
+    for name in modules:
+        module = importlib.import_module(name)
+        assert module.__all__
+        assert all(hasattr(module, public) for public in module.__all__)
+
+
+def test_only_one_module_knows_where_the_repository_is():
+    # What reads its files otherwise fails where only the tests are (repository.py).
+    mine = {"repository.py", "test_packaging.py"}
+    found = [
+        path.name
+        for path in (ROOT / "tests" / "python").glob("*.py")
+        if path.name not in mine and "parents[2]" in path.read_text(encoding="utf-8")
+    ]
+    assert found == []
+
+
+@pytest.mark.parametrize(
+    ("options", "verdict"), [((), "1 passed"), (("--installed",), "1 skipped")]
+)
+def test_what_reads_the_repository_is_skipped_only_if_asked(options, verdict):
+    test = "tests/python/test_impact.py::test_columns_are_those_of_the_notation"
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-q", test, *options]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert verdict in done.stdout
+    assert ("(--installed)" in done.stdout) == bool(options)
+
+
+# Workflows
+
+
+def jobs(path):
+    return yaml.safe_load(path.read_text(encoding="utf-8"))["jobs"]
+
+
+def steps(path):
+    return [step for job in jobs(path).values() for step in job["steps"]]
+
+
+def test_there_are_workflows_for_changes_and_for_wheels():
+    assert [path.name for path in WORKFLOWS] == ["ci.yml", "wheels.yml"]
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
+def test_a_workflow_is_pinned_and_may_little(path):
+    whole = yaml.safe_load(path.read_text(encoding="utf-8"))
+    assert whole["permissions"] == {"contents": "read"}
+    for step in steps(path):
+        if "uses" in step:
+            assert re.fullmatch(r"[\w-]+/[\w-]+@v\d+\.\d+\.\d+", step["uses"]), step
+        if step.get("uses", "").startswith("actions/checkout@"):
+            assert step["with"]["persist-credentials"] is False
+    for job in jobs(path).values():
+        assert job["timeout-minutes"] <= 90
+        assert "latest" not in str(job["runs-on"])
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
+def test_what_a_workflow_runs_is_there(path):
+    text = "\n".join(step["run"] for step in steps(path) if "run" in step)
+    targets = set(re.findall(r"^(\w[\w-]*):", read("Makefile"), re.M))
+    assert set(re.findall(r"\bmake ([\w-]+)", text)) <= targets
+    named = re.findall(r"packaging/\w+\.py|tests/python/\w+\.py", path.read_text(encoding="utf-8"))
+    for name in named:
+        assert (ROOT / name).is_file(), name
+
+
+def test_the_oldest_python_is_tested():
+    oldest = PROJECT["requires-python"].removeprefix(">=")
+    (ci, wheels) = WORKFLOWS
+    assert oldest in jobs(ci)["test"]["strategy"]["matrix"]["python"]
+    assert oldest in jobs(wheels)["test"]["strategy"]["matrix"]["python"]
+    assert f'"abi3-py{oldest.replace(".", "")}"' in read("Cargo.toml")
+
+
+def test_every_wheel_is_tested_before_anything_is_published():
+    found = jobs(WORKFLOWS[1])
+    built = {each["target"] for each in found["wheel"]["strategy"]["matrix"]["include"]}
+    tested = {*found["test"]["strategy"]["matrix"]["target"]}
+    tested |= {each["target"] for each in found["test-musl"]["strategy"]["matrix"]["include"]}
+    assert built == tested
+    publishing = [name for name, job in found.items() if "id-token" in job.get("permissions", {})]
+    assert publishing == ["publish", "publish-crate"]
+    for name in publishing:
+        assert {*found[name]["needs"]} == found.keys() - {*publishing}
+        assert found[name]["if"] == "startsWith(github.ref, 'refs/tags/v')"
+
+
+# What wheels and sdists hold
+
+
+@pytest.fixture(scope="module")
+def check():
+    return runpy.run_path(str(ROOT / "packaging" / "check_dist.py"))
+
+
+def made_wheel(folder, *more, without="", name="vibroimpact-1.0-cp311-abi3-linux.whl", size=0):
+    info = "vibroimpact-1.0.dist-info"
+    names = [
+        *("vibroimpact/__init__.py", "vibroimpact/_core.abi3.so", "vibroimpact/_core.pyi"),
+        *("vibroimpact/py.typed", f"{info}/METADATA", *more),
+        *(f"{info}/licenses/LICENSE-MIT", f"{info}/licenses/LICENSE-APACHE"),
+    ]
+    path = folder / name
+    with zipfile.ZipFile(path, "w") as archive:
+        for each in names:
+            if not without or without not in each:
+                archive.writestr(each, b"\0" * (size if each.endswith(".so") else 1))
+    return path
+
+
+def test_a_wheel_is_looked_into(check, tmp_path):
+    faults = check["wheel_faults"]
+    assert faults(made_wheel(tmp_path)) == []
+    assert "tests/x.py does not belong there" in faults(made_wheel(tmp_path, "tests/x.py"))
+    for part in ("py.typed", "_core.pyi", "_core.abi3.so", "LICENSE-MIT"):
+        (missing,) = faults(made_wheel(tmp_path, without=part))
+        assert "is missing" in missing
+    assert "bytes" in faults(made_wheel(tmp_path, size=5_000_000))[0]
+    (one,) = faults(made_wheel(tmp_path, name="vibroimpact-1.0-cp311-cp311-linux.whl"))
+    assert "one version of Python" in one
+
+
+def test_an_sdist_is_looked_into(check, tmp_path):
+    whole = [pattern.replace("*", "x") for pattern in check["SDIST"]]
+
+    def faults(names):
+        with tarfile.open(tmp_path / "x.tar.gz", "w:gz") as archive:
+            for name in names:
+                archive.addfile(tarfile.TarInfo(f"vibroimpact-1.0/{name}"), io.BytesIO())
+        return check["sdist_faults"](tmp_path / "x.tar.gz")
+
+    assert faults(whole) == []
+    for strange in ("target/release/x.so", "figures/fig2.png", "docs/images/x.png", ".venv/x"):
+        assert faults([*whole, strange]) == [f"{strange} does not belong there"]
+    for missing in ("Cargo.lock", "LICENSE-MIT", "tests/data/x.json", "src/x.rs"):
+        (fault,) = faults([name for name in whole if name != missing])
+        assert "is missing" in fault
+
+
+def test_rust_is_taken_off_the_path(tmp_path):
+    script = runpy.run_path(str(ROOT / "packaging" / "try_installed.py"))
+    with_rust, without = tmp_path / "rust", tmp_path / "none"
+    for folder, tool in ((with_rust, "rustc"), (without, "gcc")):
+        folder.mkdir()
+        (folder / tool).touch(mode=0o755)
+    assert script["without_rust"](f"{with_rust}:{without}") == str(without)

@@ -1,0 +1,50 @@
+"""What a user writes, checked by mypy --strict as the package's types are seen from outside.
+
+test_stubs.py runs mypy on it; the types asserted are those that the documentation promises.
+"""
+
+from typing import assert_type
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+import vibroimpact as vi
+
+system = vi.System(
+    mass_ratio=0.6,
+    frequency_ratio=2,
+    restitution=0.8,
+    gap=0.5,
+    drive_frequency=1.8,
+    moment_amplitude=1,
+)
+assert_type(system, vi.System)
+assert_type(system.replace(friction=0.5), vi.System)
+assert_type(system.drive_period, float)
+
+run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+assert_type(run, vi.Run)
+assert_type(run.label, str)
+assert_type(run.final_state, vi.FinalState)
+assert_type(run.energy_audit(), vi.EnergyAudit)
+assert_type(run.trajectory(np.linspace(0, 1, 5)), NDArray[np.float64])
+assert_type(vi.simulate(system, initial=[(0, 0.5, 0, 0), (0, 0.6, 0, 0)], periods=6), list[vi.Run])
+
+motion = run.refine()
+assert_type(motion, vi.PeriodicMotion | vi.NotFound)
+if isinstance(motion, vi.PeriodicMotion):
+    assert_type(motion.stable, bool)
+    assert_type(vi.follow_motion(motion, drive_frequency=(1.4, 2.2)), vi.Branch)
+
+diagram = vi.bifurcation_diagram(
+    system, initial=(0, 0.5, 0, 0), drive_frequency=np.linspace(1.5, 1.6, 4)
+)
+assert_type(diagram, vi.Diagram)
+assert_type(vi.plot.bifurcation(diagram), Axes)
+assert_type(vi.chart(system, initial=(0, 0.5, 0, 0), gap=[0.4, 0.5]), vi.Chart)
+assert_type(vi.basins(system, x1=[-1, 0], v1=[-1, 0]), vi.Basins)
+assert_type(vi.impact(system, x1=0.3, v1=1.0, v2=0.0), NDArray[np.void])
+assert_type(vi.EventKind(0), vi.EventKind)
+assert_type(vi.atlas.STATUS_NAMES, tuple[str, ...])
+assert_type(vi.__version__, str)
