@@ -5,8 +5,8 @@ changelog and the pages of the tests are the same on the site and on a code host
 fetched, neither by the build nor by a reader's browser.
 """
 
+import posixpath
 import re
-from pathlib import Path
 
 import docutils.nodes
 from latex2mathml.converter import convert
@@ -14,8 +14,6 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxTranslator
 
 import vibroimpact
-
-ROOT = Path(__file__).parents[1]
 
 project = "vibroimpact"
 author = "The vibroimpact developers"
@@ -72,12 +70,14 @@ templates_path = ["templates"]
 
 
 def add_other_pages(app: Sphinx, name: str, source: list[str]) -> None:
-    """Put the pages of this folder that the front page does not name into its last list."""
+    """Put the pages that the front page does not name into its last list."""
     if name != root_doc:
         return
-    named = set(re.findall(r"^(?:.+<)?([\w-]+)>?$", source[0], re.MULTILINE))
-    others = sorted({page.stem for page in (ROOT / "docs").glob("*.md")} - named - {"index"})
-    source[0] = source[0].replace("[every page that is not named above]", "\n".join(others))
+    named = set(re.findall(r"^(?:.+<)?([\w./-]+)>?$", source[0], re.MULTILINE))
+    folder = posixpath.dirname(root_doc)
+    pages = {posixpath.relpath(page, folder) for page in app.env.found_docs - {root_doc}}
+    others = "\n".join(sorted(pages - named))
+    source[0] = source[0].replace("[every page that is not named here]", others)
 
 
 def keep_summary(
