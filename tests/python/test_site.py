@@ -1,6 +1,7 @@
 """The documentation site: links that lead nowhere are found, and no page is left out."""
 
 import runpy
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
