@@ -46,6 +46,12 @@ def dangers(source: str) -> list[str]:
                 names = {name} & FORBIDDEN_CALLS
             case ast.Call(func=ast.Attribute(attr="import_module"), args=[ast.Constant(), *_]):
                 pass
+            # A module of the package itself: relative to its own name.
+            case ast.Call(
+                func=ast.Attribute(attr="import_module"),
+                args=[ast.JoinedStr(values=[ast.Constant(value="."), *_]), ast.Name(id="__name__")],
+            ):
+                pass
             case ast.Call(func=ast.Attribute(attr="import_module")):
                 names = {"import_module"}
             case ast.Call(func=ast.Attribute(value=ast.Name(id="os"), attr=name)):
