@@ -31,7 +31,7 @@ from .atlas import (
     lyapunov_spectrum,
     sweep,
 )
-from .errors import Interrupted, ParameterError, SimulationError, StateError
+from .errors import ClusterError, Interrupted, ParameterError, SimulationError, StateError
 from .files import load
 from .impact_maps import ImpactAgreement, ImpactRegimes, impact_agreement, impact_regimes
 from .impacts import impact
@@ -82,6 +82,7 @@ __all__ = [
     "BifurcationCurve",
     "Branch",
     "Chart",
+    "ClusterError",
     "Diagram",
     "DiagramSettings",
     "EnergyAudit",

@@ -1,4 +1,4 @@
-"""The errors of vibroimpact: bad input, failed computation, and an interrupted call."""
+"""The errors of vibroimpact: bad input, failed computation, an interrupted call."""
 
 from typing import Any
 
@@ -13,6 +13,14 @@ class StateError(ValueError):
 
 class SimulationError(RuntimeError):
     """A computation failed; the message gives time, number of events and state."""
+
+
+class ClusterError(SimulationError):
+    """A cluster was lost in the middle of a computation; ``result`` holds what was done by then."""
+
+    def __init__(self, message: str, result: Any = None) -> None:
+        super().__init__(message)
+        self.result = result
 
 
 class Interrupted(KeyboardInterrupt):

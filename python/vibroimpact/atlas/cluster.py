@@ -6,11 +6,12 @@ they are the same bits.
 """
 
 from collections.abc import Generator, Sequence
+from concurrent.futures import CancelledError
 from typing import Any
 
 from .. import _core
 from ..checks import reject
-from ..errors import SimulationError
+from ..errors import ClusterError, SimulationError
 from .fields import ChunkResult, Task
 from .grid import Tiling
 
@@ -56,6 +57,11 @@ def on_cluster(
 
     What is under way when the generator is closed is cancelled. The error of a chunk is raised as
     it is; so is Dask's own, when a chunk was on several workers as they died.
+
+    Raises
+    ------
+    ClusterError
+        If the scheduler is gone, the client was closed, or its work was cancelled.
     """
     import distributed
 
@@ -86,6 +92,12 @@ def on_cluster(
             while awaited in waiting:
                 yield awaited, waiting.pop(awaited)
                 awaited = next(order, None)
+    except CancelledError as error:
+        raise ClusterError(f"the cluster was lost ({error})") from error
+    except OSError as error:
+        if client.status == "running":
+            raise  # of the chunk itself
+        raise ClusterError(f"the cluster was lost ({error})") from error
     finally:
         if client.status == "running":
             client.cancel([remote, *running])

@@ -14,7 +14,7 @@ from functools import partial
 from typing import Any, TypeVar
 
 from ..checks import flag, optional_count, threads
-from ..errors import Interrupted
+from ..errors import ClusterError, Interrupted
 from . import cluster
 from .columns import Columns, Memory
 from .fields import ChunkResult, Layout, Task
@@ -67,8 +67,10 @@ def compute(
         If an argument is out of range, or the store is damaged or holds something else.
     Interrupted
         After Ctrl-C; ``.result`` is ``wrap`` of what is done.
+    ClusterError
+        If the cluster is lost; ``.result`` as after Ctrl-C.
     OSError
-        If the store cannot be written; what it holds stays valid.
+        If the store cannot be written, or is gone; what it holds stays valid.
     """
     threads(workers)
     optional_count("chunk", chunk, least=1)
@@ -98,11 +100,18 @@ def compute(
                     if result.interrupted:
                         raise KeyboardInterrupt
         except KeyboardInterrupt:
-            message = f"interrupted after {sink.done} of {task.grid.size} cells; .result holds them"
-            if store is not None:
-                message += ", as does the store: call again to go on"
+            message = f"interrupted {_so_far(task, sink)}"
             raise Interrupted(message, wrap(sink.columns())) from None
+        except ClusterError as error:
+            message = f"{error} {_so_far(task, sink)}"
+            raise ClusterError(message, wrap(sink.columns())) from error
     return wrap(sink.columns())
+
+
+def _so_far(task: Task, sink: Memory | Store) -> str:
+    """Say how much is done, and where it is."""
+    text = f"after {sink.done} of {task.grid.size} cells; .result holds them"
+    return text + (", as does the store: call again to go on" if isinstance(sink, Store) else "")
 
 
 def _chunk(task: Task, chunk: int | None, client: Any) -> int:

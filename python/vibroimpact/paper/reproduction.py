@@ -14,6 +14,7 @@ from ..errors import ParameterError
 from ..plot import publication_style
 from ..results import Run
 from ..simulation import simulate
+from ..whole_file import whole_file
 from . import (
     claims,
     coexistence,
@@ -115,7 +116,8 @@ def reproduce(
         ("md", claims.to_markdown(job.claims)),
     ):
         path = job.out / f"claims.{name}"
-        path.write_text(text, encoding="utf-8")
+        with whole_file(path) as file:
+            file.write(text.encode())
         job.files.append(path)
     return Reproduction(job.files, job.claims)
 
