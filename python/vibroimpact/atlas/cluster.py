@@ -92,12 +92,11 @@ def on_cluster(
             while awaited in waiting:
                 yield awaited, waiting.pop(awaited)
                 awaited = next(order, None)
-    except CancelledError as error:
-        raise ClusterError(f"the cluster was lost ({error})") from error
-    except OSError as error:
-        if client.status == "running":
+    except (CancelledError, OSError) as error:
+        if isinstance(error, OSError) and client.status == "running":
             raise  # of the chunk itself
-        raise ClusterError(f"the cluster was lost ({error})") from error
+        why = str(error).partition("\n")[0]
+        raise ClusterError(f"the cluster was lost ({why})") from error
     finally:
         if client.status == "running":
             client.cancel([remote, *running])

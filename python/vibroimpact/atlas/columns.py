@@ -212,7 +212,7 @@ def _as_told(columns: Columns, lengths: dict[str, int], stored: "xarray.Dataset"
     """Return the arrays of a store without rows that belong to no cell."""
     layout = columns.layout
     for entry, group in layout.arrays():
-        found = stored[entry.name] if entry.name in stored else None
+        found = stored.get(entry.name)
         wanted = (layout.grid.shape if group is None else (lengths[group.dim],)) + entry.shape
         if (
             found is None
