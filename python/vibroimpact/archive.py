@@ -76,6 +76,11 @@ def read(path: str | os.PathLike[str], builders: Mapping[str, Builder[_Result]])
     """
     with open(path, "rb") as file:
         try:
+            # Before anything is made of its bytes: NumPy parses headers while it reads them.
+            with zipfile.ZipFile(file) as whole:
+                if (name := whole.testzip()) is not None:
+                    raise ValueError(f"a wrong checksum of {name}")
+            file.seek(0)
             content = np.load(file, allow_pickle=False)
             if not isinstance(content, np.lib.npyio.NpzFile):
                 raise ValueError("a single array")

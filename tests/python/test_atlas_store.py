@@ -276,7 +276,7 @@ def test_ctrl_c_within_a_chunk_of_runs(path, system, initial):
     options |= {"drive_frequency": np.linspace(1.2, 2.0, 300), "store": path}
     timer = threading.Timer(0.1, signal.raise_signal, (signal.SIGINT,))
     timer.start()
-    with pytest.raises(vi.Interrupted, match="of 300 cells") as caught:
+    with pytest.raises(vi.Interrupted) as caught:
         vi.sweep(system, **options, chunk=300, workers=1)
     timer.join()
     part = caught.value.result

@@ -1,7 +1,9 @@
 """Files that cannot be written: nothing that stood there is lost, and the error names the file."""
 
 import errno
+import io
 import os
+import random
 import shlex
 import signal
 import subprocess
@@ -13,7 +15,7 @@ import pytest
 
 import vibroimpact as vi
 from command_lines import BASINS, CHART, DIAGRAM, LYAPUNOV, ORBITS, SIMULATE
-from test_faults_store import small_disk
+from test_faults_store import flipped, small_disk
 from vibroimpact.paper import reproduce
 from vibroimpact.whole_file import whole_file
 
@@ -94,6 +96,24 @@ def test_a_result_is_saved_again_once_there_is_room(tmp_path, run):
     assert list(tmp_path.iterdir()) == [file]
     longer.save(file)
     assert vi.load(file).impacts.tobytes() == longer.impacts.tobytes()
+
+
+def test_no_flipped_bit_of_a_saved_result_gives_wrong_numbers(tmp_path, run):
+    file, again = tmp_path / "run.npz", tmp_path / "again.npz"
+    run.save(file)
+    content = file.read_bytes()
+    draw, found = random.Random(11), 0
+    for bit in draw.sample(range(8 * len(content)), 300):
+        file.write_bytes(flipped(content, bit))
+        try:
+            vi.load(file).save(again)
+        except ValueError:
+            found += 1
+        else:
+            # A bit of the archive that says nothing of its content, such as a date.
+            with np.load(again) as other, np.load(io.BytesIO(content)) as first:
+                assert all(other[name].tobytes() == first[name].tobytes() for name in first), bit
+    assert found > 200
 
 
 def test_a_kill_while_a_result_is_saved_leaves_the_old_one(tmp_path, run):

@@ -15,8 +15,12 @@ import pytest
 import vibroimpact as vi
 from test_orbits_interrupt import Count, settled
 from vibroimpact import impact_maps
+from vibroimpact.atlas.store import Store
+from vibroimpact.atlas.store_check import Chunks
 from vibroimpact.orbits import manifolds, shooting, single_impact
+from vibroimpact.paper import reproduction
 
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="a process cannot interrupt itself")
 START = (0.0, 0.5, 0.0, 0.0)
 # Much more work than is done before Ctrl-C comes.
 FOR_EVER = {"periods": 10**9, "keep": 20, "max_events": 10**15}
@@ -155,6 +159,27 @@ def test_ctrl_c_before_a_spectrum_is_measured():
     assert run.final_state.period > 0
 
 
+def test_ctrl_c_while_a_store_is_made_or_looked_through(monkeypatch, tmp_path):
+    options = {"initial": START, "periods": 60, "gap": [0.5, 0.6], "chunk": 1}
+    expected = vi.sweep(ROUGH, **options).final_states
+    options["store"] = tmp_path / "store.zarr"
+    for place in ((Store, "_opened"), (Chunks, "read")):
+        with monkeypatch.context() as patch:
+            owner, name = place
+            plain = getattr(owner, name)
+
+            def signalled(*arguments, plain=plain):
+                signal.raise_signal(signal.SIGINT)
+                return plain(*arguments)
+
+            patch.setattr(owner, name, signalled)
+            with pytest.raises(vi.Interrupted, match="store was opened") as caught:
+                vi.sweep(ROUGH, **options)
+        # Read only now, without further signals.
+        assert caught.value.result.status.tolist() == ["pending"] * 2
+    assert vi.sweep(ROUGH, **options).final_states.tobytes() == expected.tobytes()
+
+
 def test_an_interrupted_map_of_motions(monkeypatch):
     values = np.linspace(1.2, 2.0, 11)
     module = sys.modules[vi.MotionMap.__module__]
@@ -255,3 +280,19 @@ def test_an_interrupted_comparison_of_impacts(monkeypatch):
         known.append(np.count_nonzero(done))
     assert known == sorted(known)
     assert known[0] == 0 < known[-1]
+
+
+def test_an_interrupted_reproduction_of_the_paper(monkeypatch, tmp_path, run_command):
+    count = Count(monkeypatch, (reproduction._Job, "motion_pages"))
+
+    part = count.interrupted(
+        lambda: reproduction.reproduce(tmp_path, figures=[9, 10], progress=False), 2
+    )
+    assert {path.name for path in part.files} == {"fig9.png", "fig9-regimes.png"}
+    assert {path.name for path in tmp_path.iterdir()} == {path.name for path in part.files}
+    assert part.claims
+    assert {claim.figure for claim in part.claims} == {9}
+    count.calls, count.at = 0, 2
+    code, out, err = run_command("reproduce --figures 9 10 --quiet --out", tmp_path)
+    assert (code, err) == (130, "vibroimpact: interrupted after 2 files\n")
+    assert out.count("9") >= len(part.claims)

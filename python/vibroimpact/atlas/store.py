@@ -22,6 +22,7 @@ from ..checks import reject
 from ..errors import ParameterError
 from ..whole_file import remedy
 from .columns import Columns
+from .ctrl_c import ctrl_c_waits
 from .fields import ChunkResult, Layout
 from .grid import Tiling
 from .store_check import Chunks, check_arrays, damaged, reading
@@ -62,18 +63,19 @@ class Store:
         self.tiling = tiling
         # Rows must come in the order of the chunks.
         self.ordered = bool(layout.rows)
-        with _writing(self.path):
-            _make(self.path)
-            self._lock = Lock(self.path)
+        self._lock: Lock | None = None
         try:
-            with reading(self.path), _writing(self.path), every_chunk():
-                group = self._opened()
-                self._arrays = {entry.name: group[entry.name] for entry, _ in layout.arrays()}
+            with reading(self.path), _writing(self.path):
+                with ctrl_c_waits(), every_chunk():
+                    _make(self.path)
+                    self._lock = Lock(self.path)
+                    group = self._opened()
+                    self._arrays = {entry.name: group[entry.name] for entry, _ in layout.arrays()}
+                    consolidate(self.path)
                 self._chunks = Chunks(self.path, layout, self._arrays)
-                consolidate(self.path)
                 self._scan()
         except BaseException:
-            self._lock.release()
+            self._release()
             raise
 
     def __enter__(self) -> Self:
@@ -87,7 +89,12 @@ class Store:
         trace: TracebackType | None,
     ) -> None:
         """Let others write."""
-        self._lock.release()
+        self._release()
+
+    def _release(self) -> None:
+        if self._lock is not None:
+            self._lock.release()
+            self._lock = None
 
     def _opened(self) -> Any:
         """Return the group, made or found to be the same computation."""

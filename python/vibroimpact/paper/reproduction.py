@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..errors import ParameterError
+from ..errors import Interrupted, ParameterError
 from ..plot import publication_style
 from ..results import Run
 from ..simulation import simulate
@@ -80,6 +80,11 @@ def reproduce(
     ------
     ParameterError
         If a figure or format is unknown, or `frequencies` is less than 2.
+    Interrupted
+        After Ctrl-C; ``.result`` is the Reproduction so far. The files with all claims are left as
+        they were.
+    OSError
+        If a file cannot be written; one that was there before is as it was.
     """
     chosen = list(FIGURES) if figures is None else sorted(set(figures))
     if unknown := [figure for figure in chosen if figure not in FIGURES]:
@@ -91,26 +96,32 @@ def reproduce(
 
     job = _Job(Path(out), tuple(formats), frequencies, workers, progress)
     job.out.mkdir(parents=True, exist_ok=True)
-    with publication_style():
-        for figure in chosen:
-            started = time.perf_counter()
-            if figure in existence.PERIODS_PER_ORBIT:
-                job.existence_page(figure)
-            elif any(transition.figure == figure for transition in TRANSITIONS):
-                job.transition_pages(figure)
-            else:
-                job.motion_pages(figure)
-            job.report(f"figure {figure}: {time.perf_counter() - started:.1f} s")
-        if figures is None:
-            started = time.perf_counter()
-            job.impact_pages()
-            job.report(f"impact law: {time.perf_counter() - started:.1f} s")
-            started = time.perf_counter()
-            job.coexistence_pages()
-            job.report(f"coexisting motions: {time.perf_counter() - started:.1f} s")
-            started = time.perf_counter()
-            job.islands_page()
-            job.report(f"islands: {time.perf_counter() - started:.1f} s")
+    try:
+        with publication_style():
+            for figure in chosen:
+                started = time.perf_counter()
+                if figure in existence.PERIODS_PER_ORBIT:
+                    job.existence_page(figure)
+                elif any(transition.figure == figure for transition in TRANSITIONS):
+                    job.transition_pages(figure)
+                else:
+                    job.motion_pages(figure)
+                job.report(f"figure {figure}: {time.perf_counter() - started:.1f} s")
+            if figures is None:
+                started = time.perf_counter()
+                job.impact_pages()
+                job.report(f"impact law: {time.perf_counter() - started:.1f} s")
+                started = time.perf_counter()
+                job.coexistence_pages()
+                job.report(f"coexisting motions: {time.perf_counter() - started:.1f} s")
+                started = time.perf_counter()
+                job.islands_page()
+                job.report(f"islands: {time.perf_counter() - started:.1f} s")
+    except KeyboardInterrupt:  # Interrupted is one
+        raise Interrupted(
+            f"interrupted after {len(job.files)} files; .result holds them and their claims",
+            Reproduction(job.files, job.claims),
+        ) from None
     for name, text in (
         ("json", claims.to_json(job.claims)),
         ("md", claims.to_markdown(job.claims)),
