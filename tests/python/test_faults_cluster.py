@@ -54,11 +54,14 @@ def test_a_scheduler_that_is_gone(scheduler, tmp_path, monkeypatch, how):
     store = tmp_path / "toy.zarr"
     # The client logs in vain that it would connect again.
     monkeypatch.setattr(logging.getLogger("distributed.client"), "disabled", True)
-    with Client(scheduler_file=str(file), timeout=60) as client:
+    client = Client(scheduler_file=str(file), timeout=60)
+    try:
         client.wait_for_workers(1, timeout=60)
         after_writes(monkeypatch, 4, process.kill if how == "killed" else client.close)
         with pytest.raises(vi.ClusterError, match=r"the cluster was lost .* of 77") as caught:
             atlas.compute(Toy(seconds=0.1), whole, client=client, chunk=3, store=store)
+    finally:
+        client.close(timeout=1)
     columns = caught.value.result
     done = columns["status"] == 1
     assert 0 < done.sum() == columns.done < 77

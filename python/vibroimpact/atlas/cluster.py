@@ -74,6 +74,8 @@ def on_cluster(
     waiting: dict[int, ChunkResult] = {}
     try:
         while True:
+            if client.status != "running":
+                raise ClusterError("the cluster was lost (no connection to the scheduler)")
             # What waits for an earlier chunk counts too: memory is bounded.
             room = _AHEAD * threads(client) - len(running) - len(waiting)
             for _, index in zip(range(room), left, strict=False):
@@ -92,9 +94,10 @@ def on_cluster(
             while awaited in waiting:
                 yield awaited, waiting.pop(awaited)
                 awaited = next(order, None)
-    except (CancelledError, OSError) as error:
-        if isinstance(error, OSError) and client.status == "running":
-            raise  # of the chunk itself
+    except (CancelledError, OSError, RuntimeError) as error:
+        # Without a scheduler Dask's calls end in one of these; else it is an error of the chunk.
+        if not isinstance(error, CancelledError) and client.status == "running":
+            raise
         why = str(error).partition("\n")[0]
         raise ClusterError(f"the cluster was lost ({why})") from error
     finally:
