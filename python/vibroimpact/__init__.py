@@ -16,7 +16,7 @@ quantities are dimensionless; the glossary is docs/notation.md.
 from typing import TYPE_CHECKING
 
 from ._core import __version__
-from .errors import Interrupted, ParameterError, SimulationError, StateError
+from .errors import ClusterError, Interrupted, ParameterError, SimulationError, StateError
 from .impacts import impact
 from .results import EnergyAudit, EventKind, FinalState, PeriodReport, Regime, Run
 from .simulation import simulate
@@ -109,6 +109,7 @@ __all__ = [
     "BifurcationCurve",
     "Branch",
     "Chart",
+    "ClusterError",
     "Diagram",
     "DiagramSettings",
     "EnergyAudit",

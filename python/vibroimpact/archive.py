@@ -6,17 +6,16 @@ version, the version of vibroimpact that wrote it, and all that is not an array.
 
 import json
 import os
-import tempfile
 import zipfile
 import zlib
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from .whole_file import whole_file
 
 _Result = TypeVar("_Result")
 # Makes a result from its metadata and arrays.
@@ -45,7 +44,13 @@ def write(
     metadata: Mapping[str, Any],
     arrays: Mapping[str, NDArray[Any]],
 ) -> None:
-    """Write a result of the given kind; the file appears at ``path`` complete or not at all."""
+    """Write a result of the given kind; the file appears at ``path`` complete or not at all.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written; what stood there before is as it was.
+    """
     text = json.dumps(
         {
             "format": FORMAT,
@@ -56,19 +61,8 @@ def write(
         },
         allow_nan=False,
     )
-    target = Path(path)
-    handle, name = tempfile.mkstemp(prefix=target.name, suffix=".part", dir=target.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            np.savez_compressed(file, allow_pickle=False, metadata=np.array(text), **arrays)
-        # mkstemp makes a private file; a result gets the permissions any new file would get.
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(name, 0o666 & ~mask)
-        os.replace(name, target)
-    except BaseException:
-        os.unlink(name)
-        raise
+    with whole_file(path) as file:
+        np.savez_compressed(file, allow_pickle=False, metadata=np.array(text), **arrays)
 
 
 def read(path: str | os.PathLike[str], builders: Mapping[str, Builder[_Result]]) -> _Result:
@@ -82,6 +76,11 @@ def read(path: str | os.PathLike[str], builders: Mapping[str, Builder[_Result]])
     """
     with open(path, "rb") as file:
         try:
+            # Before anything is made of its bytes: NumPy parses headers while it reads them.
+            with zipfile.ZipFile(file) as whole:
+                if (name := whole.testzip()) is not None:
+                    raise ValueError(f"a wrong checksum of {name}")
+            file.seek(0)
             content = np.load(file, allow_pickle=False)
             if not isinstance(content, np.lib.npyio.NpzFile):
                 raise ValueError("a single array")

@@ -1,4 +1,4 @@
-"""The errors of vibroimpact: bad input, failed computation, and an interrupted call."""
+"""The errors of vibroimpact: bad input, failed computation, an interrupted call."""
 
 from typing import Any
 
@@ -16,6 +16,14 @@ class SimulationError(RuntimeError):
 
     ``result`` holds what was done by then: the run, or the list of runs; None where nothing was.
     """
+
+    def __init__(self, message: str, result: Any = None) -> None:
+        super().__init__(message)
+        self.result = result
+
+
+class ClusterError(SimulationError):
+    """A cluster was lost in the middle of a computation; ``result`` holds what was done by then."""
 
     def __init__(self, message: str, result: Any = None) -> None:
         super().__init__(message)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .checks import axis, count, reject
+from .errors import Interrupted
 from .impacts import MOST_STEPS, impact
 from .system import System
 
@@ -199,9 +200,11 @@ class ImpactAgreement:
 
     def __repr__(self) -> str:
         """Say how many impacts are compared, and how well they agree."""
+        known = self.order[~np.isnan(self.order)]
+        order = f"{known.min():.2f} ... {known.max():.2f}" if len(known) else "not known"
         return (
             f"ImpactAgreement({self.impacts.sum()} impacts, laws {', '.join(self.laws)}, "
-            f"order {np.nanmin(self.order):.2f} ... {np.nanmax(self.order):.2f})"
+            f"order {order})"
         )
 
 
@@ -230,6 +233,8 @@ def impact_agreement(
     ------
     ParameterError
         If an argument is out of range.
+    Interrupted
+        After Ctrl-C; ``.result`` is the ImpactAgreement, differences not reached being NaN.
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
@@ -244,23 +249,31 @@ def impact_agreement(
     x1, v1 = np.pi / 2 * middles, _widest_ratio(system) * middles[:, np.newaxis]
     v2 = v1 * (np.ones(cells) if system.contact == "direct" else np.cos(x1)) - 1.0
     difference: NDArray[np.float64] = np.full((len(LAWS), 6, len(numbers)), np.nan)
-    for row, law in enumerate(LAWS):
-        under = system.replace(law=law)
-        exact = impact(under, x1=x1, v1=v1, v2=v2)
-        for column, number in enumerate(numbers):
-            off = np.mean([_difference(under, exact, near) for near in _near(number)], axis=0)
-            for regime in range(6):
-                chosen = exact["regime"] == regime
-                if chosen.any():
-                    difference[row, regime, column] = off[chosen].mean()
-    counts = np.array([np.count_nonzero(exact["regime"] == regime) for regime in range(6)])
-    return ImpactAgreement(
+    counts = np.zeros(6, np.int64)
+    interrupted = False
+    try:
+        for row, law in enumerate(LAWS):
+            under = system.replace(law=law)
+            exact = impact(under, x1=x1, v1=v1, v2=v2)
+            counts = np.array([np.count_nonzero(exact["regime"] == regime) for regime in range(6)])
+            for column, number in enumerate(numbers):
+                off = np.mean([_difference(under, exact, near) for near in _near(number)], axis=0)
+                for regime in range(6):
+                    chosen = exact["regime"] == regime
+                    if chosen.any():
+                        difference[row, regime, column] = off[chosen].mean()
+    except KeyboardInterrupt:
+        interrupted = True
+    result = ImpactAgreement(
         system=system,
         laws=LAWS,
         steps=np.array(numbers),
         difference=difference,
         impacts=counts,
     )
+    if interrupted:
+        raise Interrupted("interrupted between the laws; .result holds what is compared", result)
+    return result
 
 
 def _near(number: int) -> NDArray[np.int64]:

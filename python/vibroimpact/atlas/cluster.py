@@ -6,11 +6,12 @@ they are the same bits.
 """
 
 from collections.abc import Generator, Sequence
+from concurrent.futures import CancelledError
 from typing import Any
 
 from .. import _core
 from ..checks import reject
-from ..errors import SimulationError
+from ..errors import ClusterError, SimulationError
 from .fields import ChunkResult, Task
 from .grid import Tiling
 
@@ -56,6 +57,11 @@ def on_cluster(
 
     What is under way when the generator is closed is cancelled. The error of a chunk is raised as
     it is; so is Dask's own, when a chunk was on several workers as they died.
+
+    Raises
+    ------
+    ClusterError
+        If the scheduler is gone, the client was closed, or its work was cancelled.
     """
     import distributed
 
@@ -68,6 +74,8 @@ def on_cluster(
     waiting: dict[int, ChunkResult] = {}
     try:
         while True:
+            if client.status != "running":
+                raise ClusterError("the cluster was lost (no connection to the scheduler)")
             # What waits for an earlier chunk counts too: memory is bounded.
             room = _AHEAD * threads(client) - len(running) - len(waiting)
             for _, index in zip(range(room), left, strict=False):
@@ -86,6 +94,12 @@ def on_cluster(
             while awaited in waiting:
                 yield awaited, waiting.pop(awaited)
                 awaited = next(order, None)
+    except (CancelledError, OSError, RuntimeError) as error:
+        # Without a scheduler Dask's calls end in one of these; else it is an error of the chunk.
+        if not isinstance(error, CancelledError) and client.status == "running":
+            raise
+        why = str(error).partition("\n")[0]
+        raise ClusterError(f"the cluster was lost ({why})") from error
     finally:
         if client.status == "running":
             client.cancel([remote, *running])

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import ParameterError
 from .fields import ChunkResult, Field, Layout
 from .grid import Grid, Tiling
 
@@ -35,10 +36,17 @@ class Columns:
         Directory of the store, or None in memory.
     """
 
-    def __init__(self, layout: Layout, read: Read, path: str | None = None) -> None:
+    def __init__(
+        self,
+        layout: Layout,
+        read: Read,
+        path: str | None = None,
+        check: Callable[[], dict[str, int]] = dict,
+    ) -> None:
         self.layout = layout
         self.path = path
         self._read = read
+        self._check = check
         self._groups = {group.offset: group for group in layout.rows}
         self._names = [entry.name for entry, _ in layout.arrays()] + list(self._groups)
 
@@ -175,6 +183,8 @@ def to_dataset(columns: Columns) -> "xarray.Dataset":
     ------
     ImportError
         If xarray is not installed, or for a store Zarr.
+    ParameterError
+        If the store is damaged.
     """
     need_xarray()
     import xarray
@@ -183,8 +193,10 @@ def to_dataset(columns: Columns) -> "xarray.Dataset":
 
     layout = columns.layout
     if columns.path is not None:
+        # xarray takes a chunk that is missing for one of fill values.
+        lengths = columns._check()
         stored: xarray.Dataset = xarray.open_zarr(columns.path, chunks=None)
-        return with_label(stored[[entry.name for entry, _ in layout.arrays()]])
+        return with_label(_as_told(columns, lengths, stored))
     data = xarray.Dataset(
         {
             entry.name: (layout.dims(entry, group), columns[entry.name], attributes(layout, entry))
@@ -194,6 +206,29 @@ def to_dataset(columns: Columns) -> "xarray.Dataset":
         layout.attributes(),
     )
     return with_label(data)
+
+
+def _as_told(columns: Columns, lengths: dict[str, int], stored: "xarray.Dataset") -> Any:
+    """Return the arrays of a store without rows that belong to no cell."""
+    layout = columns.layout
+    for entry, group in layout.arrays():
+        found = stored.get(entry.name)
+        wanted = (layout.grid.shape if group is None else (lengths[group.dim],)) + entry.shape
+        if (
+            found is None
+            or found.dims != layout.dims(entry, group)
+            or found.dtype != entry.dtype
+            or any(is_ < must for is_, must in zip(found.shape, wanted, strict=True))
+            or (group is None and found.shape != wanted)
+        ):
+            raise ParameterError(
+                f"store = {columns.path!r} is damaged (its consolidated metadata are not those of "
+                f"{entry.name}); the same call writes them anew"
+            )
+    names = [entry.name for entry, _ in layout.arrays()]
+    told = stored[names].isel({dim: slice(length) for dim, length in lengths.items()})
+    told.attrs.pop("fingerprint")  # of the store
+    return told
 
 
 def attributes(layout: Layout, entry: Field) -> dict[str, Any]:

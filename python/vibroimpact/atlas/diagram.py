@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from ..checks import count, flag, optional_count, reject, state, states, threads
-from ..errors import Interrupted
+from ..errors import ClusterError, Interrupted
 from ..system import NUMERIC_RANGES, System
 from .cells import (
     IMPACT_ROWS,
@@ -300,14 +300,14 @@ def _refined(
     try:
         for level in range(refinements + 1):
             place = store_in(store, f"level-{level}")
-            interrupted = None
+            stopped: Interrupted | ClusterError | None = None
             try:
                 columns = compute(task(values), _itself, store=place, **engine)
-            except Interrupted as error:
-                columns, interrupted = error.result, error
+            except (Interrupted, ClusterError) as error:
+                columns, stopped = error.result, error
             done = columns if done is None else merged(done, columns)
-            if interrupted is not None:
-                raise Interrupted(str(interrupted), Diagram(done))
+            if stopped is not None:
+                raise type(stopped)(str(stopped), Diagram(done)) from stopped.__cause__
             values = _midpoints(Diagram(done))
             if not len(values):
                 break

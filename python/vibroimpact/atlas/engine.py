@@ -6,20 +6,19 @@ of the chunks nor on who computes them. A chunk that is done is collected in mem
 """
 
 import os
-import signal
-import threading
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from functools import partial
 from typing import Any, TypeVar
 
 from ..checks import flag, optional_count, threads
-from ..errors import Interrupted
+from ..errors import ClusterError, Interrupted
 from . import cluster
 from .columns import Columns, Memory
+from .ctrl_c import ctrl_c_waits
 from .fields import ChunkResult, Layout, Task
 from .grid import Tiling
-from .store import Store
+from .store import Store, open_columns
 
 Result = TypeVar("Result")
 
@@ -67,8 +66,10 @@ def compute(
         If an argument is out of range, or the store is damaged or holds something else.
     Interrupted
         After Ctrl-C; ``.result`` is ``wrap`` of what is done.
+    ClusterError
+        If the cluster is lost; ``.result`` as after Ctrl-C.
     OSError
-        If the store cannot be written; what it holds stays valid.
+        If the store cannot be written, or is gone; what it holds stays valid.
     """
     threads(workers)
     optional_count("chunk", chunk, least=1)
@@ -78,7 +79,7 @@ def compute(
         cluster.check_client(client)
     tiling = Tiling.of(task.grid.shape, _chunk(task, chunk, client))
     with (
-        _sink(layout, tiling, store) as sink,
+        _sink(layout, tiling, store, wrap) as sink,
         _progress_bar(task, sink.done, shown=progress) as bar,
     ):
         chunks = (task, sink.tiling, sink.todo())
@@ -91,18 +92,25 @@ def compute(
             with closing(results):
                 for index, result in results:
                     layout.check(*sink.tiling.cells(index), result)
-                    with _ctrl_c_waits():
+                    with ctrl_c_waits():  # so that no chunk is written by half
                         sink.write(index, result)
                     if bar is not None:
                         bar.update(sink.done - bar.n)
                     if result.interrupted:
                         raise KeyboardInterrupt
         except KeyboardInterrupt:
-            message = f"interrupted after {sink.done} of {task.grid.size} cells; .result holds them"
-            if store is not None:
-                message += ", as does the store: call again to go on"
+            message = f"interrupted {_so_far(task, sink)}"
             raise Interrupted(message, wrap(sink.columns())) from None
+        except ClusterError as error:
+            message = f"{error} {_so_far(task, sink)}"
+            raise ClusterError(message, wrap(sink.columns())) from error
     return wrap(sink.columns())
+
+
+def _so_far(task: Task, sink: Memory | Store) -> str:
+    """Say how much is done, and where it is."""
+    text = f"after {sink.done} of {task.grid.size} cells; .result holds them"
+    return text + (", as does the store: call again to go on" if isinstance(sink, Store) else "")
 
 
 def _chunk(task: Task, chunk: int | None, client: Any) -> int:
@@ -119,10 +127,20 @@ def _chunk(task: Task, chunk: int | None, client: Any) -> int:
 
 
 def _sink(
-    layout: Layout, tiling: Tiling, store: str | os.PathLike[str] | None
+    layout: Layout,
+    tiling: Tiling,
+    store: str | os.PathLike[str] | None,
+    wrap: Callable[[Columns], Result],
 ) -> AbstractContextManager[Memory | Store]:
     """Return what collects the chunks."""
-    return nullcontext(Memory(layout, tiling)) if store is None else Store(store, layout, tiling)
+    if store is None:
+        return nullcontext(Memory(layout, tiling))
+    try:
+        return Store(store, layout, tiling)
+    except KeyboardInterrupt:
+        # It has been made by now, but a large one takes a while to look through.
+        message = "interrupted while the store was opened; .result holds what is in it"
+        raise Interrupted(message, wrap(open_columns(store))) from None
 
 
 def _one_by_one(
@@ -152,21 +170,3 @@ def _progress_bar(task: Task, done: int, *, shown: bool) -> Iterator[Any]:
     name = f"{task.kind} over {over}" if over else task.kind
     with tqdm(total=task.grid.size, initial=done, desc=name, unit="cell") as bar:
         yield bar
-
-
-@contextmanager
-def _ctrl_c_waits() -> Iterator[None]:
-    """Let Ctrl-C wait until the block is done, so that no chunk is written by half."""
-    # Only the main thread sees Ctrl-C; a handler that Python does not know cannot be put back.
-    here = threading.current_thread() is threading.main_thread()
-    if not here or signal.getsignal(signal.SIGINT) is None:
-        yield
-        return
-    came: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-    if came:
-        signal.raise_signal(signal.SIGINT)

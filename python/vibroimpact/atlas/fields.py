@@ -14,7 +14,9 @@ from .grid import Grid
 
 # What the attributes of a data set begin with.
 FORMAT = "vibroimpact atlas"
-FORMAT_VERSION = 1
+# 2: what a store says of itself has a checksum, and a cell that is done has all its chunks. Older
+# ones are refused.
+FORMAT_VERSION = 2
 
 # The code of a cell's status is its place here. A cell is done when it is anything but pending.
 STATUS_NAMES = _core.STATUS_NAMES

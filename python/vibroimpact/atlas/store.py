@@ -2,7 +2,8 @@
 
 The store is a local directory without pickle. A chunk of its arrays is a chunk of the engine, and
 rows are appended in the order of the chunks. Each file appears complete or not at all, and those of
-the status come last: a chunk without a pending cell is whole, every other one is computed again.
+the status come last: a chunk without a pending cell is whole, every other one is computed again, as
+is one that has lost a file (`store_check`).
 """
 
 import errno
@@ -19,19 +20,23 @@ from numpy.typing import NDArray
 
 from ..checks import reject
 from ..errors import ParameterError
+from ..whole_file import remedy
 from .columns import Columns
+from .ctrl_c import ctrl_c_waits
 from .fields import ChunkResult, Layout
 from .grid import Tiling
+from .store_check import Chunks, check_arrays, damaged, reading
 from .store_layout import (
     check_format,
     consolidate,
     create,
     differences,
+    every_chunk,
     mark,
     read_layout,
-    reading,
     zarr_module,
 )
+from .store_lock import LOCK, Lock
 
 
 class Store:
@@ -43,6 +48,8 @@ class Store:
     ------
     ParameterError
         If ``path`` is something else, holds something else, is damaged or in use.
+    OSError
+        If it cannot be made or written.
     ImportError
         If Zarr is not installed.
     """
@@ -56,12 +63,16 @@ class Store:
         self.tiling = tiling
         # Rows must come in the order of the chunks.
         self.ordered = bool(layout.rows)
-        self._lock = _locked(self.path)
+        self._lock: Lock | None = None
         try:
             with reading(self.path), _writing(self.path):
-                group = self._opened()
-                self._arrays = {entry.name: group[entry.name] for entry, _ in layout.arrays()}
-                consolidate(self.path)
+                with ctrl_c_waits(), every_chunk():
+                    _make(self.path)
+                    self._lock = Lock(self.path)
+                    group = self._opened()
+                    self._arrays = {entry.name: group[entry.name] for entry, _ in layout.arrays()}
+                    consolidate(self.path)
+                self._chunks = Chunks(self.path, layout, self._arrays)
                 self._scan()
         except BaseException:
             self._release()
@@ -82,17 +93,17 @@ class Store:
 
     def _release(self) -> None:
         if self._lock is not None:
-            os.close(self._lock)
+            self._lock.release()
             self._lock = None
 
     def _opened(self) -> Any:
         """Return the group, made or found to be the same computation."""
         # What a kill leaves of a file that was being written.
         parts = set(self.path.glob("zarr.*.partial"))
-        if (self.path / "zarr.json").exists():
+        if _is_group(self.path):
             group = zarr_module().open_group(str(self.path), mode="r+", use_consolidated=False)
             check_format(self.path, group)
-        elif parts.issuperset(self.path.iterdir()):
+        elif {*parts, self.path / LOCK}.issuperset(self.path.iterdir()):
             group = zarr_module().create_group(str(self.path), attributes=mark())
         else:
             raise ParameterError(f"store = {str(self.path)!r} is a directory of something else")
@@ -101,12 +112,13 @@ class Store:
         if "kind" not in group.attrs:  # the last to be written
             create(group, self.layout, self.tiling)
             return group
-        found = differences(read_layout(group), self.layout)
+        stored, chunks = read_layout(group), group["status"].chunks
+        check_arrays(group, stored, chunks)
+        found = differences(stored, self.layout)
         if found:
             raise ParameterError(
                 f"store = {str(self.path)!r} holds another computation: {'; '.join(found)}"
             )
-        chunks = group["status"].chunks
         self.tiling = Tiling.of(self.layout.grid.shape, int(np.prod(chunks)))
         if self.tiling.tile != chunks:
             raise ValueError(f"chunks {chunks}")
@@ -118,15 +130,44 @@ class Store:
         self._length = {group.name: 0 for group in self.layout.rows}
         self._whole = np.zeros(len(self.tiling), np.bool_)
         for index in range(len(self.tiling)):
-            place = self.tiling.slices(index)
-            status = self._arrays["status"][place]
-            if status.all():
+            status = self._chunks.read("status", self.tiling.slices(index))
+            ends = self._ends(index) if status.all() else None
+            if ends is not None:
                 self._whole[index] = True
                 self.done += status.size
-                for group in self.layout.rows:
-                    self._length[group.name] += int(self._arrays[group.count.name][place].sum())
+                self._length = ends
             elif self.ordered:
+                self._forget(index + 1)
                 break
+
+    def _ends(self, index: int) -> dict[str, int] | None:
+        """Return where the rows of a chunk of done cells end, or None if it has lost a file."""
+        place, chunks = self.tiling.slices(index), self._chunks
+        cells = [entry.name for entry, group in self.layout.arrays() if group is None]
+        if any(any(chunks.missing(name, place)) for name in cells):
+            return None
+        ends = {}
+        for group in self.layout.rows:
+            start = self._length[group.name]
+            ends[group.name] = start + int(chunks.read(group.count.name, place).sum())
+            rows = slice(start, ends[group.name])
+            for entry in group.fields:
+                lost = self._arrays[entry.name].shape[0] < rows.stop
+                if lost or any(chunks.missing(entry.name, (rows,))):
+                    return None
+        return ends
+
+    def _forget(self, first: int) -> None:
+        """Call the chunks pending from this one on: their rows are about to be replaced."""
+        for index in range(first, len(self.tiling)):
+            place = self.tiling.slices(index)
+            if not any(self._chunks.missing("status", place)):
+                self._clear(place)
+
+    def _clear(self, place: tuple[slice, ...]) -> None:
+        """Call the cells of a chunk pending."""
+        for name in ("status", *(group.count.name for group in self.layout.rows)):
+            self._arrays[name][place] = 0
 
     def todo(self) -> list[int]:
         """Return the numbers of the chunks that are to be computed."""
@@ -143,6 +184,14 @@ class Store:
         ParameterError
             If the store turns out to be damaged.
         """
+        if not _is_group(self.path):
+            # Zarr would make the directory again and fill one that is no store.
+            raise FileNotFoundError(
+                errno.ENOENT,
+                "the store has been moved or removed while it was written; the same call goes on "
+                "with it if it is put back",
+                str(self.path),
+            )
         with reading(self.path), _writing(self.path):
             self._write(index, result)
 
@@ -151,8 +200,7 @@ class Store:
         status = self._arrays["status"]
         if status[place].any():
             # Part of the chunk came before, and may not stand beside half of what comes now.
-            for name in ("status", *(group.count.name for group in self.layout.rows)):
-                self._arrays[name][place] = 0
+            self._clear(place)
         ends = {}
         for group in self.layout.rows:
             counts, rows = result.rows[group.name]
@@ -193,7 +241,7 @@ def open_columns(path: str | os.PathLike[str]) -> Columns:
         If Zarr is not installed.
     """
     arrays = StoredArrays(Path(path).absolute())
-    return Columns(arrays.layout, arrays, str(arrays.directory))
+    return Columns(arrays.layout, arrays, str(arrays.directory), arrays.check)
 
 
 class StoredArrays:
@@ -201,10 +249,14 @@ class StoredArrays:
 
     def __init__(self, directory: Path) -> None:
         self.directory = directory
-        self.layout, self._arrays = _opened(directory)
+        self._open()
         self._counts = {
             entry.name: group.count.name for group in self.layout.rows for entry in group.fields
         }
+
+    def _open(self) -> None:
+        self.layout, self._arrays = _opened(self.directory)
+        self._chunks = Chunks(self.directory, self.layout, self._arrays)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Open the store again where it is unpickled."""
@@ -215,22 +267,64 @@ class StoredArrays:
         with reading(self.directory):
             if name in self._counts:
                 # A chunk that was cut short may have left rows without cells.
-                place = (slice(0, int(self._arrays[self._counts[name]][()].sum())),)
-            return np.asarray(self._arrays[name][place])
+                place = (slice(0, self._length(name)),)
+            self._chunks.check(name, place)
+            return self._chunks.read(name, place)
+
+    def _length(self, name: str) -> int:
+        """Return how many rows of an array belong to cells."""
+        length = int(self(self._counts[name], ()).sum())
+        if self._arrays[name].shape[0] < length:
+            self._open()  # it may have grown since
+        if self._arrays[name].shape[0] < length:
+            raise damaged(
+                self.directory,
+                f"{name} has {self._arrays[name].shape[0]} rows instead of {length}",
+                "the same call computes what is missing again",
+            )
+        return length
+
+    def check(self) -> dict[str, int]:
+        """Refuse a store in which a chunk is missing; return the rows of each row group.
+
+        Raises
+        ------
+        ParameterError
+            If there is one.
+        """
+        lengths = {}
+        with reading(self.directory):
+            for entry, group in self.layout.arrays():
+                place: tuple[slice, ...] = ()
+                if group is not None:
+                    lengths[group.dim] = self._length(entry.name)
+                    place = (slice(0, lengths[group.dim]),)
+                self._chunks.check(entry.name, place)
+        return lengths
 
 
 def _opened(directory: Path) -> tuple[Layout, dict[str, Any]]:
     """Return what is known of a store, and its arrays."""
     zarr = zarr_module()
     with reading(directory):
-        if not (directory / "zarr.json").exists():
+        if not _is_group(directory):
             raise ParameterError(f"{str(directory)!r} is not a store")
         group = zarr.open_group(str(directory), mode="r", use_consolidated=False)
         check_format(directory, group)
         if "kind" not in group.attrs:
             raise ParameterError(f"{str(directory)!r} is not a store yet, only begun")
         layout = read_layout(group)
+        check_arrays(group, layout, group["status"].chunks)
         return layout, {entry.name: group[entry.name] for entry, _ in layout.arrays()}
+
+
+def _is_group(path: Path) -> bool:
+    """Say whether a directory is a Zarr group; an OSError where it may not be looked at."""
+    try:
+        os.stat(path / "zarr.json")
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    return True
 
 
 def folder_of_stores(store: Any, names: str, kind: str) -> Path | None:
@@ -257,13 +351,14 @@ def store_in(folder: Path | None, name: str) -> Path | None:
     """Return the path of one of the stores of a folder, which is made if need be."""
     if folder is None:
         return None
-    folder.mkdir(exist_ok=True)
+    with _writing(folder):
+        folder.mkdir(exist_ok=True)
     return folder / name
 
 
 @contextmanager
 def _writing(path: Path) -> Iterator[None]:
-    """Say what to do about a disk that is full."""
+    """Say what to do about a disk that is full, a permission that is missing ..."""
     try:
         yield
     except FileNotFoundError:
@@ -272,30 +367,14 @@ def _writing(path: Path) -> Iterator[None]:
         raise OSError(
             error.errno or errno.EIO,
             f"the store {str(path)!r} cannot be written ({error.strerror or error}); the cells in "
-            "it are safe, and with room enough the same call goes on from there",
+            f"it are safe, and {remedy(error)} the same call goes on from there",
         ) from error
 
 
-def _locked(path: Path) -> int | None:
-    """Make the directory and lock it until this process ends; None where there are no locks."""
+def _make(path: Path) -> None:
+    """Make the directory of a store, if there is none."""
     try:
         path.mkdir(exist_ok=True)
-    except (FileNotFoundError, FileExistsError) as error:
+    except (FileNotFoundError, FileExistsError, NotADirectoryError) as error:
         wrong = "is a file" if isinstance(error, FileExistsError) else "has no folder to be in"
         raise ParameterError(f"store = {str(path)!r} {wrong}") from error
-    try:
-        import fcntl
-    except ImportError:  # Windows
-        return None
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError as error:
-        os.close(handle)
-        raise ParameterError(
-            f"store = {str(path)!r} is being written by another process; wait until it ends"
-        ) from error
-    except OSError:  # a file system without locks
-        os.close(handle)
-        return None
-    return handle

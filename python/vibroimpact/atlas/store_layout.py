@@ -6,10 +6,12 @@ computation was: kind, version, system and settings for the whole; description a
 meanings of codes, for each array, after the CF conventions (cfconventions.org).
 """
 
+import dataclasses
+import hashlib
 import json
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -38,15 +40,20 @@ def zarr_module() -> Any:
     return zarr
 
 
-@contextmanager
-def reading(path: Path) -> Iterator[None]:
-    """Turn what Zarr raises on bytes that are not what they claim to be into one error."""
-    try:
-        yield
-    except ParameterError:
-        raise
-    except (ValueError, KeyError, TypeError, IndexError, RuntimeError, FileNotFoundError) as error:
-        raise ParameterError(f"store = {str(path)!r} is damaged ({error!r})") from error
+def every_chunk() -> AbstractContextManager[Any]:
+    """Let arrays that are made or opened write chunks of fill values as files, too.
+
+    Zarr leaves them out else, and then a chunk that was lost cannot be told from one of them.
+    """
+    config: AbstractContextManager[Any] = zarr_module().config.set(
+        {"array.write_empty_chunks": True}
+    )
+    return config
+
+
+def row_chunk(entry: Field) -> int:
+    """Return how many rows of a field are in a chunk."""
+    return max(1, _ROW_NUMBERS // int(np.prod(entry.shape)))
 
 
 def mark() -> dict[str, Any]:
@@ -79,7 +86,7 @@ def create(group: Any, layout: Layout, tiling: Tiling) -> None:
         if rows is None:
             shape, chunks = layout.grid.shape, tiling.tile
         else:
-            shape, chunks = (0,), (max(1, _ROW_NUMBERS // int(np.prod(entry.shape))),)
+            shape, chunks = (0,), (row_chunk(entry),)
         make(
             entry.name,
             shape=shape + entry.shape,
@@ -89,7 +96,19 @@ def create(group: Any, layout: Layout, tiling: Tiling) -> None:
             dimension_names=layout.dims(entry, rows),
             attributes=attributes(layout, entry),
         )
-    group.update_attributes(layout.attributes())
+    group.update_attributes(layout.attributes() | {"fingerprint": fingerprint(layout, tiling.tile)})
+
+
+def fingerprint(layout: Layout, tile: tuple[int, ...]) -> str:
+    """Return a checksum of all that a store says of itself."""
+    axes = [values.astype("<f8").tobytes() for values in layout.grid.axes.values()]
+    facts = [
+        layout.attributes(),
+        tile,
+        [hashlib.sha256(values).hexdigest() for values in axes],
+        [[dataclasses.asdict(entry), rows and rows.name] for entry, rows in layout.arrays()],
+    ]
+    return hashlib.sha256(json.dumps(facts).encode()).hexdigest()
 
 
 def consolidate(path: Path) -> None:

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 
 from .. import __version__
-from ..errors import ParameterError, SimulationError, StateError
+from ..errors import ClusterError, ParameterError, SimulationError, StateError
 from . import (
     basins,
     bench,
@@ -85,17 +85,24 @@ def main(argv: Sequence[str] | None = None) -> int:
         # Nothing is left to say, also not at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return ExitCode.NO_READER
+    except ClusterError as error:
+        # As after Ctrl-C, the commands have printed and written what was done by then.
+        return _fail(_cut_short(error, chosen), ExitCode.FAILED)
     except (SimulationError, OSError) as error:
         return _fail(error, ExitCode.FAILED)
     except MemoryError as error:
         return _fail(f"not enough memory: {error}", ExitCode.FAILED)
     except KeyboardInterrupt as error:
         # The commands have printed and written what was done by then.
-        message = str(error).partition("; .result")[0] or "interrupted"
-        if getattr(chosen, "store", None) is not None:
-            message += f"; the same command goes on with {chosen.store}"
-        return _fail(message, ExitCode.INTERRUPTED)
+        return _fail(_cut_short(error, chosen), ExitCode.INTERRUPTED)
     return code
+
+
+def _cut_short(error: BaseException, chosen: argparse.Namespace) -> str:
+    message = str(error).partition("; .result")[0] or "interrupted"
+    if getattr(chosen, "store", None) is not None:
+        message += f"; the same command goes on with {chosen.store}"
+    return message
 
 
 def _word(word: str) -> str:

@@ -99,11 +99,13 @@ def run(options: argparse.Namespace) -> ExitCode:
         result, interrupted = outputs.as_far_as_it_got(
             lambda: basins(system, **values, **computing, **plane)
         )
+    write = outputs.Writing()
     if options.csv:
-        _write_csv(result, options.csv)
+        write(_write_csv, result, options.csv)
     if options.plot:
-        _plot(result, options.plot)
+        write(_plot, result, options.plot)
     _print(result, outputs.summary_stream(options))
+    write.end()
     if interrupted is not None:
         raise interrupted
     return cells.exit_code(result.status)

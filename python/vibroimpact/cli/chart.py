@@ -76,13 +76,15 @@ def run(options: argparse.Namespace) -> ExitCode:
                 system, exponents=not options.no_exponents, **values, **computing, **swept
             )
         )
+    write = outputs.Writing()
     if options.csv:
-        _write_csv(result, options.csv)
+        write(_write_csv, result, options.csv)
     if options.save:
-        result.save(options.save)
+        write(result.save, options.save)
     if options.plot:
-        _plot(result, options.plot)
+        write(_plot, result, options.plot)
     outputs.print_summary(cells.describe(result.status, result.label), options)
+    write.end()
     if interrupted is not None:
         raise interrupted
     return cells.exit_code(result.status)

@@ -108,15 +108,17 @@ def run(options: argparse.Namespace) -> ExitCode:
         result, interrupted = outputs.as_far_as_it_got(
             lambda: bifurcation_diagram(system, **values, **computing, **swept)
         )
+    write = outputs.Writing()
     if options.csv:
-        _write_section(result, options.csv)
+        write(_write_section, result, options.csv)
     if options.points:
-        _write_points(result, options.points)
+        write(_write_points, result, options.points)
     if options.save:
-        result.save(options.save)
+        write(result.save, options.save)
     if options.plot:
-        _plot(result, options.plot)
+        write(_plot, result, options.plot)
     outputs.print_summary(cells.describe(result.status, result.label), options)
+    write.end()
     if interrupted is not None:
         raise interrupted
     return cells.exit_code(result.status)

@@ -1,6 +1,7 @@
 """`vibroimpact lyapunov`: the Lyapunov exponents of a motion, or over one parameter."""
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -98,17 +99,23 @@ def run(options: argparse.Namespace) -> ExitCode:
     else:
         columns, lines = _spectra(result), _describe_all(result)
         code = cells.exit_code(result.status)
+    write = outputs.Writing()
     if options.csv:
-        outputs.write_columns(options.csv, columns)
+        write(outputs.write_columns, options.csv, columns)
     if options.plot:
-        from .. import plot
-
-        with outputs.figure(options.plot, 7.1, 3.4) as figure:
-            plot.lyapunov(result, ax=figure.subplots())
+        write(_plot, result, options.plot)
     outputs.print_summary(lines, options)
+    write.end()
     if interrupted is not None:
         raise interrupted
     return code
+
+
+def _plot(result: LyapunovSpectrum | LyapunovSweep, path: Path) -> None:
+    from .. import plot
+
+    with outputs.figure(path, 7.1, 3.4) as figure:
+        plot.lyapunov(result, ax=figure.subplots())
 
 
 def _describe(result: LyapunovSpectrum) -> list[tuple[str, str]]:

@@ -129,7 +129,9 @@ def run(options: argparse.Namespace) -> ExitCode:
 
 def _all(request: shared.Request, system: System) -> ExitCode:
     options = request.options
-    found = periodic_motions(system, options.n, within=options.within)
+    found, interrupted = outputs.as_far_as_it_got(
+        lambda: periodic_motions(system, options.n, within=options.within)
+    )
     code = _write(options, found.motions)
     stream = outputs.summary_stream(options)
     lo, hi = found.within
@@ -139,18 +141,23 @@ def _all(request: shared.Request, system: System) -> ExitCode:
         print(found.note, file=stream)
     for part in found.undecided:
         print(f"undecided x1 in [{part.lo!r}, {part.hi!r}]: {part.reason}", file=stream)
+    if interrupted is not None:
+        raise interrupted
     return ExitCode.INCOMPLETE if found.undecided else code
 
 
 def _search(request: shared.Request, system: System) -> ExitCode:
     options = request.options
-    found = search_motions(
-        system, starts=options.search, **request.values(own=("periods", "seed", "workers"))
+    values = request.values(own=("periods", "seed", "workers"))
+    found, interrupted = outputs.as_far_as_it_got(
+        lambda: search_motions(system, starts=options.search, **values)
     )
     code = _write(options, found.motions, found.shares.tolist())
     stream = outputs.summary_stream(options)
     for label, share in found.others.items():
         print(f"{share:.4g} of the starts: {label}", file=stream)
+    if interrupted is not None:
+        raise interrupted
     return code if set(found.others) <= set(_DECIDED) else ExitCode.INCOMPLETE
 
 
@@ -204,20 +211,22 @@ def _write(
     """Write and print motions, with their shares of the starts if there are any."""
     share_name = [] if shares is None else ["share"]
     share_of = [[]] * len(motions) if shares is None else [[share] for share in shares]
+    write = outputs.Writing()
     if options.csv:
         rows = (
             [*share, *table.csv_row(motion)]
             for share, motion in zip(share_of, motions, strict=True)
         )
-        outputs.write_csv(options.csv, [*share_name, *table.CSV_NAMES], rows)
+        write(outputs.write_csv, options.csv, [*share_name, *table.CSV_NAMES], rows)
     if options.plot and motions:
-        _plot(motions, options.plot)
+        write(_plot, motions, options.plot)
     printed = [
         [*(f"{part:.4g}" for part in share), *table.printed_row(motion)]
         for share, motion in zip(share_of, motions, strict=True)
     ]
     heads = [*share_name, *table.PRINTED_NAMES]
     outputs.print_table([heads, *printed], outputs.summary_stream(options))
+    write.end()
     return ExitCode.INCOMPLETE if options.plot and not motions else ExitCode.DONE
 
 
@@ -236,6 +245,7 @@ def _plot(motions: Sequence[PeriodicMotion], path: Path) -> None:
 
 def _write_branch(options: argparse.Namespace, branch: Branch) -> None:
     """Write and print a branch: its points, then its bifurcations."""
+    write = outputs.Writing()
     if options.csv:
         points = (
             ("point", value, piece.motion(k))
@@ -247,12 +257,9 @@ def _write_branch(options: argparse.Namespace, branch: Branch) -> None:
             [kind, value, *table.csv_row(motion)]
             for kind, value, motion in itertools.chain(points, special)
         )
-        outputs.write_csv(options.csv, ["kind", branch.parameter, *table.CSV_NAMES], rows)
+        write(outputs.write_csv, options.csv, ["kind", branch.parameter, *table.CSV_NAMES], rows)
     if options.plot and branch.pieces:
-        from .. import plot
-
-        with outputs.figure(options.plot, 7.1, 4.0) as figure:
-            plot.branches(branch, ax=figure.subplots())
+        write(_plot_branch, branch, options.plot)
     stream = outputs.summary_stream(options)
     heads = ["bifurcation", branch.parameter, "motion", "goes on as"]
     printed = [
@@ -263,3 +270,11 @@ def _write_branch(options: argparse.Namespace, branch: Branch) -> None:
     labels = ", ".join(dict.fromkeys(piece.label for piece in branch.pieces))
     print(f"motions {labels}; {len(branch.values)} points", file=stream)
     print(f"ends: {branch.ends[0]}; {branch.ends[1]}", file=stream)
+    write.end()
+
+
+def _plot_branch(branch: Branch, path: Path) -> None:
+    from .. import plot
+
+    with outputs.figure(path, 7.1, 4.0) as figure:
+        plot.branches(branch, ax=figure.subplots())

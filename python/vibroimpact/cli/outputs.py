@@ -6,6 +6,7 @@ stream. After Ctrl-C a command writes what is done by then.
 
 import argparse
 import csv
+import io
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -16,8 +17,9 @@ from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import Interrupted, ParameterError
+from ..errors import ClusterError, Interrupted, ParameterError
 from ..results import Regime
+from ..whole_file import is_special, whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -52,7 +54,7 @@ def check(options: argparse.Namespace) -> None:
         folder = Path(path).parent
         if not folder.is_dir():
             raise ParameterError(f"--{name} {path}: there is no folder {folder}")
-        if not os.access(folder, os.W_OK):
+        if not is_special(path) and not os.access(folder, os.W_OK):
             raise ParameterError(f"--{name} {path}: the folder {folder} cannot be written to")
         if name != "store" and Path(path).is_dir():
             raise ParameterError(f"--{name} {path}: is a folder; allowed: a file")
@@ -61,11 +63,40 @@ def check(options: argparse.Namespace) -> None:
         raise ParameterError(f"--plot {plot}: allowed endings are {', '.join(FORMATS)}")
 
 
-def as_far_as_it_got(compute: Callable[[], _Result]) -> tuple[_Result, Interrupted | None]:
-    """Return the result and, if Ctrl-C cut it short, the exception to raise once it is written."""
+class Writing:
+    """Writes the files of a command: one that fails does not keep the others from being written."""
+
+    def __init__(self) -> None:
+        self._errors: list[OSError] = []
+
+    def __call__(self, write: Callable[..., None], *arguments: Any) -> None:
+        """Call ``write``; an error waits until the other files are written."""
+        try:
+            write(*arguments)
+        except BrokenPipeError:
+            raise  # nobody reads what would come
+        except OSError as error:
+            self._errors.append(error)
+
+    def end(self) -> None:
+        """Raise what went wrong.
+
+        Raises
+        ------
+        OSError
+            If files could not be written; names each of them.
+        """
+        if self._errors:
+            raise OSError("; ".join(map(str, self._errors))) from self._errors[0]
+
+
+def as_far_as_it_got(
+    compute: Callable[[], _Result],
+) -> tuple[_Result, Interrupted | ClusterError | None]:
+    """Return the result and, if it was cut short, the exception to raise once it is written."""
     try:
         return compute(), None
-    except Interrupted as error:
+    except (Interrupted, ClusterError) as error:
         if error.result is None:
             raise
         return error.result, error
@@ -95,8 +126,8 @@ def _opened(path: str) -> Iterator[TextIO]:
     if path == "-":
         yield sys.stdout
     else:
-        with open(path, "w", encoding="utf-8", newline="") as file:
-            yield file
+        with whole_file(path) as file, io.TextIOWrapper(file, "utf-8", newline="") as text:
+            yield text
 
 
 @contextmanager
@@ -109,7 +140,8 @@ def figure(path: Path, width: float, height: float) -> Iterator["Figure"]:
     with plot.publication_style():
         drawn = Figure(figsize=(width, height), layout="constrained")
         yield drawn
-        drawn.savefig(path)
+        with whole_file(path) as file:
+            drawn.savefig(file, format=path.suffix[1:].lower())
 
 
 def summary_stream(options: argparse.Namespace) -> TextIO:

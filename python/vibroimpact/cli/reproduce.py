@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from . import options as shared
+from . import outputs
 from .exit_codes import ExitCode
 
 ABOUT = """\
@@ -61,14 +62,18 @@ def run(options: argparse.Namespace) -> ExitCode:
     from .. import paper
     from ..paper.claims import table
 
-    result = paper.reproduce(
-        options.out,
-        formats=options.format,
-        figures=options.figures,
-        frequencies=options.frequencies,
-        workers=options.workers,
-        progress=not options.quiet,
+    result, interrupted = outputs.as_far_as_it_got(
+        lambda: paper.reproduce(
+            options.out,
+            formats=options.format,
+            figures=options.figures,
+            frequencies=options.frequencies,
+            workers=options.workers,
+            progress=not options.quiet,
+        )
     )
     if result.claims:
         print(table(result.claims))
+    if interrupted is not None:
+        raise interrupted
     return ExitCode.DONE

@@ -66,13 +66,15 @@ def run(options: argparse.Namespace) -> ExitCode:
     )
     outputs.check(options)
     result, interrupted = outputs.as_far_as_it_got(lambda: simulate(system, **values))
+    write = outputs.Writing()
     if options.csv:
-        _write_csv(result, options.csv)
+        write(_write_csv, result, options.csv)
     if options.save:
-        result.save(options.save)
+        write(result.save, options.save)
     if options.plot:
-        _plot(result, options.plot)
+        write(_plot, result, options.plot)
     outputs.print_summary(_describe(result), options)
+    write.end()
     if interrupted is not None:
         raise interrupted
     complete = result.stop_reason in outputs.COMPLETE

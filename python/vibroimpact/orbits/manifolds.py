@@ -197,7 +197,6 @@ def unstable_manifold(
     saddle = motion.trajectory([time])[0]
     direction = eigenvector(motion, time)
     section = motion.system.replace(phase=motion.system.phase + phase)
-    first = first_piece(section, motion.m, saddle, direction, multiplier, offset)
     sides: list[ManifoldSide] = []
 
     def result() -> UnstableManifold:
@@ -210,15 +209,28 @@ def unstable_manifold(
             sides=tuple(sides),
         )
 
-    for sign in (1.0, -1.0):
-        curve = Curve(first, sign, limits)
-        try:
+    curve = None
+    try:
+        first = first_piece(section, motion.m, saddle, direction, multiplier, offset)
+        for sign in (1.0, -1.0):
+            curve = Curve(first, sign, limits)
             curve.grow()
             sides.append(_side(curve, curve.end, _attractors(curve, motion.system, phase, settle)))
-        except KeyboardInterrupt:  # Interrupted is one
-            sides.append(_side(curve, "interrupted", ()))
-            raise Interrupted("interrupted along an unstable manifold", result()) from None
+            curve = None
+    except KeyboardInterrupt:  # Interrupted is one
+        sides.append(_NO_SIDE if curve is None else _side(curve, "interrupted", ()))
+        raise Interrupted("interrupted along an unstable manifold", result()) from None
     return result()
+
+
+# One that Ctrl-C has kept from being begun.
+_NO_SIDE = ManifoldSide(
+    points=np.empty((0, 4)),
+    breaks=np.empty(0, dtype=np.int64),
+    length=0.0,
+    end="interrupted",
+    attractors=(),
+)
 
 
 def _side(curve: Curve, end: str, attractors: tuple[PeriodicMotion | str, ...]) -> ManifoldSide:

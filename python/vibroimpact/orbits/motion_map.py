@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..checks import axis, count, number, reject
-from ..errors import ParameterError
+from ..errors import Interrupted, ParameterError
 from ..system import NUMERIC_RANGES, System
 from .algebraic import Conditions, Parameters, conditions
 from .criterion import multipliers, paper_eigenvalues
@@ -68,6 +68,9 @@ class MotionMap:
         (points,).
     empty
         Where the system is known to have no isolated solutions, shape (points,).
+    pending
+        Points that were not reached, after Ctrl-C, shape (points,); of their motions nothing is
+        known.
     """
 
     system: System
@@ -76,6 +79,7 @@ class MotionMap:
     solutions: NDArray[np.void]
     undecided: NDArray[np.int64]
     empty: NDArray[np.bool_]
+    pending: NDArray[np.bool_]
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -126,15 +130,17 @@ class MotionMap:
             solutions=solutions,
             undecided=self.undecided.reshape(self.shape)[tuple(point)],
             empty=self.empty.reshape(self.shape)[tuple(point)],
+            pending=self.pending.reshape(self.shape)[tuple(point)],
         )
 
     def __repr__(self) -> str:
         """Grid and number of solutions."""
         over = " x ".join(f"{len(values)} {name}" for name, values in self.grid.items())
         kept = int(np.count_nonzero(self.solutions["stable"]))
+        left = int(np.count_nonzero(self.pending))
         return (
             f"<MotionMap of period {self.n}-1 over {over}: {len(self.solutions)} solutions, "
-            f"{kept} stable motions>"
+            f"{kept} stable motions{f', {left} points pending' if left else ''}>"
         )
 
 
@@ -168,35 +174,57 @@ def motion_map(
     ------
     ParameterError
         For bad input, as for ``periodic_motions``; nothing has run then.
+    Interrupted
+        After Ctrl-C; ``.result`` is the MotionMap, points not reached being ``pending``.
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
     n = count("n", n, least=1, most=100_000)
     limits = None if within is None else limits_of(within)
     grid = _grid(parameters)
-    points = [
-        system.replace(**dict(zip(grid, values, strict=True)))
-        for values in itertools.product(*(column.tolist() for column in grid.values()))
-    ]
-    for point in points:
-        check_system(point)
-    undecided = np.zeros(len(points), dtype=np.int64)
-    empty = np.zeros(len(points), dtype=np.bool_)
+    size = int(np.prod([len(values) for values in grid.values()]))
+    undecided = np.zeros(size, dtype=np.int64)
+    empty = np.zeros(size, dtype=np.bool_)
+    pending = np.ones(size, dtype=np.bool_)
     parts: list[NDArray[np.void]] = []
-    for start in range(0, len(points), BATCH):
-        batch = points[start : start + BATCH]
-        rows, unsure, nothing = _solve(batch, n, limits)
-        rows["point"] += start
-        parts.append(rows)
-        undecided[start : start + BATCH] = unsure
-        empty[start : start + BATCH] = nothing
-    solutions = np.concatenate([np.empty(0, dtype=SOLUTION_DTYPE), *parts])
-    solutions = solutions[np.lexsort((solutions["x1"], solutions["point"]))]
-    for array in (solutions, undecided, empty):
-        array.flags.writeable = False
-    return MotionMap(
-        system=system, n=n, grid=grid, solutions=solutions, undecided=undecided, empty=empty
-    )
+
+    def result() -> MotionMap:
+        solutions = np.concatenate([np.empty(0, dtype=SOLUTION_DTYPE), *parts])
+        solutions = solutions[~pending[solutions["point"]]]
+        solutions = solutions[np.lexsort((solutions["x1"], solutions["point"]))]
+        for array in (solutions, undecided, empty, pending):
+            array.flags.writeable = False
+        return MotionMap(
+            system=system,
+            n=n,
+            grid=grid,
+            solutions=solutions,
+            undecided=undecided,
+            empty=empty,
+            pending=pending,
+        )
+
+    try:
+        points = [
+            system.replace(**dict(zip(grid, values, strict=True)))
+            for values in itertools.product(*(column.tolist() for column in grid.values()))
+        ]
+        for point in points:
+            check_system(point)
+        for start in range(0, size, BATCH):
+            batch = slice(start, start + BATCH)
+            rows, unsure, nothing = _solve(points[batch], n, limits)
+            rows["point"] += start
+            parts.append(rows)
+            undecided[batch], empty[batch] = unsure, nothing
+            pending[batch] = False  # the last: what Ctrl-C leaves before counts for nothing
+    except KeyboardInterrupt:
+        undecided[pending], empty[pending] = 0, False
+        done = size - np.count_nonzero(pending)
+        raise Interrupted(
+            f"interrupted after {done} of {size} points; .result holds them", result()
+        ) from None
+    return result()
 
 
 def _grid(parameters: Mapping[str, Any]) -> dict[str, Array]:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from ..checks import count, reject, state, states
+from ..errors import Interrupted
 from ..results import Run
 from ..simulation import simulate
 from ..system import System
@@ -34,6 +35,8 @@ SAME_ORBIT = 1e-7
 SETTLED = 1e-6
 # Drive periods by which a run is carried on that has not settled yet.
 FURTHER = (0, 2000, 8000)
+# Starts of a search that are simulated together; Ctrl-C loses no more of them.
+BATCH = 256
 # Half widths of the box from which a search starts (docs/theory.md, E9).
 START_BOX = (0.3, 1.0, 0.2, 1.0)
 
@@ -66,7 +69,7 @@ class MotionSearch:
     shares
         Part of the starts that end on each motion, shape (motions,).
     others
-        Parts of the starts that end elsewhere, by label or stop reason.
+        Parts of the starts that end elsewhere, by label or stop reason; ``pending`` after Ctrl-C.
     starts
         Initial states, shape (k, 4).
     reached
@@ -213,7 +216,8 @@ def search_motions(
     ParameterError, StateError
         For bad input.
     Interrupted
-        After Ctrl-C.
+        After Ctrl-C; ``.result`` is the MotionSearch, the share of the starts not yet judged being
+        ``others["pending"]``.
     """
     _driven(system)
     periods = count("periods", periods, least=8)
@@ -222,25 +226,58 @@ def search_motions(
         begins = _random_starts(system, number, count("seed", seed, least=0))
     else:
         begins = np.atleast_2d(states(starts))
-    keep = min(periods, 200)
-    runs = simulate(system, initial=begins, periods=periods, keep=keep, workers=workers)
+        for begin in begins.tolist():
+            _core.simulate(system._compiled, begin, time=0.0)  # refuses what does not fit
     motions: list[PeriodicMotion] = []
+    # Of each start, in their order: the number of its motion, or why it has none.
+    ends: list[int | str] = []
+    try:
+        for first in range(0, len(begins), BATCH):
+            for run in simulate(
+                system,
+                initial=begins[first : first + BATCH],
+                periods=periods,
+                keep=min(periods, 200),
+                workers=workers,
+            ):
+                ends.append(_end(run, motions))
+    except KeyboardInterrupt:  # Interrupted is one
+        raise Interrupted(
+            f"interrupted after {len(ends)} of {len(begins)} starts; .result holds them",
+            _searched(begins, motions, ends),
+        ) from None
+    return _searched(begins, motions, ends)
+
+
+def _end(run: Run, motions: list[PeriodicMotion]) -> int | str:
+    """Return the number of the motion a run has settled on, which may be a new one, or why not."""
+    known = _known(run, motions)
+    if known is not None:
+        return known
+    motion = refine(run) if run.stop_reason in ("completed", "rest") else None
+    if not isinstance(motion, PeriodicMotion) or not motion.admissible:
+        label = run.label if run.stop_reason == "completed" else run.stop_reason
+        return label if motion is None or run.period.m is None else "unresolved"
+    for k, other in enumerate(motions):
+        if same_orbit(motion, other):
+            return k
+    motions.append(motion)
+    return len(motions) - 1
+
+
+def _searched(
+    begins: Array, motions: Sequence[PeriodicMotion], ends: Sequence[int | str]
+) -> MotionSearch:
+    """Return what the starts end on, the most frequent motion first; those without end pend."""
     reached = np.full(len(begins), -1, dtype=np.int64)
     others: Counter[str] = Counter()
-    for i, run in enumerate(runs):
-        known = _known(run, motions)
-        if known is None:
-            motion = refine(run) if run.stop_reason in ("completed", "rest") else None
-            if not isinstance(motion, PeriodicMotion) or not motion.admissible:
-                label = run.label if run.stop_reason == "completed" else run.stop_reason
-                others[label if motion is None or run.period.m is None else "unresolved"] += 1
-                continue
-            same = (k for k, other in enumerate(motions) if same_orbit(motion, other))
-            known = next(same, None)
-            if known is None:
-                motions.append(motion)
-                known = len(motions) - 1
-        reached[i] = known
+    for i, end in enumerate(ends):
+        if isinstance(end, int):
+            reached[i] = end
+        else:
+            others[end] += 1
+    if len(ends) < len(begins):
+        others["pending"] = len(begins) - len(ends)
     counts = np.bincount(reached[reached >= 0], minlength=len(motions))
     order = np.argsort(-counts, kind="stable")
     rank = np.empty(len(order), dtype=np.int64)
@@ -268,13 +305,13 @@ def _known(run: Run, motions: Sequence[PeriodicMotion]) -> int | None:
 def _random_starts(system: System, number: int, seed: int) -> Array:
     """Uniform states of the box in which the bodies do not overlap."""
     random = np.random.default_rng(seed)
-    kept: list[Array] = []
+    kept = np.empty((0, 4))
     for _ in range(1000):
         drawn = random.uniform(-1.0, 1.0, (2 * number, 4)) * START_BOX
         tip = np.sin(drawn[:, 0]) if system.contact == "oblique" else drawn[:, 0]
-        kept.extend(drawn[tip - drawn[:, 2] - system.gap < 0.0])
+        kept = np.concatenate([kept, drawn[tip - drawn[:, 2] - system.gap < 0.0]])
         if len(kept) >= number:
-            return np.array(kept[:number])
+            return kept[:number]
     reject("gap", system.gap, "a gap that leaves room for the bodies around x1 = x2 = 0")
 
 

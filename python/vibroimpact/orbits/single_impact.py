@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..checks import count, reject
+from ..errors import Interrupted
 from ..system import System
 from .algebraic import Conditions, Parameters, conditions
 from .criterion import paper_eigenvalues
@@ -129,6 +130,9 @@ def periodic_motions(
     ------
     ParameterError
         For bad input: friction (use ``search_motions`` or ``run.refine`` there), no drive.
+    Interrupted
+        After Ctrl-C; ``.result`` holds the solutions found so far, ``undecided`` the intervals not
+        yet looked at.
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
@@ -146,25 +150,39 @@ def periodic_motions(
     common: dict[str, Any] = {"within": limits, "bounded": bounded, "note": reach.note}
     if reach.empty:
         return PeriodicMotions(motions=(), boxes=np.empty((0, 2)), undecided=(), **common)
-    found = solve_many(equations, *(np.array([end]) for end in limits))
     motions: list[PeriodicMotion] = []
     boxes: list[tuple[float, float]] = []
     undecided: list[Undecided] = []
-    for k in range(len(found)):
-        box = found.box[k : k + 1]
-        inside, reason = motions_in(system, equations, box, _state(found, k))
-        motions += inside
-        ends = float(box.lo[0]), float(box.hi[0])
-        boxes += [ends] * len(inside)
-        if reason:
-            undecided.append(Undecided(lo=ends[0], hi=ends[1], reason=reason))
-    order = sorted(range(len(motions)), key=lambda i: motions[i].state)
-    return PeriodicMotions(
-        motions=tuple(motions[i] for i in order),
-        boxes=np.array(boxes).reshape(-1, 2)[order],
-        undecided=tuple(undecided),
-        **common,
-    )
+
+    def result() -> PeriodicMotions:
+        order = sorted(range(len(motions)), key=lambda i: motions[i].state)
+        return PeriodicMotions(
+            motions=tuple(motions[i] for i in order),
+            # Where Ctrl-C came in between, a box may be without its motion.
+            boxes=np.array(boxes[: len(motions)]).reshape(-1, 2)[order],
+            undecided=tuple(undecided),
+            **common,
+        )
+
+    left = [limits]
+    try:
+        found = solve_many(equations, *(np.array([end]) for end in limits))
+        left = list(zip(found.box.lo.tolist(), found.box.hi.tolist(), strict=True))
+        for k in range(len(found)):
+            box = found.box[k : k + 1]
+            inside, reason = motions_in(system, equations, box, _state(found, k))
+            boxes += [left[0]] * len(inside)
+            motions += inside
+            if reason:
+                undecided.append(Undecided(lo=left[0][0], hi=left[0][1], reason=reason))
+            del left[0]
+    except KeyboardInterrupt:
+        undecided += [Undecided(lo=lo, hi=hi, reason="interrupted") for lo, hi in left]
+        raise Interrupted(
+            f"interrupted; .result holds {len(motions)} solutions, and where there may be others",
+            result(),
+        ) from None
+    return result()
 
 
 def motions_in(

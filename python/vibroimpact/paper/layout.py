@@ -9,6 +9,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from ..plot.style import PARAMETER_SYMBOLS
 from ..system import System
+from ..whole_file import whole_file
 from .parameters import INITIAL
 
 WIDTH_MM = 180.0
@@ -97,8 +98,9 @@ class Page:
     def save(self, out: Path, name: str, formats: Sequence[str]) -> list[Path]:
         """Write the page in each format and return the paths."""
         paths = [out / f"{name}.{suffix}" for suffix in formats]
-        for path in paths:
-            self.figure.savefig(path)
+        for path, suffix in zip(paths, formats, strict=True):
+            with whole_file(path) as file:
+                self.figure.savefig(file, format=suffix)
         return paths
 
 

@@ -10,10 +10,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..errors import ParameterError
+from ..errors import Interrupted, ParameterError
 from ..plot import publication_style
 from ..results import Run
 from ..simulation import simulate
+from ..whole_file import whole_file
 from . import (
     claims,
     coexistence,
@@ -79,6 +80,11 @@ def reproduce(
     ------
     ParameterError
         If a figure or format is unknown, or `frequencies` is less than 2.
+    Interrupted
+        After Ctrl-C; ``.result`` is the Reproduction so far. The files with all claims are left as
+        they were.
+    OSError
+        If a file cannot be written; one that was there before is as it was.
     """
     chosen = list(FIGURES) if figures is None else sorted(set(figures))
     if unknown := [figure for figure in chosen if figure not in FIGURES]:
@@ -90,32 +96,39 @@ def reproduce(
 
     job = _Job(Path(out), tuple(formats), frequencies, workers, progress)
     job.out.mkdir(parents=True, exist_ok=True)
-    with publication_style():
-        for figure in chosen:
-            started = time.perf_counter()
-            if figure in existence.PERIODS_PER_ORBIT:
-                job.existence_page(figure)
-            elif any(transition.figure == figure for transition in TRANSITIONS):
-                job.transition_pages(figure)
-            else:
-                job.motion_pages(figure)
-            job.report(f"figure {figure}: {time.perf_counter() - started:.1f} s")
-        if figures is None:
-            started = time.perf_counter()
-            job.impact_pages()
-            job.report(f"impact law: {time.perf_counter() - started:.1f} s")
-            started = time.perf_counter()
-            job.coexistence_pages()
-            job.report(f"coexisting motions: {time.perf_counter() - started:.1f} s")
-            started = time.perf_counter()
-            job.islands_page()
-            job.report(f"islands: {time.perf_counter() - started:.1f} s")
+    try:
+        with publication_style():
+            for figure in chosen:
+                started = time.perf_counter()
+                if figure in existence.PERIODS_PER_ORBIT:
+                    job.existence_page(figure)
+                elif any(transition.figure == figure for transition in TRANSITIONS):
+                    job.transition_pages(figure)
+                else:
+                    job.motion_pages(figure)
+                job.report(f"figure {figure}: {time.perf_counter() - started:.1f} s")
+            if figures is None:
+                started = time.perf_counter()
+                job.impact_pages()
+                job.report(f"impact law: {time.perf_counter() - started:.1f} s")
+                started = time.perf_counter()
+                job.coexistence_pages()
+                job.report(f"coexisting motions: {time.perf_counter() - started:.1f} s")
+                started = time.perf_counter()
+                job.islands_page()
+                job.report(f"islands: {time.perf_counter() - started:.1f} s")
+    except KeyboardInterrupt:  # Interrupted is one
+        raise Interrupted(
+            f"interrupted after {len(job.files)} files; .result holds them and their claims",
+            Reproduction(job.files, job.claims),
+        ) from None
     for name, text in (
         ("json", claims.to_json(job.claims)),
         ("md", claims.to_markdown(job.claims)),
     ):
         path = job.out / f"claims.{name}"
-        path.write_text(text, encoding="utf-8")
+        with whole_file(path) as file:
+            file.write(text.encode())
         job.files.append(path)
     return Reproduction(job.files, job.claims)
 

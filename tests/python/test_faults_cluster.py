@@ -1,0 +1,116 @@
+"""A cluster that is lost in the middle: what is done is kept, and a store is gone on with."""
+
+import logging
+import os
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+from distributed import Client
+
+import vibroimpact as vi
+from command_lines import DIAGRAM
+from test_atlas_cluster import after_writes
+from toy_task import Toy, assert_same, whole
+from vibroimpact import atlas
+from vibroimpact.atlas import cluster
+from vibroimpact.cli import diagram, main
+
+SCHEDULER = "from distributed.cli.dask_scheduler import main; main()"
+WORKER = "from distributed.cli.dask_worker import main; main()"
+
+
+@pytest.fixture
+def scheduler(tmp_path):
+    """Start a scheduler and a worker as processes; yield the first, with its file."""
+    file = tmp_path / "scheduler.json"
+
+    def start(code, *options):
+        # Both unpickle the task.
+        return subprocess.Popen(
+            [sys.executable, "-c", code, "--scheduler-file", str(file), *options],
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            cwd=tmp_path,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+
+    process = start(SCHEDULER, "--port", "0", "--no-dashboard")
+    worker = start(WORKER, "--nthreads", "1", "--no-nanny", "--no-dashboard")
+    try:
+        yield process, file
+    finally:
+        for one in (worker, process):
+            one.kill()
+            one.wait()
+
+
+@pytest.mark.parametrize("how", ["killed", "closed"])
+def test_a_scheduler_that_is_gone(scheduler, tmp_path, monkeypatch, how):
+    process, file = scheduler
+    expected = atlas.compute(Toy(), whole)
+    store = tmp_path / "toy.zarr"
+    # The client logs in vain that it would connect again.
+    monkeypatch.setattr(logging.getLogger("distributed.client"), "disabled", True)
+    client = Client(scheduler_file=str(file), timeout=60)
+    try:
+        client.wait_for_workers(1, timeout=60)
+        after_writes(monkeypatch, 4, process.kill if how == "killed" else client.close)
+        with pytest.raises(vi.ClusterError, match=r"the cluster was lost .* of 77") as caught:
+            atlas.compute(Toy(seconds=0.1), whole, client=client, chunk=3, store=store)
+    finally:
+        client.close(timeout=1)
+    columns = caught.value.result
+    done = columns["status"] == 1
+    assert 0 < done.sum() == columns.done < 77
+    assert f"after {columns.done} of 77 cells; .result holds them, as does the store" in str(
+        caught.value
+    )
+    assert columns["final"][done].tolist() == expected["final"][done].tolist()
+    assert_same(atlas.compute(Toy(), whole, store=store), expected)
+
+
+@pytest.fixture
+def lost(monkeypatch):
+    """Let the cluster be lost after some chunks, each computed here."""
+    number = threading.local()
+    number.left = 2
+
+    def on_cluster(task, tiling, todo, **_):
+        for index in todo:
+            if not number.left:
+                raise vi.ClusterError("the cluster was lost (test)")
+            number.left -= 1
+            yield index, task.compute(*tiling.cells(index), workers=1, go_on=None)
+
+    monkeypatch.setattr(cluster, "on_cluster", on_cluster)
+    monkeypatch.setattr(cluster, "check_client", lambda client: None)
+    monkeypatch.setattr(cluster, "threads", lambda client: 1)
+
+
+def test_a_refined_diagram_without_its_cluster_keeps_what_is_done(lost, system, initial):
+    values = np.linspace(1.5, 1.6, 6)
+    options = {"initial": initial, "periods": 60, "refine": 1, "drive_frequency": values}
+    with pytest.raises(vi.ClusterError, match="after 4 of 6 cells") as caught:
+        vi.bifurcation_diagram(system, **options, chunk=2, client="there")
+    part = caught.value.result
+    assert isinstance(part, vi.Diagram)
+    assert (part.status != "pending").tolist() == [True] * 4 + [False] * 2
+
+
+def test_a_command_without_its_cluster_writes_what_is_done(lost, tmp_path, monkeypatch, capsys):
+    plain = diagram.bifurcation_diagram
+
+    def with_client(*arguments, **options):
+        return plain(*arguments, **options | {"client": "there", "chunk": 2})
+
+    monkeypatch.setattr(diagram, "bifurcation_diagram", with_client)
+    points = tmp_path / "points.csv"
+    code = main([*DIAGRAM.split(), "--quiet", "--points", str(points)])
+    assert code == 1
+    assert capsys.readouterr().err == (
+        "vibroimpact: the cluster was lost (test) after 4 of 5 cells\n"
+    )
+    assert points.read_text().count("completed") == 4

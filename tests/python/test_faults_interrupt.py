@@ -1,0 +1,297 @@
+"""Ctrl-C, as a signal of the system, in the middle of every long call of the package."""
+
+import faulthandler
+import inspect
+import os
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+from test_orbits_interrupt import Count, settled
+from vibroimpact import impact_maps
+from vibroimpact.atlas.store import Store
+from vibroimpact.atlas.store_check import Chunks
+from vibroimpact.orbits import manifolds, shooting, single_impact
+from vibroimpact.paper import reproduction
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="a process cannot interrupt itself")
+START = (0.0, 0.5, 0.0, 0.0)
+# Much more work than is done before Ctrl-C comes.
+FOR_EVER = {"periods": 10**9, "keep": 20, "max_events": 10**15}
+FREQUENCIES = np.linspace(1.2, 2.0, 100_000)
+SYSTEM = vi.System(
+    mass_ratio=0.6,
+    frequency_ratio=2.0,
+    restitution=0.8,
+    gap=0.5,
+    drive_frequency=1.545,
+    moment_amplitude=1.0,
+)
+ROUGH = SYSTEM.replace(friction=0.5)
+
+
+@contextmanager
+def a_signal(after: float = 0.2) -> Iterator[None]:
+    """Send SIGINT to this process soon; end it should a call never return."""
+    timer = threading.Timer(after, os.kill, (os.getpid(), signal.SIGINT))
+    faulthandler.dump_traceback_later(120, exit=True)
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        timer.join()
+        faulthandler.cancel_dump_traceback_later()
+
+
+def _motion():
+    return settled(drive_frequency=1.8)
+
+
+def _follow():
+    motion = settled(drive_frequency=1.5752, friction=0.5)
+    return lambda: vi.follow_motion(motion, max_step=1e-6, drive_frequency=(1.5, 1.6))
+
+
+def _switch():
+    branch = vi.follow_motion(_motion(), drive_frequency=(1.4, 1.85))
+    doubling = branch.of_kind("period_doubling")[0]
+    return lambda: vi.switch_branch(doubling, max_step=1e-6, drive_frequency=(1.4, 1.85))
+
+
+def _curve():
+    branch = vi.follow_motion(_motion(), drive_frequency=(1.4, 1.85))
+    doubling = branch.of_kind("period_doubling")[0]
+    bounds = {"drive_frequency": (1.4, 1.85), "moment_amplitude": (0.8, 1.2)}
+    return lambda: vi.bifurcation_curve(doubling, max_step=1e-6, **bounds)
+
+
+def _region():
+    motion = settled(drive_frequency=1.25)
+    plane = {"drive_frequency": (1.1, 1.6), "moment_amplitude": (0.7, 1.3)}
+    return lambda: vi.stability_region(motion, max_step=1e-6, **plane)
+
+
+def _manifold():
+    saddles = (found for found in vi.periodic_motions(SYSTEM) if found.admissible)
+    saddle = next(found for found in saddles if np.sum(abs(found.multipliers) > 1.0) == 1)
+    return lambda: vi.unstable_manifold(saddle, length=1e9, spacing=1e-6, max_points=10**9)
+
+
+# Of each long call: how it is prepared, what the exception holds.
+LONG = {
+    "simulate": (lambda: lambda: vi.simulate(ROUGH, initial=START, **FOR_EVER), vi.Run),
+    "bifurcation_diagram": (
+        lambda: lambda: vi.bifurcation_diagram(ROUGH, initial=START, drive_frequency=FREQUENCIES),
+        vi.Diagram,
+    ),
+    "sweep": (lambda: lambda: vi.sweep(ROUGH, initial=START, gap=FREQUENCIES), vi.Sweep),
+    "chart": (
+        lambda: lambda: vi.chart(ROUGH, initial=START, drive_frequency=FREQUENCIES, gap=[0.5, 0.6]),
+        vi.Chart,
+    ),
+    "lyapunov_spectrum": (
+        lambda: (
+            lambda: vi.lyapunov_spectrum(
+                ROUGH, initial=START, drive_frequency=FREQUENCIES, periods=10_000
+            )
+        ),
+        vi.LyapunovSweep,
+    ),
+    "basins": (
+        lambda: (
+            lambda: vi.basins(
+                ROUGH, scouts=9, x1=np.linspace(-1, 0.4, 3000), v1=np.linspace(-1, 1, 3000)
+            )
+        ),
+        vi.Basins,
+    ),
+    "motion_map": (
+        lambda: lambda: vi.motion_map(SYSTEM, drive_frequency=FREQUENCIES),
+        vi.MotionMap,
+    ),
+    "periodic_motions": (
+        lambda: lambda: vi.periodic_motions(SYSTEM, 100_000, within=(-999.0, 999.0)),
+        vi.PeriodicMotions,
+    ),
+    "search_motions": (lambda: lambda: vi.search_motions(ROUGH, starts=20_000), vi.MotionSearch),
+    "follow_motion": (_follow, vi.Branch),
+    "switch_branch": (_switch, vi.Branch),
+    "bifurcation_curve": (_curve, vi.BifurcationCurve),
+    "stability_region": (_region, vi.StabilityRegion),
+    "unstable_manifold": (_manifold, vi.UnstableManifold),
+    "impact_agreement": (
+        lambda: lambda: vi.impact_agreement(ROUGH, steps=(10_000, 20_000), cells=301),
+        vi.ImpactAgreement,
+    ),
+}
+# A moment's work: a table of impacts (a plain KeyboardInterrupt ends a huge one), one orbit by
+# Newton's method, one file.
+SHORT = {"impact", "impact_regimes", "periodic_motion", "load"}
+
+
+def test_every_function_of_the_package_is_long_or_short():
+    functions = {name for name in vi.__all__ if inspect.isfunction(getattr(vi, name))}
+    assert functions == {*LONG} | SHORT
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_ctrl_c_in_the_middle_of(name):
+    prepare, kind = LONG[name]
+    call = prepare()
+    with a_signal(), pytest.raises(vi.Interrupted) as caught:
+        call()
+    assert isinstance(caught.value.result, kind)
+    assert repr(caught.value.result)
+
+
+def test_ctrl_c_before_a_spectrum_is_measured():
+    with a_signal(), pytest.raises(vi.Interrupted) as caught:
+        vi.lyapunov_spectrum(ROUGH, initial=START, **FOR_EVER)
+    run = caught.value.result
+    assert isinstance(run, vi.Run)
+    assert run.final_state.period > 0
+
+
+def test_ctrl_c_while_a_store_is_made_or_looked_through(monkeypatch, tmp_path):
+    options = {"initial": START, "periods": 60, "gap": [0.5, 0.6], "chunk": 1}
+    expected = vi.sweep(ROUGH, **options).final_states
+    options["store"] = tmp_path / "store.zarr"
+    for place in ((Store, "_opened"), (Chunks, "read")):
+        with monkeypatch.context() as patch:
+            owner, name = place
+            plain = getattr(owner, name)
+
+            def signalled(*arguments, plain=plain):
+                signal.raise_signal(signal.SIGINT)
+                return plain(*arguments)
+
+            patch.setattr(owner, name, signalled)
+            with pytest.raises(vi.Interrupted, match="store was opened") as caught:
+                vi.sweep(ROUGH, **options)
+        # Read only now, without further signals.
+        assert caught.value.result.status.tolist() == ["pending"] * 2
+    assert vi.sweep(ROUGH, **options).final_states.tobytes() == expected.tobytes()
+
+
+def test_an_interrupted_map_of_motions(monkeypatch):
+    values = np.linspace(1.2, 2.0, 11)
+    module = sys.modules[vi.MotionMap.__module__]
+    monkeypatch.setattr(module, "BATCH", 4)
+    count = Count(monkeypatch, (module, "_rows"))
+
+    def find():
+        return vi.motion_map(SYSTEM, drive_frequency=values)
+
+    whole, places = count.places(find, 3)
+    assert not whole.pending.any()
+    assert len(places) == 3
+    for done, at in enumerate(places):
+        part = count.interrupted(find, at)
+        assert part.pending.tolist() == [False] * 4 * done + [True] * (11 - 4 * done)
+        reached = whole.solutions["point"] < 4 * done
+        assert part.solutions.tobytes() == whole.solutions[reached].tobytes()
+        assert f"{11 - 4 * done} points pending" in repr(part)
+        assert part.undecided.tolist() == [*whole.undecided[: 4 * done], *[0] * (11 - 4 * done)]
+    assert "pending" not in repr(whole)
+
+
+@pytest.mark.parametrize("name", ["solve_many", "motions_in"])
+def test_an_interrupted_search_for_all_motions(monkeypatch, name):
+    count = Count(monkeypatch, (single_impact, name))
+
+    def find():
+        return vi.periodic_motions(SYSTEM.replace(drive_frequency=1.8, moment_amplitude=3.0), 7)
+
+    whole, places = count.places(find, 4)
+    assert len(whole) >= 2
+    for at in places:
+        part = count.interrupted(find, at)
+        states = [motion.state for motion in whole]
+        assert [motion.state for motion in part] == [
+            state for state in states if state in {motion.state for motion in part}
+        ]
+        assert len(part) == len(part.boxes) == (at - 1 if name == "motions_in" else 0)
+        # No solution is lost: each is found, or in an interval that is named.
+        left = [gap for gap in part.undecided if gap.reason == "interrupted"]
+        for motion in whole.motions:
+            x1 = motion.state[0]
+            found = any(motion.state == other.state for other in part)
+            assert found != any(gap.lo - 1e-9 <= x1 <= gap.hi + 1e-9 for gap in left)
+
+
+@pytest.mark.parametrize("name", ["simulate", "refine"])
+def test_an_interrupted_search_for_motions(monkeypatch, name):
+    monkeypatch.setattr(shooting, "BATCH", 8)
+    count = Count(monkeypatch, (shooting, name))
+
+    def find():
+        return vi.search_motions(SYSTEM.replace(drive_frequency=1.8), starts=30, periods=400)
+
+    whole, places = count.places(find, 4)
+    assert "pending" not in whole.others
+    assert whole.shares.sum() + sum(whole.others.values()) == pytest.approx(1.0)
+    for at in places:
+        part = count.interrupted(find, at)
+        done = round(30 * (1.0 - part.others["pending"]))
+        assert done % 8 == 0 or name == "refine"
+        assert ((part.reached >= 0)[:done] == (whole.reached >= 0)[:done]).all()
+        assert (part.reached[done:] == -1).all()
+        for start, number in enumerate(part.reached[:done]):
+            if number >= 0:
+                same = whole.motions[whole.reached[start]]
+                assert part.motions[number].nodes.tobytes() == same.nodes.tobytes()
+
+
+def test_starts_that_do_not_fit_are_refused_before_a_search(monkeypatch):
+    monkeypatch.setattr(shooting, "BATCH", 1)
+    monkeypatch.setattr(shooting, "refine", None)
+    with pytest.raises(vi.StateError):
+        vi.search_motions(SYSTEM, starts=[START, (1.5, 0.0, -1.0, 0.0)])
+
+
+def test_a_manifold_interrupted_at_its_first_point(monkeypatch):
+    grow = _manifold()
+    count = Count(monkeypatch, (manifolds, "first_piece"))
+    manifold = count.interrupted(grow, 1)
+    (side,) = manifold.sides
+    assert (side.end, side.length, side.points.shape) == ("interrupted", 0.0, (0, 4))
+    assert not manifold.separates
+
+
+def test_an_interrupted_comparison_of_impacts(monkeypatch):
+    count = Count(monkeypatch, (impact_maps, "impact"))
+
+    def compare():
+        return vi.impact_agreement(ROUGH, steps=(10, 20), cells=5)
+
+    whole, places = count.places(compare, 7)
+    known = []
+    for at in places:
+        part = count.interrupted(compare, at)
+        done = ~np.isnan(part.difference)
+        assert part.difference[done].tolist() == whole.difference[done].tolist()
+        known.append(np.count_nonzero(done))
+    assert known == sorted(known)
+    assert known[0] == 0 < known[-1]
+
+
+def test_an_interrupted_reproduction_of_the_paper(monkeypatch, tmp_path, run_command):
+    def page(job, figure):
+        if figure == 10:
+            raise KeyboardInterrupt
+        job.files.append(job.out / f"fig{figure}.png")
+
+    monkeypatch.setattr(reproduction._Job, "motion_pages", page)
+    with pytest.raises(vi.Interrupted) as caught:
+        reproduction.reproduce(tmp_path, figures=[9, 10], progress=False)
+    assert caught.value.result.files == [tmp_path / "fig9.png"]
+    assert not list(tmp_path.iterdir())  # no claims of a part
+    code, out, err = run_command("reproduce --figures 9 10 --quiet --out", tmp_path)
+    assert (code, out, err) == (130, "", "vibroimpact: interrupted after 1 files\n")
