@@ -67,8 +67,8 @@ def chosen(ids: Iterable[str]) -> Sequence[Statement]:
     for name in names:
         if name not in STATEMENTS:
             raise ParameterError(
-                f"{name!r} is no statement{close_to(name, STATEMENTS)}; "
-                "`vibroimpact claims --list` names all"
+                f"{name!r} is no statement; `vibroimpact claims --list` names all"
+                f"{close_to(name, STATEMENTS)}"
             )
     return [STATEMENTS[name] for name in names]
 

@@ -1,6 +1,7 @@
 """Section 4.1, Figs. 2 and 3: where period 1-1 and 2-1 motions exist, and which are stable."""
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -36,7 +37,8 @@ def _figure(figure: int, n: int) -> Statement:
         page=ERRATA,
     )
     def judge() -> Claim:
-        return figure_claims(figure)[f"{figure}"]
+        made = figure_claims(figure)[f"{figure}"]
+        return replace(made, found=f"{made.paper_says} by (45): stable are {made.found}")
 
     return judge
 

@@ -178,6 +178,7 @@ def adjust() -> Finding:
     "a larger f2 makes the transitions more complex and the unstable regions larger",
     figure=7,
     page=GALLERY,
+    slow=True,
 )
 def force_stirs() -> Finding:
     """Count changes of the label, and frequencies without a period."""
@@ -277,6 +278,7 @@ def decoupled() -> Finding:
     "section 5",
     "parameters and start must be chosen with care for a stable periodic motion",
     page=GALLERY,
+    slow=True,
 )
 def careful() -> Finding:
     """See how often the motions with impacts of the diagrams are periodic."""
@@ -309,6 +311,7 @@ def careful() -> Finding:
     "section 5",
     "transitions of stability, bifurcations and chaos occur",
     page=GALLERY,
+    slow=True,
 )
 def rich() -> Finding:
     """Measure the exponent of Fig. 9(2), and count changes."""

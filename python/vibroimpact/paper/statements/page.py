@@ -77,7 +77,8 @@ def to_markdown(claims: Mapping[str, Claim]) -> str:
         ]
     lines += ["## The evidence", ""]
     for name in STATEMENTS:
-        lines.append(f"- `{name}`: {_cell(claims[name].evidence)}.")
+        if claims[name].evidence != claims[name].found:
+            lines.append(f"- `{name}`: {_cell(claims[name].evidence)}.")
     return "\n".join(lines) + "\n"
 
 
@@ -98,9 +99,9 @@ def row(claim: Claim) -> str:
 
 
 def _cell(text: str) -> str:
-    """Return a text that a cell of a table can hold: no bars, no stars, no brackets for links."""
-    escaped = text.replace("|", r"\|").replace("*", r"\*").replace("<", r"\<")
-    return escaped.replace("_", r"\_") if "](" not in text and "`" not in text else escaped
+    """Return a text as a cell of a table shows it letter by letter; links and code stay."""
+    marks = "|" if "](" in text or "`" in text else "|*<_"
+    return "".join(f"\\{letter}" if letter in marks else letter for letter in text)
 
 
 def text(claim: Claim) -> str:

@@ -119,7 +119,7 @@ def tangential() -> Finding:
 @stated(
     "eq4",
     "section 1, eq. (4)",
-    "the ratio of velocity changes that is mu for a free body at a plane is so in no other case",
+    "the ratio of velocity changes is mu for a free body at a plane, and in no other case",
     page=LAW_PAGE,
 )
 def ratner_styller() -> Finding:
@@ -140,7 +140,7 @@ def ratner_styller() -> Finding:
     elif pendulum <= CLEAR:
         verdict = "refuted"
     return Finding(
-        f"free body: mu to {free:.1g}; pendulum: tan|x1|",
+        f"free body: mu, off by {free:.1g}; pendulum: |tan x1|",
         verdict,
         f"{len(table)} random slipping impacts on a wall: for a free body the ratio is mu to "
         f"{free:.2g}; for the tip of the pendulum it is |tan x1|, whatever mu "
@@ -210,7 +210,7 @@ def laws_equal() -> Finding:
         off, count = max(off, *(_after(first, other) for other in others)), count + len(first)
     verdict: Verdict = "reproduced" if off < STEPPED else "refuted"
     return Finding(
-        f"they agree to {off:.1g}, the steps to {STEPPED:.1g}",
+        f"they agree to {off:.1g}, the error of small steps",
         verdict,
         f"velocities after {count} random direct and frictionless oblique impacts differ by at "
         f"most {off:.2g}, each law followed in {STEPS} small steps to its own end (errors up to "

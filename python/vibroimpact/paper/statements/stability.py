@@ -140,8 +140,9 @@ def characteristic_equation() -> Finding:
     for _ in range(500):
         a = random.normal(size=(4, 4))
         exact = np.poly(a)[:0:-1].real
-        size = max(1.0, float(np.linalg.norm(a))) ** 4
-        worst = max(worst, float(np.abs(np.array(characteristic(a)) - exact).max() / size))
+        # J_k is of the order of the norm to the power 4 - k.
+        size = float(np.linalg.norm(a)) ** np.arange(4, 0, -1)
+        worst = max(worst, float((np.abs(np.array(characteristic(a)) - exact) / size).max()))
     return formula(worst, "relative, over 500 random matrices")
 
 

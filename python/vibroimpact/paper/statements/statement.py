@@ -143,8 +143,13 @@ def mended(
     elif not corrected < CLEAR:
         verdict = "refuted"
     return Finding(
-        f"off by {printed:.1g} as printed, {corrected:.1g} with {how}",
+        f"off by {_rough(printed)} as printed, {_rough(corrected)} with {how}",
         verdict,
         f"largest difference {printed:.2g} as printed and {corrected:.2g} with {how}, {where}",
         residual=corrected,
     )
+
+
+def _rough(value: float) -> str:
+    """Return one digit, and no exponent for a number above 1."""
+    return f"{value:.0f}" if value > 1.0 else f"{value:.1g}"

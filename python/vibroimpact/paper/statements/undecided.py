@@ -11,7 +11,7 @@ NO_DATA = (
 
 
 def _undecided(id: str, place: str, says: str, why: str) -> Statement:
-    return stated(id, place, says)(lambda: Finding("not computed", "open", why))
+    return stated(id, place, says)(lambda: Finding(why, "open", why))
 
 
 def _figure(figure: int, panels: str) -> Statement:
@@ -37,6 +37,7 @@ def _panel(transition: Transition) -> Statement:
         f"Fig. {transition.figure}{panel}",
         "both sections over omega, as drawn",
         figure=transition.figure,
+        slow=True,
         drawn_by=f"vibroimpact reproduce --figures {transition.figure} --out figures",
     )
     def judge() -> Finding:
