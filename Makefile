@@ -28,11 +28,12 @@ INSTALLED := $(VENV)/.installed
 SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
-.PHONY: help figures gallery errata test lint bench instructions instructions-update stress docs ci audit clean
+.PHONY: help figures claims gallery errata test lint bench instructions instructions-update stress docs ci audit clean
 .PHONY: wheel wheel-test audit-deps
 
 help:
 	@echo 'make figures  draw the figures of the paper and write the table of claims into $(OUT)/'
+	@echo 'make claims   judge every statement of the paper and write docs/claims.md'
 	@echo 'make gallery  draw the pictures of docs/gallery.md'
 	@echo 'make errata   draw the figures of docs/errata.md'
 	@echo 'make test     all tests: Rust, documentation, Python'
@@ -50,6 +51,9 @@ help:
 
 figures: $(INSTALLED)
 	$(BIN)/vibroimpact reproduce --out $(OUT)
+
+claims: $(INSTALLED)
+	$(BIN)/vibroimpact claims --markdown docs/claims.md
 
 # Without the file that they share, which is no script.
 GALLERY := $(filter-out %/picture.py,$(wildcard examples/gallery/*.py))

@@ -1,4 +1,4 @@
-"""The command `vibroimpact`: simulate, diagram, chart, orbits, basins, lyapunov, reproduce, bench.
+"""The command `vibroimpact`, with a command of its own for each kind of question.
 
 One module for each command; `options` and `outputs` hold what they share, `system_file` reads
 systems from TOML, `exit_codes` says what the command returns. Results go to the standard output,
@@ -18,6 +18,7 @@ from . import (
     basins,
     bench,
     chart,
+    claims,
     diagram,
     exit_codes,
     lyapunov,
@@ -28,7 +29,7 @@ from . import (
 )
 from .exit_codes import ExitCode
 
-COMMANDS = (simulate, diagram, chart, orbits, basins, lyapunov, reproduce, bench)
+COMMANDS = (simulate, diagram, chart, orbits, basins, lyapunov, reproduce, claims, bench)
 _NEGATIVE_NUMBER = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 ABOUT = f"""\
 Oblique-impact vibration of two bodies: a pendulum whose tip strikes a

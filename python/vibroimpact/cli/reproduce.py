@@ -21,6 +21,8 @@ printed, one row per claim:
             start, but the motion of the paper exists; refuted, the evidence
             speaks against the paper; open, it does not decide
 
+Every statement of the paper, not of figures only: vibroimpact claims.
+
 example (all figures at full size take one to three minutes on two cores):
   vibroimpact reproduce --out figures --figures 6 --format png pdf"""
 

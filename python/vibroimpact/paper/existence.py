@@ -169,7 +169,7 @@ def trial(motion: PeriodicMotion, *, returns: int = RETURNS) -> Trial:
 
 def judge(computed: Existence) -> list[Claim]:
     """Judge the figure as a whole, the solution quoted from it, and the motions of Fig. 5."""
-    quoted = [_judge_quoted(item) for item in QUOTED if item.figure == computed.figure]
+    quoted = [judge_quoted(item) for item in QUOTED if item.figure == computed.figure]
     shown = [
         _judge_shown(computed.figure, motion.id, motion.system, motion.paper_says)
         for motion in MOTIONS
@@ -224,7 +224,7 @@ def _judge_counts(computed: Existence) -> Claim:
     )
 
 
-def _judge_quoted(item: Quoted) -> Claim:
+def judge_quoted(item: Quoted) -> Claim:
     """Look at a solution that the paper quotes; simulate from its state."""
     n = PERIODS_PER_ORBIT[item.figure]
     motion = nearest(item.system, n, item.x10)

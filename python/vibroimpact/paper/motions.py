@@ -15,9 +15,10 @@ from .. import plot
 from ..plot.marks import mark_regimes
 from ..plot.style import BLACK, GREY
 from ..results import Run
-from .evidence import Coexistence, drive_periods
+from ..simulation import simulate
+from .evidence import HORIZONS, Coexistence, coexisting, drive_periods
 from .layout import Page, fixed_parameters, row_parameters
-from .parameters import Motion
+from .parameters import INITIAL, KEEP, PERIODS, Motion
 
 Color = Literal["regime"] | None
 
@@ -39,6 +40,21 @@ class Shown:
     run: Run
     long_run: Run | None = None
     other: Coexistence | None = None
+
+
+def simulated(motion: Motion, workers: int | None = None) -> Shown:
+    """Simulate a motion as the paper does, and what decides where that is not what it says."""
+    run: Run = simulate(motion.system, initial=INITIAL, periods=PERIODS, keep=KEEP)
+    long_run: Run | None = None
+    other: Coexistence | None = None
+    if motion.right == "section" or motion.figure == 10:
+        # Fig. 10 is about the transient, an impact section about what follows it.
+        longest = max(HORIZONS)
+        keep = longest if motion.figure == 10 else longest - PERIODS
+        long_run = simulate(motion.system, initial=INITIAL, periods=longest, keep=keep)
+    elif run.label != motion.paper_says:
+        other = coexisting(motion.system, motion.paper_says, workers=workers)
+    return Shown(motion, run, long_run, other)
 
 
 def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:

@@ -12,13 +12,10 @@ from pathlib import Path
 
 from ..errors import Interrupted, ParameterError
 from ..plot import publication_style
-from ..results import Run
-from ..simulation import simulate
 from ..whole_file import whole_file
 from . import (
     claims,
     coexistence,
-    evidence,
     existence,
     islands,
     lasting,
@@ -28,8 +25,7 @@ from . import (
 )
 from .claims import Claim
 from .layout import Page
-from .motions import Shown
-from .parameters import FIGURES, INITIAL, KEEP, MOTIONS, PERIODS, TRANSITIONS, Motion
+from .parameters import FIGURES, MOTIONS, TRANSITIONS
 
 FORMATS = ("png", "pdf", "svg")
 _COLORS: tuple[tuple[transitions.Color, str], ...] = ((None, ""), ("regime", "-regimes"))
@@ -191,7 +187,9 @@ class _Job:
 
     def motion_pages(self, figure: int) -> None:
         """Simulate the motions of a figure, judge them, and write the pages."""
-        shown = [self._shown(motion) for motion in MOTIONS if motion.figure == figure]
+        shown = [
+            motions.simulated(motion, self.workers) for motion in MOTIONS if motion.figure == figure
+        ]
         for item in shown:
             self.claims.append(
                 claims.evaluate(
@@ -231,16 +229,3 @@ class _Job:
             frequencies=min(islands.FREQUENCIES, self.frequencies), workers=self.workers
         )
         self.save(islands.draw(computed), "islands")
-
-    def _shown(self, motion: Motion) -> Shown:
-        run: Run = simulate(motion.system, initial=INITIAL, periods=PERIODS, keep=KEEP)
-        long_run: Run | None = None
-        other: evidence.Coexistence | None = None
-        if motion.right == "section" or motion.figure == 10:
-            # Fig. 10 is about the transient, an impact section about what follows it.
-            longest = max(evidence.HORIZONS)
-            keep = longest if motion.figure == 10 else longest - PERIODS
-            long_run = simulate(motion.system, initial=INITIAL, periods=longest, keep=keep)
-        elif run.label != motion.paper_says:
-            other = evidence.coexisting(motion.system, motion.paper_says, workers=self.workers)
-        return Shown(motion, run, long_run, other)
