@@ -17,13 +17,14 @@ pytest.importorskip("flint", reason="the high-precision reference needs python-f
 
 from flint import arb, arb_poly, ctx, fmpq
 
+from vibroimpact.reference.contact import first_contact
+from vibroimpact.reference.flight import Flight, Number, System, exact
+from vibroimpact.reference.impact import LAWS, Impact, Jammed, paper, poisson
+
 from .certify import COLUMNS, certify
-from .contact import first_contact
-from .flight import Flight, Number, System, exact
 from .generate import DATA, flight_cases, flight_record
-from .impact import LAWS, Impact, Jammed, paper, poisson
 from .ladder import digits
-from .simulate import compare, units
+from .supplied import compare, units
 
 Row = dict[str, Any]
 
