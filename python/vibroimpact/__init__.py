@@ -61,6 +61,7 @@ from .orbits import (
 from .results import EnergyAudit, EventKind, FinalState, PeriodReport, Regime, Run
 from .simulation import simulate
 from .system import System
+from .verification import Disagreement, Verification, verify
 
 if TYPE_CHECKING:
     from . import plot as plot
@@ -84,6 +85,7 @@ __all__ = [
     "Chart",
     "Diagram",
     "DiagramSettings",
+    "Disagreement",
     "EnergyAudit",
     "EventKind",
     "FinalState",
@@ -109,6 +111,7 @@ __all__ = [
     "System",
     "Undecided",
     "UnstableManifold",
+    "Verification",
     "__version__",
     "basins",
     "bifurcation_curve",
@@ -130,4 +133,5 @@ __all__ = [
     "sweep",
     "switch_branch",
     "unstable_manifold",
+    "verify",
 ]
