@@ -71,6 +71,21 @@ def test_closed_form_and_matrix_exponential_agree_on_the_whole_sweep() -> None:
                 assert (p - q).abs_upper() < size * arb(2) ** -100, case
 
 
+def test_the_quick_form_is_the_matrix_exponential_and_as_tight() -> None:
+    quick = 0
+    with ctx.workprec(256):
+        for case in flight_cases():
+            body = case.body()
+            one = body.state(case.elapsed(), *case.start())
+            two = body.state_quick(case.elapsed(), *case.start())
+            quick += any(p.mid() != q.mid() for p, q in zip(one, two, strict=True))
+            size = abs(one[0]) + abs(one[1]) + 1
+            for p, q in zip(one, two, strict=True):
+                assert p.overlaps(q), case
+                assert q.rad() < p.rad() * 2**10 + size * arb(2) ** -236, case
+    assert quick > 150
+
+
 def test_flight_file_is_what_the_generator_writes() -> None:
     rows = load("flights.json")
     cases = list(flight_cases())

@@ -126,6 +126,7 @@ class Motion:
         law: str,
         *,
         enclose: bool = False,
+        quick: bool = False,
         most_impacts: int = MAX_IMPACTS,
     ) -> None:
         self.system, self.settings, self.phase = system, settings, arb(phase)
@@ -136,6 +137,7 @@ class Motion:
         self.hold = Hold(system, self.phase, self.at_rest, settings)
         self.tail = Tail(arb(settings.tolerance))
         self.story: list[Event | Phase] = []
+        self.quick = quick
         self.enclosing, self.proved, self._proved_samples = enclose, 0, 0
         self.impacts = 0
         self.now = arb(0)
@@ -178,7 +180,7 @@ class Motion:
         while self.impacts < self.most_impacts:
             x2 = self.x2 if self.touching == 0 or system.mbar == 0 else None
             psi = self.phase + arb(system.omega) * self.now
-            flight = Flight(system, (self.x1, self.v1, x2, self.v2), psi)
+            flight = Flight(system, (self.x1, self.v1, x2, self.v2), psi, quick=self.quick)
             left = rational((self.end - self.now).upper())
             found = first_contact(flight, left, touching=self.touching, precision=bits, cap=bits)
             if found.kind in ("undecided", "immediate"):

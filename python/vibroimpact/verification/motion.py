@@ -22,7 +22,7 @@ from ..reference.flight import System as ExactSystem
 from ..reference.hold import Phase
 from ..reference.hybrid import Motion, Samples, approach_in_contact
 from ..reference.simulate import Event
-from ..reference.slide import Settings
+from ..reference.slide import Settings, Touch
 from ..system import System
 
 SYMBOLS = {
@@ -41,9 +41,9 @@ SYMBOLS = {
 GOOD = 1e-20
 #: Bits of the first pass, and those that enclosures lose from impact to impact, as a first guess.
 FIRST, LOST = 256, 6
-#: Shift of v1(0) that shows how perturbations grow; up to LINEAR, and down to what is UNSEEN.
-NUDGE = exact("1e-30")
-LINEAR, UNSEEN = 1e-4, 1e-50
+#: Shifts of v1(0) that show how perturbations grow, in flights and, less exact, through contact;
+#: differences are told from errors and non-linear growth from so much of them on to LINEAR.
+NUDGES, UNSEEN, LINEAR = ("1e-30", "1e-18"), 1e-6, 1e-4
 #: Phases that repeat an impact, or the start, in other words.
 ECHOES = ("impact", "impact_at_start")
 
@@ -123,10 +123,21 @@ class _Parted(Exception):
     """The run has left the motion for good."""
 
 
+class _Unproved(Exception):
+    """Nothing is proved from here on."""
+
+
 class _Followed(Motion):
-    """A motion that is left once the run has parted from it."""
+    """A motion that is left once the run has parted from it, or once an enclosure ends."""
 
     parted: Callable[[int, Event], bool]
+
+    def _contact(
+        self, touch: Touch, event: str | None = None, error: arb | None = None
+    ) -> str | None:
+        if self.enclosing:
+            raise _Unproved
+        return super()._contact(touch, event, error)
 
     def _tell(self, entry: Event | Phase) -> None:
         super()._tell(entry)
@@ -134,14 +145,16 @@ class _Followed(Motion):
             raise _Parted
 
 
-def follow(problem: Problem, bits: int, *, enclose: bool, nudged: bool = False) -> Pass:
-    """One pass; whatever ends it early is told in `stopped`, Ctrl-C too."""
+def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> Pass:
+    """One pass; whatever ends it early is told in `stopped`, Ctrl-C too.
+
+    `nudge` is added to v1 at the start.
+    """
     start = list(problem.initial)
-    if nudged:
-        # a start at rest on the contact stays there
-        touching = approach_in_contact(problem.system, start) == 0
-        start[1] += NUDGE
-        start[3] += NUDGE if touching else 0
+    # a start at rest on the contact stays there
+    touching = approach_in_contact(problem.system, start) == 0
+    start[1] += exact(nudge)
+    start[3] += exact(nudge) if touching else 0
     tolerance = 10.0 ** -min(300.0, 0.11 * bits)
     settings = Settings(bits, order=max(20, bits // 10), tolerance=tolerance)
     stopped, detail = "", ""
@@ -154,6 +167,7 @@ def follow(problem: Problem, bits: int, *, enclose: bool, nudged: bool = False) 
             settings,
             problem.law,
             enclose=enclose,
+            quick=True,
             most_impacts=problem.most_impacts,
         )
         motion.parted = problem.parted
@@ -161,6 +175,8 @@ def follow(problem: Problem, bits: int, *, enclose: bool, nudged: bool = False) 
             motion.run()
         except _Parted:
             stopped, detail = "lost", "the run has parted from the exact motion for good"
+        except _Unproved:
+            stopped, detail = "unproved", "complete chatter or lasting contact"
         except Undecided as doubt:
             stopped, detail = "undecided", str(doubt)
         except ValueError as error:
@@ -197,7 +213,8 @@ def exact_motion(problem: Problem, impacts: int, max_precision: int) -> Pass:
             return _certified_part(proof)
         known = sum(entry.error() < GOOD for entry in proof.entries) + 1
         needed = _rounded(bits * min(2.0, max(1.25, 1.1 * (impacts + 1) / known)))
-        if needed > max_precision or not all(entry.certified for entry in proof.entries):
+        narrow = known > len(proof.entries)
+        if needed > max_precision or (proof.stopped == "unproved" and narrow):
             break
         bits = needed
     compared = _compared(problem, max_precision)
@@ -318,7 +335,8 @@ def _with_growth(problem: Problem, done: Pass) -> Pass:
     if done.stopped in ("interrupted", "start") or not done.entries:
         return done
     held = any(entry.kind != "impact" for entry in done.entries)
-    moved = follow(problem, 2 * FIRST if held else FIRST, enclose=False, nudged=True)
+    nudge = NUDGES[held]
+    moved = follow(problem, FIRST, enclose=False, nudge=nudge)
     *matched, _ = pairs([e.kind for e in done.entries], [e.kind for e in moved.entries])
     entries = list(done.entries)
     for i, j in matched:
@@ -326,6 +344,6 @@ def _with_growth(problem: Problem, done: Pass) -> Pass:
         far = max(float(abs(p.mid() - q.mid())) for p, q in zip(here, there, strict=True))
         if far > LINEAR or entries[i].regime != moved.entries[j].regime:
             break
-        growth = far / float(NUDGE) if far > UNSEEN else 0.0
-        entries[i] = replace(entries[i], growth=growth)
+        growth = far / float(nudge)
+        entries[i] = replace(entries[i], growth=growth if growth > UNSEEN else 0.0)
     return replace(done, entries=entries)
