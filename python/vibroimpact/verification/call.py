@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from ..reference.simulate import Event
     from .motion import Pass, Problem
 
+#: Digits that may be asked for: a double has hardly more.
+MOST_ASKED = 14
 #: So many impacts in a row this far off, in drive periods, and the run has parted for good.
 PARTED, FAR = 40, 0.01
 #: How far past the end of a run the reference goes, in its length or in drive periods.
@@ -72,7 +74,7 @@ def verify(
     """
     if not isinstance(run, Run):
         reject("run", run, "a vibroimpact.Run")
-    digits = count("digits", digits, least=1, most=14)
+    digits = count("digits", digits, least=1, most=MOST_ASKED)
     max_precision = count("max_precision", max_precision, least=512, most=65_536)
     max_events = count("max_events", max_events, least=1)
     need_flint()

@@ -40,6 +40,8 @@ GRAZING = 1e-6
 WEAK = 1e-3
 #: Places of the values of an Entry that make up CONTACT_NUMBERS, and the state of a section.
 CONTACT_PLACES = (0, 1, 3, 4, 6)
+#: The size of a number that stays 0 or next to it, in units of the largest of the four.
+STILL = 1e-8
 #: Floats are rounded to nearest; a bound is rounded up.
 UP = 1.0 + 2.0**-50
 
@@ -120,7 +122,8 @@ class _Comparison:
             largest = [max(a, b) for a, b in zip(largest, row, strict=True)]
         for state in states:
             largest[1:] = [max(a, b) for a, b in zip(largest[1:], state, strict=True)]
-        return Sizes(time or largest[0], *largest[1:])
+        floor = STILL * max(largest[1:])
+        return Sizes(time or largest[0], *(max(size, floor) for size in largest[1:]))
 
     def _events(self) -> None:
         """Impacts and events of contact, in their order."""
@@ -150,8 +153,8 @@ class _Comparison:
         end = self.run.final_state.time
         weak = entry.kind == "impact" and _change(entry) < WEAK
         if time < end - 1e-6 * self.sizes.time and not weak:
-            number = len(self.run.impacts) if entry.kind == "impact" else len(self.run.contacts)
-            self._apart(entry.kind, number, time)
+            rows = self.impacts if entry.kind == "impact" else self.contacts
+            self._apart(entry.kind, len(rows), time)
 
     def _apart(self, kind: str, index: int, time: float) -> None:
         """The run and the exact motion meet different events."""

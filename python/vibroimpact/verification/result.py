@@ -2,8 +2,9 @@
 
 Errors are upper bounds of |run - exact motion| and hold the reference's own error. The digits of a
 number are -log10 of its error in units of its size: for x1, v1, x2, v2 the largest value that the
-motion takes, for times the drive period (without a drive, the largest time). A row has the digits
-of its worst number, at most 16, since a double has no more. All quantities are dimensionless.
+motion takes (1e-8 of the largest of all, if it is less), for times the drive period (without a
+drive, the largest time). A row has the digits of its worst number, at most 16, since a double has
+no more. All quantities are dimensionless.
 """
 
 from __future__ import annotations
@@ -171,10 +172,12 @@ class Verification:
             return "nothing is verified"
         held = f"to {math.floor(least)} digits"
         if self.horizon is None:
-            every = len(self.impacts) == self.kept[0] and len(self.impacts)
-            parts = [f"{'all ' if every else ''}{_counted(len(self.impacts), 'impact')}"]
-            for table, word in ((self.contacts, "contact event"), (self.sections, "section")):
-                parts += [_counted(len(table), word)] if len(table) else []
+            words = ("impact", "contact event", "section")
+            parts = [
+                _counted(len(table), of, word)
+                for table, of, word in zip(self._tables(), self.kept, words, strict=True)
+                if of
+            ]
             return f"{_listed(parts)} hold {held}"
         good = self.impacts["number"][self.impacts["time"] < self.horizon.time]
         if not len(good):
@@ -222,8 +225,9 @@ class Verification:
         )
 
 
-def _counted(number: int, word: str) -> str:
-    return f"{number} {word}{'' if number == 1 else 's'}"
+def _counted(number: int, of: int, word: str) -> str:
+    how_many = f"all {of}" if number == of else f"{number} of {of}"
+    return f"{how_many} {word}{'' if of == 1 else 's'}"
 
 
 def _listed(parts: list[str]) -> str:
