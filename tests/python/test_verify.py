@@ -251,6 +251,15 @@ def test_a_cap_on_events_ends_it(periodic):
     assert "verified up to there only" in str(found)
 
 
+@pytest.mark.parametrize("cap", [10, 14])
+def test_a_cap_within_a_chatter_is_no_disagreement(cap):
+    run = vi.simulate(STICKY, initial=START, periods=1)
+    first = int(np.flatnonzero(run.events["kind"] == vi.EventKind.CHATTER)[0])
+    found = vi.verify(run, max_events=cap)
+    assert len(found.impacts) <= first < cap + 8
+    assert (found.stopped, found.horizon) == ("event_cap", None)
+
+
 def test_a_cap_on_precision_ends_it(periodic, monkeypatch):
     # a reference as good as this would need more bits than are allowed
     monkeypatch.setattr(motion, "GOOD", 1e-300)

@@ -143,6 +143,10 @@ class _Comparison:
         if i < len(told) and (j < len(entries) or not self.exact.stopped):
             kind, index = told[i]
             table = run.impacts if kind == "impact" else run.contacts
+            # the reference may have been stopped on its way to the end of the same chatter
+            cut = kind == "chatter" and all(entry.kind == "impact" for entry in entries[j:])
+            if cut and self.exact.stopped:
+                return
             self._apart(kind, index, float(table["time"][index]))
         elif i == len(told) and j < len(entries):
             self._left_over(entries[j])

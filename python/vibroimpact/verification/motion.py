@@ -155,8 +155,8 @@ def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> P
     touching = approach_in_contact(problem.system, start) == 0
     start[1] += exact(nudge)
     start[3] += exact(nudge) if touching else 0
-    tolerance = 10.0 ** -min(300.0, 0.11 * bits)
-    settings = Settings(bits, order=max(20, bits // 10), tolerance=tolerance)
+    tolerance = 10.0 ** -min(300.0, 0.13 * bits)
+    settings = Settings(bits, order=max(20, bits // 8), tolerance=tolerance)
     stopped, detail = "", ""
     with ctx.workprec(bits):
         motion = _Followed(
@@ -292,7 +292,10 @@ def _compared(problem: Problem, max_precision: int) -> Pass:
 def _difference(one: Pass, two: Pass) -> tuple[Pass, bool]:
     """The finer pass with its differences to the other as errors, and whether they agree."""
     *matched, (i, j) = pairs([e.kind for e in one.entries], [e.kind for e in two.entries])
-    agree = one.stopped == two.stopped and i == len(one.entries) and j == len(two.entries)
+    agree = one.stopped == two.stopped
+    # a cap may fall into a chatter, of which the two list different numbers of impacts
+    if one.stopped != "event_cap":
+        agree = agree and i == len(one.entries) and j == len(two.entries)
     entries = []
     with ctx.workprec(two.bits):
         for p, q in matched:
