@@ -28,7 +28,7 @@ INSTALLED := $(VENV)/.installed
 SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
-.PHONY: help figures claims gallery errata test lint bench instructions instructions-update stress docs ci audit clean
+.PHONY: help figures claims gallery errata test reference lint bench instructions instructions-update stress docs ci audit clean
 .PHONY: wheel wheel-test audit-deps
 
 help:
@@ -37,6 +37,7 @@ help:
 	@echo 'make gallery  draw the pictures of docs/gallery.md'
 	@echo 'make errata   draw the figures of docs/errata.md'
 	@echo 'make test     all tests: Rust, documentation, Python'
+	@echo 'make reference  make the reference data anew, in high precision, and compare with what is committed'
 	@echo 'make lint     formatting, lints, types, stubs, purity of the core, documentation'
 	@echo 'make bench    all benchmarks: criterion, the bars, savings, run time against error beside other solvers'
 	@echo 'make instructions  instruction counts of the hot kernels against the committed ones (valgrind)'
@@ -74,6 +75,11 @@ test: $(INSTALLED)
 	cargo test --locked --all-targets
 	cargo test --locked --doc
 	$(BIN)/python -m pytest
+
+# The supplied data are computed anew, too, and must lie within a unit of their last digits.
+reference: $(INSTALLED)
+	cd tests && $(BIN)/python -m reference.supplied
+	cd tests && $(BIN)/python -m reference.regenerate
 
 lint: $(INSTALLED)
 	@cargo fmt --version >/dev/null && cargo clippy --version >/dev/null \

@@ -1,6 +1,6 @@
 """One case against high precision: its largest error, in units of what docs/accuracy.md allows.
 
-The reference is that of tests/reference (ball arithmetic, no code shared with the core). A case
+The reference is vibroimpact.reference (ball arithmetic, no code shared with the core). A case
 is looked at on `SAMPLES` equal steps; by step k a state may differ by
 
     100 eps max(1, A_k, max over j < k of A_k/A_j),   relative to max(1, |value|),
@@ -11,27 +11,21 @@ a relative perturbation of any coordinate, made at the start or at any step, tak
 what is left then is wrong, the rest merely ill-conditioned. All quantities are dimensionless.
 """
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from pathlib import Path
 
 import numpy as np
+from flint import arb
 from numpy.typing import NDArray
 
 import vibroimpact as vi
-
-sys.path.append(str(Path(__file__).resolve().parents[2] / "tests"))
-
-from flint import arb
-
-from reference.contact import Undecided
-from reference.flight import System as ExactSystem
-from reference.flight import exact
-from reference.hybrid import Run as ExactRun
-from reference.hybrid import follow
-from reference.slide import Settings
+from vibroimpact.reference.contact import Undecided
+from vibroimpact.reference.flight import System as ExactSystem
+from vibroimpact.reference.flight import exact
+from vibroimpact.reference.hybrid import Run as ExactRun
+from vibroimpact.reference.hybrid import follow
+from vibroimpact.reference.slide import Settings
 
 EPS = float(np.finfo(np.float64).eps)
 ALLOWED = 100 * EPS

@@ -20,9 +20,9 @@ from matplotlib.axes import Axes
 
 import vibroimpact as vi
 from exact import ALLOWED, EPS, Case, Outcome, State, judge, reference_system
-from reference.hybrid import follow, sections
-from reference.slide import Settings
 from vibroimpact.plot.style import BLUE, ORANGE, VERMILLION
+from vibroimpact.reference.hybrid import follow, sections
+from vibroimpact.reference.slide import Settings
 
 Row = dict[str, Any]
 

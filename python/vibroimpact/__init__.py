@@ -66,6 +66,7 @@ if TYPE_CHECKING:
         unstable_manifold,
     )
     from .orbits.motion_map import motion_map
+    from .verification import Disagreement, Verification, verify
 else:
     # What a simulation does not need is imported on first use, and matplotlib with `plot`.
     _ON_FIRST_USE = {
@@ -82,6 +83,7 @@ else:
             search_motions stability_region switch_branch unstable_manifold
         """,
         "plot": "",
+        "verification": "Disagreement Verification verify",
     }
     _HOMES = {name: home for home, names in _ON_FIRST_USE.items() for name in names.split()}
 
@@ -112,6 +114,7 @@ __all__ = [
     "ClusterError",
     "Diagram",
     "DiagramSettings",
+    "Disagreement",
     "EnergyAudit",
     "EventKind",
     "FinalState",
@@ -137,6 +140,7 @@ __all__ = [
     "System",
     "Undecided",
     "UnstableManifold",
+    "Verification",
     "__version__",
     "basins",
     "bifurcation_curve",
@@ -158,4 +162,5 @@ __all__ = [
     "sweep",
     "switch_branch",
     "unstable_manifold",
+    "verify",
 ]

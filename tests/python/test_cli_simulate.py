@@ -2,6 +2,7 @@
 
 import csv
 import io
+import sys
 
 import numpy as np
 import pytest
@@ -98,3 +99,26 @@ def test_complete_chatter_is_named_in_words(run_command):
         f"diagram {low} --vary drive-frequency 0.25 0.3 2 --periods 100 --keep 20 --quiet"
     )
     assert (code, fields(out)["1-inf"]) == (0, "2 cells")
+
+
+def test_verify_says_how_far_the_numbers_hold(run_command):
+    pytest.importorskip("flint")
+    line = f"simulate {SYSTEM} {START} --drive-frequency 1.8 --periods 6 --verify"
+    code, out, err = run_command(line)
+    assert (code, err) == (0, "")
+    assert "all 6 sections hold to 15 digits" in out
+    assert fields(out)["verified"].startswith("the exact motion: enclosed by proof")
+    chaos = line.replace("1.8 --periods 6", "1.4 --moment-amplitude 3 --periods 25")
+    code, out, _ = run_command(chaos + " 13")
+    assert code == 3
+    assert "fewer than 13 digits" in out
+
+
+def test_verify_is_refused_before_anything_runs(run_command, monkeypatch):
+    code, out, err = run_command(SIMULATE + " --verify 20")
+    assert (code, out) == (2, "")
+    assert "verify = 20 is not allowed" in err
+    monkeypatch.setitem(sys.modules, "flint", None)
+    code, out, err = run_command(SIMULATE + " --verify")
+    assert (code, out) == (2, "")
+    assert "vibroimpact[verify]" in err

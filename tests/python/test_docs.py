@@ -14,7 +14,7 @@ import pytest
 import repository
 import vibroimpact as vi
 import vibroimpact.paper
-from vibroimpact import atlas, orbits
+from vibroimpact import atlas, orbits, reference, verification
 from vibroimpact.orbits import branch
 from vibroimpact.orbits.motion_map import SOLUTION_DTYPE
 
@@ -183,7 +183,11 @@ def test_notation_names_every_stop_reason():
     assert first_column("Stop reasons") == re.findall(r'=> "(\w+)"', body)
 
 
-@pytest.mark.parametrize("package", [orbits, atlas], ids=["orbits", "atlas"])
+@pytest.mark.parametrize(
+    "package",
+    [orbits, atlas, reference, verification],
+    ids=["orbits", "atlas", "reference", "verification"],
+)
 def test_modules_of_a_package_use_those_before_them(package):
     folder = Path(package.__file__).parent
     listed = package.__doc__.split("in this order:")[1]

@@ -30,8 +30,8 @@ from pathlib import Path
 
 from flint import arb, arb_poly, ctx, fmpq
 
-from .contact import ORDER, Contact, first_contact, top_near
-from .flight import Flight, System, as_float, ball, exact, rational
+from vibroimpact.reference.contact import ORDER, Contact, first_contact, top_near
+from vibroimpact.reference.flight import Flight, System, as_float, ball, exact, rational
 
 PARAMETERS = ("mbar", "omega0", "r", "delta", "zeta1", "zeta2", "f1", "f2", "omega", "mu")
 START = ("x1", "v1", "x2", "v2", "phase0")

@@ -22,8 +22,9 @@ from typing import Any
 
 from flint import arb, ctx, fmpq
 
-from .contact import Undecided
-from .flight import Body, exact, rational
+from vibroimpact.reference.contact import Undecided
+from vibroimpact.reference.flight import Body, exact, rational
+
 from .ladder import DIGITS, digits, graze_records
 
 DATA = Path(__file__).resolve().parents[1] / "data"

@@ -18,8 +18,9 @@ from typing import Any
 
 from flint import arb, ctx
 
-from .hold import Phase
-from .hybrid import FINER
+from vibroimpact.reference.hold import Phase
+from vibroimpact.reference.hybrid import FINER
+
 from .ladder import digits
 from .scenes import SCENES, Scene
 

@@ -37,7 +37,8 @@ from typing import Any
 
 from flint import arb, ctx
 
-from .hybrid import FINER
+from vibroimpact.reference.hybrid import FINER
+
 from .ladder import digits
 from .orbit_scenes import SCENES, OrbitScene
 from .orbits import Orbit, difference

@@ -16,8 +16,15 @@ from typing import Any
 
 from flint import arb, arb_poly, ctx, fmpq
 
-from .contact import ORDER, Undecided, derivatives, first_contact, isolate, top_near
-from .flight import Flight, Number, System, exact, rational
+from vibroimpact.reference.contact import (
+    ORDER,
+    Undecided,
+    derivatives,
+    first_contact,
+    isolate,
+    top_near,
+)
+from vibroimpact.reference.flight import Flight, Number, System, exact, rational
 
 DIGITS = 25
 SEED = 20040902

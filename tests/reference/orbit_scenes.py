@@ -12,7 +12,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .flight import System
+from vibroimpact.reference.flight import System
+
 from .orbits import Orbit, find
 
 #: Sections 4.1 and 4.2 of the paper.

@@ -18,11 +18,11 @@ from dataclasses import dataclass
 
 from flint import acb, acb_poly, arb, arb_mat, arb_poly, ctx, fmpq
 
-from .flight import Number, System, exact, rational
-from .hybrid import FINER, Run, follow, sections
-from .impact import LAWS
-from .simulate import Event
-from .slide import Settings
+from vibroimpact.reference.flight import Number, System, exact, rational
+from vibroimpact.reference.hybrid import FINER, Run, follow, sections
+from vibroimpact.reference.impact import LAWS
+from vibroimpact.reference.simulate import Event
+from vibroimpact.reference.slide import Settings
 
 #: Orbits must return to themselves as closely as this.
 CLOSED = 1e-40

@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 
 from flint import arb
 
-from .flight import System, exact
-from .hybrid import sections
-from .measure import Measured, measured
+from vibroimpact.reference.flight import System, exact
+from vibroimpact.reference.hybrid import sections
+from vibroimpact.reference.measure import Measured, measured
 
 #: Fig. 7(c) of the paper, at its lowest frequencies.
 BASE = {

@@ -16,9 +16,10 @@ pytest.importorskip("flint", reason="the high-precision reference needs python-f
 
 from flint import arb, ctx
 
-from .flight import System, as_float, exact
+from vibroimpact.reference.flight import System, as_float, exact
+from vibroimpact.reference.hybrid import follow, sections
+
 from .generate_contact import DATA, LARGEST_ERROR, NAME, scene_record
-from .hybrid import follow, sections
 from .scenes import SCENES
 
 #: Accuracy that contact.json states for itself.

@@ -13,13 +13,14 @@ pytest.importorskip("flint", reason="the high-precision reference needs python-f
 
 from flint import arb, ctx, fmpq
 
-from .chatter import Bounce, accumulate, extrapolate
-from .contact import Undecided
-from .flight import Body, Number, State, System, exact
-from .hold import Hold
-from .hybrid import FINER, Run, follow, sections
+from vibroimpact.reference.chatter import Bounce, accumulate, extrapolate
+from vibroimpact.reference.contact import Undecided
+from vibroimpact.reference.flight import Body, Number, State, System, exact
+from vibroimpact.reference.hold import Hold
+from vibroimpact.reference.hybrid import FINER, Run, follow, sections
+from vibroimpact.reference.slide import Settings, Slide, Touch, first_root
+
 from .scenes import SCENES
-from .slide import Settings, Slide, Touch, first_root
 
 #: Below the error of 1e-45 of each step times the number of steps, with room for growth.
 CLOSE = 1e-40

@@ -15,7 +15,8 @@ pytest.importorskip("flint", reason="the high-precision reference needs python-f
 
 from flint import acb, arb, ctx
 
-from .flight import as_float, exact
+from vibroimpact.reference.flight import as_float, exact
+
 from .generate_orbits import DATA, NAME, scene_record
 from .orbit_scenes import SCENES
 

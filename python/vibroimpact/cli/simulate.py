@@ -6,8 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ..checks import count
 from ..results import Run
 from ..simulation import simulate
+from ..verification import verify
+from ..verification.call import MOST_ASKED, need_flint
 from . import options as shared
 from . import outputs
 from .exit_codes import ExitCode
@@ -28,6 +31,8 @@ printed:
   contact     part of the kept time in lasting contact, if there is any
   stopped     completed, or why the run stopped earlier (exit code 3)
   state       x1, v1, x2, v2 at the end, as --initial takes them
+  verified    with --verify: up to which impact the digits asked for are
+              right; exit code 3 if not all are
 
 columns of the CSV, one row per kept impact:
   time, period, time_in_period   instant; drive periods completed, time since
@@ -54,6 +59,14 @@ def add(subparsers: Any) -> None:
     shared.add_system(command)
     shared.add_run(command, periods=None, keep=None)
     outputs.add_outputs(command, "the kept impacts", save="write the run for vibroimpact.load")
+    command.add_argument(
+        "--verify",
+        type=int,
+        nargs="?",
+        const=10,
+        metavar="DIGITS",
+        help="compare with the exact motion, by python-flint: so many digits (10), 1 to 14",
+    )
     command.set_defaults(run=run)
 
 
@@ -65,6 +78,9 @@ def run(options: argparse.Namespace) -> ExitCode:
         *("initial", "periods", "time", "keep", "max_events", "tolerance", "section_phase")
     )
     outputs.check(options)
+    if options.verify is not None:
+        count("verify", options.verify, least=1, most=MOST_ASKED)
+        need_flint()
     result, interrupted = outputs.as_far_as_it_got(lambda: simulate(system, **values))
     write = outputs.Writing()
     if options.csv:
@@ -78,6 +94,13 @@ def run(options: argparse.Namespace) -> ExitCode:
     if interrupted is not None:
         raise interrupted
     complete = result.stop_reason in outputs.COMPLETE
+    if options.verify is not None:
+        found, interrupted = outputs.as_far_as_it_got(lambda: verify(result, digits=options.verify))
+        lines = found.summary().splitlines()
+        outputs.print_summary([("verified", line) for line in lines], options)
+        if interrupted is not None:
+            raise interrupted
+        complete = complete and found.holds
     return ExitCode.DONE if complete else ExitCode.INCOMPLETE
 
 

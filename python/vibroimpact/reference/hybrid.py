@@ -5,8 +5,9 @@ contacts and impacts are those of simulate.py, each certified from its own start
 hold.py supply the rest. Between two steps a state is rounded to the midpoint of its ball, since
 enclosures would not survive the limit of a chatter: a run as a whole is no enclosure. Its stated
 error comes from measure.py: two runs that differ in precision, in the number of impacts before a
-chatter is completed, in the order of the Taylor series and in the length of their steps. All
-quantities are dimensionless.
+chatter is completed, in the order of the Taylor series and in the length of their steps. With
+`enclose` nothing is rounded before the first chatter or contact, so that what comes before it is
+enclosed by proof, as in simulate.py. All quantities are dimensionless.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ class Run:
     hits: list[Event] = field(default_factory=list)
 
 
-class _Samples:
+class Samples:
     """Takes the states at given ascending times from whatever motion reaches over them."""
 
     def __init__(self, times: Sequence[arb]) -> None:
@@ -90,7 +91,7 @@ def follow(
     """
     settings = settings or Settings()
     with ctx.workprec(settings.precision):
-        return _Motion(system, initial, times(), exact(phase), settings, law).run()
+        return Motion(system, initial, Samples(times()), exact(phase), settings, law).run()
 
 
 def sections(system: System, periods: int) -> Callable[[], Sequence[arb]]:
@@ -107,31 +108,47 @@ def approach_in_contact(system: System, start: Sequence[fmpq]) -> fmpq | None:
     return v1 - v2
 
 
-class _Motion:
-    """One run; `now` and the state are points."""
+class Motion:
+    """One run, to be made and run at the precision of its settings.
+
+    What has happened by then is there even if the run is cut short: `story`, all impacts and phases
+    in order, and `samples`. The first `proved` entries of the story enclose the exact motion, and
+    the first `proved_samples` states.
+    """
 
     def __init__(
         self,
         system: System,
         initial: Sequence[Number],
-        times: Sequence[arb],
+        samples: Samples,
         phase: fmpq,
         settings: Settings,
         law: str,
+        *,
+        enclose: bool = False,
+        quick: bool = False,
+        most_impacts: int = MAX_IMPACTS,
     ) -> None:
         self.system, self.settings, self.phase = system, settings, arb(phase)
-        self.law = LAWS[law]
-        self.samples, self.end = _Samples(times), times[-1]
+        self.law, self.most_impacts = LAWS[law], most_impacts
+        self.samples, self.end = samples, samples.times[-1]
         self.start = [exact(value) for value in initial]
         self.at_rest = system.mbar == 0 and system.f2 == 0 and self.start[2:] == [0, 0]
         self.hold = Hold(system, self.phase, self.at_rest, settings)
         self.tail = Tail(arb(settings.tolerance))
-        self.phases: list[Phase] = []
-        self.impacts, self.hits = 0, list[Event]()
+        self.story: list[Event | Phase] = []
+        self.quick = quick
+        self.enclosing, self.proved, self._proved_samples = enclose, 0, 0
+        self.impacts = 0
         self.now = arb(0)
         self.x1, self.v1, self.x2, self.v2 = (arb(q) for q in self.start)
         #: Derivatives of g, from g itself on, that vanish at the start of the next flight.
         self.touching = 0
+
+    @property
+    def proved_samples(self) -> int:
+        """How many of the sampled states enclose the exact motion: the first so many."""
+        return len(self.samples.states) if self.enclosing else self._proved_samples
 
     def run(self) -> Run:
         """To the end."""
@@ -139,7 +156,13 @@ class _Motion:
             ending = self._begin() or self._loop()
         except Jammed:
             ending = "jammed"
-        return Run(self.phases, self.samples.states, ending, self.impacts, self.hits)
+        phases = [entry for entry in self.story if isinstance(entry, Phase)]
+        hits = [entry for entry in self.story if isinstance(entry, Event)]
+        return Run(phases, self.samples.states, ending, self.impacts, hits)
+
+    def _kept(self, value: arb) -> arb:
+        """A value as the next step takes it: the ball itself, or its midpoint."""
+        return value if self.enclosing else value.mid()
 
     def _begin(self) -> str | None:
         """A start in contact (docs/theory.md, section 3); the ending, if the run ends at once."""
@@ -154,10 +177,10 @@ class _Motion:
     def _loop(self) -> str:
         """Flights, and the impacts or contacts that end them."""
         system, bits = self.system, self.settings.precision
-        while self.impacts < MAX_IMPACTS:
+        while self.impacts < self.most_impacts:
             x2 = self.x2 if self.touching == 0 or system.mbar == 0 else None
             psi = self.phase + arb(system.omega) * self.now
-            flight = Flight(system, (self.x1, self.v1, x2, self.v2), psi)
+            flight = Flight(system, (self.x1, self.v1, x2, self.v2), psi, quick=self.quick)
             left = rational((self.end - self.now).upper())
             found = first_contact(flight, left, touching=self.touching, precision=bits, cap=bits)
             if found.kind in ("undecided", "immediate"):
@@ -170,12 +193,12 @@ class _Motion:
             self.samples.take(then, state)
             if found.time is None or self.samples.full():
                 return "completed"
-            self.now = then.mid()
-            self.x1, self.v1, self.x2, self.v2 = (q.mid() for q in flight.state(found.time))
+            self.now = self._kept(then)
+            self.x1, self.v1, self.x2, self.v2 = map(self._kept, flight.state(found.time))
             ending = self._impact()
             if ending is not None:
                 return ending
-        raise RuntimeError(f"more than {MAX_IMPACTS} impacts")
+        raise RuntimeError(f"more than {self.most_impacts} impacts")
 
     def _impact(self, event: str | None = None) -> str | None:
         """An impact, and the contact it leads to; the ending, if the run ends there.
@@ -188,9 +211,8 @@ class _Motion:
         kinks = system.mu != 0
         signs = (sign(self.v1), sign(self.x1.sin())) if kinks else (0, 0)
         u = self.v1 * (self.x1.cos() if system.oblique else 1) - self.v2
-        limit = self.tail.observe(
-            Bounce(self.now, self.x1, self.v1, self.v2, u.mid(), outcome.regime, signs)
-        )
+        time, x1, v1, v2 = (q.mid() for q in (self.now, self.x1, self.v1, self.v2))
+        limit = self.tail.observe(Bounce(time, x1, v1, v2, u.mid(), outcome.regime, signs))
         if limit is not None:
             self.samples.take(limit.time, _no_state)
             self.now, self.x1, self.v1 = (q.mid() for q in (limit.time, limit.x1, limit.v1))
@@ -201,8 +223,8 @@ class _Motion:
                 raise Undecided("the direction of slip at the end of a chatter")
             return self._contact(self._touch(), "chatter", limit.error())
         passed, x2, pre = len(self.samples.states), self._state()[2], (self.v1, self.v2)
-        self.v1, self.v2 = outcome.v1.mid(), outcome.v2.mid()
-        self.hits.append(
+        self.v1, self.v2 = self._kept(outcome.v1), self._kept(outcome.v2)
+        self._tell(
             Event(passed, self.now, self.x1, pre[0], x2, pre[1], self.v1, self.v2, outcome.regime)
         )
         if system.r == 0 or (self.at_rest and self.v1.is_zero()):
@@ -220,6 +242,9 @@ class _Motion:
         `event` is what led here; `error` its stated error.
         """
         error = arb(0) if error is None else error
+        self._proved_samples, self.enclosing = self.proved_samples, False
+        self.now, self.x1, self.v1 = self.now.mid(), self.x1.mid(), self.v1.mid()
+        touch = replace(touch, time=self.now, x1=self.x1, v1=self.v1)
         self.v2 = self._state()[3].mid()
         separates = self.hold.mode(touch) == "separate"
         if event == "chatter" and separates:
@@ -230,7 +255,7 @@ class _Motion:
             self.touching = 3 if touch.unloaded else 2
             return None
         held = self.hold.follow(touch, self.end, self.samples.take, error)
-        self.phases += held.phases
+        self.story += held.phases
         self.now, self.x1, self.v1 = held.touch.time, held.touch.x1, held.touch.v1
         self.x2, self.v2 = (q.mid() for q in self._state()[2:])
         self.touching = 3
@@ -253,7 +278,12 @@ class _Motion:
         if event == "impact_at_start":
             v2 = self.v2
         state = (x1 + blur, v1 + blur, x2 + blur, v2 + blur)
-        self.phases.append(Phase(event, self.now + blur, state))
+        self._tell(Phase(event, self.now + blur, state))
+
+    def _tell(self, entry: Event | Phase) -> None:
+        """The next entry of the story."""
+        self.proved += self.enclosing
+        self.story.append(entry)
 
     def _state(self) -> State:
         """The present state on g = g' = 0; the wall at rest stays where it is, exactly."""

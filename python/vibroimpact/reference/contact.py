@@ -21,6 +21,8 @@ from .flight import Flight, rational
 
 ORDER = 16  # Taylor order of the enclosures
 WIDTH = fmpq(1021, 1024)  # widest interval times the motion's rate; odd, so ends hit no root
+# Of quick flights: half widths below which Newton's method needs no more than so many terms.
+NARROW, NARROW_ORDER = fmpq(1, 2**12), 5
 SHORTEN, LENGTHEN = fmpq(479, 1024), fmpq(3, 2)
 
 
@@ -105,7 +107,8 @@ def isolate(flight: Flight, a: fmpq, b: fmpq, *, level: int = 0, rising: bool = 
     sign = 1 if rising else -1
     while b - a > 8 * _grain():
         middle, half = _dyadic((a + b) / 2), _dyadic((b - a) / 2) + 2 * _grain()
-        poly = _poly(flight.gap_series(middle, half, ORDER), level)
+        order = NARROW_ORDER if flight.quick and half < NARROW else ORDER
+        poly = _poly(flight.gap_series(middle, half, order), level)
         slope = sign * poly.derivative()(arb(0, arb(half)))
         value = sign * poly[0]
         if slope > 0:

@@ -1,0 +1,11 @@
+"""Is this number real: a run against the exact motion, by the reference simulator.
+
+Of the modules, motion and comparison need python-flint and are imported when `verify` is called.
+Each uses only those before it, in this order: result (what is handed back), motion (the exact
+motion, as precisely as it takes), comparison (the run beside it), call (`verify` itself).
+"""
+
+from .call import verify
+from .result import Disagreement, Verification
+
+__all__ = ["Disagreement", "Verification", "verify"]

@@ -1,0 +1,325 @@
+"""The numbers of a run beside those of the exact motion: errors, digits, and the first that fails.
+
+Events are set side by side in their order, with the pairing of motion.py. A graze of the run has no
+counterpart: in the exact motion that contact does not happen, or is an impact that changes next to
+nothing. All quantities are dimensionless.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from flint import arb, ctx
+from numpy.typing import NDArray
+
+from ..reference.contact import Undecided
+from ..reference.flight import System as ExactSystem
+from ..reference.impact import LAWS
+from ..results import EventKind, Regime, Run
+from .motion import Entry, Pass, pairs
+from .result import (
+    CONTACT_DTYPE,
+    CONTACT_NUMBERS,
+    IMPACT_DTYPE,
+    IMPACT_NUMBERS,
+    MOST_DIGITS,
+    SECTION_DTYPE,
+    SECTION_NUMBERS,
+    Disagreement,
+    Verification,
+)
+
+#: An impact that changes v1 and v2 by no more than this may be a graze of the run.
+GRAZING = 1e-6
+#: A run that ends in a chatter does not list the last of its impacts, which are weaker than this.
+WEAK = 1e-3
+#: Places of the values of an Entry that make up CONTACT_NUMBERS, and the state of a section.
+CONTACT_PLACES = (0, 1, 3, 4, 6)
+#: The size of a number that stays 0 or next to it, in units of the largest of the four.
+STILL = 1e-8
+#: Floats are rounded to nearest; a bound is rounded up.
+UP = 1.0 + 2.0**-50
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """What errors are measured in: of times, x1, v1, x2, v2."""
+
+    time: float
+    x1: float
+    v1: float
+    x2: float
+    v2: float
+
+    def of(self, name: str) -> float:
+        """The size of a number by its column."""
+        return float(getattr(self, name.partition("_")[0]))
+
+
+def compare(
+    run: Run, exact: Pass, system: ExactSystem, section_times: Sequence[float], digits: int
+) -> Verification:
+    """The verification of a run, given the exact motion from the start of its kept window on."""
+    with ctx.workprec(exact.bits):
+        return _Comparison(run, exact, system, section_times, digits).result()
+
+
+class _Comparison:
+    """One run beside its exact motion; rows and failures are collected in order."""
+
+    def __init__(
+        self,
+        run: Run,
+        exact: Pass,
+        system: ExactSystem,
+        section_times: Sequence[float],
+        digits: int,
+    ) -> None:
+        self.run, self.system, self.digits = run, system, digits
+        self.section_times = section_times
+        self.exact = replace(exact, entries=_without_grazes(exact.entries, run))
+        omega = arb(system.omega)
+        self.period = 2 * arb.pi() / omega if system.omega != 0 else None
+        self.sizes = self._sizes()
+        self.failures: list[Disagreement] = []
+        self.impacts: list[tuple[Any, ...]] = []
+        self.contacts: list[tuple[Any, ...]] = []
+        self.sections: list[tuple[Any, ...]] = []
+        self.stopped, self.detail = exact.stopped or "completed", exact.detail
+
+    def result(self) -> Verification:
+        """All rows, and what they come to."""
+        self._events()
+        self._sections()
+        first = min(self.failures, key=lambda failure: failure.time, default=None)
+        impacts = np.array(self.impacts, IMPACT_DTYPE)
+        run = self.run
+        return Verification(
+            digits=self.digits,
+            horizon=first,
+            impacts=_frozen(impacts),
+            contacts=_frozen(np.array(self.contacts, CONTACT_DTYPE)),
+            sections=_frozen(np.array(self.sections, SECTION_DTYPE)),
+            kept=(len(run.impacts), len(run.contacts), len(run.stroboscopic)),
+            stopped=self.stopped,
+            stop_detail=self.detail,
+            precision=self.exact.bits,
+            growth=_mean_growth(impacts),
+        )
+
+    def _sizes(self) -> Sizes:
+        entries = [[abs(float(q)) for q in entry.values] for entry in self.exact.entries]
+        states = [[abs(float(q)) for q in state] for state in self.exact.samples if state]
+        time = float(self.period) if self.period is not None else 0.0
+        largest = [0.0] * 5
+        for time_, x1, v1, v1_, x2, v2, v2_ in entries:
+            row = (time_, x1, max(v1, v1_), x2, max(v2, v2_))
+            largest = [max(a, b) for a, b in zip(largest, row, strict=True)]
+        for state in states:
+            largest[1:] = [max(a, b) for a, b in zip(largest[1:], state, strict=True)]
+        floor = STILL * max(largest[1:])
+        return Sizes(time or largest[0], *(max(size, floor) for size in largest[1:]))
+
+    def _events(self) -> None:
+        """Impacts and events of contact, in their order."""
+        run, entries = self.run, self.exact.entries
+        told = [
+            (EventKind(kind).name.lower(), int(index))
+            for kind, index in zip(run.events["kind"], run.events["index"], strict=True)
+            if kind not in (EventKind.GRAZE, EventKind.STOP)
+        ]
+        *matched, (i, j) = pairs([kind for kind, _ in told], [entry.kind for entry in entries])
+        for place, other in matched:
+            kind, index = told[place]
+            row = run.impacts[index] if kind == "impact" else run.contacts[index]
+            add = self._impact if kind == "impact" else self._contact
+            if not add(index, row, entries[other]):
+                return
+        if i < len(told) and (j < len(entries) or not self.exact.stopped):
+            kind, index = told[i]
+            table = run.impacts if kind == "impact" else run.contacts
+            # the reference may have been stopped on its way to the end of the same chatter
+            cut = kind == "chatter" and all(entry.kind == "impact" for entry in entries[j:])
+            if cut and self.exact.stopped:
+                return
+            self._apart(kind, index, float(table["time"][index]))
+        elif i == len(told) and j < len(entries):
+            self._left_over(entries[j])
+
+    def _left_over(self, entry: Entry) -> None:
+        """An event of the exact motion after all of the run's: missing, if before the run's end."""
+        time = float(entry.values[0])
+        end = self.run.final_state.time
+        weak = entry.kind == "impact" and _change(entry) < WEAK
+        if time < end - 1e-6 * self.sizes.time and not weak:
+            rows = self.impacts if entry.kind == "impact" else self.contacts
+            self._apart(entry.kind, len(rows), time)
+
+    def _apart(self, kind: str, index: int, time: float) -> None:
+        """The run and the exact motion meet different events."""
+        number = self._number(index) if kind == "impact" else index
+        self.failures.append(Disagreement(event=kind, number=number, time=time, reason="sequence"))
+        self.stopped = "sequence"
+        self.detail = f"{kind} {number} at time {time:.6g}: the exact motion goes another way"
+
+    def _number(self, index: int) -> int:
+        """Number of a kept impact since t = 0, from 1."""
+        return self.run.impact_count - len(self.run.impacts) + index + 1
+
+    def _impact(self, index: int, row: np.void, entry: Entry) -> bool:
+        """One impact; False if the reference is not known well enough to judge it."""
+        errors = [self._time_error(row, entry.values[0])]
+        errors += [
+            _off(float(row[name]), ball)
+            for name, ball in zip(IMPACT_NUMBERS[1:], entry.values[1:], strict=True)
+        ]
+        judged = self._judge(IMPACT_NUMBERS, errors, entry.values, entry)
+        if judged is None:
+            return False
+        regime = Regime[entry.regime.upper()] if entry.regime else Regime(int(row["regime"]))
+        agrees = bool(regime == row["regime"])
+        ambiguous = not agrees and self._on_a_border(int(row["regime"]), entry, max(errors))
+        number, time = self._number(index), float(row["time"])
+        self.impacts.append(
+            (number, time, *errors, regime, agrees, ambiguous, *judged, entry.growth)
+        )
+        wrong = judged[0] < self.digits
+        if wrong or not (agrees or ambiguous):
+            self.failures.append(
+                Disagreement(
+                    event="impact", number=number, time=time, reason="digits" if wrong else "regime"
+                )
+            )
+        return True
+
+    def _contact(self, index: int, row: np.void, entry: Entry) -> bool:
+        """One event of lasting contact; False as for an impact."""
+        values = tuple(entry.values[place] for place in CONTACT_PLACES)
+        errors = [self._time_error(row, values[0])]
+        errors += [
+            _off(float(row[name]), ball)
+            for name, ball in zip(CONTACT_NUMBERS[1:], values[1:], strict=True)
+        ]
+        judged = self._judge(CONTACT_NUMBERS, errors, values, entry)
+        if judged is None:
+            return False
+        time = float(row["time"])
+        self.contacts.append((index, int(row["kind"]), time, *errors, *judged, entry.growth))
+        self._wrong(entry.kind, index, time, judged[0])
+        return True
+
+    def _sections(self) -> None:
+        """States at the sections."""
+        for index, (row, state, time) in enumerate(
+            zip(self.run.stroboscopic, self.exact.samples, self.section_times, strict=False)
+        ):
+            if state is None:
+                continue
+            errors = [_off(float(q), ball) for q, ball in zip(row, state, strict=True)]
+            entry = Entry("section", state, None, index < self.exact.proved_samples)
+            judged = self._judge(SECTION_NUMBERS, errors, state, entry)
+            if judged is None:
+                return
+            self.sections.append((index, time, *errors, *judged))
+            self._wrong("section", index, time, judged[0])
+
+    def _wrong(self, event: str, number: int, time: float, digits: float) -> None:
+        if digits < self.digits:
+            self.failures.append(
+                Disagreement(event=event, number=number, time=time, reason="digits")
+            )
+
+    def _judge(
+        self, names: Iterable[str], errors: Sequence[float], values: Sequence[arb], entry: Entry
+    ) -> tuple[float, float, bool] | None:
+        """Digits of the worst number, and how well the exact one is known; None: too badly."""
+        least, own = MOST_DIGITS, 0.0
+        for name, error, value in zip(names, errors, values, strict=True):
+            size, blur = self.sizes.of(name), float(value.rad()) * UP
+            own = max(own, blur)
+            if blur > size * 10.0 ** -(self.digits + 1):
+                if self.stopped == "completed":
+                    self.stopped = "precision_cap"
+                    self.detail = f"the reference itself is known to {blur:.1g} only"
+                return None
+            least = min(least, _digits(error, size))
+        return least, own, entry.certified
+
+    def _time_error(self, row: np.void, ball: arb) -> float:
+        """Error of the time, from the period and the time in it, which do not lose digits.
+
+        The column `time` may differ from these by its own rounding, no more.
+        """
+        time = float(row["time"])
+        error = max(0.0, _off(time, ball) - float(np.spacing(abs(time))))
+        if self.period is None:
+            return _off(time, ball)
+        since = ball - int(row["period"]) * self.period
+        return max(error, _off(float(row["time_in_period"]), since))
+
+    def _on_a_border(self, regime: int, entry: Entry, error: float) -> bool:
+        """Whether states within the errors of the run have the run's regime."""
+        law = LAWS[self.run.system.law]
+        x1, v1, v2 = (entry.values[place].mid() for place in (1, 2, 5))
+        reach = 2.0 * error + 4.0 * float(np.finfo(float).eps)
+        for shift in itertools.product((-reach, 0.0, reach), repeat=3):
+            a, b, c = (q + d for q, d in zip((x1, v1, v2), shift, strict=True))
+            try:
+                if Regime[law(self.system, a, b, c).regime.upper()] == regime:
+                    return True
+            except (Undecided, ValueError):
+                continue
+        return False
+
+
+def _without_grazes(entries: Sequence[Entry], run: Run) -> list[Entry]:
+    """The entries without impacts that the run has as grazes."""
+    times = run.grazes["time"]
+    return [
+        entry
+        for entry in entries
+        if not (
+            len(times)
+            and entry.kind == "impact"
+            and _change(entry) < GRAZING
+            and np.abs(times - float(entry.values[0])).min() < GRAZING
+        )
+    ]
+
+
+def _change(entry: Entry) -> float:
+    """How much an impact changes the velocities."""
+    _, _, v1_pre, v1_post, _, v2_pre, v2_post = entry.values
+    return max(abs(float(v1_post - v1_pre)), abs(float(v2_post - v2_pre)))
+
+
+def _off(value: float, ball: arb) -> float:
+    """Upper bound of the distance of a number from an enclosure."""
+    if not math.isfinite(value):
+        return math.inf
+    return float(abs(ball - arb(value)).abs_upper()) * UP
+
+
+def _digits(error: float, size: float) -> float:
+    """Correct digits of a number of a size."""
+    if error == 0.0:
+        return MOST_DIGITS
+    if size == 0.0 or not math.isfinite(error):
+        return 0.0
+    return min(MOST_DIGITS, max(0.0, -math.log10(error / size)))
+
+
+def _mean_growth(impacts: NDArray[np.void]) -> float:
+    """Mean logarithmic growth from impact to impact."""
+    seen = impacts["growth"][impacts["growth"] > 0]
+    return math.nan if len(seen) < 2 else math.log(seen[-1] / seen[0]) / (len(seen) - 1)
+
+
+def _frozen(table: NDArray[np.void]) -> NDArray[np.void]:
+    table.flags.writeable = False
+    return table

@@ -1,0 +1,352 @@
+"""The exact motion of a run's system and start, as precisely as it takes, by the reference.
+
+First by enclosures, which prove every digit they give: precision rises until all are narrow, as
+far as the cap allows. What they do not reach (complete chatter, lasting contact, motions that widen
+them faster than precision rises) comes from two passes of different precision, tolerance and order,
+precision doubling until they agree; their difference is an estimate of the error and no bound. A
+last pass from a start shifted by a tiny amount measures the growth of perturbations. Parameters and
+start are the exact doubles. Source: docs/theory.md, sections 1 to 5.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from flint import arb, ctx, fmpq
+
+from ..reference.contact import Undecided
+from ..reference.flight import State, exact
+from ..reference.flight import System as ExactSystem
+from ..reference.hold import Phase
+from ..reference.hybrid import Motion, Samples, approach_in_contact
+from ..reference.simulate import Event
+from ..reference.slide import Settings, Touch
+from ..system import System
+
+SYMBOLS = {
+    "mbar": "mass_ratio",
+    "omega0": "frequency_ratio",
+    "r": "restitution",
+    "delta": "gap",
+    "zeta1": "pendulum_damping",
+    "zeta2": "oscillator_damping",
+    "f1": "moment_amplitude",
+    "f2": "force_amplitude",
+    "omega": "drive_frequency",
+    "mu": "friction",
+}
+#: The reference is good where it is known to this, four digits more than a double has.
+GOOD = 1e-20
+#: Bits of the first pass, and those that enclosures lose from impact to impact, as a first guess.
+FIRST, LOST = 256, 6
+#: Shifts of v1(0) that show how perturbations grow, in flights and, less exact, through contact;
+#: differences are told from errors and non-linear growth from so much of them on to LINEAR.
+NUDGES, UNSEEN, LINEAR = ("1e-30", "1e-18"), 1e-6, 1e-4
+#: Phases that repeat an impact, or the start, in other words.
+ECHOES = ("impact", "impact_at_start")
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is followed: exact parameters, start, times of sections, and the end.
+
+    `times` makes the times of the sections and, last, a time past the end of the run, at the
+    working precision. `parted` looks at each impact with its number from 0 on, and says
+    whether the run has parted from the motion for good. At most `most_impacts` are followed.
+    """
+
+    system: ExactSystem
+    initial: tuple[fmpq, ...]
+    phase: fmpq
+    law: str
+    times: Callable[[], Sequence[arb]]
+    parted: Callable[[int, Event], bool]
+    most_impacts: int
+
+
+@dataclass(frozen=True)
+class Entry:
+    """An impact or an event of contact: values as IMPACT_NUMBERS, radii the reference's error."""
+
+    kind: str
+    values: tuple[arb, ...]
+    regime: str | None = None
+    certified: bool = False
+    growth: float = math.nan
+
+    def error(self) -> float:
+        """Largest error of the values."""
+        return max(float(value.rad()) for value in self.values)
+
+
+@dataclass(frozen=True)
+class Pass:
+    """What the reference has met, and why it ended ("" where it went to the end).
+
+    The first `proved_samples` states are enclosures; a state is None where it is not known.
+    """
+
+    bits: int
+    entries: list[Entry]
+    samples: list[State | None]
+    proved_samples: int = 0
+    stopped: str = ""
+    detail: str = ""
+
+
+def exact_system(system: System) -> ExactSystem:
+    """The same parameters, as exact rationals."""
+    values = {symbol: getattr(system, name) for symbol, name in SYMBOLS.items()}
+    return ExactSystem.parse(values, system.contact)
+
+
+class _Moments(Samples):
+    """States at sections; None where one cannot be told from an event or is skipped by chatter."""
+
+    states: list[State | None]  # type: ignore[assignment]
+
+    def take(self, until: arb, state: Callable[[arb], State]) -> None:
+        """States at the times before `until`."""
+        while len(self.states) < len(self.times):
+            time = self.times[len(self.states)]
+            if time > until:
+                return
+            try:
+                self.states.append(state(time) if time < until else None)
+            except Undecided:
+                self.states.append(None)
+
+
+class _Parted(Exception):
+    """The run has left the motion for good."""
+
+
+class _Unproved(Exception):
+    """Nothing is proved from here on."""
+
+
+class _Followed(Motion):
+    """A motion that is left once the run has parted from it, or once an enclosure ends."""
+
+    parted: Callable[[int, Event], bool]
+
+    def _contact(
+        self, touch: Touch, event: str | None = None, error: arb | None = None
+    ) -> str | None:
+        if self.enclosing:
+            raise _Unproved
+        return super()._contact(touch, event, error)
+
+    def _tell(self, entry: Event | Phase) -> None:
+        super()._tell(entry)
+        if isinstance(entry, Event) and self.parted(self.impacts - 1, entry):
+            raise _Parted
+
+
+def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> Pass:
+    """One pass; whatever ends it early is told in `stopped`, Ctrl-C too.
+
+    `nudge` is added to v1 at the start.
+    """
+    start = list(problem.initial)
+    # a start at rest on the contact stays there
+    touching = approach_in_contact(problem.system, start) == 0
+    start[1] += exact(nudge)
+    start[3] += exact(nudge) if touching else 0
+    tolerance = 10.0 ** -min(300.0, 0.13 * bits)
+    settings = Settings(bits, order=max(20, bits // 8), tolerance=tolerance)
+    stopped, detail = "", ""
+    with ctx.workprec(bits):
+        motion = _Followed(
+            problem.system,
+            start,
+            _Moments(problem.times()),
+            problem.phase,
+            settings,
+            problem.law,
+            enclose=enclose,
+            quick=True,
+            most_impacts=problem.most_impacts,
+        )
+        motion.parted = problem.parted
+        try:
+            motion.run()
+        except _Parted:
+            stopped, detail = "lost", "the run has parted from the exact motion for good"
+        except _Unproved:
+            stopped, detail = "unproved", "complete chatter or lasting contact"
+        except Undecided as doubt:
+            stopped, detail = "undecided", str(doubt)
+        except ValueError as error:
+            stopped, detail = "start", str(error)
+        except RuntimeError as error:
+            stopped, detail = "event_cap", str(error)
+        except KeyboardInterrupt:
+            stopped, detail = "interrupted", "interrupted"
+        entries = [
+            _entry(told, place < motion.proved)
+            for place, told in enumerate(motion.story)
+            if not (isinstance(told, Phase) and told.event in ECHOES)
+        ]
+        samples: list[State | None] = [*motion.samples.states]
+    return Pass(bits, entries, samples, motion.proved_samples, stopped, detail)
+
+
+def _entry(told: Event | Phase, proved: bool) -> Entry:
+    if isinstance(told, Event):
+        velocities = (told.v1_pre, told.v1_post, told.x2, told.v2_pre, told.v2_post)
+        return Entry("impact", (told.time, told.x1, *velocities), told.regime, proved)
+    x1, v1, x2, v2 = told.state
+    return Entry(told.event, (told.time, x1, v1, v1, x2, v2, v2), None, proved)
+
+
+def exact_motion(problem: Problem, impacts: int, max_precision: int) -> Pass:
+    """The exact motion, for a run of about so many impacts; with `interrupted` what there is."""
+    bits = min(max_precision, _rounded(FIRST + LOST * min(impacts, 100)))
+    while True:
+        proof = follow(problem, bits, enclose=True)
+        if _settled(proof):
+            return _with_growth(problem, proof)
+        if proof.stopped == "interrupted":
+            return _certified_part(proof)
+        known = sum(entry.error() < GOOD for entry in proof.entries) + 1
+        needed = _rounded(bits * min(2.0, max(1.25, 1.1 * (impacts + 1) / known)))
+        narrow = known > len(proof.entries)
+        if needed > max_precision or (proof.stopped == "unproved" and narrow):
+            break
+        bits = needed
+    compared = _compared(problem, max_precision)
+    return _with_growth(problem, _joined(_certified_part(proof), compared))
+
+
+def pairs(left: Sequence[str], right: Sequence[str]) -> Iterator[tuple[int, int]]:
+    """Places of the events that belong together, up to the first that do not.
+
+    How many impacts of a complete chatter are listed is a matter of tolerance: more impacts on one
+    side are passed over if a chatter ends them. A last pair, (left, right) beyond one of the ends
+    or of different kinds, says where it stops.
+    """
+    i = j = 0
+    while i < len(left) and j < len(right):
+        if left[i] == right[j]:
+            yield i, j
+            i, j = i + 1, j + 1
+        elif left[i] == "impact" and right[j] == "chatter" and _chatters(left, i):
+            i = left.index("chatter", i)
+        elif right[j] == "impact" and left[i] == "chatter" and _chatters(right, j):
+            j = right.index("chatter", j)
+        else:
+            break
+    yield i, j
+
+
+def _chatters(kinds: Sequence[str], place: int) -> bool:
+    """Whether the next event that is no impact is the end of a chatter."""
+    return next((kind for kind in kinds[place:] if kind != "impact"), "") == "chatter"
+
+
+def _settled(done: Pass) -> bool:
+    """Whether a pass proves all there is to know."""
+    decided = done.stopped in ("", "lost", "start", "event_cap")
+    return decided and all(entry.certified and entry.error() < GOOD for entry in done.entries)
+
+
+def _rounded(bits: float) -> int:
+    return 64 * math.ceil(bits / 64)
+
+
+def _certified_part(done: Pass) -> Pass:
+    """What a pass proves, as far as it is known well enough."""
+    entries = []
+    for entry in done.entries:
+        if not (entry.certified and entry.error() < GOOD):
+            break
+        entries.append(entry)
+    proved = done.samples[: done.proved_samples]
+    good = 0
+    for state in proved:
+        if state is not None and not max(float(value.rad()) for value in state) < GOOD:
+            break
+        good += 1
+    return replace(done, entries=entries, samples=proved[:good], proved_samples=good)
+
+
+def _compared(problem: Problem, max_precision: int) -> Pass:
+    """Two passes that agree, or those of the highest precision allowed."""
+    one = follow(problem, FIRST, enclose=False)
+    while True:
+        if one.stopped == "interrupted":
+            return replace(one, entries=[], samples=[])
+        two = follow(problem, 2 * one.bits, enclose=False)
+        both, agree = _difference(one, two)
+        if two.stopped == "interrupted" or agree:
+            return both
+        if 4 * one.bits > max_precision:
+            detail = f"precisions of {one.bits} and {two.bits} bits do not agree any further"
+            return replace(both, stopped="precision_cap", detail=detail)
+        one = two
+
+
+def _difference(one: Pass, two: Pass) -> tuple[Pass, bool]:
+    """The finer pass with its differences to the other as errors, and whether they agree."""
+    *matched, (i, j) = pairs([e.kind for e in one.entries], [e.kind for e in two.entries])
+    agree = one.stopped == two.stopped
+    # a cap may fall into a chatter, of which the two list different numbers of impacts
+    if one.stopped != "event_cap":
+        agree = agree and i == len(one.entries) and j == len(two.entries)
+    entries = []
+    with ctx.workprec(two.bits):
+        for p, q in matched:
+            coarse, fine = one.entries[p], two.entries[q]
+            if coarse.regime != fine.regime:
+                agree = False
+                break
+            entries.append(replace(fine, values=_together(coarse.values, fine.values)))
+        samples: list[State | None] = []
+        for before, after in zip(one.samples, two.samples, strict=False):
+            both = None if before is None or after is None else _together(before, after)
+            samples.append(None if both is None else (both[0], both[1], both[2], both[3]))
+    agree = agree and all(entry.error() < GOOD for entry in entries)
+    return Pass(two.bits, entries, samples, 0, two.stopped, two.detail), agree
+
+
+def _together(coarse: Sequence[arb], fine: Sequence[arb]) -> tuple[arb, ...]:
+    """The finer values with radii that hold the coarser ones."""
+    return tuple(
+        arb(q.mid(), (abs(p - q) + q.rad()).abs_upper()) for p, q in zip(coarse, fine, strict=True)
+    )
+
+
+def _joined(proof: Pass, compared: Pass) -> Pass:
+    """What is proved, and what goes beyond it by comparison."""
+    *matched, _ = pairs([e.kind for e in proof.entries], [e.kind for e in compared.entries])
+    entries = list(compared.entries)
+    for i, j in matched:
+        entries[j] = proof.entries[i]
+    if len(proof.entries) > len(entries):
+        entries = proof.entries
+    samples = proof.samples + compared.samples[len(proof.samples) :]
+    bits = max(proof.bits, compared.bits)
+    known = len(proof.samples)
+    return Pass(bits, entries, samples, known, compared.stopped, compared.detail)
+
+
+def _with_growth(problem: Problem, done: Pass) -> Pass:
+    """The result, with the growth of a perturbation until each entry."""
+    if done.stopped in ("interrupted", "start") or not done.entries:
+        return done
+    held = any(entry.kind != "impact" for entry in done.entries)
+    nudge = NUDGES[held]
+    moved = follow(problem, FIRST, enclose=False, nudge=nudge)
+    *matched, _ = pairs([e.kind for e in done.entries], [e.kind for e in moved.entries])
+    entries = list(done.entries)
+    for i, j in matched:
+        here, there = entries[i].values, moved.entries[j].values
+        far = max(float(abs(p.mid() - q.mid())) for p, q in zip(here, there, strict=True))
+        if far > LINEAR or entries[i].regime != moved.entries[j].regime:
+            break
+        growth = far / float(nudge)
+        entries[i] = replace(entries[i], growth=growth if growth > UNSEEN else 0.0)
+    return replace(done, entries=entries)

@@ -1,0 +1,62 @@
+"""`python -m reference.regenerate` tells data that differ from data that do not."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+pytest.importorskip("flint", reason="the high-precision reference needs python-flint")
+
+from . import regenerate
+from .generate import DATA, flight_cases, flight_record
+from .ladder import graze_records
+
+ROW = {"x": "0.1234567890123456789012345", "pair": ["1", "2"], "error": "2.0e-50"}
+
+
+def test_every_generated_file_has_its_maker() -> None:
+    text = (DATA / "README.md").read_text()
+    table = [line for line in text.splitlines() if "`python -m reference.generate" in line]
+    assert {line.split("|")[1].strip() for line in table} == set(regenerate.MAKERS)
+
+
+@pytest.mark.parametrize(
+    ("change", "fields"),
+    [
+        ({}, []),
+        ({"pair": ("1", "2")}, []),
+        ({"x": "0.1234567890123456789012346"}, ["x"]),
+        ({"pair": ["1", "3"], "more": 1}, ["more", "pair"]),
+        ({"error": "1.9e-49"}, []),
+        ({"error": "2.1e-49"}, ["error"]),
+    ],
+)
+def test_differences_are_named(change: dict[str, Any], fields: list[str]) -> None:
+    assert regenerate.differences(ROW, ROW | change) == fields
+
+
+def test_the_command_fails_where_a_row_differs(
+    tmp_path: Any, monkeypatch: Any, capsys: Any
+) -> None:
+    monkeypatch.setattr(regenerate, "DATA", tmp_path)
+    monkeypatch.setitem(regenerate.MAKERS, "flights.json", lambda: iter([("0", ROW), ("1", ROW)]))
+    assert regenerate.main(["flights.json", "--write"]) == 0
+    assert regenerate.main(["flights.json"]) == 0
+    assert "flights.json: 2 rows, 0 differ" in capsys.readouterr().out
+    (tmp_path / "flights.json").write_text(json.dumps([ROW, ROW | {"x": "0.1"}, ROW]))
+    assert regenerate.main(["flights.json"]) == 1
+    told = capsys.readouterr().out
+    assert "flights.json, 1: x differ" in told
+    assert "flights.json, 2: made by no generator" in told
+
+
+def test_some_rows_of_the_lists_are_what_their_makers_make() -> None:
+    committed = regenerate.read("flights.json")
+    for number, case in list(enumerate(flight_cases()))[7::60]:
+        assert regenerate.differences(committed[str(number)], flight_record(case)) == []
+    committed = regenerate.read("near_grazes.json")
+    rows = graze_records()
+    for number in range(3):
+        assert regenerate.differences(committed[str(number)], next(rows)) == []
