@@ -205,6 +205,7 @@ def _entry(told: Event | Phase, proved: bool) -> Entry:
 def exact_motion(problem: Problem, impacts: int, max_precision: int) -> Pass:
     """The exact motion, for a run of about so many impacts; with `interrupted` what there is."""
     bits = min(max_precision, _rounded(FIRST + LOST * min(impacts, 100)))
+    before = 0
     while True:
         proof = follow(problem, bits, enclose=True)
         if _settled(proof):
@@ -213,6 +214,9 @@ def exact_motion(problem: Problem, impacts: int, max_precision: int) -> Pass:
             return _certified_part(proof)
         known = sum(entry.error() < GOOD for entry in proof.entries) + 1
         needed = _rounded(bits * min(2.0, max(1.25, 1.1 * (impacts + 1) / known)))
+        if known > impacts + 1 or known < 1.1 * before:
+            break  # a chatter, of which the run does not list more, or no precision leads far
+        before = known
         narrow = known > len(proof.entries)
         if needed > max_precision or (proof.stopped == "unproved" and narrow):
             break
@@ -325,7 +329,7 @@ def _joined(proof: Pass, compared: Pass) -> Pass:
     entries = list(compared.entries)
     for i, j in matched:
         entries[j] = proof.entries[i]
-    if len(proof.entries) > len(entries):
+    if len(proof.entries) > len(entries) and all(e.kind == "impact" for e in entries):
         entries = proof.entries
     samples = proof.samples + compared.samples[len(proof.samples) :]
     bits = max(proof.bits, compared.bits)
