@@ -85,6 +85,11 @@ def _manifold():
 
 
 # Of each long call: how it is prepared, what the exception holds.
+def _verify():
+    run = vi.simulate(ROUGH, initial=START, periods=20_000)
+    return lambda: vi.verify(run)
+
+
 LONG = {
     "simulate": (lambda: lambda: vi.simulate(ROUGH, initial=START, **FOR_EVER), vi.Run),
     "bifurcation_diagram": (
@@ -130,6 +135,7 @@ LONG = {
         lambda: lambda: vi.impact_agreement(ROUGH, steps=(10_000, 20_000), cells=301),
         vi.ImpactAgreement,
     ),
+    "verify": (_verify, vi.Verification),
 }
 # A moment's work: a table of impacts (a plain KeyboardInterrupt ends a huge one), one orbit by
 # Newton's method, one file.

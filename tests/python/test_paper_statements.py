@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import repository
 from vibroimpact import cli
 from vibroimpact.paper.claims import Claim
 from vibroimpact.paper.statements import (
@@ -23,7 +24,7 @@ from vibroimpact.paper.statements import (
 from vibroimpact.paper.statements.page import WORDS, to_markdown
 from vibroimpact.paper.statements.statement import SOURCE, formula, mended
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = repository.root() / "docs"
 PAGE = (DOCS / "claims.md").read_text(encoding="utf-8")
 QUICK = [name for name, statement in STATEMENTS.items() if not statement.slow]
 
