@@ -95,7 +95,7 @@ pub struct ContactReport {
     pub evaluations: u64,
 }
 
-/// First contact of `flight` in (0, `span`].
+/// First contact of `flight` in (0, `span`]; none where that is empty.
 #[must_use]
 pub fn next_contact(
     motion: &FreeMotion,
@@ -103,8 +103,16 @@ pub fn next_contact(
     start: Start,
     span: f64,
 ) -> ContactReport {
+    if span.is_nan() || span <= 0.0 {
+        return ContactReport { found: Found::Clear(0.0), evaluations: 0 };
+    }
     let mut report = lanes::narrow(Job { motion, flight, start, span });
     match report.found {
+        Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch)
+            if !touch.state.is_finite() || !touch.local_time().is_finite() =>
+        {
+            report.found = Found::NotFinite;
+        }
         Found::Contact(touch) if touch.local_time() > span => report.found = Found::Clear(span),
         _ => {}
     }

@@ -235,6 +235,15 @@ impl Itinerary {
         if clocks.len() != legs.len() {
             return Err(ParameterError::new("clocks", clocks.len(), "as many as legs"));
         }
+        // Their sums and differences are counted too.
+        let most = 1i64 << 53;
+        for (name, count) in
+            [("periods", periods)].into_iter().chain(clocks.iter().map(|&clock| ("clocks", clock)))
+        {
+            if !(-most..=most).contains(&count) {
+                return Err(ParameterError::new(name, count, "at most 2^53"));
+            }
+        }
         Ok(Self { legs, periods, clocks, wall_at_rest })
     }
 

@@ -243,13 +243,15 @@ impl<'a> Orbit<'a> {
     }
 
     /// State at a time after the start of a leg, free flight and contact alike, whether or not the
-    /// bodies would overlap; chatter is left out. Not finite where the leg cannot be followed.
+    /// bodies would overlap; chatter is left out. Not finite where the leg cannot be followed, `None`
+    /// where there is none of this number.
     #[must_use]
     pub fn state_in_leg(&self, leg: usize, time: f64) -> Option<State> {
+        let kind = *self.itinerary.legs.get(leg)?;
         let model = self.model(&[]).ok()?;
         let (start, moment) = self.start(&model, leg);
         let s = Dual::constant(time);
-        Some(match self.itinerary.legs[leg] {
+        Some(match kind {
             Leg::SlideToRelease(positive) | Leg::SlideToStop(positive) => {
                 slide(&model, &start, mode(positive), &moment, s)?.value()
             }

@@ -1,6 +1,7 @@
 //! Validated parameters of the system (Han, Jin & Hu (2004), eqs. (22), (23); docs/notation.md).
 
-use serde::{Deserialize, Serialize};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::error::ParameterError;
 
@@ -85,7 +86,10 @@ impl ImpactLaw {
 }
 
 /// Parameters of the system, dimensionless and validated. Build one with [`System::builder`].
+///
+/// What is read with serde is validated too.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(remote = "Self")]
 pub struct System {
     pub(crate) mass_ratio: f64,
     pub(crate) frequency_ratio: f64,
@@ -150,7 +154,9 @@ macro_rules! numeric_parameters {
                 self.validated()
             }
 
-            pub(crate) fn validated(self) -> Result<Self, ParameterError> {
+            pub(crate) fn validated(mut self) -> Result<Self, ParameterError> {
+                // -0 is 0, also where it is divided by.
+                $(self.$name += 0.0;)*
                 $(if !Range::$range.holds(self.$name) {
                     return Err(ParameterError::new(
                         stringify!($name), format!("{:?}", self.$name), Range::$range.words()));
@@ -245,6 +251,18 @@ numeric_parameters! {
     friction: NotNegative = 0.0;
     /// phi, phase of the forcing at t = 0.
     phase: Any = 0.0;
+}
+
+impl Serialize for System {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Self::serialize(self, serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for System {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Self::deserialize(deserializer)?.validated().map_err(D::Error::custom)
+    }
 }
 
 impl System {

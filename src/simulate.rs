@@ -179,8 +179,9 @@ impl Simulation {
     /// and forces say. Without a horizon it runs up to the caps on events and time.
     ///
     /// # Errors
-    /// [`StateError`] if the bodies overlap in `initial`.
+    /// [`StateError`] if the bodies overlap in `initial`, or it is not finite.
     pub fn new(system: &System, initial: State) -> Result<Self, StateError> {
+        let initial = initial.checked()?;
         let gap = system.gap_function(&initial);
         let noise = system.gap_noise(&initial);
         let State { x1, v1, x2, v2 } = initial;
@@ -352,8 +353,18 @@ impl Simulation {
                 None => self.turn(observer),
             };
             if turn.is_some() {
-                return turn;
+                return self.checked(turn);
             }
+        }
+    }
+
+    /// A stop in a state beyond the range of finite numbers is a failure.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn checked(&mut self, turn: Turn) -> Turn {
+        match turn {
+            Some(Ok(Event::Stop(stop))) if !stop.state.is_finite() => Some(Err(self.fail(false))),
+            turn => turn,
         }
     }
 

@@ -24,12 +24,18 @@ impl State {
     /// # Errors
     /// [`StateError::NotFinite`] names the first component that is NaN or infinite.
     pub fn new(x1: f64, v1: f64, x2: f64, v2: f64) -> Result<Self, StateError> {
+        Self { x1, v1, x2, v2 }.checked()
+    }
+
+    /// This state if it is finite; the fields are open to any number.
+    pub(crate) fn checked(self) -> Result<Self, StateError> {
+        let Self { x1, v1, x2, v2 } = self;
         for (name, value) in [("x1", x1), ("v1", v1), ("x2", x2), ("v2", v2)] {
             if !value.is_finite() {
                 return Err(StateError::NotFinite { name, value });
             }
         }
-        Ok(Self { x1, v1, x2, v2 })
+        Ok(self)
     }
 
     /// The components (x1, v1, x2, v2).

@@ -177,6 +177,12 @@ def horizon(drive_frequency: float, *, periods: Any, time: Any, keep: Any) -> Ho
     return Horizon(periods, None, optional_count("keep", keep, least=0, most=periods))
 
 
+def as_floats(array: NDArray[Any]) -> NDArray[np.float64]:
+    """Return real numbers as float64, with -0.0 made 0.0; infinite where they are beyond it."""
+    with np.errstate(over="ignore"):
+        return array.astype(np.float64) + 0.0
+
+
 def states(initial: Any) -> NDArray[np.float64]:
     """Return initial states as float64 of shape (4,) or (k, 4), all finite."""
     wanted = "(x1, v1, x2, v2) of shape (4,), or (k, 4) for several"
@@ -188,7 +194,7 @@ def states(initial: Any) -> NDArray[np.float64]:
         raise StateError(f"initial of shape {array.shape} is not allowed; allowed: {wanted}")
     if array.dtype.kind not in "iuf":
         raise StateError(f"initial = {initial!r} is not allowed; allowed: finite numbers {wanted}")
-    result = array.astype(np.float64) + 0.0
+    result = as_floats(array)
     finite = np.isfinite(result).reshape(-1, 4).all(axis=1)
     if not finite.all():
         row = int(np.argmin(finite))
@@ -231,7 +237,7 @@ def vector(name: str, values: Any) -> NDArray[np.float64]:
         )
     if array.dtype.kind not in "iuf" and array.size > 0:
         raise ParameterError(f"{name} of type {array.dtype} is not allowed; allowed: real numbers")
-    result = array.astype(np.float64) + 0.0
+    result = as_floats(array)
     if not np.isfinite(result).all():
         index = int(np.argmin(np.isfinite(result)))
         reject(f"{name}[{index}]", float(result[index]), "a finite number")

@@ -240,7 +240,8 @@ def impact_agreement(
         reject("system", system, "a vibroimpact.System")
     count("cells", cells, least=2)
     numbers = [
-        count("steps", int(number), least=1, most=MOST_STEPS) for number in np.atleast_1d(steps)
+        count("steps", int(number) if number.is_integer() else number, least=1, most=MOST_STEPS)
+        for number in axis("steps", steps).tolist()
     ]
     if len(set(numbers)) < 2:
         reject("steps", steps, "at least two different numbers")

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .checks import optional_count, reject
+from .checks import as_floats, optional_count, reject
 from .errors import ParameterError, StateError
 from .system import System
 
@@ -84,7 +84,7 @@ def _numbers(name: str, value: Any) -> NDArray[np.float64]:
         reject(name, value, "a number or an array of numbers")
     if array.dtype.kind not in "iuf":
         reject(name, value, "a number or an array of numbers")
-    result = array.astype(np.float64) + 0.0
+    result = as_floats(array)
     if not np.isfinite(result).all():
         bad = float(result[~np.isfinite(result)][0])
         raise StateError(f"{name} = {bad!r} is not allowed; allowed: a finite number")

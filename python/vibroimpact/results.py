@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .checks import horizon, optional_count, reject, vector
+from .checks import flag, horizon, optional_count, reject, vector
 from .errors import Interrupted, SimulationError
 from .system import System
 
@@ -305,6 +305,7 @@ class Run:
             If a time lies outside the kept window, from ``kept_from`` to ``final_state.time``.
         """
         times = vector("t", t)
+        forces = flag("forces", forces)
         first, last = self.kept_from, self.final_state.time
         outside = np.flatnonzero((times < first) | (times > last))
         if len(outside):

@@ -133,7 +133,8 @@ class System:
         for name, value in numbers.items():
             object.__setattr__(self, name, number(name, value, NUMERIC_RANGES[name]))
         for name, choice in (("contact", contact), ("law", law)):
-            if not isinstance(choice, str):
+            # Some characters are none: half of a pair cannot be handed to the core.
+            if not isinstance(choice, str) or not choice.isascii():
                 reject(name, choice, "a name, as a string")
             object.__setattr__(self, name, choice)
         self._compiled  # noqa: B018  builds the compiled form, which checks the ranges

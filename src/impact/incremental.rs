@@ -113,6 +113,11 @@ pub fn incremental(
     let friction = system.friction * pre.sin.abs();
     let least =
         approach_velocity / (system.mass_ratio + pre.cos.abs() * (pre.cos.abs() + friction));
+    if least.is_nan() || least / f64::from(steps) == 0.0 {
+        // The steps would be no numbers, and the impact would never end.
+        let allowed = "large enough for so many steps of its impulse";
+        return Err(ParameterError::new("approach_velocity", approach_velocity, allowed).into());
+    }
     let mut now = Increments {
         v1: pre.v1,
         v2: pre.v2,

@@ -19,7 +19,8 @@ pub enum OutcomeError {
     State(#[from] StateError),
 }
 
-/// An impact with its outcome; NaN and the regime -1 where the law gives none.
+/// An impact with its outcome; NaN and the regime -1 where the law gives none, or none in the range
+/// of numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 #[allow(missing_docs)]
@@ -107,7 +108,12 @@ impl ImpactOutcome {
             friction_loss: f64::NAN,
             effective_restitution: f64::NAN,
         };
-        let Ok(impact) = impact else { return before };
+        let finite = |impact: &Impact| {
+            [impact.v1_post, impact.v2_post, impact.separation_velocity, impact.impulse_normal]
+                .iter()
+                .all(|value| value.is_finite())
+        };
+        let Some(impact) = impact.ok().filter(finite) else { return before };
         Self {
             v1_post: impact.v1_post,
             v2_post: impact.v2_post,

@@ -184,8 +184,11 @@ impl<T: Traveller> Company<'_, T> {
         self.lanes.fetch(j, &mut self.crew[j]);
         if let Some(mut traveller) = self.crew[j].take() {
             if let Some(reason) = reason {
-                let stop = traveller.parts().0.stop_here(reason);
-                traveller.take(Ok(stop));
+                let (simulation, _) = traveller.parts();
+                let stop = simulation.stop_here(reason);
+                if let Some(end) = simulation.checked(Some(Ok(stop))) {
+                    traveller.take(end);
+                }
             }
             (self.done)(traveller);
         }

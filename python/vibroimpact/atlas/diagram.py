@@ -261,9 +261,10 @@ def bifurcation_diagram(
 
 
 def _initials(initial: ArrayLike) -> list[tuple[float, float, float, float]]:
-    if np.ndim(initial) < 2:
-        return [state(initial)]
-    given = [state(row) for row in states(initial)]
+    checked = states(initial)
+    if checked.ndim < 2:
+        return [state(checked)]
+    given = [state(row) for row in checked]
     if not given:
         reject("initial", initial, "at least one start")
     return given
@@ -271,8 +272,11 @@ def _initials(initial: ArrayLike) -> list[tuple[float, float, float, float]]:
 
 def _starts(start: Any) -> tuple[Start, ...]:
     several = isinstance(start, Iterable) and not isinstance(start, str)
-    given = tuple(start) if several else (start,)
-    if not given or not all(kind in get_args(Start) for kind in given):
+    try:
+        given = tuple(start) if several else (start,)
+    except TypeError:  # an array without a dimension
+        given = ()
+    if not given or not all(isinstance(kind, str) and kind in get_args(Start) for kind in given):
         reject("start", start, "'fresh', 'forward', 'backward', or several of them")
     return given
 

@@ -221,7 +221,7 @@ def search_motions(
     """
     _driven(system)
     periods = count("periods", periods, least=8)
-    if np.ndim(starts) == 0:
+    if not hasattr(starts, "__len__"):
         number = count("starts", starts, least=1, most=1_000_000)
         begins = _random_starts(system, number, count("seed", seed, least=0))
     else:

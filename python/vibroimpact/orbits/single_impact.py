@@ -14,8 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+<<<<<<< HEAD
 from ..checks import count, reject
 from ..errors import Interrupted
+=======
+from ..checks import count, number, reject
+>>>>>>> fuzz-br
 from ..system import System
 from .algebraic import Conditions, Parameters, conditions
 from .criterion import paper_eigenvalues
@@ -268,7 +272,7 @@ def limits_of(within: Any) -> tuple[float, float]:
     """Check an interval of x1."""
     allowed = f"a pair (lo, hi) of angles, lo < hi <= lo + {2.0 * LARGEST_ANGLE:g}"
     try:
-        lo, hi = (float(end) for end in within)
+        lo, hi = (number("within", end, allowed) for end in within)
     except (TypeError, ValueError):
         reject("within", within, allowed)
     if not (math.isfinite(lo) and math.isfinite(hi) and lo < hi and hi - lo <= 2.0 * LARGEST_ANGLE):
