@@ -358,16 +358,6 @@ impl Simulation {
         }
     }
 
-    /// A stop in a state beyond the range of finite numbers is a failure.
-    #[inline(always)]
-    #[allow(clippy::inline_always)]
-    fn checked(&mut self, turn: Turn) -> Turn {
-        match turn {
-            Some(Ok(Event::Stop(stop))) if !stop.state.is_finite() => Some(Err(self.fail(false))),
-            turn => turn,
-        }
-    }
-
     /// One leg.
     fn turn<O: Observer>(&mut self, observer: &mut O) -> Turn {
         match self.point.anchor.phase {

@@ -1,6 +1,6 @@
 //! How a simulation ends: at its horizon, at a cap, where the motion does, or with an error.
 
-use super::{Horizon, Observer, Simulation};
+use super::{Horizon, Observer, Simulation, Turn};
 use crate::error::SimulationError;
 use crate::event::{Event, StopEvent, StopReason};
 use crate::flight::Flight;
@@ -18,6 +18,16 @@ impl Simulation {
             _ if self.point.events >= self.max_events => Some(StopReason::EventCap),
             _ if !observer.go_on() => Some(StopReason::Interrupted),
             _ => None,
+        }
+    }
+
+    /// A stop in a state beyond the range of finite numbers is a failure.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(super) fn checked(&mut self, turn: Turn) -> Turn {
+        match turn {
+            Some(Ok(Event::Stop(stop))) if !stop.state.is_finite() => Some(Err(self.fail(false))),
+            turn => turn,
         }
     }
 

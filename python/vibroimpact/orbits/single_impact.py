@@ -14,12 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-<<<<<<< HEAD
-from ..checks import count, reject
-from ..errors import Interrupted
-=======
 from ..checks import count, number, reject
->>>>>>> fuzz-br
+from ..errors import Interrupted
 from ..system import System
 from .algebraic import Conditions, Parameters, conditions
 from .criterion import paper_eigenvalues
