@@ -1,5 +1,6 @@
 """Files that cannot be written: nothing that stood there is lost, and the error names the file."""
 
+import contextlib
 import errno
 import io
 import os
@@ -29,13 +30,15 @@ def run(system, initial):
     return vi.simulate(system, initial=initial, periods=50)
 
 
-@pytest.fixture
+@contextlib.contextmanager
 def no_room():
     """Let no file of this process grow beyond some bytes, as on a full disk."""
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
 
 
 def test_a_whole_file_replaces_another_or_nothing(tmp_path):
@@ -150,13 +153,14 @@ run.save({str(file)!r})
     ],
     ids=lambda value: value.split()[0] + "-" * (value.count("--follow")),
 )
-def test_a_command_on_a_full_disk_names_every_file(run_command, no_room, tmp_path, line, flags):
+def test_a_command_on_a_full_disk_names_every_file(run_command, tmp_path, line, flags):
     names = {"--csv": "a.csv", "--points": "b.csv", "--save": "c.npz", "--plot": "d.png"}
     files = [tmp_path / names[flag] for flag in flags.split()]
     for file in files:
         file.write_text("old")
     given = [word for pair in zip(flags.split(), files, strict=True) for word in pair]
-    code, out, err = run_command(line, *given)
+    with no_room():
+        code, out, err = run_command(line, *given)
     assert code == 1
     assert out  # the summary is printed still
     for file in files:

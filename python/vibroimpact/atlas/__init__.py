@@ -1,8 +1,9 @@
 """Computations over grids: sweeps, diagrams, charts, Lyapunov exponents, basins (docs/atlas.md).
 
 One engine cuts a grid into chunks and has them computed by threads or by a cluster, into memory or
-into a store; what a cell is, the tasks say. The modules, in this order: grid, fields, labels,
-label_array, columns, store_layout, store, cluster, engine (any computation), results, cells (runs),
+into a store; what a cell is, the tasks say. The modules, in this order: ctrl_c, grid, fields,
+labels, label_array, columns, store_layout, store_check, store_lock, store, cluster, engine (any
+computation), results, cells (runs),
 sweep, merge, diagram_results, diagram, lyapunov, trapping, clouds, free_motion, attractors,
 attractor_search, basin_measures, basin_results, basin_files, basins.
 """
