@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import repository
 import vibroimpact as vi
 from vibroimpact import _core
 
@@ -232,7 +233,7 @@ def test_the_package_is_not_tied_to_the_versions_of_its_day():
     file = Path(_core.__file__).name
     assert any(file.endswith(f".abi3{suffix}") for suffix in (".so", ".pyd")) or file == "_core.pyd"
     assert any(file.endswith(suffix) for suffix in importlib.machinery.EXTENSION_SUFFIXES)
-    text = (Path(__file__).parents[2] / "pyproject.toml").read_text()
+    text = (repository.root() / "pyproject.toml").read_text()
     project = tomllib.loads(text)["project"]
     # Lowest versions, and no highest ones.
     assert project["requires-python"].startswith(">=")
