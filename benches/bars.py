@@ -26,8 +26,9 @@ from peers import PEERS
 from peers.outcome import Problem
 from progress import step
 from rounds import Timing, measure
-from scenes import KEYWORDS, read_scenes
+from scenes import read_scenes
 from vibroimpact.paper.parameters import INITIAL, KEEP, MOTIONS, PERIODS, TRANSITIONS
+from vibroimpact.system import SYMBOLS
 
 OUT = Path(__file__).parent / "out"
 
@@ -203,7 +204,7 @@ def _call(function: Callable[..., object], *arguments: Any) -> Callable[[], obje
 
 def _numbers(system: vi.System) -> dict[str, float]:
     given = system.to_dict()
-    return {name: float(given[name]) for name in [*KEYWORDS.values(), "phase"]}
+    return {name: float(given[name]) for name in [*SYMBOLS.values(), "phase"]}
 
 
 def _error(case: Case, peer: Any) -> float:

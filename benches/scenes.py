@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from peers.outcome import Problem
+from vibroimpact.system import SYMBOLS
 
 DATA = Path(__file__).parents[1] / "tests" / "data"
 
@@ -44,19 +45,6 @@ KINDS = {
 }
 FIRST = tuple(next(iter(members)) for members in KINDS.values())
 FILES = ("paper_scenes.json", "bench_scenes.json", "contact_reference.json")
-
-KEYWORDS = {
-    "mbar": "mass_ratio",
-    "omega0": "frequency_ratio",
-    "r": "restitution",
-    "delta": "gap",
-    "zeta1": "pendulum_damping",
-    "zeta2": "oscillator_damping",
-    "f1": "moment_amplitude",
-    "f2": "force_amplitude",
-    "omega": "drive_frequency",
-    "mu": "friction",
-}
 
 
 @dataclass(frozen=True)
@@ -117,7 +105,7 @@ def read_scenes(names: Sequence[str] = ()) -> list[Scene]:
 
 def _scene(name: str, kind: str, entry: dict[str, Any]) -> Scene:
     x1, v1, x2, v2 = (float(value) for value in entry["initial"])
-    numbers = {KEYWORDS[key]: float(text) for key, text in entry["params"].items()}
+    numbers = {SYMBOLS[key]: float(text) for key, text in entry["params"].items()}
     impacts = entry.get("impacts")
     return Scene(
         name=name,

@@ -26,6 +26,7 @@ from vibroimpact.reference.flight import exact
 from vibroimpact.reference.hybrid import Run as ExactRun
 from vibroimpact.reference.hybrid import follow
 from vibroimpact.reference.slide import Settings
+from vibroimpact.system import SYMBOLS
 
 EPS = float(np.finfo(np.float64).eps)
 ALLOWED = 100 * EPS
@@ -34,18 +35,6 @@ MOST_IMPACTS = 8
 NUDGE = exact("1e-30")
 # Bits tried one after the other: after a bounce with r = 1e-16 the gap is as small as r^2.
 SETTINGS = (Settings(precision=400), Settings(precision=1200))
-REFERENCE_NAMES = {
-    "mbar": "mass_ratio",
-    "omega0": "frequency_ratio",
-    "r": "restitution",
-    "delta": "gap",
-    "zeta1": "pendulum_damping",
-    "zeta2": "oscillator_damping",
-    "f1": "moment_amplitude",
-    "f2": "force_amplitude",
-    "omega": "drive_frequency",
-    "mu": "friction",
-}
 
 State = tuple[float, float, float, float]
 
@@ -87,7 +76,7 @@ class Verdict:
 
 def reference_system(system: vi.System) -> ExactSystem:
     """Return the same system for the reference, every double taken for its exact value."""
-    values = {short: getattr(system, name) for short, name in REFERENCE_NAMES.items()}
+    values = {short: getattr(system, name) for short, name in SYMBOLS.items()}
     return ExactSystem.parse(values, system.contact)
 
 

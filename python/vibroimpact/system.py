@@ -34,6 +34,20 @@ NUMERIC_RANGES = {
     "phase": "a finite number",
 }
 
+# The paper's symbols, as reference data name them, with the names in code (docs/notation.md).
+SYMBOLS = {
+    "mbar": "mass_ratio",
+    "omega0": "frequency_ratio",
+    "r": "restitution",
+    "delta": "gap",
+    "omega": "drive_frequency",
+    "zeta1": "pendulum_damping",
+    "zeta2": "oscillator_damping",
+    "f1": "moment_amplitude",
+    "f2": "force_amplitude",
+    "mu": "friction",
+}
+
 
 @dataclass(frozen=True, init=False, kw_only=True)
 class System:

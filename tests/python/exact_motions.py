@@ -3,8 +3,8 @@
 from flint import arb, ctx
 
 import vibroimpact as vi
-from references import SYMBOLS
 from vibroimpact.reference.flight import System as ExactSystem
+from vibroimpact.system import SYMBOLS
 
 ctx.prec = 200
 PAPER = {"mass_ratio": 0.6, "frequency_ratio": 2.0, "restitution": 0.8, "gap": 0.5}

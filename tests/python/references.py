@@ -5,22 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import vibroimpact as vi
+from vibroimpact.system import SYMBOLS
 
 DATA = Path(__file__).parents[1] / "data"
-
-# Paper symbol, as the reference data name it, to the name in code (docs/notation.md).
-SYMBOLS = {
-    "mbar": "mass_ratio",
-    "omega0": "frequency_ratio",
-    "r": "restitution",
-    "delta": "gap",
-    "omega": "drive_frequency",
-    "zeta1": "pendulum_damping",
-    "zeta2": "oscillator_damping",
-    "f1": "moment_amplitude",
-    "f2": "force_amplitude",
-    "mu": "friction",
-}
 
 
 def reference(name: str) -> Any:

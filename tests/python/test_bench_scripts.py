@@ -15,7 +15,8 @@ import pytest
 
 import repository
 import vibroimpact as vi
-from references import SYMBOLS, reference
+from references import reference
+from vibroimpact.system import SYMBOLS
 
 BENCHES = repository.root() / "benches"
 EPS = np.finfo(float).eps

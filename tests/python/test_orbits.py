@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from references import SYMBOLS, reference, scene_system
+from references import reference, scene_system
 from vibroimpact.orbits.newton import solve
 from vibroimpact.orbits.problem import OrbitProblem
+from vibroimpact.system import SYMBOLS
 
 REFERENCE = reference("orbits_reference.json")
 

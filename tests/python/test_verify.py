@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from references import SYMBOLS
+from vibroimpact.system import SYMBOLS
 from vibroimpact.verification import motion
 from vibroimpact.verification.result import IMPACT_NUMBERS
 

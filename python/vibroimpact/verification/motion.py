@@ -23,20 +23,8 @@ from ..reference.hold import Phase
 from ..reference.hybrid import Motion, Samples, approach_in_contact
 from ..reference.simulate import Event
 from ..reference.slide import Settings, Touch
-from ..system import System
+from ..system import SYMBOLS, System
 
-SYMBOLS = {
-    "mbar": "mass_ratio",
-    "omega0": "frequency_ratio",
-    "r": "restitution",
-    "delta": "gap",
-    "zeta1": "pendulum_damping",
-    "zeta2": "oscillator_damping",
-    "f1": "moment_amplitude",
-    "f2": "force_amplitude",
-    "omega": "drive_frequency",
-    "mu": "friction",
-}
 #: The reference is good where it is known to this, four digits more than a double has.
 GOOD = 1e-20
 #: Bits of the first pass, and those that enclosures lose from impact to impact, as a first guess.
