@@ -8,6 +8,7 @@ import pytest
 
 import repository
 import vibroimpact as vi
+from systems import ROUGH
 from vibroimpact.cli import main
 
 pytest_addoption = repository.add_option
@@ -32,15 +33,7 @@ def bench(monkeypatch):
 @pytest.fixture
 def system() -> vi.System:
     """Return a frictional system with several impacts in every ten periods."""
-    return vi.System(
-        mass_ratio=0.6,
-        frequency_ratio=2.0,
-        restitution=0.8,
-        gap=0.5,
-        drive_frequency=1.545,
-        moment_amplitude=1.0,
-        friction=0.5,
-    )
+    return ROUGH
 
 
 @pytest.fixture

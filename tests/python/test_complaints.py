@@ -10,27 +10,11 @@ import pytest
 
 import repository
 import vibroimpact as vi
+from systems import PAPER, STICKY
 from vibroimpact import _core
 
 GRAVITY = 9.8
 START = (0.0, 0.5, 0.0, 0.0)
-PAPER = vi.System(
-    mass_ratio=0.6,
-    frequency_ratio=2,
-    restitution=0.8,
-    gap=0.5,
-    drive_frequency=1.8,
-    moment_amplitude=1,
-)
-# Chatter, slide, stick and release in every drive period.
-STICKY = PAPER.replace(
-    drive_frequency=0.25,
-    restitution=0.3,
-    damping=(0.1, 0.1),
-    moment_amplitude=3,
-    force_amplitude=1.5,
-    friction=0.3,
-)
 
 
 def ball(restitution: float, height: float = 1.0, **changes: float) -> tuple[vi.System, tuple]:

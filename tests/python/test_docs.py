@@ -14,6 +14,7 @@ import pytest
 import repository
 import vibroimpact as vi
 import vibroimpact.paper
+from systems import PAPER
 from vibroimpact import atlas, orbits, reference, verification
 from vibroimpact.orbits import branch
 from vibroimpact.orbits.motion_map import SOLUTION_DTYPE
@@ -115,15 +116,7 @@ def test_the_reference_has_every_public_name(module, pages):
 
 @pytest.fixture(scope="module")
 def run():
-    system = vi.System(
-        mass_ratio=0.6,
-        frequency_ratio=2,
-        restitution=0.8,
-        gap=0.5,
-        drive_frequency=1.8,
-        moment_amplitude=1,
-    )
-    return vi.simulate(system, initial=(0, 0.5, 0, 0), periods=3)
+    return vi.simulate(PAPER, initial=(0, 0.5, 0, 0), periods=3)
 
 
 def test_notation_names_every_parameter(run):

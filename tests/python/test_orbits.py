@@ -13,6 +13,7 @@ import pytest
 
 import vibroimpact as vi
 from references import reference, scene_system
+from systems import PAPER
 from vibroimpact.orbits.newton import solve
 from vibroimpact.orbits.problem import OrbitProblem
 from vibroimpact.system import SYMBOLS
@@ -241,20 +242,12 @@ def test_newton_converges_quadratically():
 
 
 def test_refine_agrees_with_the_run_it_comes_from():
-    system = vi.System(
-        mass_ratio=0.6,
-        frequency_ratio=2,
-        restitution=0.8,
-        gap=0.5,
-        drive_frequency=1.8,
-        moment_amplitude=1,
-    )
-    run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    run = vi.simulate(PAPER, initial=(0, 0.5, 0, 0), periods=600, keep=100)
     motion = run.refine()
     assert motion.label == run.label == "1-1"
     # What is left of the transient falls by |lambda| = 0.9587 per period.
     assert np.abs(motion.sections[0] - run.stroboscopic[-1]).max() < 1e-9
-    again = vi.simulate(system, initial=motion.initial, periods=50, keep=50)
+    again = vi.simulate(PAPER, initial=motion.initial, periods=50, keep=50)
     assert np.abs(again.stroboscopic - motion.sections[0]).max() < 1e-13
     last = again.impacts[-1]
     assert motion.impacts["x1"][0] == pytest.approx(float(last["x1"]), abs=1e-13)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from systems import ROUGH
 from vibroimpact.atlas import label_array
 from vibroimpact.atlas.labels import labels
 
@@ -16,15 +17,7 @@ LENGTH = {"periods": 150, "keep": 60}
 
 @pytest.fixture(scope="module")
 def rubbing() -> vi.System:
-    return vi.System(
-        mass_ratio=0.6,
-        frequency_ratio=2.0,
-        restitution=0.8,
-        gap=0.5,
-        drive_frequency=1.545,
-        moment_amplitude=1.0,
-        friction=0.5,
-    )
+    return ROUGH
 
 
 @pytest.fixture(scope="module")

@@ -15,29 +15,14 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from systems import PAPER, STICKY
 from vibroimpact.system import SYMBOLS
 from vibroimpact.verification import motion
 from vibroimpact.verification.result import IMPACT_NUMBERS
 
 pytest.importorskip("flint", reason="verification needs python-flint")
 
-PAPER = vi.System(
-    mass_ratio=0.6,
-    frequency_ratio=2,
-    restitution=0.8,
-    gap=0.5,
-    drive_frequency=1.8,
-    moment_amplitude=1,
-)
 CHAOTIC = PAPER.replace(drive_frequency=1.4, moment_amplitude=3)
-STICKY = PAPER.replace(
-    drive_frequency=0.25,
-    restitution=0.3,
-    damping=(0.1, 0.1),
-    moment_amplitude=3,
-    force_amplitude=1.5,
-    friction=0.3,
-)
 START = (0, 0.5, 0, 0)
 EPS = float(np.finfo(float).eps)
 
