@@ -125,7 +125,7 @@ LONG = {
         vi.MotionMap,
     ),
     "periodic_motions": (
-        lambda: lambda: vi.periodic_motions(SYSTEM, 400_000, within=(-999.0, 999.0)),
+        lambda: lambda: vi.periodic_motions(SYSTEM, 100_000, within=(-999.0, 999.0)),
         vi.PeriodicMotions,
     ),
     "search_motions": (lambda: lambda: vi.search_motions(ROUGH, starts=20_000), vi.MotionSearch),
@@ -154,7 +154,8 @@ def test_every_function_of_the_package_is_long_or_short():
 def test_ctrl_c_in_the_middle_of(name):
     prepare, kind = LONG[name]
     call = prepare()
-    with a_signal(), interrupted() as caught:
+    # The longest search of all motions takes less than half a second.
+    with a_signal(0.05 if name == "periodic_motions" else 0.2), interrupted() as caught:
         call()
     assert isinstance(caught.value.result, kind)
     assert repr(caught.value.result)
