@@ -16,7 +16,7 @@ import pytest
 
 import vibroimpact as vi
 from command_lines import BASINS, CHART, DIAGRAM, LYAPUNOV, ORBITS, SIMULATE
-from test_faults_store import flipped, small_disk
+from toy_store import flipped, small_disk
 from vibroimpact.paper import reproduce
 from vibroimpact.whole_file import whole_file
 

@@ -74,7 +74,7 @@ def test_only_one_module_knows_where_the_repository_is():
     mine = {"repository.py", "test_packaging.py"}
     found = [
         path.name
-        for path in (ROOT / "tests" / "python").glob("*.py")
+        for path in (ROOT / "tests" / "python").rglob("*.py")
         if path.name not in mine and "parents[2]" in path.read_text(encoding="utf-8")
     ]
     assert found == []

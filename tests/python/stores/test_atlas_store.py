@@ -10,7 +10,6 @@ import subprocess
 import sys
 import threading
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,60 +17,11 @@ import xarray
 import zarr
 
 import vibroimpact as vi
+from toy_store import CHUNK, script, stored
 from toy_task import GRID, Toy, assert_same, padded, whole
 from vibroimpact import atlas
 from vibroimpact.atlas import Grid, Tiling
 from vibroimpact.atlas.store import Store
-
-# 18 chunks, four to each of the first rows of the grid.
-CHUNK = 5
-
-
-@pytest.fixture(scope="module")
-def expected():
-    """Return all cells of the grid, computed in memory."""
-    return atlas.compute(Toy(), whole)
-
-
-@pytest.fixture
-def path(tmp_path):
-    return tmp_path / "toy.zarr"
-
-
-@pytest.fixture(scope="module")
-def model(tmp_path_factory):
-    """Return the path of a complete store, to be copied."""
-    path = tmp_path_factory.mktemp("store") / "toy.zarr"
-    stored(path)
-    return path
-
-
-@pytest.fixture
-def full(path, model):
-    """Return the path of a complete store of one's own."""
-    shutil.copytree(model, path)
-    return path
-
-
-def stored(path, task=None, **options):
-    return atlas.compute(task or Toy(), whole, store=path, chunk=CHUNK, **options)
-
-
-def script(path, line, *, before=""):
-    """Return the command of a process that computes into the store."""
-    code = f"""
-import os, signal, sys, resource
-from pathlib import Path
-sys.path.insert(0, {str(Path(__file__).parent)!r})
-from toy_task import Toy, whole, assert_same
-import vibroimpact as vi
-from vibroimpact import atlas
-path = {str(path)!r}
-{before}
-{line}
-"""
-    return [sys.executable, "-W", "error", "-c", code]
-
 
 SLOW = f"""
 try:

@@ -17,7 +17,7 @@ import pytest
 import zarr
 
 import vibroimpact as vi
-from test_atlas_store import CHUNK, script, stored
+from toy_store import CHUNK, flipped, script, small_disk, stored
 from toy_task import Toy, assert_same, whole
 from vibroimpact import atlas
 from vibroimpact.atlas import store as store_module
@@ -26,32 +26,6 @@ from vibroimpact.atlas.store_lock import LOCK, Lock
 
 COMPUTE = f"atlas.compute(Toy(), whole, store=path, chunk={CHUNK})"
 POSIX = pytest.mark.skipif(os.name != "posix", reason="signals and limits of POSIX")
-
-
-@pytest.fixture(scope="module")
-def expected():
-    """Return all cells of the grid, computed in memory."""
-    return atlas.compute(Toy(), whole)
-
-
-@pytest.fixture
-def path(tmp_path):
-    return tmp_path / "toy.zarr"
-
-
-@pytest.fixture(scope="module")
-def model(tmp_path_factory):
-    """Return the path of a complete store, to be copied."""
-    path = tmp_path_factory.mktemp("store") / "toy.zarr"
-    stored(path)
-    return path
-
-
-@pytest.fixture
-def full(path, model):
-    """Return the path of a complete store of one's own."""
-    shutil.copytree(model, path)
-    return path
 
 
 def finished(line, path, *, before="", prefix=()):
@@ -162,19 +136,6 @@ def test_several_stores_killed_between_their_passes(path, system, initial, name)
 # A full disk
 
 
-def small_disk(folder, size):
-    """Return the command before which a process sees a disk of so many bytes at a folder."""
-    mount = f'mount -t tmpfs -o size={size} tmpfs "{folder}" && exec "$@"'
-    prefix = ["unshare", "--user", "--map-root-user", "--mount", "sh", "-c", mount, "sh"]
-    try:
-        tried = subprocess.run([*prefix, "true"], capture_output=True, check=False)
-    except FileNotFoundError:
-        tried = None
-    if tried is None or tried.returncode:
-        pytest.skip("no small disk can be mounted here; RLIMIT_FSIZE stands for one elsewhere")
-    return prefix
-
-
 def test_a_disk_that_is_really_full(tmp_path):
     line = f"""
 ballast = Path(path).parent / "ballast"
@@ -206,12 +167,6 @@ print(found.done)
 
 
 # Damage
-
-
-def flipped(content, bit):
-    changed = bytearray(content)
-    changed[bit // 8] ^= 1 << bit % 8
-    return bytes(changed)
 
 
 def test_every_flipped_bit_of_a_chunk_is_found(full, expected):
