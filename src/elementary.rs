@@ -166,6 +166,21 @@ fn far(x: f64, tail: f64) -> (f64, f64) {
 /// e^x - 1 for x <= 0.
 #[inline(always)]
 pub(crate) fn decay_minus_1(x: f64) -> f64 {
+    // e^-60 is far below the rounding of 1. (Written so that a NaN stays one.)
+    let (scale, minus_1) = exponential(if x < -60.0 { -60.0 } else { x });
+    scale * minus_1 + (scale - 1.0)
+}
+
+/// e^x for x <= 0, relatively exact; below -700 that of -700.
+#[inline(always)]
+pub(crate) fn decay(x: f64) -> f64 {
+    let (scale, minus_1) = exponential(if x < -700.0 { -700.0 } else { x });
+    scale * minus_1 + scale
+}
+
+/// A power of two, and e^r - 1 of what is left of x, |r| <= ln 2/2.
+#[inline(always)]
+fn exponential(x: f64) -> (f64, f64) {
     const LN_2: (f64, f64) = (6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10);
     // 1/n! from n = 3: the 14th power of ln 2/2 over 14! is 4e-18.
     const C: [f64; 11] = [
@@ -181,8 +196,6 @@ pub(crate) fn decay_minus_1(x: f64) -> f64 {
         1.0 / 479_001_600.0,
         1.0 / 6_227_020_800.0,
     ];
-    // e^-60 is far below the rounding of 1. (Written so that a NaN stays one.)
-    let x = if x < -60.0 { -60.0 } else { x };
     let shifted = x * std::f64::consts::LOG2_E + SHIFT;
     let halvings = shifted - SHIFT;
     let first = x - halvings * LN_2.0;
@@ -195,12 +208,12 @@ pub(crate) fn decay_minus_1(x: f64) -> f64 {
     let powers = low + w * high;
     let minus_1 = r + (0.5 * z + (z * r * powers + tail * (1.0 + r)));
     let scale = f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52);
-    scale * minus_1 + (scale - 1.0)
+    (scale, minus_1)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{MOST_TURNED, decay_minus_1, fused_sin_cos, sin_cos, sin_cos_of_sum, turn};
+    use super::{MOST_TURNED, decay, decay_minus_1, fused_sin_cos, sin_cos, sin_cos_of_sum, turn};
     use crate::double_double::DoubleDouble;
 
     #[test]
@@ -268,6 +281,14 @@ mod tests {
             worst = worst.max(error / (f64::EPSILON * exact.abs()).max(f64::MIN_POSITIVE));
         }
         assert!(worst <= 1.0, "{worst}");
+        let mut worst = 0f64;
+        for i in 0..200_000 {
+            let x = -700.0 * (f64::from(i) / 200_000.0).powi(3);
+            worst = worst.max((decay(x) - x.exp()).abs() / (f64::EPSILON * x.exp()));
+        }
+        assert!(worst <= 1.0, "{worst}");
+        assert_eq!((decay(0.0), decay(f64::NEG_INFINITY)), (1.0, decay(-700.0)));
+        assert!(decay(f64::NAN).is_nan());
         assert_eq!(decay_minus_1(0.0), 0.0);
         assert!((decay_minus_1(f64::NEG_INFINITY) + 1.0).abs() < f64::EPSILON);
         assert!(decay_minus_1(f64::NAN).is_nan());

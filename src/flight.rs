@@ -22,10 +22,10 @@ pub(crate) use table::{LEVELS, Point, States, Table, Weights};
 use crate::angle::Angle;
 use crate::double_double::DoubleDouble;
 use crate::elementary;
-use crate::lanes;
+use crate::lanes::{self, LANES, Lanes};
 use crate::params::{Contact, System};
 use crate::state::{Clock, State};
-use crate::tolerance::{CHUNK_TURNS, SCAN_SPANS, SCAN_STEPS};
+use crate::tolerance::{CHUNK_TURNS, FREE_SPANS, SCAN_SPANS, SCAN_STEPS};
 
 /// What a system's flights have in common, worked out once.
 #[derive(Debug, Clone)]
@@ -37,8 +37,10 @@ pub struct FreeMotion {
     pub(crate) span: f64,
     pub(crate) contact: Contact,
     pub(crate) gap: f64,
-    /// Longest time after its start for which a local flight is evaluated without reducing angles.
+    /// Longest time after its start at which a contact of a local flight is met.
     pub(crate) reach: f64,
+    /// Longest time after its start for which a local flight is evaluated without reducing angles.
+    pub(crate) far: f64,
     /// Local time from which on `plain_at` holds: infinite where a body creeps or is near resonance.
     plain_from: f64,
     /// Remainder of an interpolant on the steps of level 0, per unit sixth derivative (src/scan.rs).
@@ -71,6 +73,7 @@ impl FreeMotion {
             plain_from,
             span,
             reach: if plain_from.is_finite() { SCAN_SPANS * span } else { span },
+            far: if plain_from.is_finite() { FREE_SPANS * span } else { span },
             contact: system.contact,
             gap: system.gap,
             remainder_factor: cube * cube / 14_400.0,
@@ -197,13 +200,29 @@ impl FreeMotion {
         State { x1: p.displacement(), v1: p.rate, x2: o.displacement(), v2: o.rate }
     }
 
-    /// State at any local time: beyond reach with the angles reduced.
+    /// State at any local time: far from the start with the angles reduced.
     pub(crate) fn state_within(&self, flight: &Flight, s: DoubleDouble) -> State {
-        if s.hi <= self.reach {
+        if s.hi <= self.far {
             state_past(&self.at(flight, s.hi), s.lo)
         } else {
             self.state_after(flight, s)
         }
+    }
+
+    /// States at several local times.
+    pub(crate) fn states_within(&self, flight: &Flight, times: &[DoubleDouble]) -> [State; LANES] {
+        let (mut s, mut rests) = ([self.far; LANES], [0.0; LANES]);
+        for (j, time) in times.iter().enumerate() {
+            (s[j], rests[j]) = (time.hi, time.lo);
+        }
+        if s.iter().all(|&s| s > self.plain_from && s <= self.far) {
+            return lanes::wide(Several { motion: self, flight, s, rests });
+        }
+        let mut states = [flight.state; LANES];
+        for (state, &time) in states.iter_mut().zip(times) {
+            *state = self.state_within(flight, time);
+        }
+        states
     }
 
     /// State a short time `h` after a motion of both bodies.
@@ -251,6 +270,42 @@ impl pulp::NullaryFnOnce for After<'_> {
         let (x1, v1) = pendulum.after(&flight.pendulum, flight.state.x1, elapsed, &turn);
         let (x2, v2) = oscillator.after(&flight.oscillator, flight.state.x2, elapsed, &turn);
         State { x1, v1, x2, v2 }
+    }
+}
+
+/// States at several times of a flight of bodies that swing and answer the drive with the steady
+/// response, each as by itself.
+struct Several<'a> {
+    motion: &'a FreeMotion,
+    flight: &'a Flight,
+    s: Lanes,
+    rests: Lanes,
+}
+
+impl pulp::NullaryFnOnce for Several<'_> {
+    type Output = [State; LANES];
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    #[allow(clippy::needless_range_loop)] // loops over lanes read best with their index
+    fn call(self) -> [State; LANES] {
+        let Self { motion: FreeMotion { drive, pendulum, oscillator, .. }, flight, s, rests } = self;
+        let omega = DoubleDouble::new(drive.omega);
+        let (mut x1, mut v1, mut x2, mut v2) =
+            ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for j in 0..LANES {
+            let first = turn_within(pendulum.equation.damped, s[j]);
+            let second = turn_within(oscillator.equation.damped, s[j]);
+            let (cos_minus_1, sin) = turn_within(omega, s[j]);
+            let turn = Turn::new(flight.start, cos_minus_1, sin);
+            let motions = (
+                pendulum.swung(&flight.pendulum, s[j], first, &turn),
+                oscillator.swung(&flight.oscillator, s[j], second, &turn),
+            );
+            let state = state_past(&motions, rests[j]);
+            (x1[j], v1[j], x2[j], v2[j]) = (state.x1, state.v1, state.x2, state.v2);
+        }
+        std::array::from_fn(|j| State { x1: x1[j], v1: v1[j], x2: x2[j], v2: v2[j] })
     }
 }
 

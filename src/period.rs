@@ -117,11 +117,6 @@ fn distance(a: &[f64; 4], b: &[f64; 4]) -> f64 {
     largest(std::array::from_fn(|i| (a[i] - b[i]).abs()))
 }
 
-/// Size of the motion on the section: the largest extent or value of a coordinate.
-fn size(sections: &[[f64; 4]]) -> f64 {
-    largest(bounding_box(sections.iter()).map(|(l, h)| (h - l).max(h.abs()).max(l.abs())))
-}
-
 /// Looks for a period in consecutive sections; `counts[k]` are the impacts in the drive period
 /// that ends at section k, [`CHATTERING`] where they are infinitely many. A motion that still moved
 /// early in the window may have settled late in it: if the whole window shows no return, its last
@@ -155,15 +150,20 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
     if kept < 4 || counts.len() != kept {
         return report;
     }
-    let size = size(sections).max(f64::MIN_POSITIVE);
+    if !sections.as_flattened().iter().all(|x| x.is_finite()) {
+        report.method = "sections not finite";
+        return report;
+    }
+    let whole = Bounds::of(sections.iter());
+    let size = whole.size().max(f64::MIN_POSITIVE);
     // Values far from zero (a rotor after many turns) must not make a drift look small.
-    let extent = largest(bounding_box(sections.iter()).map(|(l, h)| h - l));
+    let extent = whole.extent();
     let negligible = (SMALL * extent).max(1e-13 * size);
     report.method = "no return found";
-    let equal_counts = |m: usize| counts.windows(m + 1).all(|w| w[0] == w[m]);
+    let equal_counts = |m: usize| counts[m..] == counts[..kept - m];
     report.residual = residual(sections, 1);
     for m in (1..=kept / 4).filter(|&m| equal_counts(m)) {
-        let small = residual(sections, m) <= negligible;
+        let small = returns_within(sections, m, negligible);
         let approach = approach(sections, m).filter(|a| a.remaining <= REACH * size);
         if !small && approach.is_none() {
             continue;
@@ -172,7 +172,7 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
         // counts as a return, is one of fewer periods.
         let remaining = approach.as_ref().map_or(0.0, |a| a.remaining);
         let apart = if small { 4.0 * negligible } else { 2.0 * remaining };
-        let merged = |d: usize| m % d == 0 && residual(sections, d) <= apart;
+        let merged = |d: usize| m % d == 0 && returns_within(sections, d, apart);
         let m = (1..m).filter(|&d| equal_counts(d)).find(|&d| merged(d)).unwrap_or(m);
         let orbit = &counts[kept - m..];
         let n = if orbit.contains(&CHATTERING) {
@@ -193,12 +193,20 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
     report
 }
 
-fn residual(sections: &[[f64; 4]], m: usize) -> f64 {
+/// Distances of the last sections that are m apart, at most 3 m of them; the latest first.
+fn returns(sections: &[[f64; 4]], m: usize) -> impl Iterator<Item = f64> {
     let kept = sections.len();
     let last = (kept - m).min(3 * m);
-    (kept - m - last..kept - m)
-        .map(|k| distance(&sections[k + m], &sections[k]))
-        .fold(0.0, f64::max)
+    (kept - m - last..kept - m).rev().map(move |k| distance(&sections[k + m], &sections[k]))
+}
+
+fn residual(sections: &[[f64; 4]], m: usize) -> f64 {
+    returns(sections, m).fold(0.0, f64::max)
+}
+
+/// Whether that is at most this large.
+fn returns_within(sections: &[[f64; 4]], m: usize, limit: f64) -> bool {
+    returns(sections, m).all(|distance| distance <= limit)
 }
 
 /// How the sections k, k + m, k + 2m ... draw together.
@@ -222,19 +230,17 @@ fn approach(sections: &[[f64; 4]], m: usize) -> Option<Approach> {
     let start = sections.len() - 4 * quarter;
     let boxes = |i: usize| {
         let part = &sections[start + i * quarter..start + (i + 1) * quarter];
-        (0..m).map(move |residue| bounding_box(part.iter().skip(residue).step_by(m)))
+        (0..m).map(move |residue| Bounds::of(part.iter().skip(residue).step_by(m)))
     };
-    let extents: [f64; 4] = std::array::from_fn(|i| {
-        boxes(i).map(|b| largest(b.map(|(l, h)| h - l))).fold(0.0, f64::max)
-    });
-    if extents.windows(2).any(|w| w[1] > FALL * w[0]) {
-        return None;
+    let mut extents = [0.0; 4];
+    for i in 0..4 {
+        extents[i] = boxes(i).map(|b| b.extent()).fold(0.0, f64::max);
+        if i > 0 && extents[i] > FALL * extents[i - 1] {
+            return None;
+        }
     }
-    let middle = |(low, high): (f64, f64)| 0.5 * (low + high);
-    let drift = boxes(2)
-        .zip(boxes(3))
-        .map(|(a, b)| largest(std::array::from_fn(|i| (middle(a[i]) - middle(b[i])).abs())))
-        .fold(0.0, f64::max);
+    let drift =
+        boxes(2).zip(boxes(3)).map(|(a, b)| distance(&a.middle(), &b.middle())).fold(0.0, f64::max);
     Some(Approach {
         rate: (extents[3] / extents[0]).powf(1.0 / (3 * quarter) as f64),
         remaining: 0.5 * extents[3] + drift / (1.0 - extents[3] / extents[2]),
@@ -242,14 +248,37 @@ fn approach(sections: &[[f64; 4]], m: usize) -> Option<Approach> {
 }
 
 /// Lowest and highest value of each coordinate.
-fn bounding_box<'a>(sections: impl Iterator<Item = &'a [f64; 4]>) -> [(f64, f64); 4] {
-    sections.fold([(f64::MAX, f64::MIN); 4], |mut bounds, section| {
-        for ((low, high), &x) in bounds.iter_mut().zip(section) {
-            *low = low.min(x);
-            *high = high.max(x);
+struct Bounds {
+    low: [f64; 4],
+    high: [f64; 4],
+}
+
+impl Bounds {
+    fn of<'a>(sections: impl Iterator<Item = &'a [f64; 4]>) -> Self {
+        let mut bounds = Self { low: [f64::MAX; 4], high: [f64::MIN; 4] };
+        let Self { low, high } = &mut bounds;
+        for section in sections {
+            // Not by f64::min, which looks after NaN: vector instructions know comparisons only.
+            *low = std::array::from_fn(|i| if section[i] < low[i] { section[i] } else { low[i] });
+            *high =
+                std::array::from_fn(|i| if section[i] > high[i] { section[i] } else { high[i] });
         }
         bounds
-    })
+    }
+
+    /// The largest of a coordinate.
+    fn extent(&self) -> f64 {
+        largest(std::array::from_fn(|i| self.high[i] - self.low[i]))
+    }
+
+    /// Of the motion: its largest extent or value of a coordinate.
+    fn size(&self) -> f64 {
+        largest(self.low.map(f64::abs)).max(largest(self.high.map(f64::abs))).max(self.extent())
+    }
+
+    fn middle(&self) -> [f64; 4] {
+        std::array::from_fn(|i| 0.5 * (self.low[i] + self.high[i]))
+    }
 }
 
 fn largest(values: [f64; 4]) -> f64 {

@@ -399,20 +399,20 @@ impl Simulation {
         if !O::SECTIONS {
             return;
         }
-        while let Some(at) = self.section_by(reached, inclusive) {
+        while let Some(at) = self.section_by(0, reached, inclusive) {
             let state = state_at(self, at);
             self.pass_section(&state, observer);
         }
     }
 
-    /// Local time of the next section, if it lies before `reached`.
+    /// Local time of the section after so many more, if it lies before `reached`.
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    fn section_by(&self, reached: f64, inclusive: bool) -> Option<DoubleDouble> {
+    fn section_by(&self, more: i64, reached: f64, inclusive: bool) -> Option<DoubleDouble> {
         if !self.motion.drive.has_period() {
             return None;
         }
-        let period = self.point.next_section - i64::from(self.section_offset > 0.0);
+        let period = self.point.next_section + more - i64::from(self.section_offset > 0.0);
         let section = Clock::new(period, self.section_offset);
         if self.is_far(section, reached) {
             return None;

@@ -255,7 +255,7 @@ class Sweep:
         """(n,) kept impacts of each cell."""
     @property
     def impact_section(self) -> NDArray[np.float64]:
-        """(rows, 6) x1, v1, v2, phase just before the impact, approach velocity, energy loss."""
+        """(6, rows) x1, v1, v2, phase just before the impact, approach velocity, energy loss."""
     @property
     def regime(self) -> NDArray[np.int8]:
         """(rows,) regime of each impact."""

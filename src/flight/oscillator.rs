@@ -339,7 +339,7 @@ impl Oscillator {
     #[inline(always)]
     pub fn swung(&self, f: &BodyFlight, s: f64, turned: (f64, f64), turn: &Turn) -> Motion {
         if self.equation.decayed(s) {
-            let (x, v) = self.remainder(f, DoubleDouble::new(s), turn);
+            let (x, v) = self.equation.faded(f, s, turned, turn);
             return self.equation.motion_from(x - f.x, v, [x, 0.0], turn);
         }
         let (increment, rate) = self.equation.swung(f, s, turned, turn);

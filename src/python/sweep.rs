@@ -32,18 +32,6 @@ impl PySweep {
         PyArray1::from_vec(py, self.points.iter().map(value).collect())
     }
 
-    fn block<'py, const N: usize>(
-        &self,
-        py: Python<'py>,
-        rows: impl Fn(&SweepPoint) -> &[[f64; N]],
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let count = self.points.iter().map(|p| rows(p).len()).sum();
-        let mut all = Vec::with_capacity(count);
-        for point in &self.points {
-            all.extend_from_slice(rows(point));
-        }
-        PyArray1::from_vec(py, all.into_flattened()).reshape([count, N])
-    }
 }
 
 #[pymethods]
@@ -63,10 +51,19 @@ impl PySweep {
     fn impact_count<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
         self.column(py, |p| p.impact_section.len() as i64)
     }
-    /// (rows, 6) x1, v1, v2, phase just before each impact, approach velocity, energy loss.
+    /// (6, rows) x1, v1, v2, phase just before each impact, approach velocity, energy loss.
     #[getter]
     fn impact_section<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.block(py, |p| &p.impact_section)
+        let count: usize = self.points.iter().map(|p| p.impact_section.len()).sum();
+        let mut all = vec![0.0; 6 * count];
+        let mut columns = all.chunks_exact_mut(count.max(1));
+        let mut columns: [_; 6] = std::array::from_fn(|_| columns.next().unwrap_or_default());
+        for (i, row) in self.points.iter().flat_map(|p| &p.impact_section).enumerate() {
+            for (column, &value) in columns.iter_mut().zip(row) {
+                column[i] = value;
+            }
+        }
+        PyArray1::from_vec(py, all).reshape([6, count])
     }
     #[getter]
     fn regime<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
@@ -80,7 +77,12 @@ impl PySweep {
     /// (rows, 4) x1, v1, x2, v2.
     #[getter]
     fn stroboscopic<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.block(py, |p| &p.stroboscopic)
+        let count = self.points.iter().map(|p| p.stroboscopic.len()).sum();
+        let mut all = Vec::with_capacity(count);
+        for point in &self.points {
+            all.extend_from_slice(&point.stroboscopic);
+        }
+        PyArray1::from_vec(py, all.into_flattened()).reshape([count, 4])
     }
     /// (n,) period in drive periods, 0 where none was found.
     #[getter]

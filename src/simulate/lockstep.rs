@@ -388,9 +388,9 @@ fn pass_sections<T: Traveller>(
         }
         let (simulation, _) = traveller.parts();
         let contact = encounters.reached(j);
-        let Some(at) = simulation.section_by(contact, false) else { continue };
+        let Some(at) = simulation.section_by(0, contact, false) else { continue };
         let motion = &simulation.motion;
-        let usual = at.hi <= motion.reach && !motion.decays_by(at.hi);
+        let usual = at.hi <= motion.far && !motion.decays_by(at.hi);
         if usual && simulation.ends_by(contact).is_none() {
             (times[j], rests[j]) = (at.hi, at.lo);
             passing.push(j);

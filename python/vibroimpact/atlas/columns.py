@@ -155,9 +155,9 @@ class Memory:
         arrays = self._cells.copy()
         for entry, group in self.layout.arrays():
             if group is not None:
-                parts = [np.empty((0, *entry.shape), entry.dtype)]
-                parts += (part for _, part in sorted(self._rows.pop(entry.name).items()))
-                arrays[entry.name] = np.concatenate(parts)
+                parts = [part for _, part in sorted(self._rows.pop(entry.name).items())]
+                none = np.empty((0, *entry.shape), entry.dtype)
+                arrays[entry.name] = parts[0] if len(parts) == 1 else np.concatenate([none, *parts])
         return Columns(self.layout, Arrays(arrays))
 
 

@@ -103,7 +103,7 @@ class DiagramTask(CellTask):
             workers=workers,
             go_on=go_on,
         )
-        impacts = dict(zip(_IMPACT_COLUMNS, sweep.impact_section.T.copy(), strict=True))
+        impacts = dict(zip(_IMPACT_COLUMNS, sweep.impact_section, strict=True))
         rows = {
             "impact": (sweep.impact_count, {**impacts, "regime": sweep.regime}),
             "stroboscopic": (sweep.stroboscopic_count, {"stroboscopic": sweep.stroboscopic}),

@@ -22,9 +22,9 @@ from .store import Store, open_columns
 
 Result = TypeVar("Result")
 
-# Drive periods that take very roughly a second, at 150 000 a second on a core, and bounds to the
-# cells of a chunk by default.
-_PERIODS = 5e5
+# Drive periods that take very roughly half a second, at two million a second on a core, and bounds to
+# the cells of a chunk by default.
+_PERIODS = 1e6
 _FEWEST, _MOST = 64, 65536
 
 
@@ -47,8 +47,8 @@ def compute(
     wrap
         Makes the caller's own result of the columns, complete or not; called once.
     chunk
-        At most so many cells are computed, sent and stored together; by default about a second of
-        work. A store goes on in the chunks it was begun with.
+        At most so many cells are computed, sent and stored together; by default about half a second
+        of work. A store goes on in the chunks it was begun with.
     workers
         Threads of the compiled kernel; default all cores, under ``client`` one per chunk.
     progress

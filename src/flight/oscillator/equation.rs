@@ -6,7 +6,7 @@
 
 use super::{BodyFlight, BodyFlights, Motion};
 use crate::double_double::DoubleDouble;
-use crate::elementary::decay_minus_1;
+use crate::elementary::{decay, decay_minus_1};
 use crate::flight::drive::{Trig, Trigs, Turn};
 use crate::flight::resonance::Beat;
 use crate::lanes::{LANES, Lanes, lanes_of};
@@ -158,6 +158,24 @@ impl Equation {
     #[inline(always)]
     pub fn swung(&self, f: &BodyFlight, s: f64, turned: (f64, f64), turn: &Turn) -> (f64, f64) {
         self.combine(f, self.swinging_basis(s, turned), turn)
+    }
+
+    /// Displacement (not its increment) and rate at a local time `s` at which the free motion has
+    /// decayed, without the start's rounding.
+    #[inline(always)]
+    pub fn faded(
+        &self,
+        f: &BodyFlight,
+        s: f64,
+        (cos_minus_1, sin): (f64, f64),
+        turn: &Turn,
+    ) -> (f64, f64) {
+        let left = decay(-self.decay_rate * s);
+        let (cosine, sine) = (left * (1.0 + cos_minus_1), left * (sin / self.damped.hi));
+        (
+            (f.a * cosine + f.b * sine) + (f.p + (f.p * turn.cos_minus_1 + f.q * turn.sin)),
+            (f.rate * cosine - f.k * sine) + self.steady_rate(f, turn),
+        )
     }
 
     /// (C - 1, S) of a body that swings, from (cos wd s - 1, sin wd s).
