@@ -201,6 +201,8 @@ impl FreeMotion {
     }
 
     /// State at any local time: far from the start with the angles reduced.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
     pub(crate) fn state_within(&self, flight: &Flight, s: DoubleDouble) -> State {
         if s.hi <= self.far {
             state_past(&self.at(flight, s.hi), s.lo)

@@ -16,6 +16,7 @@ use std::marker::PhantomData;
 use self::encounters::{Encounters, Sight};
 use super::{Observer, Phase, Simulation};
 use crate::contact::{Found, Outlook, Start, carefully};
+use crate::double_double::DoubleDouble;
 use crate::error::SimulationError;
 use crate::event::{Event, StopReason};
 use crate::flight::Flight;
@@ -231,16 +232,15 @@ impl<T: Traveller> Company<'_, T> {
             }
         }
         encounters.depart::<G>();
-        let mut late = [false; LANES];
         if T::Watch::SECTIONS {
             let mut among = ready.clone();
             while among.count > 0 {
-                among = pass_sections(&mut self.crew, &among, encounters, &mut late);
+                among = pass_sections(&mut self.crew, &among, encounters);
             }
         }
         let mut leaving = [0; LANES];
         for j in ready.iter() {
-            leaving[j] = u64::from(self.end_flight(j, late[j]));
+            leaving[j] = u64::from(self.end_flight(j));
         }
         let Work { encounters, afloat, .. } = &mut *self.lanes;
         encounters.go_on(&leaving);
@@ -248,9 +248,9 @@ impl<T: Traveller> Company<'_, T> {
     }
 
     /// What becomes of the flight in lane `j` with a contact ahead; whether another begins in the
-    /// lane. `late`: a section before the contact is left.
+    /// lane.
     #[inline(always)]
-    fn end_flight(&mut self, j: usize, late: bool) -> bool {
+    fn end_flight(&mut self, j: usize) -> bool {
         let Work { encounters, .. } = &*self.lanes;
         let Some(traveller) = &mut self.crew[j] else { return false };
         let (simulation, watch) = traveller.parts();
@@ -258,7 +258,7 @@ impl<T: Traveller> Company<'_, T> {
             simulation.evaluations += encounters.evaluations(j);
             if simulation.ends_by(encounters.reached(j)).is_some() {
                 simulation.found = Some(Found::Contact(encounters.contact(j)));
-            } else if !late && encounters.is_resolved(j) && !simulation.has_no_room(j, encounters) {
+            } else if encounters.is_resolved(j) && !simulation.has_no_room(j, encounters) {
                 let steady = encounters.is_steady(j);
                 let chatters = simulation.take_off(j, encounters);
                 if chatters || !steady {
@@ -371,16 +371,15 @@ impl<T: Traveller> Company<'_, T> {
 }
 
 /// Passes the next section of each of these flights that has one before its contact, and tells
-/// which had; `late`: those that have one which a lane cannot pass.
+/// which had.
 #[inline(always)]
 fn pass_sections<T: Traveller>(
     crew: &mut [Option<T>; LANES],
     among: &Seats,
     encounters: &mut Encounters,
-    late: &mut [bool; LANES],
 ) -> Seats {
     let (mut times, mut rests) = (*encounters.near(), [0.0; LANES]);
-    let mut passing = Seats::default();
+    let (mut passing, mut together) = (Seats::default(), Seats::default());
     for j in among.iter() {
         let Some(traveller) = &mut crew[j] else { continue };
         if !encounters.is_certain(j) {
@@ -389,22 +388,36 @@ fn pass_sections<T: Traveller>(
         let (simulation, _) = traveller.parts();
         let contact = encounters.reached(j);
         let Some(at) = simulation.section_by(0, contact, false) else { continue };
-        let motion = &simulation.motion;
-        let usual = at.hi <= motion.far && !motion.decays_by(at.hi);
-        if usual && simulation.ends_by(contact).is_none() {
-            (times[j], rests[j]) = (at.hi, at.lo);
-            passing.push(j);
-        } else {
-            late[j] = true;
+        if simulation.ends_by(contact).is_some() {
+            continue; // by itself
+        }
+        passing.push(j);
+        (times[j], rests[j]) = (at.hi, at.lo);
+        if at.hi <= simulation.motion.far && !simulation.motion.decays_by(at.hi) {
+            together.push(j);
         }
     }
-    if passing.count > 0 {
+    let in_lanes = together.count >= FEWEST;
+    if in_lanes {
         encounters.pass(&times);
-        for j in passing.iter() {
+        for j in together.iter() {
             if let Some(traveller) = &mut crew[j] {
                 let (simulation, watch) = traveller.parts();
                 simulation.pass_section(&encounters.state(j, rests[j]), watch);
             }
+        }
+    }
+    for j in passing.iter() {
+        if in_lanes && together.iter().any(|other| other == j) {
+            continue;
+        }
+        if let Some(traveller) = &mut crew[j] {
+            let (simulation, watch) = traveller.parts();
+            let (pendulum, oscillator) = encounters.bodies(j);
+            let flight = Flight { pendulum, oscillator, ..simulation.flight };
+            let at = DoubleDouble { hi: times[j], lo: rests[j] };
+            let state = simulation.motion.state_within(&flight, at);
+            simulation.pass_section(&state, watch);
         }
     }
     passing
