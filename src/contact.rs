@@ -434,9 +434,9 @@ impl<G: Geometry> Search<'_, G> {
         // Once more with care: whatever is lost here stays in the motion.
         let mut sample = self.evaluate(time);
         for _ in 0..SETTLE_STEPS {
-            let fourth = self.gap.fourth(sample.angle, &sample.bodies);
+            let higher = self.gap.higher(sample.angle, &sample.bodies);
             let left;
-            (offset, left) = sample.gap.rise(fourth, offset);
+            (offset, left) = sample.gap.rise(higher, offset);
             // Near a double root it may lie further than the polynomials are exact.
             let remainder = left + self.gap.remainder(offset);
             let time = sample.time + offset;

@@ -291,7 +291,8 @@ impl pulp::NullaryFnOnce for Several<'_> {
     #[allow(clippy::inline_always)]
     #[allow(clippy::needless_range_loop)] // loops over lanes read best with their index
     fn call(self) -> [State; LANES] {
-        let Self { motion: FreeMotion { drive, pendulum, oscillator, .. }, flight, s, rests } = self;
+        let Self { motion: FreeMotion { drive, pendulum, oscillator, .. }, flight, s, rests } =
+            self;
         let omega = DoubleDouble::new(drive.omega);
         let (mut x1, mut v1, mut x2, mut v2) =
             ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);

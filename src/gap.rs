@@ -17,6 +17,13 @@ use crate::params::{Contact, System};
 use crate::state::State;
 use crate::tolerance::{BOUND_MARGIN, EPS, FLIGHT_NOISE, GAP_NOISE, REST_NOISE, SERIES_TURN};
 
+/// The fourth and fifth derivative of the gap at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Higher {
+    pub fourth: f64,
+    fifth: f64,
+}
+
 /// Gap function and its first three derivatives at one instant.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct GapPoint {
@@ -50,49 +57,52 @@ impl GapPoint {
 }
 
 impl GapPoint {
-    /// The gap function a little later, by the Taylor polynomial of order 4.
+    /// The gap function a little later, by the Taylor polynomial of order 5.
     #[inline(always)]
-    fn with_fourth(&self, fourth: f64, h: f64) -> Self {
-        let third = self.third;
+    fn with_higher(&self, Higher { fourth, fifth }: Higher, h: f64) -> Self {
         let cubic = self.later(h);
-        let (square, cube) = (0.5 * h * h * fourth, (1.0 / 6.0) * h * h * h * fourth);
+        let (half, third_part, quarter) = (0.5 * h, (1.0 / 3.0) * h, 0.25 * h);
+        let cube = half * third_part * h;
         Self {
-            value: cubic.value + 0.25 * h * cube,
-            rate: cubic.rate + cube,
-            second: cubic.second + square,
-            third: third + h * fourth,
+            value: cubic.value + quarter * (cube * (fourth + 0.2 * h * fifth)),
+            rate: cubic.rate + cube * (fourth + quarter * fifth),
+            second: cubic.second + half * h * (fourth + third_part * fifth),
+            third: self.third + h * (fourth + half * fifth),
         }
     }
 
     /// Time to the root of the Taylor polynomial of a gap that rises, the one near `guess`, and how
-    /// far from zero the polynomial may be there; `fourth` is g''''.
+    /// far from zero the polynomial may be there.
     #[inline(always)]
-    pub(crate) fn rise(&self, fourth: f64, guess: f64) -> (f64, f64) {
-        let (time, holds) = self.rise_by_series(fourth);
-        if holds { (time, 0.0) } else { self.rise_by_steps(fourth, guess) }
+    pub(crate) fn rise(&self, higher: Higher, guess: f64) -> (f64, f64) {
+        let (time, holds) = self.rise_by_series(higher);
+        if holds { (time, 0.0) } else { self.rise_by_steps(higher, guess) }
     }
 
     /// The same by reversion of the series, with one division; and whether that is exact enough.
     #[inline(always)]
-    pub(crate) fn rise_by_series(&self, fourth: f64) -> (f64, bool) {
+    pub(crate) fn rise_by_series(&self, higher: Higher) -> (f64, bool) {
         let Self { value, rate, second, third } = *self;
         let inverse = 1.0 / rate;
         let first = -value * inverse;
         let (c2, c3) = (0.5 * second * inverse, (1.0 / 6.0) * third * inverse);
         let turn = (c2 * first).abs() + (c3 * first * first).abs();
-        let c4 = (1.0 / 24.0) * fourth * inverse;
-        let last = 5.0 * c2 * (c3 - c2 * c2) - c4;
-        let bend = c2 - first * (2.0 * c2 * c2 - c3 + first * last);
+        let c4 = (1.0 / 24.0) * higher.fourth * inverse;
+        let c5 = (1.0 / 120.0) * higher.fifth * inverse;
+        let square = c2 * c2;
+        let fourth = 5.0 * c2 * (c3 - square) - c4;
+        let fifth = 6.0 * c2 * c4 + 3.0 * c3 * c3 - c5 + 7.0 * square * (2.0 * square - 3.0 * c3);
+        let bend = c2 - first * (2.0 * square - c3 + first * (fourth + first * fifth));
         let sum = first * (1.0 - first * bend);
         // What the series left, by the slope at the start.
-        let time = sum - self.with_fourth(fourth, sum).value * inverse;
+        let time = sum - self.with_higher(higher, sum).value * inverse;
         (time, (rate > 0.0) & (turn <= SERIES_TURN))
     }
 
     /// The same near a double root: the parabola's root first, as Newton's steps alone are short.
     #[inline(never)]
-    fn rise_by_steps(&self, fourth: f64, mut time: f64) -> (f64, f64) {
-        let near = self.with_fourth(fourth, time);
+    fn rise_by_steps(&self, higher: Higher, mut time: f64) -> (f64, f64) {
+        let near = self.with_higher(higher, time);
         let height = near.rate * near.rate - 2.0 * near.second * near.value;
         let slope = near.rate + height.max(0.0).sqrt();
         if slope > 0.0 {
@@ -100,7 +110,7 @@ impl GapPoint {
         }
         let mut left = f64::INFINITY;
         for _ in 0..2 {
-            let at = self.with_fourth(fourth, time);
+            let at = self.with_higher(higher, time);
             if at.rate > 0.0 {
                 let step = at.value / at.rate;
                 time -= step;
@@ -125,6 +135,8 @@ pub(crate) trait Geometry {
     fn slope_noise(x1: f64, speed: f64) -> f64;
     /// Fourth derivative of the tip's position; that of x1 is `fourth`.
     fn tip_fourth(angle: Angle, p: &Motion, fourth: f64) -> f64;
+    /// Its fifth derivative, from the fourth and fifth of x1.
+    fn tip_fifth(angle: Angle, p: &Motion, higher: [f64; 2]) -> f64;
     /// Bound of the fourth derivative of the tip's position, from bounds of x1', ..., x1''''.
     fn fourth(bounds: &[f64; 4]) -> f64;
     /// Rate and acceleration of the tip, from x1', x1''.
@@ -166,6 +178,14 @@ impl Geometry for Oblique {
         let (v, a) = (p.rate, p.acceleration);
         let v2 = v * v;
         cos * (fourth - 6.0 * v2 * a) - sin * (4.0 * v * p.jerk + 3.0 * a * a - v2 * v2)
+    }
+
+    #[inline(always)]
+    fn tip_fifth(Angle { sin, cos }: Angle, p: &Motion, [fourth, fifth]: [f64; 2]) -> f64 {
+        let (v, a, j) = (p.rate, p.acceleration, p.jerk);
+        let v2 = v * v;
+        cos * (fifth - 10.0 * v2 * j - 15.0 * v * a * a + v2 * v2 * v)
+            - sin * (5.0 * v * fourth + 10.0 * a * j - 10.0 * v2 * v * a)
     }
 
     #[inline(always)]
@@ -234,6 +254,11 @@ impl Geometry for Direct {
     }
 
     #[inline(always)]
+    fn tip_fifth(_: Angle, _: &Motion, [_, fifth]: [f64; 2]) -> f64 {
+        fifth
+    }
+
+    #[inline(always)]
     fn slope_noise(_: f64, _: f64) -> f64 {
         0.0
     }
@@ -270,15 +295,16 @@ pub(crate) struct GapBounds {
     pub pendulum_rate: f64,
     /// Of |g'|.
     pub rate: f64,
-    /// Of the gap's fourth and fifth derivative.
+    /// Of the gap's derivatives 4 to 6.
     pub fourth: f64,
     pub fifth: f64,
+    pub sixth: f64,
 }
 
 lanes_of! {
     /// Several bounds.
     GapBoundsLanes of GapBounds {
-        pendulum_rate: pendulum_rate, rate: rate, fourth: fourth, fifth: fifth
+        pendulum_rate: pendulum_rate, rate: rate, fourth: fourth, fifth: fifth, sixth: sixth
     }
 }
 
@@ -297,8 +323,9 @@ pub(crate) struct GapFlight<'a, G: Geometry> {
     pub rest: f64,
     /// Bound of |g''''|.
     pub fourth_bound: f64,
-    /// Bound of the fifth derivative; infinite where it is not known.
+    /// Bounds of the fifth and sixth derivative; infinite where they are not known.
     pub fifth_bound: f64,
+    sixth_bound: f64,
 }
 
 impl<'a, G: Geometry> GapFlight<'a, G> {
@@ -314,6 +341,7 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
                 rate: p.0[0] + o.0[0],
                 fourth: (G::fourth(&p.0) + o.0[3]) * BOUND_MARGIN,
                 fifth: f64::INFINITY,
+                sixth: f64::INFINITY,
             },
         )
     }
@@ -343,6 +371,7 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
                 + 2.0 * G::slope_noise(flight.state.x1, bounds.pendulum_rate),
             fourth_bound: bounds.fourth,
             fifth_bound: bounds.fifth,
+            sixth_bound: bounds.sixth,
         }
     }
 
@@ -356,17 +385,17 @@ impl<'a, G: Geometry> GapFlight<'a, G> {
         (gap, angle, (p, o))
     }
 
-    /// g'''' at a sampled local time.
+    /// Higher derivatives at a sampled local time.
     #[inline(always)]
-    pub fn fourth(&self, angle: Angle, bodies: &(Motion, Motion)) -> f64 {
+    pub fn higher(&self, angle: Angle, bodies: &(Motion, Motion)) -> Higher {
         let motion = self.motion;
-        gap_fourth::<G>((&motion.pendulum.equation, &motion.oscillator.equation), angle, bodies)
+        gap_higher::<G>((&motion.pendulum.equation, &motion.oscillator.equation), angle, bodies)
     }
 
-    /// Bound of what a Taylor polynomial of order 4 leaves out at `offset`.
+    /// Bound of what a Taylor polynomial of order 5 leaves out at `offset`.
     #[inline(always)]
     pub fn remainder(&self, offset: f64) -> f64 {
-        gap_remainder(self.fourth_bound, self.fifth_bound, offset)
+        gap_remainder(self.fourth_bound, self.fifth_bound, self.sixth_bound, offset)
     }
 
     /// State `h` after a sampled local time, from the Taylor polynomials of both bodies.
@@ -402,16 +431,19 @@ pub(crate) fn gap_after<G: Geometry>(
     (gap, angle)
 }
 
-/// g'''' after a motion of both bodies.
+/// Higher derivatives of the gap after a motion of both bodies.
 #[inline(always)]
-pub(crate) fn gap_fourth<G: Geometry>(
+pub(crate) fn gap_higher<G: Geometry>(
     (pendulum, oscillator): (&Equation, &Equation),
     angle: Angle,
     (p, o): &(Motion, Motion),
-) -> f64 {
-    let [first, _] = pendulum.higher(p);
-    let [second, _] = oscillator.higher(o);
-    G::tip_fourth(angle, p, first) - second
+) -> Higher {
+    let [fourth, fifth, _] = pendulum.higher(p);
+    let [others_fourth, others_fifth, _] = oscillator.higher(o);
+    Higher {
+        fourth: G::tip_fourth(angle, p, fourth) - others_fourth,
+        fifth: G::tip_fifth(angle, p, [fourth, fifth]) - others_fifth,
+    }
 }
 
 /// The third and fourth derivative of the gap at the start of a flight.
@@ -421,15 +453,16 @@ pub(crate) fn higher_at_start<G: Geometry>(motion: &FreeMotion, flight: &Flight)
     let (p, o) = &bodies;
     let (gap, angle) = gap_after::<G>(0.0, flight.angle, elementary::STRAIGHT, p, o);
     let equations = (&motion.pendulum.equation, &motion.oscillator.equation);
-    (gap.third, gap_fourth::<G>(equations, angle, &bodies))
+    (gap.third, gap_higher::<G>(equations, angle, &bodies).fourth)
 }
 
-/// What a Taylor polynomial of order 4 of the gap leaves out at `offset`, from bounds of the fourth and
-/// fifth derivative.
+/// What a Taylor polynomial of order 5 of the gap leaves out at `offset`, from bounds of the derivatives
+/// 4 to 6, infinite where they are not known.
 #[inline(always)]
-pub(crate) fn gap_remainder(fourth_bound: f64, fifth_bound: f64, offset: f64) -> f64 {
+pub(crate) fn gap_remainder(fourth: f64, fifth: f64, sixth: f64, offset: f64) -> f64 {
     let square = offset * offset;
-    (fourth_bound / 24.0).min(fifth_bound / 120.0 * offset.abs()) * (square * square)
+    let best = (fourth / 12.0).min(fifth / 60.0 * offset.abs()).min(sixth / 720.0 * square);
+    best * (square * square)
 }
 
 /// Rounding of an increment of the gap over a flight of length `s`.

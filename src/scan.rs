@@ -107,7 +107,6 @@ struct Samples {
 pub(crate) struct Outset {
     start: Jet,
     pub bounds: GapBounds,
-    sixth: f64,
 }
 
 lanes_of! {
@@ -120,7 +119,7 @@ lanes_of! {
         rate_bound: bounds.rate,
         fourth: bounds.fourth,
         fifth: bounds.fifth,
-        sixth: sixth,
+        sixth: bounds.sixth,
     }
 }
 
@@ -128,12 +127,13 @@ impl Outsets {
     /// Their bounds.
     #[inline(always)]
     pub fn bounds(&self) -> GapBoundsLanes {
-        let Self { pendulum_rate_bound, rate_bound, fourth, fifth, .. } = self;
+        let Self { pendulum_rate_bound, rate_bound, fourth, fifth, sixth, .. } = self;
         GapBoundsLanes {
             pendulum_rate: *pendulum_rate_bound,
             rate: *rate_bound,
             fourth: *fourth,
             fifth: *fifth,
+            sixth: *sixth,
         }
     }
 }
@@ -166,13 +166,14 @@ impl Outset {
             rate: p[0] + o[0],
             fourth: (fourth + o[3]) * BOUND_MARGIN,
             fifth: fifth + o[4],
+            sixth: sixth + o[5],
         };
         let a1 = pendulum.acceleration(s.x1, s.v1, cos_psi);
         let a2 = oscillator.acceleration(s.x2, s.v2, cos_psi);
         let tip = G::tip_rates(angle, s.v1, a1);
         let value = G::tip(s.x1, angle) - s.x2 - gap;
         let start = Jet { value, rate: tip[0] - s.v2, second: tip[1] - a2 };
-        Self { start, bounds, sixth: sixth + o[5] }
+        Self { start, bounds }
     }
 }
 
@@ -241,7 +242,7 @@ impl Scanner {
         touching: bool,
         span: f64,
     ) -> Option<Scan> {
-        let &Outset { mut start, bounds, sixth } = outset;
+        let &Outset { mut start, bounds } = outset;
         let rate = bounds.rate;
         let state = &flight.state;
         let place = state.x1.abs() + state.x2.abs() + motion.gap.abs();
@@ -257,7 +258,7 @@ impl Scanner {
         }
         // Halving the step takes a 64th of the remainder; a NaN or too large a bound finds no level.
         let allowed = SCAN_REMAINDER * (place + rate * motion.step(0));
-        let mut remainder = sixth * motion.remainder_factor;
+        let mut remainder = bounds.sixth * motion.remainder_factor;
         let mut coarse = 0;
         while remainder > allowed || remainder.is_nan() {
             coarse += 1;

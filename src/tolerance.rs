@@ -131,9 +131,9 @@ pub const MAX_INCREMENTS: u32 = 1_000_000;
 pub const SETTLE_STEPS: usize = 6;
 
 /// A root of the gap's Taylor polynomial is summed as a series where the first term changes g' by at
-/// most this part. The first term left out is then some ten times its fourth power, and the slope at the
-/// start takes all but a thousandth of that.
-pub const SERIES_TURN: f64 = 1e-3;
+/// most this part. The first term left out is then some forty times its fifth power, and the slope at the
+/// start takes all but a hundredth of that.
+pub const SERIES_TURN: f64 = 4e-3;
 
 /// Impacts in a row that must shrink by one ratio before a chatter sequence is sampled.
 pub const CHATTER_IMPACTS: u32 = 3;

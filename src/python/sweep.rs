@@ -31,7 +31,6 @@ impl PySweep {
     ) -> Bound<'py, PyArray1<T>> {
         PyArray1::from_vec(py, self.points.iter().map(value).collect())
     }
-
 }
 
 #[pymethods]

@@ -205,28 +205,29 @@ impl Equation {
         Motion { increment, place, rate, acceleration, jerk }
     }
 
-    /// Derivatives 4 and 5 of the displacement: x'''' = -omega^2 f cos psi - 2 c x''' - w^2 x'', and
+    /// Derivatives 4 to 6 of the displacement: x'''' = -omega^2 f cos psi - 2 c x''' - w^2 x'', and
     /// so on; f cos psi and its rate from the equation of motion.
     #[inline(always)]
-    pub fn higher(&self, m: &Motion) -> [f64; 2] {
+    pub fn higher(&self, m: &Motion) -> [f64; 3] {
         let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
         let omega2 = self.omega * self.omega;
         let load = m.acceleration + c2 * m.rate + w2 * m.displacement();
         let load_rate = m.jerk + c2 * m.acceleration + w2 * m.rate;
         let fourth = -omega2 * load - c2 * m.jerk - w2 * m.acceleration;
-        [fourth, -omega2 * load_rate - c2 * fourth - w2 * m.jerk]
+        let fifth = -omega2 * load_rate - c2 * fourth - w2 * m.jerk;
+        [fourth, fifth, omega2 * omega2 * load - c2 * fifth - w2 * fourth]
     }
 
-    /// Displacement and rate a short time `h` after a motion, by Taylor polynomials up to the fifth
+    /// Displacement and rate a short time `h` after a motion, by Taylor polynomials up to the sixth
     /// derivative. (Energy would drift by the last term, whose sign is always the same.)
     #[inline(always)]
     pub fn later(&self, m: &Motion, h: f64) -> (f64, f64) {
-        let [fourth, fifth] = self.higher(m);
+        let [fourth, fifth, sixth] = self.higher(m);
         let (half, third, quarter) = (0.5 * h, THIRD * h, 0.25 * h);
         let tail = fourth + 0.2 * h * fifth;
         let displacement =
             h * (m.rate + half * (m.acceleration + third * (m.jerk + quarter * tail)));
-        let tail = fourth + quarter * fifth;
+        let tail = fourth + quarter * (fifth + 0.2 * h * sixth);
         let speed = h * (m.acceleration + half * (m.jerk + third * tail));
         (m.place[0] + (m.place[1] + displacement), m.rate + speed)
     }

@@ -13,7 +13,7 @@ use crate::double_double::DoubleDouble;
 use crate::elementary::{self, MOST_TURNED};
 use crate::flight::{BodyFlight, Flight, FreeMotion, Trig, state_past};
 use crate::gap::{
-    GapBounds, GapBoundsLanes, GapPoints, Geometry, flight_noise, gap_after, gap_fourth,
+    GapBounds, GapBoundsLanes, GapPoints, Geometry, flight_noise, gap_after, gap_higher,
     gap_remainder, noise,
 };
 use crate::impact::{self, FirstSlip, Impact, PreImpact, Regime, RegimeKind};
@@ -194,10 +194,10 @@ impl Encounters {
                 elementary::STRAIGHT
             };
             let (gap, angle) = gap_after::<G>(start[j], flights.angles.get(j), turned, &p, &o);
-            let fourth = gap_fourth::<G>((&pendulum, &oscillator), angle, &(p, o));
-            let (offset, holds) = gap.rise_by_series(fourth);
+            let higher = gap_higher::<G>((&pendulum, &oscillator), angle, &(p, o));
+            let (offset, holds) = gap.rise_by_series(higher);
             let limits = bounds.get(j);
-            let left = gap_remainder(limits.fourth, limits.fifth, offset);
+            let left = gap_remainder(limits.fourth, limits.fifth, limits.sixth, offset);
             let level = start_noise[j] + flight_noise(limits.rate, (s + offset).max(0.0));
             let later = gap.later(offset);
             let certain = (in_reach[j] == 1)
