@@ -24,7 +24,9 @@ use crate::flight::{Flight, FreeMotion};
 use crate::hold::ContactMode;
 use crate::params::System;
 use crate::state::{Clock, State};
-use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, EPS, REST_NOISE};
+use crate::tolerance::{
+    DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, EPS, MOST_COUNTED, REST_NOISE,
+};
 
 /// How far a simulation goes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -236,12 +238,15 @@ impl Simulation {
         self.until(Horizon::Periods(i64::from(periods)))
     }
 
-    /// Ends at this horizon; its time must be finite, or the default cap on time takes its place.
+    /// Ends at this horizon; its time must be finite, or the default cap on time takes its place. One
+    /// before t = 0 is t = 0, one after 2^53 drive periods is that.
     #[must_use]
     pub fn until(mut self, horizon: Horizon) -> Self {
-        let capped = |time: f64| if time.is_finite() { time } else { DEFAULT_MAX_TIME };
+        let most = MOST_COUNTED * self.motion.drive.period.hi;
+        let capped =
+            |time: f64| if time.is_finite() { time.clamp(0.0, most) } else { DEFAULT_MAX_TIME };
         self.horizon = match horizon {
-            Horizon::Periods(_) => horizon,
+            Horizon::Periods(periods) => Horizon::Periods(periods.clamp(0, MOST_COUNTED as i64)),
             Horizon::Time(time) => Horizon::Time(capped(time)),
             Horizon::Impacts { count, max_time } => {
                 Horizon::Impacts { count, max_time: capped(max_time) }
