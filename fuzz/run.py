@@ -1,9 +1,10 @@
 """Builds the fuzz targets and runs them one after the other: `make fuzz`.
 
-No tool beyond cargo and a C++ compiler: the stable compiler puts in the counters of covered code, and the
-crate libfuzzer-sys brings the fuzzer. Ends with a table of executions; exit code 1 if a target failed, whose
-input is then in fuzz/out/ and is run again by giving its file to the target's binary (SHOW=1 prints what it
-stands for). The corpora stay in fuzz/out/, which is no part of the repository: they grow again in minutes.
+No tool beyond cargo and a C++ compiler: the stable compiler puts in the counters of covered code,
+and the crate libfuzzer-sys brings the fuzzer. Ends with a table of executions; exit code 1 if a
+target failed, whose input is then in fuzz/out/ and is run again by giving its file to the target's
+binary (SHOW=1 prints what it stands for). The corpora stay in fuzz/out/, which is no part of the
+repository: they grow again in minutes.
 """
 
 import argparse
@@ -45,10 +46,11 @@ def build(names: list[str]) -> Path:
 
 
 def fuzz(binary: Path, out: Path, runs: int, seconds: int) -> tuple[int, int, int, bool]:
-    """Runs one target; executions, executions per second, peak memory in MB, whether all was well."""
+    """Runs one target: executions, their rate, peak memory in MB, whether all was well."""
     corpus = out / binary.name
     corpus.mkdir(parents=True, exist_ok=True)
-    options = [f"-runs={runs}", f"-max_total_time={seconds}", f"-artifact_prefix={out}/{binary.name}-"]
+    prefix = out / f"{binary.name}-"
+    options = [f"-runs={runs}", f"-max_total_time={seconds}", f"-artifact_prefix={prefix}"]
     command = [binary, corpus, *LIMITS, *options, "-print_final_stats=1"]
     done = subprocess.run(command, check=False, capture_output=True, text=True, errors="replace")
     (out / f"{binary.name}.log").write_text(done.stderr)
@@ -59,6 +61,7 @@ def fuzz(binary: Path, out: Path, runs: int, seconds: int) -> tuple[int, int, in
 
 
 def main() -> int:
+    """Builds, runs and prints the table."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("targets", nargs="*", metavar="target", help=", ".join(TARGETS))
     parser.add_argument("--runs", type=int, default=100_000, help="executions of each target")
@@ -75,7 +78,8 @@ def main() -> int:
     for name in names:
         executions, rate, memory, well = fuzz(folder / name, out, arguments.runs, arguments.seconds)
         total += executions
-        print(f"{name:12} {executions:12} {rate:12} {memory:8}{'' if well else '  FAILED'}", flush=True)
+        verdict = "" if well else "  FAILED"
+        print(f"{name:12} {executions:12} {rate:12} {memory:8}{verdict}", flush=True)
         if not well:
             failed.append(name)
     print(f"{'all':12} {total:12}")

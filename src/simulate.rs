@@ -242,7 +242,8 @@ impl Simulation {
     /// before t = 0 is t = 0, one after 2^53 drive periods is that.
     #[must_use]
     pub fn until(mut self, horizon: Horizon) -> Self {
-        let most = MOST_COUNTED * self.motion.drive.period.hi;
+        let drive = &self.motion.drive;
+        let most = if drive.has_period() { MOST_COUNTED * drive.period.hi } else { f64::INFINITY };
         let capped =
             |time: f64| if time.is_finite() { time.clamp(0.0, most) } else { DEFAULT_MAX_TIME };
         self.horizon = match horizon {
@@ -252,7 +253,6 @@ impl Simulation {
                 Horizon::Impacts { count, max_time: capped(max_time) }
             }
         };
-        let drive = &self.motion.drive;
         self.end = match self.horizon {
             Horizon::Periods(periods) if drive.has_period() => Clock::new(periods, 0.0),
             Horizon::Periods(_) => drive.clock_at(DEFAULT_MAX_TIME),

@@ -182,8 +182,8 @@ pub const WALL_SLOPE: f64 = 0.1;
 pub const CONTACT_ANGLE: f64 = 1.5;
 
 /// A slide whose steps are shorter than this part of a local flight, of a tip that turns or decays so fast,
-/// is stalled: it would take months.
-pub const LEAST_STEP: f64 = 1e-13;
+/// is stalled: it would never be done. (A light tip pressed past the end of its reach turns 1e12 times.)
+pub const LEAST_STEP: f64 = 1e-20;
 
 /// Panels of the energy audit's quadrature, as an angle of the fastest motion: 16 Gauss points
 /// integrate a sine of twice that angle to rounding.
