@@ -32,18 +32,11 @@ fn start() -> State {
     State { x1: 0.0, v1: 0.5, x2: 0.0, v2: 0.0 }
 }
 
-/// Ends at the first look.
-fn enough() -> bool {
-    false
-}
-
 fn assert_finite(run: &Run) {
     let states = run.stroboscopic.iter().copied().chain([run.final_state.state.to_array()]);
     let impacts = run.impacts.iter().flat_map(|i| [i.time, i.x1, i.v1_post, i.x2, i.v2_post]);
-    let all = states.flatten().chain(impacts).chain([run.final_state.time]);
-    for value in all {
-        assert!(value.is_finite(), "{run:?}");
-    }
+    let mut all = states.flatten().chain(impacts).chain([run.final_state.time]);
+    assert!(all.all(f64::is_finite), "{run:?}");
 }
 
 /// Numbers of every kind, and usual ones.
@@ -189,7 +182,7 @@ proptest! {
         let [x1, v1, x2, v2] = state;
         let start = State { x1, v1, x2, v2 };
         let options = RunOptions { max_events: 40, tolerance, ..RunOptions::until(horizon) };
-        match run(&system, start, options, &mut enough) {
+        match run(&system, start, options, &mut || false) {
             Ok(run) => assert_finite(&run),
             Err(error) => prop_assert!(!error.to_string().is_empty()),
         }
@@ -261,12 +254,9 @@ fn a_run_of_no_length_is_where_it_starts() {
         .build()
         .unwrap();
     let start = State { x1: 2.0, v1: 2.0, x2: 2f64.sin() - 1.0, v2: -2.0 };
-    if let Ok(run) = run(&system, start, RunOptions::periods(0), &mut || true) {
-        let end = run.final_state.state.to_array();
-        assert_eq!(run.trajectory(&[0.0]), Some(vec![end]));
-    } else {
-        panic!("it has failed");
-    }
+    let run = run(&system, start, RunOptions::periods(0), &mut || true).unwrap();
+    let end = run.final_state.state.to_array();
+    assert_eq!(run.trajectory(&[0.0]), Some(vec![end]));
 }
 
 #[test]
@@ -319,7 +309,7 @@ fn horizons_beyond_counting_are_refused() {
         system,
         start(),
         RunOptions::until(horizon),
-        &mut enough,
+        &mut || false,
     ) {
         Err(RunError::Parameter(error)) => error.name.to_string(),
         other => panic!("{other:?}"),
@@ -328,9 +318,7 @@ fn horizons_beyond_counting_are_refused() {
     let most = 1i64 << 53;
     assert_eq!(refused(&system, Horizon::Periods(i64::MAX)), "time");
     assert_eq!(refused(&system, Horizon::Periods(most + 2)), "time");
-    // Fewer periods, but more time.
     assert_eq!(refused(&system, Horizon::Periods(most)), "periods");
-    // Its period is beyond all numbers.
     let slow = paper().drive_frequency(5e-324).build().unwrap();
     assert_eq!(refused(&slow, Horizon::Periods(1)), "periods");
     assert_eq!(refused(&slow, Horizon::Periods(0)), "periods");
@@ -433,31 +421,28 @@ fn motions_beyond_following_are_failed_computations() {
             true
         }
     }
-    let whirling = System::builder()
-        .mass_ratio(2.0)
+    let light = System::builder().mass_ratio(2.0).drive_frequency(4.0);
+    let whirling = light
+        .clone()
         .frequency_ratio(0.0)
         .restitution(0.0)
         .gap(-0.5)
-        .drive_frequency(4.0)
         .moment_amplitude(-2.0)
         .force_amplitude(1.7e50)
         .build()
         .unwrap();
-    let sliding = System::builder()
-        .mass_ratio(2.0)
+    let sliding = light
         .frequency_ratio(3.0)
         .restitution(1.0)
         .gap(0.0)
-        .drive_frequency(4.0)
         .oscillator_damping(1.5)
         .moment_amplitude(5.0)
         .force_amplitude(-1e154)
         .phase(-7.0)
         .build()
         .unwrap();
-    let places = [(whirling, -0.4092974268256817), (sliding, -0.9092974268256817 + 0.1)];
-    for (system, x2) in places {
-        let start = State { x1: -2.0, v1: -2.0, x2: if x2 < -0.5 { 0.1 } else { x2 }, v2: -2.0 };
+    for (system, x2) in [(whirling, -0.4092974268256817), (sliding, 0.1)] {
+        let start = State { x1: -2.0, v1: -2.0, x2, v2: -2.0 };
         let mut simulation = Simulation::new(&system, start).unwrap().periods(1).max_events(60);
         let mut looks = Looks(0);
         let last = std::iter::from_fn(|| simulation.advance(&mut looks)).last();
@@ -474,10 +459,6 @@ fn small_steps_that_are_none_are_refused() {
         Err(IncrementalError::Parameter(error)) => assert_eq!(error.name, "approach_velocity"),
         other => panic!("{other:?}"),
     }
-    // No impulse ends this approach: it grows faster than the impulse.
-    let held = paper().mass_ratio(0.0).build().unwrap();
-    let level = PreImpact { cos: 0.0, sin: 1.0, v1: 1.0, v2: -1.0 };
-    assert!(incremental(&held, &level, 10).is_err());
 }
 
 #[test]
