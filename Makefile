@@ -28,7 +28,7 @@ INSTALLED := $(VENV)/.installed
 SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
-.PHONY: help figures claims gallery errata test reference lint bench instructions instructions-update stress docs ci audit clean
+.PHONY: help figures claims gallery errata test reference lint bench instructions instructions-update stress docs ci audit fuzz clean
 .PHONY: wheel wheel-test audit-deps
 
 help:
@@ -43,6 +43,7 @@ help:
 	@echo 'make instructions  instruction counts of the hot kernels against the committed ones (valgrind)'
 	@echo 'make stress   errors at the ends of every range, and over very long runs'
 	@echo 'make audit    a million random flights against an independent dense search'
+	@echo 'make fuzz     coverage-guided fuzzing of the Rust library; RUNS= and SECONDS_EACH= for each target, TARGETS='
 	@echo 'make docs     build the documentation site, Python and Rust reference included, into site/'
 	@echo 'make wheel    a wheel for Linux and an sdist into $(DIST)/, with their sizes'
 	@echo 'make wheel-test  both installed in fresh environments, the wheel without Rust, and tested there'
@@ -117,6 +118,13 @@ stress: $(INSTALLED)
 audit:
 	cargo run --locked --release --example contact_audit
 
+# Needs no more than Rust, a C++ compiler and any Python.
+RUNS ?= 100000
+SECONDS_EACH ?= 60
+
+fuzz: | check-tools
+	$(PYTHON) fuzz/run.py --runs $(RUNS) --seconds $(SECONDS_EACH) $(TARGETS)
+
 # From nothing each time, or pages that are no more would stay.
 docs: $(SITE_TOOLS)
 	RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps
@@ -155,6 +163,7 @@ ci:
 
 clean:
 	rm -rf $(VENV) $(OUT) $(DIST) site target benches/.build benches/out benches/work_precision/out benches/stress/out
+	rm -rf fuzz/out fuzz/target
 	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	rm -f python/vibroimpact/_core.*.so python/vibroimpact/_core.pyd
 	find python tests benches -name __pycache__ -type d -prune -exec rm -rf {} +

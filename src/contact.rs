@@ -27,8 +27,8 @@ use crate::majorant::first_root;
 use crate::params::Contact;
 use crate::state::State;
 use crate::tolerance::{
-    EPS, FLIGHT_NOISE, GRAZE_NOISE, PAUSE_NOISE, RELEASE_PROBE, SEARCH_PATIENCE, SEARCH_STEPS,
-    SETTLE_PART, SETTLE_STEPS, TAYLOR_PART,
+    EPS, FLIGHT_NOISE, GRAZE_NOISE, LEAST_PROGRESS, PAUSE_NOISE, RELEASE_PROBE, SEARCH_PATIENCE,
+    SEARCH_STEPS, SETTLE_PART, SETTLE_STEPS, TAYLOR_PART,
 };
 
 /// How a local flight starts, as far as the contact is concerned.
@@ -95,7 +95,7 @@ pub struct ContactReport {
     pub evaluations: u64,
 }
 
-/// First contact of `flight` in (0, `span`]; none where that is empty.
+/// First contact of `flight` in (0, `span`], `span` at most that of the motion; none where that is empty.
 #[must_use]
 pub fn next_contact(
     motion: &FreeMotion,
@@ -106,6 +106,7 @@ pub fn next_contact(
     if span.is_nan() || span <= 0.0 {
         return ContactReport { found: Found::Clear(0.0), evaluations: 0 };
     }
+    let span = span.min(motion.span);
     let mut report = lanes::narrow(Job { motion, flight, start, span });
     match report.found {
         Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch)
@@ -165,9 +166,12 @@ fn search<G: Geometry>(
         Outlook::Ahead { near, after, bounds } => {
             let touching = start == Start::Touching;
             let gap = GapFlight::<G>::within(motion, flight, touching, bounds);
-            let mut search = Search { gap, span: span.max(near), evaluations: scanned };
+            let mut search = Search { gap, begin: 0.0, span: span.max(near), evaluations: scanned };
             let (touch, settled) = search.meet(near, 0.0);
             scanned = search.evaluations;
+            if touch.local_time() < 0.0 {
+                return carefully::<G>(motion, flight, start, span, 0.0, scanned);
+            }
             if settled && touch.gap.rate > 0.0 {
                 return ContactReport { found: Found::Contact(touch), evaluations: scanned };
             }
@@ -193,13 +197,16 @@ pub(crate) fn carefully<G: Geometry>(
 ) -> ContactReport {
     let touching = matches!(start, Start::Touching | Start::Released);
     let gap = GapFlight::<G>::new(motion, flight, touching);
-    let mut search = Search { gap, span, evaluations: scanned };
+    let begin = if let Start::Grazed(time) = start { time } else { 0.0 };
+    let mut search = Search { gap, begin, span, evaluations: scanned };
     let found = search.run(start, clear);
     ContactReport { found, evaluations: search.evaluations }
 }
 
 struct Search<'a, G: Geometry> {
     gap: GapFlight<'a, G>,
+    /// The start, or a graze that the search goes on from: nothing before it counts.
+    begin: f64,
     span: f64,
     evaluations: u64,
 }
@@ -253,6 +260,7 @@ impl<G: Geometry> Search<'_, G> {
         if !(self.gap.fourth_bound.is_finite() && sample.gap.value.is_finite()) {
             return Found::NotFinite;
         }
+        let first = sample.time;
         let rest = self.gap.rest;
         let mut lift = match start {
             _ if clear > 0.0 => Lift::None,
@@ -331,7 +339,9 @@ impl<G: Geometry> Search<'_, G> {
             if self.evaluations > SEARCH_PATIENCE
                 && -sample.gap.value > PAUSE_NOISE * self.gap.fresh_noise
             {
-                return Found::Clear(sample.time);
+                // A tip that turns so fast would never be followed to the end of the local flight.
+                let crawls = sample.time - first < LEAST_PROGRESS * self.span;
+                return if crawls { Found::Stalled } else { Found::Clear(sample.time) };
             }
         }
         if sample.gap.value.is_finite() { Found::Stalled } else { Found::NotFinite }
@@ -402,9 +412,16 @@ impl<G: Geometry> Search<'_, G> {
         {
             return settled;
         }
-        let (touch, _) = self.meet(sample.time, h);
-        if touch.gap.rate > 0.0 {
-            return Settled::Found(Found::Contact(touch));
+        let (mut touch, _) = self.meet(sample.time, h);
+        // At a flat top the steps may lead far away, or to before the graze that was gone on from.
+        let outside = !(0.0..=self.span).contains(&touch.local_time());
+        let astray = touch.local_time() < self.begin || (outside && touch.gap.rate <= 0.0);
+        if astray {
+            touch = self.touch(sample, h);
+        }
+        if touch.gap.rate > 0.0 || astray {
+            let found = if touch.gap.rate > 0.0 { Found::Contact } else { Found::Graze };
+            return Settled::Found(found(touch));
         }
         // The steps have gone past the top of a hump that is at rounding level.
         let past = self.evaluate(touch.local_time().clamp(0.0, self.span));

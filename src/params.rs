@@ -111,6 +111,8 @@ pub struct System {
 enum Range {
     Any,
     NotNegative,
+    /// Of a drive whose period is a number that can be reckoned with: its sixth power is one.
+    Drive,
     Unit,
 }
 
@@ -119,6 +121,7 @@ impl Range {
         match self {
             Self::Any => "a finite number",
             Self::NotNegative => "a finite number >= 0",
+            Self::Drive => "a number in [0, 1e50]",
             Self::Unit => "a number in [0, 1]",
         }
     }
@@ -128,6 +131,7 @@ impl Range {
             && match self {
                 Self::Any => true,
                 Self::NotNegative => value >= 0.0,
+                Self::Drive => (0.0..=1e50).contains(&value),
                 Self::Unit => (0.0..=1.0).contains(&value),
             }
     }
@@ -237,8 +241,8 @@ numeric_parameters! {
     restitution: Unit;
     /// delta = Delta/l.
     gap: Any;
-    /// omega = Omega/omega_2 >= 0; 0: constant load.
-    drive_frequency: NotNegative;
+    /// omega = Omega/omega_2 in [0, 1e50]; 0: constant load.
+    drive_frequency: Drive;
     /// zeta1 >= 0.
     pendulum_damping: NotNegative = 0.0;
     /// zeta2 >= 0.

@@ -160,11 +160,16 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
     let extent = whole.extent();
     let negligible = (SMALL * extent).max(1e-13 * size);
     report.method = "no return found";
-    let equal_counts = |m: usize| counts[m..] == counts[..kept - m];
+    let matching = matching_counts(counts);
+    let equal_counts = |m: usize| matching[m] == kept - m;
     report.residual = residual(sections, 1);
     for m in (1..=kept / 4).filter(|&m| equal_counts(m)) {
-        let small = returns_within(sections, m, negligible);
-        let approach = approach(sections, m).filter(|a| a.remaining <= REACH * size);
+        let small = returns(sections, m, negligible);
+        let approach = if may_approach(sections, m, extent, size) {
+            approach(sections, m).filter(|a| a.remaining <= REACH * size)
+        } else {
+            None
+        };
         if !small && approach.is_none() {
             continue;
         }
@@ -172,8 +177,8 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
         // counts as a return, is one of fewer periods.
         let remaining = approach.as_ref().map_or(0.0, |a| a.remaining);
         let apart = if small { 4.0 * negligible } else { 2.0 * remaining };
-        let merged = |d: usize| m % d == 0 && returns_within(sections, d, apart);
-        let m = (1..m).filter(|&d| equal_counts(d)).find(|&d| merged(d)).unwrap_or(m);
+        let merged = |&d: &usize| m % d == 0 && equal_counts(d) && returns(sections, d, apart);
+        let m = (1..m).find(merged).unwrap_or(m);
         let orbit = &counts[kept - m..];
         let n = if orbit.contains(&CHATTERING) {
             ImpactCount::Infinite
@@ -193,20 +198,55 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
     report
 }
 
-/// Distances of the last sections that are m apart, at most 3 m of them; the latest first.
-fn returns(sections: &[[f64; 4]], m: usize) -> impl Iterator<Item = f64> {
+/// For each m how many of the counts from the m-th on are those from the first on, in a row (Main and
+/// Lorentz (1984); Gusfield (1997), section 1.4): all that follow it if the counts repeat after m. One pass
+/// over the counts does for all m.
+fn matching_counts(counts: &[u32]) -> Vec<usize> {
+    let kept = counts.len();
+    let mut matching = vec![0; kept];
+    // The stretch that is known to match and reaches furthest.
+    let (mut begin, mut end) = (0, 0);
+    for m in 1..kept {
+        let mut length = if m < end { matching[m - begin].min(end - m) } else { 0 };
+        while m + length < kept && counts[length] == counts[m + length] {
+            length += 1;
+        }
+        matching[m] = length;
+        if m + length > end {
+            (begin, end) = (m, m + length);
+        }
+    }
+    matching
+}
+
+/// Distances |X(k + m) - X(k)| over the last min(K - m, 3 m) sections, the last first: they tell most.
+fn last_distances(sections: &[[f64; 4]], m: usize) -> impl Iterator<Item = f64> {
     let kept = sections.len();
     let last = (kept - m).min(3 * m);
     (kept - m - last..kept - m).rev().map(move |k| distance(&sections[k + m], &sections[k]))
 }
 
 fn residual(sections: &[[f64; 4]], m: usize) -> f64 {
-    returns(sections, m).fold(0.0, f64::max)
+    last_distances(sections, m).fold(0.0, f64::max)
 }
 
-/// Whether that is at most this large.
-fn returns_within(sections: &[[f64; 4]], m: usize, limit: f64) -> bool {
-    returns(sections, m).all(|distance| distance <= limit)
+/// Whether the residual of m is no larger than `most`; told by the first distance that is.
+fn returns(sections: &[[f64; 4]], m: usize, most: f64) -> bool {
+    last_distances(sections, m).all(|distance| distance <= most)
+}
+
+/// Whether [`approach`] can be one that counts: not if two neighbours in the last quarter of the window are
+/// further apart than the extents of a motion of this extent and size may be by then. Most m of a motion
+/// that does not converge are ruled out by their first few sections.
+fn may_approach(sections: &[[f64; 4]], m: usize, extent: f64, size: f64) -> bool {
+    let quarter = sections.len() / (4 * m) * m;
+    if quarter < 2 * m {
+        return false;
+    }
+    let most = (FALL * (FALL * (FALL * extent))).min(2.0 * REACH * size);
+    let start = sections.len() - quarter;
+    let mut pairs = (start..sections.len() - m).rev();
+    pairs.all(|k| distance(&sections[k + m], &sections[k]) <= most)
 }
 
 /// How the sections k, k + m, k + 2m ... draw together.
@@ -287,7 +327,73 @@ fn largest(values: [f64; 4]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    /// Orbits m and whether they return, as the definition says them: every m with all its sections.
+    fn by_definition(sections: &[[f64; 4]], counts: &[u32]) -> Option<usize> {
+        let whole = Bounds::of(sections.iter());
+        let (size, extent) = (whole.size().max(f64::MIN_POSITIVE), whole.extent());
+        let negligible = (SMALL * extent).max(1e-13 * size);
+        let equal_counts = |m: usize| counts.windows(m + 1).all(|w| w[0] == w[m]);
+        (1..=sections.len() / 4).filter(|&m| equal_counts(m)).find_map(|m| {
+            let small = residual(sections, m) <= negligible;
+            let approach = approach(sections, m).filter(|a| a.remaining <= REACH * size);
+            let remaining = approach.map(|a| a.remaining);
+            if !small && remaining.is_none() {
+                return None;
+            }
+            let apart = if small { 4.0 * negligible } else { 2.0 * remaining? };
+            let merged =
+                |&d: &usize| m % d == 0 && equal_counts(d) && residual(sections, d) <= apart;
+            Some((1..m).find(merged).unwrap_or(m))
+        })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
+
+        /// Cycles that are exact, drawn near to, left, or disturbed in one place; tori; noise.
+        #[test]
+        fn what_is_ruled_out_early_is_what_the_definition_rules_out(
+            cycle in prop::collection::vec((prop::array::uniform4(-1.0..1.0f64), 0u32..2), 1..9),
+            kept in 4usize..160,
+            rate in prop::sample::select(vec![0.0f64, 0.6, 0.9, 0.97, 0.99, 1.0, 1.01]),
+            away in prop::array::uniform4(-0.3..0.3f64),
+            turn in prop::sample::select(vec![0.0f64, 0.0, 0.7, 2.0943, 2.4]),
+            offset in prop::sample::select(vec![0.0f64, 0.0, 30.0]),
+            odd in prop::option::of((0usize..160, -2.0..2.0f64)),
+            noise in prop::sample::select(vec![0.0f64, 0.0, 1e-10, 1.0]),
+        ) {
+            let mut sections = Vec::new();
+            for k in 0..kept {
+                let (point, _) = cycle[k % cycle.len()];
+                let shrunk = rate.powi(k as i32);
+                let (s, c) = (turn * k as f64).sin_cos();
+                let rough = (k as f64 * 12.9898).sin() * 43_758.545;
+                let moved = [c * away[0] - s * away[1], s * away[0] + c * away[1], away[2], away[3]];
+                sections.push(std::array::from_fn(|i| {
+                    offset + point[i] + shrunk * moved[i] + noise * (rough * (i + 1) as f64).fract()
+                }));
+            }
+            if let Some((place, value)) = odd {
+                sections[place % kept][1] = value;
+            }
+            let counts: Vec<u32> = (0..kept).map(|k| cycle[k % cycle.len()].1).collect();
+            let found = detect_in(&sections, &counts);
+            prop_assert_eq!(found.orbit.map(|(m, _)| m), by_definition(&sections, &counts));
+        }
+
+        #[test]
+        fn counts_match_where_they_repeat(counts in prop::collection::vec(0u32..2, 1..60)) {
+            let matching = matching_counts(&counts);
+            for m in 1..counts.len() {
+                let repeats = counts.windows(m + 1).all(|w| w[0] == w[m]);
+                prop_assert_eq!(matching[m] == counts.len() - m, repeats);
+            }
+        }
+    }
 
     fn circle(angle: f64, shrink: f64, count: usize) -> Vec<[f64; 4]> {
         (0..count)

@@ -24,7 +24,9 @@ use crate::flight::{Flight, FreeMotion};
 use crate::hold::ContactMode;
 use crate::params::System;
 use crate::state::{Clock, State};
-use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, EPS, REST_NOISE};
+use crate::tolerance::{
+    DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, EPS, MOST_COUNTED, REST_NOISE,
+};
 
 /// How far a simulation goes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -236,18 +238,21 @@ impl Simulation {
         self.until(Horizon::Periods(i64::from(periods)))
     }
 
-    /// Ends at this horizon; its time must be finite, or the default cap on time takes its place.
+    /// Ends at this horizon; its time must be finite, or the default cap on time takes its place. One
+    /// before t = 0 is t = 0, one after 2^53 drive periods is that.
     #[must_use]
     pub fn until(mut self, horizon: Horizon) -> Self {
-        let capped = |time: f64| if time.is_finite() { time } else { DEFAULT_MAX_TIME };
+        let drive = &self.motion.drive;
+        let most = if drive.has_period() { MOST_COUNTED * drive.period.hi } else { f64::INFINITY };
+        let capped =
+            |time: f64| if time.is_finite() { time.clamp(0.0, most) } else { DEFAULT_MAX_TIME };
         self.horizon = match horizon {
-            Horizon::Periods(_) => horizon,
+            Horizon::Periods(periods) => Horizon::Periods(periods.clamp(0, MOST_COUNTED as i64)),
             Horizon::Time(time) => Horizon::Time(capped(time)),
             Horizon::Impacts { count, max_time } => {
                 Horizon::Impacts { count, max_time: capped(max_time) }
             }
         };
-        let drive = &self.motion.drive;
         self.end = match self.horizon {
             Horizon::Periods(periods) if drive.has_period() => Clock::new(periods, 0.0),
             Horizon::Periods(_) => drive.clock_at(DEFAULT_MAX_TIME),

@@ -81,6 +81,10 @@ pub const CHUNK_TURNS: f64 = 2.0;
 /// Gap evaluations after which a search goes on as a new local flight, with bounds of its own.
 pub const SEARCH_PATIENCE: u64 = 20_000;
 
+/// A search that has come no further by then than this part of its span is stalled: at that pace the span
+/// would take weeks. The tip turns 1e13 times in it, or more.
+pub const LEAST_PROGRESS: f64 = 1e-9;
+
 /// It does so where the bodies are apart by so many rounding levels of a fresh start.
 pub const PAUSE_NOISE: f64 = 1024.0;
 
@@ -177,6 +181,10 @@ pub const WALL_SLOPE: f64 = 0.1;
 /// what a series of order `hold::slide::ORDER` still sums to rounding.
 pub const CONTACT_ANGLE: f64 = 1.5;
 
+/// A slide whose steps are shorter than this part of a local flight, of a tip that turns or decays so fast,
+/// is stalled: it would never be done. (A light tip pressed past the end of its reach turns 1e12 times.)
+pub const LEAST_STEP: f64 = 1e-20;
+
 /// Panels of the energy audit's quadrature, as an angle of the fastest motion: 16 Gauss points
 /// integrate a sine of twice that angle to rounding.
 pub const AUDIT_ANGLE: f64 = 1.5;
@@ -224,3 +232,7 @@ pub const DEFAULT_MAX_EVENTS: u64 = 10_000_000;
 /// Cap on the time of a run that was given no horizon: such a run must end even if the bodies
 /// never meet again (some seconds of computing).
 pub const DEFAULT_MAX_TIME: f64 = 1e7;
+
+/// 2^53: drive periods that can be counted without a gap in the numbers, and as much time, of which a double
+/// tells no more than whole units.
+pub const MOST_COUNTED: f64 = 9_007_199_254_740_992.0;

@@ -25,7 +25,7 @@ NUMERIC_RANGES = {
     "frequency_ratio": "a finite number >= 0",
     "restitution": "a number in [0, 1]",
     "gap": "a finite number",
-    "drive_frequency": "a finite number >= 0",
+    "drive_frequency": "a number in [0, 1e50]",
     "pendulum_damping": "a finite number >= 0",
     "oscillator_damping": "a finite number >= 0",
     "moment_amplitude": "a finite number",

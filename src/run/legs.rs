@@ -194,12 +194,19 @@ impl Follower {
             let elapsed = motion.drive.until(start, clock);
             if elapsed.hi < 0.0 { DoubleDouble::ZERO } else { elapsed }
         };
+        // Forces so large that nothing after its start is a number end a leg where it starts.
+        let in_range = |state: State| {
+            let ends_at_once = leg.end <= leg.anchor.clock;
+            if ends_at_once && !state.is_finite() { leg.anchor.state } else { state }
+        };
         let force = |state: &State, mode: ContactMode| {
             run.system.contact_force(motion.drive.trig_at(clock), state, mode)
         };
         let Kind::Contact(mode) = leg.kind else {
             let state = match (self, leg.kind) {
-                (Self::Flight(flight), _) => motion.state_after(flight, since(flight.clock)),
+                (Self::Flight(flight), _) => {
+                    in_range(motion.state_after(flight, since(flight.clock)))
+                }
                 // Where the hops are too short to tell, their limit stands for all.
                 (Self::Hops(last), Kind::Hops(limit)) => {
                     let start = if last.clock <= clock { *last } else { leg.anchor };
@@ -226,7 +233,7 @@ impl Follower {
             }
         }
         let (x1, v1) = slide.step.at(since(slide.clock).value());
-        let state = run.system.on_contact(x1, v1);
+        let state = in_range(run.system.on_contact(x1, v1));
         (state, force(&state, mode))
     }
 }

@@ -5,11 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::ParameterError;
 use crate::params::System;
 use crate::simulate::Horizon;
-use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
-
-/// 2^53: drive periods that can be counted without a gap in the numbers, and as much time, of which a double
-/// tells no more than whole units.
-const MOST: f64 = 9_007_199_254_740_992.0;
+use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE, MOST_COUNTED};
 
 /// How a run is made and what is kept of it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -82,11 +78,13 @@ impl RunOptions {
                 time / system.drive_period()
             }
         };
-        if turns > MOST {
+        if turns > MOST_COUNTED {
             return error("time", turns.to_string(), "at most 2^53 drive periods");
         }
+        // A drive so slow that its period is beyond all numbers is refused even for none of them.
+        let length = turns * system.drive_period();
         if let Horizon::Periods(periods) = self.horizon
-            && turns * system.drive_period() > MOST
+            && (length.is_nan() || length > MOST_COUNTED)
         {
             return error("periods", periods.to_string(), "at most 2^53 units of time");
         }

@@ -8,7 +8,8 @@ use crate::event::{ChatterEvent, ContactEvent, Event, StopReason};
 use crate::hold::{ContactForce, ContactMode, Next, SlideEnd, SlideStep, next_change};
 use crate::state::{Clock, State};
 use crate::tolerance::{
-    CHATTER_NOISE, DEFAULT_TOLERANCE, EPS, RELEASE_PROBE, STANDSTILL_EVENTS, STANDSTILL_TIME,
+    CHATTER_NOISE, DEFAULT_TOLERANCE, EPS, LEAST_STEP, RELEASE_PROBE, STANDSTILL_EVENTS,
+    STANDSTILL_TIME,
 };
 
 impl Simulation {
@@ -167,6 +168,9 @@ impl Simulation {
     fn slide<O: Observer>(&mut self, mode: ContactMode, observer: &mut O) -> Turn {
         let super::Anchor { clock, state, .. } = self.point.anchor;
         let step = SlideStep::new(&self.system, self.motion.drive.trig_at(clock), &state, mode);
+        if step.unit() < LEAST_STEP * self.motion.span {
+            return Some(Err(self.fail(true)));
+        }
         let (reached, cause) = step.end();
         let end = self.horizon_in_leg().value();
         let over = reached > end;
