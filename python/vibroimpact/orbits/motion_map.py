@@ -88,6 +88,8 @@ class MotionMap:
 
     def parameter(self, name: str) -> Array:
         """Return the value of a varied parameter for each solution."""
+        if not isinstance(name, str) or name not in self.grid:
+            reject("name", name, f"a varied parameter: {', '.join(self.grid)}")
         axis = list(self.grid).index(name)
         places = np.unravel_index(self.solutions["point"], self.shape)[axis]
         return np.asarray(self.grid[name][places])
