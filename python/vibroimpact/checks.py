@@ -262,8 +262,10 @@ def vector(name: str, values: Any) -> NDArray[np.float64]:
     """Return ``values`` as a one-dimensional float64 array of finite numbers."""
     array = array_of(name, values, "a one-dimensional array of finite numbers")
     if array.ndim != 1:
-        shown = f"{name} of shape {array.shape}" + ("" if array.ndim else f", {values!r},")
-        raise ParameterError(f"{shown} is not allowed; allowed: one dimension")
+        got = "" if array.ndim else f", got {values!r}"
+        raise ParameterError(
+            f"{name} of shape {array.shape} is not allowed; allowed: one dimension{got}"
+        )
     if array.dtype.kind not in "iuf" and array.size > 0:
         raise ParameterError(f"{name} of type {array.dtype} is not allowed; allowed: real numbers")
     result = as_floats(array)

@@ -17,10 +17,11 @@ Array = NDArray[np.float64]
 
 # Kinds of tests at which a motion ceases to be one with these legs.
 BORDERS = ("grazing", "regime_border", "chatter_onset", "contact_border")
-# All kinds of bifurcations on a branch.
+# All kinds of bifurcations; the last ones have codimension two, and lie on curves alone.
 KINDS = (
     *("saddle_node", "period_doubling", "neimark_sacker", "neutral_saddle", "branch_point"),
     *BORDERS,
+    *("cusp", "resonance_1_1", "resonance_1_2", "resonance_1_3", "resonance_1_4"),
 )
 # Names of the kinds of bifurcations as users see them.
 NAMES = {"fold": "saddle_node"}
@@ -183,7 +184,7 @@ class Branch:
         return np.concatenate([np.empty(0, bool), *(piece.stable for piece in self.pieces)])
 
     def of_kind(self, kind: str) -> list[Bifurcation]:
-        """Return the bifurcations of one kind, one of those that Bifurcation names.
+        """Return the bifurcations of one kind, such as ``"period_doubling"``.
 
         Raises
         ------

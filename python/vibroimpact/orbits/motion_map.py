@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..checks import axis, count, number, reject
 from ..errors import Interrupted, ParameterError
+from ..fixed_arrays import FixedArrays
 from ..system import NUMERIC_RANGES, System
 from .algebraic import Conditions, Parameters, conditions
 from .criterion import multipliers, paper_eigenvalues
@@ -45,7 +46,7 @@ MAX_POINTS = 10_000_000
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class MotionMap:
+class MotionMap(FixedArrays):
     """All period n-1 solutions over a grid of one or two parameters.
 
     Attributes
