@@ -1,33 +1,33 @@
 """Fuzz the public Python functions, guided by the coverage of the package's Python code (atheris).
 
-    python fuzz/python/entry.py [--runs N] [--seconds S] [--report FILE]
+    python fuzz/python/entry.py [--runs N] [--seconds S] [--report FILE] [--seed S] [--unguided]
 
 Each execution draws a function and its arguments from bytes (tests/python/drawn_calls.py): what
 comes is a typed error or a result whose numbers are numbers. An execution may take so many seconds
 of processor time; then it is interrupted as by Ctrl-C, which it must hear. The compiled core is not
-instrumented: its panics, hangs and NaN are found, but do not guide. Needs ``pip install atheris``.
-Findings do not stop it; each kind is printed once, with its bytes, and the exit code is 1.
+instrumented: its panics, hangs and NaN are found, but do not guide. Needs ``pip install atheris``,
+but for ``--unguided``: then the bytes are random, and an execution costs a fraction. Findings do
+not stop it; each kind is printed once, with its bytes, and the exit code is 1.
 """
 
 import argparse
 import collections
 import json
 import os
+import random
 import signal
 import sys
 import tempfile
 import time
 import traceback
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
-
-import atheris
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "python"))
-with atheris.instrument_imports(include=["vibroimpact"]):
-    from drawn_calls import calls, execute
 
 # Bytes of the longest input: a number takes at most nine.
 LONGEST = 200
@@ -40,8 +40,9 @@ HANGS = 120
 class Record:
     """What was executed, what came of it, and how much memory it took."""
 
-    def __init__(self, runs: int, seconds: float, report: Path | None) -> None:
-        self.runs, self.seconds, self.report = runs, seconds, report
+    def __init__(self, options: argparse.Namespace, execute: Callable[[bytes], Any]) -> None:
+        self.runs, self.seconds, self.report = options.runs, options.seconds, options.report
+        self.execute, self.guided = execute, not options.unguided
         self.counts: dict[str, collections.Counter[str]] = collections.defaultdict(
             collections.Counter
         )
@@ -56,7 +57,7 @@ class Record:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                name, outcome = execute(data)
+                name, outcome = self.execute(data)
             self.counts[name][outcome] += 1
         except KeyboardInterrupt:
             self.slow[data.hex()] += 1
@@ -87,7 +88,7 @@ class Record:
             "executions": self.done,
             "seconds": round(time.monotonic() - self.began),
             "functions": sum(1 for _ in self.counts),
-            "of": len(calls()),
+            "guided": self.guided,
             "outcomes": sum(self.counts.values(), collections.Counter()),
             "interrupted": sum(self.slow.values()),
             "findings": len(self.findings),
@@ -115,10 +116,22 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=5.0)
     parser.add_argument("--report", type=Path)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--unguided", action="store_true")
     options = parser.parse_args()
-    record = Record(options.runs, options.seconds, options.report)
-    calls()  # what is common to all of them
     signal.signal(signal.SIGVTALRM, interrupt)
+    if options.unguided:
+        from drawn_calls import calls, execute
+
+        calls()  # what is common to all of them
+        record, draw = Record(options, execute), random.Random(options.seed)
+        while True:
+            record.one(draw.randbytes(draw.randrange(LONGEST)))
+    import atheris
+
+    with atheris.instrument_imports(include=["vibroimpact"]):
+        from drawn_calls import calls, execute
+    calls()
+    record = Record(options, execute)
     limits = [f"-max_len={LONGEST}", f"-timeout={HANGS}", "-len_control=0", "-rss_limit_mb=4096"]
     limits += [f"-report_slow_units={HANGS}", f"-artifact_prefix={tempfile.gettempdir()}/"]
     # More than are wanted: those of libFuzzer itself count, too.

@@ -147,16 +147,17 @@ def _limited(call: Call, changes: dict[str, Any]) -> dict[str, Any]:
     if isinstance(system, vi.System) and not is_short(system):
         changes["system"] = call.arguments["system"]
     if call.function in (vi.periodic_motion, vi.search_motions):
-        # Newton's method on motions of many periods, or with much chatter, takes seconds.
-        changes.pop("periods", None)
-        if call.function is vi.search_motions:
-            changes.pop("system", None)
+        # Newton's method on motions of many periods, or with many impacts, takes seconds.
+        for name in ("periods", "system"):
+            changes.pop(name, None)
     for name, value in [*changes.items()]:
         fast = name in ("x1", "v1", "initial", "starts", "drive_frequency", "time", "length")
         if not fast or isinstance(value, str | bytes | dict | set):
             continue
         with contextlib.suppress(TypeError, ValueError, OverflowError):
-            numbers = np.abs(np.asarray(value, np.float64)[np.isfinite(np.asarray(value, float))])
+            with np.errstate(over="ignore"):
+                numbers = np.abs(np.asarray(value, np.float64))
+            numbers = numbers[np.isfinite(numbers)]
             slow = name == "drive_frequency" and (numbers[numbers > 0.0] < 0.05).any()
             if slow or (numbers > 50.0).any():
                 del changes[name]
@@ -169,7 +170,7 @@ def execute(data: bytes) -> tuple[str, str]:
     ends: tuple[type[Exception], ...] = ENDS
     if any(call.kinds[argument].startswith("path") for argument in changes):
         ends = (*ends, OSError, ValueError)
-    with contextlib.chdir(_folder()), np.errstate(all="ignore"):
+    with contextlib.chdir(_folder()):
         try:
             result = call(**changes)
         except ends as error:
