@@ -29,7 +29,7 @@ SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
 .PHONY: help figures claims gallery errata test reference lint bench instructions instructions-update stress docs ci audit clean
-.PHONY: wheel wheel-test audit-deps
+.PHONY: wheel wheel-test audit-deps fuzz-python
 
 help:
 	@echo 'make figures  draw the figures of the paper and write the table of claims into $(OUT)/'
@@ -42,6 +42,7 @@ help:
 	@echo 'make bench    all benchmarks: criterion, the bars, savings, run time against error beside other solvers'
 	@echo 'make instructions  instruction counts of the hot kernels against the committed ones (valgrind)'
 	@echo 'make stress   errors at the ends of every range, and over very long runs'
+	@echo 'make fuzz-python  a hundred thousand calls from Python with any arguments, guided by coverage; RUNS=... for more'
 	@echo 'make audit    a million random flights against an independent dense search'
 	@echo 'make docs     build the documentation site, Python and Rust reference included, into site/'
 	@echo 'make wheel    a wheel for Linux and an sdist into $(DIST)/, with their sizes'
@@ -116,6 +117,12 @@ stress: $(INSTALLED)
 
 audit:
 	cargo run --locked --release --example contact_audit
+
+RUNS ?= 100000
+
+fuzz-python: $(INSTALLED)
+	$(BIN)/python -m pip install --quiet atheris
+	$(BIN)/python fuzz/python/entry.py --runs $(RUNS)
 
 # From nothing each time, or pages that are no more would stay.
 docs: $(SITE_TOOLS)

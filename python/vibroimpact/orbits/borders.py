@@ -179,7 +179,7 @@ def bifurcation_curve(
         ``neimark_sacker``, ``grazing``, ``regime_border``, ``contact_border``, ``chatter_onset``;
         or a point of codimension two of one of these kinds, for the other curve through it.
     step, max_step
-        First and largest step, as part of the ranges and of the motion's size.
+        First and largest step, as part of the ranges and of the motion's size, at most 1000.
     max_points
         Cap on the points of each direction.
     parameters

@@ -161,7 +161,7 @@ def stability_region(
     motion
         A stable motion.
     step, max_step
-        First and largest step, as part of the ranges and of the motion's size.
+        First and largest step, as part of the ranges and of the motion's size, at most 1000.
     max_points
         Cap on the points of each curve.
     parameters
