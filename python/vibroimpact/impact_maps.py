@@ -175,7 +175,8 @@ class ImpactAgreement(FixedArrays):
     difference
         The larger absolute difference, of x1' or of x2', after the impact, relative to u: its mean
         over the impacts of a regime and over eight numbers of steps within 10 % (where in a step
-        an impact ends is chance), shape (l, 6, k), by value of ``Regime``; NaN without impacts.
+        an impact ends is chance), shape (l, 6, k), by value of ``Regime``; NaN without impacts, and
+        where the steps leave the range of floats (mass ratios near 1e-300).
     impacts
         Number of impacts of each regime, the same under every law, shape (6,).
     """

@@ -96,7 +96,9 @@ def _(regimes: vi.ImpactRegimes) -> None:
 
 @assert_complete.register
 def _(agreement: vi.ImpactAgreement) -> None:
-    assert_finite(agreement.difference[:, agreement.impacts > 0], "difference")
+    # The steps towards an impulse beyond the range of floats have no outcome.
+    if not 0.0 < agreement.system.mass_ratio < 1e-200:
+        assert_finite(agreement.difference[:, agreement.impacts > 0], "difference")
 
 
 @assert_complete.register

@@ -146,8 +146,9 @@ def _limited(call: Call, changes: dict[str, Any]) -> dict[str, Any]:
     system = given.get("system")
     if isinstance(system, vi.System) and not is_short(system):
         changes["system"] = call.arguments["system"]
-    if call.function in (vi.periodic_motion, vi.search_motions):
-        # Newton's method on motions of many periods, or with many impacts, takes seconds.
+    if call.function in (vi.periodic_motion, vi.search_motions, vi.periodic_motions):
+        # Newton's method on motions of many periods or impacts takes seconds, and so do intervals
+        # where no number is told from zero.
         for name in ("periods", "system"):
             changes.pop(name, None)
     for name, value in [*changes.items()]:
