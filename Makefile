@@ -28,8 +28,8 @@ INSTALLED := $(VENV)/.installed
 SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
-.PHONY: help figures claims gallery errata test reference lint bench instructions instructions-update stress docs ci audit fuzz clean
-.PHONY: wheel wheel-test audit-deps
+.PHONY: help figures claims gallery errata test reference lint bench instructions instructions-update stress docs ci audit clean
+.PHONY: wheel wheel-test audit-deps fuzz fuzz-python
 
 help:
 	@echo 'make figures  draw the figures of the paper and write the table of claims into $(OUT)/'
@@ -44,6 +44,7 @@ help:
 	@echo 'make stress   errors at the ends of every range, and over very long runs'
 	@echo 'make audit    a million random flights against an independent dense search'
 	@echo 'make fuzz     coverage-guided fuzzing of the Rust library; RUNS= and SECONDS_EACH= for each target, TARGETS='
+	@echo 'make fuzz-python  a hundred thousand calls from Python with any arguments, guided by coverage; RUNS=... for more'
 	@echo 'make docs     build the documentation site, Python and Rust reference included, into site/'
 	@echo 'make wheel    a wheel for Linux and an sdist into $(DIST)/, with their sizes'
 	@echo 'make wheel-test  both installed in fresh environments, the wheel without Rust, and tested there'
@@ -124,6 +125,10 @@ SECONDS_EACH ?= 60
 
 fuzz: | check-tools
 	$(PYTHON) fuzz/run.py --runs $(RUNS) --seconds $(SECONDS_EACH) $(TARGETS)
+
+fuzz-python: $(INSTALLED)
+	$(BIN)/python -m pip install --quiet atheris
+	$(BIN)/python fuzz/python/entry.py --runs $(RUNS)
 
 # From nothing each time, or pages that are no more would stay.
 docs: $(SITE_TOOLS)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from .checks import path as checked_path
 from .whole_file import whole_file
 
 _Result = TypeVar("_Result")
@@ -51,6 +52,7 @@ def write(
     OSError
         If it cannot be written; what stood there before is as it was.
     """
+    path = checked_path("path", path)
     text = json.dumps(
         {
             "format": FORMAT,
@@ -74,6 +76,7 @@ def read(path: str | os.PathLike[str], builders: Mapping[str, Builder[_Result]])
         If the file is damaged, was made by something else or by another version, or holds a kind
         without a builder.
     """
+    path = checked_path("path", path)
     with open(path, "rb") as file:
         try:
             # Before anything is made of its bytes: NumPy parses headers while it reads them.

@@ -7,7 +7,8 @@ finiteness, so that nothing starts before every argument is known to be usable.
 import functools
 import inspect
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from numbers import Integral, Real
 from typing import Any, NamedTuple, NoReturn, ParamSpec, TypeVar
 
@@ -69,6 +70,29 @@ def count(name: str, value: Any, *, least: int, most: int = MOST) -> int:
     if not least <= result <= most:
         reject(name, value, f"an integer from {least} to {most}" if result > most else allowed)
     return result
+
+
+def pair(name: str, value: Any, allowed: str) -> tuple[Any, Any]:
+    """Return the two entries of a pair, which has an order and is no text."""
+    if isinstance(value, str | bytes | bytearray | Mapping | Set):
+        reject(name, value, allowed)
+    try:
+        first, second = value
+    except (TypeError, ValueError):
+        reject(name, value, allowed)
+    return first, second
+
+
+def path(name: str, value: Any, what: str = "the path of a file") -> str:
+    """Return a path as text.
+
+    A number is none, though ``open`` takes it for a file that is open already, and closes it.
+    """
+    allowed = f"{what}, as str or os.PathLike"
+    text = os.fspath(value) if isinstance(value, str | os.PathLike) else None
+    if not isinstance(text, str) or not text or "\0" in text:
+        reject(name, value, allowed)
+    return text
 
 
 def optional_count(name: str, value: Any, *, least: int, most: int = MOST) -> int | None:
@@ -183,24 +207,35 @@ def as_floats(array: NDArray[Any]) -> NDArray[np.float64]:
         return array.astype(np.float64) + 0.0
 
 
-def states(initial: Any) -> NDArray[np.float64]:
+def array_of(
+    name: str, given: Any, allowed: str, *, error: type[ValueError] = ParameterError
+) -> NDArray[Any]:
+    """Return what is given as an array, of any type and shape, but neither ragged nor masked."""
+    refusal = f"{name} = {given!r} is not allowed; allowed: {allowed}"
+    if np.ma.is_masked(given):
+        raise error(f"{refusal}, without a mask")
+    try:
+        return np.asarray(given)
+    except ValueError as ragged:
+        raise error(refusal) from ragged
+
+
+def states(initial: Any, name: str = "initial") -> NDArray[np.float64]:
     """Return initial states as float64 of shape (4,) or (k, 4), all finite."""
     wanted = "(x1, v1, x2, v2) of shape (4,), or (k, 4) for several"
-    try:
-        array = np.asarray(initial)
-    except ValueError as error:  # a ragged nesting
-        raise StateError(f"initial = {initial!r} is not allowed; allowed: {wanted}") from error
+    array = array_of(name, initial, wanted, error=StateError)
     if array.shape != (4,) and (array.ndim != 2 or array.shape[1] != 4):
-        raise StateError(f"initial of shape {array.shape} is not allowed; allowed: {wanted}")
+        shown = f"{name} of shape {array.shape}" if array.ndim else f"{name} = {initial!r}"
+        raise StateError(f"{shown} is not allowed; allowed: {wanted}")
     if array.dtype.kind not in "iuf":
-        raise StateError(f"initial = {initial!r} is not allowed; allowed: finite numbers {wanted}")
+        raise StateError(f"{name} = {initial!r} is not allowed; allowed: finite numbers {wanted}")
     result = as_floats(array)
     finite = np.isfinite(result).reshape(-1, 4).all(axis=1)
     if not finite.all():
         row = int(np.argmin(finite))
         bad = tuple(result.reshape(-1, 4)[row].tolist())
         where = "" if result.ndim == 1 else f" (row {row})"
-        raise StateError(f"initial = {bad}{where} is not allowed; allowed: finite numbers")
+        raise StateError(f"{name} = {bad}{where} is not allowed; allowed: finite numbers")
     return result
 
 
@@ -225,15 +260,11 @@ def axis(name: str, values: Any) -> NDArray[np.float64]:
 
 def vector(name: str, values: Any) -> NDArray[np.float64]:
     """Return ``values`` as a one-dimensional float64 array of finite numbers."""
-    if np.ma.is_masked(values):
-        reject(name, values, "numbers without a mask")
-    try:
-        array = np.asarray(values)
-    except ValueError:  # a ragged nesting
-        reject(name, values, "a one-dimensional array of finite numbers")
+    array = array_of(name, values, "a one-dimensional array of finite numbers")
     if array.ndim != 1:
+        got = "" if array.ndim else f", got {values!r}"
         raise ParameterError(
-            f"{name} of shape {array.shape} is not allowed; allowed: one dimension"
+            f"{name} of shape {array.shape} is not allowed; allowed: one dimension{got}"
         )
     if array.dtype.kind not in "iuf" and array.size > 0:
         raise ParameterError(f"{name} of type {array.dtype} is not allowed; allowed: real numbers")

@@ -6,6 +6,7 @@ from . import archive
 from .atlas import RESULTS, Basins, GridResult, open_columns
 from .atlas.basin_files import basins_from_parts
 from .atlas.merge import is_refined, open_levels
+from .checks import path as checked_path
 from .results import Run
 
 
@@ -19,6 +20,7 @@ def load(path: str | os.PathLike[str]) -> Run | GridResult | Basins:
     ValueError
         If it is damaged, or was written by something else or by another version.
     """
+    path = checked_path("path", path)
     if os.path.isdir(path):
         columns = open_levels(path) if is_refined(path) else open_columns(path)
         kind = columns.layout.kind

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .checks import axis, count, reject
 from .errors import Interrupted
+from .fixed_arrays import FixedArrays
 from .impacts import MOST_STEPS, impact
 from .system import System
 
@@ -30,7 +31,7 @@ _MARGIN = 1.25
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class ImpactRegimes:
+class ImpactRegimes(FixedArrays):
     """What every impact of a system does, on a grid; all arrays are read-only.
 
     The laws are homogeneous: twice the velocities, twice the outcome. So the angle x1 and the
@@ -159,7 +160,7 @@ def _widest_ratio(system: System) -> float:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class ImpactAgreement:
+class ImpactAgreement(FixedArrays):
     """How far the exact walk and the incremental-impulse integrator are apart; read-only arrays.
 
     Attributes
@@ -174,7 +175,8 @@ class ImpactAgreement:
     difference
         The larger absolute difference, of x1' or of x2', after the impact, relative to u: its mean
         over the impacts of a regime and over eight numbers of steps within 10 % (where in a step
-        an impact ends is chance), shape (l, 6, k), by value of ``Regime``; NaN without impacts.
+        an impact ends is chance), shape (l, 6, k), by value of ``Regime``; NaN without impacts, and
+        where the steps leave the range of floats (mass ratios near 1e-300).
     impacts
         Number of impacts of each regime, the same under every law, shape (6,).
     """

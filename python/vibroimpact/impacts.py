@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .checks import as_floats, optional_count, reject
+from .checks import array_of, as_floats, optional_count, reject
 from .errors import ParameterError, StateError
 from .system import System
 
@@ -78,10 +78,7 @@ def impact(
 
 
 def _numbers(name: str, value: Any) -> NDArray[np.float64]:
-    try:
-        array = np.asarray(value)
-    except ValueError:  # a ragged nesting
-        reject(name, value, "a number or an array of numbers")
+    array = array_of(name, value, "a number or an array of numbers")
     if array.dtype.kind not in "iuf":
         reject(name, value, "a number or an array of numbers")
     result = as_floats(array)

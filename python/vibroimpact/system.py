@@ -15,7 +15,7 @@ from functools import cached_property
 from typing import Any, Self
 
 from . import _core
-from .checks import close_to, naming, number, reject
+from .checks import close_to, naming, number, pair, reject
 from .errors import ParameterError
 from .physical import dimensionless
 
@@ -128,9 +128,14 @@ class System:
         damping: tuple[float, float] | None = None,
     ) -> None:
         if damping is not None:
-            if pendulum_damping != 0.0 or oscillator_damping != 0.0:
-                reject("damping", damping, "None beside pendulum_damping or oscillator_damping")
-            pendulum_damping, oscillator_damping = _pair(damping)
+            for name, value in (
+                ("pendulum_damping", pendulum_damping),
+                ("oscillator_damping", oscillator_damping),
+            ):
+                if number(name, value, NUMERIC_RANGES[name]) != 0.0:
+                    reject("damping", damping, f"None beside {name} = {value!r}")
+            wanted = "a pair (pendulum_damping, oscillator_damping)"
+            pendulum_damping, oscillator_damping = pair("damping", damping, wanted)
         numbers = {
             "mass_ratio": mass_ratio,
             "frequency_ratio": frequency_ratio,
@@ -295,11 +300,3 @@ class System:
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle and copy through the fields, so that a copy is validated like any other."""
         return type(self).from_dict, (self.to_dict(),)
-
-
-def _pair(damping: Any) -> tuple[float, float]:
-    try:
-        pendulum, oscillator = damping
-    except (TypeError, ValueError):
-        reject("damping", damping, "a pair (pendulum_damping, oscillator_damping)")
-    return pendulum, oscillator

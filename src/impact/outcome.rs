@@ -109,12 +109,19 @@ impl ImpactOutcome {
             effective_restitution: f64::NAN,
         };
         let finite = |impact: &Impact| {
-            let energies = [impact.energy_loss, impact.friction_loss];
-            [impact.v1_post, impact.v2_post, impact.separation_velocity, impact.impulse_normal]
-                .iter()
-                .chain(&[impact.impulse_tangential, impact.effective_restitution()])
-                .chain(&energies)
-                .all(|value| value.is_finite())
+            // Energies are squares, and the first to leave the range of numbers.
+            [
+                impact.v1_post,
+                impact.v2_post,
+                impact.separation_velocity,
+                impact.impulse_normal,
+                impact.impulse_tangential,
+                impact.energy_loss,
+                impact.friction_loss,
+                impact.effective_restitution(),
+            ]
+            .iter()
+            .all(|value| value.is_finite())
         };
         let Some(impact) = impact.ok().filter(finite) else { return before };
         Self {

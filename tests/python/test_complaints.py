@@ -2,6 +2,7 @@
 
 import importlib.machinery
 import math
+import re
 import tomllib
 from pathlib import Path
 
@@ -224,3 +225,11 @@ def test_the_package_is_not_tied_to_the_versions_of_its_day():
     for needed in (project["requires-python"], *project["dependencies"]):
         assert "<" not in needed
         assert "==" not in needed
+
+
+def test_every_complaint_stands_on_the_page_with_its_test():
+    page = (repository.root() / "docs" / "robustness.md").read_text(encoding="utf-8")
+    table = page.split("## What users of others complain of", 1)[1]
+    named = set(re.findall(r"`(test_\w+)` \|$", table, re.M))
+    here = {name for name in globals() if name.startswith("test_")}
+    assert named == here - {"test_every_complaint_stands_on_the_page_with_its_test"}

@@ -461,7 +461,7 @@ def test_trajectory_is_that_of_a_simulation(known):
             "drive_frequency",
         ),
         (lambda s: vi.search_motions(s, starts=0), "starts"),
-        (lambda s: vi.search_motions(s, starts=[(0, 0, math.inf, 0)]), "initial"),
+        (lambda s: vi.search_motions(s, starts=[(0, 0, math.inf, 0)]), "starts"),
         (lambda s: vi.search_motions(s, starts=3, periods=1), "periods"),
         (lambda s: vi.search_motions(s, starts=3, seed=-1), "seed"),
     ],

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import count, reject
+from ..checks import array_of, count, reject
 
 Labels = NDArray[np.integer]
 
@@ -133,7 +133,10 @@ def uncertainty_exponent(
         powers = 2 ** np.arange(31)
         chosen = powers[powers <= max(shortest // 8, 1)]
     else:
-        given = np.atleast_1d(np.asarray(steps)).ravel().tolist()
+        wanted = "whole numbers, at least one"
+        given = np.atleast_1d(array_of("steps", steps, wanted)).ravel().tolist()
+        if not given:
+            reject("steps", steps, wanted)
         chosen = np.array([count("steps", k, least=1, most=(shortest - 1) // 2) for k in given])
     cells, uncertain = _tally(labels, chosen)
     whole = uncertain.sum(axis=1)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..fixed_arrays import FixedArrays
 from ..results import read_only
 from ..system import System
 from .attractors import Attractor
@@ -48,7 +49,7 @@ class BasinSettings:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Basins:
+class Basins(FixedArrays):
     """Basins of attraction over a grid of a x b initial states; all arrays are read-only.
 
     Attributes

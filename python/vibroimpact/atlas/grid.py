@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..checks import reject, vector
+from ..fixed_arrays import FixedArrays
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class Grid(FixedArrays):
     """All combinations of the values of named axes.
 
     Parameters

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _core
 from ..checks import count, flag, kept_periods, positive, reject, state, threads
 from ..errors import Interrupted, SimulationError
+from ..fixed_arrays import FixedArrays
 from ..simulation import simulate
 from ..system import System
 from .cells import CellTask, RunSettings, checked_axes
@@ -34,7 +35,7 @@ _STEPS = 1000
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LyapunovSpectrum:
+class LyapunovSpectrum(FixedArrays):
     """The four Lyapunov exponents of a motion, per unit time, natural logarithm; read-only arrays.
 
     They are those of the state at fixed time. The phase of the drive is a fifth coordinate with the

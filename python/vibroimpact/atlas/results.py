@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core, archive
+from ..checks import path as checked_path
 from ..results import read_only
 from ..system import System
 from .columns import Columns, Memory, to_dataset
@@ -143,6 +144,7 @@ class GridResult:
         ValueError
             If it is damaged, foreign, or holds something else.
         """
+        path = checked_path("path", path)
         if os.path.isdir(path):
             columns = open_columns(path)
             if columns.layout.kind != cls.kind:

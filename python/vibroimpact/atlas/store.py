@@ -18,6 +18,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..checks import path as checked_path
 from ..checks import reject
 from ..errors import ParameterError
 from ..whole_file import remedy
@@ -55,8 +56,7 @@ class Store:
     """
 
     def __init__(self, path: str | os.PathLike[str], layout: Layout, tiling: Tiling) -> None:
-        if not isinstance(path, str | os.PathLike):
-            reject("store", path, "the path of a directory")
+        path = checked_path("store", path, "the path of a directory")
         zarr_module()
         self.path = Path(path).absolute()
         self.layout = layout
@@ -337,9 +337,7 @@ def folder_of_stores(store: Any, names: str, kind: str) -> Path | None:
     """
     if store is None:
         return None
-    if not isinstance(store, str | os.PathLike):
-        reject("store", store, "the path of a directory")
-    path = Path(store)
+    path = Path(checked_path("store", store, "the path of a directory"))
     new = not path.exists()
     ours = path.is_dir() and all(re.fullmatch(names, found.name) for found in path.iterdir())
     if not (new and path.absolute().parent.is_dir()) and not ours:

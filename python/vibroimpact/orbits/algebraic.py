@@ -176,6 +176,8 @@ class Conditions:
         return x1, Interval(one), Interval(0.0 * one)
 
 
+# Beyond the range of floats an interval is everything, or NaN, which nothing is told from.
+@np.errstate(over="ignore", invalid="ignore")
 def conditions(parameters: Parameters) -> Conditions:
     """Enclose the coefficients of F for every system.
 

@@ -25,7 +25,7 @@ from .friction import with_friction
 from .motion import PeriodicMotion, motion_of, primitive
 from .path import INTERRUPTED, Path, Point, SpecialPoint, path_so_far
 from .problem import OrbitProblem
-from .ranges import Bounds, two_ranges
+from .ranges import LONGEST_STEP, Bounds, two_ranges
 from .resegment import beside, parsed, spared
 
 Array = NDArray[np.float64]
@@ -150,11 +150,14 @@ class CurveSteps:
     @classmethod
     def checked(cls, step: float, max_step: float, max_points: int) -> "CurveSteps":
         """Check what a caller gives."""
-        first = positive("step", step)
+        first, largest = positive("step", step), positive("max_step", max_step)
+        for name, value in (("step", first), ("max_step", largest)):
+            if value > LONGEST_STEP:
+                reject(name, value, f"a number > 0, at most {LONGEST_STEP:g}")
         return cls(
             step=first,
             min_step=min(1e-9, first),
-            max_step=max(first, positive("max_step", max_step)),
+            max_step=max(first, largest),
             max_points=count("max_points", max_points, least=2),
         )
 
@@ -176,7 +179,7 @@ def bifurcation_curve(
         ``neimark_sacker``, ``grazing``, ``regime_border``, ``contact_border``, ``chatter_onset``;
         or a point of codimension two of one of these kinds, for the other curve through it.
     step, max_step
-        First and largest step, as part of the ranges and of the motion's size.
+        First and largest step, as part of the ranges and of the motion's size, at most 1000.
     max_points
         Cap on the points of each direction.
     parameters

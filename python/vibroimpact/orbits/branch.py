@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..checks import close_to, reject
 from ..system import System
 from .motion import NEUTRAL, PeriodicMotion, motion_of
 from .path import SpecialPoint
@@ -16,6 +17,12 @@ Array = NDArray[np.float64]
 
 # Kinds of tests at which a motion ceases to be one with these legs.
 BORDERS = ("grazing", "regime_border", "chatter_onset", "contact_border")
+# All kinds of bifurcations; the last ones have codimension two, and lie on curves alone.
+KINDS = (
+    *("saddle_node", "period_doubling", "neimark_sacker", "neutral_saddle", "branch_point"),
+    *BORDERS,
+    *("cusp", "resonance_1_1", "resonance_1_2", "resonance_1_3", "resonance_1_4"),
+)
 # Names of the kinds of bifurcations as users see them.
 NAMES = {"fold": "saddle_node"}
 
@@ -177,7 +184,16 @@ class Branch:
         return np.concatenate([np.empty(0, bool), *(piece.stable for piece in self.pieces)])
 
     def of_kind(self, kind: str) -> list[Bifurcation]:
-        """Return the bifurcations of one kind."""
+        """Return the bifurcations of one kind, such as ``"period_doubling"``.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such kind.
+        """
+        if not isinstance(kind, str) or kind not in KINDS:
+            hint = close_to(kind, KINDS) if isinstance(kind, str) else ""
+            reject("kind", kind, f"one of {', '.join(KINDS)}{hint}")
         return [found for found in self.bifurcations if found.kind == kind]
 
     def __repr__(self) -> str:

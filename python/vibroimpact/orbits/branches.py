@@ -41,8 +41,8 @@ def follow_motion(
     both, direction
         Follow it both ways, or only the way on which the parameter first grows (1) or falls (-1).
     step, max_step
-        First and largest step, as part of the range and of the motion's size; the first is 0.01
-        or ``max_step``, if that is smaller.
+        First and largest step, as part of the range and of the motion's size, at most 1000; the
+        first is 0.01 or ``max_step``, if that is smaller.
     max_points
         Cap on the points of each direction.
     virtual

@@ -19,6 +19,7 @@ from .motion import motion_of
 from .newton import solve
 from .path import INTERRUPTED, Path, Point, SpecialPoint, path_so_far
 from .problem import OrbitProblem
+from .ranges import LONGEST_STEP
 from .resegment import Crossing, beyond
 from .shooting import same_orbit
 
@@ -67,6 +68,8 @@ class Settings:
     ) -> "Settings":
         """Check what a caller gives."""
         largest = positive("max_step", max_step)
+        if largest > LONGEST_STEP:
+            reject("max_step", max_step, f"a number > 0, at most {LONGEST_STEP:g}")
         first = min(DEFAULT_STEP, largest) if step is None else positive("step", step)
         if not MIN_STEP <= first <= largest:
             reject("step", step, f"a number from {MIN_STEP} to max_step = {largest}")

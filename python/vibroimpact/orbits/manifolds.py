@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from ..checks import count, number, positive, reject
 from ..errors import Interrupted
+from ..fixed_arrays import FixedArrays
 from ..system import System
 from .manifold_growth import Curve, Limits, first_piece
 from .motion import PeriodicMotion
@@ -32,7 +33,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ManifoldSide:
+class ManifoldSide(FixedArrays):
     """One side of an unstable manifold.
 
     Attributes
@@ -84,7 +85,7 @@ class ManifoldSide:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class UnstableManifold:
+class UnstableManifold(FixedArrays):
     """The unstable manifold of a saddle on a stroboscopic section.
 
     Attributes

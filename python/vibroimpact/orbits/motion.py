@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from ..checks import vector
+from ..fixed_arrays import FixedArrays
 from ..simulation import simulate
 from ..system import System
 
@@ -55,7 +56,7 @@ MAX_EVENTS = 100_000
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PeriodicMotion:
+class PeriodicMotion(FixedArrays):
     """A solution of the conditions of periodicity, and whether it is a motion.
 
     Attributes

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..checks import axis, count, number, reject
 from ..errors import Interrupted, ParameterError
+from ..fixed_arrays import FixedArrays
 from ..system import NUMERIC_RANGES, System
 from .algebraic import Conditions, Parameters, conditions
 from .criterion import multipliers, paper_eigenvalues
@@ -45,7 +46,7 @@ MAX_POINTS = 10_000_000
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class MotionMap:
+class MotionMap(FixedArrays):
     """All period n-1 solutions over a grid of one or two parameters.
 
     Attributes
@@ -88,6 +89,8 @@ class MotionMap:
 
     def parameter(self, name: str) -> Array:
         """Return the value of a varied parameter for each solution."""
+        if not isinstance(name, str) or name not in self.grid:
+            reject("name", name, f"a varied parameter: {', '.join(self.grid)}")
         axis = list(self.grid).index(name)
         places = np.unravel_index(self.solutions["point"], self.shape)[axis]
         return np.asarray(self.grid[name][places])

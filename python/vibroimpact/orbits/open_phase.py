@@ -29,6 +29,12 @@ TINY = 1e-300
 FIRST = np.zeros(1, dtype=np.int64)
 
 
+def is_finite(equations: Conditions, box: Interval) -> bool:
+    """Whether the conditions at all x1 of a box of shape (1,) have floats for numbers."""
+    matrix, rhs = _scaled(equations, box, _units(equations))
+    return all(np.isfinite(ends).all() for ends in (matrix.lo, matrix.hi, rhs.lo, rhs.hi))
+
+
 def is_open(equations: Conditions, x1: float) -> bool:
     """Whether (31) is singular at x1 to rounding."""
     matrix, _ = _scaled(equations, Interval(np.array([x1])), _units(equations))

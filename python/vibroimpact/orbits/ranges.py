@@ -3,9 +3,14 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ..checks import number, reject
+from ..checks import number, pair, reject
 from ..errors import ParameterError
 from ..system import NUMERIC_RANGES, System
+
+# Ends of a range at the most: their products and squares are to be floats.
+WIDEST = 1e100
+# The longest step, as part of the ranges: from there it is halved until it fits.
+LONGEST_STEP = 1000.0
 
 Range = tuple[float, float]
 Bounds = tuple[Range, Range]
@@ -35,12 +40,9 @@ def range_around(system: System, name: str, bounds: Any) -> Range:
     if name not in NUMERIC_RANGES:
         reject("parameter", name, f"one of {', '.join(NUMERIC_RANGES)}")
     value = getattr(system, name)
-    allowed = f"a range (low, high) of finite numbers around {value}"
-    try:
-        low, high = bounds
-    except (TypeError, ValueError):
-        reject(name, bounds, allowed)
+    allowed = f"a range (low, high) around {value}, within +-{WIDEST:g}"
+    low, high = pair(name, bounds, allowed)
     low, high = number(name, low, allowed), number(name, high, allowed)
-    if not low <= value <= high or low == high:
+    if not -WIDEST <= low <= value <= high <= WIDEST or low == high:
         reject(name, (low, high), allowed)
     return low, high

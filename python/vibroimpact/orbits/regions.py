@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import number, reject
+from ..checks import array_of, as_floats, number, reject
 from ..errors import Interrupted
 from .border_walk import Walk
 from .borders import BifurcationCurve, CurveSteps
@@ -93,9 +93,13 @@ class StabilityRegion:
         -------
         array of int, shape (k,)
         """
-        points = np.asarray(values, dtype=np.float64)
-        if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
-            reject("values", values, "finite numbers of shape (k, 2)")
+        wanted = "finite numbers of shape (k, 2)"
+        given = array_of("values", values, wanted)
+        if given.ndim != 2 or given.shape[1] != 2 or given.dtype.kind not in "iuf":
+            reject("values", values, wanted)
+        points = as_floats(given)
+        if not np.isfinite(points).all():
+            reject("values", values, wanted)
         a, b = self.border, np.roll(self.border, -1, axis=0)
         x, y = points[:, :1], points[:, 1:]
         # The winding number: a ray to the right counts the border upwards and downwards.
@@ -157,7 +161,7 @@ def stability_region(
     motion
         A stable motion.
     step, max_step
-        First and largest step, as part of the ranges and of the motion's size.
+        First and largest step, as part of the ranges and of the motion's size, at most 1000.
     max_points
         Cap on the points of each curve.
     parameters

@@ -225,7 +225,9 @@ def search_motions(
         number = count("starts", starts, least=1, most=1_000_000)
         begins = _random_starts(system, number, count("seed", seed, least=0))
     else:
-        begins = np.atleast_2d(states(starts))
+        begins = np.atleast_2d(states(starts, "starts"))
+        if not len(begins):
+            reject("starts", starts, "at least one initial state")
         for begin in begins.tolist():
             _core.simulate(system._compiled, begin, time=0.0)  # refuses what does not fit
     motions: list[PeriodicMotion] = []

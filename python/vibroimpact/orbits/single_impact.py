@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..checks import count, number, reject
+from ..checks import count, number, pair, reject
 from ..errors import Interrupted
 from ..system import System
 from .algebraic import Conditions, Parameters, conditions
 from .criterion import paper_eigenvalues
 from .intervals import Interval
 from .motion import PeriodicMotion, motion_of
-from .open_phase import cuts, is_open
+from .open_phase import cuts, is_finite, is_open
 from .shooting import solve_orbit
 from .solutions import LARGEST_ANGLE, Solutions, lost, reach_of, solve_many, states_before
 
@@ -185,6 +185,8 @@ def periodic_motions(
     return result()
 
 
+# Beyond the range of floats an interval is everything, or NaN, which nothing is told from.
+@np.errstate(over="ignore", invalid="ignore")
 def motions_in(
     system: System, equations: Conditions, box: Interval, state: State
 ) -> tuple[list[PeriodicMotion], str]:
@@ -247,6 +249,8 @@ def _state(found: Solutions, k: int) -> State:
 
 def _decided(equations: Conditions, box: Interval) -> tuple[list[State], str]:
     """Return the solutions in a box in which F has no simple root, and why it is undecided."""
+    if not is_finite(equations, box):
+        return [], "numbers beyond the range of floats"
     if not is_open(equations, float(box.middle[0])):
         return [], "a double root, or two roots too close to tell apart"
     points, complete = cuts(equations, box)
@@ -267,11 +271,8 @@ def _in(box: Interval, x1: float) -> bool:
 def limits_of(within: Any) -> tuple[float, float]:
     """Check an interval of x1."""
     allowed = f"a pair (lo, hi) of angles, lo < hi <= lo + {2.0 * LARGEST_ANGLE:g}"
-    try:
-        lo, hi = (number("within", end, allowed) for end in within)
-    except (TypeError, ValueError):
-        reject("within", within, allowed)
-    if not (math.isfinite(lo) and math.isfinite(hi) and lo < hi and hi - lo <= 2.0 * LARGEST_ANGLE):
+    lo, hi = (number("within", end, allowed) for end in pair("within", within, allowed))
+    if not (lo < hi and hi - lo <= 2.0 * LARGEST_ANGLE):
         reject("within", within, allowed)
     return lo, hi
 

@@ -82,6 +82,8 @@ class Reach:
     note: str
 
 
+# Beyond the range of floats an interval is everything, or NaN, which nothing is told from.
+@np.errstate(over="ignore", invalid="ignore")
 def solve_many(equations: Conditions, lo: Array, hi: Array) -> Solutions:
     """Isolate all solutions of many systems with x1 in [lo, hi], one interval per system."""
     boxes = np.maximum(np.ceil((hi - lo) / FIRST_BOX).astype(np.int64), 1)
@@ -125,6 +127,8 @@ def states_before(
     )
 
 
+# Beyond the range of floats an interval is everything, or NaN, which nothing is told from.
+@np.errstate(over="ignore", invalid="ignore")
 def reach_of(equations: Conditions) -> list[Reach]:
     """Bound |x1| over all solutions, for each system.
 

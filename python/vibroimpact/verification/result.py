@@ -15,6 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..fixed_arrays import FixedArrays
+
 #: Numbers of an impact that are verified, besides its regime.
 IMPACT_NUMBERS = ("time", "x1", "v1_pre", "v1_post", "x2", "v2_pre", "v2_post")
 #: Numbers of an event of lasting contact, and those of a section.
@@ -80,7 +82,7 @@ class Disagreement:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Verification:
+class Verification(FixedArrays):
     """A run beside the exact motion of its system and start, as ``verify`` returns it.
 
     Attributes

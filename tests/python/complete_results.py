@@ -1,0 +1,242 @@
+"""What must hold of every result: a number that is told is a number.
+
+NaN stands only where the documentation of a result says so: what was not measured, has no outcome,
+or was not reached.
+"""
+
+import math
+from functools import singledispatch
+from typing import Any
+
+import numpy as np
+
+import vibroimpact as vi
+from vibroimpact.atlas import STATUS_NAMES, BasinEntropy, GridResult, UncertaintyExponent
+from vibroimpact.orbits.borders import CodimensionTwo
+from vibroimpact.system import NUMERIC_RANGES
+
+ENDED = [STATUS_NAMES.index(name) for name in ("completed", "restarted", "rest")]
+# Of a motion whose legs could not be followed there are no multipliers; it says so.
+LOST = "a leg cannot be followed"
+
+
+def assert_finite(values: Any, what: str) -> None:
+    """Check that all of these are numbers."""
+    assert np.isfinite(values).all(), f"{what}: {values}"
+
+
+def assert_table(table: np.ndarray, what: str, *, but: tuple[str, ...] = ()) -> None:
+    """Check all columns of a structured array, but for some."""
+    for name in table.dtype.names:
+        if name not in but:
+            assert_finite(table[name], f"{what}.{name}")
+
+
+@singledispatch
+def assert_complete(result: Any) -> None:
+    """Check a result of the package, or several."""
+    raise TypeError(f"no check of a {type(result).__name__}")
+
+
+@assert_complete.register(list)
+@assert_complete.register(tuple)
+def _(results: list | tuple) -> None:
+    for result in results:
+        assert_complete(result)
+
+
+@assert_complete.register
+def _(result: None) -> None:
+    pass  # of what writes a file
+
+
+@assert_complete.register
+def _(value: float) -> None:
+    assert math.isfinite(value)
+
+
+@assert_complete.register
+def _(array: np.ndarray) -> None:
+    if array.dtype.names is None:
+        assert_finite(array, "array")
+        return
+    # A table of single impacts: those without outcome have the regime -1.
+    resolved = np.atleast_1d(array)[np.atleast_1d(array)["regime"] >= 0]
+    assert_table(resolved, "impact")
+
+
+@assert_complete.register
+def _(system: vi.System) -> None:
+    assert_finite([getattr(system, name) for name in NUMERIC_RANGES], repr(system))
+    assert 0 <= system.restitution <= 1
+    assert vi.System.from_json(system.to_json()) == system
+
+
+@assert_complete.register
+def _(run: vi.Run) -> None:
+    end = run.final_state
+    assert_finite([*end.state, end.time, end.time_in_period], repr(run))
+    for name in ("impacts", "grazes", "contacts", "events"):
+        assert_table(getattr(run, name), name)
+    assert_finite(run.stroboscopic, "stroboscopic")
+    assert_finite([run.time_in_contact, run.kept_from], "times")
+    times = np.clip(np.linspace(run.kept_from, end.time, 5), run.kept_from, end.time)
+    assert_finite(run.trajectory(times), "trajectory")
+    assert run.label
+    assert run.stop_reason
+
+
+@assert_complete.register
+def _(regimes: vi.ImpactRegimes) -> None:
+    resolved = regimes.regime >= 0
+    assert_finite(regimes.restitution[resolved], "restitution")
+    if regimes.system.mass_ratio > 0.0:
+        assert_finite(regimes.energy_loss[resolved], "energy_loss")
+
+
+@assert_complete.register
+def _(agreement: vi.ImpactAgreement) -> None:
+    # The steps towards an impulse beyond the range of floats have no outcome.
+    if not 0.0 < agreement.system.mass_ratio < 1e-200:
+        assert_finite(agreement.difference[:, agreement.impacts > 0], "difference")
+
+
+@assert_complete.register
+def _(grid: GridResult) -> None:
+    assert grid.complete
+    ended = np.isin(grid.columns["status"], ENDED)
+    assert_finite(grid.columns["final_state"][ended], "final states")
+    if isinstance(grid, vi.Diagram):
+        for name in ("x1", "v1", "v2", "phase", "approach_velocity", "energy_loss"):
+            assert_finite(getattr(grid, name), name)
+        assert_finite(grid.stroboscopic, "stroboscopic")
+    known = ended & (grid.columns["m"] > 0)
+    assert_finite(grid.columns["residual"][known], "residual")
+    assert_finite(grid.columns["contact_fraction"][known], "contact_fraction")
+
+
+@assert_complete.register
+def _(spectrum: vi.LyapunovSpectrum) -> None:
+    # -inf where perturbations die out at once; NaN for the two of a wall that rests.
+    left_out = np.isnan(spectrum.exponents)
+    wall = spectrum.system.mass_ratio == spectrum.system.force_amplitude == 0.0
+    assert left_out.sum() == (2 if wall else 0), spectrum
+    assert not np.isnan(spectrum.error[~left_out]).any()
+    assert (spectrum.exponents[~left_out] < math.inf).all()
+    assert_finite(spectrum.time, "time")
+
+
+@assert_complete.register
+def _(basins: vi.Basins) -> None:
+    assert basins.complete
+    for attractor in basins.attractors:
+        assert_complete(attractor)
+    assert_finite(basins.shares, "shares")
+
+
+@assert_complete.register
+def _(attractor: vi.Attractor) -> None:
+    assert_finite(attractor.sections, "sections")
+
+
+@assert_complete.register
+def _(measure: BasinEntropy) -> None:
+    assert math.isfinite(measure.entropy)
+    assert math.isfinite(measure.boundary_entropy) == (measure.boundary_boxes > 0)
+
+
+@assert_complete.register
+def _(measure: UncertaintyExponent) -> None:
+    # Fewer than two distances with uncertain cells have no slope.
+    assert math.isfinite(measure.exponent) == (np.count_nonzero(measure.fitted) > 1)
+    assert_finite(measure.uncertain, "uncertain")
+
+
+@assert_complete.register
+def _(nothing: vi.NotFound) -> None:
+    assert nothing.reason
+
+
+@assert_complete.register
+def _(motion: vi.PeriodicMotion) -> None:
+    assert_finite(motion.nodes, "nodes")
+    if motion.why_not == LOST:
+        return
+    assert_finite(motion.multipliers, "multipliers")
+    assert_finite([motion.residual, motion.error], "errors")
+    if motion.admissible:
+        assert_finite(motion.sections, "sections")
+        assert_table(motion.impacts, "impacts")
+
+
+@assert_complete.register
+def _(found: vi.PeriodicMotions) -> None:
+    assert_finite(found.boxes, "boxes")
+    assert_finite(found.within, "within")
+    assert_complete(found.motions)
+
+
+@assert_complete.register
+def _(motions: vi.MotionMap) -> None:
+    assert not motions.pending.any()
+    assert_table(motions.solutions, "solutions", but=("largest_paper_eigenvalue",))
+
+
+@assert_complete.register
+def _(search: vi.MotionSearch) -> None:
+    assert_complete(search.motions)
+    assert_finite(search.shares, "shares")
+    assert search.shares.sum() + sum(search.others.values()) == 0.0 or math.isclose(
+        search.shares.sum() + sum(search.others.values()), 1.0
+    )
+
+
+@assert_complete.register
+def _(branch: vi.Branch) -> None:
+    for piece in branch.pieces:
+        assert_finite(piece.values, "values")
+        assert_finite(piece.nodes, "nodes")
+    assert_complete(branch.bifurcations)
+
+
+@assert_complete.register
+def _(bifurcation: vi.Bifurcation) -> None:
+    assert_finite([bifurcation.value, bifurcation.test_value], repr(bifurcation))
+    assert_finite(bifurcation.motion.nodes, "nodes")
+
+
+@assert_complete.register
+def _(point: CodimensionTwo) -> None:
+    assert_finite(point.values, repr(point))
+
+
+@assert_complete.register
+def _(curve: vi.BifurcationCurve) -> None:
+    assert_finite(curve.values, "values")
+    assert_finite(curve.nodes, "nodes")
+
+
+@assert_complete.register
+def _(region: vi.StabilityRegion) -> None:
+    assert_finite(region.border, "border")
+    assert region.closed or region.why_not
+    for arc in region.arcs:
+        assert_complete(arc)
+
+
+@assert_complete.register
+def _(manifold: vi.UnstableManifold) -> None:
+    assert_finite([manifold.multiplier, *manifold.saddle, *manifold.direction], repr(manifold))
+    for side in manifold.sides:
+        assert_finite(side.points, "points")
+        assert_finite(side.length, "length")
+        assert side.end
+
+
+@assert_complete.register
+def _(verification: vi.Verification) -> None:
+    for name in ("impacts", "contacts", "sections"):
+        table = getattr(verification, name)
+        assert_finite(table["time"], name)
+        assert not np.isnan(table["digits"]).any()
+    assert verification.stopped

@@ -1,0 +1,492 @@
+"""One quick valid call of every public function and method, with the kind of each argument.
+
+They are so small that thousands take seconds: a few drive periods, one or two points, few cells.
+The kinds are those of `any_values.TAKES`.
+"""
+
+import inspect
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import vibroimpact as vi
+from systems import PAPER, ROUGH
+from vibroimpact.system import NUMERIC_RANGES
+
+START = (0.0, 0.5, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Call:
+    """A function, arguments that it takes, and the kind of every argument that it knows."""
+
+    function: Callable[..., Any]
+    arguments: dict[str, Any]
+    kinds: dict[str, str]
+    # What a refusal calls an argument where that is not the argument's own name, as a pattern.
+    called: dict[str, str] = field(default_factory=dict)
+
+    def __call__(self, **changes: Any) -> Any:
+        """Call it, with some arguments changed."""
+        return self.function(**self.arguments | changes)
+
+
+@cache
+def motion() -> vi.PeriodicMotion:
+    """A stable motion with one impact in every drive period."""
+    found = vi.simulate(PAPER, initial=START, periods=300, keep=100).refine()
+    assert isinstance(found, vi.PeriodicMotion)
+    return found
+
+
+@cache
+def saddle() -> vi.PeriodicMotion:
+    """A motion with one multiplier outside the unit circle."""
+    found = (one for one in vi.periodic_motions(PAPER) if one.admissible)
+    return next(one for one in found if np.sum(abs(one.multipliers) > 1.0) == 1)
+
+
+@cache
+def branch() -> vi.Branch:
+    """A short branch that ends at a period doubling."""
+    system = PAPER.replace(drive_frequency=1.515)
+    doubled = vi.simulate(system, initial=START, periods=600, keep=100).refine()
+    return vi.follow_motion(doubled, both=False, direction=-1, drive_frequency=(1.50, 1.52))
+
+
+@cache
+def run() -> vi.Run:
+    """A short run with impacts."""
+    return vi.simulate(ROUGH, initial=START, periods=3)
+
+
+@cache
+def grid_basins() -> vi.Basins:
+    """Basins of a few cells, without rounds."""
+    cells = {"x1": np.linspace(0, 0.1, 6), "v1": np.linspace(0, 0.1, 6)}
+    damped = PAPER.replace(damping=(0.3, 0.3))
+    return vi.basins(damped, periods=60, keep=20, scouts=4, rounds=0, **cells)
+
+
+@cache
+def region() -> vi.StabilityRegion:
+    """A piece of the border of a region, a few points long."""
+    plane = {"drive_frequency": (1.75, 1.85), "gap": (0.49, 0.51)}
+    return vi.stability_region(motion(), max_points=8, **plane)
+
+
+@cache
+def motions() -> vi.MotionMap:
+    """Motions over two values of two parameters."""
+    grid = {"gap": [0.4, 0.5], "drive_frequency": [1.8, 1.9]}
+    return vi.motion_map(PAPER, within=(0.3, 0.5), **grid)
+
+
+@cache
+def folder() -> Path:
+    """A folder with a file and a store of each kind that can be loaded."""
+    place = Path(tempfile.mkdtemp(prefix="valid_calls"))
+    options = {"initial": START, "periods": 2}
+    run().save(place / "run.npz")
+    grid_basins().save(place / "basins.npz")
+    results = {
+        "sweep": vi.sweep(ROUGH, gap=[0.5], **options),
+        "chart": vi.chart(ROUGH, gap=[0.5], friction=[0.1], **options),
+        "diagram": vi.bifurcation_diagram(ROUGH, drive_frequency=[1.5], **options),
+        "lyapunov": vi.lyapunov_spectrum(ROUGH, initial=START, periods=20, gap=[0.5]),
+    }
+    for name, result in results.items():
+        result.save(place / f"{name}.npz")
+    return place
+
+
+_SYSTEM = {
+    "system": "object",
+    "initial": "state",
+    "max_events": "whole number or none",
+    "tolerance": "number > 0",
+}
+_ENGINE = {
+    "progress": "true or false",
+    "workers": "whole number or none",
+    "chunk": "whole number or none",
+    "client": "object or none",
+    "store": "path or none",
+}
+_CELLS = {
+    **_SYSTEM,
+    **_ENGINE,
+    "periods": "whole number",
+    "keep": "whole number or none",
+    "section_phase": "number",
+    "exponents": "true or false",
+}
+_FIELDS = {
+    **dict.fromkeys(NUMERIC_RANGES, "number >= 0"),
+    **dict.fromkeys(("gap", "moment_amplitude", "force_amplitude", "phase"), "number"),
+    "restitution": "part of 1",
+    "contact": "a word of a list",
+    "law": "law",
+}
+_STEPS = {
+    "step": "step",
+    "max_step": "step",
+    "max_points": "whole number",
+}
+_PLANE = {"drive_frequency": (1.7, 1.9), "gap": (0.4, 0.6)}
+_RANGES = {"drive_frequency": "range", "gap": "range around 0.5"}
+_PHYSICAL = {
+    **dict.fromkeys(("pendulum_mass", "oscillator_mass", "length", "stiffness"), "number > 0"),
+    **dict.fromkeys(("torsional_stiffness", "torsional_damping", "damping"), "number >= 0"),
+}
+
+
+def _path(name: str) -> Path:
+    return folder() / f"{name}.npz"
+
+
+def _saved(result: Any, **arguments: Any) -> None:
+    """Save and look whether it is there; nothing is kept."""
+    result.save(**arguments)
+    path = Path(os.fsdecode(os.fspath(arguments["path"])))
+    assert path.stat().st_size > 0
+    path.unlink()
+
+
+@cache
+def calls() -> dict[str, Call]:
+    """Return the calls by name; what stands behind a colon tells calls of one function apart."""
+    fields = dict.fromkeys(NUMERIC_RANGES, 0.25) | {"drive_frequency": 1.8, "gap": 0.5}
+    start = {"system": ROUGH, "initial": START}
+    two = {"system": PAPER, "n": 1, "within": (0.3, 0.4)}
+    grow = {"length": 0.01, "spacing": 0.01, "max_points": 2, "settle": 16}
+    few = {"periods": 8, "keep": 8, "scouts": 1, "rounds": 0, "x1": [0.0], "v1": [0.1]}
+    measured = start | {"periods": 20, "keep": 20}
+    calls = {
+        "System": Call(
+            vi.System, fields, _FIELDS | {"damping": "pair or none"}, {"damping": ".*damping"}
+        ),
+        "System: damping": Call(
+            vi.System,
+            {k: v for k, v in fields.items() if "damping" not in k} | {"damping": (0.1, 0.1)},
+            _FIELDS | {"damping": "pair or none"},
+            {"damping": ".*damping"},
+        ),
+        "System.replace": Call(PAPER.replace, dict(fields), _FIELDS),
+        "System.from_dict": Call(
+            vi.System.from_dict,
+            {"fields": PAPER.to_dict()},
+            {"fields": "object"},
+            {"fields": "fields|parameters"},
+        ),
+        "System.from_json": Call(
+            vi.System.from_json,
+            {"text": PAPER.to_json()},
+            {"text": "object"},
+            {"text": "JSON|fields"},
+        ),
+        "System.from_physical": Call(
+            vi.System.from_physical,
+            dict.fromkeys(_PHYSICAL, 0.5) | {"gap": 0.5, "restitution": 0.8, "drive_frequency": 2},
+            _PHYSICAL
+            | {
+                name: kind
+                for name, kind in _FIELDS.items()
+                if name
+                not in (
+                    "mass_ratio",
+                    "frequency_ratio",
+                    "pendulum_damping",
+                    "oscillator_damping",
+                )
+            },
+        ),
+        "simulate": Call(
+            vi.simulate,
+            start | {"periods": 2},
+            {
+                **_SYSTEM,
+                "initial": "state or states",
+                "periods": "whole number",
+                "time": "object or none",
+                "keep": "whole number or none",
+                "section_phase": "number",
+                "workers": "whole number or none",
+            },
+        ),
+        "simulate: time": Call(
+            vi.simulate,
+            start | {"time": 2.0, "max_events": 100},
+            {
+                **_SYSTEM,
+                "initial": "state or states",
+                "periods": "object or none",
+                "time": "number > 0",
+                "keep": "object or none",
+                "section_phase": "number",
+                "workers": "whole number or none",
+            },
+        ),
+        "Run.trajectory": Call(
+            run().trajectory, {"t": [0.0, 1.0]}, {"t": "times", "forces": "true or false"}
+        ),
+        "Run.resume": Call(
+            run().resume,
+            {"periods": 1, "keep": 1},
+            {
+                "periods": "whole number",
+                "time": "object or none",
+                "keep": "whole number or none",
+                "max_events": "whole number or none",
+            },
+        ),
+        "Run.resume: time": Call(
+            run().resume,
+            {"time": 1.0, "max_events": 100},
+            {
+                "periods": "object or none",
+                "time": "number > 0",
+                "keep": "object or none",
+                "max_events": "whole number or none",
+            },
+        ),
+        "impact": Call(
+            vi.impact,
+            {"system": ROUGH, "x1": 0.3, "v1": 1.0, "v2": 0.1, "steps": 3},
+            {
+                "system": "object",
+                **dict.fromkeys(("x1", "v1", "v2"), "numbers"),
+                "steps": "whole number or none",
+            },
+        ),
+        "impact_regimes": Call(
+            vi.impact_regimes,
+            {"system": ROUGH, "x1": [0.1], "velocity_ratio": [0.1]},
+            {
+                "system": "object",
+                "x1": "axis or none",
+                "velocity_ratio": "axis or none",
+                "steps": "whole number or none",
+            },
+        ),
+        "impact_agreement": Call(
+            vi.impact_agreement,
+            {"system": ROUGH, "steps": (2, 3), "cells": 2},
+            {"system": "object", "steps": "whole numbers", "cells": "whole number"},
+        ),
+        "bifurcation_diagram": Call(
+            vi.bifurcation_diagram,
+            start | {"periods": 2, "drive_frequency": [1.5]},
+            {
+                **_CELLS,
+                "initial": "state or some states",
+                "start": "a word of a list",
+                "labels": "true or false",
+                "refine": "whole number",
+                "drive_frequency": "axis >= 0",
+            },
+        ),
+        "sweep": Call(
+            vi.sweep,
+            start | {"periods": 2, "gap": [0.5], "v1": [0.5]},
+            _CELLS | {"gap": "axis", "v1": "axis of starts"},
+        ),
+        "chart": Call(
+            vi.chart,
+            start | {"periods": 2, "exponents": False, "gap": [0.5], "friction": [0.1]},
+            _CELLS | {"gap": "axis", "friction": "axis >= 0"},
+        ),
+        "basins": Call(
+            vi.basins,
+            {"system": PAPER, **few},
+            {
+                **_SYSTEM,
+                **_ENGINE,
+                "periods": "whole number > 2",
+                "keep": "whole number > 2 or none",
+                "scouts": "whole number",
+                "rounds": "whole number",
+                "progress": "python's true or false",
+                "x1": "axis of starts",
+                "v1": "axis of starts",
+            },
+        ),
+        "lyapunov_spectrum": Call(
+            vi.lyapunov_spectrum,
+            measured,
+            {
+                **_SYSTEM,
+                **_ENGINE,
+                "gap": "axis",
+                "periods": "whole number > 2 or none",
+                "keep": "whole number > 2 or none",
+                "time": "object or none",
+                **dict.fromkeys(("chunk", "client", "store"), "object or none"),
+            },
+        ),
+        "lyapunov_spectrum: time": Call(
+            vi.lyapunov_spectrum,
+            {"system": ROUGH.replace(drive_frequency=0.0), "initial": START, "time": 2.0}
+            | {"max_events": 2000},
+            {
+                **_SYSTEM,
+                **_ENGINE,
+                **dict.fromkeys(("periods", "keep"), "object or none"),
+                "time": "number > 0",
+                **dict.fromkeys(("chunk", "client", "store"), "object or none"),
+            },
+            {"periods": "time", "keep": "time"},
+        ),
+        "lyapunov_spectrum: grid": Call(
+            vi.lyapunov_spectrum,
+            measured | {"gap": [0.5]},
+            {
+                **_SYSTEM,
+                **_ENGINE,
+                "periods": "whole number > 2 or none",
+                "keep": "whole number > 2 or none",
+                "time": "object or none",
+                "gap": "axis",
+            },
+        ),
+        "periodic_motion": Call(
+            vi.periodic_motion,
+            {"system": PAPER, "initial": START, "periods": 1},
+            {"system": "object", "initial": "state", "periods": "whole number"},
+        ),
+        "periodic_motions": Call(
+            vi.periodic_motions,
+            two,
+            {"system": "object", "n": "whole number", "within": "range or none"},
+        ),
+        "motion_map": Call(
+            vi.motion_map,
+            two | {"gap": [0.5], "drive_frequency": [1.8]},
+            {
+                "system": "object",
+                "n": "whole number",
+                "within": "range or none",
+                "gap": "axis",
+                "drive_frequency": "axis >= 0",
+            },
+        ),
+        "MotionMap.at": Call(motions().at, {"gap": 0.5}, {"gap": "grid value"}),
+        "MotionMap.parameter": Call(
+            motions().parameter, {"name": "gap"}, {"name": "a word of a list"}
+        ),
+        "search_motions": Call(
+            vi.search_motions,
+            {"system": PAPER, "starts": 2, "periods": 8},
+            {
+                "system": "object",
+                "starts": "states or a number",
+                "periods": "whole number > 2",
+                "seed": "whole number",
+                "workers": "whole number or none",
+            },
+        ),
+        "follow_motion": Call(
+            vi.follow_motion,
+            {"motion": motion(), "both": False, "max_points": 2, "drive_frequency": (1.75, 1.85)},
+            {
+                **_STEPS,
+                "motion": "object",
+                "both": "python's true or false",
+                "direction": "a word of a list",
+                "step": "step or none",
+                "virtual": "python's true or false",
+                "drive_frequency": "range",
+            },
+        ),
+        "switch_branch": Call(
+            vi.switch_branch,
+            {"bifurcation": branch().bifurcations[0], "max_points": 2}
+            | {"drive_frequency": (1.50, 1.52)},
+            {
+                **_STEPS,
+                "bifurcation": "object",
+                "step": "step or none",
+                "drive_frequency": "range",
+            },
+        ),
+        "bifurcation_curve": Call(
+            vi.bifurcation_curve,
+            {"bifurcation": branch().bifurcations[0], "max_points": 2}
+            | {"drive_frequency": (1.50, 1.52), "gap": (0.4, 0.6)},
+            {**_STEPS, **_RANGES, "bifurcation": "object"},
+        ),
+        "stability_region": Call(
+            vi.stability_region,
+            {"motion": motion(), "max_points": 2, **_PLANE},
+            {**_STEPS, **_RANGES, "motion": "object"},
+        ),
+        "unstable_manifold": Call(
+            vi.unstable_manifold,
+            {"motion": saddle(), **grow},
+            {
+                "motion": "object",
+                **dict.fromkeys(("length", "spacing", "max_angle", "offset"), "number > 0"),
+                "section_phase": "phase",
+                "max_points": "whole number",
+                "settle": "whole number > 2",
+            },
+        ),
+        "StabilityRegion.sheets": Call(
+            region().sheets, {"values": [[1.8, 0.5]]}, {"values": "rows of two"}
+        ),
+        "StabilityRegion.crossings": Call(region().crossings, {"gap": 0.5}, {"gap": "number"}),
+        "PeriodicMotion.trajectory": Call(motion().trajectory, {"t": [0.0, 1.0]}, {"t": "times"}),
+        "Branch.of_kind": Call(
+            branch().of_kind, {"kind": "period_doubling"}, {"kind": "a word of a list"}
+        ),
+        "Basins.entropy": Call(grid_basins().entropy, {"box": 2}, {"box": "whole number"}),
+        "Basins.uncertainty_exponent": Call(
+            grid_basins().uncertainty_exponent, {"steps": [1, 2]}, {"steps": "steps or none"}
+        ),
+        "verify": Call(
+            vi.verify,
+            {"run": vi.simulate(ROUGH, initial=START, periods=1), "max_precision": 512},
+            {
+                "run": "object",
+                "digits": "whole number",
+                "max_precision": "whole number > 2",
+                "max_events": "whole number",
+            },
+        ),
+        "load": Call(vi.load, {"path": _path("run")}, {"path": "path that is missing"}),
+    }
+    for result in (vi.Run, vi.Basins, vi.Sweep, vi.Chart, vi.Diagram, vi.LyapunovSweep):
+        name = getattr(result, "kind", result.__name__.lower())
+        path = {"path": _path(name)}
+        calls[f"{result.__name__}.load"] = Call(result.load, path, {"path": "path that is missing"})
+        saved = result.load(**path)
+        calls[f"{result.__name__}.save"] = Call(
+            saved.save, {"path": folder() / "saved.npz"}, {"path": "path"}
+        )
+    return calls
+
+
+def public_callables() -> Iterator[tuple[str, Callable[..., Any]]]:
+    """Give every public function of the package, and methods of its classes that take arguments."""
+    for name in vi.__all__:
+        found = getattr(vi, name)
+        if inspect.isfunction(found):
+            yield name, found
+        if not inspect.isclass(found) or issubclass(found, BaseException | int):
+            continue
+        if found is vi.System:
+            yield name, found
+        for method in dir(found):
+            function = inspect.getattr_static(found, method)
+            function = getattr(function, "__func__", function)
+            if method.startswith("_") or not inspect.isfunction(function):
+                continue
+            own = function.__module__.startswith("vibroimpact")
+            if own and len(inspect.signature(function).parameters) > 1:
+                yield f"{name}.{method}", function
