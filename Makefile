@@ -73,10 +73,13 @@ errata: $(INSTALLED)
 		$(BIN)/python examples/errata $$name --out docs/images/errata/$$name.png; \
 	done
 
+# In as many processes as there are processors; those of one file stay together, to share fixtures.
+IN_PARALLEL ?= -n auto --dist loadfile
+
 test: $(INSTALLED)
 	cargo test --locked --all-targets
 	cargo test --locked --doc
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(IN_PARALLEL) $(PYTEST)
 
 # The supplied data are computed anew, too, and must lie within a unit of their last digits.
 reference: $(INSTALLED)
@@ -151,8 +154,8 @@ wheel: $(TOOLS)
 	$(BIN)/python packaging/check_dist.py $(DIST)
 
 wheel-test: wheel
-	$(PYTHON) packaging/try_installed.py $(DIST)/*.whl --tests $(DIST)/*.tar.gz -- $(PYTEST)
-	$(PYTHON) packaging/try_installed.py $(DIST)/*.tar.gz --tests $(DIST)/*.tar.gz -- $(PYTEST)
+	$(PYTHON) packaging/try_installed.py $(DIST)/*.whl --tests $(DIST)/*.tar.gz -- $(IN_PARALLEL) $(PYTEST)
+	$(PYTHON) packaging/try_installed.py $(DIST)/*.tar.gz --tests $(DIST)/*.tar.gz -- $(IN_PARALLEL) $(PYTEST)
 
 audit-deps: $(TOOLS)
 	@cargo deny --version 2>/dev/null || { echo 'cargo-deny is needed: cargo install --locked cargo-deny'; exit 1; }

@@ -5,7 +5,6 @@ import inspect
 import os
 import signal
 import sys
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -13,6 +12,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from after_work import AfterWork
 from systems import ROUGH
 from test_orbits_interrupt import Count, settled
 from vibroimpact import impact_maps
@@ -40,7 +40,7 @@ def interrupted() -> Iterator[pytest.ExceptionInfo[KeyboardInterrupt]]:
 @contextmanager
 def a_signal(after: float = 0.2) -> Iterator[None]:
     """Send SIGINT to this process soon; end it should a call never return."""
-    timer = threading.Timer(after, os.kill, (os.getpid(), signal.SIGINT))
+    timer = AfterWork(after, lambda: os.kill(os.getpid(), signal.SIGINT))
     faulthandler.dump_traceback_later(120, exit=True)
     timer.start()
     try:

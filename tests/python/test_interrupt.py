@@ -2,7 +2,6 @@
 
 import _thread
 import signal
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -10,6 +9,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from after_work import AfterWork
 
 # Some twenty seconds of work: long beside the fraction of a second after which Ctrl-C comes, short
 # enough to end should Ctrl-C be lost.
@@ -18,8 +18,8 @@ LONG = {"periods": 5_000_000, "keep": 1, "max_events": 10**9}
 
 @contextmanager
 def ctrl_c(after: float) -> Iterator[None]:
-    """Simulate Ctrl-C in the main thread after so many seconds."""
-    timer = threading.Timer(after, _thread.interrupt_main)
+    """Simulate Ctrl-C in the main thread after so many seconds of work."""
+    timer = AfterWork(after, _thread.interrupt_main)
     timer.start()
     try:
         yield

@@ -254,6 +254,68 @@ def test_a_cap_within_a_chatter_is_no_disagreement(cap):
     assert (found.stopped, found.horizon) == ("event_cap", None)
 
 
+def test_a_run_that_ends_within_a_chatter_is_no_disagreement():
+    # the run lists impacts that the reference, which completes the chatter, does not need
+    system = vi.System(
+        mass_ratio=0.0,
+        frequency_ratio=0.16723335777827783,
+        restitution=0.34918700785936074,
+        gap=-0.3505199736059521,
+        drive_frequency=3.262812350902484,
+        damping=(0.793140651020276, 0.061649660432052895),
+        moment_amplitude=1.4514464740274218,
+        force_amplitude=0.7219050166467347,
+        phase=2.1122922402526414,
+    )
+    start = (-0.6345106282973689, 0.22107904594179661, 1.4339593993169673, -0.7765899838684083)
+    run = vi.simulate(system, initial=start, periods=12, max_events=25)
+    found = vi.verify(run)
+    assert found.holds, str(found)
+    assert 5 < len(found.impacts) < len(run.impacts) == 25
+    # an impact after the accumulation point is none of the chatter
+    late = falsified(run, "impacts", 24, time=1.39)
+    assert vi.verify(late).stopped == "sequence"
+
+
+def test_a_dead_end_of_both_holds():
+    # the wall moves towards the tip, which friction holds
+    system = PAPER.replace(
+        mass_ratio=0.0, friction=2.0, force_amplitude=1.5, gap=0.2, drive_frequency=0.6
+    )
+    run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=20)
+    assert run.stop_reason == "jammed"
+    assert vi.verify(run).holds
+
+
+@pytest.mark.parametrize("reason", ["jammed", "painleve"])
+def test_a_dead_end_of_the_run_alone_is_found(periodic, monkeypatch, reason):
+    monkeypatch.setattr(vi.Run, "stop_reason", reason)
+    found = vi.verify(periodic)
+    assert found.horizon == vi.verification.Disagreement(
+        event="stop", number=0, time=periodic.final_state.time, reason="sequence"
+    )
+    assert found.stopped == "sequence"
+    assert len(found.impacts) == 12
+    assert f"the run ends as {reason}" in found.stop_detail
+    assert "from there on (stop, time" in str(found)
+
+
+def test_a_dead_end_of_the_exact_motion_alone_is_found(periodic, monkeypatch):
+    follow = motion.follow
+    time = float(periodic.impacts["time"][7])
+
+    def ending(*given, **options):
+        done = follow(*given, **options)
+        return dataclasses.replace(done, entries=done.entries[:8], ends=time + 0.1)
+
+    monkeypatch.setattr(motion, "follow", ending)
+    found = vi.verify(periodic)
+    assert (found.stopped, found.horizon.event) == ("sequence", "stop")
+    assert found.horizon.time == time + 0.1
+    assert len(found.impacts) == 8
+    assert "impacts 1 to 8 hold" in str(found)
+
+
 def test_a_cap_on_precision_ends_it(periodic, monkeypatch):
     # a reference as good as this would need more bits than are allowed
     monkeypatch.setattr(motion, "GOOD", 1e-300)

@@ -1,19 +1,26 @@
 """Makes the reference data anew and compares them with what is committed, number by number.
 
-    python -m reference.regenerate [FILE ...] [--write]    (in tests/; `make reference`)
+    python -m reference.regenerate [FILE ...] [--write] [--workers N]   (in tests; `make reference`)
 
 Every printed digit must be the same. The errors that a row states for itself are differences of two
 computations, and depend on the last bits of the arithmetic library: a new one may be up to ten
 times the committed one. Ends with status 1 if anything differs; --write replaces the files instead.
+The parts of all files are shared among as many processes as there are processors, unless --workers
+says otherwise; each is told when it is done, with the time it took.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
+import os
 import sys
 import time as clock
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 from . import generate_contact, generate_orbits
@@ -21,36 +28,54 @@ from .generate import DATA, flight_cases, flight_record
 from .ladder import graze_records
 
 Row = dict[str, Any]
+Named = list[tuple[str, Row]]
 #: Fields that state the error of a row, and by how much they may grow.
 STATED, GROWTH = ("error", "multiplier_error"), 10.0
+#: Flights of one part.
+FLIGHTS = 40
 
 
-def _flights() -> Iterator[tuple[str, Row]]:
-    for number, case in enumerate(flight_cases()):
-        yield str(number), flight_record(case)
+@dataclass(frozen=True)
+class Maker:
+    """What makes a file: the names of its parts, and the rows of one part with their names.
+
+    Rows of a list are named by their number, in the order of the parts.
+    """
+
+    parts: Callable[[], Iterable[str]]
+    rows: Callable[[str], Named]
 
 
-def _near_grazes() -> Iterator[tuple[str, Row]]:
-    for number, row in enumerate(graze_records()):
-        yield str(number), row
+def _flight_parts() -> list[str]:
+    number = sum(1 for _ in flight_cases())
+    return [f"{first}-{min(first + FLIGHTS, number) - 1}" for first in range(0, number, FLIGHTS)]
 
 
-def _contact() -> Iterator[tuple[str, Row]]:
-    for name, scene in generate_contact.SCENES.items():
-        yield name, generate_contact.scene_record(scene)
+def _flights(part: str) -> Named:
+    first, last = map(int, part.split("-"))
+    cases = itertools.islice(enumerate(flight_cases()), first, last + 1)
+    return [(str(number), flight_record(case)) for number, case in cases]
 
 
-def _orbits() -> Iterator[tuple[str, Row]]:
-    for name, scene in generate_orbits.SCENES.items():
-        yield name, generate_orbits.scene_record(scene)
+def _near_grazes(_: str) -> Named:
+    """All in one part: each ladder goes on with the random numbers of the one before."""
+    return [(str(number), row) for number, row in enumerate(graze_records())]
 
 
-#: What makes the rows of each file, with their names; those of a list are named by their number.
-MAKERS: dict[str, Callable[[], Iterator[tuple[str, Row]]]] = {
-    "flights.json": _flights,
-    "near_grazes.json": _near_grazes,
-    generate_contact.NAME: _contact,
-    generate_orbits.NAME: _orbits,
+def _contact(name: str) -> Named:
+    return [(name, generate_contact.scene_record(generate_contact.SCENES[name]))]
+
+
+def _orbits(name: str) -> Named:
+    return [(name, generate_orbits.scene_record(generate_orbits.SCENES[name]))]
+
+
+#: The makers of all generated files.
+MAKERS: dict[str, Maker] = {
+    "flights.json": Maker(_flight_parts, _flights),
+    "near_grazes.json": Maker(lambda: ["all"], _near_grazes),
+    generate_contact.NAME: Maker(lambda: generate_contact.SCENES, _contact),
+    generate_orbits.NAME: Maker(lambda: generate_orbits.SCENES, _orbits),
 }
 
 
@@ -76,11 +101,46 @@ def differences(committed: Row, made: Row) -> list[str]:
     return sorted(wrong)
 
 
-def compare(name: str) -> int:
-    """Print where a file differs from what its generator makes; the number of such rows."""
-    committed, made, wrong = read(name), set[str](), 0
+def make(name: str, part: str) -> tuple[Named, float]:
+    """The rows of one part of a file, and the seconds that they took."""
     began = clock.perf_counter()
-    for row_name, row in MAKERS[name]():
+    return MAKERS[name].rows(part), clock.perf_counter() - began
+
+
+@dataclass(frozen=True)
+class Order:
+    """A file with its parts, done already, on their way in other processes, or to be made here."""
+
+    name: str
+    parts: Sequence[tuple[str, Future[tuple[Named, float]] | None]]
+
+    def rows(self) -> Iterator[tuple[str, Row]]:
+        """All rows in their order; tells of each part once it is there."""
+        for part, future in self.parts:
+            rows, seconds = make(self.name, part) if future is None else future.result()
+            print(f"  {self.name}, {part}: made in {seconds:.1f} s", flush=True)
+            yield from rows
+
+
+def ordered(names: Sequence[str], pool: ProcessPoolExecutor | None) -> list[Order]:
+    """The files with all their parts handed to the pool, if there is one."""
+    return [
+        Order(
+            name,
+            [
+                (part, None if pool is None else pool.submit(make, name, part))
+                for part in MAKERS[name].parts()
+            ],
+        )
+        for name in names
+    ]
+
+
+def compare(order: Order) -> int:
+    """Print where a file differs from what its generator makes; the number of such rows."""
+    name = order.name
+    committed, made, wrong = read(name), set[str](), 0
+    for row_name, row in order.rows():
         made.add(row_name)
         fields = differences(committed.get(row_name, {}), row)
         if fields:
@@ -89,22 +149,42 @@ def compare(name: str) -> int:
     for row_name in committed.keys() - made:
         wrong += 1
         print(f"{name}, {row_name}: made by no generator")
-    seconds = clock.perf_counter() - began
-    print(f"{name}: {len(committed)} rows, {wrong} differ, {seconds:.0f} s", flush=True)
+    print(f"{name}: {len(committed)} rows, {wrong} differ", flush=True)
     return wrong
 
 
-def write(name: str) -> None:
+def write(order: Order) -> None:
     """Replace a file by what its generator makes, one row on a line."""
-    rows = list(MAKERS[name]())
+    rows = list(order.rows())
     if rows[0][0] == "0":
         lines = [json.dumps(row) for _, row in rows]
         begin, end = "[", "]"
     else:
         lines = [f"{json.dumps(row_name)}: {json.dumps(row)}" for row_name, row in rows]
         begin, end = "{", "}"
-    (DATA / name).write_text(begin + "\n" + ",\n".join(lines) + f"\n{end}\n")
-    print(f"{name}: {len(rows)} rows written", flush=True)
+    (DATA / order.name).write_text(begin + "\n" + ",\n".join(lines) + f"\n{end}\n")
+    print(f"{order.name}: {len(rows)} rows written", flush=True)
+
+
+@contextmanager
+def pool_of(workers: int) -> Iterator[ProcessPoolExecutor | None]:
+    """Processes to make parts in; None for one alone, which makes them itself."""
+    if workers == 1:
+        yield None
+        return
+    pool = ProcessPoolExecutor(workers)
+    try:
+        yield pool
+    finally:
+        # where a part fails, and on Ctrl-C, the parts not yet begun are not waited for
+        pool.shutdown(cancel_futures=True)
+
+
+def processors() -> int:
+    """Processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -112,15 +192,22 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m reference.regenerate")
     parser.add_argument("files", nargs="*", metavar="FILE", help=", ".join(MAKERS))
     parser.add_argument("--write", action="store_true", help="write the files anew")
+    parser.add_argument("--workers", type=int, default=processors(), help="processes")
     given = parser.parse_args(arguments)
     if unknown := set(given.files) - MAKERS.keys():
         parser.error(f"no generated file {', '.join(sorted(unknown))}")
-    names = given.files or list(MAKERS)
-    if given.write:
-        for name in names:
-            write(name)
-        return 0
-    return int(sum([compare(name) for name in names]) > 0)
+    if given.workers < 1:
+        parser.error("--workers must be at least 1")
+    began = clock.perf_counter()
+    wrong = 0
+    with pool_of(given.workers) as pool:
+        for order in ordered(given.files or list(MAKERS), pool):
+            if given.write:
+                write(order)
+            else:
+                wrong += compare(order)
+    print(f"in {clock.perf_counter() - began:.0f} s")
+    return int(wrong > 0)
 
 
 if __name__ == "__main__":

@@ -41,15 +41,42 @@ def test_the_command_fails_where_a_row_differs(
     tmp_path: Any, monkeypatch: Any, capsys: Any
 ) -> None:
     monkeypatch.setattr(regenerate, "DATA", tmp_path)
-    monkeypatch.setitem(regenerate.MAKERS, "flights.json", lambda: iter([("0", ROW), ("1", ROW)]))
-    assert regenerate.main(["flights.json", "--write"]) == 0
-    assert regenerate.main(["flights.json"]) == 0
-    assert "flights.json: 2 rows, 0 differ" in capsys.readouterr().out
+    maker = regenerate.Maker(lambda: ["0", "1"], lambda part: [(part, ROW)])
+    monkeypatch.setitem(regenerate.MAKERS, "flights.json", maker)
+    here = ["flights.json", "--workers", "1"]
+    assert regenerate.main([*here, "--write"]) == 0
+    assert regenerate.main(here) == 0
+    told = capsys.readouterr().out
+    assert "flights.json: 2 rows, 0 differ" in told
+    assert "flights.json, 1: made in" in told
     (tmp_path / "flights.json").write_text(json.dumps([ROW, ROW | {"x": "0.1"}, ROW]))
-    assert regenerate.main(["flights.json"]) == 1
+    assert regenerate.main(here) == 1
     told = capsys.readouterr().out
     assert "flights.json, 1: x differ" in told
     assert "flights.json, 2: made by no generator" in told
+
+
+def test_parts_made_in_other_processes_are_the_file_in_its_order(
+    tmp_path: Any, monkeypatch: Any
+) -> None:
+    file = regenerate.generate_orbits.NAME
+    committed, scenes = regenerate.read(file), regenerate.generate_orbits.SCENES
+    two = ["wall_direct", "no_impact"]  # the quickest, the first one not as quick as the second
+    monkeypatch.setattr(regenerate.generate_orbits, "SCENES", {name: scenes[name] for name in two})
+    monkeypatch.setattr(regenerate, "DATA", tmp_path)
+    assert regenerate.main([file, "--write", "--workers", "2"]) == 0
+    written = json.loads((tmp_path / file).read_text())
+    assert list(written) == two
+    for name in two:
+        assert regenerate.differences(committed[name], written[name]) == []
+
+
+def test_the_parts_of_the_flights_are_all_of_them() -> None:
+    numbers: list[int] = []
+    for part in regenerate.MAKERS["flights.json"].parts():
+        first, last = map(int, part.split("-"))
+        numbers += range(first, last + 1)
+    assert numbers == list(range(len(regenerate.read("flights.json"))))
 
 
 def test_some_rows_of_the_lists_are_what_their_makers_make() -> None:

@@ -21,7 +21,7 @@ from ..reference.contact import Undecided
 from ..reference.flight import System as ExactSystem
 from ..reference.impact import LAWS
 from ..results import EventKind, Regime, Run
-from .motion import Entry, Pass, pairs
+from .motion import DEAD_ENDS, Entry, Pass, pairs
 from .result import (
     CONTACT_DTYPE,
     CONTACT_NUMBERS,
@@ -38,6 +38,8 @@ from .result import (
 GRAZING = 1e-6
 #: A run that ends in a chatter does not list the last of its impacts, which are weaker than this.
 WEAK = 1e-3
+#: Times are the same, where events are only set side by side, to this part of their size.
+CLOSE = 1e-6
 #: Places of the values of an Entry that make up CONTACT_NUMBERS, and the state of a section.
 CONTACT_PLACES = (0, 1, 3, 4, 6)
 #: The size of a number that stays 0 or next to it, in units of the largest of the four.
@@ -141,6 +143,8 @@ class _Comparison:
             if not add(index, row, entries[other]):
                 return
         if i < len(told) and (j < len(entries) or not self.exact.stopped):
+            if self._cut_in_chatter(told[i:], entries[j:]) or (j == len(entries) and self._ends()):
+                return
             kind, index = told[i]
             table = run.impacts if kind == "impact" else run.contacts
             # the reference may have been stopped on its way to the end of the same chatter
@@ -148,15 +152,44 @@ class _Comparison:
             if cut and self.exact.stopped:
                 return
             self._apart(kind, index, float(table["time"][index]))
-        elif i == len(told) and j < len(entries):
+        elif i == len(told) and not self._ends() and j < len(entries):
             self._left_over(entries[j])
+
+    def _cut_in_chatter(self, told: Sequence[tuple[str, int]], entries: Sequence[Entry]) -> bool:
+        """Whether a run that ends before a chatter does only lists more of its impacts.
+
+        Which those are is a matter of tolerance, as in motion.pairs.
+        """
+        if not entries or entries[0].kind != "chatter" or any(k != "impact" for k, _ in told):
+            return False
+        limit = float(entries[0].values[0]) + CLOSE * self.sizes.time
+        return bool((self.run.impacts["time"][[index for _, index in told]] <= limit).all())
+
+    def _ends(self) -> bool:
+        """Whether only one of both ends where the model has no motion, or more than one."""
+        run, ends, close = self.run, self.exact.ends, CLOSE * self.sizes.time
+        time = run.final_state.time
+        if ends is not None and ends < time - close:
+            said = f"the exact motion has no one continuation at time {ends:.6g}, the run goes on"
+            time = ends
+        elif (
+            run.stop_reason in DEAD_ENDS
+            and not self.exact.stopped
+            and (ends is None or ends > time + close)
+        ):
+            said = f"the run ends as {run.stop_reason} at time {time:.6g}, the exact motion goes on"
+        else:
+            return False
+        self.failures.append(Disagreement(event="stop", number=0, time=time, reason="sequence"))
+        self.stopped, self.detail = "sequence", said
+        return True
 
     def _left_over(self, entry: Entry) -> None:
         """An event of the exact motion after all of the run's: missing, if before the run's end."""
         time = float(entry.values[0])
         end = self.run.final_state.time
         weak = entry.kind == "impact" and _change(entry) < WEAK
-        if time < end - 1e-6 * self.sizes.time and not weak:
+        if time < end - CLOSE * self.sizes.time and not weak:
             rows = self.impacts if entry.kind == "impact" else self.contacts
             self._apart(entry.kind, len(rows), time)
 

@@ -32,6 +32,8 @@ FIRST, LOST = 256, 6
 #: Shifts of v1(0) that show how perturbations grow, in flights and, less exact, through contact;
 #: differences are told from errors and non-linear growth from so much of them on to LINEAR.
 NUDGES, UNSEEN, LINEAR = ("1e-30", "1e-18"), 1e-6, 1e-4
+#: Endings beyond which the model has no motion, or more than one.
+DEAD_ENDS = ("jammed", "painleve")
 #: Phases that repeat an impact, or the start, in other words.
 ECHOES = ("impact", "impact_at_start")
 
@@ -74,6 +76,8 @@ class Pass:
     """What the reference has met, and why it ended ("" where it went to the end).
 
     The first `proved_samples` states are enclosures; a state is None where it is not known.
+    `ends` is the time beyond which the exact motion has no, or no one, continuation (`jammed`,
+    `painleve`); None if there is none.
     """
 
     bits: int
@@ -82,6 +86,7 @@ class Pass:
     proved_samples: int = 0
     stopped: str = ""
     detail: str = ""
+    ends: float | None = None
 
 
 def exact_system(system: System) -> ExactSystem:
@@ -145,7 +150,7 @@ def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> P
     start[3] += exact(nudge) if touching else 0
     tolerance = 10.0 ** -min(300.0, 0.13 * bits)
     settings = Settings(bits, order=max(20, bits // 8), tolerance=tolerance)
-    stopped, detail = "", ""
+    stopped, detail, ends = "", "", None
     with ctx.workprec(bits):
         motion = _Followed(
             problem.system,
@@ -160,7 +165,8 @@ def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> P
         )
         motion.parted = problem.parted
         try:
-            motion.run()
+            if motion.run().ending in DEAD_ENDS:
+                ends = float(motion.now)
         except _Parted:
             stopped, detail = "lost", "the run has parted from the exact motion for good"
         except _Unproved:
@@ -179,7 +185,7 @@ def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> P
             if not (isinstance(told, Phase) and told.event in ECHOES)
         ]
         samples: list[State | None] = [*motion.samples.states]
-    return Pass(bits, entries, samples, motion.proved_samples, stopped, detail)
+    return Pass(bits, entries, samples, motion.proved_samples, stopped, detail, ends)
 
 
 def _entry(told: Event | Phase, proved: bool) -> Entry:
@@ -284,7 +290,7 @@ def _compared(problem: Problem, max_precision: int) -> Pass:
 def _difference(one: Pass, two: Pass) -> tuple[Pass, bool]:
     """The finer pass with its differences to the other as errors, and whether they agree."""
     *matched, (i, j) = pairs([e.kind for e in one.entries], [e.kind for e in two.entries])
-    agree = one.stopped == two.stopped
+    agree = one.stopped == two.stopped and (one.ends is None) == (two.ends is None)
     # a cap may fall into a chatter, of which the two list different numbers of impacts
     if one.stopped != "event_cap":
         agree = agree and i == len(one.entries) and j == len(two.entries)
@@ -301,7 +307,7 @@ def _difference(one: Pass, two: Pass) -> tuple[Pass, bool]:
             both = None if before is None or after is None else _together(before, after)
             samples.append(None if both is None else (both[0], both[1], both[2], both[3]))
     agree = agree and all(entry.error() < GOOD for entry in entries)
-    return Pass(two.bits, entries, samples, 0, two.stopped, two.detail), agree
+    return Pass(two.bits, entries, samples, 0, two.stopped, two.detail, two.ends), agree
 
 
 def _together(coarse: Sequence[arb], fine: Sequence[arb]) -> tuple[arb, ...]:
@@ -322,7 +328,8 @@ def _joined(proof: Pass, compared: Pass) -> Pass:
     samples = proof.samples + compared.samples[len(proof.samples) :]
     bits = max(proof.bits, compared.bits)
     known = len(proof.samples)
-    return Pass(bits, entries, samples, known, compared.stopped, compared.detail)
+    done = Pass(bits, entries, samples, known)
+    return replace(done, stopped=compared.stopped, detail=compared.detail, ends=compared.ends)
 
 
 def _with_growth(problem: Problem, done: Pass) -> Pass:

@@ -65,14 +65,17 @@ class Disagreement:
     Attributes
     ----------
     event
-        ``"impact"``, ``"section"``, or the kind of an event of lasting contact.
+        ``"impact"``, ``"section"``, the kind of an event of lasting contact, or ``"stop"``: the
+        run ends as ``jammed`` or ``painleve`` and the exact motion goes on, or the reverse.
     number
-        Of an impact its number since t = 0, counted from 1; else the row in the run's table.
+        Of an impact its number since t = 0, counted from 1; of a stop 0; else the row in the run's
+        table.
     time
         When, as the run has it.
     reason
         ``"digits"``: a number is wrong; ``"regime"``: the numbers are right, the regime is not;
-        ``"sequence"``: the exact motion meets another kind of event, or none, or one more.
+        ``"sequence"``: the exact motion meets another kind of event, or none, or one more, or
+        does not end where the run does.
     """
 
     event: str
@@ -109,9 +112,9 @@ class Verification(FixedArrays):
     stopped
         ``"completed"``: all that the run holds is verified. Else why it ends earlier: ``"lost"``
         (the run has parted from the exact motion for good), ``"sequence"`` (other events than in
-        the exact motion), ``"precision_cap"``, ``"event_cap"``, ``"undecided"`` (an event that no
-        precision decides, such as a graze), ``"start"`` (the reference takes the start for an
-        overlap), ``"interrupted"``.
+        the exact motion, or another end), ``"precision_cap"``, ``"event_cap"``, ``"undecided"``
+        (an event that no precision decides, such as a graze), ``"start"`` (the reference takes the
+        start for an overlap), ``"interrupted"``.
     stop_detail
         That in a sentence, with the place.
     precision
@@ -192,7 +195,8 @@ class Verification(FixedArrays):
             what = "the regime is wrong"
         if horizon.reason == "sequence":
             what = "the exact motion goes another way"
-        place = f"{horizon.event} {horizon.number}, time {horizon.time:.6g}"
+        which = "" if horizon.event == "stop" else f" {horizon.number}"
+        place = f"{horizon.event}{which}, time {horizon.time:.6g}"
         lines = [f"from there on ({place}): {what}"]
         right = np.flatnonzero(self.impacts["digits"] >= 1.0)
         last = self.impacts["number"][right[-1]] if len(right) else None

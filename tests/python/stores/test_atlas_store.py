@@ -8,7 +8,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import threading
 import time
 
 import numpy as np
@@ -17,6 +16,7 @@ import xarray
 import zarr
 
 import vibroimpact as vi
+from after_work import AfterWork
 from toy_store import CHUNK, script, stored
 from toy_task import GRID, Toy, assert_same, padded, whole
 from vibroimpact import atlas
@@ -224,7 +224,7 @@ def test_ctrl_c_within_a_chunk_of_runs(path, system, initial):
     # More than a second of work for one thread, however fast.
     options = {"initial": initial, "periods": 20_000, "keep": 20}
     options |= {"drive_frequency": np.linspace(1.2, 2.0, 300), "store": path}
-    timer = threading.Timer(0.1, signal.raise_signal, (signal.SIGINT,))
+    timer = AfterWork(0.1, lambda: signal.raise_signal(signal.SIGINT))
     timer.start()
     with pytest.raises(vi.Interrupted) as caught:
         vi.sweep(system, **options, chunk=300, workers=1)
