@@ -151,6 +151,11 @@ impl System {
         if self.mass_ratio == 0.0 { Next::Jammed } else { Next::Painleve }
     }
 
+    /// Whether no motion from a state on the contact with g' = 0 fits, or more than one.
+    pub(crate) fn is_stuck(&self, phase: Trig, state: &State) -> bool {
+        matches!(self.land(phase, state), Next::Painleve | Next::Jammed)
+    }
+
     /// What the bodies do from a state on the contact with g' = 0, under the forcing `phase`.
     pub(crate) fn land(&self, phase: Trig, state: &State) -> Next {
         let i = self.instant(phase, state);

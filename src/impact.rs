@@ -94,6 +94,12 @@ impl Impact {
     pub fn effective_restitution(&self) -> f64 {
         -self.separation_velocity / self.approach_velocity
     }
+
+    /// Whether the bodies neither part nor slip after it: a plastic impact that ends in stick.
+    #[inline]
+    pub(crate) fn ends_at_rest(&self) -> bool {
+        self.separation_velocity == 0.0 && self.v1_post == 0.0
+    }
 }
 
 /// Why an impact has no outcome.

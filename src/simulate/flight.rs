@@ -202,7 +202,12 @@ impl Simulation {
             return Some(Err(self.fail(false)));
         }
         self.flight = self.motion.flight_at(clock, post, angle);
-        self.rebound(pre, impact, observer)
+        let turn = self.rebound(pre, impact, observer);
+        // Where flight and contact both fit, neither is chosen (docs/theory.md, section 5).
+        if impact.ends_at_rest() && self.system.is_stuck(self.flight.start, &post) {
+            self.point.anchor.phase = Phase::Landing;
+        }
+        turn
     }
 
     /// An impact has happened, and the present flight begins.

@@ -2,8 +2,8 @@
 //! every way it can end (docs/theory.md, section 5). Its numbers: tests/contact_reference.rs.
 
 use vibroimpact::{
-    Contact, ContactMode, ContactRecord, Event, EventKind, Run, RunOptions, Simulation, State,
-    StopReason, System,
+    Contact, ContactMode, ContactRecord, Event, EventKind, ImpactLaw, Run, RunOptions, Simulation,
+    State, StopReason, System, Workers, run_many,
 };
 
 use crate::{ball, chattering, go, paper, paper_start, state, until};
@@ -247,6 +247,39 @@ fn contact_ends_in_painleve_or_jams_by_name() {
     let run = go(&system, state(x1, 0.0, x1.sin(), 0.0), RunOptions::periods(1));
     assert_eq!(run.stop_reason, StopReason::Jammed);
     assert_eq!(run.final_state.time, 0.0);
+}
+
+#[test]
+fn a_plastic_impact_after_which_flight_and_stick_both_fit_is_a_painleve_point() {
+    // Found by a random search: the tip stops at the eighth impact, the free bodies would part, and
+    // mbar + k cos x1 <= 0 for one direction of slip, in which a stick fits too.
+    let system = System::builder()
+        .mass_ratio(0.025780432914300596)
+        .frequency_ratio(0.16813134686179082)
+        .restitution(0.0)
+        .gap(0.9978781578756075)
+        .drive_frequency(1.2979588500915182)
+        .pendulum_damping(0.7496031596050503)
+        .oscillator_damping(0.0005220994683542315)
+        .moment_amplitude(4.160669164932863)
+        .force_amplitude(0.5131235752743808)
+        .friction(2.2503970377790403)
+        .phase(4.230224974751675)
+        .law(ImpactLaw::Energetic)
+        .build()
+        .unwrap();
+    let start =
+        state(-0.934055427722319, 1.1553121407706026, 0.5195305580856302, -0.9104553859139941);
+    let run = go(&system, start, RunOptions::periods(12));
+    assert_eq!((run.stop_reason, run.impact_count), (StopReason::Painleve, 8));
+    let last = run.impacts.last().unwrap();
+    assert_eq!((last.v1_post, last.time), (0.0, run.final_state.time));
+    // The same in the lanes.
+    let many =
+        run_many(&system, &[start; 5], RunOptions::periods(12), &Workers::default(), &mut || true);
+    for other in many.unwrap() {
+        assert_eq!(other.unwrap().events, run.events);
+    }
 }
 
 #[test]
