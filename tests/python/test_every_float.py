@@ -40,10 +40,14 @@ any_state = st.tuples(any_float, any_float, any_float, any_float) | st.tuples(
 finite = st.floats(-4, 4) | st.floats(allow_nan=False, allow_infinity=False)
 
 
+# The largest numbers allowed, where they are limited.
+LARGEST = {"restitution": 1.0, "drive_frequency": 1e50}
+
+
 def _allowed(fields: dict) -> vi.System:
     for name in NUMERIC_RANGES:
         if name not in SIGNED:
-            fields[name] = abs(fields[name])
+            fields[name] = min(abs(fields[name]), LARGEST.get(name, np.inf))
     return vi.System(**fields | ({"friction": 0.0} if fields["contact"] == "direct" else {}))
 
 
@@ -72,8 +76,7 @@ def test_a_system_of_any_numbers_is_in_range_or_refused(fields):
 @given(name=st.sampled_from([*NUMERIC_RANGES]), value=any_float)
 def test_one_number_out_of_range_is_named_with_its_value(name, value):
     low = -np.inf if name in SIGNED else 0.0
-    high = 1.0 if name == "restitution" else np.inf
-    if np.isfinite(value) and low <= value <= high:
+    if np.isfinite(value) and low <= value <= LARGEST.get(name, np.inf):
         assert getattr(PAPER.replace(**{name: value}), name) == value
         return
     with pytest.raises(vi.ParameterError, match=f"^{name} = .* is not allowed; allowed: a"):
@@ -83,8 +86,7 @@ def test_one_number_out_of_range_is_named_with_its_value(name, value):
 @settings(QUICK)
 @given(allowed_systems, any_state, st.integers(1, 3), st.booleans())
 def test_a_short_run_has_no_nan(system, initial, periods, resumed):
-    # Beyond, a trajectory overflows: the next test.
-    if not is_short(system, periods) or system.drive_frequency > 1e50:
+    if not is_short(system, periods):
         return
     try:
         run = vi.simulate(system, initial=initial, periods=periods, max_events=30)
@@ -95,11 +97,10 @@ def test_a_short_run_has_no_nan(system, initial, periods, resumed):
     assert_complete(run)
 
 
-@pytest.mark.xfail(strict=True, reason="powers of the drive frequency leave the range of float64")
-def test_a_trajectory_under_a_huge_drive_frequency_has_no_nan():
+def test_a_trajectory_under_the_largest_drive_frequency_has_no_nan():
     system = PAPER.replace(
         contact="direct",
-        drive_frequency=1e145,
+        drive_frequency=LARGEST["drive_frequency"],
         damping=(0.0, 2.2),
         force_amplitude=-0.3,
         gap=1e300,
