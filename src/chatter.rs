@@ -57,6 +57,15 @@ pub(crate) struct ChatterMonitor {
     samples: [Option<Sample>; MOST],
 }
 
+/// What of the memory decides about the next impacts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Rhythm {
+    last: u64,
+    ratio: u64,
+    kept: u32,
+    stopped: bool,
+}
+
 /// Where a chatter sequence accumulates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Limit {
@@ -97,6 +106,24 @@ impl ChatterMonitor {
         self.ratio = if measured.is_finite() { measured } else { 0.0 };
         self.last = approach;
         self.kept >= CHATTER_IMPACTS
+    }
+
+    /// What decides about the next impacts; `None` within a sequence, where its samples do too. (Older ones
+    /// are given up when the next begins.)
+    pub fn rhythm(&self) -> Option<Rhythm> {
+        (self.kept < CHATTER_IMPACTS).then_some(Rhythm {
+            last: self.last.to_bits(),
+            ratio: self.ratio.to_bits(),
+            kept: self.kept,
+            stopped: self.stopped,
+        })
+    }
+
+    /// The clock is moved on by so many drive periods.
+    pub fn move_on(&mut self, periods: i64) {
+        for sample in self.samples.iter_mut().flatten() {
+            sample.clock.period += periods;
+        }
     }
 
     /// Ratio of the last bounces if they shrink as chatter does, and so does this one, which leaves

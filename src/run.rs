@@ -238,6 +238,7 @@ impl<G: FnMut() -> bool> Collection<G> {
             .tolerance(options.tolerance)
             .section_phase(options.section_phase);
         simulation.sections_from(window.period + 1);
+        simulation.passes_until(window.period);
         let end = simulation.horizon_clock().period;
         let expected =
             usize::try_from(end.saturating_sub(window.period)).map_or(0, |n| n.min(MOST_EXPECTED));

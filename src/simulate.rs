@@ -8,6 +8,7 @@
 mod contact;
 mod flight;
 mod lockstep;
+mod recurrence;
 mod stop;
 
 pub(crate) use flight::{followed_by_hops, hops};
@@ -15,6 +16,7 @@ pub(crate) use lockstep::{Traveller, travel};
 
 use serde::{Deserialize, Serialize};
 
+use self::recurrence::Recurrence;
 use crate::chatter::ChatterMonitor;
 use crate::contact::Found;
 use crate::double_double::DoubleDouble;
@@ -170,6 +172,8 @@ pub struct Simulation {
     /// What the search found in the present local flight, once it has run.
     found: Option<Found>,
     evaluations: u64,
+    /// Looks for a motion that repeats, where nothing of it is kept.
+    recurrence: Option<Recurrence>,
 }
 
 /// How one turn of the automaton ends: with an event, or without one.
@@ -227,6 +231,7 @@ impl Simulation {
             flight,
             found: None,
             evaluations: 0,
+            recurrence: None,
         };
         simulation.enter_flight();
         simulation

@@ -61,6 +61,12 @@ pub(super) fn turn(w: DoubleDouble, s: f64) -> (f64, f64) {
     elementary::turn(angle.hi, angle.lo + w.lo * s)
 }
 
+/// The tick of the clock at impacts is the power of two at or below this part of the drive period.
+const TICK: f64 = 1.0 / (1u64 << 55) as f64;
+
+/// The exponent's bits of a number.
+const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
+
 /// Drive frequency, phase at t = 0, and the exact period.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Drive {
@@ -68,11 +74,15 @@ pub(crate) struct Drive {
     phase: f64,
     /// 2 pi/omega to 32 digits; infinite for a constant load.
     pub period: DoubleDouble,
+    /// 1.5 * 2^52 ticks of the clock (see [`Drive::ticked`]).
+    ticks: f64,
 }
 
 lanes_of! {
     /// Several drives.
-    Drives of Drive { omega: omega, phase: phase, period: period.hi, period_rest: period.lo }
+    Drives of Drive {
+        omega: omega, phase: phase, period: period.hi, period_rest: period.lo, ticks: ticks
+    }
 }
 
 lanes_of! {
@@ -91,7 +101,20 @@ impl Drive {
         // has the sine and cosine that the library gives it.
         let reduced = DoubleDouble::new(phase).reduced_angle();
         let phase = if reduced.abs() <= 4.0 { reduced } else { phase.sin().atan2(phase.cos()) };
-        Self { omega, phase, period }
+        let ticks = if period.hi.is_finite() {
+            let tick = f64::from_bits((period.hi * TICK).to_bits() & EXPONENT);
+            1.5 * 2f64.powi(52) * tick
+        } else {
+            0.0
+        };
+        Self { omega, phase, period, ticks }
+    }
+
+    /// The instant of an impact within a drive period in whole ticks: to three digits of two more than one
+    /// number holds, so that what follows depends on few numbers (src/simulate/recurrence.rs).
+    #[inline(always)]
+    pub fn ticked(&self, rest: f64) -> f64 {
+        (rest + self.ticks) - self.ticks
     }
 
     #[inline(always)]

@@ -181,7 +181,8 @@ impl Simulation {
         rate: f64,
         observer: &mut O,
     ) -> Turn {
-        let clock = self.clock_at(time, offset);
+        let mut clock = self.clock_at(time, offset);
+        clock.residual = self.motion.drive.ticked(clock.residual);
         let mut velocities = PreImpact::at(angle, &pre);
         if velocities.approach_velocity() <= 0.0 {
             // The approach velocity is below rounding; the search's own is positive.
@@ -237,7 +238,14 @@ impl Simulation {
         self.point.events += 1;
         self.point.standstill = 0;
         let restitution = self.system.restitution;
-        self.point.monitor.observe(regime, approach_velocity, restitution) && self.completes
+        let chatters =
+            self.point.monitor.observe(regime, approach_velocity, restitution) && self.completes;
+        if let Some(recurrence) = &mut self.recurrence
+            && recurrence.looks_at(clock)
+        {
+            self.recur();
+        }
+        chatters
     }
 
     /// The impact from which the present flight has begun.

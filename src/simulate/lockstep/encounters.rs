@@ -295,7 +295,7 @@ impl Encounters {
             let holds = drive.holds(time);
             let time = DoubleDouble {
                 hi: if holds { time.hi } else { wrapped.hi },
-                lo: if holds { time.lo } else { wrapped.lo },
+                lo: drive.ticked(if holds { time.lo } else { wrapped.lo }),
             };
             impacts.periods[j] = if holds { 0.0 } else { passed };
             let clock = Clock { period: 0, time_in_period: time.hi, residual: time.lo };

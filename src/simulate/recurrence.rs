@@ -1,0 +1,194 @@
+//! Motions that repeat to the last bit.
+//!
+//! What follows an impact depends on few numbers, and rounding leaves finitely many of them: a motion that
+//! settles soon has the very numbers that it had some drive periods before, and from there all repeats.
+//! What lies before the kept window is then not computed again: the clock moves on by whole cycles. The
+//! results have the same bits.
+
+use super::Simulation;
+use crate::chatter::Rhythm;
+use crate::state::{Clock, State};
+
+/// Fewest impacts for which the numbers of one are looked for in the next ones, and the part of all so far:
+/// cycles up to that length are found within that part of the time that the motion takes to settle.
+const FEWEST: u64 = 8;
+const PART: u64 = 8;
+
+/// Looks for an impact that has been before.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Recurrence {
+    /// Drive period up to which nothing is kept.
+    until: i64,
+    reference: Reference,
+    /// Impacts since the reference, and the number of them at which it is changed.
+    age: u64,
+    limit: u64,
+}
+
+/// All that the motion after an impact depends on, but whole drive periods.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Numbers {
+    state: [u64; 4],
+    time_in_period: u64,
+    residual: u64,
+    rhythm: Rhythm,
+    moves: u32,
+}
+
+/// The numbers of an impact, and how far the simulation was.
+#[derive(Debug, Clone, Copy)]
+struct Reference {
+    numbers: Option<Numbers>,
+    time_in_period: u64,
+    period: i64,
+    impacts: u64,
+    events: u64,
+}
+
+impl Recurrence {
+    /// Whether the present impact, at this clock, may be the reference, or is to be the next one.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub fn looks_at(&mut self, clock: Clock) -> bool {
+        self.age += 1;
+        self.reference.time_in_period == clock.time_in_period.to_bits() || self.age >= self.limit
+    }
+}
+
+impl Simulation {
+    /// Nothing is kept before this drive period, so that a motion which repeats is moved on up to there.
+    pub(crate) fn passes_until(&mut self, period: i64) {
+        let reference =
+            Reference { numbers: None, time_in_period: 0, period: 0, impacts: 0, events: 0 };
+        let recurrence = Recurrence { until: period, reference, age: 0, limit: FEWEST };
+        self.recurrence = (period > self.clock().period).then_some(recurrence);
+    }
+
+    /// The numbers of the present impact.
+    fn numbers(&self) -> Option<Numbers> {
+        let State { x1, v1, x2, v2 } = self.point.anchor.state;
+        let Clock { time_in_period, residual, .. } = self.point.anchor.clock;
+        Some(Numbers {
+            state: [x1, v1, x2, v2].map(f64::to_bits),
+            time_in_period: time_in_period.to_bits(),
+            residual: residual.to_bits(),
+            rhythm: self.point.monitor.rhythm()?,
+            moves: self.point.moves,
+        })
+    }
+
+    /// Moves on by whole cycles if the present impact is the reference, or makes it the next one.
+    #[inline(never)]
+    pub(super) fn recur(&mut self) {
+        let Some(mut recurrence) = self.recurrence.take() else { return };
+        let period = self.point.anchor.clock.period;
+        let Some(ahead) = (recurrence.until - 1).checked_sub(period).filter(|&left| left > 0)
+        else {
+            return;
+        };
+        let (numbers, reference) = (self.numbers(), recurrence.reference);
+        let cycle = period - reference.period;
+        if numbers.is_some() && numbers == reference.numbers && cycle > 0 {
+            let events = self.point.events - reference.events;
+            let room = self.max_events.saturating_sub(self.point.events + 1) / events.max(1);
+            let cycles = (ahead / cycle).min(i64::try_from(room).unwrap_or(i64::MAX));
+            let (shift, times) = (cycles * cycle, cycles as u64);
+            self.point.impacts += times * (self.point.impacts - reference.impacts);
+            self.point.events += times * events;
+            self.point.anchor.clock.period += shift;
+            self.flight.clock.period += shift;
+            self.point.monitor.move_on(shift);
+            return;
+        }
+        if recurrence.age >= recurrence.limit {
+            recurrence.reference = Reference {
+                numbers,
+                time_in_period: self.point.anchor.clock.time_in_period.to_bits(),
+                period,
+                impacts: self.point.impacts,
+                events: self.point.events,
+            };
+            recurrence.age = 0;
+            recurrence.limit = FEWEST + self.point.impacts / PART;
+        }
+        self.recurrence = Some(recurrence);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::simulate::{Horizon, Observer, Simulation};
+    use crate::state::State;
+    use crate::{Event, System};
+
+    /// Counts local flights and sections.
+    #[derive(Default)]
+    struct Counter {
+        flights: u32,
+        sections: Vec<[f64; 4]>,
+    }
+
+    impl Observer for Counter {
+        const SECTIONS: bool = true;
+
+        fn section(&mut self, _: i64, state: &State) {
+            self.sections.push(state.to_array());
+        }
+
+        fn go_on(&mut self) -> bool {
+            self.flights += 1;
+            true
+        }
+    }
+
+    fn run(system: &System, passes: bool) -> (u32, Vec<[f64; 4]>, u64, Vec<Event>) {
+        let start = State::new(0.0, 0.5, 0.0, 0.0).unwrap();
+        let mut simulation = Simulation::new(system, start).unwrap().until(Horizon::Periods(600));
+        simulation.sections_from(501);
+        if passes {
+            simulation.passes_until(500);
+        }
+        let mut counter = Counter::default();
+        let mut last = Vec::new();
+        while let Some(event) = simulation.advance(&mut counter) {
+            let event = event.unwrap();
+            if simulation.clock().period >= 500 {
+                last.push(event);
+            }
+        }
+        (counter.flights, counter.sections, simulation.impact_count(), last)
+    }
+
+    #[test]
+    fn a_motion_that_repeats_is_moved_on_and_nothing_else_changes() {
+        let damped = |omega: f64, friction: f64, restitution: f64| {
+            System::builder()
+                .mass_ratio(0.6)
+                .frequency_ratio(2.0)
+                .restitution(restitution)
+                .gap(0.5)
+                .drive_frequency(omega)
+                .pendulum_damping(0.1)
+                .oscillator_damping(0.1)
+                .moment_amplitude(1.0)
+                .force_amplitude(0.5)
+                .friction(friction)
+                .build()
+                .unwrap()
+        };
+        let mut moved = 0;
+        for i in 0..40 {
+            let omega = 0.35 + 0.05 * f64::from(i);
+            let (friction, restitution) =
+                (0.3 * f64::from(i % 3), if i % 2 == 0 { 0.8 } else { 0.3 });
+            let system = damped(omega, friction, restitution);
+            let (plain, passed) = (run(&system, false), run(&system, true));
+            assert_eq!(plain.1, passed.1, "sections at {omega}");
+            assert_eq!(plain.2, passed.2, "impacts at {omega}");
+            assert!(plain.3 == passed.3, "events at {omega}");
+            assert!(passed.0 <= plain.0);
+            moved += usize::from(2 * passed.0 < plain.0);
+        }
+        assert!(moved > 20, "{moved} of 40 took less than half the flights");
+    }
+}
