@@ -4,6 +4,7 @@ No pickle is written or read. The text, stored as the array ``metadata``, names 
 version, the version of vibroimpact that wrote it, and all that is not an array.
 """
 
+import errno
 import json
 import os
 import zipfile
@@ -95,6 +96,10 @@ def read(path: str | os.PathLike[str], builders: Mapping[str, Builder[_Result]])
             metadata: dict[str, Any] = json.loads(arrays.pop("metadata").item())
             header = [metadata[name] for name in ("format", "format_version", "kind", "version")]
         except _DAMAGE as error:
+            raise _damaged(path, error) from error
+        except OSError as error:
+            if error.errno != errno.EINVAL:  # a place before the file's beginning
+                raise
             raise _damaged(path, error) from error
     name, format_version, kind, version = header
     if name != FORMAT:

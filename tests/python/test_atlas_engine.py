@@ -131,7 +131,7 @@ def test_the_default_chunk_follows_from_the_cost():
     sizes: list[int] = []
     grid = Grid({"gap": np.linspace(0.0, 1.0, 250)})
     atlas.compute(Counting(grid, steps=1), whole)
-    assert sizes == [84, 84, 82]  # at most 1e6 periods, that is 100 cells
+    assert sizes == [125, 125]  # at most 1e6 periods, that is 200 cells
     sizes.clear()
     atlas.compute(Counting(grid, steps=1, divisible=False), whole, chunk=10)
     assert sizes == [250]
