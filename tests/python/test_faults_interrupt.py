@@ -40,14 +40,20 @@ def interrupted() -> Iterator[pytest.ExceptionInfo[KeyboardInterrupt]]:
 @contextmanager
 def a_signal(after: float = 0.2) -> Iterator[None]:
     """Send SIGINT to this process soon; end it should a call never return."""
-    timer = AfterWork(after, lambda: os.kill(os.getpid(), signal.SIGINT))
+    # Once more much later: an exception within one of hypothesis's callbacks of the garbage
+    # collector is lost.
+    timers = [
+        AfterWork(wait, lambda: os.kill(os.getpid(), signal.SIGINT)) for wait in (after, after + 20)
+    ]
     faulthandler.dump_traceback_later(120, exit=True)
-    timer.start()
+    for timer in timers:
+        timer.start()
     try:
         yield
     finally:
-        timer.cancel()
-        timer.join()
+        for timer in timers:
+            timer.cancel()
+            timer.join()
         faulthandler.cancel_dump_traceback_later()
 
 

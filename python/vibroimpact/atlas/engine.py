@@ -22,8 +22,8 @@ from .store import Store, open_columns
 
 Result = TypeVar("Result")
 
-# Drive periods that take very roughly half a second, at two million a second on a core, and bounds to
-# the cells of a chunk by default.
+# Drive periods that take very roughly half a second, at two million a second on a core, and bounds
+# to the cells of a chunk by default.
 _PERIODS = 1e6
 _FEWEST, _MOST = 64, 65536
 
