@@ -102,14 +102,16 @@ impl ChatterMonitor {
             && predicted < 1.0
             && (measured - predicted).abs() <= CHATTER_RATIO_RTOL * predicted;
         self.kept = if keeps { self.kept + 1 } else { 0 };
+        if !keeps && self.samples[0].is_some() {
+            (self.character, self.samples) = (None, [None; MOST]);
+        }
         self.stopped = !slides;
         self.ratio = if measured.is_finite() { measured } else { 0.0 };
         self.last = approach;
         self.kept >= CHATTER_IMPACTS
     }
 
-    /// What decides about the next impacts; `None` within a sequence, where its samples do too. (Older ones
-    /// are given up when the next begins.)
+    /// What decides about the next impacts; `None` within a sequence, where its samples do too.
     pub fn rhythm(&self) -> Option<Rhythm> {
         (self.kept < CHATTER_IMPACTS).then_some(Rhythm {
             last: self.last.to_bits(),
@@ -117,13 +119,6 @@ impl ChatterMonitor {
             kept: self.kept,
             stopped: self.stopped,
         })
-    }
-
-    /// The clock is moved on by so many drive periods.
-    pub fn move_on(&mut self, periods: i64) {
-        for sample in self.samples.iter_mut().flatten() {
-            sample.clock.period += periods;
-        }
     }
 
     /// Ratio of the last bounces if they shrink as chatter does, and so does this one, which leaves

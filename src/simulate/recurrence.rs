@@ -97,7 +97,6 @@ impl Simulation {
             self.point.events += times * events;
             self.point.anchor.clock.period += shift;
             self.flight.clock.period += shift;
-            self.point.monitor.move_on(shift);
             return;
         }
         if recurrence.age >= recurrence.limit {
