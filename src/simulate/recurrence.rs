@@ -92,7 +92,7 @@ impl Simulation {
             let events = self.point.events - reference.events;
             let room = self.max_events.saturating_sub(self.point.events + 1) / events.max(1);
             let cycles = (ahead / cycle).min(i64::try_from(room).unwrap_or(i64::MAX));
-            let (shift, times) = (cycles * cycle, cycles as u64);
+            let (shift, times) = (cycles * cycle, cycles.unsigned_abs());
             self.point.impacts += times * (self.point.impacts - reference.impacts);
             self.point.events += times * events;
             self.point.anchor.clock.period += shift;
