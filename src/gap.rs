@@ -362,7 +362,8 @@ pub(crate) fn higher_at_start<G: Geometry>(motion: &FreeMotion, flight: &Flight)
 #[inline(always)]
 pub(crate) fn gap_remainder(fourth: f64, fifth: f64, sixth: f64, offset: f64) -> f64 {
     let square = offset * offset;
-    let best = (fourth / 12.0).min(fifth / 60.0 * offset.abs()).min(sixth / 720.0 * square);
+    // By lower bounds twice the first term left out, with room for the polynomial's own terms after it.
+    let best = (fourth / 8.0).min(fifth / 60.0 * offset.abs()).min(sixth / 720.0 * square);
     best * (square * square)
 }
 

@@ -218,7 +218,9 @@ impl Simulation {
         if self.leave(clock, state, impact.regime.kind(), impact.approach_velocity) {
             self.believe_chatter(&impact);
         }
-        (!observer.skips(clock, &state)).then(|| Ok(self.record(pre, impact)))
+        // The clock may have moved on.
+        let skipped = observer.skips(self.flight.clock, &state);
+        (!skipped).then(|| Ok(self.record(pre, impact)))
     }
 
     /// The present flight begins at this clock and state, with an impact; whether chatter may have begun.
@@ -259,6 +261,7 @@ impl Simulation {
     /// Skips the impacts that follow, if they are chatter.
     #[inline(never)]
     pub(super) fn believe_chatter(&mut self, impact: &Impact) {
+        self.forget_recurrence();
         self.point.completion = self.chatter_ahead(self.flight.clock, impact);
     }
 

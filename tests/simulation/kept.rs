@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use vibroimpact::{
     Contact, Event, Horizon, ImpactRecord, Observer, Run, RunOptions, Simulation, State,
-    StopReason, System,
+    StopReason, System, Workers, run_many,
 };
 
-use crate::{Draw, ball, go, paper, paper_start, state, until};
+use crate::{Draw, ball, chattering, go, paper, paper_start, state, until};
 
 #[derive(Default)]
 struct Sections(Vec<(i64, [f64; 4])>);
@@ -316,5 +316,37 @@ fn records_are_consistent() {
             assert!((impact.x2 - x2).abs() <= 2.0 * f64::EPSILON * (1.0 + system.gap()));
         }
         assert!(run.impacts.windows(2).all(|w| w[0].time < w[1].time));
+    }
+}
+
+#[test]
+fn a_run_that_moves_on_over_its_repetitions_is_the_end_of_the_whole_run() {
+    let damped = |omega: f64| {
+        paper(omega).force_amplitude(0.5).pendulum_damping(0.1).oscillator_damping(0.1).build()
+    };
+    let mut systems: Vec<(System, i64)> =
+        (0..12).map(|i| (damped(0.7 + 0.15 * f64::from(i)).unwrap(), 400)).collect();
+    // Chatter and contact in every period.
+    systems.extend([(0.25, 3000), (0.45, 3000)].map(|(w, n)| (chattering(w).build().unwrap(), n)));
+    for (system, periods) in systems {
+        let whole = go(&system, paper_start(), RunOptions::periods(periods));
+        let options = RunOptions::periods(periods).keep(50);
+        let run = go(&system, paper_start(), options);
+        let omega = system.drive_frequency();
+        assert_eq!(run.impact_count, whole.impact_count, "{omega}");
+        assert_eq!(run.final_state, whole.final_state, "{omega}");
+        let first = whole.impacts.len() - run.impacts.len();
+        assert!(run.impacts == whole.impacts[first..], "{omega}");
+        assert!(run.stroboscopic == whole.stroboscopic[periods as usize - 50..], "{omega}");
+        // From the flight in which the window begins on.
+        let period = TAU / omega;
+        let times: Vec<f64> =
+            (0..500).map(|i| run.kept_from() + period * (0.01 * f64::from(i))).collect();
+        assert_same_motion(&run, &whole, &times);
+        let many =
+            run_many(&system, &[paper_start(); 3], options, &Workers::default(), &mut || true);
+        for other in many.unwrap() {
+            assert!(other.unwrap() == run, "{omega}");
+        }
     }
 }

@@ -202,6 +202,7 @@ impl Encounters {
             let later = gap.later(offset);
             let certain = (in_reach[j] == 1)
                 & holds
+                & (s + offset >= 0.0)
                 & (left <= SETTLE_PART * level)
                 & (later.rate > 0.0)
                 & (p.increment.abs() <= MOST_TURNED);
