@@ -95,6 +95,14 @@ impl Impact {
         -self.separation_velocity / self.approach_velocity
     }
 
+    /// Whether velocities, impulse and energy are numbers: energies are squares, and the first to leave
+    /// the range of floats.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn is_finite(&self) -> bool {
+        (self.v1_post + self.v2_post + self.impulse_normal + self.energy_loss).is_finite()
+    }
+
     /// Whether the bodies neither part nor slip after it: a plastic impact that ends in stick.
     #[inline]
     pub(crate) fn ends_at_rest(&self) -> bool {

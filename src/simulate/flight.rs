@@ -199,7 +199,7 @@ impl Simulation {
             }
         };
         let post = State { v1: impact.v1_post, v2: impact.v2_post, ..pre };
-        if !(post.is_finite() && impact.impulse_normal.is_finite()) {
+        if !(post.is_finite() && impact.is_finite()) {
             return Some(Err(self.fail(false)));
         }
         self.flight = self.motion.flight_at(clock, post, angle);

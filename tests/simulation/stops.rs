@@ -2,7 +2,7 @@
 
 use vibroimpact::impact::RegimeKind;
 use vibroimpact::{
-    Event, Horizon, ImpactLaw, RunError, RunOptions, Simulation, SimulationError, State,
+    Contact, Event, Horizon, ImpactLaw, RunError, RunOptions, Simulation, SimulationError, State,
     StateError, StopReason, System, run,
 };
 
@@ -239,5 +239,29 @@ fn a_motion_out_of_range_is_a_failed_computation() {
             assert_eq!(done.final_state.state, paper_start());
         }
         other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn an_impact_whose_energy_is_no_number_is_an_error() {
+    // Found by fuzzing: squares of velocities near 1e154 leave the range of floats.
+    let system = paper(1.4218966964217594)
+        .contact(Contact::Direct)
+        .law(ImpactLaw::Paper)
+        .mass_ratio(0.0)
+        .frequency_ratio(3.0)
+        .restitution(0.0)
+        .gap(1.0)
+        .moment_amplitude(-2.0)
+        .force_amplitude(1e154)
+        .build()
+        .unwrap();
+    let simulation = Simulation::new(&system, state(-2.0, -2.0, -3.0, -2.0)).unwrap().periods(2);
+    for event in simulation {
+        match event {
+            Ok(Event::Impact(e)) => assert!(e.impact.energy_loss.is_finite(), "{e:?}"),
+            Ok(_) => {}
+            Err(error) => assert!(matches!(error, SimulationError::NotFinite { .. }), "{error}"),
+        }
     }
 }

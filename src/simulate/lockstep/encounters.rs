@@ -243,11 +243,10 @@ impl Encounters {
             let segment = impact::slip(&pre, friction, pre.v1);
             let impact =
                 impact::straight(&pre, mass_ratio, restitution, &segment, Regime::Frictionless);
-            let finite = impact.v1_post + impact.v2_post + impact.impulse_normal;
             let met = (impact.approach_velocity > 0.0)
                 & (on_wall | (mass_ratio > 0.0))
                 & (x1.abs() <= MOST_TURNED);
-            let straight = ((friction == 0.0) | lasts) & finite.is_finite();
+            let straight = ((friction == 0.0) | lasts) & impact.is_finite();
             (impacts.pre_x1[j], impacts.pre_x2[j]) = (x1, x2);
             after.angles.set(j, &angle);
             impacts.v1_post[j] = impact.v1_post;
@@ -275,8 +274,7 @@ impl Encounters {
 
     /// Sets the impact in lane `j`.
     pub fn bend(&mut self, j: usize, impact: &Impact) {
-        let finite = impact.v1_post + impact.v2_post + impact.impulse_normal;
-        if finite.is_finite() {
+        if impact.is_finite() {
             self.impacts.v1_post[j] = impact.v1_post;
             self.impacts.v2_post[j] = impact.v2_post;
             self.impacts.bent[j] = Some(*impact);
