@@ -17,6 +17,9 @@ from drawn_calls import ENDS, SIGNED, SPECIAL, execute, is_short
 from systems import PAPER, ROUGH
 from vibroimpact.system import NUMERIC_RANGES
 
+# Of huge numbers, which are drawn too.
+pytestmark = pytest.mark.filterwarnings("ignore:Generating overly large repr")
+
 # To make it smaller takes long where a run takes long.
 QUICK = settings(
     max_examples=300, derandomize=True, deadline=None, phases=(Phase.explicit, Phase.generate)
