@@ -9,6 +9,7 @@ mod contact;
 mod flight;
 mod lockstep;
 mod recurrence;
+mod sections;
 mod stop;
 
 pub(crate) use flight::{followed_by_hops, hops};
@@ -393,50 +394,6 @@ impl Simulation {
     fn is_far(&self, target: Clock, reached: f64) -> bool {
         let between = target.period - self.flight.clock.period - 1;
         between > 0 && reached < (between as f64 - 0.5) * self.motion.drive.period.hi
-    }
-
-    /// Hands the sections up to local time `reached` to the observer; one that falls on an event
-    /// is left for the leg after it.
-    #[inline(always)]
-    #[allow(clippy::inline_always)]
-    fn pass_sections<O: Observer>(
-        &mut self,
-        reached: f64,
-        inclusive: bool,
-        observer: &mut O,
-        state_at: impl Fn(&Self, DoubleDouble) -> State,
-    ) {
-        if !O::SECTIONS {
-            return;
-        }
-        while let Some(at) = self.section_by(0, reached, inclusive) {
-            let state = state_at(self, at);
-            self.pass_section(&state, observer);
-        }
-    }
-
-    /// Local time of the section after so many more, if it lies before `reached`.
-    #[inline(always)]
-    #[allow(clippy::inline_always)]
-    fn section_by(&self, more: i64, reached: f64, inclusive: bool) -> Option<DoubleDouble> {
-        if !self.motion.drive.has_period() {
-            return None;
-        }
-        let period = self.point.next_section + more - i64::from(self.section_offset > 0.0);
-        let section = Clock::new(period, self.section_offset);
-        if self.is_far(section, reached) {
-            return None;
-        }
-        let at = self.motion.drive.until(self.flight.clock, section);
-        let passed = at.value() < reached || (at.value() == reached && inclusive);
-        passed.then(|| at.not_negative())
-    }
-
-    #[inline(always)]
-    #[allow(clippy::inline_always)]
-    fn pass_section<O: Observer>(&mut self, state: &State, observer: &mut O) {
-        observer.section(self.point.next_section, state);
-        self.point.next_section += 1;
     }
 
     /// Clock at a local time of the present leg, given in two parts.

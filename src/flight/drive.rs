@@ -110,8 +110,8 @@ impl Drive {
         Self { omega, phase, period, ticks }
     }
 
-    /// The instant of an impact within a drive period in whole ticks: to three digits of two more than one
-    /// number holds, so that what follows depends on few numbers (src/simulate/recurrence.rs).
+    /// What rounding an impact's time in the period to one number left out, in whole ticks: three binary
+    /// digits more, and no others, so that what follows depends on few numbers (src/simulate/recurrence.rs).
     #[inline(always)]
     pub fn ticked(&self, rest: f64) -> f64 {
         (rest + self.ticks) - self.ticks

@@ -12,7 +12,7 @@ use crate::event::{Event, GrazeEvent, ImpactEvent, StopReason};
 use crate::flight::Flight;
 use crate::hold::Next;
 use crate::impact::{self, Impact, ImpactFailure, PreImpact, RegimeKind};
-use crate::lanes::{self, LANES};
+use crate::lanes;
 use crate::params::{ImpactLaw, System};
 use crate::state::{Clock, State};
 use crate::tolerance::{
@@ -74,52 +74,6 @@ impl Simulation {
         let end = self.horizon_in_leg();
         // A contact at the very end still belongs to the run.
         (reached > end.value()).then_some(end)
-    }
-
-    #[inline(always)]
-    pub(super) fn pass_sections_in_flight<O: Observer>(
-        &mut self,
-        reached: f64,
-        inclusive: bool,
-        observer: &mut O,
-    ) {
-        if !O::SECTIONS {
-            return;
-        }
-        while let Some(first) = self.section_by(0, reached, inclusive) {
-            match self.section_by(1, reached, inclusive) {
-                None => {
-                    let state = self.motion.state_within(&self.flight, first);
-                    return self.pass_section(&state, observer);
-                }
-                Some(second) => {
-                    self.pass_several([first, second], reached, inclusive, observer);
-                }
-            }
-        }
-    }
-
-    /// Passes these sections and those after them, as many as are evaluated at once.
-    #[inline(never)]
-    fn pass_several<O: Observer>(
-        &mut self,
-        first: [DoubleDouble; 2],
-        reached: f64,
-        inclusive: bool,
-        observer: &mut O,
-    ) {
-        let (mut times, mut count) = ([DoubleDouble::ZERO; LANES], first.len());
-        times[..count].copy_from_slice(&first);
-        while count < LANES
-            && let Some(at) = self.section_by(count as i64, reached, inclusive)
-        {
-            times[count] = at;
-            count += 1;
-        }
-        let states = self.motion.states_within(&self.flight, &times[..count]);
-        for state in &states[..count] {
-            self.pass_section(state, observer);
-        }
     }
 
     /// Starts the present local flight, from the anchor without accumulating rounding.

@@ -17,7 +17,7 @@ pub(super) fn pass_sections<T: Traveller>(
     encounters: &mut Encounters,
 ) -> Seats {
     let (mut times, mut rests) = (*encounters.near(), [0.0; LANES]);
-    let (mut passing, mut together) = (Seats::default(), Seats::default());
+    let (mut passing, mut together, mut alone) = <(Seats, Seats, Seats)>::default();
     for j in among.iter() {
         let Some(traveller) = &mut crew[j] else { continue };
         if !encounters.is_certain(j) {
@@ -33,22 +33,22 @@ pub(super) fn pass_sections<T: Traveller>(
         (times[j], rests[j]) = (at.hi, at.lo);
         if at.hi <= simulation.motion.far && !simulation.motion.decays_by(at.hi) {
             together.push(j);
+        } else {
+            alone.push(j);
         }
     }
-    let in_lanes = together.count >= FEWEST;
-    if in_lanes {
+    if together.count < FEWEST {
+        (alone, together) = (passing.clone(), Seats::default());
+    } else {
         encounters.pass(&times);
-        for j in together.iter() {
-            if let Some(traveller) = &mut crew[j] {
-                let (simulation, watch) = traveller.parts();
-                simulation.pass_section(&encounters.state(j, rests[j]), watch);
-            }
+    }
+    for j in together.iter() {
+        if let Some(traveller) = &mut crew[j] {
+            let (simulation, watch) = traveller.parts();
+            simulation.pass_section(&encounters.state(j, rests[j]), watch);
         }
     }
-    for j in passing.iter() {
-        if in_lanes && together.iter().any(|other| other == j) {
-            continue;
-        }
+    for j in alone.iter() {
         if let Some(traveller) = &mut crew[j] {
             let (simulation, watch) = traveller.parts();
             let (pendulum, oscillator) = encounters.bodies(j);

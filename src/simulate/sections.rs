@@ -1,0 +1,103 @@
+//! Stroboscopic sections of a leg, handed to the observer in order.
+
+#![allow(clippy::inline_always)] // a flight is compiled for several instruction sets
+
+use super::{Observer, Simulation};
+use crate::double_double::DoubleDouble;
+use crate::lanes::LANES;
+use crate::state::{Clock, State};
+
+impl Simulation {
+    /// Hands the sections up to local time `reached` to the observer; one that falls on an event
+    /// is left for the leg after it.
+    #[inline(always)]
+    pub(super) fn pass_sections<O: Observer>(
+        &mut self,
+        reached: f64,
+        inclusive: bool,
+        observer: &mut O,
+        state_at: impl Fn(&Self, DoubleDouble) -> State,
+    ) {
+        if !O::SECTIONS {
+            return;
+        }
+        while let Some(at) = self.section_by(0, reached, inclusive) {
+            let state = state_at(self, at);
+            self.pass_section(&state, observer);
+        }
+    }
+
+    /// Local time of the section after so many more, if it lies before `reached`.
+    #[inline(always)]
+    pub(super) fn section_by(
+        &self,
+        more: i64,
+        reached: f64,
+        inclusive: bool,
+    ) -> Option<DoubleDouble> {
+        if !self.motion.drive.has_period() {
+            return None;
+        }
+        let period = self.point.next_section + more - i64::from(self.section_offset > 0.0);
+        let section = Clock::new(period, self.section_offset);
+        if self.is_far(section, reached) {
+            return None;
+        }
+        let at = self.motion.drive.until(self.flight.clock, section);
+        let passed = at.value() < reached || (at.value() == reached && inclusive);
+        passed.then(|| at.not_negative())
+    }
+
+    #[inline(always)]
+    pub(super) fn pass_section<O: Observer>(&mut self, state: &State, observer: &mut O) {
+        observer.section(self.point.next_section, state);
+        self.point.next_section += 1;
+    }
+
+    /// The same of a flight: a single section by itself, which most flights have, more of them together.
+    #[inline(always)]
+    pub(super) fn pass_sections_in_flight<O: Observer>(
+        &mut self,
+        reached: f64,
+        inclusive: bool,
+        observer: &mut O,
+    ) {
+        if !O::SECTIONS {
+            return;
+        }
+        while let Some(first) = self.section_by(0, reached, inclusive) {
+            match self.section_by(1, reached, inclusive) {
+                None => {
+                    let state = self.motion.state_within(&self.flight, first);
+                    return self.pass_section(&state, observer);
+                }
+                Some(second) => {
+                    self.pass_several([first, second], reached, inclusive, observer);
+                }
+            }
+        }
+    }
+
+    /// Passes these sections and those after them, as many as are evaluated at once.
+    #[inline(never)]
+    fn pass_several<O: Observer>(
+        &mut self,
+        first: [DoubleDouble; 2],
+        reached: f64,
+        inclusive: bool,
+        observer: &mut O,
+    ) {
+        let (mut times, mut count) = ([DoubleDouble::ZERO; LANES], first.len());
+        times[..count].copy_from_slice(&first);
+        while count < LANES
+            && let Some(at) = self.section_by(count as i64, reached, inclusive)
+        {
+            times[count] = at;
+            count += 1;
+        }
+        let states = self.motion.states_within(&self.flight, &times[..count]);
+        for state in &states[..count] {
+            self.pass_section(state, observer);
+        }
+    }
+}
