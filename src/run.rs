@@ -1,6 +1,7 @@
 //! A whole run with what is kept of it: the last periods' impacts, sections, grazes and events.
 
 mod audit;
+mod kept;
 mod legs;
 mod options;
 
@@ -9,6 +10,7 @@ pub use options::RunOptions;
 
 use serde::{Deserialize, Serialize};
 
+use self::kept::Kept;
 use crate::error::{ParameterError, SimulationError, StateError};
 use crate::event::{
     ContactRecord, Event, EventKind, EventRecord, GrazeRecord, ImpactRecord, StopEvent, StopReason,
@@ -17,7 +19,7 @@ use crate::flight::FreeMotion;
 use crate::hold::ContactMode;
 use crate::params::System;
 use crate::period::{CHATTERING, PeriodReport, detect_period};
-use crate::simulate::{Anchor, Checkpoint, Observer, Simulation, Traveller, travel};
+use crate::simulate::{Anchor, Checkpoint, Cycle, Observer, Simulation, Traveller, travel};
 use crate::state::{Clock, State};
 use crate::tolerance::DEFAULT_MAX_EVENTS;
 
@@ -99,6 +101,9 @@ pub(crate) const FLIGHTS_PER_LOOK: u32 = 2048;
 /// Most records for which there is room from the start: one impact per period is usual.
 const MOST_EXPECTED: usize = 1024;
 
+/// Most events, and sections, that are copied between two such looks.
+const MOST_COPIED: u64 = 1 << 16;
+
 /// Collects sections, passes over what comes before the window, and asks the caller now and then.
 struct Collector<G> {
     sections: Vec<[f64; 4]>,
@@ -137,6 +142,12 @@ impl<G: FnMut() -> bool> Observer for Collector<G> {
 }
 
 impl<G> Collector<G> {
+    /// The last so many sections again.
+    fn repeat(&mut self, sections: usize) {
+        let from = self.sections.len().saturating_sub(sections);
+        self.sections.extend_from_within(from..);
+    }
+
     fn precedes(&self, clock: Clock) -> bool {
         // What happens at the start belongs to a run whose window is all of it.
         clock < self.window || (clock == self.window && !self.inclusive)
@@ -204,8 +215,13 @@ impl<G: FnMut() -> bool> Traveller for Collection<G> {
         match event {
             Ok(Event::Stop(stop)) => self.end = Some(stop),
             Ok(event) => {
-                if !self.kept.take(&event, &self.collector) {
+                if self.collector.precedes(event.clock()) {
                     self.collector.anchor = self.simulation.checkpoint().anchor;
+                } else {
+                    self.kept.take(&event);
+                    if let Some((cycle, times)) = self.simulation.repeats() {
+                        self.repeat(&cycle, times);
+                    }
                 }
             }
             Err(error) => self.failure = Some(error),
@@ -257,14 +273,25 @@ impl<G: FnMut() -> bool> Collection<G> {
             first_section: simulation.checkpoint().next_section,
             simulation,
             collector,
-            kept: Kept {
-                impacts: Vec::with_capacity(expected),
-                events: Vec::with_capacity(expected),
-                ..Kept::default()
-            },
+            kept: Kept::with_capacity(expected),
             end: None,
             failure: None,
         }
+    }
+
+    /// Copies what repeats, a part of it at a time so that the caller can end the run.
+    #[inline(never)]
+    fn repeat(&mut self, cycle: &Cycle, times: i64) {
+        let most = MOST_COPIED / cycle.events.max(cycle.periods.unsigned_abs());
+        let times = times.min(i64::try_from(most).unwrap_or(i64::MAX).max(1));
+        let events = usize::try_from(cycle.events).unwrap_or(usize::MAX);
+        let sections = usize::try_from(cycle.periods).unwrap_or(usize::MAX);
+        for _ in 0..times {
+            self.kept.repeat(events, cycle.periods, self.simulation.drive());
+            self.collector.repeat(sections);
+        }
+        self.simulation.repeat(cycle, times);
+        self.collector.flights = FLIGHTS_PER_LOOK;
     }
 
     /// Goes on to the end, and makes the run of what was kept.
@@ -275,7 +302,7 @@ impl<G: FnMut() -> bool> Collection<G> {
         let end = self.end.unwrap_or_else(|| simulation.standstill());
         // A run that ends before its window has kept nothing: its window is its end.
         let window = if window > end.clock { end.clock } else { window };
-        let Kept { impacts, grazes, contacts, mut events } = self.kept;
+        let Kept { impacts, grazes, contacts, mut events, .. } = self.kept;
         events.push(EventRecord {
             time: end.time,
             period: end.clock.period,
@@ -308,47 +335,6 @@ impl<G: FnMut() -> bool> Collection<G> {
             Some(error) => Err(RunError::Simulation { error, done: Box::new(run) }),
             None => Ok(run),
         }
-    }
-}
-
-/// The events of the window, in their tables.
-#[derive(Default)]
-struct Kept {
-    impacts: Vec<ImpactRecord>,
-    grazes: Vec<GrazeRecord>,
-    contacts: Vec<ContactRecord>,
-    events: Vec<EventRecord>,
-}
-
-impl Kept {
-    /// Takes an event after the start of the window; `false` if it comes before.
-    fn take<G>(&mut self, event: &Event, collector: &Collector<G>) -> bool {
-        let (clock, time, kind, index) = match event {
-            Event::Impact(e) => (e.clock, e.time, EventKind::Impact, self.impacts.len()),
-            Event::Graze(e) => (e.clock, e.time, EventKind::Graze, self.grazes.len()),
-            Event::Chatter(e) => (e.clock, e.time, EventKind::Chatter, self.contacts.len()),
-            Event::SlidePositive(e)
-            | Event::SlideNegative(e)
-            | Event::Stick(e)
-            | Event::Release(e) => (e.clock, e.time, EventKind::of(e.mode), self.contacts.len()),
-            Event::Stop(_) => return true,
-        };
-        if collector.precedes(clock) {
-            return false;
-        }
-        match event {
-            Event::Impact(e) => self.impacts.push(ImpactRecord::from(e)),
-            Event::Graze(e) => self.grazes.push(GrazeRecord::from(e)),
-            Event::Chatter(e) => self.contacts.push(ContactRecord::from(e)),
-            Event::SlidePositive(e)
-            | Event::SlideNegative(e)
-            | Event::Stick(e)
-            | Event::Release(e) => self.contacts.push(ContactRecord::from(e)),
-            Event::Stop(_) => {}
-        }
-        let (kind, index) = (kind as i64, index as i64);
-        self.events.push(EventRecord { time, period: clock.period, kind, index });
-        true
     }
 }
 

@@ -14,6 +14,7 @@ mod stop;
 
 pub(crate) use flight::{followed_by_hops, hops};
 pub(crate) use lockstep::{Traveller, travel};
+pub(crate) use recurrence::Cycle;
 
 use serde::{Deserialize, Serialize};
 
@@ -23,7 +24,7 @@ use crate::contact::Found;
 use crate::double_double::DoubleDouble;
 use crate::error::{SimulationError, StateError};
 use crate::event::{Event, StopEvent, StopReason};
-use crate::flight::{Flight, FreeMotion};
+use crate::flight::{Drive, Flight, FreeMotion};
 use crate::hold::ContactMode;
 use crate::params::System;
 use crate::state::{Clock, State};
@@ -324,6 +325,10 @@ impl Simulation {
     /// Clock at the start of the present leg.
     pub(crate) fn clock(&self) -> Clock {
         self.point.anchor.clock
+    }
+
+    pub(crate) fn drive(&self) -> &Drive {
+        &self.motion.drive
     }
 
     pub(crate) fn checkpoint(&self) -> &Checkpoint {

@@ -15,6 +15,8 @@ mod invariants;
 mod kept;
 #[path = "simulation/labels.rs"]
 mod labels;
+#[path = "simulation/repeats.rs"]
+mod repeats;
 #[path = "simulation/stops.rs"]
 mod stops;
 

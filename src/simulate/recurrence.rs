@@ -2,10 +2,10 @@
 //!
 //! What follows an impact depends on few numbers, and rounding leaves finitely many of them: a motion that
 //! settles soon has the very numbers that it had some drive periods before, and from there all repeats.
-//! What lies before the kept window is then not computed again: the clock moves on by whole cycles. The
-//! results have the same bits.
+//! It is then not computed again: the clock moves on by whole cycles. What is kept of them is copied
+//! (src/run/kept.rs). The results have the same bits.
 
-use super::Simulation;
+use super::{Horizon, Simulation};
 use crate::chatter::Rhythm;
 use crate::state::{Clock, State};
 
@@ -23,6 +23,8 @@ pub(super) struct Recurrence {
     /// Impacts since the reference, and the number of them at which it is changed.
     age: u64,
     limit: u64,
+    /// What lies between the reference and the present impact, if they are alike and it is kept.
+    found: Option<Cycle>,
 }
 
 /// All that the motion after an impact depends on, but whole drive periods.
@@ -45,6 +47,16 @@ struct Reference {
     events: u64,
 }
 
+/// The stretch from an impact to the next one with the same numbers.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cycle {
+    /// Drive periods, and so sections.
+    pub periods: i64,
+    impacts: u64,
+    /// Events, the impacts among them.
+    pub events: u64,
+}
+
 impl Recurrence {
     /// Whether the present impact, at this clock, may be the reference, or is to be the next one.
     #[inline(always)]
@@ -53,15 +65,23 @@ impl Recurrence {
         self.age += 1;
         self.reference.time_in_period == clock.time_in_period.to_bits() || self.age >= self.limit
     }
+
+    /// The next impact is the reference.
+    fn begin_anew(&mut self) {
+        self.reference.numbers = None;
+        self.age = self.limit;
+    }
 }
 
 impl Simulation {
-    /// Nothing is kept before this drive period, so that a motion which repeats is moved on up to there.
+    /// Nothing is kept before this drive period: a motion that repeats is moved on up to there, and from
+    /// there on [`Self::repeats`] tells of it.
     pub(crate) fn passes_until(&mut self, period: i64) {
         let reference =
             Reference { numbers: None, time_in_period: 0, period: 0, impacts: 0, events: 0 };
-        let recurrence = Recurrence { until: period, reference, age: 0, limit: FEWEST };
-        self.recurrence = (period > self.clock().period).then_some(recurrence);
+        let (age, limit, found) = (0, FEWEST, None);
+        let recurrence = Recurrence { until: period, reference, age, limit, found };
+        self.recurrence = self.motion.drive.has_period().then_some(recurrence);
     }
 
     /// Chatter is believed in or not by the rounding of the time since the start, too: a cycle with chatter
@@ -69,6 +89,7 @@ impl Simulation {
     pub(super) fn forget_recurrence(&mut self) {
         if let Some(recurrence) = &mut self.recurrence {
             recurrence.reference.numbers = None;
+            recurrence.found = None;
         }
     }
 
@@ -85,29 +106,31 @@ impl Simulation {
         })
     }
 
-    /// Moves on by whole cycles if the present impact is the reference, or makes it the next one.
+    /// Finds out whether the present impact is the reference, or makes it the next one. Where nothing is
+    /// kept the clock then moves on by whole cycles.
     #[inline(never)]
     pub(super) fn recur(&mut self) {
-        let Some(mut recurrence) = self.recurrence.take() else { return };
+        let Some(mut recurrence) = self.recurrence else { return };
         let period = self.point.anchor.clock.period;
-        let Some(ahead) = (recurrence.until - 1).checked_sub(period).filter(|&left| left > 0)
-        else {
-            return;
-        };
-        let (numbers, reference) = (self.numbers(), recurrence.reference);
-        let cycle = period - reference.period;
-        if numbers.is_some() && numbers == reference.numbers && cycle > 0 {
-            let events = self.point.events - reference.events;
-            let room = self.max_events.saturating_sub(self.point.events + 1) / events.max(1);
-            let cycles = (ahead / cycle).min(i64::try_from(room).unwrap_or(i64::MAX));
-            let (shift, times) = (cycles * cycle, cycles.unsigned_abs());
-            self.point.impacts += times * (self.point.impacts - reference.impacts);
-            self.point.events += times * events;
-            self.point.anchor.clock.period += shift;
-            self.flight.clock.period += shift;
-            return;
+        let is_kept = period >= recurrence.until;
+        if is_kept && recurrence.reference.period < recurrence.until {
+            recurrence.begin_anew();
         }
-        if recurrence.age >= recurrence.limit {
+        let (numbers, reference) = (self.numbers(), recurrence.reference);
+        let cycle = Cycle {
+            periods: period - reference.period,
+            impacts: self.point.impacts - reference.impacts,
+            events: self.point.events - reference.events,
+        };
+        if numbers.is_some() && numbers == reference.numbers && cycle.periods > 0 {
+            if is_kept {
+                recurrence.found = Some(cycle);
+            } else {
+                self.move_on(&cycle, self.cycles_left(&cycle, recurrence.until));
+                // There is no room for another cycle before what is kept.
+                recurrence.begin_anew();
+            }
+        } else if recurrence.age >= recurrence.limit {
             recurrence.reference = Reference {
                 numbers,
                 time_in_period: self.point.anchor.clock.time_in_period.to_bits(),
@@ -119,6 +142,47 @@ impl Simulation {
             recurrence.limit = FEWEST + self.point.impacts / PART;
         }
         self.recurrence = Some(recurrence);
+    }
+
+    /// What the motion is going to repeat, if the present impact is like one before that is kept, too; and
+    /// how often before it ends.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // asked after every impact that is kept
+    pub(crate) fn repeats(&mut self) -> Option<(Cycle, i64)> {
+        let cycle = self.recurrence.as_mut()?.found.take()?;
+        let times = self.cycles_left(&cycle, self.end.period);
+        (times > 0).then_some((cycle, times))
+    }
+
+    /// The present impact becomes the one so many cycles later, and those between are passed over.
+    pub(crate) fn repeat(&mut self, cycle: &Cycle, times: i64) {
+        self.move_on(cycle, times);
+        self.point.next_section += times * cycle.periods;
+        if let Some(recurrence) = &mut self.recurrence {
+            recurrence.begin_anew();
+        }
+    }
+
+    /// How many more cycles end before this drive period, and before the caps.
+    fn cycles_left(&self, cycle: &Cycle, period: i64) -> i64 {
+        let Self { point, .. } = self;
+        let fit = |room: u64, each: u64| {
+            i64::try_from(room.saturating_sub(1) / each.max(1)).unwrap_or(i64::MAX)
+        };
+        let mut left = (period - 1 - point.anchor.clock.period).max(0) / cycle.periods;
+        left = left.min(fit(self.max_events.saturating_sub(point.events), cycle.events));
+        if let Horizon::Impacts { count, .. } = self.horizon {
+            left = left.min(fit(count.saturating_sub(point.impacts), cycle.impacts));
+        }
+        left
+    }
+
+    fn move_on(&mut self, cycle: &Cycle, times: i64) {
+        let shift = times * cycle.periods;
+        self.point.impacts += times.unsigned_abs() * cycle.impacts;
+        self.point.events += times.unsigned_abs() * cycle.events;
+        self.point.anchor.clock.period += shift;
+        self.flight.clock.period += shift;
     }
 }
 

@@ -137,7 +137,8 @@ fn options_that_make_no_sense_are_named() {
 
 #[test]
 fn the_caller_can_end_a_run_and_keeps_what_is_done() {
-    let system = paper(1.8).build().unwrap();
+    // Without losses it never repeats.
+    let system = paper(1.8).restitution(1.0).build().unwrap();
     let mut asked = 0;
     let options = RunOptions::periods(100_000);
     let ended = run(&system, paper_start(), options, &mut || {
