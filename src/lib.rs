@@ -98,8 +98,8 @@ pub use run::{EnergyAudit, FinalState, Run, RunError, RunOptions, run};
 pub use simulate::{Horizon, Observer, Simulation};
 pub use state::{Clock, State};
 pub use sweep::{
-    Cell, Measure, PointStatus, SweepOptions, SweepPoint, SweepStart, Workers, arrive_many,
-    run_many, sweep,
+    Cell, Measure, PointStatus, SweepOptions, SweepPoint, SweepRows, SweepStart, Workers,
+    arrive_many, run_many, sweep,
 };
 
 #[cfg(feature = "python")]

@@ -35,7 +35,7 @@ mod _core {
     #[pymodule_export]
     use super::system::PySystem;
 
-    use super::arrays;
+    use super::arrays::Record;
     use crate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
     use crate::impact::ImpactOutcome;
     use crate::period::Kind;
@@ -49,10 +49,10 @@ mod _core {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add("STATUS_NAMES", PyTuple::new(py, PointStatus::NAMES)?)?;
         module.add("MOTION_NAMES", PyTuple::new(py, Kind::NAMES)?)?;
-        module.add("IMPACT_DTYPE", arrays::dtype(py, ImpactRecord::COLUMNS)?)?;
-        module.add("OUTCOME_DTYPE", arrays::dtype(py, ImpactOutcome::COLUMNS)?)?;
-        module.add("EVENT_DTYPE", arrays::dtype(py, EventRecord::COLUMNS)?)?;
-        module.add("GRAZE_DTYPE", arrays::dtype(py, GrazeRecord::COLUMNS)?)?;
-        module.add("CONTACT_DTYPE", arrays::dtype(py, ContactRecord::COLUMNS)?)
+        module.add("IMPACT_DTYPE", ImpactRecord::dtype(py)?)?;
+        module.add("OUTCOME_DTYPE", ImpactOutcome::dtype(py)?)?;
+        module.add("EVENT_DTYPE", EventRecord::dtype(py)?)?;
+        module.add("GRAZE_DTYPE", GrazeRecord::dtype(py)?)?;
+        module.add("CONTACT_DTYPE", ContactRecord::dtype(py)?)
     }
 }

@@ -3,8 +3,10 @@
 //! Every point is a run of its own, or a followed branch is one task from end to end, so the
 //! result has the same bits for any number of threads.
 
+mod rows;
 mod workers;
 
+pub use rows::SweepRows;
 pub use workers::Workers;
 use workers::side_by_side;
 

@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 use vibroimpact::{
-    Cell, Measure, PointStatus, RunOptions, State, StopReason, SweepOptions, SweepPoint,
+    Cell, Measure, PointStatus, RunOptions, State, StopReason, SweepOptions, SweepPoint, SweepRows,
     SweepStart, System, Workers, lyapunov_spectrum, run, run_many, sweep,
 };
 
@@ -228,6 +228,24 @@ fn a_sweep_that_is_ended_early_keeps_what_is_done() {
             SweepStart::Backward => assert!(!points[left..].iter().any(pending)),
             _ => {}
         }
+    }
+}
+
+#[test]
+fn the_rows_in_one_piece_are_those_of_the_points() {
+    let points = sweep_with("drive_frequency", &values(0.6, 4.0, 37), SweepStart::Fresh, None);
+    for (threads, points) in [(1, &points[..]), (2, &points), (5, &points[..3]), (2, &[])] {
+        let rows = SweepRows::of(points, &Workers::new(Some(threads)).unwrap());
+        let impacts: Vec<[f64; 6]> = points.iter().flat_map(|p| p.impact_section.clone()).collect();
+        assert_eq!(rows.impact_section.len(), 6 * impacts.len());
+        for (place, impact) in impacts.iter().enumerate() {
+            for (column, &value) in impact.iter().enumerate() {
+                assert_eq!(rows.impact_section[column * impacts.len() + place], value);
+            }
+        }
+        assert!(points.iter().flat_map(|p| &p.regime).eq(&rows.regime));
+        assert!(points.iter().flat_map(|p| &p.stroboscopic).eq(&rows.stroboscopic));
+        assert_eq!(impacts.is_empty(), points.is_empty());
     }
 }
 

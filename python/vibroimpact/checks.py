@@ -203,6 +203,8 @@ def horizon(drive_frequency: float, *, periods: Any, time: Any, keep: Any) -> Ho
 
 def as_floats(array: NDArray[Any]) -> NDArray[np.float64]:
     """Return real numbers as float64, with -0.0 made 0.0; infinite where they are beyond it."""
+    if array.dtype == np.float64:
+        return array + 0.0
     with np.errstate(over="ignore"):
         return array.astype(np.float64) + 0.0
 
@@ -211,13 +213,16 @@ def array_of(
     name: str, given: Any, allowed: str, *, error: type[ValueError] = ParameterError
 ) -> NDArray[Any]:
     """Return what is given as an array, of any type and shape, but neither ragged nor masked."""
-    refusal = f"{name} = {given!r} is not allowed; allowed: {allowed}"
-    if np.ma.is_masked(given):
-        raise error(f"{refusal}, without a mask")
+    # Not written out unless it is refused: to print an array takes longer than to use it.
+    def refusal() -> str:
+        return f"{name} = {given!r} is not allowed; allowed: {allowed}"
+
+    if isinstance(given, np.ma.MaskedArray) and np.ma.is_masked(given):
+        raise error(f"{refusal()}, without a mask")
     try:
         return np.asarray(given)
     except ValueError as ragged:
-        raise error(refusal) from ragged
+        raise error(refusal()) from ragged
 
 
 def states(initial: Any, name: str = "initial") -> NDArray[np.float64]:
@@ -230,9 +235,9 @@ def states(initial: Any, name: str = "initial") -> NDArray[np.float64]:
     if array.dtype.kind not in "iuf":
         raise StateError(f"{name} = {initial!r} is not allowed; allowed: finite numbers {wanted}")
     result = as_floats(array)
-    finite = np.isfinite(result).reshape(-1, 4).all(axis=1)
+    finite = np.isfinite(result)
     if not finite.all():
-        row = int(np.argmin(finite))
+        row = int(np.argmin(finite)) // 4
         bad = tuple(result.reshape(-1, 4)[row].tolist())
         where = "" if result.ndim == 1 else f" (row {row})"
         raise StateError(f"{name} = {bad}{where} is not allowed; allowed: finite numbers")

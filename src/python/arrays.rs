@@ -3,34 +3,46 @@
 use bytemuck::Pod;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 use pyo3::types::PyBytes;
 
-/// NumPy dtype of a record with these columns.
-pub(super) fn dtype<'py>(
-    py: Python<'py>,
-    columns: &[(&'static str, &'static str)],
-) -> PyResult<Bound<'py, PyAny>> {
-    py.import("numpy")?.getattr("dtype")?.call1((columns.to_vec(),))
+use crate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
+use crate::impact::ImpactOutcome;
+
+/// Rows of a structured array.
+pub(super) trait Record: Pod {
+    /// Their NumPy dtype, made once.
+    fn dtype(py: Python<'_>) -> PyResult<&Bound<'_, PyAny>>;
 }
 
+macro_rules! record {
+    ($($row:ty),+) => {$(
+        impl Record for $row {
+            fn dtype(py: Python<'_>) -> PyResult<&Bound<'_, PyAny>> {
+                static DTYPE: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+                let dtype = DTYPE.get_or_try_init(py, || {
+                    let columns = <$row>::COLUMNS.to_vec();
+                    PyResult::Ok(py.import("numpy")?.getattr("dtype")?.call1((columns,))?.unbind())
+                })?;
+                Ok(dtype.bind(py))
+            }
+        }
+    )+};
+}
+
+record!(ImpactRecord, GrazeRecord, ContactRecord, EventRecord, ImpactOutcome);
+
 /// Records as a structured array.
-pub(super) fn records<'py, T: Pod>(
-    py: Python<'py>,
-    rows: &[T],
-    columns: &[(&'static str, &'static str)],
-) -> PyResult<Bound<'py, PyAny>> {
+pub(super) fn records<'py, T: Record>(py: Python<'py>, rows: &[T]) -> PyResult<Bound<'py, PyAny>> {
     let bytes = PyArray1::<u8>::from_slice(py, bytemuck::cast_slice(rows));
-    bytes.call_method1("view", (dtype(py, columns)?,))
+    bytes.call_method1("view", (T::dtype(py)?,))
 }
 
 /// Records from a structured array of the right dtype.
-pub(super) fn from_records<T: Pod>(
-    array: &Bound<'_, PyAny>,
-    columns: &[(&'static str, &'static str)],
-) -> PyResult<Vec<T>> {
-    let py = array.py();
-    if !array.getattr("dtype")?.eq(dtype(py, columns)?)? {
-        let message = format!("an array with the columns {columns:?} is needed");
+pub(super) fn from_records<T: Record>(array: &Bound<'_, PyAny>) -> PyResult<Vec<T>> {
+    let dtype = T::dtype(array.py())?;
+    if !array.getattr("dtype")?.eq(dtype)? {
+        let message = format!("an array of the dtype {dtype} is needed");
         return Err(pyo3::exceptions::PyValueError::new_err(message));
     }
     let bytes = array.call_method0("tobytes")?;

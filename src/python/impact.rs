@@ -57,5 +57,5 @@ pub(super) fn impact<'py>(
         })?;
         py.check_signals()?;
     }
-    arrays::records(py, &rows, ImpactOutcome::COLUMNS)
+    arrays::records(py, &rows)
 }

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use super::arrays;
 use super::system::PySystem;
 use crate::error::ParameterError;
-use crate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord, StopReason};
+use crate::event::StopReason;
 use crate::hold::ContactMode;
 use crate::period::{ImpactCount, PeriodReport};
 use crate::run::{FinalState, Run, RunError, RunOptions, run};
@@ -125,7 +125,7 @@ pub(super) struct PyRun(pub(super) Run);
 impl PyRun {
     #[getter]
     fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::records(py, &self.0.impacts, ImpactRecord::COLUMNS)
+        arrays::records(py, &self.0.impacts)
     }
     #[getter]
     fn stroboscopic<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
@@ -133,15 +133,15 @@ impl PyRun {
     }
     #[getter]
     fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::records(py, &self.0.events, EventRecord::COLUMNS)
+        arrays::records(py, &self.0.events)
     }
     #[getter]
     fn grazes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::records(py, &self.0.grazes, GrazeRecord::COLUMNS)
+        arrays::records(py, &self.0.grazes)
     }
     #[getter]
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::records(py, &self.0.contacts, ContactRecord::COLUMNS)
+        arrays::records(py, &self.0.contacts)
     }
     /// Time in contact within the kept window.
     #[getter]
@@ -284,11 +284,11 @@ impl PyRun {
         let mut run: Run =
             serde_json::from_str(text).map_err(|e| PyValueError::new_err(e.to_string()))?;
         run.system = run.system.validated()?;
-        run.impacts = arrays::from_records(impacts, ImpactRecord::COLUMNS)?;
+        run.impacts = arrays::from_records(impacts)?;
         run.stroboscopic = arrays::to_states(&stroboscopic)?;
-        run.events = arrays::from_records(events, EventRecord::COLUMNS)?;
-        run.grazes = arrays::from_records(grazes, GrazeRecord::COLUMNS)?;
-        run.contacts = arrays::from_records(contacts, ContactRecord::COLUMNS)?;
+        run.events = arrays::from_records(events)?;
+        run.grazes = arrays::from_records(grazes)?;
+        run.contacts = arrays::from_records(contacts)?;
         Ok(Self(run))
     }
 }

@@ -12,7 +12,7 @@ use crate::period::{ImpactCount, Kind};
 use crate::run::RunOptions;
 use crate::simulate::Horizon;
 use crate::state::State;
-use crate::sweep::{Cell, Measure, SweepOptions, SweepPoint, SweepStart, Workers};
+use crate::sweep::{Cell, Measure, SweepOptions, SweepPoint, SweepRows, SweepStart, Workers};
 use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 
 /// Result of sweep: a column for each quantity; the rows of both sections are ragged, their numbers
@@ -20,10 +20,31 @@ use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 #[pyclass(name = "Sweep", module = "vibroimpact._core", frozen)]
 pub(super) struct PySweep {
     points: Vec<SweepPoint>,
+    impact_section: Py<PyArray2<f64>>,
+    regime: Py<PyArray1<i8>>,
+    stroboscopic: Py<PyArray2<f64>>,
     interrupted: bool,
 }
 
 impl PySweep {
+    fn new(
+        py: Python<'_>,
+        points: Vec<SweepPoint>,
+        rows: SweepRows,
+        interrupted: bool,
+    ) -> PyResult<Self> {
+        let (count, states) = (rows.regime.len(), rows.stroboscopic.len());
+        let impact_section = PyArray1::from_vec(py, rows.impact_section).reshape([6, count])?;
+        let stroboscopic = PyArray1::from_vec(py, rows.stroboscopic.into_flattened());
+        Ok(Self {
+            points,
+            impact_section: impact_section.unbind(),
+            regime: PyArray1::from_vec(py, rows.regime).unbind(),
+            stroboscopic: stroboscopic.reshape([states, 4])?.unbind(),
+            interrupted,
+        })
+    }
+
     fn column<'py, T: numpy::Element>(
         &self,
         py: Python<'py>,
@@ -52,21 +73,13 @@ impl PySweep {
     }
     /// (6, rows) x1, v1, v2, phase just before each impact, approach velocity, energy loss.
     #[getter]
-    fn impact_section<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let count: usize = self.points.iter().map(|p| p.impact_section.len()).sum();
-        let mut all = vec![0.0; 6 * count];
-        let mut columns = all.chunks_exact_mut(count.max(1));
-        let mut columns: [_; 6] = std::array::from_fn(|_| columns.next().unwrap_or_default());
-        for (i, row) in self.points.iter().flat_map(|p| &p.impact_section).enumerate() {
-            for (column, &value) in columns.iter_mut().zip(row) {
-                column[i] = value;
-            }
-        }
-        PyArray1::from_vec(py, all).reshape([6, count])
+    fn impact_section(&self, py: Python<'_>) -> Py<PyArray2<f64>> {
+        self.impact_section.clone_ref(py)
     }
+    /// (rows,) its regime number.
     #[getter]
-    fn regime<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
-        PyArray1::from_vec(py, self.points.iter().flat_map(|p| p.regime.iter().copied()).collect())
+    fn regime(&self, py: Python<'_>) -> Py<PyArray1<i8>> {
+        self.regime.clone_ref(py)
     }
     /// (n,) kept stroboscopic states of each cell.
     #[getter]
@@ -75,13 +88,8 @@ impl PySweep {
     }
     /// (rows, 4) x1, v1, x2, v2.
     #[getter]
-    fn stroboscopic<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let count = self.points.iter().map(|p| p.stroboscopic.len()).sum();
-        let mut all = Vec::with_capacity(count);
-        for point in &self.points {
-            all.extend_from_slice(&point.stroboscopic);
-        }
-        PyArray1::from_vec(py, all.into_flattened()).reshape([count, 4])
+    fn stroboscopic(&self, py: Python<'_>) -> Py<PyArray2<f64>> {
+        self.stroboscopic.clone_ref(py)
     }
     /// (n,) period in drive periods, 0 where none was found.
     #[getter]
@@ -205,7 +213,7 @@ pub(super) fn sweep(
         cells.push(Cell { system, initial: State::new(x1, v1, x2, v2)? });
     }
     let mut raised = None;
-    let points = py.detach(|| {
+    let (points, rows) = py.detach(|| {
         let mut go_on = |done: usize| {
             if raised.is_none() {
                 raised = Python::attach(|py| {
@@ -218,11 +226,13 @@ pub(super) fn sweep(
             }
             raised.is_none()
         };
-        crate::sweep::sweep(&cells, options, start, &workers, &mut go_on)
+        let points = crate::sweep::sweep(&cells, options, start, &workers, &mut go_on)?;
+        let rows = SweepRows::of(&points, &workers);
+        PyResult::Ok((points, rows))
     })?;
     match raised {
         // Ctrl-C ends the sweep with what is done, inside the callback as outside it.
         Some(error) if !error.is_instance_of::<PyKeyboardInterrupt>(py) => Err(error),
-        raised => Ok(PySweep { points, interrupted: raised.is_some() }),
+        raised => PySweep::new(py, points, rows, raised.is_some()),
     }
 }

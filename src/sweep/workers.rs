@@ -35,6 +35,14 @@ impl Workers {
             .map_err(|_| error("as many threads as the system gives"))
     }
 
+    /// Does `work`, which takes no time to speak of, on the threads.
+    pub(super) fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        match &self.0 {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }
+    }
+
     /// Does `work` on the threads while this one asks `go_on` now and then; once that says no,
     /// `work` sees its flag raised and should end.
     pub(super) fn run<T: Send>(
@@ -45,13 +53,10 @@ impl Workers {
         let cancel = AtomicBool::new(false);
         std::thread::scope(|scope| {
             let (working, worked) = mpsc::channel::<()>();
-            let (pool, cancel) = (&self.0, &cancel);
+            let cancel = &cancel;
             let task = scope.spawn(move || {
                 let _working = working; // dropped at the end, which wakes the watch
-                match pool {
-                    Some(pool) => pool.install(|| work(cancel)),
-                    None => work(cancel),
-                }
+                self.install(|| work(cancel))
             });
             while let Err(mpsc::RecvTimeoutError::Timeout) = worked.recv_timeout(LOOK) {
                 if !go_on() {

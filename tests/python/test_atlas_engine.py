@@ -129,12 +129,12 @@ def test_the_default_chunk_follows_from_the_cost():
             return super().compute(first, last, **options)
 
     sizes: list[int] = []
-    grid = Grid({"gap": np.linspace(0.0, 1.0, 250)})
+    grid = Grid({"gap": np.linspace(0.0, 1.0, 1000)})
     atlas.compute(Counting(grid, steps=1), whole)
-    assert sizes == [125, 125]  # at most 1e6 periods, that is 200 cells
+    assert sizes == [500, 500]  # at most 4e6 periods, that is 800 cells
     sizes.clear()
     atlas.compute(Counting(grid, steps=1, divisible=False), whole, chunk=10)
-    assert sizes == [250]
+    assert sizes == [1000]
 
 
 @pytest.mark.parametrize("axes", [{}, {"gap": []}, {"gap": [0.5], "restitution": []}])

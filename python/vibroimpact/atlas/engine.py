@@ -22,9 +22,9 @@ from .store import Store, open_columns
 
 Result = TypeVar("Result")
 
-# Drive periods that take very roughly half a second, at two million a second on a core, and bounds
-# to the cells of a chunk by default.
-_PERIODS = 1e6
+# Drive periods that take very roughly half a second, at four million a second on each of two cores,
+# and bounds to the cells of a chunk by default.
+_PERIODS = 4e6
 _FEWEST, _MOST = 64, 65536
 
 
