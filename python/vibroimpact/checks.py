@@ -213,6 +213,7 @@ def array_of(
     name: str, given: Any, allowed: str, *, error: type[ValueError] = ParameterError
 ) -> NDArray[Any]:
     """Return what is given as an array, of any type and shape, but neither ragged nor masked."""
+
     # Not written out unless it is refused: to print an array takes longer than to use it.
     def refusal() -> str:
         return f"{name} = {given!r} is not allowed; allowed: {allowed}"

@@ -65,7 +65,7 @@ def test_every_cell_has_the_colour_of_its_attractor(basins, ax):
 
 def test_the_legend_names_attractors_with_shares_and_reasons(basins, ax):
     vi.plot.basins(basins, ax=ax)
-    shares = [f"{100 * share:.2g} %" for share in basins.shares]
+    shares = [f"{100 * share:.3g} %" for share in basins.shares]
     assert texts(ax) == [f"4-5, {shares[0]}", f"6-7, {shares[1]}", "bodies overlap"]
     assert ax.patch.get_hatch()
     assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$x_1$", r"$\dot x_1$")

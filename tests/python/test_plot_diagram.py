@@ -6,11 +6,12 @@ import pytest
 from matplotlib import pyplot
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PathCollection, PolyCollection
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 
 import vibroimpact as vi
 from changed import with_columns
+from vibroimpact.plot.labels import LABEL_STYLES
 from vibroimpact.plot.style import PARAMETER_SYMBOLS
 from vibroimpact.system import NUMERIC_RANGES
 
@@ -171,3 +172,25 @@ def test_points_of_the_usual_size_are_seen_at_every_resolution(diagram, dots_per
     canvas.draw()
     pixels = np.asarray(canvas.buffer_rgba())[..., :3]
     assert (pixels.min(axis=2) < 128).sum() >= len(np.unique(diagram.x1.round(2)))
+
+
+def test_points_of_every_label_are_seen_on_white():
+    """At least 1.4 to 1 in luminance (WCAG 2, relative luminance), unlike the areas of charts."""
+    for style in LABEL_STYLES:
+        linear = [
+            c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4
+            for c in to_rgb(style.point_color)
+        ]
+        assert 1.05 / (np.dot([0.2126, 0.7152, 0.0722], linear) + 0.05) > 1.4, style
+
+
+def test_motions_without_impact_have_a_colour_of_their_own(diagram, ax):
+    system = diagram.system.replace(gap=2.0, pendulum_damping=0.1, oscillator_damping=0.1)
+    free = vi.bifurcation_diagram(
+        system, initial=(0.0, 0.5, 0.0, 0.0), periods=300, keep=40, drive_frequency=[1.1, 1.2, 2.3]
+    )
+    vi.plot.bifurcation(free, section="stroboscopic", color="label", ax=ax)
+    assert set(np.asarray(free.label)) == {"1-0"}
+    drawn = {to_hex(color) for color in points(ax).get_facecolors()}
+    named = {to_hex(handle.get_facecolor()) for handle in ax.get_legend().legend_handles}
+    assert drawn == named == {"#8f00ff"}

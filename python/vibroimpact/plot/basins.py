@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ..atlas.basin_results import Basins
+from ..atlas.cells import COORDINATES
 from ..atlas.fields import STATUS_NAMES
 from .mesh import edges
 from .style import (
@@ -52,7 +53,8 @@ def basins(
     sections : bool
         Mark the sections of the attractors that lie within the axes.
     legend : bool
-        Put a legend above the axes, with the part of the cells of each attractor.
+        Put a legend above the axes, with the part of the cells of each attractor, and the
+        coordinates that all starts share.
     ax : Axes, optional
         Where to draw; a new figure if None.
 
@@ -105,8 +107,20 @@ def basins(
                 )
             )
         if handles:
-            legend_above(ax, handles, columns=3)
+            box = legend_above(ax, handles, columns=3)
+            box.set_title(_plane(basins))
+            box.get_title().set_fontsize(box.get_texts()[0].get_fontsize())
+            box.set_alignment("left")
     return ax
+
+
+def _plane(basins: Basins) -> str:
+    """Say which starts are drawn: the coordinates that all of them share."""
+    initial = zip(COORDINATES, basins.settings.initial, strict=True)
+    shared = [
+        f"{STATE_SYMBOLS[name]} = {value:g}" for name, value in initial if name not in basins.axes
+    ]
+    return "starts with " + ", ".join(shared)
 
 
 def basin_handles(basins: Basins, *, sections: bool = True) -> list[Artist]:
@@ -139,7 +153,7 @@ def basin_handles(basins: Basins, *, sections: bool = True) -> list[Artist]:
 
 
 def _mark_sections(ax: Axes, basins: Basins, first: str, second: str) -> None:
-    columns = [("x1", "v1", "x2", "v2").index(name) for name in (first, second)]
+    columns = [COORDINATES.index(name) for name in (first, second)]
     for k, found in enumerate(basins.attractors):
         points = found.sections[:, columns]
         if found.kind == "periodic":
@@ -159,6 +173,6 @@ def _color(number: int) -> str:
 
 
 def _percent(share: float) -> str:
-    """The share with two digits, not rounded to all or nothing."""
-    text = f"{100.0 * share:.2g}"
-    return f"{text} %" if share < 0.995 or share == 1.0 else f"{100.0 * share:.4g} %"
+    """The share with three digits, not rounded to all or nothing."""
+    text = f"{100.0 * share:.3g}"
+    return f"{100.0 * share:.6g} %" if text == "100" and share < 1.0 else f"{text} %"

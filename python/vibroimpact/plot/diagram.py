@@ -173,10 +173,10 @@ def _colors(diagram: Diagram, section: str, color: str | None) -> tuple[Any, lis
     rows = np.diff(offset)
     if color == "label":
         codes = label_codes(diagram).reshape(-1)
-        palette = to_rgba_array([*(style.color for style in LABEL_STYLES), NO_LABEL_COLOR])
+        palette = to_rgba_array([*(style.point_color for style in LABEL_STYLES), NO_LABEL_COLOR])
         present = np.unique(codes[rows > 0]).tolist()
         return palette[np.minimum(np.repeat(codes, rows), UNRESOLVED)], label_handles(
-            present, hatched=False
+            present, points=True
         )
     if color == "branch":
         names = branch_names(diagram)

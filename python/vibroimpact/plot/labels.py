@@ -2,7 +2,7 @@
 
 The palette was found by a search for colours that are far apart for normal vision and under the
 three dichromacies (model of Machado, Oliveira & Fernandes 2009): any two of them differ by at least
-25 in CIELAB. Cells without a label are hatched, not coloured.
+25 in CIELAB, colours of dots by 22. Cells without a label are hatched, not coloured.
 """
 
 from collections.abc import Iterable
@@ -24,11 +24,20 @@ _LONGEST = 8
 
 @dataclass(frozen=True)
 class LabelStyle:
-    """How the cells of one kind of label are drawn and named: by a colour, or by a hatch."""
+    """How one kind of label is drawn and named: cells by a colour or a hatch, points by a colour.
+
+    ``dot`` is the colour of points where that of the cells is too light for them.
+    """
 
     text: str
     color: str
     hatch: str = ""
+    dot: str = ""
+
+    @property
+    def point_color(self) -> str:
+        """Colour of points, to be seen on white."""
+        return self.dot or self.color
 
 
 _PERIODS = (
@@ -49,8 +58,8 @@ NO_LABEL_COLOR = "0.75"
 LABEL_STYLES = (
     *(LabelStyle(f"$m = {m}$", color) for m, color in enumerate(_PERIODS, start=1)),
     LabelStyle(f"$m > {_LONGEST}$", "#3800A2"),
-    LabelStyle(r"chatter ($n = \infty$)", "#B7FFB5"),
-    LabelStyle("no impact ($n = 0$)", "#FFFFFF"),
+    LabelStyle(r"chatter ($n = \infty$)", "#B7FFB5", dot="#00E070"),
+    LabelStyle("no impact ($n = 0$)", "#FFFFFF", dot="#8F00FF"),
     LabelStyle("quasi-periodic", "#595959"),
     LabelStyle("chaotic", "#1A1A1A"),
 )
@@ -89,20 +98,20 @@ def label_style(code: int) -> LabelStyle:
     return LabelStyle(text, NO_LABEL_COLOR, _HATCHES[(number + 1) % len(_HATCHES)])
 
 
-def label_handles(codes: Iterable[int], *, hatched: bool = True) -> list[Artist]:
+def label_handles(codes: Iterable[int], *, points: bool = False) -> list[Artist]:
     """Return one legend entry for each kind of label, in the order of their codes.
 
     Parameters
     ----------
     codes : iterable of int
         Kinds of labels (`label_codes`), in any order and with repetitions.
-    hatched : bool
-        Hatch what has no label; False for points, which are grey then.
+    points : bool
+        Name the colours of points, which are not hatched, instead of those of cells.
     """
     return [
         Patch(
-            facecolor="white" if hatched and style.hatch else style.color,
-            hatch=style.hatch if hatched else None,
+            facecolor=style.point_color if points else "white" if style.hatch else style.color,
+            hatch=None if points else style.hatch,
             edgecolor=HATCH_GREY,
             linewidth=0.4,
             label=style.text,

@@ -197,7 +197,9 @@ class Verification(FixedArrays):
             what = "the exact motion goes another way"
         which = "" if horizon.event == "stop" else f" {horizon.number}"
         place = f"{horizon.event}{which}, time {horizon.time:.6g}"
-        lines = [f"from there on ({place}): {what}"]
+        first = math.isnan(self.least_digits)
+        whence = f"from the first row kept on, {place}" if first else f"from there on ({place})"
+        lines = [f"{whence}: {what}"]
         right = np.flatnonzero(self.impacts["digits"] >= 1.0)
         last = self.impacts["number"][right[-1]] if len(right) else None
         if last is not None and last != self.impacts["number"][-1]:
