@@ -57,7 +57,7 @@ pub struct ChatterEvent {
     /// Force of the contact that follows; 0 where none does.
     pub force: ContactForce,
     /// How many of the impacts skipped come before the time left is lost in the rounding of the
-    /// time itself. (There are infinitely many.)
+    /// time in the period. (There are infinitely many.)
     pub impacts_skipped: f64,
     /// Time from the last impact to the accumulation point.
     pub time_jump: f64,

@@ -227,9 +227,10 @@ class Run:
         the event; forces are in units M1 l omega_2^2, the tangential one acts on the tip.
 
         The last three columns are 0 but in rows of CHATTER: ``impacts_skipped`` the impacts left
-        out before the time left is lost in the rounding of the time itself, ``time_jump`` the time
-        from the last impact to the accumulation point, ``error`` a bound on the error of time and
-        state there, absolute. Source: docs/theory.md, section 5.
+        out before the time left is lost in the rounding of ``time_in_period``, ``time_jump`` the
+        time from the last impact to the accumulation point, ``error`` a bound on the error of time
+        and state there, absolute, beside the rounding of ``time`` to one number. Source:
+        docs/theory.md, section 5.
         """
         return read_only(self._core.contacts)
 

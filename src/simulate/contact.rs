@@ -60,7 +60,6 @@ impl Simulation {
         let (clock, _, _) = self.place(touch.time, touch.offset);
         let u = -self.system.approach_velocity(&self.point.anchor.state);
         if let Some(ratio) = self.point.monitor.shrinks(u) {
-            self.forget_recurrence();
             let state = touch.state;
             let second = touch.gap.second.max(f64::MIN_POSITIVE);
             let time = (2.0 * u / (second * (1.0 - ratio))).min(self.motion.span);

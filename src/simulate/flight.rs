@@ -215,7 +215,6 @@ impl Simulation {
     /// Skips the impacts that follow, if they are chatter.
     #[inline(never)]
     pub(super) fn believe_chatter(&mut self, impact: &Impact) {
-        self.forget_recurrence();
         self.point.completion = self.chatter_ahead(self.flight.clock, impact);
     }
 
@@ -255,7 +254,8 @@ impl Simulation {
             let free = self.motion.state_at(&self.flight, limit.time);
             self.system.landed(State { x1: limit.x1, v1: limit.v1, ..free })
         };
-        let time = drive.time(clock).abs();
+        // The rounding of the time in the period, not of that since the start, which nothing depends on.
+        let time = clock.time_in_period;
         error += EPS * time;
         let resolution = EPS * time.max(1.0);
         Completion {

@@ -84,15 +84,6 @@ impl Simulation {
         self.recurrence = self.motion.drive.has_period().then_some(recurrence);
     }
 
-    /// Chatter is believed in or not by the rounding of the time since the start, too: a cycle with chatter
-    /// in it need not repeat.
-    pub(super) fn forget_recurrence(&mut self) {
-        if let Some(recurrence) = &mut self.recurrence {
-            recurrence.reference.numbers = None;
-            recurrence.found = None;
-        }
-    }
-
     /// The numbers of the present impact.
     fn numbers(&self) -> Option<Numbers> {
         let State { x1, v1, x2, v2 } = self.point.anchor.state;
