@@ -52,6 +52,23 @@ impl Observer for Limited {
     }
 }
 
+/// All numbers of a motion: those of the system that may grow beyond bounds, and the state.
+pub fn numbers(system: &System, state: &State) -> [f64; 11] {
+    [
+        system.mass_ratio(),
+        system.frequency_ratio(),
+        system.drive_frequency(),
+        system.pendulum_damping(),
+        system.oscillator_damping(),
+        system.moment_amplitude(),
+        system.force_amplitude(),
+        state.x1,
+        state.v1,
+        state.x2,
+        state.v2,
+    ]
+}
+
 /// Whether the tip may turn so often in one local flight that a few flights take longer than an execution
 /// may. Where it turns beyond counting the search ends at once, with an error.
 pub fn is_hectic(system: &System, start: &State) -> bool {
