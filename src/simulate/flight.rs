@@ -57,10 +57,17 @@ impl Simulation {
             Found::Graze(touch) => self.graze(&touch),
             Found::Resting(touch) => self.come_to_rest(&touch),
             _ => {
-                self.point.elapsed = self.point.elapsed + DoubleDouble::new(reached);
+                let (elapsed, grazed) = (self.point.elapsed, self.point.grazed);
+                self.point.elapsed = elapsed + DoubleDouble::new(reached);
                 self.point.grazed = None;
                 self.enter_flight();
-                (!self.flight.state.is_finite()).then(|| Err(self.fail(false)))
+                if self.flight.state.is_finite() {
+                    return None;
+                }
+                // It fails where it last was in range.
+                (self.point.elapsed, self.point.grazed) = (elapsed, grazed);
+                self.enter_flight();
+                Some(Err(self.fail(false)))
             }
         }
     }
