@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 use vibroimpact::impact::{ImpactFailure, PreImpact, resolve};
 use vibroimpact::{
-    Contact, ImpactLaw, Run, RunError, RunOptions, SimulationError, State, StopReason, System,
-    SystemBuilder, run,
+    Contact, Event, Horizon, ImpactLaw, Run, RunError, RunOptions, Simulation, SimulationError,
+    State, StopReason, System, SystemBuilder, run,
 };
 
 use crate::{assert_finite, contact, law, paper, start};
@@ -156,6 +156,30 @@ fn a_graze_comes_not_before_the_one_before_it() {
         .unwrap();
     let start = State { x1: -2.0, v1: 2.0, x2: -0.5816462449871099, v2: 0.27167397402989657 };
     assert_eq!(whole_or_failed(&system, start, capped(34)), None);
+}
+
+/// An angle and a speed whose products are no numbers gave a graze at no time.
+#[test]
+fn a_graze_that_is_no_number_is_a_failed_computation() {
+    let system = light()
+        .mass_ratio(0.0)
+        .frequency_ratio(0.0)
+        .restitution(0.2929579613946746)
+        .drive_frequency(0.0)
+        .friction(3.0)
+        .law(ImpactLaw::Energetic)
+        .build()
+        .unwrap();
+    let v2 = 0.34705882352941186;
+    let start = State { x1: -1e154, v1: 1.2817050218750178e65, x2: v2, v2 };
+    for event in Simulation::new(&system, start).unwrap().until(Horizon::Time(10.0)).max_events(50)
+    {
+        match event {
+            Ok(Event::Graze(graze)) => panic!("{graze:?}"),
+            Ok(_) => {}
+            Err(error) => assert!(matches!(error, SimulationError::NotFinite { .. }), "{error}"),
+        }
+    }
 }
 
 /// A run that fails ends in the last state that is one.
