@@ -197,7 +197,7 @@ pub(crate) fn carefully<G: Geometry>(
 ) -> ContactReport {
     let touching = matches!(start, Start::Touching | Start::Released);
     let gap = GapFlight::<G>::new(motion, flight, touching);
-    let begin = if let Start::Grazed(time) = start { time } else { 0.0 };
+    let begin = if let Start::Grazed(time) = start { time.max(0.0).min(span) } else { 0.0 };
     let mut search = Search { gap, begin, span, evaluations: scanned };
     let found = search.run(start, clear);
     ContactReport { found, evaluations: search.evaluations }
@@ -424,7 +424,7 @@ impl<G: Geometry> Search<'_, G> {
             return Settled::Found(found(touch));
         }
         // The steps have gone past the top of a hump that is at rounding level.
-        let past = self.evaluate(touch.local_time().clamp(0.0, self.span));
+        let past = self.evaluate(touch.local_time().clamp(self.begin, self.span));
         Settled::Found(self.before_top(&past, &touch))
     }
 
@@ -434,9 +434,9 @@ impl<G: Geometry> Search<'_, G> {
         if second >= 0.0 {
             return Found::Graze(*touch);
         }
-        let top = self.evaluate((past.time - rate / second).clamp(0.0, self.span));
+        let top = self.evaluate((past.time - rate / second).clamp(self.begin, self.span));
         let before = (2.0 * top.gap.value.max(0.0) / -top.gap.second).sqrt();
-        let rise = self.evaluate((top.time - before).max(0.0));
+        let rise = self.evaluate((top.time - before).max(self.begin));
         if rise.gap.rate > 0.0 && before > 0.0 {
             Found::Contact(self.touch(&rise, 0.0))
         } else {
@@ -475,7 +475,7 @@ impl<G: Geometry> Search<'_, G> {
             if top.gap.second >= 0.0 {
                 return None;
             }
-            let next = (top.time - top.gap.rate / top.gap.second).clamp(0.0, self.span);
+            let next = (top.time - top.gap.rate / top.gap.second).clamp(self.begin, self.span);
             if next == top.time {
                 break;
             }

@@ -342,7 +342,14 @@ impl Simulation {
 
     /// The stop of a simulation that had stopped before.
     pub(crate) fn standstill(&self) -> StopEvent {
-        let Flight { clock, state, .. } = self.flight;
+        let Flight { mut clock, mut state, .. } = self.flight;
+        // Not before the graze that the flight goes on from.
+        if let Some(s) = self.point.grazed {
+            let grazing = self.motion.state_at(&self.flight, s);
+            if grazing.is_finite() {
+                (clock, state) = (self.clock_at(s, 0.0), grazing);
+            }
+        }
         let reason = self.point.stopped.unwrap_or(StopReason::Interrupted);
         StopEvent { clock, time: self.motion.drive.time(clock), state, reason }
     }

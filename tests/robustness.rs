@@ -3,6 +3,9 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[path = "robustness/huge_forces.rs"]
+mod huge_forces;
+
 use std::sync::atomic::AtomicBool;
 
 use proptest::num::f64::ANY;
@@ -14,8 +17,8 @@ use vibroimpact::itinerary::{Itinerary, Leg, Node};
 use vibroimpact::orbit::Orbit;
 use vibroimpact::{
     Clock, Contact, Event, FreeMotion, Horizon, ImpactLaw, Observer, Run, RunError, RunOptions,
-    Simulation, SimulationError, State, StateError, StopReason, System, SystemBuilder, Workers,
-    detect_period, run, run_many,
+    Simulation, State, StateError, StopReason, System, SystemBuilder, Workers, detect_period, run,
+    run_many,
 };
 
 fn paper() -> SystemBuilder {
@@ -225,38 +228,6 @@ fn a_state_that_is_no_state_is_refused_wherever_it_comes_in() {
         let arrival = arrive(&system, bad, &[], options, &AtomicBool::new(false));
         assert_eq!(arrival.fate, Fate::Overlap);
     }
-}
-
-/// With such a force not even the start of a flight can be evaluated.
-#[test]
-fn a_run_that_stops_in_a_state_out_of_range_has_failed() {
-    let system = paper().force_amplitude(f64::MAX).build().unwrap();
-    let options = RunOptions { max_events: 0, ..RunOptions::periods(5) };
-    match run(&system, start(), options, &mut || true) {
-        Err(RunError::Simulation { error: SimulationError::NotFinite { .. }, .. }) => {}
-        other => panic!("{other:?}"),
-    }
-}
-
-#[test]
-fn a_run_of_no_length_is_where_it_starts() {
-    let system = System::builder()
-        .mass_ratio(0.0)
-        .frequency_ratio(0.0)
-        .restitution(0.7)
-        .gap(1.0)
-        .drive_frequency(4.0)
-        .pendulum_damping(1.5)
-        .oscillator_damping(1.5)
-        .force_amplitude(f64::MAX)
-        .friction(3.0)
-        .law(ImpactLaw::Newton)
-        .build()
-        .unwrap();
-    let start = State { x1: 2.0, v1: 2.0, x2: 2f64.sin() - 1.0, v2: -2.0 };
-    let run = run(&system, start, RunOptions::periods(0), &mut || true).unwrap();
-    let end = run.final_state.state.to_array();
-    assert_eq!(run.trajectory(&[0.0]), Some(vec![end]));
 }
 
 #[test]

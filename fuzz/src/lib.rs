@@ -52,20 +52,37 @@ impl Observer for Limited {
     }
 }
 
+/// All numbers of a motion: those of the system that may grow beyond bounds, and the state.
+pub fn numbers(system: &System, state: &State) -> [f64; 11] {
+    [
+        system.mass_ratio(),
+        system.frequency_ratio(),
+        system.drive_frequency(),
+        system.pendulum_damping(),
+        system.oscillator_damping(),
+        system.moment_amplitude(),
+        system.force_amplitude(),
+        state.x1,
+        state.v1,
+        state.x2,
+        state.v2,
+    ]
+}
+
 /// Whether the tip may turn so often in one local flight that a few flights take longer than an execution
 /// may. Where it turns beyond counting the search ends at once, with an error.
 pub fn is_hectic(system: &System, start: &State) -> bool {
     let fastest = system.frequency_ratio().max(system.drive_frequency()).max(1.0);
     let span = 4.0 * std::f64::consts::PI / fastest;
     let loads = system.moment_amplitude().abs() + system.force_amplitude().abs();
-    let speed = start.v1.abs()
-        + start.v2.abs()
+    let tip = start.v1.abs()
         + system.frequency_ratio() * start.x1.abs()
-        + start.x2.abs()
         + loads * span.max(1.0)
         // A free rotor under a slow load.
         + loads / system.frequency_ratio().max(system.drive_frequency()).max(0.1);
-    (60.0..1e80).contains(&(speed * span))
+    let both = tip + start.v2.abs() + start.x2.abs();
+    // Body 2 turns the tip only where they meet.
+    [tip, both].iter().any(|speed| (60.0..1e80).contains(&(speed * span)))
 }
 
 /// Whether following a motion for so many drive periods takes longer than an execution may: calls that

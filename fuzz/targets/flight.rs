@@ -5,7 +5,7 @@
 use libfuzzer_sys::fuzz_target;
 use vibroimpact::contact::{Found, Start, next_contact};
 use vibroimpact::{Clock, FreeMotion};
-use vibroimpact_fuzz::{Draw, assert_finite, execution, is_hectic};
+use vibroimpact_fuzz::{Draw, assert_finite, execution, is_hectic, numbers};
 
 fn body(draw: &mut Draw) {
     let Some(system) = draw.system() else { return };
@@ -45,19 +45,7 @@ fn body(draw: &mut Draw) {
     let _ = motion.state_at(&flight, draw.number(0.0, motion.span()));
     let _ = motion.state_after_periods(&flight, draw.integer(), draw.number(0.0, 7.0));
     // Of numbers far from the ends of their range.
-    let values = [
-        system.frequency_ratio(),
-        system.drive_frequency(),
-        system.pendulum_damping(),
-        system.oscillator_damping(),
-        system.moment_amplitude(),
-        system.force_amplitude(),
-        state.x1,
-        state.v1,
-        state.x2,
-        state.v2,
-    ];
-    let usual = values.iter().all(|v| v.is_finite() && v.abs() < 1e50);
+    let usual = numbers(&system, &state).iter().all(|v| v.is_finite() && v.abs() < 1e50);
     if usual && clock.period == 0 && (0.0..1e3).contains(&clock.time_in_period) {
         let part = draw.within(0.0, 1.0);
         let local = motion.state_at(&flight, part * motion.span());

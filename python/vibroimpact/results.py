@@ -129,7 +129,8 @@ class EnergyAudit:
     Energy is E = x1'^2/2 + omega0^2 x1^2/2 + (x2'^2 + x2^2)/(2 mbar); with mass_ratio = 0 body 2 is
     a wall, which has no energy of its own but does work. Works are positive where energy enters.
     The works between impacts are integrated by quadrature along the motion, independently of the
-    formulas that gave it; impacts skipped in chatter are resolved.
+    formulas that gave it; impacts skipped in chatter are resolved. All are NaN where one leaves the
+    range of floats: velocities beyond 1e154 have energies beyond it.
 
     Attributes
     ----------

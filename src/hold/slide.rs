@@ -16,7 +16,7 @@ use crate::flight::Trig;
 use crate::majorant::first_root;
 use crate::params::{Contact, Parameters, System};
 use crate::state::State;
-use crate::tolerance::{CONTACT_ANGLE, EPS, FORCE_NOISE};
+use crate::tolerance::{CONTACT_ANGLE, EPS, FORCE_NOISE, LEAST_STEP, REACH_LEVEL};
 
 /// Order of the series of x1.
 pub(super) const ORDER: usize = 24;
@@ -205,6 +205,22 @@ impl SlideStep {
     pub fn free_acceleration(&self, s: f64) -> f64 {
         let unit = self.series.unit;
         value(&self.series.free[..=FORCED], s / unit) / (unit * unit)
+    }
+
+    /// Whether its series is made of numbers: of a tip that turns or is pressed beyond counting it is not.
+    pub fn is_finite(&self) -> bool {
+        self.series.x.iter().chain(&self.series.v).all(|c| c.is_finite())
+    }
+
+    /// Whether mbar + k cos x1 is so small that x1 may not resolve what happens: beside a tip at the end of
+    /// its reach body 2 is a wall.
+    pub fn is_at_reach(&self) -> bool {
+        self.series.inertia[0] <= REACH_LEVEL
+    }
+
+    /// Whether a slide of such steps would never be done, in local flights of this length.
+    pub fn stalls(&self, span: f64) -> bool {
+        self.unit() < LEAST_STEP * span
     }
 
     /// Time in which the motion changes by its own size.

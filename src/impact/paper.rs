@@ -62,7 +62,7 @@ pub(super) fn resolve(
     // Work of the impulses on both bodies at the mean velocities.
     let loss = 0.5 * (th * th - v1 * v1) - 0.5 * impulse * (x + v2);
     let separation = v1 * c - v2;
-    if !(v1.is_finite() && v2.is_finite()) || separation > 0.0 {
+    if !(v1.is_finite() && v2.is_finite() && tangential.is_finite()) || separation > 0.0 {
         return Err(ImpactFailure::LawFailed);
     }
     Ok(Impact {

@@ -20,7 +20,8 @@ use crate::state::{Clock, State};
 use crate::tolerance::AUDIT_ANGLE;
 
 /// Works of all forces on the system in the kept window of a run, in M1 l^2 omega_2^2: positive
-/// what enters.
+/// what enters. All are NaN where one of them leaves the range of floats: velocities beyond 1e154 have
+/// energies beyond it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EnergyAudit {
     /// Energy at the start of the window.
@@ -58,6 +59,26 @@ impl EnergyAudit {
             + self.contact_friction
             + self.wall;
         (self.energy_end - self.energy_start) - works
+    }
+
+    fn whole_or_none(self) -> Self {
+        // `total` is the size of all works.
+        let sizes = [self.energy_start, self.energy_end, self.total, self.residual()];
+        if sizes.iter().all(|size| size.is_finite()) {
+            return self;
+        }
+        Self {
+            energy_start: f64::NAN,
+            energy_end: f64::NAN,
+            moment: f64::NAN,
+            force: f64::NAN,
+            damping: f64::NAN,
+            restitution: f64::NAN,
+            impact_friction: f64::NAN,
+            contact_friction: f64::NAN,
+            wall: f64::NAN,
+            total: f64::NAN,
+        }
     }
 }
 
@@ -107,7 +128,7 @@ impl Run {
             auditor.audit.energy_start = auditor.energy(&pre);
         }
         auditor.audit.energy_end = auditor.energy(&self.final_state.state);
-        auditor.audit
+        auditor.audit.whole_or_none()
     }
 }
 

@@ -141,7 +141,8 @@ pub(super) enum Follower {
     /// The start of the last hop looked at.
     Hops(Anchor),
     Slide(Box<Slide>),
-    Stick,
+    /// A stick, or a slide that ends where it starts.
+    Rest,
 }
 
 /// The step of a slide that holds the last time asked for.
@@ -151,10 +152,20 @@ pub(super) struct Slide {
 }
 
 impl Slide {
-    pub fn new(run: &Run, motion: &FreeMotion, anchor: &Anchor, mode: ContactMode) -> Self {
-        let phase = motion.drive.trig_at(anchor.clock);
-        let step = SlideStep::new(&run.system, phase, &anchor.state, mode);
-        Self { clock: anchor.clock, step }
+    /// The first step of a slide; `None` where a run ends for want of one.
+    pub fn new(run: &Run, motion: &FreeMotion, anchor: &Anchor, mode: ContactMode) -> Option<Self> {
+        Self::from(run, motion, anchor.clock, &anchor.state, mode)
+    }
+
+    fn from(
+        run: &Run,
+        motion: &FreeMotion,
+        clock: Clock,
+        state: &State,
+        mode: ContactMode,
+    ) -> Option<Self> {
+        let step = SlideStep::new(&run.system, motion.drive.trig_at(clock), state, mode);
+        (!step.stalls(motion.span) && step.is_finite()).then_some(Self { clock, step })
     }
 
     /// Goes on to the next step; `false` if the slide ends with this one.
@@ -164,10 +175,13 @@ impl Slide {
             return false;
         }
         let (x1, v1) = self.step.at(reached);
-        self.clock = motion.drive.advance(self.clock, DoubleDouble::new(reached));
-        let state = run.system.on_contact(x1, v1);
-        self.step = SlideStep::new(&run.system, motion.drive.trig_at(self.clock), &state, mode);
-        true
+        let clock = motion.drive.advance(self.clock, DoubleDouble::new(reached));
+        let next = Self::from(run, motion, clock, &run.system.on_contact(x1, v1), mode);
+        let goes_on = next.is_some();
+        if let Some(next) = next {
+            *self = next;
+        }
+        goes_on
     }
 }
 
@@ -176,10 +190,11 @@ impl Follower {
         match leg.kind {
             Kind::Flight => Self::Flight(motion.flight(leg.anchor.clock, leg.anchor.state)),
             Kind::Hops(_) => Self::Hops(leg.anchor),
-            Kind::Contact(ContactMode::Stick) => Self::Stick,
-            Kind::Contact(mode) => {
-                Self::Slide(Box::new(Slide::new(run, motion, &leg.anchor, mode)))
-            }
+            Kind::Contact(ContactMode::Stick) => Self::Rest,
+            Kind::Contact(mode) => match Slide::new(run, motion, &leg.anchor, mode) {
+                Some(slide) => Self::Slide(Box::new(slide)),
+                None => Self::Rest,
+            },
         }
     }
 
@@ -194,10 +209,11 @@ impl Follower {
             let elapsed = motion.drive.until(start, clock);
             if elapsed.hi < 0.0 { DoubleDouble::ZERO } else { elapsed }
         };
-        // Forces so large that nothing after its start is a number end a leg where it starts.
+        // Forces so large that nothing after its start is a number end a leg where it starts, but for
+        // what its clock is rounded by.
         let in_range = |state: State| {
-            let ends_at_once = leg.end <= leg.anchor.clock;
-            if ends_at_once && !state.is_finite() { leg.anchor.state } else { state }
+            let start = Clock { residual: leg.end.residual, ..leg.anchor.clock };
+            if leg.end <= start && !state.is_finite() { leg.anchor.state } else { state }
         };
         let force = |state: &State, mode: ContactMode| {
             run.system.contact_force(motion.drive.trig_at(clock), state, mode)
@@ -224,16 +240,21 @@ impl Follower {
             let state = leg.anchor.state;
             return (state, force(&state, mode));
         };
-        if clock < slide.clock {
-            **slide = Slide::new(run, motion, &leg.anchor, mode);
+        if clock < slide.clock
+            && let Some(first) = Slide::new(run, motion, &leg.anchor, mode)
+        {
+            **slide = first;
         }
-        while since(slide.clock).value() > slide.step.end().0 {
+        let mut time = since(slide.clock).value();
+        while time > slide.step.end().0 {
             if !slide.advance(run, motion, mode) {
+                time = slide.step.end().0;
                 break;
             }
+            time = since(slide.clock).value();
         }
-        let (x1, v1) = slide.step.at(since(slide.clock).value());
-        let state = in_range(run.system.on_contact(x1, v1));
+        let (x1, v1) = slide.step.at(time);
+        let state = run.system.on_contact(x1, v1);
         (state, force(&state, mode))
     }
 }

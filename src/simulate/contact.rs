@@ -8,8 +8,7 @@ use crate::event::{ChatterEvent, ContactEvent, Event, StopReason};
 use crate::hold::{ContactForce, ContactMode, Next, SlideEnd, SlideStep, next_change};
 use crate::state::{Clock, State};
 use crate::tolerance::{
-    CHATTER_NOISE, DEFAULT_TOLERANCE, EPS, LEAST_STEP, RELEASE_PROBE, STANDSTILL_EVENTS,
-    STANDSTILL_TIME,
+    CHATTER_NOISE, DEFAULT_TOLERANCE, EPS, RELEASE_PROBE, STANDSTILL_EVENTS, STANDSTILL_TIME,
 };
 
 impl Simulation {
@@ -168,8 +167,15 @@ impl Simulation {
     fn slide<O: Observer>(&mut self, mode: ContactMode, observer: &mut O) -> Turn {
         let super::Anchor { clock, state, .. } = self.point.anchor;
         let step = SlideStep::new(&self.system, self.motion.drive.trig_at(clock), &state, mode);
-        if step.unit() < LEAST_STEP * self.motion.span {
+        if step.stalls(self.motion.span) {
             return Some(Err(self.fail(true)));
+        }
+        if !step.is_finite() {
+            // Either the force grows beyond all bounds where the tip's reach ends, or the loads do.
+            if step.is_at_reach() {
+                return self.go_over(clock, state, self.system.stuck(), true);
+            }
+            return Some(Err(self.fail(false)));
         }
         let (reached, cause) = step.end();
         let end = self.horizon_in_leg().value();
@@ -187,10 +193,7 @@ impl Simulation {
         let (clock, _, _) = self.place(reached, 0.0);
         let state = state_at(self, reached);
         if !state.is_finite() {
-            // The force has grown beyond all bounds.
-            let next = self.system.stuck();
-            let state = self.point.anchor.state;
-            return self.go_over(self.point.anchor.clock, state, next, true);
+            return Some(Err(self.fail(false)));
         }
         match cause {
             // Short steps of a fast slide are progress; none at all is not.

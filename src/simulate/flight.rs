@@ -54,13 +54,23 @@ impl Simulation {
         }
         match found {
             Found::Contact(touch) => self.strike(&touch, observer),
+            Found::Graze(touch) | Found::Resting(touch) if !is_finite(&touch) => {
+                Some(Err(self.fail(false)))
+            }
             Found::Graze(touch) => self.graze(&touch),
             Found::Resting(touch) => self.come_to_rest(&touch),
             _ => {
-                self.point.elapsed = self.point.elapsed + DoubleDouble::new(reached);
+                let (elapsed, grazed) = (self.point.elapsed, self.point.grazed);
+                self.point.elapsed = elapsed + DoubleDouble::new(reached);
                 self.point.grazed = None;
                 self.enter_flight();
-                (!self.flight.state.is_finite()).then(|| Err(self.fail(false)))
+                if self.flight.state.is_finite() {
+                    return None;
+                }
+                // It fails where it last was in range.
+                (self.point.elapsed, self.point.grazed) = (elapsed, grazed);
+                self.enter_flight();
+                Some(Err(self.fail(false)))
             }
         }
     }
@@ -297,6 +307,10 @@ impl Simulation {
         let (state, _) = hops(&self.system, self.point.anchor, target);
         state.unwrap_or_else(|| completion.state.earlier(completion.time_jump - s))
     }
+}
+
+fn is_finite(touch: &Touch) -> bool {
+    touch.state.is_finite() && touch.local_time().is_finite()
 }
 
 /// A flight with all that is usual in it, compiled for each kind of vector instructions.
