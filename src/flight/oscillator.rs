@@ -364,11 +364,13 @@ impl Oscillator {
 
     /// Motion a short time after the start.
     fn short_motion(&self, f: &BodyFlight, s: f64, turn: &Turn) -> Motion {
-        let mut series = Series::new(&self.equation, f, turn.start);
-        for n in 1..=self.equation.series_order(s) {
-            series.add(&self.equation, n, s);
+        let (mut increment, mut rate) = Series::at(&self.equation, f, turn.start, s);
+        if s > 0.0 && !(increment.is_finite() && rate.is_finite()) {
+            // omega^n has left the range of floats, as (omega s)^n does not.
+            let (equation, unit) = (self.equation.in_units_of(s), BodyFlight { v: f.v * s, ..*f });
+            (increment, rate) = Series::at(&equation, &unit, turn.start, 1.0);
+            rate /= s;
         }
-        let Series { increment, rate, .. } = series;
         self.equation.motion_from(increment, rate, [f.x, increment], turn)
     }
 

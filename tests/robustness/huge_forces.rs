@@ -40,6 +40,30 @@ fn a_run_of_no_length_is_where_it_starts() {
     assert_eq!(run.trajectory(&[0.0]), Some(vec![end]));
 }
 
+/// Near the start of a flight motions are Taylor series, whose omega^n leaves the range of floats.
+#[test]
+fn a_drive_beyond_counting_moves_bodies_by_numbers() {
+    let swings = |damping: f64, frequency: f64| {
+        let system = paper().restitution(0.0).gap(-0.5).drive_frequency(frequency);
+        system.pendulum_damping(damping).oscillator_damping(0.5).force_amplitude(2.0).build()
+    };
+    let start = State { x1: 0.0, v1: -0.7, x2: 0.8, v2: -0.7 };
+    for frequency in [1e15, 1e20, 1e25, 1e30, 9.7e44, 1e50] {
+        for damping in [0.0, 0.3, 1.0, 1.3] {
+            let system = swings(damping, frequency).unwrap();
+            let options = RunOptions { max_events: 23, ..RunOptions::periods(84) };
+            let run = run(&system, start, options, &mut || true).unwrap();
+            look(&run);
+            // Accelerations of some 10 have hardly had time to act.
+            let time = 84.0 * system.drive_period();
+            let end = run.final_state.state;
+            let change = 20.0 * time + 1e-15;
+            assert!((end.x1 - time * start.v1).abs() <= change * time, "{frequency:e} {end:?}");
+            assert!((end.v1 - start.v1).abs() < change && (end.v2 - start.v2).abs() < change);
+        }
+    }
+}
+
 /// Panics unless a run's tables are in order, and it is made of numbers wherever one looks.
 fn look(run: &Run) {
     assert_finite(run);

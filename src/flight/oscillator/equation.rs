@@ -195,6 +195,18 @@ impl Equation {
         needed.map_or(0, |&(_, order)| order)
     }
 
+    /// The same equation of motion in this unit of time.
+    pub fn in_units_of(&self, s: f64) -> Self {
+        Self {
+            natural_squared: self.natural_squared * s * s,
+            decay_rate: self.decay_rate * s,
+            forcing: self.forcing * s * s,
+            omega: self.omega * s,
+            short: self.short / s,
+            ..*self
+        }
+    }
+
     /// The next derivatives from the equation of motion.
     #[inline(always)]
     pub fn motion_from(&self, increment: f64, rate: f64, place: [f64; 2], turn: &Turn) -> Motion {
@@ -316,6 +328,15 @@ impl Series {
             increment: 0.0,
             rate: 0.0,
         }
+    }
+
+    /// Increment and rate at a short time `s`.
+    pub fn at(equation: &Equation, f: &BodyFlight, start: Trig, s: f64) -> (f64, f64) {
+        let mut series = Self::new(equation, f, start);
+        for n in 1..=equation.series_order(s) {
+            series.add(equation, n, s);
+        }
+        (series.increment, series.rate)
     }
 
     /// Adds the n-th term at time `s`.
