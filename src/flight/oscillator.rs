@@ -364,14 +364,25 @@ impl Oscillator {
 
     /// Motion a short time after the start.
     fn short_motion(&self, f: &BodyFlight, s: f64, turn: &Turn) -> Motion {
-        let (mut increment, mut rate) = Series::at(&self.equation, f, turn.start, s);
-        if s > 0.0 && !(increment.is_finite() && rate.is_finite()) {
-            // omega^n has left the range of floats, as (omega s)^n does not.
-            let (equation, unit) = (self.equation.in_units_of(s), BodyFlight { v: f.v * s, ..*f });
-            (increment, rate) = Series::at(&equation, &unit, turn.start, 1.0);
-            rate /= s;
-        }
+        let (increment, rate) = Series::at(&self.equation, f, turn.start, s);
+        let (increment, rate) = if increment.is_finite() && rate.is_finite() {
+            (increment, rate)
+        } else {
+            self.shortly_in_units_of(s, f, turn)
+        };
         self.equation.motion_from(increment, rate, [f.x, increment], turn)
+    }
+
+    /// The same where omega^n leaves the range of floats, as (omega s)^n does not.
+    #[cold]
+    #[inline(never)]
+    fn shortly_in_units_of(&self, s: f64, f: &BodyFlight, turn: &Turn) -> (f64, f64) {
+        if s == 0.0 {
+            return (0.0, f.v);
+        }
+        let flight = BodyFlight { v: f.v * s, ..*f };
+        let (increment, rate) = Series::at(&self.equation.in_units_of(s), &flight, turn.start, 1.0);
+        (increment, rate / s)
     }
 
     #[inline(always)]

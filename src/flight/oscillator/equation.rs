@@ -331,6 +331,7 @@ impl Series {
     }
 
     /// Increment and rate at a short time `s`.
+    #[inline(always)]
     pub fn at(equation: &Equation, f: &BodyFlight, start: Trig, s: f64) -> (f64, f64) {
         let mut series = Self::new(equation, f, start);
         for n in 1..=equation.series_order(s) {
