@@ -41,7 +41,8 @@ BASE = vi.System(
     drive_frequency=1.25,
     moment_amplitude=1.0,
     force_amplitude=0.05,
-    damping=(0.02, 0.02),
+    # So little that none of the motions repeats to the last bit within the periods.
+    damping=(0.002, 0.002),
     friction=0.1,
 )
 
@@ -114,11 +115,12 @@ def savings(periods: int, points: int) -> list[Saving]:
         return Saving(name, run(on, periods=periods), run(off, periods=periods))
 
     unforced = BASE.replace(force_amplitude=0.0)
-    # At this gap there are two impacts per period, with a wall too.
-    near = unforced.replace(gap=0.1)
+    # Chaotic with a wall and without, so that neither repeats.
+    near = unforced.replace(gap=0.3, restitution=0.98)
     wall = near.replace(mass_ratio=0.0)
     smooth = BASE.replace(friction=0.0)
     apart = unforced.replace(gap=3.0)
+    settling = BASE.replace(damping=(0.02, 0.02))
     everything = run(periods=periods, keep=periods)
     last = run(periods=periods, keep=keep)
     nothing = run(periods=periods)
@@ -143,6 +145,7 @@ def savings(periods: int, points: int) -> list[Saving]:
             run(wall, initial=(*INITIAL[:2], 1e-9, 0.0), periods=periods),
             run(wall, periods=periods),
         ),
+        scene("periods like those before (damping ten times as strong)", BASE, settling),
         Saving("history, nothing kept", everything, nothing),
         Saving("history before the last periods", everything, last),
         Saving(
