@@ -56,7 +56,7 @@ class Ground:
         box, dpi = ax.get_window_extent(), ax.get_figure(root=True).dpi  # type: ignore[union-attr]
         self._origin = np.array([box.x0, box.y0])
         self._scale = _POINTS_PER_INCH / dpi
-        self._columns, self._rows = (int(side * self._scale) for side in (box.width, box.height))
+        self._columns, self._rows = (round(side * self._scale) for side in (box.width, box.height))
         self._half = (int(np.ceil(0.5 * label[0])), int(np.ceil(0.5 * label[1])))
         self._taken: Mask = np.zeros((self._rows, self._columns), np.bool_)
         for curve in curves:
