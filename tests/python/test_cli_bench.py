@@ -34,4 +34,4 @@ def test_reproduce_prints_the_table(run_command, tmp_path):
     code, out, err = run_command("reproduce --figures 6 --quiet --out", tmp_path)
     assert (code, err) == (0, "")
     assert [line.split()[0] for line in out.splitlines()[2:]] == ["6a", "6b", "6c"]
-    assert (tmp_path / "fig6-regimes.png").is_file()
+    assert (tmp_path / "fig6.png").is_file()

@@ -256,12 +256,22 @@ def axes_of(page) -> list:
 
 
 def test_the_page_of_branches_holds_branches_diagram_and_shares(computed):
-    whole, window, shares = axes_of(coexistence.draw_branches(computed))
+    page = coexistence.draw_branches(computed)
+    whole, window, shares = axes_of(page)
     assert window.get_xlim() == shares.get_xlim() == computed.window
     for ax, branches in ((whole, computed.branches), (window, computed.windows)):
         graze = next(line for line in ax.lines if line.get_gid() == "grazing").get_xdata()
         wanted = {item.value for branch in branches for item in branch.of_kind("grazing")}
+        if ax is whole:
+            # Those of the window would cover each other here.
+            low, high = computed.window
+            inside = {value for value in wanted if low <= value <= high}
+            assert inside
+            wanted -= inside
         assert set(graze.tolist()) == wanted
+    (legend,) = page.figure.legends
+    names = [text.get_text() for text in legend.get_texts()]
+    assert names[:2] == ["4-5 (beyond a grazing 4-6)", "6-7 (beyond a grazing 6-8)"]
     lines = {line.get_label(): line.get_ydata() for line in shares.lines}
     share = computed.shares["4-5"]
     assert np.array_equal(lines["4-5"][share > 0], share[share > 0])

@@ -151,9 +151,9 @@ def test_branches_hold_every_solution_under_either_verdict(grid):
     real, stable = rows["admissible"], rows["stable"]
     assert np.array_equal(drawn["stable motion"], expected(part, real & stable))
     assert np.array_equal(drawn["unstable motion"], expected(part, real & ~stable))
-    assert np.array_equal(drawn["no motion: not admissible"], expected(part, ~real))
+    assert np.array_equal(drawn["not admissible"], expected(part, ~real))
     names = [handle.get_label() for handle in vi.plot.motion_handles(part)]
-    assert names == ["stable motion", "unstable motion", "no motion: not admissible"]
+    assert names == ["stable motion", "unstable motion", "not admissible"]
     mpl.pyplot.close("all")
 
 
@@ -258,8 +258,32 @@ def test_the_page_shows_both_and_the_claims_fit_the_tables(computed):
     axes = page.figure.get_axes() or [ax for part in page.figure.subfigs for ax in part.get_axes()]
     assert len(axes) == 2 * (2 + len(existence.SLICES[2]))
     assert f"| Fig. 2 | {judged[0].paper_says} |" in claims.to_markdown(judged)
+    assert any("white: none,\nas at $\\omega =$ 0.2, 0.4, 0.5, 1" in text for text in texts)
+    (legend,) = page.figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "left: stable by (45)",
+        "left: unstable by (45)",
+        "right: stable motion",
+        "right: unstable motion",
+        "right: not admissible",
+    ]
     assert "2 quoted" in claims.table(judged)
     assert claims.to_json(judged).count('"figure": 2') == len(judged)
+
+
+def test_drawn_branches_have_no_gaps_where_they_turn(computed):
+    coarse = computed.map.at(moment_amplitude=1.0)
+    page = existence.draw(computed, existence.judge(computed))
+    left, _ = page.figure.subfigs[2 + existence.SLICES[2].index(1.0)].get_axes()
+    drawn = np.concatenate([np.column_stack(line.get_data()) for line in left.get_lines()])
+    known = np.column_stack([coarse.parameter("drive_frequency"), coarse.solutions["x1"]])
+    away = np.abs(drawn[:, None] - known[None]).max(axis=2)
+    assert away.min(axis=0).max() < 1e-9
+    # The loop of 1-1 motions that ends near omega = 2.566: the two that meet there.
+    last = drawn[(drawn[:, 0] > 2.4) & (drawn[:, 0] < 2.6)]
+    end = last[last[:, 0] == last[:, 0].max()]
+    before = known[(known[:, 0] > 2.4) & (known[:, 0] < 2.6)]
+    assert np.ptp(end[:, 1]) < 0.5 * np.ptp(before[before[:, 0] == before[:, 0].max()][:, 1])
 
 
 def test_the_commands_give_the_numbers_again(computed):

@@ -75,7 +75,8 @@ def test_a_page_says_where_runs_stopped():
     page = transitions.draw(7, [(BY_ID["7c"], stopped)], "regime")
     # A motion at rest was carried to the end asked for.
     assert "grey rug: 1 runs ended by event_cap, 1 runs ended by painleve" in texts(page)
-    assert "frictionless" in texts(page)
+    assert "frictionless (100% of impacts)" in texts(page)
+    assert "right: once per drive period, no regime" in texts(page)
     assert "grey rug" not in texts(transitions.draw(7, [(BY_ID["7c"], diagram)], "regime"))
 
 
@@ -103,7 +104,7 @@ def test_the_low_frequencies_are_enlarged_with_an_example():
     assert (part.diagram.parameter[0], part.diagram.parameter[-1]) == (0.2, 0.6)
     assert part.example.label == "1-inf"
     page = transitions.draw_enlargements(BY_ID["7c"], [part], "regime")
-    assert r"$\omega = 0.3$: 1-inf, 18.0% of the time in contact" in texts(page)
+    assert r"$\omega = 0.3$: 1-$\infty$, 18.0% of the time in contact" in texts(page)
     assert "contact, sliding" in texts(page)
     *_, beneath, motion = page.figure.subfigs[0].get_axes()
     assert np.array_equal(beneath.get_lines()[0].get_ydata(), part.diagram.contact_fraction)
@@ -174,8 +175,47 @@ def test_an_enlarged_window_is_computed_on_a_finer_grid(undamped):
         assert grid[0] < part.window.low < part.window.high < grid[-1]
         assert len(grid) == 20
     page = transitions.draw_enlargements(BY_ID["4"], parts, None)
-    assert f"the {len(parts)} widest of {len(windows)} windows" in texts(page)
+    shown, found = len(parts), len(windows)
+    which = f"all {found} that Fig. 4 has" if shown == found else f"the {shown} widest of {found}"
+    assert which in texts(page)
     assert "8-6" in texts(page)
+    (panels,) = (part.get_axes() for part in page.figure.subfigs)
+    page.figure.draw_without_rendering()
+    sizes = {tuple(round(side, 6) for side in ax.get_position().size) for ax in panels}
+    assert len(sizes) == 1
+    for ax, part in zip(panels, parts, strict=False):
+        low, high = ax.get_ylim()
+        x1 = part.diagram.x1
+        own = (part.diagram.m == part.window.m) & (part.diagram.n == part.window.n)
+        of_motion = x1[np.repeat(own, np.diff(part.diagram.offset))]
+        assert low < of_motion.min() < of_motion.max() < high
+        beyond = np.count_nonzero((x1 < low) | (x1 > high))
+        assert beyond < 0.006 * len(x1)
+        assert (f"({beyond} of " in ax.get_title(loc="left")) == (beyond > 0)
+
+
+def test_far_impacts_do_not_flatten_the_branches_but_are_counted(undamped):
+    (part, *_) = transitions.enlarge(BY_ID["4"], undamped, 200, None)
+    x1 = np.array(part.diagram.x1)
+    x1[[3, 70]] = [40.0, -40.0]
+    far = transitions.Enlargement(with_columns(part.diagram, x1=x1), part.window, 1)
+    page = transitions.draw_enlargements(BY_ID["4"], [far], None)
+    ax, *_ = page.figure.subfigs[0].get_axes()
+    assert -5.0 < ax.get_ylim()[0] < ax.get_ylim()[1] < 5.0
+    low, high = ax.get_ylim()
+    beyond = np.count_nonzero((x1 < low) | (x1 > high))
+    assert beyond >= 2
+    assert ax.get_title(loc="left").endswith(f"({beyond} of {len(x1):,} impacts beyond)")
+
+
+def test_periods_are_named_in_order():
+    known = [(1, 4), (1, 12), (1, -1), (2, 3)]
+    many = [pair for pair in reversed(known) for _ in range(3)]
+    wide = transitions.compute(BY_ID["7c"], len(many), None)
+    m, n = (np.array(column) for column in zip(*many, strict=True))
+    part = transitions.Enlargement(with_columns(wide, m=m, n=n), None, 0)
+    page = transitions.draw_enlargements(BY_ID["7c"], [part], None)
+    assert r"periodic motions: 1-4, 1-12, 1-$\infty$, 2-3" in texts(page)
 
 
 def test_the_enlarged_range_names_the_periods_found_in_it():
@@ -185,7 +225,7 @@ def test_the_enlarged_range_names_the_periods_found_in_it():
     assert (part.diagram.parameter[0], part.diagram.parameter[-1]) == (1.5, 1.6)
     page = transitions.draw_enlargements(BY_ID["8a"], [part], "regime")
     assert np.count_nonzero((part.diagram.m == 1) & (part.diagram.n == 1)) >= 3
-    assert "40 frequencies; periods found: 1-1" in texts(page)
+    assert "40 frequencies; periodic motions: 1-1" in texts(page)
 
 
 def shown(name, **more) -> Shown:
@@ -279,7 +319,8 @@ def test_a_legend_fits_on_its_page(text):
 def test_reproduce_writes_pages_of_print_size_and_the_claims(tmp_path, capsys):
     out = tmp_path / "new" / "figures"
     result = reproduce(out, figures=[4, 5], frequencies=8, formats=("png", "pdf"))
-    pages = ["fig4", "fig4-regimes", "fig5", "fig5-regimes"]
+    # Without friction every impact is of one regime: nothing to colour.
+    pages = ["fig4", "fig5"]
     written = [f"{page}.{suffix}" for page in pages for suffix in ("png", "pdf")]
     assert [path.name for path in result.files] == [*written, "claims.json", "claims.md"]
     assert all(path.is_file() for path in result.files)
@@ -296,11 +337,17 @@ def test_reproduce_writes_pages_of_print_size_and_the_claims(tmp_path, capsys):
 
 def test_figure_7_comes_with_the_claim_of_its_low_frequencies(tmp_path):
     result = reproduce(tmp_path, figures=[7], frequencies=8, progress=False)
-    pages = ["fig7", "fig7-regimes", "fig7c-enlarged", "fig7c-enlarged-regimes"]
+    pages = ["fig7", "fig7c-enlarged"]
     assert [path.stem for path in result.files] == [*pages, "claims", "claims"]
     (claim,) = result.claims
     assert (claim.id, claim.verdict) == ("7c-low", "refuted")
     assert "## Fig. 7c-low: refuted" in (tmp_path / "claims.md").read_text(encoding="utf-8")
+
+
+def test_a_figure_with_several_regimes_is_also_coloured_by_them(tmp_path):
+    result = reproduce(tmp_path, figures=[8, 9], frequencies=8, progress=False)
+    names = {path.stem for path in result.files}
+    assert {"fig8", "fig8-regimes", "fig9", "fig9-regimes"} <= names
 
 
 def test_reproduce_can_be_silent(tmp_path, capsys):

@@ -1,5 +1,6 @@
 """The page of islands: what it finds, how it is confirmed, and what is drawn."""
 
+import matplotlib.text
 import numpy as np
 import pytest
 
@@ -47,6 +48,7 @@ def test_the_islands_of_figure_4_end_at_their_bifurcations(found):
 def test_the_page_shows_borders_labels_and_the_path(found):
     page = islands.draw(found)
     (ax,) = page.figure.subfigs[0].axes
+    (part,) = page.figure.subfigs[1].axes
     drawn = {round(float(x), 9) for line in ax.get_lines() for x in np.atleast_1d(line.get_xdata())}
     for region in found.regions:
         for arc in region.arcs:
@@ -54,6 +56,19 @@ def test_the_page_shows_borders_labels_and_the_path(found):
     assert sorted(text.get_text() for text in ax.texts) == sorted(
         region.label for region in found.regions
     )
+    # No label covers another, leaves its panel, or lies on a border.
+    page.figure.draw_without_rendering()
+    for panel in (ax, part):
+        boxes = [matplotlib.text.Text.get_window_extent(text) for text in panel.texts]
+        frame = panel.get_window_extent()
+        for number, box in enumerate(boxes):
+            assert frame.x0 <= box.x0 < box.x1 <= frame.x1
+            assert frame.y0 <= box.y0 < box.y1 <= frame.y1
+            assert not any(box.overlaps(other) for other in boxes[:number])
+            for region in found.regions:
+                for arc in region.arcs:
+                    pixels = panel.transData.transform(arc.values)
+                    assert not box.padded(-0.5).count_contains(pixels)
     names = {text.get_text() for text in page.figure.legends[0].get_texts()}
     assert {"path of Fig. 4", "saddle-node", "period doubling", "Neimark-Sacker"} <= names
 

@@ -137,6 +137,54 @@ def test_runs_that_stopped_are_marked_where_they_are(diagram, ax):
     ]
 
 
+def test_values_without_impact_are_marked_above_their_empty_columns(diagram, ax):
+    free = vi.bifurcation_diagram(
+        diagram.system.replace(pendulum_damping=0.1, oscillator_damping=0.1),
+        initial=(0.0, 0.5, 0.0, 0.0),
+        periods=60,
+        keep=20,
+        drive_frequency=[1.5, 1.6, 3.6, 3.8],
+    )
+    assert (np.diff(free.offset) == 0).tolist() == [False, False, True, True]
+    vi.plot.bifurcation(free, ax=ax)
+    (strip,) = rugs(ax)
+    (path,) = strip.get_paths()
+    assert strip.get_gid() == "no-impact"
+    assert (path.vertices[:, 0].min(), path.vertices[:, 0].max()) == pytest.approx((2.6, 3.8))
+    text = "no impact in the kept drive periods"
+    assert [entry.get_text() for entry in ax.get_legend().get_texts()] == [text]
+    assert [handle.get_label() for handle in vi.plot.no_impact_handles(free)] == [text]
+    # Of a run that stopped early nobody knows.
+    assert vi.plot.no_impact_handles(with_columns(free, status=np.full(4, "jammed"))) == []
+    assert vi.plot.no_impact_handles(diagram) == []
+
+
+@pytest.mark.parametrize(
+    ("phase", "section_phase", "text"),
+    [(0.0, 0.0, "0"), (1.0, 0.0, "1"), (0.25, 0.5, "0.75"), (6.0, 1.0, "0.7168")],
+)
+def test_the_stroboscopic_section_names_its_drive_phase(ax, diagram, phase, section_phase, text):
+    shifted = vi.bifurcation_diagram(
+        diagram.system.replace(phase=phase),
+        initial=(0.0, 0.5, 0.0, 0.0),
+        periods=4,
+        keep=2,
+        section_phase=section_phase,
+        drive_frequency=[1.4, 1.5],
+    )
+    vi.plot.bifurcation(shifted, section="stroboscopic", ax=ax)
+    assert ax.get_ylabel() == rf"$x_1$ at $\psi = {text}$ (mod $2\pi$)"
+
+
+def test_a_section_over_the_phase_itself_is_named_by_its_symbol(ax, diagram):
+    start = (0.0, 0.5, 0.0, 0.0)
+    over = vi.bifurcation_diagram(
+        diagram.system, initial=start, periods=4, keep=2, phase=[0.0, 1.0]
+    )
+    vi.plot.bifurcation(over, section="stroboscopic", value="v2", ax=ax)
+    assert ax.get_ylabel() == r"$\dot x_2$ at $\psi = \varphi$ (mod $2\pi$)"
+
+
 def test_styles_are_those_of_the_regimes_and_all_differ():
     styles = vi.plot.REGIME_STYLES
     assert [style.name for style in styles] == [regime.name.lower() for regime in vi.Regime]

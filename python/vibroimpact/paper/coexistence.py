@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .. import plot
 from ..atlas import Diagram, bifurcation_diagram
 from ..orbits import Branch, PeriodicMotion, follow_motion, search_motions
-from ..plot.style import BLACK
+from ..plot.style import BIFURCATION_STYLES, BLACK, label_text
 from ..system import System
 from .layout import Page, row_parameters, values
 from .parameters import ENLARGED_RANGE, INITIAL, KEEP, MOTIONS, PERIODS
@@ -129,10 +129,12 @@ def draw_branches(computed: Coexistence) -> Page:
     page = _page("branches", computed, heights=(72.0, 78.0, 50.0))
     (ax,) = page.row(
         "(a)  both branches from end to end; grey: simulated from the paper's start "
-        f"$({', '.join(f'{value:g}' for value in INITIAL)})$",
+        f"$({', '.join(f'{value:g}' for value in INITIAL)})$;\n"
+        "the bifurcations in the shaded range are marked in (b)",
         columns=1,
     )
     plot.branches(computed.branches, diagram=computed.diagram, size=3.5, legend=False, ax=ax)
+    _leave_to_the_window(ax, computed)
     (ax,) = page.row("(b)  around their stable parts", columns=1)
     plot.branches(
         computed.windows, diagram=computed.zoom, section="stroboscopic", legend=False, ax=ax
@@ -142,8 +144,29 @@ def draw_branches(computed: Coexistence) -> Page:
         f"(c)  where {STARTS} random starts are after {SETTLING} drive periods", columns=1
     )
     _draw_shares(ax, computed)
-    page.legend(plot.branch_handles(computed.branches, names=True))
+    handles = plot.branch_handles(computed.branches, names=True)
+    for handle, motion, branch in zip(handles, computed.motions, computed.branches, strict=False):
+        handle.set_label(_branch_text(motion, branch))
+    page.legend(handles)
     return page
+
+
+def _leave_to_the_window(ax: Axes, computed: Coexistence) -> None:
+    """Shade the range that has a panel of its own, and leave the bifurcations in it to that."""
+    low, high = computed.window
+    ax.axvspan(low, high, color="0.9", lw=0, zorder=0)
+    for line in ax.get_lines():
+        if line.get_gid() in BIFURCATION_STYLES:
+            values, angles = np.array(line.get_data())
+            away = (values < low) | (values > high)
+            line.set_data(values[away], angles[away])
+
+
+def _branch_text(motion: PeriodicMotion, branch: Branch) -> str:
+    """Return the name of a branch: its number of impacts changes where a flight grazes."""
+    others = dict.fromkeys(piece.label for piece in branch.pieces if piece.label != motion.label)
+    beyond = f" (beyond a grazing {', '.join(map(label_text, others))})" if others else ""
+    return f"{label_text(motion.label)}{beyond}"
 
 
 def _draw_shares(ax: Axes, computed: Coexistence) -> None:

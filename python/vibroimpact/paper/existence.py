@@ -9,8 +9,10 @@ simulations that start a little off them.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
@@ -37,6 +39,9 @@ SAMPLE = 40
 """Motions of each kind, drawn at random from the grid, that are simulated."""
 # Rates of growth per orbit this close to 1 are not told from 1 within RETURNS orbits.
 _CLEAR = 0.01
+# Largest step of x10 along a branch, and how many steps the grid has instead of a larger one.
+_RISE = 0.03
+_FINER = 20
 _SHOWN = ("mass_ratio", "frequency_ratio", "restitution", "gap")
 
 
@@ -330,7 +335,7 @@ def draw(computed: Existence, claims: Sequence[Claim]) -> Page:
         f"The paper: {claims[0].paper_says}. Found: {claims[0].found}.",
         rows=2 + len(slices),
         row_height=0.0,
-        heights=[68.0, 46.0, *[40.0] * len(slices)],
+        heights=[68.0, 50.0, *[40.0] * len(slices)],
     )
     # Every twentieth of a unit of omega, every fifth of one of f1, or fewer on a coarser grid.
     every = tuple(
@@ -340,24 +345,62 @@ def draw(computed: Existence, claims: Sequence[Claim]) -> Page:
     for ax, paper in zip(page.row("(a)", projection="3d"), (True, False), strict=True):
         plot.motion_space(computed.map, paper=paper, every=every, ax=ax)
     for ax, paper in zip(
-        page.row("(b)  coloured: a stable one; grey: unstable ones only; white: none"),
+        page.row(
+            "(b)  coloured: a stable one; grey: unstable ones only; white: none"
+            f"{_without_isolated(computed.map)}"
+        ),
         (True, False),
         strict=True,
     ):
         plot.stability_map(computed.map, paper=paper, ax=ax)
     for letter, moment in zip("cdefg", slices, strict=False):
-        part = computed.map.at(moment_amplitude=moment)
+        part = _closed_at_folds(computed.map.at(moment_amplitude=moment), moment)
         axes = page.row(f"({letter})  $f_1 = {moment:g}$")
         for ax, paper in zip(axes, (True, False), strict=True):
             plot.motion_branches(part, paper=paper, ax=ax)
         _mark_named(computed, moment, axes)
-    page.legend(
-        [
-            *plot.motion_handles(computed.map, paper=True),
-            *plot.motion_handles(computed.map),
-        ]
-    )
+    handles: list[Artist] = []
+    for side, paper in (("left", True), ("right", False)):
+        for handle in plot.motion_handles(computed.map, paper=paper):
+            handle.set_label(f"{side}: {handle.get_label()}")
+            handles.append(handle)
+    page.legend(handles)
     return page
+
+
+def _without_isolated(found: MotionMap) -> str:
+    """Return at which frequencies there are no isolated solutions, for a heading."""
+    everywhere = found.empty.reshape(found.shape).all(axis=1)
+    frequencies = found.grid["drive_frequency"][everywhere]
+    if not len(frequencies):
+        return ""
+    listed = ", ".join(f"{omega:g}" for omega in frequencies)
+    return (
+        f",\nas at $\\omega =$ {listed}, where an undamped body makes whole turns between impacts "
+        "and no solution is isolated"
+    )
+
+
+def _closed_at_folds(part: MotionMap, moment: float) -> MotionMap:
+    """Return the solutions at one moment amplitude, on a finer grid where branches turn or rise.
+
+    Between two frequencies with different numbers of solutions a branch turns; without points in
+    between it would have a gap there.
+    """
+    frequency = part.grid["drive_frequency"]
+    places, x1 = part.solutions["point"], part.solutions["x1"]
+    columns = [np.sort(x1[places == place]) for place in range(len(frequency))]
+    grid = [frequency[:1]]
+    for place, (left, right) in enumerate(pairwise(columns)):
+        coarse = len(left) != len(right) or np.abs(left - right).max(initial=0.0) > _RISE
+        steps = _FINER if coarse else 1
+        grid.append(np.linspace(frequency[place], frequency[place + 1], steps + 1)[1:])
+    return motion_map(
+        part.system.replace(moment_amplitude=moment),
+        part.n,
+        within=WITHIN,
+        drive_frequency=np.concatenate(grid),
+    )
 
 
 def _mark_named(computed: Existence, moment: float, axes: Sequence[Axes]) -> None:

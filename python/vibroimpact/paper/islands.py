@@ -10,7 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
@@ -20,6 +22,7 @@ from ..orbits import BifurcationCurve, NotFound, StabilityRegion, stability_regi
 from ..plot.branches import curve_handles
 from ..plot.style import BIFURCATION_STYLES, GREY
 from ..simulation import simulate
+from .label_places import Ground
 from .layout import Page, values
 from .parameters import INITIAL, KEEP, PERIODS, paper_system
 
@@ -38,6 +41,10 @@ PATH = 1.0
 _SETTLED = 3000
 _MOST_POINTS = 150
 _SHADES = {"1-1": "#DCE9F5", "2-1": "#E3F1E4", "1-2": "#FBE8D3", "2-4": "#EFE0EC", "8-6": "#F2EFC8"}
+# Where borders are so close that they need a panel of their own.
+_CROWDED = ((1.005, 1.13), (1.2, 2.4))
+# Width and height of a label in points.
+_LABEL_SIZE = (12.0, 7.0)
 _SHOWN = ("mass_ratio", "frequency_ratio", "restitution", "gap", "friction")
 
 
@@ -130,8 +137,32 @@ def draw(islands: Islands) -> Page:
     """Draw the regions with the kinds of their borders, and the path of Fig. 4."""
     system = paper_system()
     heading = f"Section 4.1   Islands of stability   {values(system, _SHOWN)}, undamped"
-    page = Page(heading, 1, 118.0)
-    (ax,) = page.row("Shaded: stable. Marks: points of codimension two.", columns=1)
+    page = Page(heading, 2, 0.0, heights=(128.0, 92.0))
+    (whole,) = page.row(
+        "(a)  Inside a border a periodic motion $m$-$n$ is stable (shaded where the border is "
+        "known all round);\nlines: the bifurcation at which it ends; marks: points of "
+        "codimension two, where a line meets a second condition",
+        columns=1,
+    )
+    (x0, x1), (y0, y1) = _CROWDED
+    (part,) = page.row("(b)  the rectangle of (a) enlarged", columns=1)
+    handles = _draw_plane(whole, islands)
+    _draw_plane(part, islands)
+    whole.set_xlim(*FREQUENCY_RANGE)
+    whole.set_ylim(0.0, MOMENT_RANGE[1])
+    whole.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, ec="0.3", lw=0.5, zorder=4.5))
+    part.set_xlim(x0, x1)
+    part.set_ylim(y0, y1)
+    page.legend(handles)
+    # Places of labels depend on the size of the axes.
+    page.figure.draw_without_rendering()
+    for ax in (whole, part):
+        _name(ax, islands.regions)
+    return page
+
+
+def _draw_plane(ax: Axes, islands: Islands) -> list[Artist]:
+    """Draw the regions, their borders and the path; return the legend entries."""
     for region in islands.regions:
         if region.closed:
             ax.fill(*region.border.T, color=_SHADES.get(region.label, GREY), lw=0, zorder=0)
@@ -144,13 +175,11 @@ def draw(islands: Islands) -> Page:
                 line.remove()
             elif line.get_gid() in BIFURCATION_STYLES:
                 line.set_linewidth(1.1)
+    handles = curve_handles(arcs)
     path = ax.axhline(PATH, color=GREY, lw=0.8, zorder=0.5, label="path of Fig. 4")
-    for region in islands.regions:
-        _name(ax, region)
     outside = [
         run for run, inside in zip(islands.settled, islands.inside, strict=True) if not inside
     ]
-    handles = curve_handles(arcs)
     if outside:
         (marks,) = ax.plot(
             *np.array([run[1:] for run in outside]).T,
@@ -158,37 +187,44 @@ def draw(islands: Islands) -> Page:
             marker="x",
             ms=3.5,
             color="0.3",
-            label="settled outside",
+            label="simulated: stable, inside no border",
         )
         handles.append(marks)
-    ax.set_xlim(*FREQUENCY_RANGE)
-    ax.set_ylim(0.0, MOMENT_RANGE[1])
-    page.legend([*handles, path])
-    return page
+    return [*handles, path]
 
 
-def _name(ax: Axes, region: StabilityRegion) -> None:
-    """Write the label where the region is widest."""
-    (left, right), (bottom, top) = region.extent.tolist()
-    across = np.linspace(left, right, 400)
-    best = (0.0, 0.5 * (left + right), 0.5 * (bottom + top))
-    for level in np.linspace(bottom, top, 41)[4:-4]:
-        inside = region.sheets(np.column_stack([across, np.full(400, level)])) > 0
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
-        for first, last in zip(edges[::2], edges[1::2] - 1, strict=True):
-            if across[last] - across[first] > best[0]:
-                middle = 0.5 * (across[first] + across[last])
-                best = float(across[last] - across[first]), float(middle), float(level)
-    halo = [withStroke(linewidth=2.0, foreground="white")]
-    ax.annotate(
-        region.label,
-        best[1:],
-        ha="center",
-        va="center",
-        fontsize=6.5,
-        zorder=5,
-        path_effects=halo,
-    )
+def _name(ax: Axes, regions: Sequence[StabilityRegion]) -> None:
+    """Write the labels of the regions in view where they cover nothing, the largest first."""
+    arcs = [arc for region in regions for arc in region.arcs]
+    points = [np.array([point.values for point in arc.points]) for arc in arcs if arc.points]
+    curves = [region.border for region in regions]
+    path = np.array([[FREQUENCY_RANGE[0], PATH], [FREQUENCY_RANGE[1], PATH]])
+    (x0, x1), (y0, y1) = _CROWDED
+    rectangle = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]])
+    ground = Ground(ax, [*curves, path, rectangle], points, _LABEL_SIZE)
+    # An open border has no inside: its label leads to it.
+    covered = [
+        ground.inside(region.border) if region.closed else ground.along(region.border)
+        for region in regions
+    ]
+    order = np.argsort([-mask.sum() for mask in covered], kind="stable").tolist()
+    for number in order:
+        place = ground.place(covered[number], np.sum(covered, axis=0) > covered[number])
+        if place is None:
+            continue
+        ax.annotate(
+            regions[number].label,
+            place.leads_to or place.at,
+            xytext=place.at,
+            ha="center",
+            va="center",
+            fontsize=6.5,
+            zorder=5,
+            path_effects=[withStroke(linewidth=1.5, foreground="white")],
+            arrowprops={"arrowstyle": "-", "lw": 0.5, "shrinkA": 0.0, "shrinkB": 0.0, "zorder": 4}
+            if place.leads_to
+            else None,
+        )
 
 
 def extents(region: StabilityRegion) -> list[tuple[str, float]]:

@@ -77,6 +77,13 @@ class Page:
         part.suptitle(heading, x=0.012, ha="left")
         return list(part.subplots(2, 2, height_ratios=heights).flat)
 
+    def grid(self, heading: str, rows: int, columns: int) -> list[Axes]:
+        """Return the axes of the next row, which is a grid of aligned panels of one size."""
+        part = self._rows[self._used]
+        self._used += 1
+        part.suptitle(heading, x=0.012, ha="left")
+        return list(part.subplots(rows, columns, squeeze=False).flat)
+
     def legend(self, handles: Sequence[Artist]) -> None:
         """Put one legend at the foot of the page, in as many columns as its width has room for.
 

@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from .. import plot
 from ..plot.marks import mark_regimes
-from ..plot.style import BLACK, GREY
+from ..plot.style import BLACK, GREY, label_text
 from ..results import Run
 from ..simulation import simulate
 from .evidence import HORIZONS, Coexistence, coexisting, drive_periods
@@ -72,7 +72,7 @@ def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:
         motion, run = item.motion, item.run
         panel = motion.panel if motion.panel.startswith("(") else f"({motion.panel})"
         parameters = row_parameters(motion.system, frequency=True)
-        found = f"paper: {motion.paper_says}; found: {run.label}{_later(item)}"
+        found = f"paper: {motion.paper_says}; found: {label_text(run.label)}{_later(item)}"
         left, right = page.row(f"{panel}  {parameters}. {found}", widths=(1.5, 1.0))
         _row(left, right, item, run, color)
         drawn += [left, right]
@@ -81,7 +81,7 @@ def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:
         if item.other is not None and item.other.run is not None:
             start = ", ".join(f"{value:.3f}" for value in item.other.run.initial)
             same = f"{panel[:-1]}\u2032)  same parameters, from $({start})$"
-            heading = f"{same}. found: {item.other.run.label}"
+            heading = f"{same}. found: {label_text(item.other.run.label)}"
             left, right = page.row(heading, widths=(1.5, 1.0))
             _row(left, right, item, item.other.run, color)
             drawn += [left, right]
@@ -89,11 +89,17 @@ def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:
     return page
 
 
+def regimes_of(shown: Sequence[Shown]) -> set[int]:
+    """Return the regimes of all impacts."""
+    runs = [run for item in shown for run in (item.run, item.long_run) if run is not None]
+    return {int(regime) for run in runs for regime in np.unique(run.impacts["regime"])}
+
+
 def _later(item: Shown) -> str:
     """Return what the motion has become after a longer time, if that is another label."""
     if item.long_run is None or item.long_run.label == item.run.label:
         return ""
-    return f", after {drive_periods(item.long_run)} periods {item.long_run.label}"
+    return f", after {drive_periods(item.long_run)} periods {label_text(item.long_run.label)}"
 
 
 def _row(left: Axes, right: Axes, item: Shown, run: Run, color: Color) -> None:

@@ -28,7 +28,8 @@ from .layout import Page
 from .parameters import FIGURES, MOTIONS, TRANSITIONS
 
 FORMATS = ("png", "pdf", "svg")
-_COLORS: tuple[tuple[transitions.Color, str], ...] = ((None, ""), ("regime", "-regimes"))
+_PLAIN: tuple[transitions.Color, str] = (None, "")
+_BY_REGIME: tuple[transitions.Color, str] = ("regime", "-regimes")
 _ENLARGED = ("4", "7c", "8a")
 
 
@@ -129,6 +130,11 @@ def reproduce(
     return Reproduction(job.files, job.claims)
 
 
+def _colors(regimes: set[int]) -> list[tuple[transitions.Color, str]]:
+    """Return how a page is coloured: by regime, too, where its impacts have more than one."""
+    return [_PLAIN, _BY_REGIME] if len(regimes) > 1 else [_PLAIN]
+
+
 class _Job:
     """One call of `reproduce`: its options, and what it has made so far."""
 
@@ -163,13 +169,14 @@ class _Job:
         self.save(existence.draw(computed, judged), f"fig{figure}")
 
     def transition_pages(self, figure: int) -> None:
-        """Compute the diagrams of a figure and write them, black and coloured by regime."""
+        """Compute the diagrams of a figure and write them, black and perhaps coloured by regime."""
         panels = [
             (transition, transitions.compute(transition, self.frequencies, self.workers))
             for transition in TRANSITIONS
             if transition.figure == figure
         ]
-        for color, suffix in _COLORS:
+        regimes = transitions.regimes_of([diagram for _, diagram in panels])
+        for color, suffix in _colors(regimes):
             self.save(transitions.draw(figure, panels, color), f"fig{figure}{suffix}")
         for transition, diagram in panels:
             if transition.id == "7c":
@@ -181,7 +188,8 @@ class _Job:
             if not parts:
                 self.report(f"figure {figure}: no window of period m > 2 on this grid")
                 continue
-            for color, suffix in _COLORS:
+            regimes = transitions.regimes_of([part.diagram for part in parts])
+            for color, suffix in _colors(regimes):
                 page = transitions.draw_enlargements(transition, parts, color)
                 self.save(page, f"fig{transition.id}-enlarged{suffix}")
 
@@ -199,7 +207,7 @@ class _Job:
                     long_run=item.long_run,
                 )
             )
-        for color, suffix in _COLORS:
+        for color, suffix in _colors(motions.regimes_of(shown)):
             page = (
                 motions.draw_sporadic(shown[0], color)
                 if figure == 10

@@ -1,5 +1,6 @@
 """Pages of Figs. 4, 7 and 8: bifurcation diagrams over the drive frequency, and enlargements."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -10,6 +11,8 @@ from matplotlib.axes import Axes
 
 from .. import plot
 from ..atlas import Diagram, bifurcation_diagram, orbit_label
+from ..plot.diagram import square
+from ..plot.style import BLACK, label_text
 from ..results import Run
 from ..simulation import simulate
 from .layout import Page, fixed_parameters, row_parameters
@@ -35,6 +38,14 @@ _HEIGHT = 62.0
 _DOUBLE_HEIGHT = 100.0
 _CHATTERING = 0.01
 _RATIO = (1.0, 0.55)
+_COLUMNS = 3
+_WINDOW_HEIGHT = 60.0
+# How dark a point is, in the impact and in the stroboscopic section: where many lie on one another
+# their density is seen, and a hundred points of a periodic motion are black nevertheless.
+_OPACITY = (0.35, 0.06)
+_OPACITY_ENLARGED = (0.8, 0.25)
+# Parts of the impacts below and above which a panel does not reach.
+_TAILS = (0.003, 0.997)
 
 
 @dataclass(frozen=True)
@@ -123,7 +134,7 @@ def draw(figure: int, panels: Sequence[tuple[Transition, Diagram]], color: Color
             whole.set_title("time in lasting contact", loc="left", pad=3)
             low.set_title("the same, low frequencies", loc="left", pad=3)
             low.set_xlim(diagram.parameter[0], 1.25 * diagram.parameter[diagram.n == -1].max())
-        _pair(left, right, diagram, color, size=0.25)
+        _pair(left, right, diagram, color, 0.25, _OPACITY)
     page.legend(_entries([diagram for _, diagram in panels], color))
     return page
 
@@ -140,22 +151,22 @@ def draw_enlargements(transition: Transition, parts: Sequence[Enlargement], colo
     """
     ranges = [part for part in parts if part.window is None]
     windows = [part for part in parts if part.window is not None]
-    rows = [windows[start : start + 3] for start in range(0, len(windows), 3)]
     heights = [_HEIGHT if part.example is None else _DOUBLE_HEIGHT for part in ranges]
-    heights += [60.0] * len(rows)
+    rows = math.ceil(len(windows) / _COLUMNS)
+    heights += [rows * _WINDOW_HEIGHT] if windows else []
+    figure = f"Fig. {transition.figure}{transition.panel and f'({transition.panel})'}"
     page = Page(
-        f"Fig. {transition.figure}{transition.panel and f'({transition.panel})'} enlarged: "
-        f"{fixed_parameters(transition.system)},\n"
+        f"{figure} enlarged: {fixed_parameters(transition.system)},\n"
         f"{row_parameters(transition.system, frequency=False)}; last {KEEP} of {PERIODS} drive "
         "periods",
         rows=len(heights),
-        row_height=60.0,
+        row_height=_HEIGHT,
         heights=heights,
     )
     examples: list[Artist] = []
     for part in ranges:
         count = len(part.diagram.parameter)
-        heading = f"{count} frequencies; periods found: {_periods(part.diagram)}"
+        heading = f"{count} frequencies; periodic motions: {_periods(part.diagram)}"
         heading = f"{heading}{_stopped(part.diagram)}"
         if part.example is None:
             left, right = page.row(heading)
@@ -165,64 +176,92 @@ def draw_enlargements(transition: Transition, parts: Sequence[Enlargement], colo
             beneath.set_title("time in lasting contact", loc="left", pad=3)
             _example(motion, part.example)
             examples += motion.get_legend_handles_labels()[0]
-        _pair(left, right, part.diagram, color, size=0.4)
-    for number, row in enumerate(rows):
-        heading = (
-            f"the {len(windows)} widest of {row[0].found} windows of period $m > 2$, "
-            f"{len(row[0].diagram.parameter)} frequencies each; dashed: edges on the first grid"
-        )
-        axes = page.row("" if number else heading, columns=3)
-        for ax, part in zip(axes, row, strict=False):
+        _pair(left, right, part.diagram, color, 0.4, _OPACITY_ENLARGED)
+    if windows:
+        axes = page.grid(_windows_heading(figure, windows), rows, _COLUMNS)
+        for ax, part in zip(axes, windows, strict=False):
             _window(ax, part, color)
-        for ax in axes[len(row) :]:
+        for ax in axes[len(windows) :]:
             ax.set_axis_off()
-    page.legend([*_entries([part.diagram for part in parts], color), *examples])
+    diagrams = [part.diagram for part in parts]
+    page.legend([*_entries(diagrams, color, stroboscopic=bool(ranges)), *examples])
     return page
+
+
+def _windows_heading(figure: str, windows: Sequence[Enlargement]) -> str:
+    shown, found = len(windows), windows[0].found
+    which = f"all {found}" if shown == found else f"the {shown} widest of {found}"
+    return (
+        "Windows of periodic motions $m$-$n$ ($m$ drive periods, $n$ impacts) with $m > 2$: "
+        f"{which} that {figure} has,\n"
+        f"each computed again at {len(windows[0].diagram.parameter)} frequencies; "
+        f"dashed: first and last frequency with that motion in {figure}"
+    )
 
 
 def _example(ax: Axes, run: Run) -> None:
     plot.time_history(run, periods=2, points_per_period=1000, ax=ax)
     share = run.time_in_contact / (run.final_state.time - run.kept_from)
     frequency = rf"$\omega = {run.system.drive_frequency:g}$"
-    text = f"{frequency}: {run.label}, {share:.1%} of the time in contact"
+    text = f"{frequency}: {label_text(run.label)}, {share:.1%} of the time in contact"
     ax.set_title(text, loc="left", pad=3)
 
 
-def _pair(left: Axes, right: Axes, diagram: Diagram, color: Color, size: float) -> None:
+def _pair(
+    left: Axes,
+    right: Axes,
+    diagram: Diagram,
+    color: Color,
+    size: float,
+    opacity: tuple[float, float],
+) -> None:
     plot.bifurcation(diagram, color=color, size=size, legend=False, ax=left)
     plot.bifurcation(diagram, section="stroboscopic", size=size, legend=False, ax=right)
+    # Colours of regimes would mix.
+    if color is None:
+        left.collections[0].set_alpha(opacity[0])
+    right.collections[0].set_alpha(opacity[1])
 
 
 def _window(ax: Axes, part: Enlargement, color: Color) -> None:
     if part.window is None:
         return
     plot.bifurcation(part.diagram, color=color, size=0.6, legend=False, ax=ax)
-    _show_window(ax, part.diagram, part.window)
+    beyond = _fit(ax, part.diagram, part.window)
     for edge in (part.window.low, part.window.high):
         ax.axvline(edge, color="0.6", lw=0.5, ls=(0, (3, 2)), zorder=0)
-    ax.set_title(f"{part.window.m}-{part.window.n}", loc="left", pad=3)
+    more = f" ({beyond:,} of {len(part.diagram.x1):,} impacts beyond)" if beyond else ""
+    ax.set_title(f"{part.window.m}-{part.window.n}{more}", loc="left", pad=3)
     ax.locator_params(axis="x", nbins=4)
 
 
-def _show_window(ax: Axes, diagram: Diagram, window: Window) -> None:
-    """Fit the vertical range to the middle half of the window, where transients are shortest."""
-    quarter = 0.25 * (window.high - window.low)
-    parameter = diagram.impact_parameter
-    inside = (parameter >= window.low + quarter) & (parameter <= window.high - quarter)
-    if inside.any():
-        low, high = float(diagram.x1[inside].min()), float(diagram.x1[inside].max())
-        margin = 0.15 * (high - low) or 0.1
-        ax.set_ylim(low - margin, high + margin)
+def _fit(ax: Axes, diagram: Diagram, window: Window) -> int:
+    """Fit the vertical range to the window's motion and to most impacts.
+
+    Returns how many are beyond: a few far ones of chaotic motions would flatten the branches.
+    """
+    x1 = np.asarray(diagram.x1)
+    if not len(x1):
+        return 0
+    low, high = np.quantile(x1, _TAILS)
+    of_motion = (np.asarray(diagram.m) == window.m) & (np.asarray(diagram.n) == window.n)
+    own = x1[np.repeat(of_motion, np.diff(diagram.offset))]
+    if len(own):
+        low, high = min(low, own.min()), max(high, own.max())
+    margin = 0.12 * (high - low) or 0.1
+    ax.set_ylim(low - margin, high + margin)
+    return int(np.count_nonzero((x1 < low - margin) | (x1 > high + margin)))
 
 
 def _periods(diagram: Diagram, at_least: int = 3) -> str:
-    """Return the labels m-n that so many values have, the most frequent first."""
+    """Return the labels m-n that so many values have, by m, then by n."""
     pairs, counts = np.unique(
         np.column_stack([diagram.m, diagram.n])[diagram.m > 0], axis=0, return_counts=True
     )
-    order = np.argsort(-counts, kind="stable")
-    labels = [orbit_label(*pairs[row]) for row in order if counts[row] >= at_least]
-    return ", ".join(labels) or "none"
+    found = [(int(m), int(n)) for m, n in pairs[counts >= at_least]]
+    # Infinitely many impacts, stored as -1, come last.
+    found.sort(key=lambda pair: (pair[0], pair[1] < 0, pair[1]))
+    return ", ".join(label_text(orbit_label(*pair)) for pair in found) or "none"
 
 
 def _stopped(diagram: Diagram) -> str:
@@ -233,10 +272,34 @@ def _stopped(diagram: Diagram) -> str:
     return f"; grey rug: {', '.join(parts)}" if parts else ""
 
 
-def _entries(diagrams: Sequence[Diagram], color: Color) -> list[Artist]:
-    """Return the legend entries of a page: complete chatter, and regimes where they are shown."""
-    chatter = [handle for diagram in diagrams for handle in plot.chatter_handles(diagram)]
+def _entries(
+    diagrams: Sequence[Diagram], color: Color, *, stroboscopic: bool = True
+) -> list[Artist]:
+    """Return the legend entries of a page: strips, and regimes where they are shown.
+
+    With `stroboscopic` the page shows that section, too, whose points have no regime.
+    """
+    strips = [
+        handle
+        for named in (plot.chatter_handles, plot.no_impact_handles)
+        for diagram in diagrams
+        for handle in named(diagram)
+    ]
     if color is None:
-        return chatter
-    present = np.unique(np.concatenate([np.asarray(diagram.regime) for diagram in diagrams]))
-    return [*plot.regime_handles(present.tolist(), shapes=False), *chatter]
+        return strips
+    regimes = np.concatenate([np.asarray(diagram.regime) for diagram in diagrams])
+    present, counts = np.unique(regimes, return_counts=True)
+    handles = plot.regime_handles(present.tolist(), shapes=False)
+    for handle, count in zip(handles, counts, strict=True):
+        # Some are too rare to be seen.
+        share = count / len(regimes)
+        text = f"{share:.0%}" if share >= 0.01 else f"{share:.1%}" if share >= 1e-3 else "< 0.1%"
+        handle.set_label(f"{handle.get_label()} ({text} of impacts)")
+    if stroboscopic:
+        handles.append(square(BLACK, "right: once per drive period, no regime"))
+    return [*handles, *strips]
+
+
+def regimes_of(diagrams: Sequence[Diagram]) -> set[int]:
+    """Return the regimes of all impacts."""
+    return {int(regime) for diagram in diagrams for regime in np.unique(diagram.regime)}

@@ -7,7 +7,7 @@ dynamics.
 from .basins import BASIN_COLORS, basin_handles, basins
 from .branches import bifurcation_curves, branch_handles, branches, curve_handles
 from .chart import chart, chart_handles
-from .diagram import bifurcation, chatter_handles, contact_fraction
+from .diagram import bifurcation, chatter_handles, contact_fraction, no_impact_handles
 from .force import contact_force
 from .impacts import impact_agreement, impact_regimes
 from .labels import LABEL_STYLES, label_handles
@@ -72,6 +72,7 @@ __all__ = [
     "motion_handles",
     "motion_space",
     "multipliers",
+    "no_impact_handles",
     "orbit",
     "phase_portrait",
     "publication_style",

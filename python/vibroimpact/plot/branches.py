@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ..atlas import Diagram
 from ..checks import positive, reject, several
 from ..orbits import Bifurcation, BifurcationCurve, Branch, Piece, StabilityRegion
-from .diagram import bifurcation
+from .diagram import bifurcation, no_impact_handles
 from .style import (
     BIFURCATION_STYLES,
     BLACK,
@@ -33,8 +33,10 @@ from .style import (
     PURPLE,
     SECTION_LABELS,
     VERMILLION,
+    at_drive_phase,
     bifurcation_handles,
     bifurcation_marker,
+    label_text,
     legend_above,
     new_axes,
 )
@@ -118,11 +120,23 @@ def branches(
     for kind in BIFURCATION_STYLES:
         _marks(ax, [found for branch in many for found in branch.of_kind(kind)], section, size)
     if legend:
-        legend_above(ax, branch_handles(many, names=True), columns=3)
+        handles = branch_handles(many, names=True)
+        if diagram is not None and section == "impact":
+            handles += no_impact_handles(diagram)
+        legend_above(ax, handles, columns=3)
     ax.autoscale_view()
     ax.set_xlabel(PARAMETER_SYMBOLS.get(name, name))
-    ax.set_ylabel(SECTION_LABELS[section])
+    label = SECTION_LABELS[section]
+    if section == "stroboscopic":
+        label = at_drive_phase(label, _drive_phase(many))
+    ax.set_ylabel(label)
     return ax
+
+
+def _drive_phase(branches: Sequence[Branch]) -> float | None:
+    """Return the drive phase at t = 0, where the sections are; None if it varies."""
+    phases = {piece.system.phase for branch in branches for piece in branch.pieces}
+    return phases.pop() if len(phases) == 1 and branches[0].parameter != "phase" else None
 
 
 def branch_handles(branches: Sequence[Branch], *, names: bool = False) -> list[Artist]:
@@ -132,7 +146,7 @@ def branch_handles(branches: Sequence[Branch], *, names: bool = False) -> list[A
     """
     handles: list[Artist] = []
     for number, branch in enumerate(branches if names else []):
-        text = ", ".join(dict.fromkeys(piece.label for piece in branch.pieces))
+        text = ", ".join(dict.fromkeys(label_text(piece.label) for piece in branch.pieces))
         color = _COLORS[number % len(_COLORS)]
         handles.append(Line2D([], [], color=color, lw=1.2, label=text))
     stable = np.concatenate([branch.stable for branch in branches])

@@ -34,6 +34,7 @@ from .style import (
     SLIDE_STYLE,
     STATE_SYMBOLS,
     VERMILLION,
+    at_drive_phase,
     legend_above,
     new_axes,
     regime_handles,
@@ -56,11 +57,11 @@ IMPACT_VALUES = {
 
 STROBOSCOPIC_VALUES = {
     "x1": SECTION_LABELS["stroboscopic"],
-    "v1": r"$\dot x_1$ once per drive period",
-    "x2": r"$x_2$ once per drive period",
-    "v2": r"$\dot x_2$ once per drive period",
+    "v1": r"$\dot x_1$ at $\psi = 0$ (mod $2\pi$)",
+    "x2": r"$x_2$ at $\psi = 0$ (mod $2\pi$)",
+    "v2": r"$\dot x_2$ at $\psi = 0$ (mod $2\pi$)",
 }
-"""What can be drawn of the stroboscopic section, with its name on the axis."""
+"""What can be drawn of the stroboscopic section, with its name on the axis where psi = 0."""
 
 _PHASE_TICKS = {0.0: "0", np.pi / 2: r"$\pi/2$", np.pi: r"$\pi$"}
 _PHASE_TICKS |= {1.5 * np.pi: r"$3\pi/2$", 2 * np.pi: r"$2\pi$"}
@@ -68,6 +69,8 @@ _BRANCH_COLORS = (BLUE, VERMILLION, GREEN, PURPLE, SKY_BLUE, ORANGE)
 _RUG_HEIGHT = 0.035
 _RUG_GREYS = ("0.45", "0.7", "0.2")
 _ENDED = {"completed", "rest"}
+_NO_IMPACT_GREY = "0.75"
+_NO_IMPACT_TEXT = "no impact in the kept drive periods"
 _CHATTER_TEXT = r"complete chatter ($m$-$\infty$)"
 
 
@@ -88,7 +91,9 @@ def bifurcation(
     whose motion has complete chatter in every orbit (`Diagram.n` = -1) have a strip of their own
     colour along the top, and black points take that colour too: what is drawn there are the
     impacts before the chatter is carried to its end, the infinitely many after them lie at the tip
-    of the column. Of several branches strip and rug mark what any has.
+    of the column. Of several branches strip and rug mark what any has. On the impact section a
+    grey strip there marks the empty columns of runs that came to their end: none of the kept drive
+    periods has an impact.
 
     Parameters
     ----------
@@ -149,15 +154,24 @@ def bifurcation(
 
     # By label, chatter has its colour already.
     handles += _chatter_strip(ax, diagram) if color != "label" else []
+    if section == "impact":
+        handles += _no_impact_strip(ax, diagram)
     handles += _status_rug(ax, diagram)
     if legend and handles:
         legend_above(ax, handles, columns=4 if color == "label" else 2)
     _parameter_axis(ax, diagram)
-    ax.set_ylabel(symbols[value])
+    ax.set_ylabel(symbols[value] if section == "impact" else _stroboscopic(symbols[value], diagram))
     if value == "phase":
         ax.set_ylim(0.0, 2 * np.pi)
         ax.set_yticks([*_PHASE_TICKS], [*_PHASE_TICKS.values()])
     return ax
+
+
+def _stroboscopic(text: str, diagram: Diagram) -> str:
+    """Return a name of the stroboscopic section with its drive phase."""
+    if diagram.parameter_name == "phase":
+        return at_drive_phase(text, None)
+    return at_drive_phase(text, diagram.system.phase + diagram.settings.section_phase)
 
 
 def _colors(diagram: Diagram, section: str, color: str | None) -> tuple[Any, list[Artist]]:
@@ -181,7 +195,7 @@ def _colors(diagram: Diagram, section: str, color: str | None) -> tuple[Any, lis
     if color == "branch":
         names = branch_names(diagram)
         palette = to_rgba_array([branch_color(number) for number in range(len(names))])
-        handles = [_square(branch_color(number), name) for number, name in enumerate(names)]
+        handles = [square(branch_color(number), name) for number, name in enumerate(names)]
         return palette[np.repeat(diagram.branch, rows)], handles
     chatters = np.asarray(diagram.n) == -1
     if chatters.any():
@@ -249,10 +263,11 @@ def chatter_handles(diagram: Diagram) -> list[Artist]:
     """Return the legend entry of complete chatter, if any value of the diagram has it."""
     if not (np.asarray(diagram.n) == -1).any():
         return []
-    return [_square(CHATTER_COLOR, _CHATTER_TEXT)]
+    return [square(CHATTER_COLOR, _CHATTER_TEXT)]
 
 
-def _square(color: str, text: str) -> Line2D:
+def square(color: str, text: str) -> Line2D:
+    """Return the legend entry of points or of a strip of a colour."""
     return Line2D(
         [], [], ls="none", marker="s", markersize=4.5, markeredgewidth=0, color=color, label=text
     )
@@ -263,21 +278,46 @@ def _on_any_branch(diagram: Diagram, chosen: NDArray[np.bool_]) -> NDArray[np.bo
     return np.asarray(chosen.reshape(-1, len(diagram.values)).any(axis=0))
 
 
+def no_impact_handles(diagram: Diagram) -> list[Artist]:
+    """Return the legend entry of motions without impact, if any value has no other."""
+    if not _without_impact(diagram).any():
+        return []
+    return [square(_NO_IMPACT_GREY, _NO_IMPACT_TEXT)]
+
+
+def _without_impact(diagram: Diagram) -> NDArray[np.bool_]:
+    """Tell of each value whether all its runs came to their end and kept no impact."""
+    quiet = (np.diff(diagram.offset) == 0) & np.isin(diagram.status, [*_ENDED])
+    return ~_on_any_branch(diagram, ~quiet)
+
+
 def _chatter_strip(ax: Axes, diagram: Diagram) -> list[Artist]:
     """Mark the values with complete chatter along the top axis; return the legend entry."""
     handles = chatter_handles(diagram)
     if handles:
         chatters = _on_any_branch(diagram, np.asarray(diagram.n) == -1)
-        strip = PolyCollection(
-            boxes(spans(diagram.values, chatters), 1.0 - _RUG_HEIGHT, 1.0),
-            facecolors=CHATTER_COLOR,
-            edgecolors=CHATTER_COLOR,
-            linewidths=0.4,
-            transform=ax.get_xaxis_transform(),
-        )
-        strip.set_gid("complete-chatter")
-        ax.add_collection(strip, autolim=False)
+        _strip(ax, diagram, chatters, CHATTER_COLOR, "complete-chatter")
     return handles
+
+
+def _no_impact_strip(ax: Axes, diagram: Diagram) -> list[Artist]:
+    """Mark the values without impact along the top axis; return the legend entry."""
+    handles = no_impact_handles(diagram)
+    if handles:
+        _strip(ax, diagram, _without_impact(diagram), _NO_IMPACT_GREY, "no-impact")
+    return handles
+
+
+def _strip(ax: Axes, diagram: Diagram, chosen: NDArray[np.bool_], color: str, gid: str) -> None:
+    strip = PolyCollection(
+        boxes(spans(diagram.values, chosen), 1.0 - _RUG_HEIGHT, 1.0),
+        facecolors=color,
+        edgecolors=color,
+        linewidths=0.4,
+        transform=ax.get_xaxis_transform(),
+    )
+    strip.set_gid(gid)
+    ax.add_collection(strip, autolim=False)
 
 
 def _status_rug(ax: Axes, diagram: Diagram) -> list[Artist]:

@@ -1,8 +1,8 @@
 r"""Period n-1 solutions over one or two parameters, with either verdict on them.
 
-As the paper draws its Figs. 2 and 3, circles are stable and dots unstable solutions. By its
-criterion (``paper=True``) all algebraic solutions count; else only those that are motions, and the
-others are left in pale grey.
+Stable solutions are thick and coloured, unstable ones thin and black. By the paper's criterion
+(``paper=True``) all algebraic solutions count; else only those that are motions, and the others are
+left in grey.
 """
 
 from __future__ import annotations
@@ -25,9 +25,11 @@ from .style import ANGLE_TICKS, BLACK, BLUE, PARAMETER_SYMBOLS, VERMILLION, new_
 if TYPE_CHECKING:
     from ..orbits import MotionMap
 
-_PALE = "0.78"
+_PALE = "0.62"
 _NOTHING = "1.0"
 _UNSTABLE = "0.72"
+# How much larger marks are in a legend.
+_LEGEND_SCALE = 1.8
 X10 = r"$x_{10}$"
 
 
@@ -44,16 +46,6 @@ def _dot(color: str, size: float) -> dict[str, Any]:
     return {"marker": "o", "color": color, "markersize": size, "markeredgewidth": 0.0}
 
 
-def _circle(color: str, size: float) -> dict[str, Any]:
-    return {
-        "marker": "o",
-        "markerfacecolor": "white",
-        "markeredgecolor": color,
-        "markersize": size,
-        "markeredgewidth": 0.6,
-    }
-
-
 def _kinds(result: MotionMap, paper: bool, scale: float) -> list[_Kind]:
     """Return the kinds in the order in which they are drawn."""
     found = result.solutions
@@ -61,13 +53,13 @@ def _kinds(result: MotionMap, paper: bool, scale: float) -> list[_Kind]:
         stable = found["paper_stable"]
         return [
             _Kind(~stable, "unstable by (45)", _dot(BLACK, 1.1 * scale)),
-            _Kind(stable, "stable by (45)", _circle(VERMILLION, 3.2 * scale)),
+            _Kind(stable, "stable by (45)", _dot(VERMILLION, 2.6 * scale)),
         ]
     admissible, stable = found["admissible"], found["stable"]
     return [
-        _Kind(~admissible, "no motion: not admissible", _dot(_PALE, 0.8 * scale)),
+        _Kind(~admissible, "not admissible", _dot(_PALE, 0.9 * scale)),
         _Kind(admissible & ~stable, "unstable motion", _dot(BLACK, 1.1 * scale)),
-        _Kind(stable, "stable motion", _circle(BLUE, 3.2 * scale)),
+        _Kind(stable, "stable motion", _dot(BLUE, 2.6 * scale)),
     ]
 
 
@@ -82,8 +74,8 @@ def motion_handles(result: MotionMap, *, paper: bool = False) -> list[Artist]:
         The verdicts of the paper's criterion.
     """
     return [
-        Line2D([], [], linestyle="none", label=kind.text, **(kind.marker | {"markersize": 4.0}))
-        for kind in reversed(_kinds(result, paper, 1.0))
+        Line2D([], [], linestyle="none", label=kind.text, **kind.marker)
+        for kind in reversed(_kinds(result, paper, _LEGEND_SCALE))
     ]
 
 

@@ -126,9 +126,9 @@ STATE_SYMBOLS = {
 
 SECTION_LABELS = {
     "impact": r"$x_1$ at impact",
-    "stroboscopic": r"$x_1$ once per drive period",
+    "stroboscopic": r"$x_1$ at $\psi = 0$ (mod $2\pi$)",
 }
-"""The angle drawn in a bifurcation diagram, by its section."""
+"""The angle drawn in a bifurcation diagram, by its section; `at_drive_phase` for other phases."""
 
 ANGLE_TICKS = {
     -math.pi / 2: r"$-\pi/2$",
@@ -169,6 +169,26 @@ def publication_style() -> Iterator[None]:
     settings: Any = PUBLICATION  # matplotlib 3.11 types the keys as literals, 3.10 as str
     with matplotlib.rc_context(settings):
         yield
+
+
+def at_drive_phase(text: str, phase: float | None) -> str:
+    """Return a name of the stroboscopic section with the drive phase at which it is taken.
+
+    Parameters
+    ----------
+    text : str
+        Name for phase 0.
+    phase : float or None
+        Drive phase in radians; None where it is varied.
+    """
+    if phase is None:
+        return text.replace(r"\psi = 0", r"\psi = \varphi")
+    return text.replace(r"\psi = 0", rf"\psi = {phase % (2.0 * math.pi):.4g}")
+
+
+def label_text(label: str) -> str:
+    """Return the label of a motion as figures write it: infinitely many impacts by a sign."""
+    return label.replace("-inf", r"-$\infty$")
 
 
 def new_axes(ax: Axes | None) -> Axes:
