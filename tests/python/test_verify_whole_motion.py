@@ -1,4 +1,4 @@
-"""`vi.verify` of runs that keep their end only: horizon and last right digit of the whole motion."""
+"""`vi.verify` of runs that keep their end only: what it says of the whole motion."""
 
 import re
 
@@ -165,20 +165,20 @@ def test_no_more_is_made_again_than_the_reference_may_follow():
 
 
 def test_a_run_that_finds_its_digits_again_is_followed_on():
-    run = simulated(SETTLING, periods=400, keep=20)
+    run = simulated(SETTLING, periods=320, keep=20)
     assert run.label == "1-1"
-    found = vi.verify(run)
+    found = vi.verify(run, digits=2)
     assert found.horizon.number < found.first_kept
     assert (found.whole_impacts["digits"] < 1).sum() > 60
     assert (found.stopped, found.holds) == ("completed", True)
-    assert lines(found)[0].startswith("all 20 impacts and all 20 sections that are kept hold to 1")
-    assert re.search(r"is the first with fewer than 10 digits, impact \d+ .* the last", str(found))
+    assert lines(found)[0].startswith("all 20 impacts and all 20 sections that are kept hold to")
+    assert re.search(r"is the first with fewer than 2 digits, impact \d+ .* the last", str(found))
 
 
 def test_a_run_that_cannot_be_made_again_is_judged_by_what_it_keeps():
     run = simulated(PAPER, periods=30, keep=5)
     core = type(run._core).from_parts(
-        run._core.to_json().replace('"impact_count":30', '"impact_count":31'),
+        run._core.to_json().replace('"impact_count":29', '"impact_count":30'),
         **{
             name: getattr(run, name)
             for name in ("impacts", "stroboscopic", "events", "grazes", "contacts")
