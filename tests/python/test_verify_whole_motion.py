@@ -1,6 +1,7 @@
 """`vi.verify` of runs that keep their end only: what it says of the whole motion."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -126,16 +127,13 @@ def test_a_run_that_keeps_all_is_not_made_again(monkeypatch):
     assert (parts.lead, parts.again, parts.from_start) == (None, None, True)
 
 
-def test_an_interrupted_run(monkeypatch):
+@pytest.mark.parametrize("horizon", ['"Periods":900', '"Time":4000.0'])
+def test_an_interrupted_run(horizon):
     full = simulated(periods=30)
     # as after Ctrl-C: the run ends before its horizon
     run = simulated(periods=20, keep=5)
     core = run._core
-    text = (
-        core.to_json()
-        .replace('"Periods":20', '"Periods":900')
-        .replace('"completed"', '"interrupted"')
-    )
+    text = core.to_json().replace('"Periods":20', horizon).replace('"completed"', '"interrupted"')
     tables = {
         name: getattr(run, name)
         for name in ("impacts", "stroboscopic", "events", "grazes", "contacts")
@@ -216,6 +214,27 @@ def test_the_watch_counts_rows_in_a_row():
         for number, (time, state) in enumerate(here)
     ]
     assert not any(told)
+
+
+def test_the_watch_counts_impacts_in_a_row():
+    run = simulated(periods=100)
+    watch = Watch(stretches(run, 1000), None)
+    times = run.impacts["time"]
+
+    def told(shifts):
+        watch.begin(64)
+        events = [SimpleNamespace(time=time) for time in times + shifts]
+        return [watch.impact(number, event) for number, event in enumerate(events)]
+
+    assert not any(told(np.zeros(len(times))))
+    assert told(np.full(len(times), 0.05)).index(True) == 39
+    assert not any(told(0.05 * (np.arange(len(times)) % 40 > 0)))
+    # after lasting contact the numbers of impacts tell nothing
+    run = simulated(STICKY, periods=40)
+    watch = Watch(stretches(run, 1000), None)
+    assert len(watch.times) == (run.impacts["time"] < run.contacts["time"][0]).sum() < 30
+    times = run.impacts["time"]
+    assert not any(told(np.ones(len(times))))
 
 
 def test_ctrl_c_while_the_run_is_made_again(monkeypatch):
