@@ -104,14 +104,15 @@ def test_complete_chatter_is_named_in_words(run_command):
 def test_verify_says_how_far_the_numbers_hold(run_command):
     pytest.importorskip("flint")
     line = f"simulate {SYSTEM} {START} --drive-frequency 1.8 --periods 6 --verify"
-    code, out, err = run_command(line)
+    code, out, err = run_command(line + " --quiet")
     assert (code, err) == (0, "")
     assert "all 6 sections hold to 15 digits" in out
     assert fields(out)["verified"].startswith("the exact motion: enclosed by proof")
     chaos = line.replace("1.8 --periods 6", "1.4 --moment-amplitude 3 --periods 25")
-    code, out, _ = run_command(chaos + " 13")
+    code, out, err = run_command(chaos + " 13")
     assert code == 3
     assert "fewer than 13 digits" in out
+    assert "/25 [" in err  # of the progress bar, in drive periods
 
 
 def test_verify_is_refused_before_anything_runs(run_command, monkeypatch):

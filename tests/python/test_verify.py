@@ -6,6 +6,7 @@ with the reference simulator; that one has tests of its own in tests/reference.
 
 import ast
 import dataclasses
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -104,7 +105,8 @@ def test_a_chaotic_run_has_a_horizon_and_says_its_true_errors(chaotic, bench):
             assert worst < 1e-9
             assert row["digits"] >= found.digits
     assert found.impacts["digits"][horizon.number - 1] < found.digits
-    assert f"impacts 1 to {horizon.number - 1} hold to 10 digits" in str(found)
+    assert f"the run holds 10 digits up to impact {horizon.number - 1} (time" in str(found)
+    assert f"impact {horizon.number} (time {horizon.time:.6g}) is the first with" in str(found)
 
 
 def test_a_run_beyond_its_horizon_is_given_up_once_it_is_lost():
@@ -115,7 +117,12 @@ def test_a_run_beyond_its_horizon_is_given_up_once_it_is_lost():
     assert not found.holds
     assert len(found.impacts) < len(run.impacts) - 20
     assert (found.impacts["digits"][-30:] < 3).all()
-    assert "no digit holds after impact" in str(found)
+    assert found.impacts["digits"][found.last_right - 1] >= 1
+    assert (found.impacts["digits"][found.last_right :] < 1).all()
+    last, end = found.last_right, len(found.impacts)
+    assert 39 < end - last < 60
+    assert f"impact {last} (time {found.impacts['time'][last - 1]:.6g}) is the last" in str(found)
+    assert re.search(rf"the comparison ends at .*impact {end}\b.*: the run has parted", str(found))
 
 
 def test_kept_impacts_are_those_of_the_whole_run(chaotic):
@@ -233,7 +240,8 @@ def test_a_cap_on_events_ends_it(periodic):
     assert not found.holds
     assert 3 <= len(found.impacts) <= 5
     assert found.horizon is None
-    assert "verified up to there only" in str(found)
+    assert "the comparison ends at impact 5 (time" in str(found)
+    assert "more than 5 impacts (max_events)" in str(found)
 
 
 def test_a_longer_chatter_without_friction():
@@ -297,7 +305,7 @@ def test_a_dead_end_of_the_run_alone_is_found(periodic, monkeypatch, reason):
     assert found.stopped == "sequence"
     assert len(found.impacts) == 12
     assert f"the run ends as {reason}" in found.stop_detail
-    assert "from there on (stop, time" in str(found)
+    assert "the run holds 15 digits up to impact 12 (time" in str(found)
 
 
 def test_a_dead_end_of_the_exact_motion_alone_is_found(periodic, monkeypatch):
@@ -313,7 +321,7 @@ def test_a_dead_end_of_the_exact_motion_alone_is_found(periodic, monkeypatch):
     assert (found.stopped, found.horizon.event) == ("sequence", "stop")
     assert found.horizon.time == time + 0.1
     assert len(found.impacts) == 8
-    assert "impacts 1 to 8 hold" in str(found)
+    assert "the run holds 15 digits up to impact 8 (time" in str(found)
 
 
 def test_a_cap_on_precision_ends_it(periodic, monkeypatch):

@@ -457,6 +457,7 @@ def calls() -> dict[str, Call]:
                 "digits": "whole number",
                 "max_precision": "whole number > 2",
                 "max_events": "whole number",
+                "progress": "true or false",
             },
         ),
         "load": Call(vi.load, {"path": _path("run")}, {"path": "path that is missing"}),

@@ -67,6 +67,7 @@ def add(subparsers: Any) -> None:
         metavar="DIGITS",
         help="compare with the exact motion, by python-flint: so many digits (10), 1 to 14",
     )
+    command.add_argument("--quiet", action="store_true", help="show no progress of --verify")
     command.set_defaults(run=run)
 
 
@@ -95,7 +96,9 @@ def run(options: argparse.Namespace) -> ExitCode:
         raise interrupted
     complete = result.stop_reason in outputs.COMPLETE
     if options.verify is not None:
-        found, interrupted = outputs.as_far_as_it_got(lambda: verify(result, digits=options.verify))
+        found, interrupted = outputs.as_far_as_it_got(
+            lambda: verify(result, digits=options.verify, progress=not options.quiet)
+        )
         lines = found.summary().splitlines()
         outputs.print_summary([("verified", line) for line in lines], options)
         if interrupted is not None:

@@ -1,7 +1,8 @@
 """Is this number real: a run against the exact motion, by the reference simulator.
 
 Of the modules, motion and comparison need python-flint and are imported when `verify` is called.
-Each uses only those before it, in this order: result (what is handed back), motion (the exact
+Each uses only those before it, in this order: wording (the summary), result (what is handed back),
+stretches (what the run has not kept, made again), watch (has the run parted?), motion (the exact
 motion, as precisely as it takes), comparison (the run beside it), call (`verify` itself).
 """
 

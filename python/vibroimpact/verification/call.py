@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import bisect
-import json
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from ..checks import count, reject
+from ..checks import count, flag, reject
 from ..errors import Interrupted
 from ..results import Run
 from .result import Verification
+from .stretches import Stretches, only_kept, stretches
+from .watch import Watch, progress_bar
 
 if TYPE_CHECKING:
     from flint import arb
 
-    from ..reference.simulate import Event
     from .motion import Pass, Problem
 
 #: Digits that may be asked for: a double has hardly more.
 MOST_ASKED = 14
-#: So many impacts in a row this far off, in drive periods, and the run has parted for good.
-PARTED, FAR = 40, 0.01
 #: How far past the end of a run the reference goes, in its length or in drive periods.
 BEYOND = 2**-10
 
@@ -36,12 +35,19 @@ def need_flint() -> None:
 
 
 def verify(
-    run: Run, *, digits: int = 10, max_precision: int = 4096, max_events: int = 10_000
+    run: Run,
+    *,
+    digits: int = 10,
+    max_precision: int = 4096,
+    max_events: int = 10_000,
+    progress: bool = False,
 ) -> Verification:
     """Re-run a motion at higher precision, and say how far and to how many digits it is right.
 
     Parameters and start are taken as the exact doubles that they are, and the motion is followed
-    from t = 0, whatever the run keeps, by an independent simulator in ball arithmetic. Where it
+    from t = 0, whatever the run keeps, by an independent simulator in ball arithmetic. What the run
+    has not kept is made again, to the same bits, and compared too: the horizon is that of the whole
+    motion. It ends where the run has parted from the exact motion for good. Where the simulator
     can, it encloses the exact motion, so that the errors stated are proved; complete chatter and
     lasting contact, and what enclosures at ``max_precision`` do not reach, rest on two precisions
     that agree. Each row says which. It takes some ten to a hundred milliseconds for an impact.
@@ -56,12 +62,14 @@ def verify(
         Most bits of the reference, 512 to 65536.
     max_events
         Most impacts, and most drive periods, to follow from t = 0.
+    progress
+        Show a progress bar; it starts anew with each pass at another precision.
 
     Returns
     -------
     Verification
-        Errors of all kept impacts, contact events and sections, the horizon, and in ``stopped``
-        why it ended early, if it did; ``print`` it for a summary.
+        Errors of all impacts, contact events and sections, those kept and those from t = 0 on, the
+        horizon, and in ``stopped`` why it ended early, if it did; ``print`` it for a summary.
 
     Raises
     ------
@@ -77,33 +85,42 @@ def verify(
     digits = count("digits", digits, least=1, most=MOST_ASKED)
     max_precision = count("max_precision", max_precision, least=512, most=65_536)
     max_events = count("max_events", max_events, least=1)
+    progress = flag("progress", progress)
     need_flint()
     from .comparison import compare
-    from .motion import exact_motion
+    from .motion import FIRST, Pass, exact_motion, exact_system
 
-    span = _Span(run, max_events)
-    problem = span.problem()
-    exact = span.window(exact_motion(problem, run.impact_count, max_precision))
-    found = compare(run, exact, problem.system, span.section_times(), digits)
+    try:
+        parts = stretches(run, max_events)
+        span = _Span(run, parts, max_events)
+        with progress_bar(run, max_events, shown=progress) as bar:
+            problem = span.problem(Watch(parts, bar))
+            exact = exact_motion(problem, run.impact_count, max_precision)
+            exact = span.within_reach(exact)
+    except Interrupted:
+        # while what the run has not kept was made again
+        parts = only_kept(run)
+        span = _Span(run, parts, max_events)
+        exact = Pass(FIRST, [], [], 0, "interrupted", "interrupted")
+    beside = [] if parts.lead is None else [(parts.lead, span.lead(exact))]
+    beside.append((parts.kept, span.window(exact)))
+    system = exact_system(run.system)
+    found = compare(parts, beside, exact, system, span.section_times(), digits)
     if found.stopped == "interrupted":
         raise Interrupted("interrupted; .result holds what is verified so far", found)
     return found
 
 
 class _Span:
-    """The times of a run: its kept window, its sections, and how far the reference goes."""
+    """How far the reference goes for a run, and what of it belongs to which stretch."""
 
-    def __init__(self, run: Run, max_events: int) -> None:
-        core: dict[str, Any] = json.loads(run._core.to_json())
-        self.run, self.max_events = run, max_events
-        self.first_section = int(core["first_section"])
-        self.section_phase = float(core["options"]["section_phase"])
+    def __init__(self, run: Run, parts: Stretches, max_events: int) -> None:
+        self.run, self.parts, self.max_events = run, parts, max_events
         self.end = run.final_state.time
         self.period = run.system.drive_period
         self.driven = run.system.drive_frequency > 0.0
-        self.in_a_row = 0
 
-    def problem(self) -> Problem:
+    def problem(self, watch: Watch) -> Problem:
         """What the reference is to follow."""
         from ..reference.flight import exact
         from .motion import Problem, exact_system
@@ -115,7 +132,7 @@ class _Span:
             phase=exact(system.phase),
             law=system.law,
             times=self._times,
-            parted=self._parted,
+            watch=watch,
             most_impacts=self.max_events,
         )
 
@@ -124,49 +141,42 @@ class _Span:
         return self.driven and self.end > self.max_events * self.period
 
     def section_times(self) -> list[float]:
-        """Times of the kept sections."""
-        shift = self.section_phase / self.run.system.drive_frequency if self.driven else 0.0
-        number = len(self.run.stroboscopic)
-        turns = range(self._first_turn(), self._first_turn() + number)
-        return [turn * self.period + shift for turn in turns]
+        """Times of all sections, from t = 0 to the end of the run."""
+        shift = self.parts.section_phase / self.run.system.drive_frequency if self.driven else 0.0
+        return [turn * self.period + shift for turn in self._turns()]
 
-    def _first_turn(self) -> int:
+    def _turns(self) -> range:
         """Section k lies at k T, or at (k - 1) T + shift."""
-        return self.first_section - (self.section_phase > 0.0)
+        first, kept = self.parts.first_turn, self.parts.kept
+        return range(first, first + kept.before[2] + len(kept.sections))
 
     def _times(self) -> list[arb]:
-        """Times of the kept sections within reach, and one past the end, as balls."""
+        """Times of the sections within reach, and one past the end, as balls."""
         from flint import arb
 
         end = arb(self.end) * (1 + BEYOND) + BEYOND
         if not self.driven:
             return [end]
         turn = 2 * arb.pi() / arb(self.run.system.drive_frequency)
-        shift = arb(self.section_phase) / arb(self.run.system.drive_frequency)
+        shift = arb(self.parts.section_phase) / arb(self.run.system.drive_frequency)
         end = turn * self.max_events if self.capped() else arb(self.end) + turn * BEYOND
-        number, first = len(self.run.stroboscopic), self._first_turn()
-        times = (turn * k + shift for k in range(first, first + number))
+        within = self._turns()[: self.max_events + 1]
+        times = (turn * k + shift for k in within)
         return [*(time for time in times if time < end), end]
 
-    def _parted(self, number: int, event: Event) -> bool:
-        """Whether the run has parted from the exact motion for good, by the times of impacts.
+    def within_reach(self, exact: Pass) -> Pass:
+        """The same, with the reason to stop if it ends before the run does."""
+        if not self.capped() or exact.stopped:
+            return exact
+        detail = f"the run has more than {self.max_events} drive periods (max_events)"
+        return replace(exact, stopped="event_cap", detail=detail)
 
-        Not asked with contact in the run: the numbers of its impacts are a matter of tolerance.
-        """
-        times = self.run.impacts["time"]
-        row = number - (self.run.impact_count - len(times))
-        if number == 0:
-            self.in_a_row = 0
-        if not self.driven or len(self.run.contacts) or not 0 <= row < len(times):
-            return False
-        far = not abs(float(event.time) - float(times[row])) < FAR * self.period
-        self.in_a_row = self.in_a_row + 1 if far else 0
-        return self.in_a_row == PARTED
+    def lead(self, exact: Pass) -> Pass:
+        """The exact motion beside what comes before the kept window."""
+        return replace(exact, samples=exact.samples[: self.parts.kept.before[2]])
 
     def window(self, exact: Pass) -> Pass:
         """The exact motion from the start of the kept window on."""
-        from dataclasses import replace
-
         times = [float(entry.values[0]) for entry in exact.entries]
         near = 1e-9 * max(1.0, self.run.kept_from)
         first = bisect.bisect_left(times, self.run.kept_from - near) if self.run.kept_from else 0
@@ -175,7 +185,10 @@ class _Span:
             if len(kept) and abs(float(kept[0]) - times[first]) < 2 * near:
                 break
             first += 1
-        stopped, detail = exact.stopped, exact.detail
-        if self.capped() and not stopped:
-            stopped, detail = "event_cap", f"more than {self.max_events} drive periods"
-        return replace(exact, entries=exact.entries[first:], stopped=stopped, detail=detail)
+        before = self.parts.kept.before[2]
+        return replace(
+            exact,
+            entries=exact.entries[first:],
+            samples=exact.samples[before:],
+            proved_samples=max(0, exact.proved_samples - before),
+        )

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ..reference.contact import Undecided
 from ..reference.flight import System as ExactSystem
 from ..reference.impact import LAWS
-from ..results import EventKind, Regime, Run
+from ..results import EventKind, Regime
 from .motion import DEAD_ENDS, Entry, Pass, pairs
 from .result import (
     CONTACT_DTYPE,
@@ -33,6 +33,7 @@ from .result import (
     Disagreement,
     Verification,
 )
+from .stretches import Rows, Stretches
 
 #: An impact that changes v1 and v2 by no more than this may be a graze of the run.
 GRAZING = 1e-6
@@ -64,72 +65,109 @@ class Sizes:
 
 
 def compare(
-    run: Run, exact: Pass, system: ExactSystem, section_times: Sequence[float], digits: int
+    parts: Stretches,
+    beside: Sequence[tuple[Rows, Pass]],
+    exact: Pass,
+    system: ExactSystem,
+    section_times: Sequence[float],
+    digits: int,
 ) -> Verification:
-    """The verification of a run, given the exact motion from the start of its kept window on."""
+    """The verification of a run, given its stretches beside the exact motion, the kept one last."""
+    run, kept = parts.kept.run, parts.kept
     with ctx.workprec(exact.bits):
-        return _Comparison(run, exact, system, section_times, digits).result()
+        sizes = _sizes(exact, system)
+        done = []
+        for rows, motion in beside:
+            times = section_times[rows.before[2] :]
+            done.append(_Comparison(rows, motion, system, sizes, times, digits))
+            done[-1].compare()
+    last = done[-1]
+    if parts.lead is not None and last.stopped == "completed" and done[0].stopped != "sequence":
+        # the first stretch may have ended where the reference is not known well enough
+        last.stopped, last.detail = done[0].stopped, done[0].detail
+    failures = [failure for each in done for failure in each.failures]
+    first = min(failures, key=lambda failure: failure.time, default=None)
+    tables = [
+        np.array([row for each in done for row in getattr(each, name)], dtype)
+        for name, dtype in (
+            ("impacts", IMPACT_DTYPE),
+            ("contacts", CONTACT_DTYPE),
+            ("sections", SECTION_DTYPE),
+        )
+    ]
+    mine = (
+        tables[0][tables[0]["number"] > kept.before[0]],
+        *(
+            _shifted(table[table["row"] >= before], before)
+            for table, before in zip(tables[1:], kept.before[1:], strict=True)
+        ),
+    )
+    return Verification(
+        digits=digits,
+        horizon=first,
+        impacts=_frozen(mine[0]),
+        contacts=_frozen(mine[1]),
+        sections=_frozen(mine[2]),
+        whole_impacts=_frozen(tables[0]),
+        whole_contacts=_frozen(tables[1]),
+        whole_sections=_frozen(tables[2]),
+        kept=(len(run.impacts), len(run.contacts), len(run.stroboscopic)),
+        first_kept=kept.before[0] + 1,
+        kept_from=run.kept_from,
+        from_start=parts.from_start,
+        stopped=last.stopped,
+        stop_detail=last.detail,
+        precision=exact.bits,
+        growth=_mean_growth(tables[0]),
+    )
+
+
+def _sizes(exact: Pass, system: ExactSystem) -> Sizes:
+    """Largest values of the motion, and the drive period."""
+    entries = [[abs(float(q)) for q in entry.values] for entry in exact.entries]
+    states = [[abs(float(q)) for q in state] for state in exact.samples if state]
+    time = float(2 * arb.pi() / arb(system.omega)) if system.omega != 0 else 0.0
+    largest = [0.0] * 5
+    for time_, x1, v1, v1_, x2, v2, v2_ in entries:
+        row = (time_, x1, max(v1, v1_), x2, max(v2, v2_))
+        largest = [max(a, b) for a, b in zip(largest, row, strict=True)]
+    for state in states:
+        largest[1:] = [max(a, b) for a, b in zip(largest[1:], state, strict=True)]
+    floor = STILL * max(largest[1:])
+    return Sizes(time or largest[0], *(max(size, floor) for size in largest[1:]))
 
 
 class _Comparison:
-    """One run beside its exact motion; rows and failures are collected in order."""
+    """One stretch of a run beside the exact motion; rows and failures are collected in order."""
 
     def __init__(
         self,
-        run: Run,
+        rows: Rows,
         exact: Pass,
         system: ExactSystem,
+        sizes: Sizes,
         section_times: Sequence[float],
         digits: int,
     ) -> None:
-        self.run, self.system, self.digits = run, system, digits
-        self.section_times = section_times
-        self.exact = replace(exact, entries=_without_grazes(exact.entries, run))
+        self.rows, self.run, self.system, self.digits = rows, rows.run, system, digits
+        self.section_times, self.sizes = section_times, sizes
+        self.exact = replace(exact, entries=_without_grazes(exact.entries, rows))
         omega = arb(system.omega)
         self.period = 2 * arb.pi() / omega if system.omega != 0 else None
-        self.sizes = self._sizes()
         self.failures: list[Disagreement] = []
         self.impacts: list[tuple[Any, ...]] = []
         self.contacts: list[tuple[Any, ...]] = []
         self.sections: list[tuple[Any, ...]] = []
         self.stopped, self.detail = exact.stopped or "completed", exact.detail
 
-    def result(self) -> Verification:
-        """All rows, and what they come to."""
+    def compare(self) -> None:
+        """Collect all rows."""
         self._events()
         self._sections()
-        first = min(self.failures, key=lambda failure: failure.time, default=None)
-        impacts = np.array(self.impacts, IMPACT_DTYPE)
-        run = self.run
-        return Verification(
-            digits=self.digits,
-            horizon=first,
-            impacts=_frozen(impacts),
-            contacts=_frozen(np.array(self.contacts, CONTACT_DTYPE)),
-            sections=_frozen(np.array(self.sections, SECTION_DTYPE)),
-            kept=(len(run.impacts), len(run.contacts), len(run.stroboscopic)),
-            stopped=self.stopped,
-            stop_detail=self.detail,
-            precision=self.exact.bits,
-            growth=_mean_growth(impacts),
-        )
-
-    def _sizes(self) -> Sizes:
-        entries = [[abs(float(q)) for q in entry.values] for entry in self.exact.entries]
-        states = [[abs(float(q)) for q in state] for state in self.exact.samples if state]
-        time = float(self.period) if self.period is not None else 0.0
-        largest = [0.0] * 5
-        for time_, x1, v1, v1_, x2, v2, v2_ in entries:
-            row = (time_, x1, max(v1, v1_), x2, max(v2, v2_))
-            largest = [max(a, b) for a, b in zip(largest, row, strict=True)]
-        for state in states:
-            largest[1:] = [max(a, b) for a, b in zip(largest[1:], state, strict=True)]
-        floor = STILL * max(largest[1:])
-        return Sizes(time or largest[0], *(max(size, floor) for size in largest[1:]))
 
     def _events(self) -> None:
         """Impacts and events of contact, in their order."""
-        run, entries = self.run, self.exact.entries
+        run, entries = self.rows, self.exact.entries
         told = [
             (EventKind(kind).name.lower(), int(index))
             for kind, index in zip(run.events["kind"], run.events["index"], strict=True)
@@ -152,7 +190,7 @@ class _Comparison:
             if cut and self.exact.stopped:
                 return
             self._apart(kind, index, float(table["time"][index]))
-        elif i == len(told) and not self._ends() and j < len(entries):
+        elif self.rows.to_the_end and i == len(told) and not self._ends() and j < len(entries):
             self._left_over(entries[j])
 
     def _cut_in_chatter(self, told: Sequence[tuple[str, int]], entries: Sequence[Entry]) -> bool:
@@ -163,7 +201,7 @@ class _Comparison:
         if not entries or entries[0].kind != "chatter" or any(k != "impact" for k, _ in told):
             return False
         limit = float(entries[0].values[0]) + CLOSE * self.sizes.time
-        return bool((self.run.impacts["time"][[index for _, index in told]] <= limit).all())
+        return bool((self.rows.impacts["time"][[index for _, index in told]] <= limit).all())
 
     def _ends(self) -> bool:
         """Whether only one of both ends where the model has no motion, or more than one."""
@@ -195,14 +233,14 @@ class _Comparison:
 
     def _apart(self, kind: str, index: int, time: float) -> None:
         """The run and the exact motion meet different events."""
-        number = self._number(index) if kind == "impact" else index
+        number = self._number(index) if kind == "impact" else self.rows.before[1] + index
         self.failures.append(Disagreement(event=kind, number=number, time=time, reason="sequence"))
         self.stopped = "sequence"
-        self.detail = f"{kind} {number} at time {time:.6g}: the exact motion goes another way"
+        self.detail = f"at {kind} {number} (time {time:.6g}) the exact motion goes another way"
 
     def _number(self, index: int) -> int:
         """Number of a kept impact since t = 0, from 1."""
-        return self.run.impact_count - len(self.run.impacts) + index + 1
+        return self.rows.before[0] + index + 1
 
     def _impact(self, index: int, row: np.void, entry: Entry) -> bool:
         """One impact; False if the reference is not known well enough to judge it."""
@@ -241,7 +279,7 @@ class _Comparison:
         judged = self._judge(CONTACT_NUMBERS, errors, values, entry)
         if judged is None:
             return False
-        time = float(row["time"])
+        time, index = float(row["time"]), self.rows.before[1] + index
         self.contacts.append((index, int(row["kind"]), time, *errors, *judged, entry.growth))
         self._wrong(entry.kind, index, time, judged[0])
         return True
@@ -249,7 +287,7 @@ class _Comparison:
     def _sections(self) -> None:
         """States at the sections."""
         for index, (row, state, time) in enumerate(
-            zip(self.run.stroboscopic, self.exact.samples, self.section_times, strict=False)
+            zip(self.rows.sections, self.exact.samples, self.section_times, strict=False)
         ):
             if state is None:
                 continue
@@ -258,8 +296,9 @@ class _Comparison:
             judged = self._judge(SECTION_NUMBERS, errors, state, entry)
             if judged is None:
                 return
-            self.sections.append((index, time, *errors, *judged))
-            self._wrong("section", index, time, judged[0])
+            number = self.rows.before[2] + index
+            self.sections.append((number, time, *errors, *judged))
+            self._wrong("section", number, time, judged[0])
 
     def _wrong(self, event: str, number: int, time: float, digits: float) -> None:
         if digits < self.digits:
@@ -310,9 +349,9 @@ class _Comparison:
         return False
 
 
-def _without_grazes(entries: Sequence[Entry], run: Run) -> list[Entry]:
+def _without_grazes(entries: Sequence[Entry], rows: Rows) -> list[Entry]:
     """The entries without impacts that the run has as grazes."""
-    times = run.grazes["time"]
+    times = rows.grazes["time"]
     return [
         entry
         for entry in entries
@@ -351,6 +390,13 @@ def _mean_growth(impacts: NDArray[np.void]) -> float:
     """Mean logarithmic growth from impact to impact."""
     seen = impacts["growth"][impacts["growth"] > 0]
     return math.nan if len(seen) < 2 else math.log(seen[-1] / seen[0]) / (len(seen) - 1)
+
+
+def _shifted(table: NDArray[np.void], by: int) -> NDArray[np.void]:
+    """A copy whose rows are counted from there."""
+    table = table.copy()
+    table["row"] -= by
+    return table
 
 
 def _frozen(table: NDArray[np.void]) -> NDArray[np.void]:

@@ -24,6 +24,7 @@ from ..reference.hybrid import Motion, Samples, approach_in_contact
 from ..reference.simulate import Event
 from ..reference.slide import Settings, Touch
 from ..system import SYMBOLS, System
+from .watch import Watch
 
 #: The reference is good where it is known to this, four digits more than a double has.
 GOOD = 1e-20
@@ -43,8 +44,8 @@ class Problem:
     """What is followed: exact parameters, start, times of sections, and the end.
 
     `times` makes the times of the sections and, last, a time past the end of the run, at the
-    working precision. `parted` looks at each impact with its number from 0 on, and says
-    whether the run has parted from the motion for good. At most `most_impacts` are followed.
+    working precision. `watch` looks at each impact and section, and says whether the run has parted
+    from the motion for good. At most `most_impacts` are followed.
     """
 
     system: ExactSystem
@@ -52,7 +53,7 @@ class Problem:
     phase: fmpq
     law: str
     times: Callable[[], Sequence[arb]]
-    parted: Callable[[int, Event], bool]
+    watch: Watch
     most_impacts: int
 
 
@@ -99,6 +100,7 @@ class _Moments(Samples):
     """States at sections; None where one cannot be told from an event or is skipped by chatter."""
 
     states: list[State | None]  # type: ignore[assignment]
+    watch: Watch
 
     def take(self, until: arb, state: Callable[[arb], State]) -> None:
         """States at the times before `until`."""
@@ -106,10 +108,14 @@ class _Moments(Samples):
             time = self.times[len(self.states)]
             if time > until:
                 return
+            number = len(self.states)
             try:
                 self.states.append(state(time) if time < until else None)
             except Undecided:
                 self.states.append(None)
+            known = self.states[-1]
+            if known is not None and self.watch.section(number, time, known):
+                raise _Parted
 
 
 class _Parted(Exception):
@@ -123,7 +129,7 @@ class _Unproved(Exception):
 class _Followed(Motion):
     """A motion that is left once the run has parted from it, or once an enclosure ends."""
 
-    parted: Callable[[int, Event], bool]
+    watch: Watch
 
     def _contact(
         self, touch: Touch, event: str | None = None, error: arb | None = None
@@ -134,7 +140,7 @@ class _Followed(Motion):
 
     def _tell(self, entry: Event | Phase) -> None:
         super()._tell(entry)
-        if isinstance(entry, Event) and self.parted(self.impacts - 1, entry):
+        if isinstance(entry, Event) and self.watch.impact(self.impacts - 1, entry):
             raise _Parted
 
 
@@ -151,11 +157,14 @@ def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> P
     tolerance = 10.0 ** -min(300.0, 0.13 * bits)
     settings = Settings(bits, order=max(20, bits // 8), tolerance=tolerance)
     stopped, detail, ends = "", "", None
+    problem.watch.begin(bits)
     with ctx.workprec(bits):
+        moments = _Moments(problem.times())
+        moments.watch = problem.watch
         motion = _Followed(
             problem.system,
             start,
-            _Moments(problem.times()),
+            moments,
             problem.phase,
             settings,
             problem.law,
@@ -163,7 +172,7 @@ def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> P
             quick=True,
             most_impacts=problem.most_impacts,
         )
-        motion.parted = problem.parted
+        motion.watch = problem.watch
         try:
             if motion.run().ending in DEAD_ENDS:
                 ends = float(motion.now)
@@ -176,7 +185,7 @@ def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> P
         except ValueError as error:
             stopped, detail = "start", str(error)
         except RuntimeError as error:
-            stopped, detail = "event_cap", str(error)
+            stopped, detail = "event_cap", f"{error} (max_events)"
         except KeyboardInterrupt:
             stopped, detail = "interrupted", "interrupted"
         entries = [
@@ -291,9 +300,12 @@ def _difference(one: Pass, two: Pass) -> tuple[Pass, bool]:
     """The finer pass with its differences to the other as errors, and whether they agree."""
     *matched, (i, j) = pairs([e.kind for e in one.entries], [e.kind for e in two.entries])
     agree = one.stopped == two.stopped and (one.ends is None) == (two.ends is None)
-    # a cap may fall into a chatter, of which the two list different numbers of impacts
-    if one.stopped != "event_cap":
-        agree = agree and i == len(one.entries) and j == len(two.entries)
+    left, right = one.entries[i:], two.entries[j:]
+    if one.stopped in ("event_cap", "lost"):
+        # it may fall into a chatter, of which the two list different numbers of impacts
+        agree = agree and any(all(e.kind == "impact" for e in rest) for rest in (left, right))
+    else:
+        agree = agree and not left and not right
     entries = []
     with ctx.workprec(two.bits):
         for p, q in matched:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fixed_arrays import FixedArrays
+from .wording import sentences
 
 #: Numbers of an impact that are verified, besides its regime.
 IMPACT_NUMBERS = ("time", "x1", "v1_pre", "v1_post", "x2", "v2_pre", "v2_post")
@@ -68,8 +69,8 @@ class Disagreement:
         ``"impact"``, ``"section"``, the kind of an event of lasting contact, or ``"stop"``: the
         run ends as ``jammed`` or ``painleve`` and the exact motion goes on, or the reverse.
     number
-        Of an impact its number since t = 0, counted from 1; of a stop 0; else the row in the run's
-        table.
+        Of an impact its number since t = 0, counted from 1; of a stop 0; else the row in the table
+        of a run that keeps all.
     time
         When, as the run has it.
     reason
@@ -93,7 +94,8 @@ class Verification(FixedArrays):
     digits
         The number of correct digits asked for.
     horizon
-        The first event from which on the run lacks them; None if all that was verified has them.
+        The first event since t = 0, kept or not, at which the run lacks them; None if all that was
+        verified has them.
     impacts
         One row per verified impact of ``run.impacts``, from the first kept one on: ``number``
         (since t = 0, counted from 1), ``time``, ``error_time``, ``error_x1``, ``error_v1_pre``,
@@ -107,11 +109,21 @@ class Verification(FixedArrays):
         The same for ``run.contacts``: ``row``, ``kind``, ``time``, errors of time, x1, v1, x2, v2.
     sections
         The same for ``run.stroboscopic``: ``row``, ``time``, errors of x1, v1, x2, v2.
+    whole_impacts, whole_contacts, whole_sections
+        The same from t = 0 on, kept or not, with ``row`` as in a run that keeps all. What the run
+        has not kept was made again.
     kept
         Numbers of impacts, contact events and sections that the run holds.
+    first_kept, kept_from
+        Where its window begins: number since t = 0 of its first impact (the next one, if it has
+        none), and the time.
+    from_start
+        False if the run comes from another version, and made again is not the same to the bit: then
+        only what it keeps is judged.
     stopped
         ``"completed"``: all that the run holds is verified. Else why it ends earlier: ``"lost"``
-        (the run has parted from the exact motion for good), ``"sequence"`` (other events than in
+        (the run has parted from the exact motion for good: 40 impacts or sections in a row are far
+        off, and it is not periodic in the end), ``"sequence"`` (other events than in
         the exact motion, or another end), ``"precision_cap"``, ``"event_cap"``, ``"undecided"``
         (an event that no precision decides, such as a graze), ``"start"`` (the reference takes the
         start for an overlap), ``"interrupted"``.
@@ -128,7 +140,13 @@ class Verification(FixedArrays):
     impacts: NDArray[np.void]
     contacts: NDArray[np.void]
     sections: NDArray[np.void]
+    whole_impacts: NDArray[np.void]
+    whole_contacts: NDArray[np.void]
+    whole_sections: NDArray[np.void]
     kept: tuple[int, int, int]
+    first_kept: int
+    kept_from: float
+    from_start: bool
     stopped: str
     stop_detail: str
     precision: int
@@ -136,88 +154,48 @@ class Verification(FixedArrays):
 
     @property
     def holds(self) -> bool:
-        """Whether all that the run holds was verified and has the digits asked for."""
-        return self.horizon is None and self.stopped == "completed"
+        """Whether all that the run holds was verified and has the digits asked for.
+
+        Of a run that keeps nothing: whether its whole motion has.
+        """
+        if not any(self.kept) and self.horizon is not None:
+            return False
+        return self.stopped == "completed" and all(bool(good.all()) for good in self._right())
 
     @property
     def certified(self) -> bool:
         """Whether every error stated here is proved: enclosures all the way, no estimate."""
-        return all(bool(table["certified"].all()) for table in self._tables())
+        return all(bool(table["certified"].all()) for table in self._whole())
 
     @property
     def least_digits(self) -> float:
-        """The fewest digits that any number before the horizon has; NaN if there is none."""
+        """The fewest digits of any number before the horizon, kept or not; NaN if none is."""
         end = math.inf if self.horizon is None else self.horizon.time
-        digits = [table["digits"][table["time"] < end] for table in self._tables()]
+        digits = [table["digits"][table["time"] < end] for table in self._whole()]
         found = np.concatenate(digits)
         return float(found.min()) if len(found) else math.nan
+
+    @property
+    def last_right(self) -> int:
+        """Number since t = 0 of the last impact with at least one right digit; 0 if none has."""
+        right = np.flatnonzero(self.whole_impacts["digits"] >= 1.0)
+        return int(self.whole_impacts["number"][right[-1]]) if len(right) else 0
 
     def _tables(self) -> tuple[NDArray[np.void], ...]:
         return self.impacts, self.contacts, self.sections
 
+    def _whole(self) -> tuple[NDArray[np.void], ...]:
+        return self.whole_impacts, self.whole_contacts, self.whole_sections
+
+    def _right(self) -> list[NDArray[np.bool_]]:
+        """Which of the kept rows have the digits asked for, and the regime."""
+        right = [table["digits"] >= self.digits for table in self._tables()]
+        right[0] &= self.impacts["regime_agrees"] | self.impacts["ambiguous"]
+        return right
+
     def summary(self) -> str:
         """Say in a few lines what holds, to how many digits, until when, and how that is known."""
-        lines = [self._what_holds()]
-        if self.horizon is not None:
-            lines += self._what_is_wrong(self.horizon)
-        if self.stopped != "completed":
-            lines.append(f"verified up to there only: {self.stop_detail}")
-        if math.isfinite(self.growth) and self.growth > 0.01:
-            every = math.log(10) / self.growth
-            lines.append(
-                f"differences grow: by a factor of {math.exp(self.growth):.3g} from impact to"
-                f" impact on average, which costs a digit every {every:.3g} impacts"
-            )
-        lines.append(self._how_it_is_known())
-        return "\n".join(lines)
-
-    def _what_holds(self) -> str:
-        least = self.least_digits
-        if math.isnan(least):
-            return "nothing is verified"
-        held = f"to {math.floor(least)} digits"
-        if self.horizon is None:
-            words = ("impact", "contact event", "section")
-            parts = [
-                _counted(len(table), of, word)
-                for table, of, word in zip(self._tables(), self.kept, words, strict=True)
-                if of
-            ]
-            return f"{_listed(parts)} hold {held}"
-        good = self.impacts["number"][self.impacts["time"] < self.horizon.time]
-        if not len(good):
-            return f"all before time {self.horizon.time:.6g} holds {held}"
-        return f"impacts {good[0]} to {good[-1]} hold {held}"
-
-    def _what_is_wrong(self, horizon: Disagreement) -> list[str]:
-        what = f"fewer than {self.digits} digits"
-        if horizon.reason == "regime":
-            what = "the regime is wrong"
-        if horizon.reason == "sequence":
-            what = "the exact motion goes another way"
-        which = "" if horizon.event == "stop" else f" {horizon.number}"
-        place = f"{horizon.event}{which}, time {horizon.time:.6g}"
-        first = math.isnan(self.least_digits)
-        whence = f"from the first row kept on, {place}" if first else f"from there on ({place})"
-        lines = [f"{whence}: {what}"]
-        right = np.flatnonzero(self.impacts["digits"] >= 1.0)
-        last = self.impacts["number"][right[-1]] if len(right) else None
-        if last is not None and last != self.impacts["number"][-1]:
-            lines.append(f"no digit holds after impact {last}")
-        return lines
-
-    def _how_it_is_known(self) -> str:
-        tables = self._tables()
-        proved = sum(int(table["certified"].sum()) for table in tables)
-        total = sum(map(len, tables))
-        how = f"{proved} of {total} rows by proof, the rest by two precisions"
-        if proved == total:
-            how = "enclosed by proof"
-        elif not proved:
-            how = "by two precisions, an estimate and no proof"
-        errors = [float(table["reference_error"].max()) for table in tables if len(table)]
-        known = f", itself known to {max(errors):.1g}" if errors else ""
-        return f"the exact motion: {how}, at up to {self.precision} bits{known}"
+        return "\n".join(sentences(self))
 
     def __str__(self) -> str:
         """The summary."""
@@ -231,12 +209,3 @@ class Verification(FixedArrays):
             f"<Verification {self.stopped}: {len(self.impacts)} of {self.kept[0]} impacts, "
             f"{self.digits} digits asked for, {end}>"
         )
-
-
-def _counted(number: int, of: int, word: str) -> str:
-    how_many = f"all {of}" if number == of else f"{number} of {of}"
-    return f"{how_many} {word}{'' if of == 1 else 's'}"
-
-
-def _listed(parts: list[str]) -> str:
-    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"

@@ -1,0 +1,165 @@
+"""The two stretches of a run: its kept window, and what came before it, made again.
+
+A run is reproducible to the bit, so that what it has not kept can be had once more: by the same
+call, everything kept. It is made again as far as the reference may go, and no further.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import SimulationError
+from ..results import EventKind, Run
+from ..simulation import simulate
+
+#: Events made again for each one that the reference may follow, and some more: it lists fewer
+#: impacts of a chatter, and no grazes.
+MORE, SOME = 4, 1000
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of a run in one stretch of it, and how many impacts, contacts, sections come before."""
+
+    run: Run
+    impacts: NDArray[np.void]
+    grazes: NDArray[np.void]
+    contacts: NDArray[np.void]
+    events: NDArray[np.void]
+    sections: NDArray[np.float64]
+    before: tuple[int, int, int]
+    #: Whether the stretch ends where the run does.
+    to_the_end: bool
+
+
+@dataclass(frozen=True)
+class Stretches:
+    """A run in its stretches.
+
+    Attributes
+    ----------
+    lead
+        What comes before the kept window; None if nothing does, or if it cannot be had.
+    kept
+        The kept window.
+    from_start
+        Whether all from t = 0 on is known, as far as the reference may go.
+    first_turn
+        Drive periods before the first section of a run that keeps all.
+    section_phase
+        Of the sections.
+    again
+        The run made again; None if it did not have to be.
+    """
+
+    lead: Rows | None
+    kept: Rows
+    from_start: bool
+    first_turn: int
+    section_phase: float
+    again: Run | None
+
+
+def stretches(run: Run, most: int) -> Stretches:
+    """Make what a run has not kept again, for a reference that follows so many impacts, periods.
+
+    Raises
+    ------
+    Interrupted
+        After Ctrl-C.
+    """
+    core: dict[str, Any] = json.loads(run._core.to_json())
+    # the last row is the stop, which is not counted
+    dropped = int(core["checkpoint"]["events"]) - (len(run._core.events) - 1)
+    found = only_kept(run)
+    sections = found.kept.before[2]
+    if not (dropped or sections):
+        return replace(found, from_start=True)
+    again = _made_again(run, core["options"], most)
+    if not _is_the_same(run, again, dropped, sections, most):
+        return replace(found, again=again)
+    rows = again.events[:-1][:dropped]
+    before = (found.kept.before[0], _contacts(rows), sections)
+    lead = _first_rows(run, again, rows, sections)
+    kept = replace(found.kept, before=before)
+    return replace(found, lead=lead, kept=kept, from_start=True, again=again)
+
+
+def only_kept(run: Run) -> Stretches:
+    """The kept window alone."""
+    core: dict[str, Any] = json.loads(run._core.to_json())
+    tables = (run.impacts, run.grazes, run.contacts, run.events, run.stroboscopic)
+    # of sections the number is known, of contacts it is not
+    before = (run.impact_count - len(run._core.impacts), 0, int(core["first_section"]) - 1)
+    kept = Rows(run, *tables, before, to_the_end=True)
+    phase = float(core["options"]["section_phase"])
+    return Stretches(None, kept, False, 1 - (phase > 0.0), phase, None)
+
+
+def _made_again(run: Run, options: dict[str, Any], most: int) -> Run:
+    """The run with all its rows, up to its end or a little further than the reference goes."""
+    end, horizon = run.final_state, options["horizon"]
+    in_periods = run._core.interrupted or end.period > most or "Periods" in horizon
+    length: dict[str, Any] = {"time": horizon.get("Time")}
+    if run.system.drive_frequency > 0.0 and in_periods:
+        asked = horizon.get("Periods", end.period + 1)
+        length = {"periods": min(asked, end.period + 1, most + 1)}
+    try:
+        return simulate(
+            run.system,
+            initial=run.initial,
+            **length,
+            max_events=min(options["max_events"], _most_events(most)),
+            tolerance=options["tolerance"],
+            section_phase=options["section_phase"],
+        )
+    except SimulationError as error:
+        again: Run = error.result
+        return again
+
+
+def _most_events(most: int) -> int:
+    return MORE * most + SOME
+
+
+def _is_the_same(run: Run, again: Run, dropped: int, sections: int, most: int) -> bool:
+    """Whether the run made again is the run, as far as both have rows, and goes far enough."""
+    events, rows = again.events[:-1], run._core.events[:-1]
+    beyond = run.final_state.period > most or dropped + len(rows) > _most_events(most)
+    if not beyond:
+        if len(events) < dropped + len(rows) or len(again.stroboscopic) < sections:
+            return False
+        if not run._core.interrupted and again.final_state != run.final_state:
+            return False
+    both = min(len(rows), max(0, len(events) - dropped))
+    later = events[dropped : dropped + both]
+    alike = all((later[name] == rows[name][:both]).all() for name in ("time", "period", "kind"))
+    impacts = int((events["kind"][:dropped] == EventKind.IMPACT).sum())
+    known = len(events) < dropped or impacts == run.impact_count - len(run._core.impacts)
+    return alike and known
+
+
+def _first_rows(run: Run, again: Run, events: NDArray[np.void], sections: int) -> Rows:
+    """The rows of so many events and sections."""
+    impacts = int((events["kind"] == EventKind.IMPACT).sum())
+    grazes = int((events["kind"] == EventKind.GRAZE).sum())
+    return Rows(
+        run,
+        again.impacts[:impacts],
+        again.grazes[:grazes],
+        again.contacts[: _contacts(events)],
+        events,
+        again.stroboscopic[:sections],
+        (0, 0, 0),
+        to_the_end=False,
+    )
+
+
+def _contacts(events: NDArray[np.void]) -> int:
+    """How many of these events are rows of lasting contact."""
+    return int(np.isin(events["kind"], (EventKind.IMPACT, EventKind.GRAZE), invert=True).sum())

@@ -1,0 +1,125 @@
+"""What looks at the exact motion while it is followed: how far it is, has the run parted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..results import Run
+from .stretches import Stretches
+
+if TYPE_CHECKING:
+    from flint import arb
+
+    from ..reference.flight import State
+    from ..reference.simulate import Event
+
+#: So many impacts or sections in a row this far off, in drive periods or in the size of the motion,
+#: and the run has parted from the exact motion.
+PARTED, FAR = 40, 0.01
+#: What times are measured in where the drive is slower or constant: a period of body 2 alone.
+OWN_PERIOD = 2.0 * math.pi
+
+
+class Watch:
+    """Told of every impact and section of the exact motion; says when to leave it.
+
+    A run that settles on a periodic motion finds its digits again if the exact motion does: it is
+    not left, however far apart both are on the way there.
+    """
+
+    def __init__(self, parts: Stretches, bar: Any) -> None:
+        lead, kept = parts.lead, parts.kept
+        self.runs = [run for run in (kept.run, parts.again) if run is not None]
+        self.period = kept.run.system.drive_period
+        self.bar, self.passes = bar, 0
+        self.first_impact = self.first_section = 0
+        times, sections = [kept.impacts["time"]], [kept.sections]
+        contacts = [kept.contacts["time"]]
+        if lead is None:
+            self.first_impact, _, self.first_section = kept.before
+        else:
+            times.insert(0, lead.impacts["time"])
+            sections.insert(0, lead.sections)
+            contacts.append(lead.contacts["time"])
+            if len(lead.impacts) < kept.before[0] or len(lead.sections) < kept.before[2]:
+                # the kept window lies beyond what the reference may reach
+                times.pop()
+                sections.pop()
+        # from then on the numbers of impacts tell nothing: how many of a chatter are listed is a
+        # matter of tolerance
+        touched = np.concatenate(contacts).min(initial=math.inf)
+        every: NDArray[np.float64] = np.concatenate(times)
+        self.times = every[: int(np.searchsorted(every, touched))]
+        self.sections: NDArray[np.float64] = np.concatenate(sections)
+        self.far_impacts = self.far_sections = 0
+
+    @cached_property
+    def settles(self) -> bool:
+        """Whether the run ends on a periodic motion."""
+        return any(run.period.m is not None for run in self.runs)
+
+    @cached_property
+    def _far(self) -> NDArray[np.float64]:
+        """From where on a section is far off."""
+        sizes = np.abs(self.sections).max(axis=0)
+        far: NDArray[np.float64] = FAR * np.maximum(sizes, FAR * sizes.max())
+        return far
+
+    def begin(self, bits: int) -> None:
+        """Another pass, from t = 0 on."""
+        self.far_impacts = self.far_sections = 0
+        self.passes += 1
+        if self.bar is not None:
+            self.bar.reset()
+            self.bar.set_description(f"exact motion, pass {self.passes}, {bits} bits")
+
+    def impact(self, number: int, event: Event) -> bool:
+        """Look at an impact, counted from 0; whether the run has parted from it for good."""
+        self._show(event.time, number + 1)
+        row = number - self.first_impact
+        if not 0 <= row < len(self.times):
+            return False
+        unit = min(self.period, OWN_PERIOD)
+        near = abs(float(event.time) - float(self.times[row])) < FAR * unit
+        self.far_impacts = 0 if near else self.far_impacts + 1
+        return self.far_impacts >= PARTED and not self.settles
+
+    def section(self, number: int, time: arb, state: State) -> bool:
+        """The same for a state at a section."""
+        self._show(time, 0)
+        row = number - self.first_section
+        if not 0 <= row < len(self.sections):
+            return False
+        off = [abs(float(q) - p) for q, p in zip(state, self.sections[row], strict=True)]
+        near = bool((np.array(off) < self._far).all())
+        self.far_sections = 0 if near else self.far_sections + 1
+        return self.far_sections >= PARTED and not self.settles
+
+    def _show(self, time: arb, impacts: int) -> None:
+        if self.bar is None:
+            return
+        reached = int(float(time) / self.period) if math.isfinite(self.period) else impacts
+        if reached > self.bar.n:
+            self.bar.update(reached - self.bar.n)
+
+
+@contextmanager
+def progress_bar(run: Run, most: int, *, shown: bool) -> Iterator[Any]:
+    """Give a tqdm bar that counts drive periods, or impacts without a drive; None if not wanted."""
+    if not shown:
+        yield None
+        return
+    from tqdm import tqdm  # here, to keep the import of the package light
+
+    driven = run.system.drive_frequency > 0.0
+    total = run.final_state.period if driven else run.impact_count
+    unit = "period" if driven else "impact"
+    with tqdm(total=min(total, most), desc="exact motion", unit=unit) as bar:
+        yield bar
