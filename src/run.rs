@@ -144,6 +144,7 @@ impl<G: FnMut() -> bool> Observer for Collector<G> {
 impl<G> Collector<G> {
     /// The last so many sections again.
     fn repeat(&mut self, sections: usize) {
+        debug_assert!(sections <= self.sections.len(), "{sections} of {}", self.sections.len());
         let from = self.sections.len().saturating_sub(sections);
         self.sections.extend_from_within(from..);
     }

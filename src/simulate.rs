@@ -174,7 +174,7 @@ pub struct Simulation {
     /// What the search found in the present local flight, once it has run.
     found: Option<Found>,
     evaluations: u64,
-    /// Looks for a motion that repeats, where nothing of it is kept.
+    /// Looks for a motion that repeats, in runs.
     recurrence: Option<Recurrence>,
 }
 

@@ -212,7 +212,7 @@ impl SlideStep {
         self.series.x.iter().chain(&self.series.v).all(|c| c.is_finite())
     }
 
-    /// Whether mbar + k cos x1 is so small that x1 may not resolve what happens: beside a tip at the end of
+    /// Whether mbar + k cos x1 is so small, or negative, that x1 may not resolve what happens: beside a tip at the end of
     /// its reach body 2 is a wall.
     pub fn is_at_reach(&self) -> bool {
         self.series.inertia[0] <= REACH_LEVEL

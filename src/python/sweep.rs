@@ -19,7 +19,10 @@ use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 /// per cell in the columns of counts.
 #[pyclass(name = "Sweep", module = "vibroimpact._core", frozen)]
 pub(super) struct PySweep {
+    /// Without their rows.
     points: Vec<SweepPoint>,
+    impact_count: Py<PyArray1<i64>>,
+    stroboscopic_count: Py<PyArray1<i64>>,
     impact_section: Py<PyArray2<f64>>,
     regime: Py<PyArray1<i8>>,
     stroboscopic: Py<PyArray2<f64>>,
@@ -29,15 +32,23 @@ pub(super) struct PySweep {
 impl PySweep {
     fn new(
         py: Python<'_>,
-        points: Vec<SweepPoint>,
+        mut points: Vec<SweepPoint>,
         rows: SweepRows,
         interrupted: bool,
     ) -> PyResult<Self> {
+        for point in &mut points {
+            (point.impact_section, point.regime, point.stroboscopic) = Default::default();
+        }
+        let counts = |counts: &[usize]| {
+            PyArray1::from_vec(py, counts.iter().map(|&n| n as i64).collect()).unbind()
+        };
         let (count, states) = (rows.regime.len(), rows.stroboscopic.len());
         let impact_section = PyArray1::from_vec(py, rows.impact_section).reshape([6, count])?;
         let stroboscopic = PyArray1::from_vec(py, rows.stroboscopic.into_flattened());
         Ok(Self {
             points,
+            impact_count: counts(&rows.impact_count),
+            stroboscopic_count: counts(&rows.stroboscopic_count),
             impact_section: impact_section.unbind(),
             regime: PyArray1::from_vec(py, rows.regime).unbind(),
             stroboscopic: stroboscopic.reshape([states, 4])?.unbind(),
@@ -68,8 +79,8 @@ impl PySweep {
     }
     /// (n,) kept impacts of each cell.
     #[getter]
-    fn impact_count<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        self.column(py, |p| p.impact_section.len() as i64)
+    fn impact_count(&self, py: Python<'_>) -> Py<PyArray1<i64>> {
+        self.impact_count.clone_ref(py)
     }
     /// (6, rows) x1, v1, v2, phase just before each impact, approach velocity, energy loss.
     #[getter]
@@ -83,8 +94,8 @@ impl PySweep {
     }
     /// (n,) kept stroboscopic states of each cell.
     #[getter]
-    fn stroboscopic_count<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        self.column(py, |p| p.stroboscopic.len() as i64)
+    fn stroboscopic_count(&self, py: Python<'_>) -> Py<PyArray1<i64>> {
+        self.stroboscopic_count.clone_ref(py)
     }
     /// (rows, 4) x1, v1, x2, v2.
     #[getter]

@@ -66,32 +66,33 @@ impl Kept {
 
     /// The last so many events again, so many drive periods later.
     pub fn repeat(&mut self, events: usize, periods: i64, drive: &Drive) {
+        debug_assert!(events <= self.events.len(), "{events} of {}", self.events.len());
         let from = self.events.len().saturating_sub(events);
         for place in from..self.events.len() {
             let (event, residual) = (self.events[place], self.residuals[place]);
-            let period = event.period + periods;
-            let again =
-                |time_in_period: f64| drive.time(Clock { period, time_in_period, residual });
-            let index = event.index.unsigned_abs() as usize;
-            let (time, length) = if event.kind == EventKind::Impact as i64 {
-                let impact = self.impacts[index];
-                let time = again(impact.time_in_period);
-                self.impacts.push(ImpactRecord { time, period, ..impact });
-                (time, self.impacts.len())
+            let (period, row) = (event.period + periods, event.index.unsigned_abs() as usize);
+            let at = |time_in_period: f64| drive.time(Clock { period, time_in_period, residual });
+            let (time, index) = if event.kind == EventKind::Impact as i64 {
+                let impact = self.impacts[row];
+                let time = at(impact.time_in_period);
+                (time, added(&mut self.impacts, ImpactRecord { time, period, ..impact }))
             } else if event.kind == EventKind::Graze as i64 {
-                let graze = self.grazes[index];
-                let time = again(graze.time_in_period);
-                self.grazes.push(GrazeRecord { time, period, ..graze });
-                (time, self.grazes.len())
+                let graze = self.grazes[row];
+                let time = at(graze.time_in_period);
+                (time, added(&mut self.grazes, GrazeRecord { time, period, ..graze }))
             } else {
-                let contact = self.contacts[index];
-                let time = again(contact.time_in_period);
-                self.contacts.push(ContactRecord { time, period, ..contact });
-                (time, self.contacts.len())
+                let contact = self.contacts[row];
+                let time = at(contact.time_in_period);
+                (time, added(&mut self.contacts, ContactRecord { time, period, ..contact }))
             };
-            let index = length as i64 - 1;
             self.events.push(EventRecord { time, period, index, ..event });
             self.residuals.push(residual);
         }
     }
+}
+
+/// Adds a row to a table; its place there.
+fn added<T>(table: &mut Vec<T>, row: T) -> i64 {
+    table.push(row);
+    table.len() as i64 - 1
 }

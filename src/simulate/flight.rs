@@ -264,10 +264,7 @@ impl Simulation {
             let free = self.motion.state_at(&self.flight, limit.time);
             self.system.landed(State { x1: limit.x1, v1: limit.v1, ..free })
         };
-        // The rounding of the time in the period, not of that since the start, which nothing depends on.
-        let time = clock.time_in_period;
-        error += EPS * time;
-        let resolution = EPS * time.max(1.0);
+        let resolution = EPS * clock.time_in_period.max(1.0);
         Completion {
             clock,
             state,

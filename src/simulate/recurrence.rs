@@ -2,6 +2,7 @@
 //!
 //! What follows an impact depends on few numbers, and rounding leaves finitely many of them: a motion that
 //! settles soon has the very numbers that it had some drive periods before, and from there all repeats.
+//! (Unless its impacts fall within some 1e-16 of a period's boundary, where the clock resolves far more.)
 //! It is then not computed again: the clock moves on by whole cycles. What is kept of them is copied
 //! (src/run/kept.rs). The results have the same bits.
 
@@ -23,11 +24,13 @@ pub(super) struct Recurrence {
     /// Impacts since the reference, and the number of them at which it is changed.
     age: u64,
     limit: u64,
-    /// What lies between the reference and the present impact, if they are alike and it is kept.
+    /// What lies between the reference and the present impact, if they are alike and it is kept. Who keeps
+    /// impacts asks for it at each of them.
     found: Option<Cycle>,
 }
 
-/// All that the motion after an impact depends on, but whole drive periods.
+/// All that the motion after an impact depends on, but whole drive periods. (Whether a plastic impact is
+/// followed by contact follows from the state and the rhythm.)
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Numbers {
     state: [u64; 4],
@@ -45,6 +48,7 @@ struct Reference {
     period: i64,
     impacts: u64,
     events: u64,
+    next_section: i64,
 }
 
 /// The stretch from an impact to the next one with the same numbers.
@@ -77,8 +81,14 @@ impl Simulation {
     /// Nothing is kept before this drive period: a motion that repeats is moved on up to there, and from
     /// there on [`Self::repeats`] tells of it.
     pub(crate) fn passes_until(&mut self, period: i64) {
-        let reference =
-            Reference { numbers: None, time_in_period: 0, period: 0, impacts: 0, events: 0 };
+        let reference = Reference {
+            numbers: None,
+            time_in_period: 0,
+            period: 0,
+            impacts: 0,
+            events: 0,
+            next_section: 0,
+        };
         let (age, limit, found) = (0, FEWEST, None);
         let recurrence = Recurrence { until: period, reference, age, limit, found };
         self.recurrence = self.motion.drive.has_period().then_some(recurrence);
@@ -113,12 +123,14 @@ impl Simulation {
             impacts: self.point.impacts - reference.impacts,
             events: self.point.events - reference.events,
         };
-        if numbers.is_some() && numbers == reference.numbers && cycle.periods > 0 {
+        let sections = self.point.next_section - reference.next_section;
+        // A section at the very instant of an impact may come before it or after it.
+        let is_whole = !is_kept || sections == cycle.periods;
+        if numbers.is_some() && numbers == reference.numbers && cycle.periods > 0 && is_whole {
             if is_kept {
                 recurrence.found = Some(cycle);
             } else {
                 self.move_on(&cycle, self.cycles_left(&cycle, recurrence.until));
-                // There is no room for another cycle before what is kept.
                 recurrence.begin_anew();
             }
         } else if recurrence.age >= recurrence.limit {
@@ -128,6 +140,7 @@ impl Simulation {
                 period,
                 impacts: self.point.impacts,
                 events: self.point.events,
+                next_section: self.point.next_section,
             };
             recurrence.age = 0;
             recurrence.limit = FEWEST + self.point.impacts / PART;
@@ -160,7 +173,8 @@ impl Simulation {
         let fit = |room: u64, each: u64| {
             i64::try_from(room.saturating_sub(1) / each.max(1)).unwrap_or(i64::MAX)
         };
-        let mut left = (period - 1 - point.anchor.clock.period).max(0) / cycle.periods;
+        // Not the last period: by its residual a clock may lie beyond its end.
+        let mut left = (period - 2 - point.anchor.clock.period).max(0) / cycle.periods;
         left = left.min(fit(self.max_events.saturating_sub(point.events), cycle.events));
         if let Horizon::Impacts { count, .. } = self.horizon {
             left = left.min(fit(count.saturating_sub(point.impacts), cycle.impacts));

@@ -11,6 +11,10 @@ const COLUMNS: usize = 6;
 /// The section rows of all points, one point after the other: for arrays and files.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SweepRows {
+    /// Impacts of each point.
+    pub impact_count: Vec<usize>,
+    /// Stroboscopic states of each point.
+    pub stroboscopic_count: Vec<usize>,
     /// The columns of [`SweepPoint::impact_section`] one after the other.
     pub impact_section: Vec<f64>,
     /// Regime number of each impact.
@@ -35,6 +39,8 @@ impl SweepRows {
         let sections = |points: &[SweepPoint]| points.iter().map(|p| p.stroboscopic.len()).sum();
         let (count, states): (usize, usize) = (impacts(points), sections(points));
         let mut rows = Self {
+            impact_count: points.iter().map(|p| p.impact_section.len()).collect(),
+            stroboscopic_count: points.iter().map(|p| p.stroboscopic.len()).collect(),
             impact_section: vec![0.0; COLUMNS * count],
             regime: vec![0; count],
             stroboscopic: vec![[0.0; 4]; states],
@@ -70,7 +76,9 @@ impl Share<'_> {
                     *place = row[i];
                 }
             }
-            first(&mut self.regime, count).copy_from_slice(&point.regime);
+            for (place, &regime) in first(&mut self.regime, count).iter_mut().zip(&point.regime) {
+                *place = regime;
+            }
             let states = first(&mut self.stroboscopic, point.stroboscopic.len());
             states.copy_from_slice(&point.stroboscopic);
         }

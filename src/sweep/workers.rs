@@ -35,7 +35,7 @@ impl Workers {
             .map_err(|_| error("as many threads as the system gives"))
     }
 
-    /// Does `work`, which takes no time to speak of, on the threads.
+    /// Does `work`; what is parallel in it, on the threads.
     pub(super) fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         match &self.0 {
             Some(pool) => pool.install(work),

@@ -8,15 +8,17 @@ use vibroimpact::{
 
 use crate::{assert_finite, contact, law, paper, start};
 
-/// With such a force not even the start of a flight can be evaluated.
 #[test]
 fn a_run_that_stops_in_a_state_out_of_range_has_failed() {
     let system = paper().force_amplitude(f64::MAX).build().unwrap();
-    let options = RunOptions { max_events: 0, ..RunOptions::periods(5) };
-    match run(&system, start(), options, &mut || true) {
+    match run(&system, start(), RunOptions::periods(5), &mut || true) {
         Err(RunError::Simulation { error: SimulationError::NotFinite { .. }, .. }) => {}
         other => panic!("{other:?}"),
     }
+    // Of no events there is its start.
+    let options = RunOptions { max_events: 0, ..RunOptions::periods(5) };
+    let none = run(&system, start(), options, &mut || true).unwrap();
+    assert_eq!((none.stop_reason, none.final_state.state), (StopReason::EventCap, start()));
 }
 
 #[test]
