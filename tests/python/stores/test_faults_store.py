@@ -88,8 +88,10 @@ resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))
     line = f"atlas.compute(Toy(steps=500), whole, store=path, chunk={CHUNK})"
     killed = finished(line, path, before=before)
     assert killed.returncode == -signal.SIGXFSZ, killed.stderr
-    (half,) = path.rglob("*.partial")
-    assert half.stat().st_size <= limit
+    # Several files may be being written at a time.
+    halves = [*path.rglob("*.partial")]
+    assert halves
+    assert all(half.stat().st_size <= limit for half in halves)
     expected = atlas.compute(Toy(steps=500), whole)
     assert cells_done(path, expected) < 77
     assert_same(atlas.compute(Toy(steps=500), whole, store=path), expected)
