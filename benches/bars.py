@@ -6,12 +6,13 @@ G is what one scalar evaluation of gap and gap rate costs (yardstick.c), measure
 Sweeps are whole calls from Python on one core, arrays included: 600 drive periods per frequency, of
 which the last 100 are kept, no labels. A peer computes the same sections of some of the frequencies
 (evenly spread; the slow ones fewer and over fewer periods), and costs per drive period of the same
-round are compared; compilation is not counted. Errors are those after 25 drive periods against
-references of 25 digits, the largest over the scenes of the same system. Writes a table in Markdown
-and every round as JSON.
+round are compared; compilation is not counted. Two cores are measured by themselves (two_cores.py).
+Errors are those after 25 drive periods against references of 25 digits, the largest over the scenes
+of the same system. Writes a table in Markdown and every round as JSON.
 """
 
 import argparse
+import functools
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -27,6 +28,7 @@ from peers.outcome import Problem
 from progress import step
 from rounds import Timing, measure
 from scenes import read_scenes
+from two_cores import TURN, two_cores
 from vibroimpact.paper.parameters import INITIAL, KEEP, MOTIONS, PERIODS, TRANSITIONS
 from vibroimpact.system import SYMBOLS
 
@@ -123,6 +125,13 @@ def ours(case: Case, frequencies: tuple[float, ...], periods: int, workers: int 
     return np.diff(diagram.offset)
 
 
+def _part(
+    case: Case, frequencies: tuple[float, ...], periods: int, workers: int, place: int, step: int
+) -> None:
+    """Run every so many-th frequency; pickled, so that other processes can do it."""
+    ours(case, frequencies[place::step], periods, workers)
+
+
 def share(case: Case, peer: Any, quick: bool) -> tuple[tuple[float, ...], int] | None:
     """Return which frequencies and how many periods a peer computes; None: not this case."""
     part = SHARES[peer.NAME]
@@ -147,8 +156,6 @@ def run_case(case: Case, rounds: int, quick: bool, workers: int) -> dict[str, An
     frequencies = frequencies or case.frequencies
     jobs: dict[str, Callable[[], object]] = {}
     jobs["vibroimpact"] = lambda: ours(case, frequencies, periods)
-    if not case.single and workers > 1:
-        jobs["several"] = lambda: ours(case, frequencies, periods, workers)
     peers: dict[str, Any] = {}
     for peer in PEERS if case.compared else ():
         part = share(case, peer, quick)
@@ -165,6 +172,11 @@ def run_case(case: Case, rounds: int, quick: bool, workers: int) -> dict[str, An
         peers[peer.NAME] |= {"periods": length * len(omegas), "error": _error(case, peer)}
         peers[peer.NAME]["missed"] = missed(solve(omegas, length, keep), ours(case, omegas, length))
     timings = measure(jobs, rounds, shortest=0.0 if quick else 0.05)
+    scaling = {}
+    if not case.single and workers > 1:
+        call = functools.partial(_part, case, frequencies, periods)
+        # More rounds: their ratios scatter, as whoever else uses the machine takes a core or two.
+        scaling = two_cores(call, 1 if quick else 4 * rounds + 1, turn=0.0 if quick else TURN)
     return {
         "case": case.name,
         "bar": case.bar,
@@ -172,6 +184,7 @@ def run_case(case: Case, rounds: int, quick: bool, workers: int) -> dict[str, An
         "periods": periods * len(frequencies),
         "error": _our_error(case),
         "timings": {name: _plain(timing) for name, timing in timings.items()},
+        "two cores": {name: _plain(timing) for name, timing in scaling.items()},
         "peers": peers,
     }
 

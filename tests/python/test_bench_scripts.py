@@ -163,6 +163,8 @@ def test_bars_run_with_peers_missing(bench, monkeypatch, tmp_path, capsys):
         assert result["error"] < 1e-13
         assert result["peers"]["SciPy"]["missed"] == "nothing"
         assert result["peers"]["SciPy"]["error"] < 1e-9
+    several = {"one", "threads", "processes"} if bench("machine").cores() > 1 else set()
+    assert [set(result["two cores"]) for result in results] == [several, set()]
 
 
 def test_bars_names_a_case_that_does_not_exist(bench, capsys):
