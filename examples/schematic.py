@@ -185,7 +185,7 @@ def at_rest(ax: Axes) -> None:
     x, y = 0.72 * np.sin(turn), -0.72 * np.cos(turn)
     ax.plot(x[:-3], y[:-3], color=BLACK, lw=0.9)
     arrow(ax, (x[-6], y[-6]), (x[-1], y[-1]), lw=0.9, mutation_scale=8)
-    label(ax, (x[15], y[15]), r"$\theta$", xytext=(0, -2), va="top")
+    label(ax, (x[15], y[15]), r"$\theta$", xytext=(0, -4), va="top")
 
     measure(ax, (-0.58, 0), (-0.58, -1), "$l$", xytext=(-3, 0), ha="right", va="center")
     thin(ax, (-0.62, 0), (-0.47, 0))
@@ -203,9 +203,9 @@ def at_rest(ax: Axes) -> None:
     right = face + width
     fixed(ax, (wall, bottom + height - 0.1), (wall, bottom - 0.02))
     spring(ax, right, wall, -0.8)
-    damper(ax, right, wall, -1.02)
-    label(ax, ((right + wall) / 2, -0.855), "$K_2$", xytext=(0, -1), va="top")
-    label(ax, ((right + wall) / 2, -1.07), "$C_2$", xytext=(0, -1.5), va="top")
+    damper(ax, right, wall, -1.04)
+    label(ax, ((right + wall) / 2, -0.855), "$K_2$", xytext=(0, -2), va="top")
+    label(ax, ((right + wall) / 2, -1.09), "$C_2$", xytext=(0, -3), va="top")
     arrow(ax, (right, -0.62), (right + 0.3, -0.62), GREEN)
     force = f"$f_{{20}}\\,{DRIVE}$"
     label(ax, (right, -0.585), force, GREEN, xytext=(4, 1), ha="left", va="bottom")
@@ -232,7 +232,7 @@ def in_contact(ax: Axes) -> None:
     x, y = 0.4 * np.sin(turn), -0.4 * np.cos(turn)
     ax.plot(x[:-4], y[:-4], color=BLACK, lw=0.9)
     arrow(ax, (x[-7], y[-7]), (x[-1], y[-1]), lw=0.9, mutation_scale=8)
-    label(ax, (x[28], y[28]), "$x_1$", xytext=(1, -2), va="top")
+    label(ax, (x[28], y[28]), "$x_1$", xytext=(1, -5), va="top")
 
     mass(ax, (face, bottom), width, height)
     label(ax, (face + 0.8 * width, bottom + 0.14), "$M_2$")
@@ -245,7 +245,7 @@ def in_contact(ax: Axes) -> None:
     arrow(ax, tip, end, BLUE, lw=1.8)
     label(ax, end, r"$\dot x_1$", BLUE, xytext=(2, 1), ha="left", va="bottom")
     label(ax, (end[0], tip[1]), r"$\dot x_1\, \cos x_1$", BLUE, xytext=(-2, -4), va="top")
-    label(ax, (tip[0], end[1]), r"$\dot x_1\, \sin x_1$", BLUE, xytext=(-3, 1), ha="right")
+    label(ax, (tip[0], end[1]), r"$\dot x_1\, \sin x_1$", BLUE, xytext=(-4, 1), ha="right")
     push = (face + width, bottom + 0.62 * height)
     arrow(ax, push, (push[0] + SPEED * VELOCITY, push[1]), BLUE, lw=1.8)
     label(ax, (push[0] + SPEED * VELOCITY, push[1]), r"$\dot x_2$", BLUE, xytext=(3, 0), ha="left")

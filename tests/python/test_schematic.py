@@ -6,7 +6,9 @@ import math
 import runpy
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.image import imread
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.text import Annotation
@@ -92,6 +94,23 @@ def test_no_label_covers_another_or_leaves_the_page(figure):
     for box in boxes:
         assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
         assert figure.bbox.y0 <= box.y0 < box.y1 <= figure.bbox.y1
+
+
+def test_no_label_lies_on_something_drawn(script):
+    with vi.plot.publication_style():
+        figure = script.draw()
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        names = [text for ax in figure.axes for text in labels(ax)]
+        boxes = [(text.get_text(), text.get_window_extent()) for text in names]
+        for text in names:
+            text.set_visible(False)
+        canvas.draw()
+    pixels = np.asarray(canvas.buffer_rgba())[::-1]
+    for text, box in boxes:
+        behind = pixels[int(box.y0) : math.ceil(box.y1), int(box.x0) : math.ceil(box.x1)]
+        assert behind.size
+        assert (behind == behind[0, 0]).all(), f"{text} is not on a plain ground"
 
 
 def test_lengths_are_to_scale(figure, script):
