@@ -28,7 +28,7 @@ INSTALLED := $(VENV)/.installed
 SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
-.PHONY: help figures claims gallery errata test reference lint bench instructions instructions-update stress docs ci audit clean
+.PHONY: help figures claims gallery errata schematic test reference lint bench instructions instructions-update stress docs ci audit clean
 .PHONY: wheel wheel-test audit-deps fuzz fuzz-python
 
 help:
@@ -36,6 +36,7 @@ help:
 	@echo 'make claims   judge every statement of the paper and write docs/claims.md'
 	@echo 'make gallery  draw the pictures of docs/gallery.md'
 	@echo 'make errata   draw the figures of docs/errata.md'
+	@echo 'make schematic  draw the machine, into docs/images'
 	@echo 'make test     all tests: Rust, documentation, Python'
 	@echo 'make reference  make the reference data anew, in high precision, and compare with what is committed'
 	@echo 'make lint     formatting, lints, types, stubs, purity of the core, documentation'
@@ -72,6 +73,9 @@ errata: $(INSTALLED)
 	@for name in $(ERRATA); do \
 		$(BIN)/python examples/errata $$name --out docs/images/errata/$$name.png; \
 	done
+
+schematic: $(INSTALLED)
+	$(BIN)/python examples/schematic.py --out docs/images/schematic.png
 
 # In as many processes as there are processors; those of one file stay together, to share fixtures.
 IN_PARALLEL ?= -n auto --dist loadfile

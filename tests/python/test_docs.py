@@ -95,6 +95,12 @@ def test_relative_links_lead_to_files(page):
             assert (page.parent / target).exists(), f"{page.name} links to {target}"
 
 
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_pictures_say_what_they_show(page):
+    for text in re.findall(r"!\[([^\]]*)\]\(", page.read_text(encoding="utf-8")):
+        assert len(text.split()) > 2, f"{page.name} has a picture with the text {text!r}"
+
+
 @pytest.mark.parametrize(
     ("module", "pages"),
     [
