@@ -4,6 +4,7 @@ Each sequence is followed on its own (`continuation`), up to its border; there t
 with the sequence beyond (`resegment`), or ends. Between, a simulation confirms every point.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -254,6 +255,8 @@ def _piece(
     points = path.points if halved is None else path.points[:halved]
     stops = path.special[-1].test if path.end.startswith("stopped") else ""
     largest = max((point.tests.get(stops, 0.0) for point in points), default=0.0)
+    # All of a path may lie at its border.
+    border = max(AT_BORDER * largest, LOCATED)
     for k, point in enumerate(points):
         try:
             system = problem.system_at(point.p)
@@ -265,7 +268,7 @@ def _piece(
         at_border = (
             k == 0
             or (stops and k == len(path.points) - 1)
-            or point.tests.get(stops, 1.0) < AT_BORDER * largest
+            or point.tests.get(stops, math.inf) < border
         )
         if not (motion.admissible or at_border or settings.virtual):
             reason = motion.why_not
