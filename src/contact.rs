@@ -51,9 +51,8 @@ pub enum Found {
     Contact(Touch),
     /// The gap rises to zero within rounding and falls again: no impulse.
     Graze(Touch),
-    /// No contact up to this local time: the end of the local flight, or later where that was free
-    /// to find out. Earlier only after very many evaluations. The search goes on as a new local
-    /// flight, with bounds of its own.
+    /// No contact up to this local time: the end of the local flight or later; earlier only after
+    /// very many evaluations. The search goes on as a new local flight, with bounds of its own.
     Clear(f64),
     /// The bodies are on the contact without separating (g = g' = 0 to rounding, g'' >= 0), as a
     /// rule at the start of the flight: contact lasts.
@@ -279,7 +278,7 @@ impl<G: Geometry> Search<'_, G> {
                 Lift::None
             }
         };
-        // Beyond this q is useless: its last term alone exceeds what g' can do.
+        // Beyond this q is useless: its last term alone exceeds what g' can do. It is no root.
         let reach = 3.0 * (self.gap.rate_bound / self.gap.fourth_bound).cbrt();
         for _ in 0..SEARCH_STEPS {
             let (s, gap) = (sample.time, sample.gap);
@@ -307,7 +306,8 @@ impl<G: Geometry> Search<'_, G> {
                 return Found::Clear(self.span);
             }
             let remainder = self.gap.fourth_bound / 24.0 * step.powi(4);
-            let tiny = remainder <= TAYLOR_PART * self.gap.noise(s + step) || s + step == s;
+            let rounding = TAYLOR_PART * self.gap.noise(s + step);
+            let tiny = (step < reach && remainder <= rounding) || s + step == s;
             if tiny && lift == Lift::Twice {
                 // A top so flat that the step off it ends at rounding level: it goes on as one
                 // graze while the gap stays there.

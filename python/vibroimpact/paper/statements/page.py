@@ -30,6 +30,8 @@ writes this page.
 
 How far the verdicts go:
 
+- Counts and states that rest on chaotic motions, or on undamped ones over thousands of drive periods,
+  change with the last bits of a computation, and so a little from version to version.
 - A number counts as reproduced if it agrees to its printed digits, a formula if it agrees to
   rounding with something computed otherwise, a label m-n if it is the same from the paper's start.
 - The paper gives no data, and no ranges of axes. Words like "most" or "larger" are judged by counts
