@@ -30,17 +30,16 @@ writes this page.
 
 How far the verdicts go:
 
-- Counts and states that rest on chaotic motions, or on undamped ones over thousands of drive periods,
-  change with the last bits of a computation, and so a little from version to version.
 - A number counts as reproduced if it agrees to its printed digits, a formula if it agrees to
   rounding with something computed otherwise, a label m-n if it is the same from the paper's start.
 - The paper gives no data, and no ranges of axes. Words like "most" or "larger" are judged by counts
   over grids of ours, "near" as within 0.1 of a frequency; the evidence below gives the counts.
-- Corrections are explained with the [errata](theory.md#8-errata-of-the-paper), E1 to E11.
+- Corrections are explained with the [errata](theory.md#8-errata-of-the-paper), E1 to E15.
 - Under the impact law as printed some motions are lost because its friction drives the slip where
   sin theta < 0. The evidence says where this bears on a verdict.
-- Impacts counted beyond some 2,000 drive periods (Fig. 10), and differences at rounding level, may
-  differ on other machines.
+- Counts and states that rest on chaotic motions, or on undamped ones over thousands of drive periods
+  (Fig. 10), change with the last bits of a computation: a little from machine to machine and from
+  version to version.
 
 Each command prints its statement with the finding, the verdict and the evidence; those of figures
 as a whole draw them. All statements take some two minutes on two cores.
