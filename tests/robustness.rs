@@ -3,6 +3,8 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[path = "robustness/ends.rs"]
+mod ends;
 #[path = "robustness/huge_forces.rs"]
 mod huge_forces;
 
