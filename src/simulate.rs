@@ -350,7 +350,7 @@ impl Simulation {
         if let Some(s) = self.point.grazed {
             let grazing = self.motion.state_at(&self.flight, s);
             if grazing.is_finite() {
-                (clock, state) = (self.clock_at(s, self.point.grazed_rest), grazing);
+                (clock, state) = (self.clock_after(s, self.point.grazed_rest), grazing);
             }
         }
         let reason = self.point.stopped.unwrap_or(StopReason::Interrupted);
@@ -418,12 +418,18 @@ impl Simulation {
         self.motion.drive.advance(self.flight.clock, DoubleDouble::sum(time, offset))
     }
 
+    /// The same, and never before the leg starts: an impact's clock may be one of two with the same value.
+    fn clock_after(&self, time: f64, offset: f64) -> Clock {
+        let (start, clock) = (self.flight.clock, self.clock_at(time, offset));
+        if clock < start { start } else { clock }
+    }
+
     /// Clock, time and phase at a local time of the present leg, given in two parts.
     #[inline(always)]
     #[allow(clippy::inline_always)]
     fn place(&self, time: f64, offset: f64) -> (Clock, f64, f64) {
         let drive = &self.motion.drive;
-        let clock = self.clock_at(time, offset);
+        let clock = self.clock_after(time, offset);
         (clock, drive.time(clock), drive.phase_at(clock))
     }
 

@@ -200,7 +200,7 @@ impl Simulation {
             let state = state_at(self, end.not_negative());
             return Some(Ok(self.stop_at_horizon(state)));
         }
-        let clock = self.clock_at(reached, 0.0);
+        let clock = self.clock_after(reached, 0.0);
         let state = state_at(self, DoubleDouble::new(reached));
         if !state.is_finite() {
             return Some(Err(self.fail(false)));
@@ -252,7 +252,7 @@ impl Simulation {
                 None => self.stop_at_end(state, StopReason::Rest),
             }));
         }
-        let clock = self.clock_at(reached, 0.0);
+        let clock = self.clock_after(reached, 0.0);
         if let Some((_, next)) = change {
             return self.go_over(clock, state, next, true);
         }

@@ -130,11 +130,13 @@ impl Simulation {
     #[inline(never)]
     fn search_again(&mut self, start: Start, mut found: Found) -> Found {
         let mut span = self.motion.span;
+        let begin = self.point.grazed.unwrap_or(0.0);
         while is_far_away(&found, span) {
-            span *= 0.5;
-            if span < LEAST_PROGRESS * self.motion.span {
+            let left = 0.5 * (span - begin);
+            if left < LEAST_PROGRESS * self.motion.span {
                 return Found::Stalled;
             }
+            span = begin + left;
             let report = first_contact(&self.motion, &self.flight, start, span);
             self.evaluations += report.evaluations;
             found = report.found;

@@ -117,6 +117,47 @@ fn a_run_of_no_length_has_no_event_after_it() {
     }
 }
 
+/// The clock of this impact is one of two with the same value: the stop had the other, which reads as earlier.
+#[test]
+fn a_stop_at_an_impact_has_its_clock() {
+    let system = System::builder()
+        .mass_ratio(0.0)
+        .frequency_ratio(0.29411764705882354)
+        .restitution(1.0)
+        .gap(1.0)
+        .drive_frequency(4.0)
+        .pendulum_damping(0.5119020370794232)
+        .moment_amplitude(-2.0)
+        .phase(-7.0)
+        .contact(Contact::Direct)
+        .build()
+        .unwrap();
+    let start = State { x1: -2.0, v1: -2.0, x2: -3.0, v2: -2.0 };
+    for count in 1..40 {
+        let horizon = Horizon::Impacts { count, max_time: 1e3 };
+        assert_in_order(&run(&system, start, RunOptions::until(horizon), &mut || true).unwrap());
+    }
+}
+
+/// Forces next to nothing: what the search finds beyond its flight is searched for again after the graze only.
+#[test]
+fn a_search_that_begins_again_does_so_after_the_graze() {
+    let system = System::builder()
+        .mass_ratio(2.0)
+        .frequency_ratio(3.0)
+        .restitution(0.0)
+        .gap(0.0)
+        .drive_frequency(4.0)
+        .oscillator_damping(1.3068894483863585)
+        .moment_amplitude(1.485753562534434e-308)
+        .law(ImpactLaw::Energetic)
+        .build()
+        .unwrap();
+    let start = State { x1: 0.0, v1: 0.0, x2: 0.0, v2: 0.0 };
+    let options = RunOptions { max_events: 60, ..RunOptions::periods(6) };
+    assert_in_order(&run(&system, start, options, &mut || true).unwrap());
+}
+
 /// Ends a simulation when it is asked for the hundredth time.
 #[derive(Default)]
 struct Patience {
