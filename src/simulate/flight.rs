@@ -354,7 +354,7 @@ impl Simulation {
 /// that nothing is met on it may be taken for one towards a contact, and its polynomials lead anywhere.
 #[inline(always)]
 fn is_far_away(found: &Found, span: f64) -> bool {
-    matches!(found, Found::Contact(touch)
+    matches!(found, Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch)
         if touch.offset > FAR_AWAY * span && touch.local_time() > span)
 }
 

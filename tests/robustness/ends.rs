@@ -224,3 +224,28 @@ fn no_step_is_so_long_that_the_caller_cannot_end_it() {
         assert!(patience.most < 600, "{} sections in one step of {system:?}", patience.most);
     }
 }
+
+/// The same of a graze that is no number, under forces beyond reckoning: a failed computation.
+#[test]
+fn a_graze_that_is_no_number_is_not_waited_for() {
+    let system = System::builder()
+        .mass_ratio(0.0)
+        .frequency_ratio(0.0)
+        .restitution(0.0)
+        .gap(-0.4647058823529412)
+        .drive_frequency(0.09411764705882353)
+        .pendulum_damping(0.03529411764705882)
+        .moment_amplitude(-1e154)
+        .force_amplitude(-1e154)
+        .phase(-5e-324)
+        .contact(Contact::Direct)
+        .law(ImpactLaw::Energetic)
+        .build()
+        .unwrap();
+    let start = State { x1: 1.9932860303654536, v1: 2.0, x2: 3.457991912718395, v2: 0.0 };
+    let mut patience = Patience::default();
+    let mut simulation = Simulation::new(&system, start).unwrap();
+    let last = std::iter::from_fn(|| simulation.advance(&mut patience)).last();
+    assert!(last.is_some());
+    assert!(patience.most < 600, "{} sections in one step", patience.most);
+}
