@@ -83,12 +83,9 @@ impl Simulation {
         let end = self.horizon_in_leg();
         let (reached, last) = (time + offset, end.value());
         let level = EPS * (4.0 * (reached.abs() + last.abs()) + self.motion.drive.period.hi);
-        let over = if (reached - last).abs() < level {
-            let mut clock = self.clock_at(time, offset);
-            if strikes {
-                clock.residual = self.motion.drive.ticked(clock.residual);
-            }
-            clock > self.end
+        // An impact at the very end, to rounding, belongs to the run.
+        let over = if !strikes && (reached - last).abs() < level {
+            self.clock_at(time, offset) > self.end
         } else {
             reached > last
         };
@@ -261,6 +258,8 @@ impl Simulation {
     #[inline(always)]
     pub(super) fn record(&self, pre: State, impact: Impact) -> Event {
         let Flight { clock, state: post, .. } = self.flight;
+        // At the end to rounding, and told there.
+        let clock = if clock > self.end { self.end } else { clock };
         let (time, phase) = (self.motion.drive.time(clock), self.motion.drive.phase_at(clock));
         Event::Impact(ImpactEvent { clock, time, phase, pre, post, impact })
     }

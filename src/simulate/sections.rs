@@ -45,7 +45,8 @@ impl Simulation {
             return None;
         }
         let at = self.motion.drive.until(self.flight.clock, section);
-        let passed = at < reached || (inclusive && at.value() <= reached.value());
+        let (now, last) = (at.value(), reached.value());
+        let passed = now < last || (inclusive && now == last);
         passed.then(|| at.not_negative())
     }
 
