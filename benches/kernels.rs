@@ -116,7 +116,8 @@ fn shooting(c: &mut Criterion) {
         let system = builder.build().unwrap();
         let settled = run(&system, start(), RunOptions::periods(3000), &mut || true).unwrap();
         let state = settled.final_state.state;
-        let (legs, nodes) = Itinerary::follow(&system, state, periods, 100_000).unwrap();
+        let (legs, nodes) =
+            Itinerary::follow(&system, state, periods, 100_000, &mut || true).unwrap();
         assert_eq!(legs.legs.len(), count);
         let orbit = Orbit::new(&system, &legs, &nodes).unwrap();
         let parameter = ["drive_frequency".to_owned()];

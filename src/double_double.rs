@@ -12,7 +12,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 use serde::{Deserialize, Serialize};
 
 /// An unevaluated sum `hi + lo` with `|lo| <= ulp(hi)/2`.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd, Serialize, Deserialize)]
 pub(crate) struct DoubleDouble {
     pub hi: f64,
     pub lo: f64,

@@ -12,6 +12,7 @@ use crate::event::{Event, ImpactEvent, StopReason};
 use crate::flight::FreeMotion;
 use crate::hold::ContactMode;
 use crate::impact::{Regime, RegimeKind};
+use crate::lyapunov::Watch;
 use crate::params::{ImpactLaw, System};
 use crate::simulate::Simulation;
 use crate::state::{Clock, State};
@@ -248,7 +249,8 @@ impl Itinerary {
     }
 
     /// Follows a motion from t = 0 for two cycles of `periods` drive periods and reads off the legs
-    /// of one cycle, with the nodes at their starts.
+    /// of one cycle, with the nodes at their starts. `go_on` is asked every few thousand flights; `false`
+    /// ends it.
     ///
     /// # Errors
     /// [`ItineraryError`]
@@ -257,6 +259,7 @@ impl Itinerary {
         initial: State,
         periods: i64,
         max_events: u64,
+        go_on: &mut dyn FnMut() -> bool,
     ) -> Result<(Self, Vec<Node>), ItineraryError> {
         if system.drive_frequency == 0.0 {
             return Err(ParameterError::new("drive_frequency", 0.0, "> 0 for a period").into());
@@ -268,7 +271,7 @@ impl Itinerary {
         };
         let initial = with_wall_at_rest(system, initial);
         let wall_at_rest = is_wall_at_rest(system, &initial);
-        let marks = marks(system, initial, whole, max_events)?;
+        let marks = marks(system, initial, whole, max_events, go_on)?;
         if marks.is_empty() {
             let node = Node { x1: initial.x1, v1: initial.v1, v2: initial.v2, time: initial.x2 };
             let legs = Self { legs: vec![Leg::Circuit], periods, clocks: vec![0], wall_at_rest };
@@ -401,10 +404,13 @@ fn marks(
     initial: State,
     periods: u32,
     max_events: u64,
+    go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Vec<Mark>, ItineraryError> {
     let mut marks: Vec<Mark> = Vec::new();
     let mut reader = LegReader { mode: None };
-    for event in Simulation::new(system, initial)?.periods(periods).max_events(max_events) {
+    let mut watch = Watch { flights: 0, go_on };
+    let mut simulation = Simulation::new(system, initial)?.periods(periods).max_events(max_events);
+    while let Some(event) = simulation.advance(&mut watch) {
         let event = event?;
         match reader.read(system, &event) {
             Reading::Ends(leg, clock, state) => {

@@ -74,9 +74,9 @@ pub struct Spectrum {
 }
 
 /// Asks the caller now and then.
-struct Watch<'a> {
-    flights: u32,
-    go_on: &'a mut dyn FnMut() -> bool,
+pub(crate) struct Watch<'a> {
+    pub flights: u32,
+    pub go_on: &'a mut dyn FnMut() -> bool,
 }
 
 impl Observer for Watch<'_> {
@@ -275,9 +275,9 @@ impl GrowthMeter {
     }
 
     /// The growth over so many periods from the end of the run; `None` where it cannot be measured.
-    pub fn over(&mut self, periods: u32) -> Option<Growth> {
+    pub fn over(&mut self, periods: u32, go_on: &mut dyn FnMut() -> bool) -> Option<Growth> {
         let meter = &mut self.0;
-        meter.follow(periods / STRIDE, &mut || true);
+        meter.follow(periods / STRIDE, go_on);
         if meter.error.is_some() {
             return None;
         }
@@ -299,7 +299,12 @@ impl GrowthMeter {
 /// Floquet multipliers: ln max|lambda|/(m T), -inf where all are 0; and by how much it changes from
 /// one orbit to the next, as it does while the run still settles. `None` where derivatives cannot be
 /// computed, or the orbit cannot be cut at the end of the run, which lies among skipped impacts.
-pub(crate) fn exponent_of_orbit(run: &Run, m: usize) -> Option<[f64; 2]> {
+pub(crate) fn exponent_of_orbit(
+    run: &Run,
+    m: usize,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Option<[f64; 2]> {
+    let mut watch = Watch { flights: 0, go_on };
     let m = Step::Periods(u32::try_from(m).ok()?);
     let drive = FreeMotion::new(&run.system).drive;
     let end = run.final_state.clock;
@@ -313,13 +318,13 @@ pub(crate) fn exponent_of_orbit(run: &Run, m: usize) -> Option<[f64; 2]> {
     let mut along = Along::new(run, None);
     along.extend(Horizon::Periods(end_of_step(&drive, begin, m, 2).period + 1));
     if begin != end {
-        along.reach(begin, &mut ()).ok()?;
+        along.reach(begin, &mut watch).ok()?;
     }
     let mut exponent_of_next = |turn: u32| {
         let from = along.clock();
         let close = end_of_step(&drive, begin, m, turn);
         along.start_anew(4);
-        along.reach(close, &mut ()).ok()?;
+        along.reach(close, &mut watch).ok()?;
         let multipliers = along.vectors().complex_eigenvalues();
         let largest = multipliers.iter().map(|lambda| lambda.norm()).fold(0.0, f64::max);
         (along.clock() == close).then(|| largest.ln() / drive.until(from, close).value())

@@ -19,7 +19,7 @@
 //!     .build()?;
 //! let start = State::new(0.0, 0.5, 0.0, 0.0)?;
 //! let settled = run(&system, start, RunOptions::periods(100), &mut || true)?.final_state.state;
-//! let (legs, mut nodes) = Itinerary::follow(&system, settled, 1, 1000)?;
+//! let (legs, mut nodes) = Itinerary::follow(&system, settled, 1, 1000, &mut || true)?;
 //! for _ in 0..10 {
 //!     let residual = Orbit::new(&system, &legs, &nodes)?.residual(&[])?;
 //!     let rows = residual.values.len();

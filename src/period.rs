@@ -67,6 +67,13 @@ impl std::fmt::Display for ImpactCount {
     }
 }
 
+/// Periods tried between two looks at the caller's wish to go on: a millisecond with ten thousand sections, a
+/// tenth of a second with a million.
+const PERIODS_PER_LOOK: usize = 64;
+
+/// The method of a report that the caller has cut short.
+const INTERRUPTED: &str = "interrupted";
+
 /// Impacts in a drive period with complete chatter.
 pub const CHATTERING: u32 = u32::MAX;
 
@@ -97,6 +104,18 @@ impl Kind {
 }
 
 impl PeriodReport {
+    /// Whether the caller has cut it short: it then says nothing of the motion.
+    #[must_use]
+    pub fn is_interrupted(&self) -> bool {
+        self.method == INTERRUPTED
+    }
+
+    /// The report, cut short.
+    pub(crate) fn interrupted(self) -> Self {
+        let (kind, method) = (Kind::Unresolved, INTERRUPTED);
+        Self { orbit: None, confidence: 0.0, kind, method, ..self }
+    }
+
     /// Whether the period is one that the sections only draw near to.
     pub(crate) fn still_converges(&self) -> bool {
         self.orbit.is_some() && self.method == CONVERGES
@@ -123,7 +142,16 @@ fn distance(a: &[f64; 4], b: &[f64; 4]) -> f64 {
 /// half, quarter ... are tried.
 #[must_use]
 pub fn detect_period(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
-    let whole = detect_in(sections, counts);
+    detect_while(sections, counts, &mut || true)
+}
+
+/// The same; `go_on` is asked now and then, and nothing is found once it has said no.
+pub(crate) fn detect_while(
+    sections: &[[f64; 4]],
+    counts: &[u32],
+    go_on: &mut dyn FnMut() -> bool,
+) -> PeriodReport {
+    let whole = detect_in(sections, counts, go_on);
     let kept = sections.len();
     if whole.orbit.is_some() || counts.len() != kept {
         return whole;
@@ -131,12 +159,16 @@ pub fn detect_period(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
     let tails = std::iter::successors(Some(kept / 2), |tail| Some(tail / 2));
     tails
         .take_while(|&tail| tail >= SHORTEST_TAIL)
-        .map(|tail| detect_in(&sections[kept - tail..], &counts[kept - tail..]))
+        .map(|tail| detect_in(&sections[kept - tail..], &counts[kept - tail..], go_on))
         .find(|report| report.orbit.is_some())
         .unwrap_or(whole)
 }
 
-fn detect_in(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
+fn detect_in(
+    sections: &[[f64; 4]],
+    counts: &[u32],
+    go_on: &mut dyn FnMut() -> bool,
+) -> PeriodReport {
     let kept = sections.len();
     let mut report = PeriodReport {
         orbit: None,
@@ -163,7 +195,10 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
     let matching = matching_counts(counts);
     let equal_counts = |m: usize| matching[m] == kept - m;
     report.residual = residual(sections, 1);
-    for m in (1..=kept / 4).filter(|&m| equal_counts(m)) {
+    for (tried, m) in (1..=kept / 4).filter(|&m| equal_counts(m)).enumerate() {
+        if tried % PERIODS_PER_LOOK == PERIODS_PER_LOOK - 1 && !go_on() {
+            break;
+        }
         let small = returns(sections, m, negligible);
         let approach = if may_approach(sections, m, extent, size) {
             approach(sections, m).filter(|a| a.remaining <= REACH * size)
@@ -381,7 +416,7 @@ mod tests {
                 sections[place % kept][1] = value;
             }
             let counts: Vec<u32> = (0..kept).map(|k| cycle[k % cycle.len()].1).collect();
-            let found = detect_in(&sections, &counts);
+            let found = detect_in(&sections, &counts, &mut || true);
             prop_assert_eq!(found.orbit.map(|(m, _)| m), by_definition(&sections, &counts));
         }
 

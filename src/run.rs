@@ -18,7 +18,7 @@ use crate::event::{
 use crate::flight::FreeMotion;
 use crate::hold::ContactMode;
 use crate::params::System;
-use crate::period::{CHATTERING, PeriodReport, detect_period};
+use crate::period::{CHATTERING, PeriodReport, detect_while};
 use crate::simulate::{Anchor, Checkpoint, Cycle, Observer, Simulation, Traveller, travel};
 use crate::state::{Clock, State};
 use crate::tolerance::DEFAULT_MAX_EVENTS;
@@ -392,6 +392,10 @@ impl Run {
     /// The period from the kept sections alone, without following a nearby orbit.
     #[must_use]
     pub fn return_report(&self) -> PeriodReport {
+        self.returns(&mut || true)
+    }
+
+    pub(crate) fn returns(&self, go_on: &mut dyn FnMut() -> bool) -> PeriodReport {
         let shift = self.options.section_phase / self.system.drive_frequency();
         let mut counts = vec![0u32; self.stroboscopic.len()];
         // Section k lies at k T, or at (k - 1) T + shift; what happens at a section belongs to the
@@ -417,6 +421,6 @@ impl Run {
         // A first interval that begins before the window: its count is not known.
         let cut = shift > 0.0 || self.window.time_in_period > 0.0;
         let known = usize::from(cut).min(counts.len());
-        detect_period(&self.stroboscopic[known..], &counts[known..])
+        detect_while(&self.stroboscopic[known..], &counts[known..], go_on)
     }
 }

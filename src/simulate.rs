@@ -122,6 +122,9 @@ pub(crate) struct Checkpoint {
     elapsed: DoubleDouble,
     /// Local time of a graze in the present local flight.
     grazed: Option<f64>,
+    /// What rounding it to one number left out.
+    #[serde(default)]
+    grazed_rest: f64,
     /// The impacts after the anchor are skipped.
     completion: Option<Completion>,
     /// Changes of the contact mode without progress in time.
@@ -347,7 +350,7 @@ impl Simulation {
         if let Some(s) = self.point.grazed {
             let grazing = self.motion.state_at(&self.flight, s);
             if grazing.is_finite() {
-                (clock, state) = (self.clock_at(s, 0.0), grazing);
+                (clock, state) = (self.clock_after(s, self.point.grazed_rest), grazing);
             }
         }
         let reason = self.point.stopped.unwrap_or(StopReason::Interrupted);
@@ -387,7 +390,7 @@ impl Simulation {
             Phase::Flight(_) if self.point.completion.is_some() => self.complete(observer),
             Phase::Flight(takeoff) => self.fly(takeoff, observer),
             Phase::Contact(mode) => self.hold(mode, observer),
-            Phase::Landing => self.land(),
+            Phase::Landing => self.land(observer),
             Phase::Strike => self.strike_at_start(observer),
         }
     }
@@ -415,12 +418,18 @@ impl Simulation {
         self.motion.drive.advance(self.flight.clock, DoubleDouble::sum(time, offset))
     }
 
+    /// The same, and never before the leg starts: an impact's clock may be one of two with the same value.
+    fn clock_after(&self, time: f64, offset: f64) -> Clock {
+        let (start, clock) = (self.flight.clock, self.clock_at(time, offset));
+        if clock < start { start } else { clock }
+    }
+
     /// Clock, time and phase at a local time of the present leg, given in two parts.
     #[inline(always)]
     #[allow(clippy::inline_always)]
     fn place(&self, time: f64, offset: f64) -> (Clock, f64, f64) {
         let drive = &self.motion.drive;
-        let clock = self.clock_at(time, offset);
+        let clock = self.clock_after(time, offset);
         (clock, drive.time(clock), drive.phase_at(clock))
     }
 
@@ -452,6 +461,7 @@ impl Checkpoint {
             anchor,
             elapsed: DoubleDouble::ZERO,
             grazed: None,
+            grazed_rest: 0.0,
             completion: None,
             standstill: 0,
             moves: 0,

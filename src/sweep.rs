@@ -253,10 +253,10 @@ impl SweepPoint {
         };
         if run.stop_reason.reached_the_end() {
             let report = match options.measure {
-                Measure::Returns => run.section_report(),
-                Measure::Label => run.period(),
+                Measure::Returns => run.section_report_while(go_on),
+                Measure::Label => run.period_while(go_on),
                 Measure::Spectrum(periods) => {
-                    let (report, later) = run.on_attractor();
+                    let (report, later) = run.on_attractor_while(go_on);
                     let settled = later.as_ref().unwrap_or(&run);
                     if let Ok(spectrum) = lyapunov_spectrum(settled, periods, None, go_on) {
                         if spectrum.error == Some(LyapunovError::Stopped(StopReason::Interrupted)) {
@@ -268,11 +268,14 @@ impl SweepPoint {
                     report
                 }
                 Measure::LargestExponent => {
-                    let (report, exponent) = run.period_and_exponent();
+                    let (report, exponent) = run.period_and_exponent_while(go_on);
                     point.exponents[0] = exponent;
                     report
                 }
             };
+            if report.is_interrupted() {
+                return Self::empty(PointStatus::Pending);
+            }
             point.period = Some(report);
         }
         if options.rows {

@@ -22,7 +22,7 @@ fn paper(omega: f64) -> vibroimpact::SystemBuilder {
 fn settled(system: &System, m: i64) -> (Itinerary, Vec<Node>) {
     let start = State::new(0.0, 0.5, 0.0, 0.0).unwrap();
     let end = run(system, start, RunOptions::periods(3000), &mut || true).unwrap().final_state;
-    let (legs, mut nodes) = Itinerary::follow(system, end.state, m, 100_000).unwrap();
+    let (legs, mut nodes) = Itinerary::follow(system, end.state, m, 100_000, &mut || true).unwrap();
     for _ in 0..6 {
         let residual = Orbit::new(system, &legs, &nodes).unwrap().residual(&[]).unwrap();
         let rows = residual.values.len();
@@ -95,7 +95,7 @@ fn the_return_map_of_a_wall_at_rest_is_that_of_the_impact_oscillator() {
         .unwrap();
     let start = State::new(0.0, 0.0, 0.0, 0.0).unwrap();
     let end = run(&system, start, RunOptions::periods(2000), &mut || true).unwrap().final_state;
-    let (legs, nodes) = Itinerary::follow(&system, end.state, 1, 1000).unwrap();
+    let (legs, nodes) = Itinerary::follow(&system, end.state, 1, 1000, &mut || true).unwrap();
     assert!(legs.wall_at_rest);
     let map = Orbit::new(&system, &legs, &nodes).unwrap().transfer()[0];
     let trace = map[(1, 1)] + map[(3, 3)];
@@ -109,10 +109,10 @@ fn the_return_map_of_a_wall_at_rest_is_that_of_the_impact_oscillator() {
 fn bad_input_is_refused() {
     let system = paper(1.8).build().unwrap();
     let start = State::new(0.0, 0.5, 0.0, 0.0).unwrap();
-    assert!(Itinerary::follow(&system, start, 0, 1000).is_err());
+    assert!(Itinerary::follow(&system, start, 0, 1000, &mut || true).is_err());
     let still = system.with("drive_frequency", 0.0).unwrap();
     assert!(matches!(
-        Itinerary::follow(&still, start, 1, 1000),
+        Itinerary::follow(&still, start, 1, 1000, &mut || true),
         Err(ItineraryError::Parameter(error)) if error.name == "drive_frequency"
     ));
     let legs = Itinerary::new(vec!["circuit".parse().unwrap()], 1, None, false).unwrap();

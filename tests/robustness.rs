@@ -3,8 +3,12 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[path = "robustness/ends.rs"]
+mod ends;
 #[path = "robustness/huge_forces.rs"]
 mod huge_forces;
+#[path = "robustness/interrupts.rs"]
+mod interrupts;
 
 use std::sync::atomic::AtomicBool;
 
@@ -224,7 +228,7 @@ fn a_state_that_is_no_state_is_refused_wherever_it_comes_in() {
             Err(RunError::State(error)) => is_named(&error),
             other => panic!("{other:?}"),
         }
-        assert!(Itinerary::follow(&system, bad, 1, 100).is_err());
+        assert!(Itinerary::follow(&system, bad, 1, 100, &mut || true).is_err());
         let arrival = arrive(&system, bad, &[], options, &AtomicBool::new(false));
         assert_eq!(arrival.fate, Fate::Overlap);
     }
@@ -454,7 +458,7 @@ fn clocks_of_an_itinerary_are_counted() {
     assert_eq!(name(1, most + 1).unwrap_err(), "clocks");
     assert_eq!(name(1, i64::MIN).unwrap_err(), "clocks");
     let system = paper().build().unwrap();
-    assert!(Itinerary::follow(&system, start(), i64::MAX, 100).is_err());
+    assert!(Itinerary::follow(&system, start(), i64::MAX, 100, &mut || true).is_err());
 }
 
 #[test]

@@ -18,6 +18,9 @@ pub const MOST_EVENTS: u64 = 60;
 /// Local flights after which a run is asked to end.
 pub const MOST_FLIGHTS: u32 = 100;
 
+/// Most sections in one leg: a local flight lasts two turns of the fastest motion, a rest 256 of them.
+const MOST_SECTIONS: u32 = 1_000;
+
 /// Ends a simulation after [`MOST_FLIGHTS`], and looks at its sections.
 #[derive(Default)]
 pub struct Limited {
@@ -26,6 +29,8 @@ pub struct Limited {
     /// A section that is not finite, which a run that comes to its end must not have.
     pub bad_section: Option<State>,
     last: i64,
+    /// Sections since it was asked last.
+    unasked: u32,
 }
 
 impl Limited {
@@ -41,6 +46,8 @@ impl Observer for Limited {
     fn section(&mut self, k: i64, state: &State) {
         assert!(k > self.last, "section {k} after {}", self.last);
         self.last = k;
+        self.unasked += 1;
+        assert!(self.unasked < MOST_SECTIONS, "the caller is not asked");
         if state.to_array().iter().any(|x| !x.is_finite()) {
             self.bad_section = Some(*state);
         }
@@ -48,6 +55,7 @@ impl Observer for Limited {
 
     fn go_on(&mut self) -> bool {
         self.flights += 1;
+        self.unasked = 0;
         self.flights < MOST_FLIGHTS
     }
 }

@@ -47,7 +47,7 @@ fn followed(draw: &mut Draw, system: &System) -> Option<(Itinerary, Vec<Node>)> 
     if is_long(system, &start, 7.0) || (4..i64::MAX / 2).contains(&periods) {
         return None;
     }
-    Itinerary::follow(system, start, periods, MOST_EVENTS).ok()
+    Itinerary::follow(system, start, periods, MOST_EVENTS, &mut || true).ok()
 }
 
 fn anyhow(draw: &mut Draw) -> Option<(Itinerary, Vec<Node>)> {

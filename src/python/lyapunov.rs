@@ -67,7 +67,7 @@ pub(super) fn lyapunov_spectrum(
     step: Option<f64>,
 ) -> PyResult<PySpectrum> {
     let (spectrum, _) = interruptible::<Spectrum, ParameterError>(py, |go_on| {
-        let (_, later) = run.0.on_attractor();
+        let (_, later) = run.0.on_attractor_while(go_on);
         crate::lyapunov::lyapunov_spectrum(later.as_ref().unwrap_or(&run.0), steps, step, go_on)
     })?;
     Ok(PySpectrum(spectrum))

@@ -1,12 +1,14 @@
 //! `_core.Itinerary`: the kernels of shooting.
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
 use super::arrays;
-use super::run::to_state;
+use super::run::{interruptible, to_state};
 use super::system::PySystem;
 use crate::error::ParameterError;
+use crate::event::StopReason;
 use crate::itinerary::{Itinerary, ItineraryError, Leg, Node};
 use crate::orbit::Orbit;
 use crate::state::State;
@@ -49,7 +51,13 @@ impl PyItinerary {
     ) -> PyResult<(Option<(Self, Matrix<'py>)>, String)> {
         let initial = to_state(initial)?;
         let system = system.0;
-        match py.detach(|| Itinerary::follow(&system, initial, periods, max_events)) {
+        let follow = |go_on: &mut dyn FnMut() -> bool| {
+            Ok(Itinerary::follow(&system, initial, periods, max_events, go_on))
+        };
+        match interruptible::<_, ParameterError>(py, follow)?.0 {
+            Err(ItineraryError::Stopped(StopReason::Interrupted)) => {
+                Err(PyKeyboardInterrupt::new_err("interrupted while a motion was followed"))
+            }
             Ok((itinerary, nodes)) => {
                 let rows: Vec<[f64; 4]> = nodes.into_iter().map(Node::to_array).collect();
                 Ok((Some((Self(itinerary), arrays::states(py, &rows)?)), String::new()))

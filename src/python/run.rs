@@ -108,6 +108,11 @@ impl PyPeriodReport {
     fn method(&self) -> &'static str {
         self.0.method
     }
+    /// Whether Ctrl-C ended it.
+    #[getter]
+    fn interrupted(&self) -> bool {
+        self.0.is_interrupted()
+    }
     #[getter]
     fn label(&self) -> String {
         self.0.label()
@@ -224,8 +229,10 @@ impl PyRun {
     }
 
     /// Period, impact count and label.
-    fn period(&self, py: Python<'_>) -> PyPeriodReport {
-        PyPeriodReport(py.detach(|| self.0.period()))
+    fn period(&self, py: Python<'_>) -> PyResult<PyPeriodReport> {
+        let (report, _) =
+            interruptible::<_, ParameterError>(py, |go_on| Ok(self.0.period_while(go_on)))?;
+        Ok(PyPeriodReport(report))
     }
 
     /// Go on for so many further periods, or so much further time.

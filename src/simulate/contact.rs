@@ -15,14 +15,11 @@ impl Simulation {
     /// Carries a chatter sequence to its accumulation point.
     pub(super) fn complete<O: Observer>(&mut self, observer: &mut O) -> Turn {
         let completion = self.point.completion?;
-        let reached = completion.time_jump;
-        let end = self.horizon_in_leg().value();
-        let over = reached > end;
-        let state_at = |this: &Self, s: f64| this.hop(&completion, s);
-        let section = |this: &Self, s: DoubleDouble| state_at(this, s.value());
-        self.pass_sections(if over { end } else { reached }, over, observer, section);
+        let (reached, over) = self.reached_by(completion.clock);
+        let state_at = |this: &Self, s: DoubleDouble| this.hop(&completion, s.value());
+        self.pass_sections(reached, over, observer, state_at);
         if over {
-            let state = state_at(self, end.max(0.0));
+            let state = state_at(self, reached.not_negative());
             return Some(Ok(self.stop_at_horizon(state)));
         }
         Some(Ok(self.accumulate(&completion)))
@@ -92,9 +89,22 @@ impl Simulation {
         None
     }
 
+    /// Local time at which a leg ends that lasts to this clock, and whether that is the horizon.
+    fn reached_by(&self, clock: Clock) -> (DoubleDouble, bool) {
+        let over = clock > self.end;
+        let last = if over { self.end } else { clock };
+        (self.motion.drive.until(self.flight.clock, last), over)
+    }
+
     /// Decides what follows a landing.
-    pub(super) fn land(&mut self) -> Turn {
+    pub(super) fn land<O: Observer>(&mut self, observer: &mut O) -> Turn {
         let super::Anchor { clock, state, .. } = self.point.anchor;
+        let (reached, over) = self.reached_by(clock);
+        if over {
+            // Time has been moved on.
+            self.pass_sections(reached, over, observer, |_, _| state);
+            return Some(Ok(self.stop_at_horizon(state)));
+        }
         let next = self.system.land(self.motion.drive.trig_at(clock), &state);
         self.go_over(clock, state, next, false)
     }
@@ -179,20 +189,19 @@ impl Simulation {
             return Some(Err(self.fail(false)));
         }
         let (reached, cause) = step.end();
-        let end = self.horizon_in_leg().value();
-        let over = reached > end;
-        let state_at = |this: &Self, s: f64| {
-            let (x1, v1) = step.at(s);
+        let over = self.ends_by(reached, 0.0, false);
+        let state_at = |this: &Self, s: DoubleDouble| {
+            let (x1, v1) = step.at(s.value());
             this.system.on_contact(x1, v1)
         };
-        let section = |this: &Self, s: DoubleDouble| state_at(this, s.value());
-        self.pass_sections(if over { end } else { reached }, over, observer, section);
-        if over {
-            let state = state_at(self, end.max(0.0));
+        let last = over.unwrap_or(DoubleDouble::new(reached));
+        self.pass_sections(last, over.is_some(), observer, state_at);
+        if let Some(end) = over {
+            let state = state_at(self, end.not_negative());
             return Some(Ok(self.stop_at_horizon(state)));
         }
-        let (clock, _, _) = self.place(reached, 0.0);
-        let state = state_at(self, reached);
+        let clock = self.clock_after(reached, 0.0);
+        let state = state_at(self, DoubleDouble::new(reached));
         if !state.is_finite() {
             return Some(Err(self.fail(false)));
         }
@@ -234,16 +243,16 @@ impl Simulation {
         }
         // A rest for ever goes on in pieces, so that the caller is asked now and then.
         let reached = change.map_or(REST_TURNS * self.motion.span, |(time, _)| time);
-        let end = self.horizon_in_leg().value();
-        let over = reached > end;
-        self.pass_sections(if over { end } else { reached }, over, observer, |_, _| state);
-        if over {
+        let over = self.ends_by(reached, 0.0, false);
+        let last = over.unwrap_or(DoubleDouble::new(reached));
+        self.pass_sections(last, over.is_some(), observer, |_, _| state);
+        if over.is_some() {
             return Some(Ok(match change {
                 Some(_) => self.stop_at_horizon(state),
                 None => self.stop_at_end(state, StopReason::Rest),
             }));
         }
-        let (clock, _, _) = self.place(reached, 0.0);
+        let clock = self.clock_after(reached, 0.0);
         if let Some((_, next)) = change {
             return self.go_over(clock, state, next, true);
         }

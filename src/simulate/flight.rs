@@ -16,7 +16,8 @@ use crate::lanes;
 use crate::params::{ImpactLaw, System};
 use crate::state::{Clock, State};
 use crate::tolerance::{
-    CHATTER_LEADING_RTOL, EPS, LOOSEST_COMPLETION, STANDSTILL_EVENTS, STANDSTILL_TIME,
+    CHATTER_LEADING_RTOL, EPS, FAR_AWAY, LEAST_PROGRESS, LOOSEST_COMPLETION, STANDSTILL_EVENTS,
+    STANDSTILL_TIME,
 };
 
 impl Simulation {
@@ -28,11 +29,11 @@ impl Simulation {
     #[inline(always)]
     fn fly_and_strike<O: Observer>(&mut self, takeoff: Takeoff, observer: &mut O) -> Turn {
         let found = self.search(takeoff);
-        let reached = match found {
+        let (time, offset) = match found {
             Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch) => {
-                touch.local_time()
+                (touch.time, touch.offset)
             }
-            Found::Clear(time) => time,
+            Found::Clear(time) => (time, 0.0),
             // The literal law creates energy without bound.
             Found::NotFinite | Found::Stalled if self.system.law == ImpactLaw::Paper => {
                 return Some(Ok(self.stop_here(StopReason::LawFailed)));
@@ -40,12 +41,9 @@ impl Simulation {
             Found::NotFinite => return Some(Err(self.fail(false))),
             Found::Stalled => return Some(Err(self.fail(true))),
         };
-        let over = self.ends_by(reached);
-        self.pass_sections_in_flight(
-            over.map_or(reached, DoubleDouble::value),
-            over.is_some(),
-            observer,
-        );
+        let over = self.ends_by(time, offset, matches!(found, Found::Contact(_)));
+        let reached = over.unwrap_or(DoubleDouble::sum(time, offset));
+        self.pass_sections_in_flight(reached, over.is_some(), observer);
         if let Some(end) = over {
             // What was found is met if the run goes on.
             self.found = Some(found);
@@ -61,7 +59,7 @@ impl Simulation {
             Found::Resting(touch) => self.come_to_rest(&touch),
             _ => {
                 let (elapsed, grazed) = (self.point.elapsed, self.point.grazed);
-                self.point.elapsed = elapsed + DoubleDouble::new(reached);
+                self.point.elapsed = elapsed + DoubleDouble::new(time);
                 self.point.grazed = None;
                 self.enter_flight();
                 if self.flight.state.is_finite() {
@@ -75,15 +73,23 @@ impl Simulation {
         }
     }
 
-    /// Local time of the horizon if it lies before this one.
+    /// Local time of the horizon if it lies before this one, at which the bodies may strike: told by the
+    /// clock that the event will have. An event at the very end still belongs to the run.
     #[inline(always)]
-    pub(super) fn ends_by(&self, reached: f64) -> Option<DoubleDouble> {
-        if self.is_far(self.end, reached) {
+    pub(super) fn ends_by(&self, time: f64, offset: f64, strikes: bool) -> Option<DoubleDouble> {
+        if self.is_far(self.end, time + offset) {
             return None;
         }
         let end = self.horizon_in_leg();
-        // A contact at the very end still belongs to the run.
-        (reached > end.value()).then_some(end)
+        let (reached, last) = (time + offset, end.value());
+        let level = EPS * (4.0 * (reached.abs() + last.abs()) + self.motion.drive.period.hi);
+        // An impact at the very end, to rounding, belongs to the run.
+        let over = if !strikes && (reached - last).abs() < level {
+            self.clock_at(time, offset) > self.end
+        } else {
+            reached > last
+        };
+        over.then_some(end)
     }
 
     /// Starts the present local flight, from the anchor without accumulating rounding.
@@ -106,7 +112,41 @@ impl Simulation {
         let start = self.start(takeoff);
         let report = first_contact(&self.motion, &self.flight, start, self.motion.span);
         self.evaluations += report.evaluations;
-        report.found
+        self.made_sure(start, report.found)
+    }
+
+    /// What was found, in this flight and not before the graze that it goes on from.
+    #[inline(always)]
+    pub(super) fn made_sure(&mut self, start: Start, found: Found) -> Found {
+        if is_far_away(&found, self.motion.span) || self.point.grazed.is_some() {
+            return self.search_again(start, found);
+        }
+        found
+    }
+
+    #[inline(never)]
+    fn search_again(&mut self, start: Start, mut found: Found) -> Found {
+        let mut span = self.motion.span;
+        let begin = self.point.grazed.unwrap_or(0.0);
+        while is_far_away(&found, span) {
+            let left = 0.5 * (span - begin);
+            if left < LEAST_PROGRESS * self.motion.span {
+                return Found::Stalled;
+            }
+            span = begin + left;
+            let report = first_contact(&self.motion, &self.flight, start, span);
+            self.evaluations += report.evaluations;
+            found = report.found;
+        }
+        if let (Some(before), Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch)) =
+            (self.point.grazed, &mut found)
+        {
+            let before = DoubleDouble { hi: before, lo: self.point.grazed_rest };
+            if DoubleDouble::sum(touch.time, touch.offset) < before {
+                (touch.time, touch.offset) = (before.hi, before.lo);
+            }
+        }
+        found
     }
 
     /// How the present local flight starts.
@@ -218,6 +258,8 @@ impl Simulation {
     #[inline(always)]
     pub(super) fn record(&self, pre: State, impact: Impact) -> Event {
         let Flight { clock, state: post, .. } = self.flight;
+        // At the end to rounding, and told there.
+        let clock = if clock > self.end { self.end } else { clock };
         let (time, phase) = (self.motion.drive.time(clock), self.motion.drive.phase_at(clock));
         Event::Impact(ImpactEvent { clock, time, phase, pre, post, impact })
     }
@@ -290,7 +332,8 @@ impl Simulation {
                 return None;
             }
         }
-        self.point.grazed = Some(touch.local_time());
+        let DoubleDouble { hi, lo } = DoubleDouble::sum(touch.time, touch.offset);
+        (self.point.grazed, self.point.grazed_rest) = (Some(hi), lo);
         self.point.events += 1;
         self.found = None;
         let gap_acceleration = touch.gap.second;
@@ -304,6 +347,14 @@ impl Simulation {
         let (state, _) = hops(&self.system, self.point.anchor, target);
         state.unwrap_or_else(|| completion.state.earlier(completion.time_jump - s))
     }
+}
+
+/// Whether this is no contact: where a motion has all but died, a step of the search that proves no more than
+/// that nothing is met on it may be taken for one towards a contact, and its polynomials lead anywhere.
+#[inline(always)]
+fn is_far_away(found: &Found, span: f64) -> bool {
+    matches!(found, Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch)
+        if touch.offset > FAR_AWAY * span && touch.local_time() > span)
 }
 
 fn is_finite(touch: &Touch) -> bool {

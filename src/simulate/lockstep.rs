@@ -18,6 +18,7 @@ use self::encounters::{Encounters, Sight};
 use self::sections::pass_sections;
 use super::{Observer, Phase, Simulation};
 use crate::contact::{Found, Outlook, Start, carefully};
+use crate::double_double::DoubleDouble;
 use crate::error::SimulationError;
 use crate::event::{Event, StopReason};
 use crate::flight::Flight;
@@ -258,7 +259,8 @@ impl<T: Traveller> Company<'_, T> {
         let (simulation, watch) = traveller.parts();
         if encounters.is_certain(j) {
             simulation.evaluations += encounters.evaluations(j);
-            if simulation.ends_by(encounters.reached(j)).is_some() {
+            let (time, offset) = encounters.meets(j);
+            if simulation.ends_by(time, offset, true).is_some() {
                 simulation.found = Some(Found::Contact(encounters.contact(j)));
             } else if encounters.is_resolved(j) && !simulation.has_no_room(j, encounters) {
                 let steady = encounters.is_steady(j);
@@ -291,7 +293,8 @@ impl<T: Traveller> Company<'_, T> {
         let Some(traveller) = &mut self.crew[j] else { return };
         let (simulation, watch) = traveller.parts();
         let event = if encounters.is_certain(j) && simulation.found.is_none() {
-            simulation.pass_sections_in_flight(encounters.reached(j), false, watch);
+            let (time, offset) = encounters.meets(j);
+            simulation.pass_sections_in_flight(DoubleDouble::sum(time, offset), false, watch);
             simulation.strike(&encounters.contact(j), watch)
         } else {
             simulation.turn(watch)
@@ -432,7 +435,7 @@ impl Simulation {
                 let (start, span) = (self.start(takeoff), motion.span);
                 let report = carefully::<G>(motion, flight, start, span, clear, evaluations);
                 self.evaluations += report.evaluations;
-                self.found = Some(report.found);
+                self.found = Some(self.made_sure(start, report.found));
             }
         }
     }

@@ -13,7 +13,7 @@ impl Simulation {
     #[inline(always)]
     pub(super) fn pass_sections<O: Observer>(
         &mut self,
-        reached: f64,
+        reached: DoubleDouble,
         inclusive: bool,
         observer: &mut O,
         state_at: impl Fn(&Self, DoubleDouble) -> State,
@@ -27,12 +27,13 @@ impl Simulation {
         }
     }
 
-    /// Local time of the section after so many more, if it lies before `reached`.
+    /// Local time of the section after so many more, if it lies before `reached`; `inclusive`: or there, to
+    /// rounding.
     #[inline(always)]
     pub(super) fn section_by(
         &self,
         more: i64,
-        reached: f64,
+        reached: DoubleDouble,
         inclusive: bool,
     ) -> Option<DoubleDouble> {
         if !self.motion.drive.has_period() {
@@ -40,11 +41,12 @@ impl Simulation {
         }
         let period = self.point.next_section + more - i64::from(self.section_offset > 0.0);
         let section = Clock::new(period, self.section_offset);
-        if self.is_far(section, reached) {
+        if self.is_far(section, reached.hi) {
             return None;
         }
         let at = self.motion.drive.until(self.flight.clock, section);
-        let passed = at.value() < reached || (at.value() == reached && inclusive);
+        let (now, last) = (at.value(), reached.value());
+        let passed = now < last || (inclusive && now == last);
         passed.then(|| at.not_negative())
     }
 
@@ -58,7 +60,7 @@ impl Simulation {
     #[inline(always)]
     pub(super) fn pass_sections_in_flight<O: Observer>(
         &mut self,
-        reached: f64,
+        reached: DoubleDouble,
         inclusive: bool,
         observer: &mut O,
     ) {
@@ -83,7 +85,7 @@ impl Simulation {
     fn pass_several<O: Observer>(
         &mut self,
         first: [DoubleDouble; 2],
-        reached: f64,
+        reached: DoubleDouble,
         inclusive: bool,
         observer: &mut O,
     ) {

@@ -48,8 +48,8 @@ impl Simulation {
 
     /// Stops at the start of the present leg, or at the graze it goes on from.
     pub(super) fn stop_here(&mut self, reason: StopReason) -> Event {
-        let s = self.point.grazed.unwrap_or(0.0);
-        let (clock, time, _) = self.place(s, 0.0);
+        let (s, rest) = self.point.grazed.map_or((0.0, 0.0), |s| (s, self.point.grazed_rest));
+        let (clock, time, _) = self.place(s, rest);
         let state = self.motion.state_at(&self.flight, s);
         self.stop(clock, time, state, reason)
     }

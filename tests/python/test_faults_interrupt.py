@@ -15,7 +15,7 @@ import vibroimpact as vi
 from after_work import AfterWork
 from systems import ROUGH
 from test_orbits_interrupt import Count, settled
-from vibroimpact import impact_maps
+from vibroimpact import _core, impact_maps
 from vibroimpact.atlas.store import Store
 from vibroimpact.atlas.store_check import Chunks
 from vibroimpact.orbits import manifolds, shooting, single_impact
@@ -175,6 +175,20 @@ def test_ctrl_c_before_a_spectrum_is_measured():
     run = caught.value.result
     assert isinstance(run, vi.Run)
     assert run.final_state.period > 0
+
+
+def test_ctrl_c_while_the_period_of_a_run_is_looked_for():
+    # A torus: the time grows with the square of the sections kept.
+    torus = SYSTEM.replace(gap=3.0, frequency_ratio=2**0.5)
+    run = vi.simulate(torus, initial=START, periods=1_000_000)
+    with a_signal(), interrupted() as caught:
+        _ = run.label
+    assert caught.value.result is run
+
+
+def test_ctrl_c_while_a_motion_is_followed():
+    with a_signal(), pytest.raises(KeyboardInterrupt, match="followed"):
+        _core.Itinerary.follow(SYSTEM.replace(restitution=1.0)._compiled, START, 10**9, 10**15)
 
 
 def test_ctrl_c_while_a_store_is_made_or_looked_through(monkeypatch, tmp_path):

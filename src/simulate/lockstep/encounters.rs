@@ -366,10 +366,10 @@ impl Encounters {
         self.contacts.certain[j] == 1
     }
 
-    /// Local time of the contact in lane `j`.
+    /// Local time of the contact in lane `j`, in two parts.
     #[inline(always)]
-    pub fn reached(&self, j: usize) -> f64 {
-        self.near[j] + self.contacts.offset[j]
+    pub fn meets(&self, j: usize) -> (f64, f64) {
+        (self.near[j], self.contacts.offset[j])
     }
 
     /// The contact in lane `j`.

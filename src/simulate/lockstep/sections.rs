@@ -24,9 +24,10 @@ pub(super) fn pass_sections<T: Traveller>(
             continue;
         }
         let (simulation, _) = traveller.parts();
-        let contact = encounters.reached(j);
+        let (time, offset) = encounters.meets(j);
+        let contact = DoubleDouble::sum(time, offset);
         let Some(at) = simulation.section_by(0, contact, false) else { continue };
-        if simulation.ends_by(contact).is_some() {
+        if simulation.ends_by(time, offset, true).is_some() {
             continue; // by itself
         }
         passing.push(j);

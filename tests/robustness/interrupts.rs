@@ -1,0 +1,53 @@
+//! What is measured of a run can be ended by its caller, too.
+
+use vibroimpact::itinerary::{Itinerary, ItineraryError};
+use vibroimpact::{Kind, RunOptions, StopReason, run};
+
+use crate::{paper, start};
+
+/// Counts how often it is asked, and ends what asks at the end of its patience.
+fn patience(most: u32) -> (impl FnMut() -> bool, std::rc::Rc<std::cell::Cell<u32>>) {
+    let asked = std::rc::Rc::new(std::cell::Cell::new(0));
+    let count = asked.clone();
+    let go_on = move || {
+        count.set(count.get() + 1);
+        count.get() < most
+    };
+    (go_on, asked)
+}
+
+/// On a torus the time to look for a period grows with the square of its sections: minutes for a million.
+#[test]
+fn the_search_for_a_period_can_be_ended() {
+    let torus = paper().gap(3.0).frequency_ratio(2f64.sqrt()).build().unwrap();
+    let run = run(&torus, start(), RunOptions::periods(1_000_000), &mut || true).unwrap();
+    let (mut go_on, asked) = patience(3);
+    let report = run.period_while(&mut go_on);
+    assert_eq!(asked.get(), 3);
+    assert!(report.is_interrupted() && report.orbit.is_none());
+    assert_eq!((report.kind, report.label().as_str()), (Kind::Unresolved, "unresolved"));
+}
+
+#[test]
+fn the_measurement_of_a_growth_can_be_ended() {
+    let chaotic = paper().drive_frequency(2.6).restitution(1.0).build().unwrap();
+    let run = run(&chaotic, start(), RunOptions::periods(2_000).keep(20), &mut || true).unwrap();
+    let whole = run.period();
+    assert!(!whole.is_interrupted());
+    let (mut all, asked) = patience(u32::MAX);
+    assert_eq!(run.period_while(&mut all), whole);
+    for most in 1..=asked.get() {
+        let (mut go_on, asked) = patience(most);
+        assert!(run.period_while(&mut go_on).is_interrupted());
+        assert_eq!(asked.get(), most);
+    }
+}
+
+#[test]
+fn a_motion_that_is_followed_can_be_left() {
+    let lossless = paper().restitution(1.0).build().unwrap();
+    let (mut go_on, asked) = patience(2);
+    let followed = Itinerary::follow(&lossless, start(), 1_000_000, 1_000_000_000, &mut go_on);
+    assert_eq!(followed.unwrap_err(), ItineraryError::Stopped(StopReason::Interrupted));
+    assert_eq!(asked.get(), 2);
+}
