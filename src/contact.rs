@@ -414,8 +414,8 @@ impl<G: Geometry> Search<'_, G> {
         }
         let (mut touch, _) = self.meet(sample.time, h);
         // At a flat top the steps may lead far away, or to before the graze that was gone on from.
-        let outside = !(0.0..=self.span).contains(&touch.local_time());
-        let astray = touch.local_time() < self.begin || (outside && touch.gap.rate <= 0.0);
+        let (s, span) = (touch.local_time(), self.span);
+        let astray = s < self.begin || (s > span && (touch.gap.rate <= 0.0 || touch.offset > span));
         if astray {
             touch = self.touch(sample, h);
         }

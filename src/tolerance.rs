@@ -70,10 +70,6 @@ pub const QUARTIC_RTOL: f64 = 1e-4;
 /// Steps of the solver of the quartic; it may stop anywhere, every iterate is a safe step.
 pub const QUARTIC_STEPS: usize = 24;
 
-/// Part of a local flight beyond which a last step that leaves it leads to no contact: those of contacts
-/// are as short as Taylor polynomials are exact to rounding.
-pub const FAR_AWAY: f64 = 1.0 / 64.0;
-
 /// Gap evaluations in one local flight before the search is declared stalled. Twenty are
 /// usual; a graze at rounding level takes some ten more.
 pub const SEARCH_STEPS: u64 = 200_000;

@@ -16,8 +16,7 @@ use crate::lanes;
 use crate::params::{ImpactLaw, System};
 use crate::state::{Clock, State};
 use crate::tolerance::{
-    CHATTER_LEADING_RTOL, EPS, FAR_AWAY, LEAST_PROGRESS, LOOSEST_COMPLETION, STANDSTILL_EVENTS,
-    STANDSTILL_TIME,
+    CHATTER_LEADING_RTOL, EPS, LOOSEST_COMPLETION, STANDSTILL_EVENTS, STANDSTILL_TIME,
 };
 
 impl Simulation {
@@ -112,36 +111,30 @@ impl Simulation {
         let start = self.start(takeoff);
         let report = first_contact(&self.motion, &self.flight, start, self.motion.span);
         self.evaluations += report.evaluations;
-        self.made_sure(start, report.found)
+        self.made_sure(report.found)
     }
 
-    /// What was found, in this flight and not before the graze that it goes on from.
+    /// What was found, if its last step is one within a local flight, and not before the graze from which
+    /// the flight goes on.
     #[inline(always)]
-    pub(super) fn made_sure(&mut self, start: Start, found: Found) -> Found {
-        if is_far_away(&found, self.motion.span) || self.point.grazed.is_some() {
-            return self.search_again(start, found);
+    pub(super) fn made_sure(&self, found: Found) -> Found {
+        match found {
+            Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch)
+                if touch.offset.abs() > self.motion.span || touch.local_time().is_nan() =>
+            {
+                Found::NotFinite
+            }
+            _ if self.point.grazed.is_some() => self.after_graze(found),
+            _ => found,
         }
-        found
     }
 
     #[inline(never)]
-    fn search_again(&mut self, start: Start, mut found: Found) -> Found {
-        let mut span = self.motion.span;
-        let begin = self.point.grazed.unwrap_or(0.0);
-        while is_far_away(&found, span) {
-            let left = 0.5 * (span - begin);
-            if left < LEAST_PROGRESS * self.motion.span {
-                return Found::Stalled;
-            }
-            span = begin + left;
-            let report = first_contact(&self.motion, &self.flight, start, span);
-            self.evaluations += report.evaluations;
-            found = report.found;
-        }
-        if let (Some(before), Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch)) =
+    fn after_graze(&self, mut found: Found) -> Found {
+        if let (Some(hi), Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch)) =
             (self.point.grazed, &mut found)
         {
-            let before = DoubleDouble { hi: before, lo: self.point.grazed_rest };
+            let before = DoubleDouble { hi, lo: self.point.grazed_rest };
             if DoubleDouble::sum(touch.time, touch.offset) < before {
                 (touch.time, touch.offset) = (before.hi, before.lo);
             }
@@ -347,14 +340,6 @@ impl Simulation {
         let (state, _) = hops(&self.system, self.point.anchor, target);
         state.unwrap_or_else(|| completion.state.earlier(completion.time_jump - s))
     }
-}
-
-/// Whether this is no contact: where a motion has all but died, a step of the search that proves no more than
-/// that nothing is met on it may be taken for one towards a contact, and its polynomials lead anywhere.
-#[inline(always)]
-fn is_far_away(found: &Found, span: f64) -> bool {
-    matches!(found, Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch)
-        if touch.offset > FAR_AWAY * span && touch.local_time() > span)
 }
 
 fn is_finite(touch: &Touch) -> bool {

@@ -435,7 +435,7 @@ impl Simulation {
                 let (start, span) = (self.start(takeoff), motion.span);
                 let report = carefully::<G>(motion, flight, start, span, clear, evaluations);
                 self.evaluations += report.evaluations;
-                self.found = Some(self.made_sure(start, report.found));
+                self.found = Some(self.made_sure(report.found));
             }
         }
     }
