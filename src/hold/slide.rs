@@ -172,8 +172,9 @@ impl SlideStep {
         let side = if !rubs {
             0.0
         } else if near_kink(state.x1, sin0) {
-            // On the line: the side the tip slides to.
-            1f64.copysign(mode.direction() * cos0)
+            // On the line: the side the tip slides to. Its velocity may be against the mode by rounding.
+            let velocity = if state.v1 == 0.0 { mode.direction() } else { state.v1 };
+            1f64.copysign(velocity * cos0)
         } else {
             1f64.copysign(sin0)
         };

@@ -1,7 +1,7 @@
 //! What is measured of a run can be ended by its caller, too.
 
 use vibroimpact::itinerary::{Itinerary, ItineraryError};
-use vibroimpact::{Kind, RunOptions, StopReason, run};
+use vibroimpact::{Kind, RunOptions, State, StopReason, System, run};
 
 use crate::{paper, start};
 
@@ -50,4 +50,30 @@ fn a_motion_that_is_followed_can_be_left() {
     let followed = Itinerary::follow(&lossless, start(), 1_000_000, 1_000_000_000, &mut go_on);
     assert_eq!(followed.unwrap_err(), ItineraryError::Stopped(StopReason::Interrupted));
     assert_eq!(asked.get(), 2);
+}
+
+/// The tip slides on a wall that comes to rest at x1 = 0: once both lie within rounding of the line where friction
+/// changes its side, a velocity against the mode by rounding led to steps of no length, one after the other.
+#[test]
+fn a_slide_that_dies_on_the_line_of_friction_goes_on() {
+    let system = System::builder()
+        .mass_ratio(0.0)
+        .frequency_ratio(1.423_679_742_339_847_7)
+        .restitution(0.0)
+        .gap(0.0)
+        .drive_frequency(0.080_112_360_330_073_56)
+        .pendulum_damping(0.3)
+        .oscillator_damping(0.02)
+        .moment_amplitude(1.665_365_719_640_424_6)
+        .friction(0.7)
+        .build()
+        .unwrap();
+    let start = State { x1: -1.0, v1: 0.654_491_906_403_750_7, x2: 0.5, v2: 0.1 };
+    let mut asked = 0;
+    let mut patience = || {
+        asked += 1;
+        asked < 100
+    };
+    let run = run(&system, start, RunOptions::periods(40), &mut patience).unwrap();
+    assert_eq!(run.stop_reason, StopReason::Completed);
 }
