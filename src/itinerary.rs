@@ -12,9 +12,8 @@ use crate::event::{Event, ImpactEvent, StopReason};
 use crate::flight::FreeMotion;
 use crate::hold::ContactMode;
 use crate::impact::{Regime, RegimeKind};
-use crate::lyapunov::Watch;
 use crate::params::{ImpactLaw, System};
-use crate::simulate::Simulation;
+use crate::simulate::{Caller, Simulation};
 use crate::state::{Clock, State};
 use crate::tolerance::{CLEAR_ENDS, LOW_BOUNCE, MOST_LEGS, STILL_WALL};
 
@@ -408,7 +407,7 @@ fn marks(
 ) -> Result<Vec<Mark>, ItineraryError> {
     let mut marks: Vec<Mark> = Vec::new();
     let mut reader = LegReader { mode: None };
-    let mut watch = Watch { flights: 0, go_on };
+    let mut watch = Caller::new(go_on);
     let mut simulation = Simulation::new(system, initial)?.periods(periods).max_events(max_events);
     while let Some(event) = simulation.advance(&mut watch) {
         let event = event?;

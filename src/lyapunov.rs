@@ -13,9 +13,9 @@ use crate::error::{ParameterError, SimulationError};
 use crate::event::StopReason;
 use crate::flight::{Drive, FreeMotion};
 use crate::period::Growth;
-use crate::run::{FLIGHTS_PER_LOOK, Run};
-use crate::simulate::{Horizon, Observer};
-use crate::state::{Clock, State};
+use crate::run::Run;
+use crate::simulate::{Caller, Horizon};
+use crate::state::Clock;
 
 use along::{Along, Broken};
 
@@ -71,25 +71,6 @@ pub struct Spectrum {
     pub history: Vec<[f64; 4]>,
     /// Why it was not measured over all that was asked for, if it was not.
     pub error: Option<LyapunovError>,
-}
-
-/// Asks the caller now and then.
-pub(crate) struct Watch<'a> {
-    pub flights: u32,
-    pub go_on: &'a mut dyn FnMut() -> bool,
-}
-
-impl Observer for Watch<'_> {
-    const SECTIONS: bool = false;
-    fn section(&mut self, _: i64, _: &State) {}
-    fn go_on(&mut self) -> bool {
-        self.flights += 1;
-        if self.flights < FLIGHTS_PER_LOOK {
-            return true;
-        }
-        self.flights = 0;
-        (self.go_on)()
-    }
 }
 
 /// The spectrum of the motion that goes on from the end of `run`, over so many steps of one drive
@@ -182,7 +163,7 @@ impl Meter {
         } else {
             Horizon::Time(self.drive.time(last))
         });
-        let mut watch = Watch { flights: 0, go_on };
+        let mut watch = Caller::new(go_on);
         for k in done + 1..=count {
             if self.error.is_some() {
                 return;
@@ -304,7 +285,7 @@ pub(crate) fn exponent_of_orbit(
     m: usize,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Option<[f64; 2]> {
-    let mut watch = Watch { flights: 0, go_on };
+    let mut watch = Caller::new(go_on);
     let m = Step::Periods(u32::try_from(m).ok()?);
     let drive = FreeMotion::new(&run.system).drive;
     let end = run.final_state.clock;

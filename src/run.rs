@@ -19,7 +19,9 @@ use crate::flight::FreeMotion;
 use crate::hold::ContactMode;
 use crate::params::System;
 use crate::period::{CHATTERING, PeriodReport, detect_while};
-use crate::simulate::{Anchor, Checkpoint, Cycle, Observer, Simulation, Traveller, travel};
+use crate::simulate::{
+    Anchor, Checkpoint, Cycle, FLIGHTS_PER_LOOK, Observer, Simulation, Traveller, travel,
+};
 use crate::state::{Clock, State};
 use crate::tolerance::DEFAULT_MAX_EVENTS;
 
@@ -94,9 +96,6 @@ pub struct Run {
     window_anchor: Anchor,
     checkpoint: Checkpoint,
 }
-
-/// Local flights between two looks at the caller's wish to go on: some milliseconds.
-pub(crate) const FLIGHTS_PER_LOOK: u32 = 2048;
 
 /// Most records for which there is room from the start: one impact per period is usual.
 const MOST_EXPECTED: usize = 1024;

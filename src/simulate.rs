@@ -5,6 +5,7 @@
 //! Nothing before the end depends on where the run is asked to end, so a run that is resumed gives
 //! the same bits as one long run.
 
+mod caller;
 mod contact;
 mod flight;
 mod lockstep;
@@ -12,6 +13,7 @@ mod recurrence;
 mod sections;
 mod stop;
 
+pub(crate) use caller::{Caller, FLIGHTS_PER_LOOK};
 pub(crate) use flight::{followed_by_hops, hops};
 pub(crate) use lockstep::{Traveller, travel};
 pub(crate) use recurrence::Cycle;

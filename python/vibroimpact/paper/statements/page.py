@@ -37,9 +37,9 @@ How far the verdicts go:
 - Corrections are explained with the [errata](theory.md#8-errata-of-the-paper), E1 to E15.
 - Under the impact law as printed some motions are lost because its friction drives the slip where
   sin theta < 0. The evidence says where this bears on a verdict.
-- Counts and states that rest on chaotic motions, or on undamped ones over thousands of drive periods
-  (Fig. 10), change with the last bits of a computation: a little from machine to machine and from
-  version to version.
+- Counts and states that rest on chaotic motions, or on undamped ones over thousands of drive
+  periods (Fig. 10), change with the last bits of a computation: a little from machine to machine
+  and from version to version.
 
 Each command prints its statement with the finding, the verdict and the evidence; those of figures
 as a whole draw them. All statements take some two minutes on two cores.
