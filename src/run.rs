@@ -19,9 +19,7 @@ use crate::flight::FreeMotion;
 use crate::hold::ContactMode;
 use crate::params::System;
 use crate::period::{CHATTERING, PeriodReport, detect_while};
-use crate::simulate::{
-    Anchor, Checkpoint, Cycle, FLIGHTS_PER_LOOK, Observer, Simulation, Traveller, travel,
-};
+use crate::simulate::{Anchor, Caller, Checkpoint, Cycle, Observer, Simulation, Traveller, travel};
 use crate::state::{Clock, State};
 use crate::tolerance::DEFAULT_MAX_EVENTS;
 
@@ -111,8 +109,7 @@ struct Collector<G> {
     inclusive: bool,
     /// The leg in which the window begins.
     anchor: Anchor,
-    flights: u32,
-    go_on: G,
+    caller: Caller<G>,
 }
 
 impl<G: FnMut() -> bool> Observer for Collector<G> {
@@ -131,12 +128,7 @@ impl<G: FnMut() -> bool> Observer for Collector<G> {
     }
 
     fn go_on(&mut self) -> bool {
-        self.flights += 1;
-        if self.flights < FLIGHTS_PER_LOOK {
-            return true;
-        }
-        self.flights = 0;
-        (self.go_on)()
+        self.caller.goes_on()
     }
 }
 
@@ -263,8 +255,7 @@ impl<G: FnMut() -> bool> Collection<G> {
             window,
             inclusive: window <= simulation.clock(),
             anchor: simulation.checkpoint().anchor,
-            flights: 0,
-            go_on,
+            caller: Caller::new(go_on),
         };
         Self {
             system: *system,
@@ -291,7 +282,7 @@ impl<G: FnMut() -> bool> Collection<G> {
             self.collector.repeat(sections);
         }
         self.simulation.repeat(cycle, times);
-        self.collector.flights = FLIGHTS_PER_LOOK;
+        self.collector.caller.ask_next();
     }
 
     /// Goes on to the end, and makes the run of what was kept.

@@ -13,7 +13,7 @@ mod recurrence;
 mod sections;
 mod stop;
 
-pub(crate) use caller::{Caller, FLIGHTS_PER_LOOK};
+pub(crate) use caller::Caller;
 pub(crate) use flight::{followed_by_hops, hops};
 pub(crate) use lockstep::{Traveller, travel};
 pub(crate) use recurrence::Cycle;

@@ -4,29 +4,39 @@ use super::Observer;
 use crate::state::State;
 
 /// Local flights between two looks at the caller's wish to go on: some milliseconds.
-pub(crate) const FLIGHTS_PER_LOOK: u32 = 2048;
+const FLIGHTS_PER_LOOK: u32 = 2048;
 
-/// Looks for nothing but that.
-pub(crate) struct Caller<'a> {
+/// By itself an observer that looks for nothing but that.
+pub(crate) struct Caller<G> {
     flights: u32,
-    go_on: &'a mut dyn FnMut() -> bool,
+    go_on: G,
 }
 
-impl<'a> Caller<'a> {
-    pub fn new(go_on: &'a mut dyn FnMut() -> bool) -> Self {
+impl<G: FnMut() -> bool> Caller<G> {
+    pub fn new(go_on: G) -> Self {
         Self { flights: 0, go_on }
     }
-}
 
-impl Observer for Caller<'_> {
-    const SECTIONS: bool = false;
-    fn section(&mut self, _: i64, _: &State) {}
-    fn go_on(&mut self) -> bool {
+    /// Counts a flight, and asks if it is time to.
+    pub fn goes_on(&mut self) -> bool {
         self.flights += 1;
         if self.flights < FLIGHTS_PER_LOOK {
             return true;
         }
         self.flights = 0;
         (self.go_on)()
+    }
+
+    /// Much has been done at once: the next flight asks.
+    pub fn ask_next(&mut self) {
+        self.flights = FLIGHTS_PER_LOOK;
+    }
+}
+
+impl<G: FnMut() -> bool> Observer for Caller<G> {
+    const SECTIONS: bool = false;
+    fn section(&mut self, _: i64, _: &State) {}
+    fn go_on(&mut self) -> bool {
+        self.goes_on()
     }
 }
