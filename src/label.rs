@@ -11,6 +11,9 @@ use crate::simulate::Horizon;
 
 /// Shortest and longest measurement of a growth, in drive periods.
 const GROWTH_PERIODS: (u32, u32) = (400, 25_600);
+/// Most impacts a growth is measured over: a second or two. Motions have some ten in a drive period, but for bounces
+/// that never end (r = 1 with damping).
+const GROWTH_IMPACTS: f64 = 1e6;
 /// Distance of an impact from the section that rounding may bridge, as part of a drive period.
 const AT_SECTION: f64 = 1e-6;
 /// Residual below which a motion is on its orbit, as far as multipliers are concerned.
@@ -238,7 +241,8 @@ impl Run {
     ) -> (PeriodReport, Option<Run>) {
         let (mut periods, longest) = GROWTH_PERIODS;
         let mut meter = GrowthMeter::new(self);
-        while periods <= longest {
+        let each = self.impacts.len() as f64 / f64::from(self.kept_periods().max(1));
+        while periods <= longest && each * f64::from(periods) <= GROWTH_IMPACTS {
             let Some(growth) = meter.over(periods, go_on) else {
                 report.method = "no return found, growth not measurable";
                 return (report, None);

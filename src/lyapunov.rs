@@ -16,6 +16,7 @@ use crate::period::Growth;
 use crate::run::Run;
 use crate::simulate::{Caller, Horizon};
 use crate::state::Clock;
+use crate::tolerance::SHORTEST_MEASURED;
 
 use along::{Along, Broken};
 
@@ -78,7 +79,8 @@ pub struct Spectrum {
 /// ends the measurement with what is done.
 ///
 /// # Errors
-/// [`ParameterError`] without steps or their length; what happens later is in the spectrum.
+/// [`ParameterError`] without steps or their length, or with steps too short to move the time; what
+/// happens later is in the spectrum.
 pub fn lyapunov_spectrum(
     run: &Run,
     steps: u32,
@@ -89,10 +91,17 @@ pub fn lyapunov_spectrum(
         return Err(ParameterError::new("steps", steps, "a whole number >= 1"));
     }
     let driven = run.system.drive_frequency() > 0.0;
-    if step.is_none_or(|step| !(step.is_finite() && step > 0.0)) && !driven {
-        return Err(ParameterError::new("step", format!("{step:?}"), "a finite number > 0"));
+    if step.is_none_or(|step| !(step.is_finite() && step >= SHORTEST_MEASURED)) && !driven {
+        let allowed = format!("a finite number >= {SHORTEST_MEASURED:e}");
+        return Err(ParameterError::new("step", format!("{step:?}"), allowed));
     }
-    let step = step.filter(|_| !driven).map_or(Step::Periods(1), Step::Time);
+    let step = step.filter(|_| !driven);
+    let end = run.final_state.time;
+    if let Some(step) = step.filter(|step| end + step <= end) {
+        let allowed = format!("a time that changes that of the end, {end:?}");
+        return Err(ParameterError::new("step", format!("{step:?}"), allowed));
+    }
+    let step = step.map_or(Step::Periods(1), Step::Time);
     let mut meter = Meter::new(run, step, 4);
     // What has died out while the perturbations were aligned is taken up again.
     let aligned = steps as usize / ALIGNMENT;

@@ -4,6 +4,7 @@ use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::error::ParameterError;
+use crate::tolerance::LEAST_FREQUENCY;
 
 /// Geometry of the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -165,6 +166,10 @@ macro_rules! numeric_parameters {
                     return Err(ParameterError::new(
                         stringify!($name), format!("{:?}", self.$name), Range::$range.words()));
                 })*
+                // Its square would lose its digits; no run is long enough to see the difference.
+                if self.frequency_ratio < LEAST_FREQUENCY {
+                    self.frequency_ratio = 0.0;
+                }
                 if self.contact == Contact::Direct && self.friction > 0.0 {
                     return Err(ParameterError::new(
                         "friction", self.friction, "0 with contact = direct"));
@@ -235,7 +240,7 @@ macro_rules! numeric_parameters {
 numeric_parameters! {
     /// mbar = M1/M2 >= 0; 0: impacts do not act on body 2.
     mass_ratio: NotNegative;
-    /// omega0 = omega_1/omega_2 >= 0; 0: free rotor.
+    /// omega0 = omega_1/omega_2 >= 0; 0: free rotor, and so is what is below 1e-150.
     frequency_ratio: NotNegative;
     /// r, the coefficient of restitution of the impact law, in [0, 1].
     restitution: Unit;

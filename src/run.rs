@@ -130,6 +130,10 @@ impl<G: FnMut() -> bool> Observer for Collector<G> {
     fn go_on(&mut self) -> bool {
         self.caller.goes_on()
     }
+
+    fn long_search(&mut self) {
+        self.caller.ask_next();
+    }
 }
 
 impl<G> Collector<G> {

@@ -66,6 +66,9 @@ pub trait Observer {
     fn go_on(&mut self) -> bool {
         true
     }
+    /// Told after a search that took as long as some thousand flights, for an observer that does not look at
+    /// its caller's wish each time it is asked whether to go on.
+    fn long_search(&mut self) {}
 }
 
 impl Observer for () {

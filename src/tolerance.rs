@@ -99,6 +99,9 @@ pub const DECAYED: f64 = 3.0;
 /// Damping ratios below this count as zero.
 pub const LEAST_DAMPING: f64 = 1e-100;
 
+/// Frequency ratios below this count as zero.
+pub const LEAST_FREQUENCY: f64 = 1e-150;
+
 /// Spread of the exponents times time below which divided differences are summed as series.
 pub const SERIES_SPREAD: f64 = 1.0;
 
@@ -113,6 +116,10 @@ pub const SHORT_ORDERS: [(f64, usize); 4] = [(0.007, 6), (0.057, 8), (0.2, 10), 
 /// P* at least P_f (1 - this) counts as restitution: where both are equal by an identity
 /// (wall at rest) rounding must not decide (theory.md, section 4).
 pub const SIMULTANEOUS: f64 = 8.0 * EPS;
+
+/// Rounding of the separation velocity of the law as printed, in units of `EPS` times the velocities it is made of:
+/// some twenty operations.
+pub const PAPER_NOISE: f64 = 16.0;
 
 /// With |cos x1| below this the tip has no room left before sin x1 = -1: 1 - |sin x1| is below
 /// rounding. A wall (mbar = 0) that still approaches then jams it; its impacts would drive
@@ -184,6 +191,9 @@ pub const CONTACT_ANGLE: f64 = 1.5;
 /// A slide whose steps are shorter than this part of a local flight, of a tip that turns or decays so fast,
 /// is stalled: it would never be done. (A light tip pressed past the end of its reach turns 1e12 times.)
 pub const LEAST_STEP: f64 = 1e-20;
+
+/// Shortest step of a Lyapunov spectrum: exponents are per unit time, and over less may leave the range of floats.
+pub const SHORTEST_MEASURED: f64 = 1e-300;
 
 /// Panels of the energy audit's quadrature, as an angle of the fastest motion: 16 Gauss points
 /// integrate a sine of twice that angle to rounding.

@@ -121,7 +121,8 @@ fn of_a_periodic_motion_they_are_those_of_its_multipliers() {
 
 #[test]
 fn chaos_and_a_slow_approach_are_told_apart() {
-    // Fig. 9(2) and 9(4) of the paper; the latter is no chaos (docs/theory.md, erratum E10).
+    // Fig. 9(2) and 9(4) of the paper; the latter is no chaos from this start
+    // (docs/theory.md, erratum E10).
     let chaotic = paper(1.545).friction(0.5).build().unwrap();
     let largest = spectrum(&settled(&chaotic, 600), 20_000);
     let [found, error] = [largest.exponents[0], largest.errors[0]];
@@ -195,6 +196,11 @@ fn under_a_constant_load_the_steps_are_given() {
     let start = State::new(0.0, 0.1, 0.0, 0.0).unwrap();
     let from = run(&system, start, RunOptions::until(Horizon::Time(1.0)), &mut || true).unwrap();
     assert_eq!(lyapunov_spectrum(&from, 10, None, &mut || true).unwrap_err().name, "step");
+    // Steps that do not move the time were taken, and all exponents 0/0; over 5e-324 they were infinite.
+    for short in [1e-17, 5e-324, 0.0] {
+        let refused = lyapunov_spectrum(&from, 10, Some(short), &mut || true).unwrap_err();
+        assert_eq!(refused.name, "step");
+    }
     let found = lyapunov_spectrum(&from, 1000, Some(1.0), &mut || true).unwrap();
     assert!((found.time - 900.0).abs() < 1e-9);
     for (found, exact) in found.exponents.iter().zip([-0.1, -0.1, -0.2, -0.2]) {

@@ -5,6 +5,8 @@
 
 #[path = "robustness/ends.rs"]
 mod ends;
+#[path = "robustness/frequencies.rs"]
+mod frequencies;
 #[path = "robustness/huge_forces.rs"]
 mod huge_forces;
 #[path = "robustness/interrupts.rs"]
@@ -257,25 +259,6 @@ fn a_system_that_is_read_is_validated() {
     text["drive_frequency"] = (-0.0).into();
     let read: System = serde_json::from_value(text).unwrap();
     assert_eq!(read.drive_period(), f64::INFINITY);
-}
-
-#[test]
-fn minus_zero_is_zero() {
-    let system = paper().drive_frequency(-0.0).build().unwrap();
-    assert_eq!(system.drive_frequency().to_bits(), 0);
-    assert_eq!(system.drive_period(), f64::INFINITY);
-    assert_eq!(system, paper().drive_frequency(0.0).build().unwrap());
-    assert_eq!(system, system.with("drive_frequency", -0.0).unwrap());
-}
-
-/// Beyond, powers of the drive period are no numbers, and sections came out as none.
-#[test]
-fn a_drive_too_fast_to_reckon_with_is_refused() {
-    let fastest = paper().pendulum_damping(1.5).oscillator_damping(1.5).drive_frequency(1e50);
-    let run = run(&fastest.build().unwrap(), start(), RunOptions::periods(200), &mut || true);
-    assert_finite(&run.unwrap());
-    let error = paper().drive_frequency(1e51).build().unwrap_err();
-    assert_eq!((&*error.name, &*error.allowed), ("drive_frequency", "a number in [0, 1e50]"));
 }
 
 #[test]

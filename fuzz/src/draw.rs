@@ -145,11 +145,7 @@ impl<'a> Draw<'a> {
 
     /// A system, if the numbers drawn make one.
     pub fn system(&mut self) -> Option<System> {
-        shown(self.builder().build().ok()).filter(|system| {
-            // Known: their squares have few digits left, and motions come out wrong.
-            let frequencies = [system.frequency_ratio(), system.drive_frequency()];
-            frequencies.iter().all(|&w| w == 0.0 || w > 1e-150)
-        })
+        shown(self.builder().build().ok())
     }
 
     /// Four numbers that may be a state: apart, on the contact, overlapping or no state at all.

@@ -174,7 +174,7 @@ impl RestResponse {
             return self.series(elapsed.hi);
         }
         (first_difference(a, b, elapsed) - first_difference(b, c, elapsed))
-            / (a.value() - c.value())
+            .fdiv(a.value() - c.value())
     }
 
     /// e^{mt} sum_k h_k(z - m) t^(k+2)/(k+2)!, h_k the complete homogeneous polynomials, m the mean.
@@ -212,5 +212,7 @@ fn first_difference(a: Exponent, b: Exponent, t: DoubleDouble) -> C64 {
     let shrink = (re * t.hi).exp_m1();
     let (half, _) = (0.5 * angle).sin_cos();
     let (sin, cos) = angle.sin_cos();
-    growth * C64::new(shrink * cos - 2.0 * half * half, (1.0 + shrink) * sin) / difference
+    // The square of the difference may underflow.
+    let increase = C64::new(shrink * cos - 2.0 * half * half, (1.0 + shrink) * sin);
+    growth * increase.fdiv(difference)
 }

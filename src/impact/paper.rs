@@ -4,6 +4,7 @@
 
 use super::regime::Regime;
 use super::{Impact, ImpactFailure, PreImpact};
+use crate::tolerance::{EPS, PAPER_NOISE};
 
 /// The literal law; the stored regime is the paper's own case.
 pub(super) fn resolve(
@@ -62,7 +63,10 @@ pub(super) fn resolve(
     // Work of the impulses on both bodies at the mean velocities.
     let loss = 0.5 * (th * th - v1 * v1) - 0.5 * impulse * (x + v2);
     let separation = v1 * c - v2;
-    if !(v1.is_finite() && v2.is_finite() && tangential.is_finite()) || separation > 0.0 {
+    // With r = 0 it is zero to rounding, of either sign.
+    let rounding = || PAPER_NOISE * EPS * ((v1 * c).abs() + v2.abs() + (th * c).abs() + x.abs());
+    let fails = separation > 0.0 && separation > rounding();
+    if !(v1.is_finite() && v2.is_finite() && tangential.is_finite()) || fails {
         return Err(ImpactFailure::LawFailed);
     }
     Ok(Impact {
@@ -70,7 +74,7 @@ pub(super) fn resolve(
         v1_post: v1,
         v2_post: v2,
         approach_velocity: u,
-        separation_velocity: separation,
+        separation_velocity: separation.min(0.0),
         impulse_approach: approach,
         impulse_normal: impulse,
         impulse_tangential: tangential,

@@ -12,7 +12,7 @@ use crate::error::ParameterError;
 use crate::event::StopReason;
 use crate::hold::ContactMode;
 use crate::period::{ImpactCount, PeriodReport};
-use crate::run::{FinalState, Run, RunError, RunOptions, run};
+use crate::run::{EnergyAudit, FinalState, Run, RunError, RunOptions, run};
 use crate::simulate::Horizon;
 use crate::state::State;
 use crate::sweep::{Workers, run_many};
@@ -187,45 +187,35 @@ impl PyRun {
         self.0.stop_reason == StopReason::Interrupted
     }
 
-    /// States (len(t), 4) at times inside the kept window.
+    /// States (len(t), 4) at times inside the kept window, with `forces` the contact forces too (len(t), 6), and
+    /// whether Ctrl-C ended it with fewer rows.
     fn trajectory<'py>(
         &self,
         py: Python<'py>,
         t: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        forces: bool,
+    ) -> PyResult<(Bound<'py, PyArray2<f64>>, bool)> {
         let times = arrays::to_vec(&t);
-        let states = py.detach(|| self.0.trajectory(&times)).ok_or_else(|| self.outside())?;
-        arrays::states(py, &states)
+        let width = if forces { 6 } else { 4 };
+        let (flat, interrupted) = interruptible(py, |go_on| {
+            let mut flat = Vec::with_capacity(width * times.len());
+            let done = self.0.follow(&times, go_on, |state, force| {
+                flat.extend(state.to_array());
+                if forces {
+                    flat.extend([force.normal, force.tangential]);
+                }
+            });
+            done.map(|()| flat).ok_or_else(|| self.outside())
+        })?;
+        let rows = flat.len() / width;
+        Ok((PyArray1::from_vec(py, flat).reshape([rows, width])?, interrupted))
     }
 
-    /// Normal and tangential contact force (len(t), 2) at times inside the kept window.
-    fn contact_forces<'py>(
-        &self,
-        py: Python<'py>,
-        t: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let times = arrays::to_vec(&t);
-        let forces = py.detach(|| self.0.contact_forces(&times)).ok_or_else(|| self.outside())?;
-        let flat: Vec<f64> = forces.iter().flat_map(|f| [f.normal, f.tangential]).collect();
-        PyArray1::from_vec(py, flat).reshape([forces.len(), 2])
-    }
-
-    /// Energies and works in the kept window, by name.
-    fn energy_audit(&self, py: Python<'_>) -> BTreeMap<&'static str, f64> {
-        let audit = py.detach(|| self.0.energy_audit());
-        BTreeMap::from([
-            ("energy_start", audit.energy_start),
-            ("energy_end", audit.energy_end),
-            ("moment", audit.moment),
-            ("force", audit.force),
-            ("damping", audit.damping),
-            ("restitution", audit.restitution),
-            ("impact_friction", audit.impact_friction),
-            ("contact_friction", audit.contact_friction),
-            ("wall", audit.wall),
-            ("total", audit.total),
-            ("residual", audit.residual()),
-        ])
+    /// Energies and works in the kept window, by name; `None` after Ctrl-C.
+    fn energy_audit(&self, py: Python<'_>) -> PyResult<Option<BTreeMap<&'static str, f64>>> {
+        let (audit, _) =
+            interruptible::<_, ParameterError>(py, |go_on| Ok(self.0.energy_audit_while(go_on)))?;
+        Ok(audit.map(works))
     }
 
     /// Period, impact count and label.
@@ -305,6 +295,23 @@ impl PyRun {
         let (from, to) = (self.0.kept_from(), self.0.final_state.time);
         PyValueError::new_err(format!("t outside the kept window [{from}, {to}]"))
     }
+}
+
+/// What an audit holds, by name.
+fn works(audit: EnergyAudit) -> BTreeMap<&'static str, f64> {
+    BTreeMap::from([
+        ("energy_start", audit.energy_start),
+        ("energy_end", audit.energy_end),
+        ("moment", audit.moment),
+        ("force", audit.force),
+        ("damping", audit.damping),
+        ("restitution", audit.restitution),
+        ("impact_friction", audit.impact_friction),
+        ("contact_friction", audit.contact_friction),
+        ("wall", audit.wall),
+        ("total", audit.total),
+        ("residual", audit.residual()),
+    ])
 }
 
 fn horizon(periods: Option<i64>, time: Option<f64>) -> PyResult<Horizon> {

@@ -15,7 +15,7 @@ use crate::hold::ContactForce;
 use crate::impact::{Impact, PreImpact, resolve};
 use crate::params::System;
 use crate::quadrature::{PANEL, POINTS};
-use crate::simulate::followed_by_hops;
+use crate::simulate::{Caller, followed_by_hops};
 use crate::state::{Clock, State};
 use crate::tolerance::AUDIT_ANGLE;
 
@@ -88,18 +88,28 @@ struct Auditor<'a> {
     motion: &'a FreeMotion,
     nodes: [(f64, f64); POINTS],
     audit: EnergyAudit,
+    caller: Caller<&'a mut dyn FnMut() -> bool>,
+    /// By the caller.
+    ended: bool,
 }
 
 impl Run {
     /// Works of all forces in the kept window, and the change of energy they should explain.
     #[must_use]
     pub fn energy_audit(&self) -> EnergyAudit {
+        self.energy_audit_while(&mut || true).unwrap_or_default()
+    }
+
+    /// The same; `go_on` is asked now and then, and `false` ends it without a result.
+    pub fn energy_audit_while(&self, go_on: &mut dyn FnMut() -> bool) -> Option<EnergyAudit> {
         let motion = FreeMotion::new(&self.system);
         let mut auditor = Auditor {
             system: &self.system,
             motion: &motion,
             nodes: *PANEL,
             audit: EnergyAudit::default(),
+            caller: Caller::new(go_on),
+            ended: false,
         };
         let legs = self.legs();
         let starts =
@@ -112,6 +122,9 @@ impl Run {
                 auditor.audit.energy_start = auditor.energy(&state);
             }
             auditor.leg(self, leg, from);
+            if auditor.ended {
+                return None;
+            }
         }
         for impact in &self.impacts {
             auditor.impact(
@@ -128,7 +141,7 @@ impl Run {
             auditor.audit.energy_start = auditor.energy(&pre);
         }
         auditor.audit.energy_end = auditor.energy(&self.final_state.state);
-        auditor.audit.whole_or_none()
+        Some(auditor.audit.whole_or_none())
     }
 }
 
@@ -168,7 +181,7 @@ impl Auditor<'_> {
                 let state = run.system.on_contact(x1, v1);
                 (state, run.system.contact_force(drive.trig_at(clock), &state, mode))
             });
-            if end == leg.end || !slide.advance(run, self.motion, mode) {
+            if end == leg.end || self.ended || !slide.advance(run, self.motion, mode) {
                 return;
             }
         }
@@ -193,6 +206,10 @@ impl Auditor<'_> {
         let panels = (length * fastest / AUDIT_ANGLE).ceil().max(1.0);
         let step = length / panels;
         for panel in 0..panels as i64 {
+            self.ended = self.ended || !self.caller.goes_on();
+            if self.ended {
+                return;
+            }
             let mut works = [0.0; 7];
             for (node, weight) in self.nodes {
                 let elapsed = DoubleDouble::product(panel as f64 + node, step);
@@ -261,6 +278,9 @@ impl Auditor<'_> {
         };
         for ImpactEvent { clock: next, pre, post, impact, .. } in impacts {
             flight(self, clock, state, next);
+            if self.ended {
+                return;
+            }
             if next > from {
                 self.impact(&pre, impact.energy_loss, impact.impulse_normal);
             }

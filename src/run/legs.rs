@@ -6,7 +6,7 @@ use crate::double_double::DoubleDouble;
 use crate::event::EventKind;
 use crate::flight::{Flight, FreeMotion};
 use crate::hold::{ContactForce, ContactMode, SlideStep};
-use crate::simulate::{Anchor, Phase, Takeoff, hops};
+use crate::simulate::{Anchor, Caller, Phase, Takeoff, hops};
 use crate::state::{Clock, State};
 
 /// What the bodies do between two events.
@@ -86,25 +86,39 @@ impl Run {
     /// time outside the kept window.
     #[must_use]
     pub fn trajectory(&self, times: &[f64]) -> Option<Vec<[f64; 4]>> {
-        Some(self.motion_at(times)?.into_iter().map(|(state, _)| state.to_array()).collect())
+        let mut states = Vec::with_capacity(times.len());
+        self.follow(times, &mut || true, |state, _| states.push(state.to_array()))?;
+        Some(states)
     }
 
     /// Contact forces (zero in flight) at the given times, just after the event at its instant.
     /// `None` for a time outside the kept window.
     #[must_use]
     pub fn contact_forces(&self, times: &[f64]) -> Option<Vec<ContactForce>> {
-        Some(self.motion_at(times)?.into_iter().map(|(_, force)| force).collect())
+        let mut forces = Vec::with_capacity(times.len());
+        self.follow(times, &mut || true, |_, force| forces.push(force))?;
+        Some(forces)
     }
 
-    fn motion_at(&self, times: &[f64]) -> Option<Vec<(State, ContactForce)>> {
+    /// Hands over state and force at one time after the other, until `go_on`, asked now and then, says no.
+    /// `None` for a time outside the kept window.
+    pub(crate) fn follow(
+        &self,
+        times: &[f64],
+        go_on: &mut dyn FnMut() -> bool,
+        mut hand_over: impl FnMut(&State, ContactForce),
+    ) -> Option<()> {
         let motion = FreeMotion::new(&self.system);
         let (from, to) = (motion.drive.time(self.window), self.final_state.time);
         let legs = self.legs();
+        let mut caller = Caller::new(go_on);
         let mut follower: Option<(usize, Follower)> = None;
-        let mut states = Vec::with_capacity(times.len());
         for &time in times {
             if !(from..=to).contains(&time) {
                 return None;
+            }
+            if !caller.goes_on() {
+                break;
             }
             // The last leg that begins not later than this.
             let index = legs.partition_point(|leg| leg.time <= time).max(1) - 1;
@@ -113,10 +127,11 @@ impl Run {
                 Some((i, now)) if i == index => now,
                 _ => Follower::new(self, &motion, &legs[index]),
             };
-            states.push(now.at(self, &motion, &legs[index], clock));
+            let (state, force) = now.at(self, &motion, &legs[index], clock);
+            hand_over(&state, force);
             follower = Some((index, now));
         }
-        Some(states)
+        Some(())
     }
 
     /// Time in contact within the kept window (dimensionless).

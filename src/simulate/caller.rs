@@ -39,4 +39,7 @@ impl<G: FnMut() -> bool> Observer for Caller<G> {
     fn go_on(&mut self) -> bool {
         self.goes_on()
     }
+    fn long_search(&mut self) {
+        self.ask_next();
+    }
 }

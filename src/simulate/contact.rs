@@ -59,7 +59,9 @@ impl Simulation {
         if let Some(ratio) = self.point.monitor.shrinks(u) {
             let state = touch.state;
             let second = touch.gap.second.max(f64::MIN_POSITIVE);
-            let time = (2.0 * u / (second * (1.0 - ratio))).min(self.motion.span);
+            let leading = (2.0 * u / (second * (1.0 - ratio))).min(self.motion.span);
+            // Velocities of some least numbers have no digits; the end is not before the next bounce.
+            let time = leading.max(touch.local_time());
             let phase = self.motion.drive.trig_at(clock);
             let v1 = if self.point.monitor.stopped {
                 0.0

@@ -16,7 +16,8 @@ use crate::lanes;
 use crate::params::{ImpactLaw, System};
 use crate::state::{Clock, State};
 use crate::tolerance::{
-    CHATTER_LEADING_RTOL, EPS, LOOSEST_COMPLETION, STANDSTILL_EVENTS, STANDSTILL_TIME,
+    CHATTER_LEADING_RTOL, EPS, LOOSEST_COMPLETION, SEARCH_PATIENCE, STANDSTILL_EVENTS,
+    STANDSTILL_TIME,
 };
 
 impl Simulation {
@@ -27,7 +28,7 @@ impl Simulation {
 
     #[inline(always)]
     fn fly_and_strike<O: Observer>(&mut self, takeoff: Takeoff, observer: &mut O) -> Turn {
-        let found = self.search(takeoff);
+        let found = self.search(takeoff, observer);
         let (time, offset) = match found {
             Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch) => {
                 (touch.time, touch.offset)
@@ -104,13 +105,16 @@ impl Simulation {
     }
 
     #[inline(always)]
-    fn search(&mut self, takeoff: Takeoff) -> Found {
+    fn search<O: Observer>(&mut self, takeoff: Takeoff, observer: &mut O) -> Found {
         if let Some(found) = self.found {
             return found;
         }
         let start = self.start(takeoff);
         let report = first_contact(&self.motion, &self.flight, start, self.motion.span);
         self.evaluations += report.evaluations;
+        if report.evaluations >= SEARCH_PATIENCE {
+            observer.long_search();
+        }
         self.made_sure(report.found)
     }
 

@@ -249,3 +249,33 @@ fn a_graze_that_is_no_number_is_not_waited_for() {
     assert!(last.is_some());
     assert!(patience.most < 600, "{} sections in one step", patience.most);
 }
+
+/// Velocities of a few of the least numbers there are: bounces too low to tell were carried on to an end before the
+/// graze between them.
+#[test]
+fn chatter_does_not_end_before_its_last_bounce() {
+    let constant = |builder: vibroimpact::SystemBuilder| {
+        builder.gap(0.0).drive_frequency(0.0).contact(Contact::Direct).law(ImpactLaw::Energetic)
+    };
+    let rotor = constant(System::builder())
+        .mass_ratio(0.41972937814351785)
+        .frequency_ratio(0.0)
+        .restitution(0.7463371630820252)
+        .pendulum_damping(0.3252572855163687)
+        .oscillator_damping(1.0402837364358688)
+        .moment_amplitude(1e-323);
+    let wall = constant(System::builder())
+        .mass_ratio(0.0)
+        .frequency_ratio(2.3049802659780583)
+        .restitution(0.6255501532544128)
+        .pendulum_damping(0.29645935954206737);
+    for (builder, [x1, v1, x2, v2]) in
+        [(rotor, [-5e-323, 0.0, -5e-323, 0.0]), (wall, [-9e-323, 1e-323, -9e-323, -9.4e-323])]
+    {
+        let options = RunOptions { max_events: 300, ..RunOptions::until(Horizon::Time(30.0)) };
+        let start = State { x1, v1, x2, v2 };
+        let run = run(&builder.build().unwrap(), start, options, &mut || true).unwrap();
+        assert!(!run.grazes.is_empty() && !run.contacts.is_empty(), "{:?}", run.events);
+        assert_in_order(&run);
+    }
+}

@@ -1,7 +1,7 @@
 //! What is measured of a run can be ended by its caller, too.
 
 use vibroimpact::itinerary::{Itinerary, ItineraryError};
-use vibroimpact::{Kind, RunOptions, State, StopReason, System, run};
+use vibroimpact::{ImpactLaw, Kind, RunOptions, State, StopReason, System, run};
 
 use crate::{paper, start};
 
@@ -76,4 +76,54 @@ fn a_slide_that_dies_on_the_line_of_friction_goes_on() {
     };
     let run = run(&system, start, RunOptions::periods(40), &mut patience).unwrap();
     assert_eq!(run.stop_reason, StopReason::Completed);
+}
+
+/// Elastic bounces, 1,800 in a drive period: followed over 25,600 periods they took a minute.
+#[test]
+fn a_growth_is_measured_over_a_million_impacts_at_most() {
+    let system = System::builder()
+        .mass_ratio(0.074_063_337_977_084_31)
+        .frequency_ratio(2.767_299_338_244_233_5)
+        .restitution(1.0)
+        .gap(-0.169_611_863_904_130_3)
+        .drive_frequency(1.074_636_776_462_990_3)
+        .pendulum_damping(1.263_335_703_937_548)
+        .oscillator_damping(0.711_963_457_231_502_1)
+        .moment_amplitude(4.453_438_187_346_649_5)
+        .force_amplitude(-0.181_150_055_823_442_46)
+        .friction(2.716_695_410_397_751)
+        .law(ImpactLaw::Energetic)
+        .build()
+        .unwrap();
+    let start = State { x1: 0.0, v1: 0.5, x2: 1.0, v2: 0.0 };
+    let run = run(&system, start, RunOptions::periods(8), &mut || true).unwrap();
+    assert!(run.impact_count > 14_000 && run.stop_reason == StopReason::Completed);
+    let (mut go_on, asked) = patience(u32::MAX);
+    let report = run.period_while(&mut go_on);
+    // Each time after two thousand flights: the growth over 400 periods, and a return looked for.
+    assert!((100..1_500).contains(&asked.get()), "{}", asked.get());
+    assert_eq!(report.growth.unwrap().periods, 400);
+    // It shrinks, and the motion returns: 1-1800.
+    assert_eq!(report.orbit.unwrap().0, 1, "{report:?}");
+}
+
+/// A free rotor under a load of period 1e5 turns 1e5 times in a unit of time: a search of seconds for each of its
+/// flights, after which its caller is asked.
+#[test]
+fn a_search_that_crawls_can_be_ended() {
+    let system = System::builder()
+        .mass_ratio(0.001)
+        .frequency_ratio(0.0)
+        .restitution(0.0)
+        .gap(1.5)
+        .drive_frequency(6.1e-5)
+        .moment_amplitude(-2.0)
+        .build()
+        .unwrap();
+    let start = State { x1: -2.0, v1: 2e4, x2: 1.0, v2: 0.0 };
+    let (mut go_on, asked) = patience(3);
+    let run = run(&system, start, RunOptions::periods(1), &mut go_on).unwrap();
+    assert_eq!((run.stop_reason, asked.get()), (StopReason::Interrupted, 3));
+    // Three searches, not three times two thousand.
+    assert!(run.evaluations < 300_000, "{}", run.evaluations);
 }
