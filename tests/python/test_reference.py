@@ -79,7 +79,8 @@ def test_labels_of_the_periodic_motions(name, long_runs):
 
 def test_labels_of_the_other_motions(long_runs):
     assert long_runs["fig9_2"].label == SCENES["fig9_2"]["paper_label"] == "chaotic"
-    # docs/theory.md, section 9: E9 (a 6-7 from this start), E10 (not chaotic).
+    # docs/theory.md, section 9: E9 (a 6-7 from this start), E10 (not chaotic
+    # from this start).
     assert long_runs["fig9_3"].label == "6-7"
     assert long_runs["fig9_4"].label != "chaotic"
 

@@ -61,7 +61,7 @@ def test_a_periodic_run_holds_and_is_proved(periodic):
     assert (found.impacts["reference_error"] < 1e-60).all()
     assert found.impacts["regime_agrees"].all()
     assert not found.impacts["ambiguous"].any()
-    assert "all 12 impacts and all 12 sections hold to 15 digits" in str(found)
+    assert "all 12 impacts, all 12 sections and the final state hold to 14 digits" in str(found)
     assert "enclosed by proof" in str(found)
     assert "no horizon" in repr(found)
 
@@ -305,7 +305,7 @@ def test_a_dead_end_of_the_run_alone_is_found(periodic, monkeypatch, reason):
     assert found.stopped == "sequence"
     assert len(found.impacts) == 12
     assert f"the run ends as {reason}" in found.stop_detail
-    assert "the run holds 15 digits up to impact 12 (time" in str(found)
+    assert "the run holds 14 digits up to impact 12 (time" in str(found)
 
 
 def test_a_dead_end_of_the_exact_motion_alone_is_found(periodic, monkeypatch):

@@ -158,7 +158,7 @@ def test_no_more_is_made_again_than_the_reference_may_follow():
     assert len(found.impacts) == 0
     assert 15 < len(found.whole_impacts) <= 20
     assert lines(found)[0] == "nothing that is kept is verified"
-    assert lines(found)[1].startswith(f"the run holds 15 digits up to impact {found.last_right} (")
+    assert lines(found)[1].startswith(f"the run holds 14 digits up to impact {found.last_right} (")
     assert "more than 20 drive periods (max_events)" in lines(found)[2]
 
 
@@ -169,7 +169,7 @@ def test_a_run_that_finds_its_digits_again_is_followed_on():
     assert found.horizon.number < found.first_kept
     assert (found.whole_impacts["digits"] < 1).sum() > 60
     assert (found.stopped, found.holds) == ("completed", True)
-    assert lines(found)[0].startswith("all 20 impacts and all 20 sections that are kept hold to")
+    assert lines(found)[0].startswith("all 20 impacts, all 20 sections that are kept and the final")
     assert re.search(r"is the first with fewer than 2 digits, impact \d+ .* the last", str(found))
 
 

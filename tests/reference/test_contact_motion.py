@@ -285,3 +285,13 @@ def test_mode_at_zero_velocity_covers_the_plane_once() -> None:
             assert mode == expected
             seen.add(mode)
     assert seen == {"separate", "stick", "slide_positive", "slide_negative"}
+
+
+def test_an_impact_that_leaves_the_bodies_approaching_ends_a_run() -> None:
+    failing = system(
+        omega="1.4", mu="0.8", zeta1="0.01", zeta2="0.01", f1=1, f2="0.5", delta="0.5", r="0.8"
+    )
+    start = (0, "0.5", 0, 0)
+    printed = follow(failing, start, sections(failing, 20), law="paper")
+    assert (printed.ending, printed.impacts) == ("law_failed", 4)
+    assert follow(failing, start, sections(failing, 20)).ending == "completed"

@@ -272,6 +272,51 @@ def test_paper_formulas_equal_the_walk_where_they_should_and_not_elsewhere() -> 
     assert different > 50
 
 
+def test_printed_impulses_balance_the_momentum_of_body_2() -> None:
+    met: set[str] = set()
+    with ctx.workprec(300):
+        for row in load("impacts.json"):
+            exact_system, x1, v1, v2 = impact_input(row)
+            if row["v1_pre"] == 0:
+                continue  # (10) has no sign there, which (14) takes as squared
+            printed = paper(exact_system, x1, v1, v2)
+            assert printed.impulse is not None
+            assert abs(v2 + arb(exact_system.mbar) * printed.impulse - printed.v2) < 1e-60
+            met.add(printed.regime)
+    assert met >= {"reversal_approach", "reversal_restitution", "slip"}
+
+
+def test_printed_law_is_the_common_one_head_on() -> None:
+    with ctx.workprec(300):
+        given = (system("direct"), arb("0.3"), arb("0.7"), arb("-0.2"))
+        ours, printed = poisson(*given), paper(*given)
+        assert printed.regime == ours.regime == "frictionless"
+        for name in ("v1", "v2", "impulse", "approach"):
+            assert abs(getattr(ours, name) - getattr(printed, name)) < 1e-80, name
+
+
+def test_a_tip_that_sticks_on_a_wall_ends_the_walk() -> None:
+    # slip ends in restitution, and no further impulse changes u: docs/theory.md, section 4
+    moving = system(mbar=0, mu=2, r="0.9")
+    with ctx.workprec(300):
+        for wall, returns in ((arb("0.05"), True), (arb(0), False)):
+            given = (moving, arb("0.8"), arb("1.9"), wall)
+            for law in ("newton", "energetic"):
+                outcome = LAWS[law](*given)
+                assert outcome.regime == "stick_restitution"
+                assert outcome.v1 == 0
+                assert outcome.impulse is not None
+                assert outcome.switch is not None
+                further = outcome.impulse - outcome.switch
+                assert (further > 0) == (law == "energetic" and returns)
+                if further > 0:
+                    u, bent, _ = approach_velocities(given, outcome)
+                    assert outcome.approach is not None
+                    gained = u * outcome.approach / 2
+                    back = -bent * (outcome.switch - outcome.approach) / 2 - bent * further
+                    assert abs(back - arb(moving.r) ** 2 * gained) < 1e-80
+
+
 def approach_velocities(given: tuple[System, arb, arb, arb], outcome: Impact) -> list[arb]:
     """Of an impact whose slip ends: u before it, when slip ends, and after it."""
     _, x1, v1, v2 = given

@@ -34,9 +34,10 @@ MAX_IMPACTS = 20_000
 class Run:
     """Phases in order, states at the times asked for, why it ended, impacts met and their number.
 
-    `ending`: completed, rest, painleve or jammed; times after the end have no states, but a
-    motion at rest goes on. The impact at which a chatter is completed is counted, not listed; the
-    period of a listed one is the number of samples before it.
+    `ending`: completed, rest, painleve, jammed or law_failed (the law `paper` left the bodies
+    approaching each other); times after the end have no states, but a motion at rest goes on. The
+    impact at which a chatter is completed is counted, not listed; the period of a listed one is the
+    number of samples before it.
     """
 
     phases: list[Phase]
@@ -207,10 +208,13 @@ class Motion:
         """
         system = self.system
         outcome = self.law(system, self.x1, self.v1, self.v2)
+        cos = self.x1.cos() if system.oblique else arb(1)
+        if outcome.v1 * cos - outcome.v2 > 0:
+            return "law_failed"
         self.impacts += 1
         kinks = system.mu != 0
         signs = (sign(self.v1), sign(self.x1.sin())) if kinks else (0, 0)
-        u = self.v1 * (self.x1.cos() if system.oblique else 1) - self.v2
+        u = self.v1 * cos - self.v2
         time, x1, v1, v2 = (q.mid() for q in (self.now, self.x1, self.v1, self.v2))
         limit = self.tail.observe(Bounce(time, x1, v1, v2, u.mid(), outcome.regime, signs))
         if limit is not None:
@@ -224,9 +228,8 @@ class Motion:
             return self._contact(self._touch(), "chatter", limit.error())
         passed, x2, pre = len(self.samples.states), self._state()[2], (self.v1, self.v2)
         self.v1, self.v2 = self._kept(outcome.v1), self._kept(outcome.v2)
-        self._tell(
-            Event(passed, self.now, self.x1, pre[0], x2, pre[1], self.v1, self.v2, outcome.regime)
-        )
+        post = (self.v1, self.v2, outcome.regime, outcome.impulse)
+        self._tell(Event(passed, self.now, self.x1, pre[0], x2, pre[1], *post))
         if system.r == 0 or (self.at_rest and self.v1.is_zero()):
             return self._contact(self._touch(), event or "impact")
         if event:

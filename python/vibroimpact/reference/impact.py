@@ -6,8 +6,8 @@ cos -> 1, sin -> 0. The walk ends by one of three laws, which differ only where 
     poisson     P_II = r P_I                              impulses
     newton      u = -r u0                                 velocities
     energetic   -int u dP (u < 0) = r^2 int u dP (u > 0)   work of the normal impulse
-`paper` evaluates Han, Jin & Hu (2004), eqs (14), (16), (18)-(20), as printed:
-signed sine, cases by (9), (10), no guards.
+`paper` evaluates Han, Jin & Hu (2004), eqs (14), (16), (18)-(20), as printed: signed sine, cases by
+(9), (10), no guards; it may leave the bodies approaching each other, and then has failed.
 
 Edges: P* = P_f counts as restitution, P* = (1 + r) P_f as slip, |cos| = mu |sin| as sticking,
 v1 = 0 at the start as sticking or as slip with s = -sgn(cos x1). Comparisons are certified;
@@ -39,7 +39,7 @@ class Impact:
 
     `impulse` is the whole normal impulse, `approach` its part P_I until u = 0, `switch` the
     impulse P* at which v1 = 0 (None if it is never reached or not positive).
-    `paper` leaves impulses None: its formulas give the velocities only.
+    `paper` gives no switch.
     """
 
     regime: str
@@ -90,7 +90,9 @@ def walk(law: Law, system: System, x1: arb, v1: arb, v2: arb) -> Impact:
     total = (1 + r) * approach
     if not _below(switch, total):
         return _slip(system, v1, v2, k, approach, switch)
-    if not (wall_at_rest and sticks):
+    if wall_at_rest and sticks:
+        total = total if law == "poisson" else switch
+    else:
         total = _end(law, r, u, switch, left, mbar if sticks else mbar + after * cos, approach)
     v2_post = v2 + mbar * total
     if sticks:
@@ -102,10 +104,14 @@ def walk(law: Law, system: System, x1: arb, v1: arb, v2: arb) -> Impact:
 def _end(law: Law, r: arb, u: arb, switch: arb, bent: arb, rate: arb, approach: arb) -> arb:
     """The whole impulse of an impact in which slip ends at the impulse `switch`.
 
-    u falls on a straight line from `u` to `bent` at `switch`, and at `rate` from there on.
+    u falls on a straight line from `u` to `bent` at `switch`, and at `rate` from there on. At the
+    rate 0 (mbar = 0 and the tip sticks) u stays `bent`, which `newton` does not wait for.
     """
     if law == "poisson":
         return (1 + r) * approach
+    if rate.is_zero() and _below(bent, arb(0)):
+        returned = (r**2 * u * approach + bent * (switch - approach)) / 2
+        return switch if law == "newton" else switch - returned / bent
     if law == "newton":
         return switch + _divide(bent + r * u, rate)
     if _below(arb(0), bent):
@@ -134,16 +140,17 @@ def _slip(system: System, v1: arb, v2: arb, k: arb, approach: arb, switch: arb |
 
 def paper(system: System, x1: arb, v1: arb, v2: arb) -> Impact:
     """The paper's formulas as printed: eqs (14), (16), (18); (19), (20) without friction."""
-    if not system.oblique:
-        raise ValueError("the paper's formulas are for oblique contact")
     m, r, mu = arb(system.mbar), arb(system.r), arb(system.mu)
-    c, s = x1.cos(), x1.sin()
+    c, s = (x1.cos(), x1.sin()) if system.oblique else (arb(1), arb(0))
     if system.mu == 0:
         below = m + c**2
+        approach = _divide(v1 * c - v2, below)
         return Impact(
             "frictionless",
             (m - r * c**2) / below * v1 + (1 + r) * c / below * v2,
             (1 + r) * m * c / below * v1 + (c**2 - r * m) / below * v2,
+            (1 + r) * approach,
+            approach,
         )
     sign = 0 if v1.is_zero() else _sign(v1)
     plus, minus = c + mu * sign * s, c - mu * sign * s
@@ -156,13 +163,14 @@ def paper(system: System, x1: arb, v1: arb, v2: arb) -> Impact:
         v2_post = (
             -(v2 * c * (c**2 - mu**2 * s**2) + (1 + r) * m * v1 * c * minus - r * m * v2 * plus) / a
         )
-        return Impact("reversal_approach", v1_post, v2_post)  # (14)
+        approach = p_star - _divide(v2 + m * p_star, m + minus * c)
+        return Impact("reversal_approach", v1_post, v2_post, (1 + r) * approach, approach)  # (14)
     v2_post = (v2 * c * plus + (1 + r) * m * v1 * c - r * m * v2) / b2  # (16b), (18b)
     if _below(p_star, (1 + r) * p_f):
         v1_post = minus / (b2 * plus) * (m * v1 - plus * (r * v1 * c - (1 + r) * v2))
-        return Impact("reversal_restitution", v1_post, v2_post)  # (16a)
+        return Impact("reversal_restitution", v1_post, v2_post, (1 + r) * p_f, p_f)  # (16a)
     v1_post = (m * v1 + plus * ((1 + r) * v2 - r * v1 * c)) / b2
-    return Impact("slip", v1_post, v2_post)  # (18a)
+    return Impact("slip", v1_post, v2_post, (1 + r) * p_f, p_f)  # (18a)
 
 
 poisson = partial(walk, "poisson")

@@ -20,7 +20,7 @@ from .impact import LAWS
 
 @dataclass(frozen=True)
 class Event:
-    """One impact: completed periods, time, common position data, velocities before and after."""
+    """One impact: completed periods, time, position, velocities before and after, impulse P."""
 
     period: int
     time: arb
@@ -31,6 +31,7 @@ class Event:
     v1_post: arb
     v2_post: arb
     regime: str
+    impulse: arb | None = None
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,16 @@ def _run(
         x2 = system.tip(x1) - ball(system.delta)
         run.impacts.append(
             Event(
-                len(run.stroboscopic), then, x1, v1, x2, v2, outcome.v1, outcome.v2, outcome.regime
+                len(run.stroboscopic),
+                then,
+                x1,
+                v1,
+                x2,
+                v2,
+                outcome.v1,
+                outcome.v2,
+                outcome.regime,
+                outcome.impulse,
             )
         )
         now, values = then, [x1, outcome.v1, x2, outcome.v2]

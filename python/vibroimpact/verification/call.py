@@ -132,6 +132,7 @@ class _Span:
             phase=exact(system.phase),
             law=system.law,
             times=self._times,
+            end=self._end,
             watch=watch,
             most_impacts=self.max_events,
         )
@@ -149,6 +150,16 @@ class _Span:
         """Section k lies at k T, or at (k - 1) T + shift."""
         first, kept = self.parts.first_turn, self.parts.kept
         return range(first, first + kept.before[2] + len(kept.sections))
+
+    def _end(self) -> arb:
+        """The time at which the run ends, as a ball."""
+        from flint import arb
+
+        final = self.run.final_state
+        if not self.driven:
+            return arb(final.time)
+        turn = 2 * arb.pi() / arb(self.run.system.drive_frequency)
+        return turn * final.period + arb(final.time_in_period)
 
     def _times(self) -> list[arb]:
         """Times of the sections within reach, and one past the end, as balls."""

@@ -1,16 +1,16 @@
 """The numbers of a run beside those of the exact motion: errors, digits, and the first that fails.
 
 Events are set side by side in their order, with the pairing of motion.py. A graze of the run has no
-counterpart: in the exact motion that contact does not happen, or is an impact that changes next to
-nothing. All quantities are dimensionless.
+counterpart if in the exact motion that contact does not happen. If it is an impact there, the state
+of the graze is compared with those before and after it. All quantities are dimensionless.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,21 +18,24 @@ from flint import arb, ctx
 from numpy.typing import NDArray
 
 from ..reference.contact import Undecided
+from ..reference.flight import State
 from ..reference.flight import System as ExactSystem
 from ..reference.impact import LAWS
 from ..results import EventKind, Regime
 from .motion import DEAD_ENDS, Entry, Pass, pairs
 from .result import (
     CONTACT_DTYPE,
-    CONTACT_NUMBERS,
+    FINAL_DTYPE,
+    FURTHER_NUMBERS,
     IMPACT_DTYPE,
-    IMPACT_NUMBERS,
+    MISSED_DTYPE,
     MOST_DIGITS,
+    MOTION_NUMBERS,
     SECTION_DTYPE,
-    SECTION_NUMBERS,
     Disagreement,
     Verification,
 )
+from .sizes import Sizes
 from .stretches import Rows, Stretches
 
 #: An impact that changes v1 and v2 by no more than this may be a graze of the run.
@@ -43,25 +46,10 @@ WEAK = 1e-3
 CLOSE = 1e-6
 #: Places of the values of an Entry that make up CONTACT_NUMBERS, and the state of a section.
 CONTACT_PLACES = (0, 1, 3, 4, 6)
-#: The size of a number that stays 0 or next to it, in units of the largest of the four.
-STILL = 1e-8
+#: The numbers of a state.
+STATE = ("x1", "v1", "x2", "v2")
 #: Floats are rounded to nearest; a bound is rounded up.
 UP = 1.0 + 2.0**-50
-
-
-@dataclass(frozen=True)
-class Sizes:
-    """What errors are measured in: of times, x1, v1, x2, v2."""
-
-    time: float
-    x1: float
-    v1: float
-    x2: float
-    v2: float
-
-    def of(self, name: str) -> float:
-        """The size of a number by its column."""
-        return float(getattr(self, name.partition("_")[0]))
 
 
 def compare(
@@ -75,12 +63,14 @@ def compare(
     """The verification of a run, given its stretches beside the exact motion, the kept one last."""
     run, kept = parts.kept.run, parts.kept
     with ctx.workprec(exact.bits):
-        sizes = _sizes(exact, system)
+        sizes = Sizes(exact, system, section_times)
         done = []
+        grazes = 0
         for rows, motion in beside:
             times = section_times[rows.before[2] :]
-            done.append(_Comparison(rows, motion, system, sizes, times, digits))
+            done.append(_Comparison(rows, motion, system, sizes, times, digits, grazes))
             done[-1].compare()
+            grazes += len(rows.grazes)
     last = done[-1]
     if parts.lead is not None and last.stopped == "completed" and done[0].stopped != "sequence":
         # the first stretch may have ended where the reference is not known well enough
@@ -93,13 +83,15 @@ def compare(
             ("impacts", IMPACT_DTYPE),
             ("contacts", CONTACT_DTYPE),
             ("sections", SECTION_DTYPE),
+            ("final", FINAL_DTYPE),
+            ("missed", MISSED_DTYPE),
         )
     ]
     mine = (
         tables[0][tables[0]["number"] > kept.before[0]],
         *(
             _shifted(table[table["row"] >= before], before)
-            for table, before in zip(tables[1:], kept.before[1:], strict=True)
+            for table, before in zip(tables[1:3], kept.before[1:], strict=True)
         ),
     )
     return Verification(
@@ -111,6 +103,8 @@ def compare(
         whole_impacts=_frozen(tables[0]),
         whole_contacts=_frozen(tables[1]),
         whole_sections=_frozen(tables[2]),
+        final=_frozen(tables[3]),
+        missed=_frozen(tables[4]),
         kept=(len(run.impacts), len(run.contacts), len(run.stroboscopic)),
         first_kept=kept.before[0] + 1,
         kept_from=run.kept_from,
@@ -120,21 +114,6 @@ def compare(
         precision=exact.bits,
         growth=_mean_growth(tables[0]),
     )
-
-
-def _sizes(exact: Pass, system: ExactSystem) -> Sizes:
-    """Largest values of the motion, and the drive period."""
-    entries = [[abs(float(q)) for q in entry.values] for entry in exact.entries]
-    states = [[abs(float(q)) for q in state] for state in exact.samples if state]
-    time = float(2 * arb.pi() / arb(system.omega)) if system.omega != 0 else 0.0
-    largest = [0.0] * 5
-    for time_, x1, v1, v1_, x2, v2, v2_ in entries:
-        row = (time_, x1, max(v1, v1_), x2, max(v2, v2_))
-        largest = [max(a, b) for a, b in zip(largest, row, strict=True)]
-    for state in states:
-        largest[1:] = [max(a, b) for a, b in zip(largest[1:], state, strict=True)]
-    floor = STILL * max(largest[1:])
-    return Sizes(time or largest[0], *(max(size, floor) for size in largest[1:]))
 
 
 class _Comparison:
@@ -148,22 +127,30 @@ class _Comparison:
         sizes: Sizes,
         section_times: Sequence[float],
         digits: int,
+        grazes: int,
     ) -> None:
         self.rows, self.run, self.system, self.digits = rows, rows.run, system, digits
-        self.section_times, self.sizes = section_times, sizes
-        self.exact = replace(exact, entries=_without_grazes(exact.entries, rows))
+        self.section_times, self.sizes, self.grazes = section_times, sizes, grazes
+        self.exact = exact
         omega = arb(system.omega)
         self.period = 2 * arb.pi() / omega if system.omega != 0 else None
         self.failures: list[Disagreement] = []
         self.impacts: list[tuple[Any, ...]] = []
         self.contacts: list[tuple[Any, ...]] = []
         self.sections: list[tuple[Any, ...]] = []
+        self.final: list[tuple[Any, ...]] = []
+        self.missed: list[tuple[Any, ...]] = []
+        #: Weak impacts of the exact motion after the last event of the run.
+        self.weak: list[Entry] = []
         self.stopped, self.detail = exact.stopped or "completed", exact.detail
 
     def compare(self) -> None:
         """Collect all rows."""
+        self._without_grazes()
         self._events()
         self._sections()
+        if self.rows.to_the_end:
+            self._final()
 
     def _events(self) -> None:
         """Impacts and events of contact, in their order."""
@@ -191,7 +178,7 @@ class _Comparison:
                 return
             self._apart(kind, index, float(table["time"][index]))
         elif self.rows.to_the_end and i == len(told) and not self._ends() and j < len(entries):
-            self._left_over(entries[j])
+            self._left_over(entries[j:])
 
     def _cut_in_chatter(self, told: Sequence[tuple[str, int]], entries: Sequence[Entry]) -> bool:
         """Whether a run that ends before a chatter does only lists more of its impacts.
@@ -208,7 +195,10 @@ class _Comparison:
         run, ends, close = self.run, self.exact.ends, CLOSE * self.sizes.time
         time = run.final_state.time
         if ends is not None and ends < time - close:
-            said = f"the exact motion has no one continuation at time {ends:.6g}, the run goes on"
+            what = "has no one continuation"
+            if self.exact.ending == "law_failed":
+                what = "meets an impact for which the law has no outcome"
+            said = f"the exact motion {what} at time {ends:.6g}, the run goes on"
             time = ends
         elif (
             run.stop_reason in DEAD_ENDS
@@ -217,19 +207,62 @@ class _Comparison:
         ):
             said = f"the run ends as {run.stop_reason} at time {time:.6g}, the exact motion goes on"
         else:
+            if self.exact.ending and run.stop_reason in DEAD_ENDS and self.stopped == "completed":
+                self.detail = f"the run and the exact motion both end at time {time:.6g}: "
+                self.detail += " and ".join(sorted({run.stop_reason, self.exact.ending}))
             return False
         self.failures.append(Disagreement(event="stop", number=0, time=time, reason="sequence"))
         self.stopped, self.detail = "sequence", said
         return True
 
-    def _left_over(self, entry: Entry) -> None:
-        """An event of the exact motion after all of the run's: missing, if before the run's end."""
+    def _left_over(self, entries: Sequence[Entry]) -> None:
+        """Events of the exact motion after all of the run's: missing, if before the run's end.
+
+        Weak impacts may be the end of a chatter, of which the run lists no more; whether they are
+        is seen from the final state.
+        """
+        end = self.run.final_state.time - CLOSE * self.sizes.time
+        for entry in entries:
+            time = float(entry.values[0])
+            if not time < end:
+                return
+            if not (entry.kind == "impact" and _change(entry) < WEAK):
+                rows = self.impacts if entry.kind == "impact" else self.contacts
+                self._apart(entry.kind, len(rows), time)
+                return
+            self.weak.append(entry)
+            self._miss(entry, -1, math.nan)
+
+    def _miss(self, entry: Entry, graze: int, digits: float) -> None:
+        """An impact of the exact motion that is none of the run."""
         time = float(entry.values[0])
-        end = self.run.final_state.time
-        weak = entry.kind == "impact" and _change(entry) < WEAK
-        if time < end - CLOSE * self.sizes.time and not weak:
-            rows = self.impacts if entry.kind == "impact" else self.contacts
-            self._apart(entry.kind, len(rows), time)
+        own = entry.error() * UP
+        self.missed.append((time, _change(entry), graze, digits, own, entry.certified))
+
+    def _without_grazes(self) -> None:
+        """Set impacts aside that are grazes of the run, and compare them."""
+        grazes, entries = self.rows.grazes, []
+        for entry in self.exact.entries:
+            if not len(grazes) or entry.kind != "impact" or not _change(entry) < GRAZING:
+                entries.append(entry)
+                continue
+            off = np.abs(grazes["time"] - float(entry.values[0]))
+            index = int(off.argmin())
+            if not off[index] < GRAZING:
+                entries.append(entry)
+                continue
+            row = grazes[index]
+            _, x1, v1, v1_, x2, v2, v2_ = entry.values
+            sizes = self.sizes.at(float(row["time"]), (x1, v1, x2, v2), (x1, v1_, x2, v2_))
+            balls = ((x1, x1), (v1, v1_), (x2, x2), (v2, v2_))
+            digits = _digits(self._time_errors(row, entry.values[0])[1], self.sizes.time)
+            for name, both, size in zip(STATE, balls, sizes, strict=True):
+                error = max(_off(float(row[name]), ball) for ball in both)
+                digits = min(digits, _digits(error, size))
+            number = self.grazes + index
+            self._miss(entry, number, digits)
+            self._wrong("graze", number, float(row["time"]), digits)
+        self.exact = replace(self.exact, entries=entries)
 
     def _apart(self, kind: str, index: int, time: float) -> None:
         """The run and the exact motion meet different events."""
@@ -244,21 +277,27 @@ class _Comparison:
 
     def _impact(self, index: int, row: np.void, entry: Entry) -> bool:
         """One impact; False if the reference is not known well enough to judge it."""
-        errors = [self._time_error(row, entry.values[0])]
-        errors += [
+        time_error, counted = self._time_errors(row, entry.values[0])
+        errors = [
             _off(float(row[name]), ball)
-            for name, ball in zip(IMPACT_NUMBERS[1:], entry.values[1:], strict=True)
+            for name, ball in zip(MOTION_NUMBERS[1:], entry.values[1:], strict=True)
         ]
-        judged = self._judge(IMPACT_NUMBERS, errors, entry.values, entry)
+        more = [
+            math.nan if ball is None else _off(float(row[name]), _turned(name, row, ball))
+            for name, ball in zip(FURTHER_NUMBERS, entry.more, strict=True)
+        ]
+        sizes = self.sizes.of_impact(entry.values, entry.more[1])
+        balls = (*entry.values, *entry.more)
+        judged = self._judge(sizes, (counted, *errors, *more), balls, entry.certified)
         if judged is None:
             return False
         regime = Regime[entry.regime.upper()] if entry.regime else Regime(int(row["regime"]))
         agrees = bool(regime == row["regime"])
-        ambiguous = not agrees and self._on_a_border(int(row["regime"]), entry, max(errors))
+        worst = max(time_error, *errors)
+        ambiguous = not agrees and self._on_a_border(int(row["regime"]), entry, worst)
         number, time = self._number(index), float(row["time"])
-        self.impacts.append(
-            (number, time, *errors, regime, agrees, ambiguous, *judged, entry.growth)
-        )
+        found = (time_error, *errors, *more, regime, agrees, ambiguous)
+        self.impacts.append((number, time, *found, *judged, entry.growth))
         wrong = judged[0] < self.digits
         if wrong or not (agrees or ambiguous):
             self.failures.append(
@@ -271,16 +310,17 @@ class _Comparison:
     def _contact(self, index: int, row: np.void, entry: Entry) -> bool:
         """One event of lasting contact; False as for an impact."""
         values = tuple(entry.values[place] for place in CONTACT_PLACES)
-        errors = [self._time_error(row, values[0])]
-        errors += [
-            _off(float(row[name]), ball)
-            for name, ball in zip(CONTACT_NUMBERS[1:], values[1:], strict=True)
+        time_error, counted = self._time_errors(row, values[0])
+        errors = [
+            _off(float(row[name]), ball) for name, ball in zip(STATE, values[1:], strict=True)
         ]
-        judged = self._judge(CONTACT_NUMBERS, errors, values, entry)
+        sizes = (self.sizes.time, *self.sizes.at(float(values[0]), values[1:]))
+        judged = self._judge(sizes, (counted, *errors), values, entry.certified)
         if judged is None:
             return False
         time, index = float(row["time"]), self.rows.before[1] + index
-        self.contacts.append((index, int(row["kind"]), time, *errors, *judged, entry.growth))
+        found = (time_error, *errors, *judged, entry.growth)
+        self.contacts.append((index, int(row["kind"]), time, *found))
         self._wrong(entry.kind, index, time, judged[0])
         return True
 
@@ -289,16 +329,51 @@ class _Comparison:
         for index, (row, state, time) in enumerate(
             zip(self.rows.sections, self.exact.samples, self.section_times, strict=False)
         ):
+            number = self.rows.before[2] + index
             if state is None:
+                if self.stopped == "completed":
+                    self.stopped = "undecided"
+                    self.detail = (
+                        f"section {number} (time {time:.6g}) lies at an event or in the end of a"
+                        " chatter"
+                    )
                 continue
             errors = [_off(float(q), ball) for q, ball in zip(row, state, strict=True)]
-            entry = Entry("section", state, None, index < self.exact.proved_samples)
-            judged = self._judge(SECTION_NUMBERS, errors, state, entry)
+            proved = index < self.exact.proved_samples
+            judged = self._judge(self.sizes.at(time, state), errors, state, proved)
             if judged is None:
                 return
-            number = self.rows.before[2] + index
             self.sections.append((number, time, *errors, *judged))
             self._wrong("section", number, time, judged[0])
+
+    def _final(self) -> None:
+        """The final state; after the impact, if one falls on that instant."""
+        run, exact, near = self.run.final_state, self.exact, CLOSE * self.sizes.time
+        known: list[tuple[State, bool]] = []
+        if exact.final is not None:
+            known.append((exact.final, exact.proved_final))
+        for entry in exact.entries:
+            if abs(float(entry.values[0]) - run.time) < near:
+                _, x1, _, v1, x2, _, v2 = entry.values
+                known.append(((x1, v1, x2, v2), entry.certified))
+        # at an impact that has no outcome; a Painleve point is not located as precisely
+        same = exact.ending in ("jammed", "law_failed") and exact.ending == self.run.stop_reason
+        if same and exact.last and exact.ends and abs(exact.ends - run.time) < near:
+            known.append((exact.last, exact.proved_final and exact.final is None))
+        found = []
+        for state, proved in known:
+            errors = [_off(q, ball) for q, ball in zip(run.state, state, strict=True)]
+            sizes = self.sizes.at(run.time, state)
+            judged = self._judge(sizes, errors, state, proved)
+            if judged is not None:
+                found.append((run.time, *errors, *judged))
+        if found:
+            best = max(found, key=lambda row: row[5])
+            self.final.append(best)
+            self._wrong("final_state", 0, run.time, best[5])
+        elif self.weak and self.stopped == "completed":
+            entry = self.weak[0]
+            self._apart("impact", len(self.impacts), float(entry.values[0]))
 
     def _wrong(self, event: str, number: int, time: float, digits: float) -> None:
         if digits < self.digits:
@@ -307,12 +382,18 @@ class _Comparison:
             )
 
     def _judge(
-        self, names: Iterable[str], errors: Sequence[float], values: Sequence[arb], entry: Entry
+        self,
+        sizes: Sequence[float],
+        errors: Sequence[float],
+        values: Sequence[arb | None],
+        proved: bool,
     ) -> tuple[float, float, bool] | None:
         """Digits of the worst number, and how well the exact one is known; None: too badly."""
         least, own = MOST_DIGITS, 0.0
-        for name, error, value in zip(names, errors, values, strict=True):
-            size, blur = self.sizes.of(name), float(value.rad()) * UP
+        for size, error, value in zip(sizes, errors, values, strict=True):
+            if value is None:
+                continue
+            blur = float(value.rad()) * UP
             own = max(own, blur)
             if blur > size * 10.0 ** -(self.digits + 1):
                 if self.stopped == "completed":
@@ -320,19 +401,24 @@ class _Comparison:
                     self.detail = f"the reference itself is known to {blur:.1g} only"
                 return None
             least = min(least, _digits(error, size))
-        return least, own, entry.certified
+        return least, own, proved
 
-    def _time_error(self, row: np.void, ball: arb) -> float:
-        """Error of the time, from the period and the time in it, which do not lose digits.
+    def _time_errors(self, row: np.void, ball: arb) -> tuple[float, float]:
+        """Error of the time, and what of it counts.
 
-        The column `time` may differ from these by its own rounding, no more.
+        The first bounds the errors of `time`, and of `time_in_period` with `period`. Of the second
+        the rounding of both to a double is taken: time itself is none the worse for it.
         """
-        time = float(row["time"])
-        error = max(0.0, _off(time, ball) - float(np.spacing(abs(time))))
-        if self.period is None:
-            return _off(time, ball)
-        since = ball - int(row["period"]) * self.period
-        return max(error, _off(float(row["time_in_period"]), since))
+        balls = [("time", ball)]
+        if self.period is not None:
+            balls.append(("time_in_period", ball - int(row["period"]) * self.period))
+        error = counted = 0.0
+        for name, exact in balls:
+            value = float(row[name])
+            off = _off(value, exact)
+            error = max(error, off)
+            counted = max(counted, off - float(np.spacing(abs(value))))
+        return error, max(counted, 0.0)
 
     def _on_a_border(self, regime: int, entry: Entry, error: float) -> bool:
         """Whether states within the errors of the run have the run's regime."""
@@ -349,19 +435,12 @@ class _Comparison:
         return False
 
 
-def _without_grazes(entries: Sequence[Entry], rows: Rows) -> list[Entry]:
-    """The entries without impacts that the run has as grazes."""
-    times = rows.grazes["time"]
-    return [
-        entry
-        for entry in entries
-        if not (
-            len(times)
-            and entry.kind == "impact"
-            and _change(entry) < GRAZING
-            and np.abs(times - float(entry.values[0])).min() < GRAZING
-        )
-    ]
+def _turned(name: str, row: np.void, ball: arb) -> arb:
+    """A phase, brought next to that of the row by whole turns; any other number as it is."""
+    if name != "phase" or not math.isfinite(float(row[name])):
+        return ball
+    turns = round(float((ball - float(row[name])) / (2 * arb.pi())))
+    return ball - 2 * arb.pi() * turns
 
 
 def _change(entry: Entry) -> float:
@@ -383,7 +462,8 @@ def _digits(error: float, size: float) -> float:
         return MOST_DIGITS
     if size == 0.0 or not math.isfinite(error):
         return 0.0
-    return min(MOST_DIGITS, max(0.0, -math.log10(error / size)))
+    # no quotient, which may leave the range of doubles
+    return min(MOST_DIGITS, max(0.0, math.log10(size) - math.log10(error)))
 
 
 def _mean_growth(impacts: NDArray[np.void]) -> float:

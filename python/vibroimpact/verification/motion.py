@@ -11,8 +11,9 @@ start are the exact doubles. Source: docs/theory.md, sections 1 to 5.
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from flint import arb, ctx, fmpq
 
@@ -20,10 +21,11 @@ from ..reference.contact import Undecided
 from ..reference.flight import State, exact
 from ..reference.flight import System as ExactSystem
 from ..reference.hold import Phase
-from ..reference.hybrid import Motion, Samples, approach_in_contact
+from ..reference.hybrid import Motion, approach_in_contact
 from ..reference.simulate import Event
 from ..reference.slide import Settings, Touch
 from ..system import SYMBOLS, System
+from .path import Parted, Path
 from .watch import Watch
 
 #: The reference is good where it is known to this, four digits more than a double has.
@@ -34,7 +36,7 @@ FIRST, LOST = 256, 6
 #: differences are told from errors and non-linear growth from so much of them on to LINEAR.
 NUDGES, UNSEEN, LINEAR = ("1e-30", "1e-18"), 1e-6, 1e-4
 #: Endings beyond which the model has no motion, or more than one.
-DEAD_ENDS = ("jammed", "painleve")
+DEAD_ENDS = ("jammed", "painleve", "law_failed")
 #: Phases that repeat an impact, or the start, in other words.
 ECHOES = ("impact", "impact_at_start")
 
@@ -44,8 +46,9 @@ class Problem:
     """What is followed: exact parameters, start, times of sections, and the end.
 
     `times` makes the times of the sections and, last, a time past the end of the run, at the
-    working precision. `watch` looks at each impact and section, and says whether the run has parted
-    from the motion for good. At most `most_impacts` are followed.
+    working precision; `end` makes the time at which the run ends. `watch` looks at each impact and
+    section, and says whether the run has parted from the motion for good. At most `most_impacts`
+    are followed.
     """
 
     system: ExactSystem
@@ -53,19 +56,24 @@ class Problem:
     phase: fmpq
     law: str
     times: Callable[[], Sequence[arb]]
+    end: Callable[[], arb]
     watch: Watch
     most_impacts: int
 
 
 @dataclass(frozen=True)
 class Entry:
-    """An impact or an event of contact: values as IMPACT_NUMBERS, radii the reference's error."""
+    """An impact or an event of contact: values as MOTION_NUMBERS, radii the reference's error.
+
+    `more` has those of FURTHER_NUMBERS, of an impact only; None where one has no value.
+    """
 
     kind: str
     values: tuple[arb, ...]
     regime: str | None = None
     certified: bool = False
     growth: float = math.nan
+    more: tuple[arb | None, ...] = ()
 
     def error(self) -> float:
         """Largest error of the values."""
@@ -77,8 +85,10 @@ class Pass:
     """What the reference has met, and why it ended ("" where it went to the end).
 
     The first `proved_samples` states are enclosures; a state is None where it is not known.
-    `ends` is the time beyond which the exact motion has no, or no one, continuation (`jammed`,
-    `painleve`); None if there is none.
+    `final` is the state at the time at which the run ends, None likewise. `ends` is the time beyond
+    which the exact motion has no, or no one, continuation, `ending` (one of DEAD_ENDS) why, and
+    `last` the state there; None and "" if there is none. `looks` are rough values of the motion in
+    between, as in path.py.
     """
 
     bits: int
@@ -88,38 +98,17 @@ class Pass:
     stopped: str = ""
     detail: str = ""
     ends: float | None = None
+    ending: str = ""
+    last: State | None = None
+    final: State | None = None
+    proved_final: bool = False
+    looks: array[float] = field(default_factory=lambda: array("d"), repr=False)
 
 
 def exact_system(system: System) -> ExactSystem:
     """The same parameters, as exact rationals."""
     values = {symbol: getattr(system, name) for symbol, name in SYMBOLS.items()}
     return ExactSystem.parse(values, system.contact)
-
-
-class _Moments(Samples):
-    """States at sections; None where one cannot be told from an event or is skipped by chatter."""
-
-    states: list[State | None]  # type: ignore[assignment]
-    watch: Watch
-
-    def take(self, until: arb, state: Callable[[arb], State]) -> None:
-        """States at the times before `until`."""
-        while len(self.states) < len(self.times):
-            time = self.times[len(self.states)]
-            if time > until:
-                return
-            number = len(self.states)
-            try:
-                self.states.append(state(time) if time < until else None)
-            except Undecided:
-                self.states.append(None)
-            known = self.states[-1]
-            if known is not None and self.watch.section(number, time, known):
-                raise _Parted
-
-
-class _Parted(Exception):
-    """The run has left the motion for good."""
 
 
 class _Unproved(Exception):
@@ -141,7 +130,7 @@ class _Followed(Motion):
     def _tell(self, entry: Event | Phase) -> None:
         super()._tell(entry)
         if isinstance(entry, Event) and self.watch.impact(self.impacts - 1, entry):
-            raise _Parted
+            raise Parted
 
 
 def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> Pass:
@@ -156,11 +145,10 @@ def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> P
     start[3] += exact(nudge) if touching else 0
     tolerance = 10.0 ** -min(300.0, 0.13 * bits)
     settings = Settings(bits, order=max(20, bits // 8), tolerance=tolerance)
-    stopped, detail, ends = "", "", None
+    stopped, detail, ending = "", "", ""
     problem.watch.begin(bits)
     with ctx.workprec(bits):
-        moments = _Moments(problem.times())
-        moments.watch = problem.watch
+        moments = Path(problem.times(), problem.end(), problem.watch, problem.system)
         motion = _Followed(
             problem.system,
             start,
@@ -174,35 +162,61 @@ def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> P
         )
         motion.watch = problem.watch
         try:
-            if motion.run().ending in DEAD_ENDS:
-                ends = float(motion.now)
-        except _Parted:
+            ending = motion.run().ending
+        except Parted:
             stopped, detail = "lost", "the run has parted from the exact motion for good"
         except _Unproved:
             stopped, detail = "unproved", "complete chatter or lasting contact"
         except Undecided as doubt:
             stopped, detail = "undecided", str(doubt)
         except ValueError as error:
-            stopped, detail = "start", str(error)
+            stopped = "undecided" if motion.story else "start"
+            detail = str(error)
         except RuntimeError as error:
             stopped, detail = "event_cap", f"{error} (max_events)"
         except KeyboardInterrupt:
             stopped, detail = "interrupted", "interrupted"
         entries = [
-            _entry(told, place < motion.proved)
+            _entry(told, place < motion.proved, problem)
             for place, told in enumerate(motion.story)
             if not (isinstance(told, Phase) and told.event in ECHOES)
         ]
-        samples: list[State | None] = [*motion.samples.states]
-    return Pass(bits, entries, samples, motion.proved_samples, stopped, detail, ends)
+        done = Pass(bits, entries, moments.states, motion.proved_samples, stopped, detail)
+        done = replace(done, final=moments.final, proved_final=enclose, looks=moments.looks)
+        if ending in DEAD_ENDS:
+            last = (motion.x1, motion.v1, motion.x2, motion.v2)
+            done = replace(done, ending=ending, ends=float(motion.now), last=last)
+    return done
 
 
-def _entry(told: Event | Phase, proved: bool) -> Entry:
+def _entry(told: Event | Phase, proved: bool, problem: Problem) -> Entry:
     if isinstance(told, Event):
         velocities = (told.v1_pre, told.v1_post, told.x2, told.v2_pre, told.v2_post)
-        return Entry("impact", (told.time, told.x1, *velocities), told.regime, proved)
+        more = _impulses(told, problem)
+        return Entry("impact", (told.time, told.x1, *velocities), told.regime, proved, more=more)
     x1, v1, x2, v2 = told.state
     return Entry(told.event, (told.time, x1, v1, v1, x2, v2, v2), None, proved)
+
+
+def _impulses(told: Event, problem: Problem) -> tuple[arb | None, ...]:
+    """Phase (not reduced), normal and tangential impulse, and energy loss of an impact.
+
+    The moment balance of body 1, v1' - v1 = -cos x1 P + sin x1 T, gives T, and where sin x1 = 0 it
+    has none; the loss is (v1^2 - v1'^2)/2 - P (v2 + v2')/2, finite for mbar = 0.
+    """
+    system, normal = problem.system, told.impulse
+    phase = arb(system.omega) * told.time + arb(problem.phase)
+    if normal is None:
+        return phase, None, None, None
+    change = told.v1_post - told.v1_pre
+    tangential: arb | None = arb(0)
+    if system.mu != 0:
+        sine = told.x1.sin()
+        known = not sine.contains(0)
+        tangential = (change + told.x1.cos() * normal) / sine if known else None
+    loss = -change * (told.v1_pre + told.v1_post) / 2
+    loss -= normal * (told.v2_pre + told.v2_post) / 2
+    return phase, normal, tangential, loss
 
 
 def exact_motion(problem: Problem, impacts: int, max_precision: int) -> Pass:
@@ -274,10 +288,15 @@ def _certified_part(done: Pass) -> Pass:
     proved = done.samples[: done.proved_samples]
     good = 0
     for state in proved:
-        if state is not None and not max(float(value.rad()) for value in state) < GOOD:
+        if state is not None and not _narrow(state):
             break
         good += 1
-    return replace(done, entries=entries, samples=proved[:good], proved_samples=good)
+    final = done.final if done.final and _narrow(done.final) else None
+    return replace(done, entries=entries, samples=proved[:good], proved_samples=good, final=final)
+
+
+def _narrow(state: State) -> bool:
+    return max(float(value.rad()) for value in state) < GOOD
 
 
 def _compared(problem: Problem, max_precision: int) -> Pass:
@@ -313,19 +332,35 @@ def _difference(one: Pass, two: Pass) -> tuple[Pass, bool]:
             if coarse.regime != fine.regime:
                 agree = False
                 break
-            entries.append(replace(fine, values=_together(coarse.values, fine.values)))
-        samples: list[State | None] = []
-        for before, after in zip(one.samples, two.samples, strict=False):
-            both = None if before is None or after is None else _together(before, after)
-            samples.append(None if both is None else (both[0], both[1], both[2], both[3]))
+            values = _together(coarse.values, fine.values)
+            entries.append(replace(fine, values=values, more=_joint(coarse.more, fine.more)))
+        samples = [_state(p, q) for p, q in zip(one.samples, two.samples, strict=False)]
+        final, last = _state(one.final, two.final), _state(one.last, two.last)
     agree = agree and all(entry.error() < GOOD for entry in entries)
-    return Pass(two.bits, entries, samples, 0, two.stopped, two.detail, two.ends), agree
+    both = replace(two, entries=entries, samples=samples, proved_samples=0)
+    return replace(both, final=final, last=last, proved_final=False), agree
 
 
 def _together(coarse: Sequence[arb], fine: Sequence[arb]) -> tuple[arb, ...]:
     """The finer values with radii that hold the coarser ones."""
     return tuple(
         arb(q.mid(), (abs(p - q) + q.rad()).abs_upper()) for p, q in zip(coarse, fine, strict=True)
+    )
+
+
+def _state(coarse: State | None, fine: State | None) -> State | None:
+    """The same for a state, if both know it."""
+    if coarse is None or fine is None:
+        return None
+    x1, v1, x2, v2 = _together(coarse, fine)
+    return x1, v1, x2, v2
+
+
+def _joint(coarse: Sequence[arb | None], fine: Sequence[arb | None]) -> tuple[arb | None, ...]:
+    """The same for values that may be missing."""
+    return tuple(
+        None if p is None or q is None else _together((p,), (q,))[0]
+        for p, q in zip(coarse, fine, strict=True)
     )
 
 
@@ -340,8 +375,10 @@ def _joined(proof: Pass, compared: Pass) -> Pass:
     samples = proof.samples + compared.samples[len(proof.samples) :]
     bits = max(proof.bits, compared.bits)
     known = len(proof.samples)
-    done = Pass(bits, entries, samples, known)
-    return replace(done, stopped=compared.stopped, detail=compared.detail, ends=compared.ends)
+    done = replace(compared, bits=bits, entries=entries, samples=samples, proved_samples=known)
+    if proof.final is not None:
+        done = replace(done, final=proof.final, proved_final=True)
+    return replace(done, looks=proof.looks + compared.looks)
 
 
 def _with_growth(problem: Problem, done: Pass) -> Pass:

@@ -2,9 +2,9 @@
 
 Errors are upper bounds of |run - exact motion| and hold the reference's own error. The digits of a
 number are -log10 of its error in units of its size: for x1, v1, x2, v2 the largest value that the
-motion takes (1e-8 of the largest of all, if it is less), for times the drive period (without a
-drive, the largest time). A row has the digits of its worst number, at most 16, since a double has
-no more. All quantities are dimensionless.
+motion takes in the last period before the row, for times the drive period, or 2 pi if that is less
+(more exactly in sizes.py). The rounding of a time to a double does not count. A row has the digits
+of its worst number, at most 16, since a double has no more. All quantities are dimensionless.
 """
 
 from __future__ import annotations
@@ -18,8 +18,10 @@ from numpy.typing import NDArray
 from ..fixed_arrays import FixedArrays
 from .wording import sentences
 
-#: Numbers of an impact that are verified, besides its regime.
-IMPACT_NUMBERS = ("time", "x1", "v1_pre", "v1_post", "x2", "v2_pre", "v2_post")
+#: Numbers of an impact that are verified, besides its regime: of the motion, and what follows.
+MOTION_NUMBERS = ("time", "x1", "v1_pre", "v1_post", "x2", "v2_pre", "v2_post")
+FURTHER_NUMBERS = ("phase", "impulse_normal", "impulse_tangential", "energy_loss")
+IMPACT_NUMBERS = MOTION_NUMBERS + FURTHER_NUMBERS
 #: Numbers of an event of lasting contact, and those of a section.
 CONTACT_NUMBERS = ("time", "x1", "v1", "x2", "v2")
 SECTION_NUMBERS = ("x1", "v1", "x2", "v2")
@@ -57,6 +59,10 @@ SECTION_DTYPE = np.dtype(
         *_JUDGED,
     ]
 )
+FINAL_DTYPE = np.dtype(
+    [("time", "f8"), *((f"error_{name}", "f8") for name in SECTION_NUMBERS), *_JUDGED]
+)
+MISSED_DTYPE = np.dtype([("time", "f8"), ("jump", "f8"), ("graze", "i8"), *_JUDGED])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,11 +72,12 @@ class Disagreement:
     Attributes
     ----------
     event
-        ``"impact"``, ``"section"``, the kind of an event of lasting contact, or ``"stop"``: the
-        run ends as ``jammed`` or ``painleve`` and the exact motion goes on, or the reverse.
+        ``"impact"``, ``"section"``, the kind of an event of lasting contact, ``"graze"`` (of the
+        run, where the exact motion has an impact), ``"final_state"``, or ``"stop"``: the run ends
+        as ``jammed``, ``painleve`` or ``law_failed`` and the exact motion goes on, or the reverse.
     number
-        Of an impact its number since t = 0, counted from 1; of a stop 0; else the row in the table
-        of a run that keeps all.
+        Of an impact its number since t = 0, counted from 1; of a stop or the final state 0; else
+        the row in the table of a run that keeps all.
     time
         When, as the run has it.
     reason
@@ -98,8 +105,11 @@ class Verification(FixedArrays):
         verified has them.
     impacts
         One row per verified impact of ``run.impacts``, from the first kept one on: ``number``
-        (since t = 0, counted from 1), ``time``, ``error_time``, ``error_x1``, ``error_v1_pre``,
-        ``error_v1_post``, ``error_x2``, ``error_v2_pre``, ``error_v2_post`` (upper bounds of the
+        (since t = 0, counted from 1), ``time``, ``error_time`` (of ``time``, and of
+        ``time_in_period`` with ``period``), ``error_x1``, ``error_v1_pre``, ``error_v1_post``,
+        ``error_x2``, ``error_v2_pre``, ``error_v2_post``, ``error_phase``,
+        ``error_impulse_normal``, ``error_impulse_tangential`` (NaN where sin x1 = 0 leaves it no
+        sign), ``error_energy_loss`` (upper bounds of the
         absolute errors), ``regime`` (that of the exact motion), ``regime_agrees``, ``ambiguous``
         (another regime, but so near the border between both that the errors explain it), ``digits``
         (those of the worst number), ``reference_error`` (largest error of the reference itself),
@@ -107,11 +117,21 @@ class Verification(FixedArrays):
         ``growth`` (of a small perturbation of v1 at t = 0 until then, as a factor; NaN if unknown).
     contacts
         The same for ``run.contacts``: ``row``, ``kind``, ``time``, errors of time, x1, v1, x2, v2.
+        Its phase, its forces and what it says of the chatter are not compared.
     sections
         The same for ``run.stroboscopic``: ``row``, ``time``, errors of x1, v1, x2, v2.
     whole_impacts, whole_contacts, whole_sections
         The same from t = 0 on, kept or not, with ``row`` as in a run that keeps all. What the run
         has not kept was made again.
+    final
+        One row for ``run.final_state``: ``time``, errors of x1, v1, x2, v2; none if it was not
+        reached, at a Painleve point, or within the end of a chatter.
+    missed
+        Impacts of the exact motion since t = 0 that the run does not have: ``time``, ``jump`` (how
+        much they change a velocity), ``graze`` (row of the graze of the run in its place, -1 if
+        there is none: the weakest of a chatter in which the run ends), ``digits`` (of the graze,
+        beside the states before and after the impact; else NaN), and ``reference_error``,
+        ``certified`` as above.
     kept
         Numbers of impacts, contact events and sections that the run holds.
     first_kept, kept_from
@@ -143,6 +163,8 @@ class Verification(FixedArrays):
     whole_impacts: NDArray[np.void]
     whole_contacts: NDArray[np.void]
     whole_sections: NDArray[np.void]
+    final: NDArray[np.void]
+    missed: NDArray[np.void]
     kept: tuple[int, int, int]
     first_kept: int
     kept_from: float
@@ -156,16 +178,25 @@ class Verification(FixedArrays):
     def holds(self) -> bool:
         """Whether all that the run holds was verified and has the digits asked for.
 
-        Of a run that keeps nothing: whether its whole motion has.
+        Of a run that keeps nothing: whether its whole motion has. Never of nothing at all.
         """
         if not any(self.kept) and self.horizon is not None:
             return False
-        return self.stopped == "completed" and all(bool(good.all()) for good in self._right())
+        grazes = self.missed["digits"][self.missed["time"] > self.kept_from]
+        return (
+            self.stopped == "completed"
+            and any(map(len, self._tables()))
+            and not bool((grazes < self.digits).any())
+            and all(bool(good.all()) for good in self._right())
+        )
 
     @property
     def certified(self) -> bool:
-        """Whether every error stated here is proved: enclosures all the way, no estimate."""
-        return all(bool(table["certified"].all()) for table in self._whole())
+        """Whether errors are stated and all proved: enclosures all the way, no estimate."""
+        tables = (*self._whole(), self.missed)
+        return any(map(len, self._whole())) and all(
+            bool(table["certified"].all()) for table in tables
+        )
 
     @property
     def least_digits(self) -> float:
@@ -182,10 +213,10 @@ class Verification(FixedArrays):
         return int(self.whole_impacts["number"][right[-1]]) if len(right) else 0
 
     def _tables(self) -> tuple[NDArray[np.void], ...]:
-        return self.impacts, self.contacts, self.sections
+        return self.impacts, self.contacts, self.sections, self.final
 
     def _whole(self) -> tuple[NDArray[np.void], ...]:
-        return self.whole_impacts, self.whole_contacts, self.whole_sections
+        return self.whole_impacts, self.whole_contacts, self.whole_sections, self.final
 
     def _right(self) -> list[NDArray[np.bool_]]:
         """Which of the kept rows have the digits asked for, and the regime."""

@@ -132,6 +132,8 @@ def _is_the_same(run: Run, again: Run, dropped: int, sections: int, most: int) -
     events, rows = again.events[:-1], run._core.events[:-1]
     beyond = run.final_state.period > most or dropped + len(rows) > _most_events(most)
     if not beyond:
+        # a run that ends before its window begins has not so many
+        sections = min(sections, run.final_state.period)
         if len(events) < dropped + len(rows) or len(again.stroboscopic) < sections:
             return False
         if not run._core.interrupted and again.final_state != run.final_state:

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 #: So many impacts or sections in a row this far off, in drive periods or in the size of the motion,
 #: and the run has parted from the exact motion.
 PARTED, FAR = 40, 0.01
+#: The size of the motion is the largest value at so many sections in a row.
+AROUND = 5
 #: What times are measured in where the drive is slower or constant: a period of body 2 alone.
 OWN_PERIOD = 2.0 * math.pi
 
@@ -67,9 +69,11 @@ class Watch:
 
     @cached_property
     def _far(self) -> NDArray[np.float64]:
-        """From where on a section is far off."""
-        sizes = np.abs(self.sections).max(axis=0)
-        far: NDArray[np.float64] = FAR * np.maximum(sizes, FAR * sizes.max())
+        """From where on each section is far off: by the size of the motion about it."""
+        sizes = np.abs(self.sections)
+        for shift in range(1, AROUND):
+            np.maximum(sizes[shift:], np.abs(self.sections[:-shift]), out=sizes[shift:])
+        far: NDArray[np.float64] = FAR * np.maximum(sizes, FAR * sizes.max(axis=1, keepdims=True))
         return far
 
     def begin(self, bits: int) -> None:
@@ -98,7 +102,7 @@ class Watch:
         if not 0 <= row < len(self.sections):
             return False
         off = [abs(float(q) - p) for q, p in zip(state, self.sections[row], strict=True)]
-        near = bool((np.array(off) < self._far).all())
+        near = bool((np.array(off) < self._far[row]).all())
         self.far_sections = 0 if near else self.far_sections + 1
         return self.far_sections >= PARTED and not self.settles
 

@@ -25,8 +25,14 @@ def sentences(found: Verification) -> list[str]:
         lines += [_held(found)] if any(map(len, found._whole())) else []
     if horizon is not None:
         lines += _horizon(found, horizon)
+    lines += _missed(found)
     if found.stopped != "completed":
         lines.append(_end(found))
+    else:
+        lines += [found.stop_detail] if found.stop_detail else []
+        if not len(found.final):
+            where = "where the model ends" if found.stop_detail else "within the end of a chatter"
+            lines.append(f"the final state is not compared: it lies {where}")
     if not found.from_start:
         lines.append(
             "only what is kept is judged: made again, this run does not get the same numbers"
@@ -46,23 +52,28 @@ def sentences(found: Verification) -> list[str]:
 def _kept(found: Verification) -> str:
     """What of the kept rows is verified, and holds."""
     tables, of = found._tables(), found.kept
-    if not any(of):
+    right = [int(good.sum()) for good in found._right()]
+    if not any((*of, *right)):
         return "nothing is kept"
     if not any(map(len, tables)):
         return "nothing that is kept is verified"
-    right = [int(good.sum()) for good in found._right()]
     if not any(right):
         return f"nothing that is kept holds {found.digits} digits"
     words = ("impact", "contact event", "section")
-    every = [*zip(right, of, words, strict=True)]
+    every = [*zip(right[:3], of, words, strict=True)]
     parts = [_counted(*part) for part in every if part[1]]
+    if parts and found.kept_from:
+        parts[-1] += " that are kept"
+    if right[3]:
+        parts.append("the final state")
     least = min(
         float(table["digits"][good].min())
         for table, good in zip(tables, found._right(), strict=True)
         if good.any()
     )
-    kept = " that are kept" if found.kept_from else ""
-    return f"{_listed(parts)}{kept} hold to {math.floor(least)} digits"
+    hold = "hold" if len(parts) > 1 or any(of) else "holds"
+    said = f"{_listed(parts)} {hold} to {math.floor(least)} digits"
+    return said if right[3] or not len(found.final) else f"{said}, the final state does not"
 
 
 def _held(found: Verification) -> str:
@@ -101,6 +112,24 @@ def _horizon(found: Verification, horizon: Disagreement) -> list[str]:
     return lines
 
 
+def _missed(found: Verification) -> list[str]:
+    """What impacts of the exact motion the run does not have."""
+    lines, missed = list[str](), found.missed
+    of_graze = missed["graze"] >= 0
+    for rows, where in (
+        (missed[of_graze], "a graze of the run, without impulse"),
+        (missed[~of_graze], "not in the run, which ends in their chatter"),
+    ):
+        if len(rows):
+            many, strongest = len(rows), float(rows["jump"].max())
+            what = "impact of the exact motion is" if many == 1 else "impacts of the exact motion,"
+            each = "" if many == 1 else " each"
+            lines.append(
+                f"{many} {what}{each} {where}; the velocities jump there by up to {strongest:.2g}"
+            )
+    return lines
+
+
 def _first_wrong(found: Verification, horizon: Disagreement) -> str:
     """The horizon, and the last wrong row if right ones follow."""
     few = f"fewer than {found.digits} digits"
@@ -136,8 +165,8 @@ def _impact(row: np.void) -> str:
 
 
 def _where(horizon: Disagreement) -> str:
-    if horizon.event == "stop":
-        return f"the stop (time {horizon.time:.6g})"
+    if horizon.event in ("stop", "final_state"):
+        return f"the {horizon.event.replace('_', ' ')} (time {horizon.time:.6g})"
     return f"{horizon.event} {horizon.number} (time {horizon.time:.6g})"
 
 

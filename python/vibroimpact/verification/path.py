@@ -1,0 +1,102 @@
+"""What of the exact motion is looked at between its events: how large it is, where the run ends.
+
+Whatever moves the bodies over a stretch of time (a flight, a slide, a stick) gives the state at any
+time of it. Three things are taken from it: the states at the sections, the one at the end of the
+run, and rough values, in few bits and often enough that their largest is the size of the motion.
+"""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections.abc import Callable, Sequence
+
+from flint import arb, ctx
+
+from ..reference.contact import Undecided
+from ..reference.flight import State
+from ..reference.flight import System as ExactSystem
+from ..reference.hybrid import Samples
+from .watch import OWN_PERIOD, Watch
+
+#: Times at which the motion is looked at in a window, and the bits for that.
+LOOKS, ROUGH = 32, 64
+#: A window is no longer than so many periods of body 2 alone, however slow drive or pendulum are.
+LONGEST_WINDOW = 10
+
+
+def window(system: ExactSystem) -> float:
+    """The time over which the size of the motion is taken: its longest period, within limits."""
+    rates = [float(rate) for rate in (system.omega, system.omega0) if rate > 0]
+    slowest = min([1.0, *rates])
+    return OWN_PERIOD * min(LONGEST_WINDOW, 1.0 / slowest)
+
+
+class Parted(Exception):
+    """The run has left the motion for good."""
+
+
+class Path(Samples):
+    """Takes the states at sections; None where one cannot be told from an event or is skipped.
+
+    `final` is the state at the time `end`, None likewise; `looks` has time, x1, v1, x2, v2 of each
+    look, one after the other.
+    """
+
+    states: list[State | None]  # type: ignore[assignment]
+
+    def __init__(
+        self, times: Sequence[arb], end: arb | None, watch: Watch, system: ExactSystem
+    ) -> None:
+        super().__init__(times)
+        self.end, self.watch, self.window = end, watch, window(system)
+        self.final: State | None = None
+        self.looks = array("d")
+        self._reached = self._next = 0.0
+
+    def take(self, until: arb, state: Callable[[arb], State]) -> None:
+        """States at the times before `until`."""
+        self._look(until, state)
+        if self.end is not None and not self.end > until:
+            self.final = self._at(self.end, until, state)
+            self.end = None
+        while len(self.states) < len(self.times):
+            time = self.times[len(self.states)]
+            if time > until:
+                return
+            number = len(self.states)
+            self.states.append(self._at(time, until, state))
+            known = self.states[-1]
+            if known is not None and self.watch.section(number, time, known):
+                raise Parted
+
+    def _at(self, time: arb, until: arb, state: Callable[[arb], State]) -> State | None:
+        try:
+            return state(time) if time < until else None
+        except Undecided:
+            return None
+
+    def _look(self, until: arb, state: Callable[[arb], State]) -> None:
+        """Rough values in the windows before the sections of a stretch, and before its end."""
+        stop, step = float(until), self.window / LOOKS
+        anchors = []
+        for place in range(len(self.states), len(self.times)):
+            if not self.times[place] < until:
+                break
+            anchors.append(float(self.times[place]))
+        with ctx.workprec(ROUGH):
+            for anchor in (*anchors, stop):
+                time = max(self._next, anchor - self.window, self._reached)
+                while time < anchor:
+                    self._take_down(time, state)
+                    time += step
+                self._next = time
+        self._reached = stop
+
+    def _take_down(self, time: float, state: Callable[[arb], State]) -> None:
+        try:
+            values = [float(q) for q in state(arb(time))]
+        except Undecided:
+            return
+        if all(map(math.isfinite, values)):
+            self.looks.extend((time, *values))
