@@ -1,39 +1,86 @@
-"""E10: two orbits that start 1e-9 apart, at the parameters of Fig. 9(2) and of Fig. 9(4).
+"""E10: at the parameters of Fig. 9(4) a stable 154-77 motion and a chaotic one coexist.
 
-The paper calls both motions chaotic. Under the corrected law the orbits of the first drift apart
-exponentially, those of the second do not.
+Impact sections of both, the growth of a perturbation of each, and the map from one impact of the
+chaotic motion to the 154th after it, in one of the 154 narrow bands that its impacts fill: two
+branches, both steeper than the diagonal.
 """
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
-from vibroimpact.paper import MOTIONS
-from vibroimpact.paper.evidence import PERTURBATION, amplification
-from vibroimpact.plot.style import BLACK, SKY_BLUE
+import vibroimpact as vi
+from vibroimpact.paper import INITIAL, MOTIONS
+from vibroimpact.paper.evidence import PERTURBATION, amplification, coexisting_chaos
+from vibroimpact.plot.style import BLACK, GREY, VERMILLION
 
-SHOWN = (("9(2)", SKY_BLUE, "o"), ("9(4)", BLACK, "s"))
+SYSTEM = next(motion.system for motion in MOTIONS if motion.id == "9(4)")
+# Impacts from a band of the chaotic motion back to it; the orbit of the other has as many sections.
+RETURN = 154
+SETTLING = 20_000
+# A part of both sections, enlarged: x1, x1'.
+WINDOW = ((0.055, 0.130), (1.490, 1.600))
 
 
 def draw(quick: bool) -> Figure:
-    """Draw the growth of a perturbation over drive periods."""
-    figure = Figure(figsize=(6.0, 2.8), layout="constrained")
-    ax = figure.subplots()
-    for name, color, marker in SHOWN:
-        motion = next(motion for motion in MOTIONS if motion.id == name)
-        values = amplification(motion.system, periods=100 if quick else 600)
-        ax.plot(
-            np.arange(1, len(values) + 1),
-            values,
+    """Draw both sections, the growth from both starts, and the return map."""
+    chaos = coexisting_chaos(SYSTEM, periods=400 if quick else SETTLING).run
+    if chaos is None:
+        raise RuntimeError("no random start leads to chaos")
+    figure = Figure(figsize=(6.4, 5.4), layout="constrained")
+    ((ordered, chaotic), (growth, returns)) = figure.subplots(2, 2)
+    cases = (
+        (ordered, INITIAL, BLACK, "(a) from the paper's start: 154-77", "paper's start"),
+        (chaotic, chaos.initial, VERMILLION, "(b) from another start: chaotic", "other start"),
+    )
+    for ax, start, color, title, short in cases:
+        keep = 2_000 if quick else 200_000
+        run = vi.simulate(SYSTEM, initial=start, periods=SETTLING + keep, keep=keep)
+        impacts = run.impacts
+        section(ax, impacts, color, title)
+        values = amplification(SYSTEM, initial=start, periods=1_540 if quick else 10_780)
+        # Over an orbit it swings by two orders of magnitude.
+        middle = np.median(values.reshape(-1, RETURN), axis=1)
+        growth.plot(RETURN * np.arange(1, len(middle) + 1), middle, color=color, lw=1.1)
+        growth.annotate(
+            short,
+            (RETURN * len(middle), middle[-1]),
+            xytext=(-4, -10 if color == VERMILLION else 10),
+            textcoords="offset points",
+            ha="right",
+            va="top" if color == VERMILLION else "bottom",
             color=color,
-            lw=0.9,
-            marker=marker,
-            ms=4.0,
-            markevery=50,
-            label=rf"Fig. {name}, $\omega = {motion.system.drive_frequency:g}$",
         )
-    ax.set_yscale("log")
-    ax.set_xlabel("drive periods")
-    exponent = round(np.log10(PERTURBATION))
-    ax.set_ylabel(rf"distance / $10^{{{exponent}}}$")
-    ax.legend(loc="center right")
+    growth.set_yscale("log")
+    growth.set_xlabel("drive periods")
+    growth.set_ylabel(rf"distance / $10^{{{round(np.log10(PERTURBATION))}}}$")
+    growth.set_title("(c) growth of a perturbation", loc="left")
+    return_map(returns, impacts["v1_pre"])
     return figure
+
+
+def section(ax: Axes, impacts: NDArray[np.void], color: str, title: str) -> None:
+    """Draw the impacts of a run, and a part of them enlarged."""
+    inset = ax.inset_axes((0.20, 0.32, 0.40, 0.40))
+    for axes, size in ((ax, 1.6), (inset, 2.0)):
+        axes.scatter(impacts["x1"], impacts["v1_pre"], s=size, color=color, lw=0, rasterized=True)
+    inset.set_xlim(*WINDOW[0])
+    inset.set_ylim(*WINDOW[1])
+    inset.tick_params(labelsize=6, length=2)
+    ax.indicate_inset_zoom(inset, edgecolor=GREY)
+    ax.set_xlabel("$x_1$")
+    ax.set_ylabel(r"$\dot x_1$ before impact")
+    ax.set_title(title, loc="left")
+
+
+def return_map(ax: Axes, velocity: NDArray[np.float64]) -> None:
+    """Draw the velocity before an impact against that 154 impacts before, in the widest band."""
+    bands = velocity[: len(velocity) // RETURN * RETURN].reshape(-1, RETURN)
+    band = bands[:, np.ptp(bands, axis=0).argmax()]
+    ends = (band.min(), band.max())
+    ax.plot(ends, ends, color=GREY, lw=0.8, ls=(0, (4, 2)))
+    ax.scatter(band[:-1], band[1:], s=2.0, color=VERMILLION, lw=0, rasterized=True)
+    ax.set_xlabel(r"$\dot x_1$ before impact $n$")
+    ax.set_ylabel(rf"$\dot x_1$ before impact $n + {RETURN}$")
+    ax.set_title("(d) return map in a band of (b)", loc="left")

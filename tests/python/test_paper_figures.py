@@ -246,6 +246,27 @@ def test_both_coexisting_motions_are_drawn():
     assert second.get_xlim()[1] == pytest.approx(other.run.final_state.time)
 
 
+def test_coexisting_chaos_is_drawn_over_the_same_times():
+    (motion,) = [motion for motion in MOTIONS if motion.id == "9(4)"]
+    item = motions.simulated(motion)
+    assert item.beside.run.initial == item.other.run.initial
+    page = motions.draw(9, [item], None)
+    assert "paper: chaotic; found: 154-77" in texts(page)
+    assert "found: chaotic" in texts(page)
+    first, second = (part.get_axes() for part in page.figure.subfigs)
+    assert first[0].get_xlim() == second[0].get_xlim()
+    for section, drawn in ((first[1], item), (second[1], item.beside)):
+        small, large = (len(dots.get_offsets()) for dots in section.collections[:2])
+        assert (small, large) == (len(drawn.long_run.impacts), len(drawn.run.impacts))
+    # The periodic one draws 77 points again and again, the chaotic one many more.
+    distinct = [
+        len({tuple(point) for point in np.round(axes[1].collections[0].get_offsets()[-2000:], 6)})
+        for axes in (first, second)
+    ]
+    assert distinct[0] < 160
+    assert distinct[1] > 1000
+
+
 def legend_of(page):
     (legend,) = page.figure.legends
     return {
@@ -341,6 +362,7 @@ def test_figure_7_comes_with_the_claim_of_its_low_frequencies(tmp_path):
     assert [path.stem for path in result.files] == [*pages, "claims", "claims"]
     (claim,) = result.claims
     assert (claim.id, claim.verdict) == ("7c-low", "refuted")
+    assert claim.decided_by.startswith("drive periods in which a complete chatter ends: 100 of 100")
     assert "## Fig. 7c-low: refuted" in (tmp_path / "claims.md").read_text(encoding="utf-8")
 
 

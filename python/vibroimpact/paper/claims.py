@@ -24,6 +24,10 @@ Verdict = Literal["reproduced", "corrected", "refuted", "open"]
 # attractor, a periodic or quasi-periodic one leaves it near what the transient makes of it.
 _SEPARATED = 1e6
 _BOUNDED = 1e3
+# Sections one period apart that differ by less are those of a periodic motion, in the long run.
+_SETTLED = 1e-9
+# With one of these labels among the motions from other starts, one of them may be chaotic.
+_CHAOS_OR_LIKE_IT = frozenset({"chaotic", "quasi-periodic", "unresolved"})
 
 
 @dataclass(frozen=True)
@@ -31,7 +35,8 @@ class Claim:
     """One line of claims.json.
 
     `residual` is that of `PeriodReport`, or of `PeriodicMotion` for an algebraic solution, None
-    without a period; `figure` is None for a conclusion.
+    without a period; `figure` is None for a conclusion. `evidence` opens with what the verdict
+    rests on, up to the first semicolon (`decided_by`).
     """
 
     id: str
@@ -44,6 +49,11 @@ class Claim:
     verdict: Verdict
     evidence: str
     command: str
+
+    @property
+    def decided_by(self) -> str:
+        """What the verdict rests on: the evidence up to its first semicolon."""
+        return self.evidence.partition("; ")[0]
 
 
 def references() -> dict[str, dict[str, Any]]:
@@ -69,7 +79,8 @@ def evaluate(
     run : Run
         The motion from the paper's initial state over `PERIODS` drive periods, `KEEP` kept.
     coexistence : Coexistence, optional
-        Motions reached from other starts, for a motion whose label is not the paper's.
+        Motions reached from other starts, for a motion whose label is not the paper's: by
+        `coexisting`, where the paper says "chaotic" by `coexisting_chaos`.
     long_run : Run, optional
         The motion over a longer time, for a claim of chaos or about impacts that stop; for the
         latter it must have kept all impacts.
@@ -82,16 +93,16 @@ def evaluate(
     reference = references()[motion.id]
     found = run.label
     if motion.paper_says == "chaotic":
-        verdict, text = _judge_growth(motion, found, long_run)
+        verdict, text = _judge_growth(motion, found, long_run, coexistence)
     elif long_run is not None:
         verdict, text = _judge_counts(long_run)
         found = f"{long_run.impact_count} impacts by period {evidence.drive_periods(long_run)}"
     elif found == motion.paper_says:
-        verdict, text = "reproduced", ""
+        verdict, text = "reproduced", "the same label from the paper's start"
     elif coexistence is not None:
         verdict, text = _judge_coexistence(coexistence)
     else:
-        verdict, text = "open", ""
+        verdict, text = "open", "another label, and no other start was tried"
     period = run.period
     return Claim(
         id=motion.id,
@@ -102,27 +113,61 @@ def evaluate(
         residual=period.residual if period.m is not None else None,
         reference=reference,
         verdict=verdict,
-        evidence="; ".join(filter(None, [_comparison(run, reference), text])),
+        evidence=f"{text}; {_comparison(run, reference)}",
         command=_command(motion),
     )
 
 
-def _judge_growth(motion: Motion, found: str, long_run: Run | None) -> tuple[Verdict, str]:
-    """Judge "chaotic" by the label and by how far a nearby orbit goes away."""
+def _judge_growth(
+    motion: Motion, found: str, long_run: Run | None, coexistence: Coexistence | None
+) -> tuple[Verdict, str]:
+    """Judge "chaotic": from the paper's start by label and growth, else from other starts.
+
+    That the motion from the paper's start is another one needs two things: a nearby orbit stays
+    near, and the motion settles on a period. Little growth alone could be weak chaos.
+    """
     growth = evidence.amplification(motion.system, periods=PERIODS)
     largest = float(growth.max(initial=0.0))
-    text = (
-        f"a perturbation of {evidence.PERTURBATION:g} grows at most {largest:.2g}-fold within "
-        f"{len(growth)} periods and is {float(growth[-1]):.2g}-fold at their end"
+    decisive = (
+        f"a perturbation grows {largest:.2g}-fold within {len(growth)} periods (chaos needs "
+        f"{_SEPARATED:.0e})"
     )
+    text = (
+        f"the perturbation is of {evidence.PERTURBATION:g}, and {float(growth[-1]):.2g}-fold after "
+        f"{len(growth)} periods"
+    )
+    settled = False
     if long_run is not None:
-        count = evidence.drive_periods(long_run)
-        text += f"; after {count} periods the motion is {long_run.label}"
-    if found == "chaotic" and largest > _SEPARATED:
-        return "reproduced", text
-    if found != "chaotic" and largest < _BOUNDED:
-        return "refuted", text
-    return "open", text
+        period = long_run.period
+        after = f"{long_run.label} after {evidence.drive_periods(long_run)} periods"
+        if period.m is not None:
+            settled = period.residual < _SETTLED
+            after += f" with a residual of {period.residual:.1e}"
+        decisive = f"{after}, and {decisive}"
+    decisive = f"from the paper's start {decisive}"
+    if found == "chaotic" and largest > _SEPARATED and not settled:
+        return "reproduced", f"{decisive}; {text}"
+    other = found != "chaotic" and largest < _BOUNDED and settled
+    if coexistence is None:
+        return "open", f"{decisive}; {text}; no other start was tried"
+    decisive += (
+        f", while {coexistence.share} random starts are on a chaotic motion after "
+        f"{evidence.START_PERIODS} periods"
+    )
+    run, spectrum = coexistence.run, coexistence.spectrum
+    if run is not None and spectrum is not None:
+        decisive += f", its largest exponent {spectrum.exponents[0]:.2g} +- {spectrum.error[0]:.1g}"
+        start = ", ".join(map(repr, run.initial))
+        text += (
+            f"; the first chaotic motion starts from ({start}), and its exponent is measured over "
+            f"{spectrum.time / motion.system.drive_period:.0f} periods"
+        )
+    verdict: Verdict = "open"
+    if other and coexistence.is_chaotic:
+        verdict = "corrected"
+    elif other and _CHAOS_OR_LIKE_IT.isdisjoint(coexistence.labels):
+        verdict = "refuted"
+    return verdict, f"{decisive}; {text}"
 
 
 def _judge_counts(run: Run) -> tuple[Verdict, str]:
@@ -133,22 +178,24 @@ def _judge_counts(run: Run) -> tuple[Verdict, str]:
     """
     counts = evidence.impacts_by(run)
     listed = ", ".join(f"{count} by {horizon}" for horizon, count in counts.items())
-    text = (
-        f"impacts by drive period: {listed} (counts beyond some 2,000 periods depend on the last "
-        f"bits); {len(run.grazes)} grazes"
-    )
+    text = f"impacts by drive period: {listed}"
     repeats, wait = evidence.recurrence(run.system), evidence.longest_wait(run)
-    if repeats is not None:
+    again = repeats is not None and wait <= repeats
+    if again:
         text += (
-            f"; the longest wait for a contact is {wait:.4g} periods, and free motion repeats "
-            f"after {repeats}, so that no impact can be the last"
+            f", and no wait for a contact exceeds {repeats} periods, when free motion repeats, so "
+            "that no impact can be the last"
         )
+    text += (
+        f"; counts beyond some 2,000 periods depend on the last bits; {len(run.grazes)} grazes; "
+        f"the longest wait for a contact is {wait:.4g} periods"
+    )
     if run.stop_reason != "completed":
         return "open", text
     if len(set(counts.values())) == 1:
         return "reproduced", text
-    again = repeats is not None and wait <= repeats
-    return ("refuted" if again or all(np.diff(list(counts.values())) > 0) else "open"), text
+    refuted = again or all(np.diff(list(counts.values())) > 0)
+    return ("refuted" if refuted else "open"), text
 
 
 def _judge_coexistence(coexistence: Coexistence) -> tuple[Verdict, str]:
@@ -218,19 +265,20 @@ def to_markdown(claims: Sequence[Claim]) -> str:
         "",
         "Paper: Han, Jin & Hu (2004). Labels are m-n: m drive periods and n impacts per orbit. The",
         f"residual is the largest change of the stroboscopic state over m periods after {PERIODS}",
-        "drive periods, of an algebraic solution that of its conditions of periodicity; the",
-        "reference was computed in 400-bit arithmetic, that of a conclusion and of Figs. 2 and 3",
-        "as the evidence says. Verdicts: reproduced, as the paper says; corrected, something",
-        "else from the stated start, but what the paper shows coexists; refuted, the evidence",
-        "speaks against the paper; open, it does not decide.",
+        "drive periods, of an algebraic solution that of its conditions of periodicity: it tells",
+        "how far a motion has settled, and no verdict rests on it, but on what the last column",
+        "names, the start of its evidence. The reference was computed in 400-bit arithmetic, that",
+        "of a conclusion and of Figs. 2 and 3 as the evidence says. Verdicts: reproduced, as the",
+        "paper says; corrected, something else from the stated start, but what the paper shows",
+        "coexists; refuted, the evidence speaks against the paper; open, it does not decide.",
         "",
-        "| motion | paper says | found | residual | reference | verdict |",
-        "|---|---|---|---|---|---|",
+        "| motion | paper says | found | residual | reference | verdict | decided by |",
+        "|---|---|---|---|---|---|---|",
     ]
     for claim in claims:
         lines.append(
             f"| {_title(claim)} | {claim.paper_says} | {claim.found} | {_number(claim.residual)} "
-            f"| {claim.reference['label']} | {claim.verdict} |"
+            f"| {claim.reference['label']} | {claim.verdict} | {claim.decided_by} |"
         )
     for claim in claims:
         lines += [

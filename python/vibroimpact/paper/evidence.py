@@ -5,12 +5,14 @@ Everything is computed when asked for; seeds are fixed.
 
 import math
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..atlas import LyapunovSpectrum, lyapunov_spectrum
 from ..results import Run
 from ..simulation import simulate
 from ..system import System
@@ -22,20 +24,37 @@ STARTS = 60
 START_PERIODS = 3000
 HORIZONS = (600, 2000, 5000, 20000)
 PERTURBATION = 1e-9
+CHAOS_KEEP = 700
+"""Sections kept to tell chaos: a label needs four periods, and 154-77 motions coexist with it."""
+EXPONENT_PERIODS = 200_000
+"""Long enough for an exponent of 8e-4 per unit time to be some forty standard errors."""
+CERTAIN = 10.0
+"""Standard errors above 0 from which on a largest exponent is taken for positive."""
 
 
 @dataclass(frozen=True)
 class Coexistence:
-    """The labels reached from random starts, and the first run that got the wanted one."""
+    """The labels reached from random starts, and the first run that got the wanted one.
+
+    `spectrum` holds the Lyapunov exponents of the motion of that run, if chaos was wanted.
+    """
 
     wanted: str
     labels: Counter[str]
     run: Run | None
+    spectrum: LyapunovSpectrum | None = None
 
     @property
     def share(self) -> str:
         """How many starts reached the wanted motion, e.g. ``56 of 60``."""
         return f"{self.labels[self.wanted]} of {self.labels.total()}"
+
+    @property
+    def is_chaotic(self) -> bool:
+        """Whether the largest exponent is positive beyond doubt."""
+        if self.spectrum is None:
+            return False
+        return bool(self.spectrum.exponents[0] > CERTAIN * self.spectrum.error[0])
 
 
 def random_starts(count: int = STARTS, seed: int = 0) -> NDArray[np.float64]:
@@ -73,15 +92,37 @@ def coexisting(
     return Coexistence(wanted, Counter(labels), first)
 
 
-def amplification(system: System, *, periods: int) -> NDArray[np.float64]:
+def coexisting_chaos(
+    system: System,
+    *,
+    starts: NDArray[np.float64] | None = None,
+    periods: int = EXPONENT_PERIODS,
+    workers: int | None = None,
+) -> Coexistence:
+    """Look for chaos from random starts, and measure the exponents of the first that is found.
+
+    A label rests on the growth over some thousand periods, which weak chaos and quasi-periodic
+    motion hardly differ in; the exponents are measured over `periods`.
+    """
+    found = coexisting(system, "chaotic", starts=starts, keep=CHAOS_KEEP, workers=workers)
+    if found.run is None:
+        return found
+    spectrum = lyapunov_spectrum(system, initial=found.run.initial, periods=periods)
+    assert isinstance(spectrum, LyapunovSpectrum)  # no axes are given
+    return replace(found, spectrum=spectrum)
+
+
+def amplification(
+    system: System, *, periods: int, initial: Sequence[float] = INITIAL
+) -> NDArray[np.float64]:
     """Return the growth of a perturbation of v1(0), after each drive period, shape (periods,).
 
     The distance of two orbits that start `PERTURBATION` apart (largest component), divided by it.
     If one of them stops early, the array ends there.
     """
-    x1, v1, x2, v2 = INITIAL
+    x1, v1, x2, v2 = initial
     runs: list[Run] = simulate(
-        system, initial=np.array([INITIAL, (x1, v1 + PERTURBATION, x2, v2)]), periods=periods
+        system, initial=np.array([initial, (x1, v1 + PERTURBATION, x2, v2)]), periods=periods
     )
     rows = min(len(run.stroboscopic) for run in runs)
     distance = np.abs(runs[1].stroboscopic[:rows] - runs[0].stroboscopic[:rows]).max(axis=1)

@@ -213,6 +213,10 @@ def _judge_counts(computed: Existence) -> Claim:
         },
         verdict=verdict,
         evidence=(
+            "admissibility and multipliers of each solution, and simulations from "
+            f"{PERTURBATION:g} beside motions drawn at random: {computed.returned} of "
+            f"{len(computed.stable)} stable ones are found again and {computed.left} of "
+            f"{len(computed.unstable)} unstable ones left within {RETURNS} orbits; "
             f"{len(rows)} algebraic solutions with |x10| <= pi/2 over {over} (omega "
             f"{frequency[0]:g} to {frequency[-1]:g}, f1 {moment[0]:g} to {moment[-1]:g}), each "
             f"proved by intervals to be one, {undecided} intervals undecided, {empty} points "
@@ -220,10 +224,7 @@ def _judge_counts(computed: Existence) -> Claim:
             f"{int(rows['admissible'].sum())} are admissible; of {int(paper.sum())} stable by "
             f"(45), {int((paper & rows['admissible']).sum())} are admissible and {both} are "
             f"stable motions; {int(real.sum())} motions are admissible and stable, {missed} of "
-            f"them unstable by (45); simulated from {PERTURBATION:g} beside motions drawn at "
-            f"random, {computed.returned} of {len(computed.stable)} stable ones are found again "
-            f"and {computed.left} of {len(computed.unstable)} unstable ones left within {RETURNS} "
-            "orbits"
+            "them unstable by (45)"
         ),
         command=_map_command(computed),
     )
@@ -258,11 +259,12 @@ def judge_quoted(item: Quoted) -> Claim:
         reference={"label": f"simulated: off by {away:.2g}", "distance": away},
         verdict=verdict,
         evidence=(
-            f"the solution of (38) at x10 = {x1:.10f} is {paper} by (45), largest eigenvalue "
-            f"{_size(motion.paper_eigenvalues):.4g}; {motion.why_not or 'it is admissible'}; "
-            f"multipliers up to {abs(motion.multipliers[0]):.4g}; started in its state the "
-            f"bodies {'collide' if at_once else 'separate without an impact'}, and after {n} "
-            f"drive period{'s' if n > 1 else ''} they are {away:.2g} off it"
+            f"{motion.why_not or 'admissible'}, and started in its state the bodies "
+            f"{'collide' if at_once else 'separate without an impact'}; after {n} drive "
+            f"period{'s' if n > 1 else ''} they are {away:.2g} off it; the solution of (38) at "
+            f"x10 = {x1:.10f} is {paper} by (45), largest eigenvalue "
+            f"{_size(motion.paper_eigenvalues):.4g}; multipliers up to "
+            f"{abs(motion.multipliers[0]):.4g}"
         ),
         command=_motions_command(item.system, n),
     )
@@ -288,11 +290,11 @@ def _judge_shown(figure: int, panel: str, system: System, label: str) -> Claim:
         reference={"label": f"simulated: {made.measured:.3f}", "factor": made.measured},
         verdict=verdict,
         evidence=(
-            f"the {label} motion at omega = {system.drive_frequency:g}, f1 = "
-            f"{system.moment_amplitude:g} has u = {motion.approach_velocity:.4g} and Floquet "
-            f"multipliers up to {made.expected:.6f}; from {PERTURBATION:g} beside it a simulation "
-            f"comes within {made.last:.1g} in {RETURNS} orbits, by a factor of "
-            f"{made.measured:.4f} per orbit"
+            f"Floquet multipliers up to {made.expected:.6f}, and from {PERTURBATION:g} beside the "
+            f"{label} motion a simulation comes within {made.last:.1g} of it in {RETURNS} orbits; "
+            f"that is by a factor of {made.measured:.4f} per orbit; the motion is at omega = "
+            f"{system.drive_frequency:g}, f1 = {system.moment_amplitude:g}, with u = "
+            f"{motion.approach_velocity:.4g}"
         ),
         command=_motions_command(system, n),
     )

@@ -126,10 +126,11 @@ def evaluate(observed: LastingContact) -> Claim:
         reference={"label": "none", "note": "the paper's model ends where impacts accumulate"},
         verdict=verdict,
         evidence=(
+            f"drive periods in which a complete chatter ends: {listed}; "
             f"{edge} (every label from {observed.frequencies[0]:g} on is 1-inf; "
             f"{len(observed.frequencies)} frequencies, step {step:g}); part of the drive period in "
-            f"lasting contact: {shares}; drive periods in which a chatter ends: {listed}; bound of "
-            f"the error of a completed chatter: {max(errors):.1g}"
+            f"lasting contact: {shares}; bound of the error of a completed chatter: "
+            f"{max(errors):.1g}"
         ),
         command=_command(transition),
     )

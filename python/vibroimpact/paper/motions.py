@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -16,7 +16,7 @@ from ..plot.marks import mark_regimes
 from ..plot.style import BLACK, GREY, label_text
 from ..results import Run
 from ..simulation import simulate
-from .evidence import HORIZONS, Coexistence, coexisting, drive_periods
+from .evidence import HORIZONS, Coexistence, coexisting, coexisting_chaos, drive_periods
 from .layout import Page, fixed_parameters, row_parameters
 from .parameters import INITIAL, KEEP, PERIODS, Motion
 
@@ -33,28 +33,44 @@ _LATER_COLOR = "0.6"
 class Shown:
     """A motion with the runs that its row draws.
 
-    `long_run` adds points to an impact section; `other` is a coexisting motion for a row below.
+    `long_run` adds points to an impact section; `other` is a coexisting motion for a row below,
+    and `beside` that motion over the same times as this one, if an impact section shows it.
     """
 
     motion: Motion
     run: Run
     long_run: Run | None = None
     other: Coexistence | None = None
+    beside: "Shown | None" = None
 
 
 def simulated(motion: Motion, workers: int | None = None) -> Shown:
     """Simulate a motion as the paper does, and what decides where that is not what it says."""
-    run: Run = simulate(motion.system, initial=INITIAL, periods=PERIODS, keep=KEEP)
-    long_run: Run | None = None
-    other: Coexistence | None = None
-    if motion.right == "section" or motion.figure == 10:
-        # Fig. 10 is about the transient, an impact section about what follows it.
-        longest = max(HORIZONS)
-        keep = longest if motion.figure == 10 else longest - PERIODS
-        long_run = simulate(motion.system, initial=INITIAL, periods=longest, keep=keep)
-    elif run.label != motion.paper_says:
-        other = coexisting(motion.system, motion.paper_says, workers=workers)
-    return Shown(motion, run, long_run, other)
+    shown = _from(motion, INITIAL)
+    if motion.figure == 10 or {shown.run.label, _long(shown).label} == {motion.paper_says}:
+        return shown
+    if motion.paper_says != "chaotic":
+        return replace(shown, other=coexisting(motion.system, motion.paper_says, workers=workers))
+    other = coexisting_chaos(motion.system, workers=workers)
+    beside = None if other.run is None else _from(motion, other.run.initial)
+    return replace(shown, other=other, beside=beside)
+
+
+def _from(motion: Motion, initial: Sequence[float]) -> Shown:
+    """Simulate a motion from a start, and longer where its row or its claim needs it."""
+    run: Run = simulate(motion.system, initial=initial, periods=PERIODS, keep=KEEP)
+    if motion.right != "section" and motion.figure != 10:
+        return Shown(motion, run)
+    # Fig. 10 is about the transient, an impact section about what follows it.
+    longest = max(HORIZONS)
+    keep = longest if motion.figure == 10 else longest - PERIODS
+    long_run: Run = simulate(motion.system, initial=initial, periods=longest, keep=keep)
+    return Shown(motion, run, long_run)
+
+
+def _long(shown: Shown) -> Run:
+    """Return the longest run there is."""
+    return shown.run if shown.long_run is None else shown.long_run
 
 
 def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:
@@ -83,7 +99,8 @@ def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:
             same = f"{panel[:-1]}\u2032)  same parameters, from $({start})$"
             heading = f"{same}. found: {label_text(item.other.run.label)}"
             left, right = page.row(heading, widths=(1.5, 1.0))
-            _row(left, right, item, item.other.run, color)
+            beside = item.beside or Shown(motion, item.other.run)
+            _row(left, right, beside, beside.run, color)
             drawn += [left, right]
     page.legend([*_handles(*drawn), *sections])
     return page

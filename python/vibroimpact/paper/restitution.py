@@ -71,7 +71,10 @@ def judge(computed: Restitution) -> Claim:
         residual=None,
         reference={"label": _range(computed.stepped), "steps": STEPS, "spread": list(stepped)},
         verdict=verdict,
-        evidence=_evidence(computed),
+        evidence=(
+            f"-u_post/u varies by {high - low:.3f}, known to {uncertainty:.1g}; "
+            f"{_evidence(computed)}"
+        ),
         command=(
             'python -c "import vibroimpact as vi; '
             f'print(vi.impact_regimes(vi.System({arguments})))"'

@@ -11,12 +11,16 @@ from ...checks import close_to
 from ...errors import ParameterError
 from . import (
     existence_figures,
+    explicit,
     frictional,
     general,
     impact_law,
     model,
     named_motions,
+    planar,
     restitution_laws,
+    sections,
+    slip,
     stability,
     undamped,
     undecided,
@@ -37,10 +41,11 @@ def _of(*modules: ModuleType) -> tuple[Statement, ...]:
 
 
 GROUPS: dict[str, tuple[Statement, ...]] = {
-    "Sections 1 and 2: laws of restitution": _of(restitution_laws),
+    "Sections 1 and 2: laws of restitution": _of(restitution_laws, slip, planar),
     "Sections 2.1 and 2.2: the impact law": _of(impact_law),
-    "Sections 3.1 and 3.2: model and period n-1 motions": _of(model),
+    "Sections 3.1 and 3.2: model and period n-1 motions": _of(model, explicit),
     "Section 3.3: stability": _of(stability),
+    "Fig. 1 and section 4: contact and Poincaré sections": _of(sections),
     "Figs. 2 and 3": _of(existence_figures),
     "Figs. 5, 6, 9 and 10: named motions": _of(named_motions),
     "Section 4.1: the undamped system": _of(undamped),

@@ -33,7 +33,12 @@ How far the verdicts go:
 - A number counts as reproduced if it agrees to its printed digits, a formula if it agrees to
   rounding with something computed otherwise, a label m-n if it is the same from the paper's start.
 - The paper gives no data, and no ranges of axes. Words like "most" or "larger" are judged by counts
-  over grids of ours, "near" as within 0.1 of a frequency; the evidence below gives the counts.
+  over grids of ours, "near" as within 0.1 of a frequency. "Easily" is at more than 20%,
+  "ubiquitous" at more than 50%, "strict" and "very difficult" at less than 2% (refuted from 20%
+  on), "mainly" at more than 90%; the evidence below gives the counts.
+- A motion that is observed is judged where the paper names a frequency of it; elsewhere any
+  frequency will do.
+- Only the text of the paper was at hand, not its pictures: how they look is not decided.
 - Corrections are explained with the [errata](theory.md#8-errata-of-the-paper), E1 to E15.
 - Under the impact law as printed some motions are lost because its friction drives the slip where
   sin theta < 0. The evidence says where this bears on a verdict.

@@ -31,14 +31,14 @@ ENDING = (
 )
 
 
-def _after(one: Table, other: Table) -> float:
+def after_apart(one: Table, other: Table) -> float:
     """Largest difference of the velocities after the same impacts."""
     return max(
         float(np.abs(one[name] - other[name]).max(initial=0.0)) for name in ("v1_post", "v2_post")
     )
 
 
-def _energy(table: Table, mass_ratio: float = 0.6) -> NDArray[np.float64]:
+def energy_gain(table: Table, mass_ratio: float = 0.6) -> NDArray[np.float64]:
     """Return the part of the kinetic energy that each impact creates."""
     kinetic = [
         0.5 * table[f"v1_{side}"] ** 2 + 0.5 * table[f"v2_{side}"] ** 2 / mass_ratio
@@ -156,7 +156,7 @@ def ratner_styller() -> Finding:
 )
 def newton_energy() -> Finding:
     """Look for impacts under Newton's law that gain energy."""
-    gain = _energy(impacts(ROUGH, "newton"))
+    gain = energy_gain(impacts(ROUGH, "newton"))
     most = float(gain.max())
     verdict: Verdict = "reproduced" if most > CLEAR else "refuted" if most < ROUNDING else "open"
     return Finding(
@@ -176,7 +176,7 @@ def newton_energy() -> Finding:
 def energetic_only() -> Finding:
     """Compare what the three laws do to the energy."""
     gain = {
-        law: max(float(_energy(impacts(mu, law)).max()) for mu in (0.2, 0.5, ROUGH, 2.0))
+        law: max(float(energy_gain(impacts(mu, law)).max()) for mu in (0.2, 0.5, ROUGH, 2.0))
         for law in LAWS
     }
     sound = [law for law, most in gain.items() if most < ROUNDING]
@@ -207,7 +207,7 @@ def laws_equal() -> Finding:
     off, count = 0.0, 0
     for contact in ("direct", "oblique"):
         first, *others = (impacts(0.0, law, contact=contact, steps=STEPS, size=FEW) for law in LAWS)
-        off, count = max(off, *(_after(first, other) for other in others)), count + len(first)
+        off, count = max(off, *(after_apart(first, other) for other in others)), count + len(first)
     verdict: Verdict = "reproduced" if off < STEPPED else "refuted"
     return Finding(
         f"they agree to {off:.1g}, the error of small steps",
@@ -231,7 +231,10 @@ def laws_differ() -> Finding:
         impacts(FRICTION, law, steps=STEPS, size=FEW) for law in ("poisson", "newton")
     )
     slips = np.isin(poisson["regime"], [int(regime) for regime in SLIPPING])
-    same, other = _after(poisson[slips], newtons[slips]), _after(poisson[~slips], newtons[~slips])
+    same, other = (
+        after_apart(poisson[slips], newtons[slips]),
+        after_apart(poisson[~slips], newtons[~slips]),
+    )
     verdict: Verdict = "open"
     if other > CLEAR:
         verdict = "corrected" if same < STEPPED else "reproduced"
@@ -258,10 +261,10 @@ def energetic_fails() -> Finding:
     near = impacts(FRICTION, "energetic", steps=STEPS, size=FEW)
     few = impacts(FRICTION, "energetic", size=FEW)
     ending = np.isin(few["regime"], [int(regime) for regime in ENDING])
-    off = _after(few[ending], near[ending])
+    off = after_apart(few[ending], near[ending])
     table = in_regime(exact, *ENDING)
     unresolved = int((~np.isfinite(exact["v1_post"])).sum())
-    gain = float(_energy(table).max())
+    gain = float(energy_gain(table).max())
     verdict: Verdict = "open"
     if unresolved == 0 and gain < ROUNDING and off < STEPPED:
         verdict = "refuted"
@@ -316,7 +319,7 @@ def incremental() -> Finding:
     agreement = impact_agreement(system(FRICTION))
     order = float(np.nanmin(agreement.order))
     near = impacts(steps=STEPS, size=FEW)
-    off = _after(impacts(size=FEW), near)
+    off = after_apart(impacts(size=FEW), near)
     literal = impacts(law="paper", size=FEW)
     differ = np.abs(literal["v1_post"] - near["v1_post"]) > 0.05
     wrong = int((differ | ~np.isfinite(literal["v1_post"])).sum())
