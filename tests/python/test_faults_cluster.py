@@ -1,5 +1,6 @@
 """A cluster that is lost in the middle: what is done is kept, and a store is gone on with."""
 
+import asyncio
 import logging
 import os
 import subprocess
@@ -8,7 +9,7 @@ import threading
 
 import numpy as np
 import pytest
-from distributed import Client
+from distributed import Client, Future
 
 import vibroimpact as vi
 from command_lines import DIAGRAM
@@ -20,6 +21,8 @@ from vibroimpact.cli import diagram, main
 
 SCHEDULER = "from distributed.cli.dask_scheduler import main; main()"
 WORKER = "from distributed.cli.dask_worker import main; main()"
+
+LOST = r"^the cluster was lost \(no connection to the scheduler\) after \d+ of 77 cells"
 
 
 @pytest.fixture
@@ -58,7 +61,7 @@ def test_a_scheduler_that_is_gone(scheduler, tmp_path, monkeypatch, how):
     try:
         client.wait_for_workers(1, timeout=60)
         after_writes(monkeypatch, 4, process.kill if how == "killed" else client.close)
-        with pytest.raises(vi.ClusterError, match=r"the cluster was lost .* of 77") as caught:
+        with pytest.raises(vi.ClusterError, match=LOST) as caught:
             atlas.compute(Toy(seconds=0.1), whole, client=client, chunk=3, store=store)
     finally:
         client.close(timeout=1)
@@ -70,6 +73,26 @@ def test_a_scheduler_that_is_gone(scheduler, tmp_path, monkeypatch, how):
     )
     assert columns["final"][done].tolist() == expected["final"][done].tolist()
     assert_same(atlas.compute(Toy(), whole, store=store), expected)
+
+
+def test_a_client_closed_while_a_result_travels(scheduler, monkeypatch):
+    _, file = scheduler
+    client = Client(scheduler_file=str(file), timeout=60)
+
+    async def cancelled():
+        raise asyncio.CancelledError
+
+    def result(future):
+        # As when `close` cancels what `Future.result` waits for, but each time.
+        try:
+            return client.sync(cancelled)
+        finally:
+            client.close(timeout=1)
+
+    client.wait_for_workers(1, timeout=60)
+    monkeypatch.setattr(Future, "result", result)
+    with pytest.raises(vi.ClusterError, match=LOST):
+        atlas.compute(Toy(), whole, client=client, chunk=3)
 
 
 @pytest.fixture

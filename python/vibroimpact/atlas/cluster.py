@@ -75,7 +75,7 @@ def on_cluster(
     try:
         while True:
             if client.status != "running":
-                raise ClusterError("the cluster was lost (no connection to the scheduler)")
+                raise ConnectionError(f"the client is {client.status}")
             # What waits for an earlier chunk counts too: memory is bounded.
             room = _AHEAD * threads(client) - len(running) - len(waiting)
             for _, index in zip(range(room), left, strict=False):
@@ -94,11 +94,13 @@ def on_cluster(
             while awaited in waiting:
                 yield awaited, waiting.pop(awaited)
                 awaited = next(order, None)
-    except (CancelledError, OSError, RuntimeError) as error:
-        # Without a scheduler Dask's calls end in one of these; else it is an error of the chunk.
-        if not isinstance(error, CancelledError) and client.status == "running":
+    except (CancelledError, OSError, RuntimeError, UnboundLocalError) as error:
+        # Without a scheduler Dask's calls end in one of these (the last is how its `sync` ends when
+        # the client is closed while it waits); else it is an error of the chunk.
+        connected = client.status == "running"
+        if connected and not isinstance(error, CancelledError):
             raise
-        why = str(error).partition("\n")[0]
+        why = "its work was cancelled" if connected else "no connection to the scheduler"
         raise ClusterError(f"the cluster was lost ({why})") from error
     finally:
         if client.status == "running":
