@@ -1,6 +1,7 @@
 # Every task of the repository. `make figures` and `make test` start from Rust, Python >= 3.11 and
-# make alone: they create .venv, build the extension in release mode and install the rest. Stamp
-# files in .venv make later calls quick; a change of src/ or of a manifest builds again.
+# make alone: they create .venv, build the extension in release mode and install what they need,
+# `make figures` no more than the package itself. Stamp files in .venv make later calls quick; a
+# change of src/ or of a manifest builds again.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
@@ -24,6 +25,8 @@ export PYO3_PYTHON := $(BIN)/python
 export MPLBACKEND ?= Agg
 
 TOOLS := $(VENV)/.tools
+# The package; with what tests and lint need on top; with what the site needs on top of that.
+PACKAGE := $(VENV)/.package
 INSTALLED := $(VENV)/.installed
 SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
@@ -53,28 +56,28 @@ help:
 	@echo 'make ci       what continuous integration runs: lint, docs, test, instructions'
 	@echo 'make clean    remove what the other targets have made'
 
-figures: $(INSTALLED)
+figures: $(PACKAGE)
 	$(BIN)/vibroimpact reproduce --out $(OUT)
 
-claims: $(INSTALLED)
+claims: $(PACKAGE)
 	$(BIN)/vibroimpact claims --markdown docs/claims.md
 
 # Without the file that they share, which is no script.
 GALLERY := $(filter-out %/picture.py,$(wildcard examples/gallery/*.py))
 
-gallery: $(INSTALLED)
+gallery: $(PACKAGE)
 	@for script in $(GALLERY); do \
 		$(BIN)/python $$script --out docs/images/gallery/$$(basename $$script .py).png; \
 	done
 
 ERRATA := $(filter-out __main__,$(basename $(notdir $(wildcard examples/errata/*.py))))
 
-errata: $(INSTALLED)
+errata: $(PACKAGE)
 	@for name in $(ERRATA); do \
 		$(BIN)/python examples/errata $$name --out docs/images/errata/$$name.png; \
 	done
 
-schematic: $(INSTALLED)
+schematic: $(PACKAGE)
 	$(BIN)/python examples/schematic.py --out docs/images/schematic.png
 
 # In as many processes as there are processors; those of one file stay together, to share fixtures.
@@ -185,17 +188,22 @@ $(TOOLS): | check-tools
 	$(BIN)/python -m pip install --quiet --upgrade pip 'maturin>=1.16,<2'
 	@touch $@
 
-$(INSTALLED): $(TOOLS) pyproject.toml $(RUST)
-	env -u CONDA_PREFIX VIRTUAL_ENV=$(abspath $(VENV)) \
-		$(BIN)/maturin develop --release --locked --extras test,dev
+$(PACKAGE): $(TOOLS) pyproject.toml $(RUST)
+	env -u CONDA_PREFIX VIRTUAL_ENV=$(abspath $(VENV)) $(BIN)/maturin develop --release --locked
 	@touch $@
 
-# Only those who build the site need the extra `docs`.
-DOCS_EXTRA := import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"] \
-	["optional-dependencies"]["docs"])
+# The requirements of some extras, by their names.
+EXTRAS = $$($(BIN)/python -c 'import tomllib; \
+	extras = tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]; \
+	print(*(each for name in "$(1)".split() for each in extras[name]))')
+
+# On top of the package, which is built anew without asking for these again.
+$(INSTALLED): pyproject.toml | $(PACKAGE)
+	$(BIN)/python -m pip install --quiet $(call EXTRAS,test dev)
+	@touch $@
 
 $(SITE_TOOLS): $(INSTALLED)
-	$(BIN)/python -m pip install --quiet $$($(BIN)/python -c '$(DOCS_EXTRA)')
+	$(BIN)/python -m pip install --quiet $(call EXTRAS,docs)
 	@touch $@
 
 .PHONY: check-tools

@@ -83,9 +83,12 @@ def add_other_pages(app: Sphinx, name: str, source: list[str]) -> None:
 def keep_summary(
     app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]
 ) -> None:
-    """Keep napoleon from taking what a property's summary says before a colon for its type."""
+    """Keep napoleon from taking what a property's summary says before a colon for its type.
+
+    It looks at the first line that is not empty: an empty comment, which the page does not show.
+    """
     if what in ("attribute", "data", "property"):
-        lines.insert(0, "")
+        lines[:0] = ["..", ""]
 
 
 def join_names(

@@ -214,12 +214,10 @@ class Run:
         """Impacts since t = 0, kept or not."""
     @property
     def interrupted(self) -> bool: ...
-    def trajectory(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
-        """States (len(t), 4) at increasing or arbitrary times inside the kept window."""
-    def contact_forces(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Normal and tangential contact force (len(t), 2), zero in flight; times as above."""
-    def energy_audit(self) -> dict[str, float]:
-        """Energies and works in the kept window, by name (docs/theory.md, section 7)."""
+    def trajectory(self, t: NDArray[np.float64], forces: bool) -> tuple[NDArray[np.float64], bool]:
+        """States (len(t), 4), with ``forces`` (len(t), 6); whether Ctrl-C left rows out."""
+    def energy_audit(self) -> dict[str, float] | None:
+        """Energies and works in the kept window, by name; None after Ctrl-C."""
     def period(self) -> PeriodReport:
         """Period, impact count and label; may follow a nearby orbit for some periods."""
     def resume(

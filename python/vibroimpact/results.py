@@ -314,6 +314,8 @@ class Run:
         ------
         ParameterError
             If a time lies outside the kept window, from ``kept_from`` to ``final_state.time``.
+        Interrupted
+            After Ctrl-C; ``.result`` holds the rows of the first times.
         """
         times = vector("t", t)
         forces = flag("forces", forces)
@@ -323,14 +325,24 @@ class Run:
             place = int(outside[0])
             window = f"times in the kept window, {first!r} to {last!r}"
             reject(f"t[{place}]", float(times[place]), window)
-        states = self._core.trajectory(times)
-        if not forces:
-            return states
-        return np.hstack([states, self._core.contact_forces(times)])
+        rows, interrupted = self._core.trajectory(times, forces)
+        if interrupted:
+            message = f"interrupted; .result holds the rows of the first {len(rows)} times"
+            raise Interrupted(message, rows)
+        return rows
 
     def energy_audit(self) -> EnergyAudit:
-        """Add up the works of all forces in the kept window and compare with the energies."""
-        return EnergyAudit(**self._core.energy_audit())
+        """Add up the works of all forces in the kept window and compare with the energies.
+
+        Raises
+        ------
+        Interrupted
+            After Ctrl-C; ``.result`` is this run.
+        """
+        works = self._core.energy_audit()
+        if works is None:
+            raise Interrupted("interrupted while the works were added up", self)
+        return EnergyAudit(**works)
 
     def resume(
         self,

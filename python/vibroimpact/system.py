@@ -60,13 +60,13 @@ class System:
     mass_ratio
         M1/M2 >= 0; 0 means that impacts do not act on the second body.
     frequency_ratio
-        omega_1/omega_2 >= 0; 0 is a free rotor.
+        omega_1/omega_2 >= 0; 0 is a free rotor, and below 1e-150 it is computed as one.
     restitution
         Coefficient of restitution in [0, 1].
     gap
         Delta/l, any value with a reachable free region.
     drive_frequency
-        Omega/omega_2 >= 0; 0 is a constant load, without drive period.
+        Omega/omega_2 in [0, 1e50]; 0 is a constant load, without drive period.
     pendulum_damping, oscillator_damping
         Damping ratios >= 0.
     moment_amplitude, force_amplitude

@@ -33,7 +33,17 @@ def test_simulate_prints_label_and_evidence(run_command, paper_run):
     assert printed["label"] == paper_run.label == "1-1"
     assert printed["residual"] == f"{paper_run.period.residual:.3g}"
     assert printed["impacts"] == f"{paper_run.impact_count}, {len(paper_run.impacts)} kept"
-    assert repr(paper_run.final_state.x1) in printed["state"]
+    assert printed["stopped"] == "completed"
+    for value in paper_run.final_state.time, *paper_run.final_state.state:
+        assert out.count(repr(value)) == printed["state"].count(repr(value)) == 1
+
+
+def test_a_run_that_stops_early_says_why_once(run_command):
+    code, out, _ = run_command(SIMULATE + " --max-events 50")
+    printed = fields(out)
+    assert (code, printed["stopped"]) == (3, "event_cap")
+    assert printed["impacts"].startswith("50, ")
+    assert out.count("x1 = ") == out.count(" at t = ") == 1
 
 
 def test_impacts_as_csv_are_exact(run_command, paper_run):
@@ -106,7 +116,7 @@ def test_verify_says_how_far_the_numbers_hold(run_command):
     line = f"simulate {SYSTEM} {START} --drive-frequency 1.8 --periods 6 --verify"
     code, out, err = run_command(line + " --quiet")
     assert (code, err) == (0, "")
-    assert "all 6 sections hold to 15 digits" in out
+    assert ", all 6 sections and the final state hold to 15 digits" in out
     assert fields(out)["verified"].startswith("the exact motion: enclosed by proof")
     chaos = line.replace("1.8 --periods 6", "1.4 --moment-amplitude 3 --periods 25")
     code, out, err = run_command(chaos + " 13")

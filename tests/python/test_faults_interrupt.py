@@ -186,6 +186,26 @@ def test_ctrl_c_while_the_period_of_a_run_is_looked_for():
     assert caught.value.result is run
 
 
+def test_ctrl_c_along_a_trajectory():
+    run = vi.simulate(SYSTEM, initial=START, periods=100)
+    times = np.linspace(0, run.final_state.time, 20_000_000)
+    for forces in (False, True):
+        with a_signal(0.6), interrupted() as caught:
+            run.trajectory(times, forces=forces)
+        rows = caught.value.result
+        assert 0 < len(rows) < len(times) // 2
+        place = len(rows) - 1
+        whole = run.trajectory(times[place : place + 1], forces=forces)
+        np.testing.assert_array_equal(rows[place], whole[0])
+
+
+def test_ctrl_c_while_works_are_added_up():
+    run = vi.simulate(SYSTEM, initial=START, periods=500_000)
+    with a_signal(), interrupted() as caught:
+        run.energy_audit()
+    assert caught.value.result is run
+
+
 def test_ctrl_c_while_a_motion_is_followed():
     with a_signal(), pytest.raises(KeyboardInterrupt, match="followed"):
         _core.Itinerary.follow(SYSTEM.replace(restitution=1.0)._compiled, START, 10**9, 10**15)

@@ -300,6 +300,7 @@ def test_reproduce_draws_figures_2_and_3(tmp_path):
     made = reproduce(tmp_path, figures=[3], frequencies=8, progress=False)
     assert [path.name for path in made.files] == ["fig3.png", "claims.json", "claims.md"]
     assert [claim.id for claim in made.claims] == ["3", "3 quoted", "5c by (45)"]
+    assert all(claim.decided_by for claim in made.claims)
 
 
 def test_named_motions_are_those_of_the_reference():

@@ -3,6 +3,7 @@
 import importlib
 import importlib.metadata
 import io
+import os
 import re
 import runpy
 import subprocess
@@ -28,9 +29,9 @@ def read(name: str) -> str:
     return (ROOT / name).read_text(encoding="utf-8")
 
 
-def test_the_version_has_one_source():
-    assert PROJECT["dynamic"] == ["version"]
-    assert "version" not in PROJECT
+def test_version_and_addresses_have_one_source():
+    assert PROJECT["dynamic"] == ["version", "urls"]
+    assert not {"version", "urls"} & PROJECT.keys()
     assert vi.__version__ == CARGO["version"] == importlib.metadata.version("vibroimpact")
 
 
@@ -107,9 +108,10 @@ def steps(path):
 def test_a_workflow_is_pinned_and_may_little(path):
     whole = yaml.safe_load(path.read_text(encoding="utf-8"))
     assert whole["permissions"] == {"contents": "read"}
+    # By the hash of a commit, which nobody can move, with its version beside it.
+    for line in re.findall(r"uses: (.*)", path.read_text(encoding="utf-8")):
+        assert re.fullmatch(r"[\w-]+/[\w-]+@[0-9a-f]{40} # v\d+\.\d+\.\d+", line), line
     for step in steps(path):
-        if "uses" in step:
-            assert re.fullmatch(r"[\w-]+/[\w-]+@v\d+\.\d+\.\d+", step["uses"]), step
         if step.get("uses", "").startswith("actions/checkout@"):
             assert step["with"]["persist-credentials"] is False
     for job in jobs(path).values():
@@ -125,6 +127,44 @@ def test_what_a_workflow_runs_is_there(path):
     named = re.findall(r"packaging/\w+\.py|tests/python/\w+\.py", path.read_text(encoding="utf-8"))
     for name in named:
         assert (ROOT / name).is_file(), name
+
+
+def test_an_action_has_one_pin():
+    text = "".join(path.read_text(encoding="utf-8") for path in WORKFLOWS)
+    pins = {*re.findall(r"uses: (\S+)@(.*)", text)}
+    assert len(pins) == len({action for action, _ in pins}) > 3
+
+
+def test_every_lock_file_is_watched():
+    found = [ROOT / "Cargo.lock", *ROOT.glob("*/Cargo.lock")]
+    updates = yaml.safe_load(read(".github/dependabot.yml"))["updates"]
+    (cargo,) = (each for each in updates if each["package-ecosystem"] == "cargo")
+    folders = {f"/{path.parent.relative_to(ROOT).as_posix()}".replace("/.", "/") for path in found}
+    assert {*cargo["directories"]} == folders == {"/", "/fuzz"}
+
+
+def test_every_crate_is_compiled_before_a_change_is_in():
+    text = "\n".join(step["run"] for step in steps(CI) if "run" in step)
+    assert re.search(r"cargo check .*--manifest-path fuzz/Cargo.toml", text)
+    assert "make test" in text
+
+
+@pytest.mark.parametrize(
+    ("target", "extras"),
+    [("figures", set()), ("test", {"test", "dev"}), ("docs", {"test", "dev", "docs"})],
+)
+def test_a_target_installs_the_extras_it_needs(target, extras, tmp_path):
+    # What `make` would do from nothing.
+    outside = {name: value for name, value in os.environ.items() if not name.startswith("MAKE")}
+    command = ["make", "--dry-run", f"VENV={tmp_path / 'venv'}", target]
+    planned = subprocess.run(
+        command, cwd=ROOT, env=outside, capture_output=True, text=True, check=True
+    ).stdout
+    named = re.findall(r'for name in "([^"]*)"', planned)
+    assert {extra for names in named for extra in names.split()} == extras
+    assert planned.count("maturin develop") == 1
+    assert "--extras" not in planned
+    assert extras <= set(PROJECT["optional-dependencies"])
 
 
 def test_the_oldest_python_is_tested():
@@ -147,7 +187,78 @@ def test_every_wheel_is_tested_before_anything_is_published():
         assert found[name]["if"] == "startsWith(github.ref, 'refs/tags/v')"
 
 
-# What wheels and sdists hold
+@pytest.mark.parametrize(
+    ("tag", "more", "is_fit"),
+    [
+        (f"v{CARGO['version']}", 'repository = "https://example.org/x"\n', True),
+        ("v99.0.0", 'repository = "https://example.org/x"\n', False),
+        (f"v{CARGO['version']}", "", False),
+    ],
+    ids=["fit", "another version", "no address"],
+)
+def test_a_tag_is_published_only_if_version_and_address_are_there(tag, more, is_fit, tmp_path):
+    (step,) = (each for each in jobs(WHEELS)["sdist"]["steps"] if "A tag" in each.get("name", ""))
+    manifest = re.sub(r"^repository = .*\n", "", read("Cargo.toml"), flags=re.M)
+    (tmp_path / "Cargo.toml").write_text(
+        manifest.replace("[package]\n", f"[package]\n{more}", 1), encoding="utf-8"
+    )
+    # As the workflow runs it.
+    command = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"]]
+    done = subprocess.run(
+        command, cwd=tmp_path, env=os.environ | {"GITHUB_REF_NAME": tag}, check=False
+    )
+    assert (done.returncode == 0) == is_fit
+
+
+# Where the package is installed without matplotlib, as nothing has it there.
+WITHOUT = """
+import sys
+
+sys.modules["matplotlib"] = None
+from vibroimpact.cli import main
+
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_what_is_run_where_there_is_no_matplotlib_needs_none():
+    job = jobs(WHEELS)["test-musl"]
+    bare = [each for each in job["strategy"]["matrix"]["include"] if each["options"]]
+    assert [each["options"] for each in bare] == ["--no-deps"]
+    (script,) = (step["run"] for step in job["steps"] if "run" in step)
+    lines = re.findall(r"'(.*)'", script)[0].split("; ")
+    needed = {re.match(r"[\w-]+", each)[0] for each in PROJECT["dependencies"]}
+    there = lines[0].removeprefix("pip install --only-binary=:all: ").split()
+    assert {*there} == needed - {"matplotlib"}
+    commands = [line.split()[1:] for line in lines if line.startswith("vibroimpact ")]
+    assert commands
+    for words in commands:
+        command = [sys.executable, "-c", WITHOUT, *words]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+
+
+# What the crate, wheels and sdists hold
+
+
+def test_the_crate_is_packed_without_complaint(tmp_path):
+    command = ["cargo", "package", "--locked", "--offline", "--no-verify", "--allow-dirty"]
+    done = subprocess.run(
+        [*command, "--target-dir", str(tmp_path)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "warning" not in done.stderr
+    (crate,) = (tmp_path / "package").glob("*.crate")
+    with tarfile.open(crate) as archive:
+        names = {member.name.split("/", 1)[1] for member in archive}
+    front = re.findall(r'include_str!\("\.\./(.*)"\)', read("src/lib.rs"))
+    assert {*front, "LICENSE-MIT", "LICENSE-APACHE", "tests/data/random.json"} <= names
+    pages = {name for name in names if name.startswith("docs/")}
+    assert pages == {"docs/notation.md", "docs/theory.md"}
 
 
 @pytest.fixture(scope="module")
@@ -194,7 +305,7 @@ def test_an_sdist_is_looked_into(check, tmp_path):
     assert faults(whole) == []
     for strange in ("target/release/x.so", "figures/fig2.png", "docs/images/x.png", ".venv/x"):
         assert faults([*whole, strange]) == [f"{strange} does not belong there"]
-    for missing in ("Cargo.lock", "LICENSE-MIT", "tests/data/x.json", "src/x.rs"):
+    for missing in ("Cargo.lock", "LICENSE-MIT", "SECURITY.md", "tests/data/x.json", "src/x.rs"):
         (fault,) = faults([name for name in whole if name != missing])
         assert "is missing" in fault
 

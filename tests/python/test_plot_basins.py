@@ -84,6 +84,42 @@ def test_sections_are_marked_where_they_are(basins, ax):
     assert without.get_xlim() == ax.get_xlim()
 
 
+def title(ax) -> list[str]:
+    """The lines above the entries of the legend."""
+    return ax.get_legend().get_title().get_text().splitlines()
+
+
+def test_the_legend_says_what_the_marks_are(basins, ax):
+    starts = r"starts with $x_2$ = 0, $\dot x_2$ = 0"
+    marks = r"marks: the attractors once per drive period, whatever their $x_2$, $\dot x_2$"
+    vi.plot.basins(basins, ax=ax)
+    assert title(ax) == [starts, marks]
+    without = Figure().subplots()
+    vi.plot.basins(basins, sections=False, ax=without)
+    assert title(without) == [starts]
+
+
+def test_the_legend_is_silent_on_marks_that_lie_outside(basins, ax):
+    far = [
+        dataclasses.replace(each, sections=each.sections + np.array((10.0, 0, 0, 0)))
+        for each in basins.attractors
+    ]
+    vi.plot.basins(dataclasses.replace(basins, attractors=tuple(far)), ax=ax)
+    assert ax.lines
+    assert len(title(ax)) == 1
+
+
+def test_the_legend_fits_the_page_of_a_new_figure(basins):
+    try:
+        figure = vi.plot.basins(basins).figure
+        figure.canvas.draw()
+        box = figure.axes[0].get_legend().get_window_extent()
+        assert 0 <= box.x0 < box.x1 <= figure.bbox.x1
+        assert 0 <= box.y0 < box.y1 <= figure.bbox.y1
+    finally:
+        pyplot.close("all")
+
+
 def test_other_reasons_are_grey_and_named(basins, ax):
     status, attractor = basins.status_code.copy(), basins.attractor.copy()
     status[0], attractor[0] = STATUS_NAMES.index("event_cap"), -1

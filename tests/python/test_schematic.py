@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import rgb_to_hsv, to_rgb
 from matplotlib.image import imread
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.text import Annotation
@@ -130,6 +131,24 @@ def test_lengths_are_to_scale(figure, script):
         size = ax.get_window_extent()
         across, up = size.width / abs(ax.viewLim.width), size.height / abs(ax.viewLim.height)
         assert across == pytest.approx(up, rel=1e-9)
+
+
+def hue(text: Annotation) -> float:
+    """The hue of a label's colour, in degrees."""
+    return 360.0 * rgb_to_hsv(to_rgb(text.get_color()))[0]
+
+
+def test_colours_are_what_captions_call_them(figure):
+    names = {text.get_text(): text for text in labels(figure.axes[1])}
+    for impulse in ("$P$", r"$\mu P$"):
+        assert 20.0 < hue(names[impulse]) < 45.0  # orange; red is at 0, yellow at 60
+    for velocity in (r"$\dot x_1$", r"$\dot x_2$"):
+        assert 190.0 < hue(names[velocity]) < 250.0  # blue
+    for page in ("README.md", "docs/theory.md", "docs/index.md"):
+        text = (ROOT / page).read_text(encoding="utf-8")
+        caption = text.split("images/schematic.png)", 1)[1][:2000].lower()
+        assert "blue" in caption
+        assert "orange" in caption
 
 
 @pytest.mark.parametrize(

@@ -12,16 +12,23 @@ from .attractors import Attractor
 from .basin_measures import BasinEntropy, UncertaintyExponent, basin_entropy, uncertainty_exponent
 from .basin_results import Basins, BasinSettings
 from .basins import basins
-from .columns import Columns, to_dataset
+from .columns import Columns
+from .columns import to_dataset as to_dataset
 from .diagram import bifurcation_diagram
 from .diagram_results import Diagram, DiagramSettings
-from .engine import compute
-from .fields import STATUS, STATUS_NAMES, ChunkResult, Field, Layout, RowGroup, Task
-from .grid import Grid, Tiling
-from .labels import orbit_label
+
+# Names given twice are the engine's own: of use within the package, and not public.
+from .engine import compute as compute
+from .fields import STATUS as STATUS
+from .fields import STATUS_NAMES, Field, Layout, RowGroup
+from .fields import ChunkResult as ChunkResult
+from .fields import Task as Task
+from .grid import Grid
+from .grid import Tiling as Tiling
+from .labels import orbit_label as orbit_label
 from .lyapunov import LyapunovSpectrum, LyapunovSweep, lyapunov_spectrum
-from .results import GridResult
-from .store import open_columns
+from .results import GridResult as GridResult
+from .store import open_columns as open_columns
 from .sweep import Chart, Sweep, chart, sweep
 
 # The results by the kind of their store or file.
@@ -30,38 +37,28 @@ RESULTS: dict[str, type[GridResult]] = {
 }
 
 __all__ = [
-    "RESULTS",
-    "STATUS",
     "STATUS_NAMES",
     "Attractor",
     "BasinEntropy",
     "BasinSettings",
     "Basins",
     "Chart",
-    "ChunkResult",
     "Columns",
     "Diagram",
     "DiagramSettings",
     "Field",
     "Grid",
-    "GridResult",
     "Layout",
     "LyapunovSpectrum",
     "LyapunovSweep",
     "RowGroup",
     "Sweep",
-    "Task",
-    "Tiling",
     "UncertaintyExponent",
     "basin_entropy",
     "basins",
     "bifurcation_diagram",
     "chart",
-    "compute",
     "lyapunov_spectrum",
-    "open_columns",
-    "orbit_label",
     "sweep",
-    "to_dataset",
     "uncertainty_exponent",
 ]

@@ -82,6 +82,13 @@ class RowGroup:
     Group ``impact`` has the dimension ``impact_row``, the rows per cell in the column
     ``impact_count`` and where they begin in ``impact_offset``, shape (cells + 1,): cell i owns the
     rows offset[i] : offset[i + 1] of the columns named by ``fields``.
+
+    Attributes
+    ----------
+    name
+        Name of the group.
+    fields
+        The columns of its rows.
     """
 
     name: str
@@ -178,7 +185,23 @@ class Task(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """What a computation is and which arrays it has: all of a task but the computing."""
+    """What a computation is and which arrays it has: all of a task but the computing.
+
+    Attributes
+    ----------
+    kind
+        What was computed: ``sweep``, ``diagram``, ...
+    grid
+        The cells.
+    fields
+        What was computed for each cell.
+    rows
+        What has any number of rows per cell.
+    settings
+        All that the numbers depend on but the grid, the system as a dict.
+    version
+        The version of vibroimpact that computed it.
+    """
 
     kind: str
     grid: Grid

@@ -19,7 +19,8 @@ printed, one row per claim:
   residual  how well the motion found repeats itself, dimensionless
   verdict   reproduced, as the paper says; corrected, something else from that
             start, but the motion of the paper exists; refuted, the evidence
-            speaks against the paper; open, it does not decide
+            speaks against the paper; open, it does not decide; claims.md says
+            what each verdict rests on
 
 Every statement of the paper, not of figures only: vibroimpact claims.
 

@@ -30,7 +30,7 @@ printed:
   impacts     since t = 0, and how many of them are kept
   contact     part of the kept time in lasting contact, if there is any
   stopped     completed, or why the run stopped earlier (exit code 3)
-  state       x1, v1, x2, v2 at the end, as --initial takes them
+  state       x1, v1, x2, v2 at the end, as --initial takes them, and when
   verified    with --verify: up to which impact the digits asked for are
               right; exit code 3 if not all are
 
@@ -126,7 +126,7 @@ def _describe(result: Run) -> list[tuple[str, str]]:
     lines.append(("impacts", f"{result.impact_count}, {len(result.impacts)} kept"))
     if result.time_in_contact:
         lines.append(("contact", f"{result.time_in_contact:.6g} of the kept time"))
-    lines.append(("stopped", result.stop_detail or result.stop_reason))
+    lines.append(("stopped", result.stop_reason))
     state = ", ".join(f"{name} = {getattr(end, name)!r}" for name in ("x1", "v1", "x2", "v2"))
     lines.append(("state", f"{state} at t = {end.time!r}"))
     return lines

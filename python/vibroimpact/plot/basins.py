@@ -53,8 +53,8 @@ def basins(
     sections : bool
         Mark the sections of the attractors that lie within the axes.
     legend : bool
-        Put a legend above the axes, with the part of the cells of each attractor, and the
-        coordinates that all starts share.
+        Put a legend above the axes, with the part of the cells of each attractor, the
+        coordinates that all starts share, and what the marks are.
     ax : Axes, optional
         Where to draw; a new figure if None.
 
@@ -85,8 +85,7 @@ def basins(
         # Seen through the cells that are not drawn.
         ax.patch.set(hatch=_HATCH, edgecolor="0.75", linewidth=0.0)
     limits = ax.get_xlim(), ax.get_ylim()
-    if sections:
-        _mark_sections(ax, basins, first, second)
+    marked = sections and _mark_sections(ax, basins, first, second)
     ax.set_xlim(limits[0])
     ax.set_ylim(limits[1])
     ax.set_xlabel(STATE_SYMBOLS[first])
@@ -108,7 +107,7 @@ def basins(
             )
         if handles:
             box = legend_above(ax, handles, columns=3)
-            box.set_title(_plane(basins))
+            box.set_title("\n".join([_plane(basins), *([_marks(basins)] if marked else [])]))
             box.get_title().set_fontsize(box.get_texts()[0].get_fontsize())
             box.set_alignment("left")
     return ax
@@ -121,6 +120,12 @@ def _plane(basins: Basins) -> str:
         f"{STATE_SYMBOLS[name]} = {value:g}" for name, value in initial if name not in basins.axes
     ]
     return "starts with " + ", ".join(shared)
+
+
+def _marks(basins: Basins) -> str:
+    """Say what is marked, and that it need not lie among the starts that are drawn."""
+    free = [STATE_SYMBOLS[name] for name in COORDINATES if name not in basins.axes]
+    return f"marks: the attractors once per drive period, whatever their {', '.join(free)}"
 
 
 def basin_handles(basins: Basins, *, sections: bool = True) -> list[Artist]:
@@ -152,8 +157,11 @@ def basin_handles(basins: Basins, *, sections: bool = True) -> list[Artist]:
     ]
 
 
-def _mark_sections(ax: Axes, basins: Basins, first: str, second: str) -> None:
+def _mark_sections(ax: Axes, basins: Basins, first: str, second: str) -> bool:
+    """Mark the sections of the attractors; return whether there are any within the axes."""
     columns = [COORDINATES.index(name) for name in (first, second)]
+    (left, right), (low, high) = sorted(ax.get_xlim()), sorted(ax.get_ylim())
+    within = False
     for k, found in enumerate(basins.attractors):
         points = found.sections[:, columns]
         if found.kind == "periodic":
@@ -165,7 +173,10 @@ def _mark_sections(ax: Axes, basins: Basins, first: str, second: str) -> None:
             points = points[:_MOST_DOTS]
             style = {"marker": ".", "markersize": 1.5, "markeredgewidth": 0.0}
             style |= {"markerfacecolor": BLACK}
+        # Drawing moves the limits of the axes; they are put back by the caller.
         ax.plot(*points.T, linestyle="none", markeredgecolor=BLACK, zorder=3, **style)
+        within |= bool(((points >= (left, low)) & (points <= (right, high))).all(axis=1).any())
+    return within
 
 
 def _color(number: int) -> str:
