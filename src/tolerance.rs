@@ -232,6 +232,13 @@ pub const STANDSTILL_EVENTS: u32 = 8;
 /// Progress in time below this part of a local flight is hardly any.
 pub const STANDSTILL_TIME: f64 = 1e-3;
 
+/// After so many such moves in a row,
+pub const MOST_MOVES: u32 = 4096;
+
+/// one below this part of a local flight shows that they do not end: a gap whose derivatives are so
+/// large, beside bodies so far away, has no digits in which the modes could differ.
+pub const SHORTEST_MOVE: f64 = 1e-12;
+
 /// Default tolerance where something is approximated (completion of chatter): absolute, in time
 /// and state. The contact phase is integrated to rounding whatever its value.
 pub const DEFAULT_TOLERANCE: f64 = 1e-12;

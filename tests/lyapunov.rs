@@ -296,3 +296,27 @@ fn what_is_lost_before_the_measurement_does_not_count() {
         assert!((a - b).abs() < 5e-3, "{a} {b}");
     }
 }
+
+/// A wall comes to rest, and the last impact is a low one after a higher: no bounce of chatter, for none follows.
+/// It was waited for to the end, and nothing was measured.
+#[test]
+fn after_a_last_low_impact_the_motion_is_measured() {
+    let system = System::builder()
+        .mass_ratio(0.0)
+        .frequency_ratio(3.0)
+        .restitution(1.0)
+        .gap(1.0)
+        .drive_frequency(2.1713588158999007)
+        .oscillator_damping(1.5)
+        .build()
+        .unwrap();
+    let start = State::new(-1.29692530708782, -2.0, -1.35096644946936, 0.44705882352941).unwrap();
+    let run = run(&system, start, RunOptions::periods(1), &mut || true).unwrap();
+    let spectrum = spectrum(&run, 2_000);
+    // A free pendulum, and an overdamped body: -zeta2 -+ sqrt(zeta2^2 - 1).
+    let rates = [0.0, 0.0, -1.5 + 1.25f64.sqrt(), -1.5 - 1.25f64.sqrt()];
+    for (found, exact) in spectrum.exponents.iter().zip(rates) {
+        assert!((found - exact).abs() < 2e-3, "{found} {exact}");
+    }
+    assert!(spectrum.time > 5_000.0, "{}", spectrum.time);
+}

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use vibroimpact::{
-    Cell, Measure, PointStatus, RunOptions, State, StopReason, SweepOptions, SweepStart, System,
+    Cell, Horizon, Measure, PointStatus, RunOptions, State, StopReason, SweepOptions, SweepStart, System,
     Workers, run_many, sweep,
 };
 use vibroimpact_fuzz::{
@@ -21,12 +21,19 @@ fn options(draw: &mut Draw) -> RunOptions {
     if draw.below(4) == 3 { draw.options() } else { draw.few_periods(6) }
 }
 
+/// So many periods of each run may be kept, where there are several.
+const FEW: i64 = 10_000;
+
 fn many(draw: &mut Draw, system: &System) {
     let starts: Vec<State> = (0..1 + draw.below(9)).map(|_| draw.state(system)).collect();
     if starts.iter().any(|start| is_hectic(system, start)) {
         return;
     }
-    let options = options(draw);
+    let mut options = options(draw);
+    // A run over a billion periods has kept a million sections when its caller is first asked.
+    if options.keep.is_none() && matches!(options.horizon, Horizon::Periods(FEW..)) {
+        options.keep = Some(FEW);
+    }
     let mut go_on = || false;
     match run_many(system, &starts, options, &WORKERS, &mut go_on) {
         Err(error) => assert!(!error.to_string().is_empty()),

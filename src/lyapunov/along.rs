@@ -110,6 +110,8 @@ pub(crate) struct Along {
     /// u of the last and of the hardest impact.
     last: f64,
     hardest: f64,
+    /// Time between the last two impacts.
+    hop: f64,
     /// Whether the columns are kept orthonormal.
     orthonormal: bool,
     impacts: u64,
@@ -144,6 +146,7 @@ impl Along {
             before_bounces: None,
             last: 0.0,
             hardest: 0.0,
+            hop: 0.0,
             orthonormal: wanted.is_some(),
             impacts: 0,
             fastest_decay: fastest_decay(system),
@@ -239,6 +242,9 @@ impl Along {
             let stops = matches!(event, Event::Stop(_));
             let chatters = matches!(event, Event::Chatter(_))
                 || (stops && self.simulation.checkpoint().skips());
+            if !chatters {
+                self.doubt_chatter(if clock < end { clock } else { end });
+            }
             if self.reader.mode.is_none() && !chatters && !self.sinks() {
                 self.fly_to(if clock < end { clock } else { end })?;
             }
@@ -279,6 +285,7 @@ impl Along {
                 self.lose_to(leg);
                 self.impacts += u64::from(matches!(leg, Leg::Impact(..)));
                 let place = &mut self.here;
+                self.hop = self.model.motion.drive.until(place.clock, clock).value();
                 (place.state, place.clock, place.at_event) = (state, clock, true);
                 self.waits = false;
                 if let Event::Impact(impact) = event {
@@ -309,6 +316,15 @@ impl Along {
     /// Whether the last impacts sink, as those of chatter do.
     fn sinks(&self) -> bool {
         self.before_bounces.as_ref().is_some_and(|(_, u)| self.last < *u)
+    }
+
+    /// The motion flies on to this instant. Bounces of chatter follow one another faster and faster: after
+    /// a flight longer than the one before, those that sink are none.
+    fn doubt_chatter(&mut self, clock: Clock) {
+        let flown = self.model.motion.drive.until(self.here.clock, clock).value();
+        if self.sinks() && flown > self.hop {
+            self.before_bounces = None;
+        }
     }
 
     /// Flies most of the way to an instant, in steps short enough for strong damping.

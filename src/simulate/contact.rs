@@ -4,11 +4,13 @@ use super::{Completion, Horizon, Observer, Phase, Simulation, Takeoff, Turn};
 use crate::chatter::Limit;
 use crate::contact::Touch;
 use crate::double_double::DoubleDouble;
+use crate::error::SimulationError;
 use crate::event::{ChatterEvent, ContactEvent, Event, StopReason};
 use crate::hold::{ContactForce, ContactMode, Next, SlideEnd, SlideStep, next_change};
 use crate::state::{Clock, State};
 use crate::tolerance::{
-    CHATTER_NOISE, DEFAULT_TOLERANCE, EPS, RELEASE_PROBE, STANDSTILL_EVENTS, STANDSTILL_TIME,
+    CHATTER_NOISE, DEFAULT_TOLERANCE, EPS, MOST_MOVES, RELEASE_PROBE, SHORTEST_MOVE,
+    STANDSTILL_EVENTS, STANDSTILL_TIME,
 };
 
 impl Simulation {
@@ -113,9 +115,13 @@ impl Simulation {
 
     /// Goes over to what follows; `held`: from contact, so that its end is an event.
     fn go_over(&mut self, clock: Clock, state: State, next: Next, held: bool) -> Turn {
-        if let Some((clock, state)) = self.moved_on(clock, &state) {
-            self.anchor(clock, state, Phase::Landing);
-            return None;
+        match self.moved_on(clock, &state) {
+            Ok(Some((clock, state))) => {
+                self.anchor(clock, state, Phase::Landing);
+                return None;
+            }
+            Ok(None) => {}
+            Err(error) => return Some(Err(error)),
         }
         let (time, phase) = (self.motion.drive.time(clock), self.motion.drive.phase_at(clock));
         let (mode, leg) = match next {
@@ -142,8 +148,12 @@ impl Simulation {
 
     /// Counts changes with hardly any progress in time. Where there are too many, rounding decides
     /// between the modes: time is moved on, further each time, but only so far that the gap of a
-    /// free motion stays at rounding level.
-    fn moved_on(&mut self, clock: Clock, state: &State) -> Option<(Clock, State)> {
+    /// free motion stays at rounding level. Where that leads nowhere the run fails.
+    fn moved_on(
+        &mut self,
+        clock: Clock,
+        state: &State,
+    ) -> Result<Option<(Clock, State)>, SimulationError> {
         let span = self.motion.span;
         let passed = self.motion.drive.until(self.point.anchor.clock, clock).value();
         if passed > STANDSTILL_TIME * span {
@@ -151,7 +161,7 @@ impl Simulation {
         }
         self.point.standstill += 1;
         if self.point.standstill <= STANDSTILL_EVENTS {
-            return None;
+            return Ok(None);
         }
         self.point.standstill = 0;
         self.point.moves += 1;
@@ -162,10 +172,13 @@ impl Simulation {
             .min(RELEASE_PROBE.1)
             .min((2.0 * level / gap.second.abs()).sqrt() / span)
             .min((6.0 * level / gap.third.abs()).cbrt() / span);
+        if self.point.moves >= MOST_MOVES && time < SHORTEST_MOVE {
+            return Err(self.fail(true));
+        }
         let time = span * time.max(EPS);
         let later = self.motion.drive.advance(clock, DoubleDouble::new(time));
         let moved = self.motion.state_at(&flight, time);
-        Some((later, self.system.landed(moved)))
+        Ok(Some((later, self.system.landed(moved))))
     }
 
     fn force(&self, clock: Clock, state: &State, mode: ContactMode) -> ContactForce {
@@ -214,7 +227,10 @@ impl Simulation {
                 None
             }
             SlideEnd::Continues | SlideEnd::Side => {
-                let (clock, state) = self.moved_on(clock, &state).unwrap_or((clock, state));
+                let (clock, state) = match self.moved_on(clock, &state) {
+                    Ok(moved) => moved.unwrap_or((clock, state)),
+                    Err(error) => return Some(Err(error)),
+                };
                 self.anchor(clock, state, Phase::Contact(mode));
                 None
             }

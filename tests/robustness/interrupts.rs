@@ -1,7 +1,9 @@
 //! What is measured of a run can be ended by its caller, too.
 
 use vibroimpact::itinerary::{Itinerary, ItineraryError};
-use vibroimpact::{ImpactLaw, Kind, RunOptions, State, StopReason, System, run};
+use vibroimpact::{
+    ImpactLaw, Kind, RunError, RunOptions, SimulationError, State, StopReason, System, run,
+};
 
 use crate::{paper, start};
 
@@ -105,6 +107,30 @@ fn a_growth_is_measured_over_a_million_impacts_at_most() {
     assert_eq!(report.growth.unwrap().periods, 400);
     // It shrinks, and the motion returns: 1-1800.
     assert_eq!(report.orbit.unwrap().0, 1, "{report:?}");
+}
+
+/// The gap of a tip at x1 = -1e154 has no digits: whether the bodies slide or part is rounding, and time was moved on by
+/// 7e-16 each time.
+#[test]
+fn moves_without_an_end_are_a_stalled_search() {
+    let system = System::builder()
+        .mass_ratio(0.007_782_101_167_315_175)
+        .frequency_ratio(0.0)
+        .restitution(1.0)
+        .gap(0.997_138_933_394_369_4)
+        .drive_frequency(4.0)
+        .moment_amplitude(-2.0)
+        .force_amplitude(-2.360_069_566_848_285_7e116)
+        .friction(0.509_086_747_539_482_7)
+        .phase(6.976_073_853_665_98)
+        .build()
+        .unwrap();
+    let start = State { x1: -1e154, v1: std::f64::consts::PI, x2: 3.01331437259e-312, v2: -1.5 };
+    let (mut go_on, asked) = patience(100);
+    let failure = run(&system, start, RunOptions::periods(1), &mut go_on).unwrap_err();
+    let RunError::Simulation { error, .. } = failure else { panic!("{failure}") };
+    assert!(matches!(error, SimulationError::SearchStalled { time, .. } if time < 1e-6), "{error}");
+    assert!(asked.get() < 100, "{}", asked.get());
 }
 
 /// A free rotor under a load of period 1e5 turns 1e5 times in a unit of time: a search of seconds for each of its

@@ -39,6 +39,8 @@ NUDGES, UNSEEN, LINEAR = ("1e-30", "1e-18"), 1e-6, 1e-4
 DEAD_ENDS = ("jammed", "painleve", "law_failed")
 #: Phases that repeat an impact, or the start, in other words.
 ECHOES = ("impact", "impact_at_start")
+#: Phases of lasting contact.
+HOLDS = ("slide_positive", "slide_negative", "stick")
 
 
 @dataclass(frozen=True)
@@ -246,8 +248,10 @@ def pairs(left: Sequence[str], right: Sequence[str]) -> Iterator[tuple[int, int]
     """Places of the events that belong together, up to the first that do not.
 
     How many impacts of a complete chatter are listed is a matter of tolerance: more impacts on one
-    side are passed over if a chatter ends them. A last pair, (left, right) beyond one of the ends
-    or of different kinds, says where it stops.
+    side are passed over if a chatter ends them. With a small restitution the last impact may be
+    listed as plastic: then the bodies are in contact at once, and the chatter of the other side is
+    passed over with its impacts. How far off that is, the rows that follow say. A last pair, (left,
+    right) beyond one of the ends or of different kinds, says where it stops.
     """
     i = j = 0
     while i < len(left) and j < len(right):
@@ -258,9 +262,21 @@ def pairs(left: Sequence[str], right: Sequence[str]) -> Iterator[tuple[int, int]
             i = left.index("chatter", i)
         elif right[j] == "impact" and left[i] == "chatter" and _chatters(right, j):
             j = right.index("chatter", j)
+        elif _chatters_into(right, j, left, i):
+            j = right.index("chatter", j) + 1
+        elif _chatters_into(left, i, right, j):
+            i = left.index("chatter", i) + 1
         else:
             break
     yield i, j
+
+
+def _chatters_into(kinds: Sequence[str], place: int, others: Sequence[str], where: int) -> bool:
+    """Whether a chatter ends in the contact that follows at once on an impact of the others."""
+    if where == 0 or others[where - 1] != "impact" or not _chatters(kinds, place):
+        return False
+    after = kinds.index("chatter", place) + 1
+    return kinds[after : after + 1] == [others[where]] and others[where] in HOLDS
 
 
 def _chatters(kinds: Sequence[str], place: int) -> bool:
