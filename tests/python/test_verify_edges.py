@@ -344,3 +344,54 @@ def test_a_run_that_ends_before_its_window_begins():
     assert found.from_start
     assert "another version" not in str(found)
     assert len(found.whole_impacts) == run.impact_count > 0
+
+
+@pytest.mark.parametrize(
+    ("mass_ratio", "frequency_ratio", "restitution", "gap", "drive", "moment", "friction"),
+    [
+        # the run's last impact is plastic, and of the exact motion the first of a chatter
+        (1.64, 1.223, 3.418616487564482e-05, 0.118, 2.992, 1.108, 0.0),
+        # the run lists more impacts before it than the exact motion before its chatter
+        (1.293, 1.24, 0.0018620954981612469, 0.082, 1.818, 2.602, 0.3),
+    ],
+)
+def test_a_chatter_that_one_side_tells_as_a_plastic_impact(
+    mass_ratio, frequency_ratio, restitution, gap, drive, moment, friction
+):
+    system = vi.System(
+        mass_ratio=mass_ratio,
+        frequency_ratio=frequency_ratio,
+        restitution=restitution,
+        gap=gap,
+        drive_frequency=drive,
+        moment_amplitude=moment,
+        friction=friction,
+        damping=(0.02, 0.02),
+    )
+    run = simulated(system, periods=6)
+    found = vi.verify(run, digits=12)
+    assert (found.stopped, found.holds) == ("completed", True)
+    assert len(found.contacts) == len(run.contacts) > 1
+    assert len(found.sections) == 6
+
+
+@pytest.mark.parametrize(
+    ("told", "exact", "last"),
+    [
+        ("iS", "iicS", (2, 4)),
+        ("iiiS", "iicS", (4, 4)),
+        ("iicS", "iS", (4, 2)),
+        # another contact, one out of a flight, an impact after the chatter, one chatter more
+        ("iN", "iicS", (1, 1)),
+        ("irS", "ircS", (2, 2)),
+        ("iS", "iiciS", (1, 1)),
+        ("iS", "icicS", (1, 1)),
+        ("iS", "iiS", (1, 1)),
+    ],
+)
+def test_events_that_belong_together(told, exact, last):
+    names = {
+        "i": "impact", "c": "chatter", "S": "slide_positive", "N": "slide_negative", "r": "release"
+    }  # fmt: skip
+    spelled = [[names[letter] for letter in word] for word in (told, exact)]
+    assert list(motion.pairs(*spelled))[-1] == last

@@ -262,21 +262,30 @@ def pairs(left: Sequence[str], right: Sequence[str]) -> Iterator[tuple[int, int]
             i = left.index("chatter", i)
         elif right[j] == "impact" and left[i] == "chatter" and _chatters(right, j):
             j = right.index("chatter", j)
-        elif _chatters_into(right, j, left, i):
-            j = right.index("chatter", j) + 1
-        elif _chatters_into(left, i, right, j):
-            i = left.index("chatter", i) + 1
+        elif hold := _same_hold(left, i, right, j):
+            i, j = hold
         else:
             break
     yield i, j
 
 
-def _chatters_into(kinds: Sequence[str], place: int, others: Sequence[str], where: int) -> bool:
-    """Whether a chatter ends in the contact that follows at once on an impact of the others."""
-    if where == 0 or others[where - 1] != "impact" or not _chatters(kinds, place):
-        return False
-    after = kinds.index("chatter", place) + 1
-    return kinds[after : after + 1] == [others[where]] and others[where] in HOLDS
+def _same_hold(left: Sequence[str], i: int, right: Sequence[str], j: int) -> tuple[int, int] | None:
+    """Places of the contact that both go over to by impacts, one of them or both by a chatter."""
+    k, m = _hold(left, i), _hold(right, j)
+    if k is None or m is None or left[k] != right[m]:
+        return None
+    return (k, m) if "chatter" in (left[k - 1], right[m - 1]) else None
+
+
+def _hold(kinds: Sequence[str], place: int) -> int | None:
+    """Place of the next contact, if impacts and at most one chatter, just before it, lead to it."""
+    k = place
+    while k < len(kinds) and kinds[k] == "impact":
+        k += 1
+    if k < len(kinds) and kinds[k] == "chatter":
+        k += 1
+    landed = k > 0 and kinds[k - 1] in ("impact", "chatter")
+    return k if landed and k < len(kinds) and kinds[k] in HOLDS else None
 
 
 def _chatters(kinds: Sequence[str], place: int) -> bool:
