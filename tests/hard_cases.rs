@@ -271,3 +271,28 @@ fn a_gap_at_rounding_level_moves_no_body() {
     let audit = run.energy_audit();
     assert!(audit.residual().abs() < 1e-12 * audit.total, "{audit:?}");
 }
+
+/// The same at resonance, where contact ends and begins by rounding: time is moved on, and the release at which a contact ended
+/// for good was not told. The trajectory went on as a slide, at the place where that had ended.
+#[test]
+fn a_release_is_told_where_rounding_decides() {
+    let system = paper()
+        .gap(0.0)
+        .drive_frequency(1.000000000000022)
+        .contact(Contact::Direct)
+        .restitution(0.34078518728559565)
+        .pendulum_damping(3.1532522888523857)
+        .moment_amplitude(3.9531219216375826)
+        .phase(10_000.0)
+        .build()
+        .unwrap();
+    let start = [0.0, 0.5, 1.9071147448522843, -0.7295047097214094];
+    let run = go(&system, start, RunOptions::periods(40));
+    assert_eq!(run.stop_reason, StopReason::Completed);
+    for contact in &run.contacts {
+        let before = run.trajectory(&[contact.time - 1e-9]).unwrap()[0];
+        assert!((before[0] - contact.x1).abs() < 1e-8, "{before:?} {contact:?}");
+    }
+    let audit = run.energy_audit();
+    assert!(audit.residual().abs() < 1e-11 * audit.total, "{audit:?}");
+}

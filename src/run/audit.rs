@@ -171,14 +171,12 @@ impl Auditor<'_> {
         let drive = &self.motion.drive;
         loop {
             let start = slide.clock;
-            let (reached, cause) = slide.step.end();
-            let end = drive.advance(start, DoubleDouble::new(reached));
-            // The last step goes to the end of the leg, which may lie a little later by rounding.
-            let end = if leg.end < end || !cause.goes_on() { leg.end } else { end };
+            let end = drive.advance(start, DoubleDouble::new(slide.reach()));
+            let end = if leg.end < end { leg.end } else { end };
             let begin = if start < from { from } else { start };
             let step = slide.step.clone();
             self.integrate(begin, end, &mut |clock| {
-                let (x1, v1) = step.at(drive.until(start, clock).value().min(step.length()));
+                let (x1, v1) = step.at(drive.until(start, clock).value());
                 let state = run.system.on_contact(x1, v1);
                 (state, run.system.contact_force(drive.trig_at(clock), &state, mode))
             });

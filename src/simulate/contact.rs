@@ -113,10 +113,20 @@ impl Simulation {
 
     /// Goes over to what follows; `held`: from contact, so that its end is an event.
     fn go_over(&mut self, clock: Clock, state: State, next: Next, held: bool) -> Turn {
-        if let Some((clock, state)) = self.moved_on(clock, &state) {
-            self.anchor(clock, state, Phase::Landing);
-            return None;
+        let Some((clock, state)) = self.moved_on(clock, &state) else {
+            return self.enter(clock, state, next, held);
+        };
+        if held && !self.reached_by(clock).1 {
+            // What ends a contact is told, wherever time has been moved to.
+            let next = self.system.land(self.motion.drive.trig_at(clock), &state);
+            return self.enter(clock, state, next, held);
         }
+        self.anchor(clock, state, Phase::Landing);
+        None
+    }
+
+    /// The mode that follows, from this clock and state on.
+    fn enter(&mut self, clock: Clock, state: State, next: Next, held: bool) -> Turn {
         let (time, phase) = (self.motion.drive.time(clock), self.motion.drive.phase_at(clock));
         let (mode, leg) = match next {
             Next::Hold(mode) => (Some(mode), Phase::Contact(mode)),
