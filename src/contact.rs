@@ -14,6 +14,7 @@
 #![allow(clippy::inline_always)] // the usual way through a search is compiled for several instruction sets
 
 mod outlook;
+mod release;
 
 pub(crate) use outlook::{Outlook, few_digits};
 
@@ -27,8 +28,8 @@ use crate::majorant::first_root;
 use crate::params::Contact;
 use crate::state::State;
 use crate::tolerance::{
-    EPS, FLIGHT_NOISE, GRAZE_NOISE, LEAST_PROGRESS, PAUSE_NOISE, RELEASE_PROBE, SEARCH_PATIENCE,
-    SEARCH_STEPS, SETTLE_PART, SETTLE_STEPS, TAYLOR_PART,
+    EPS, FLIGHT_NOISE, GRAZE_NOISE, LEAST_PROGRESS, PAUSE_NOISE, SEARCH_PATIENCE, SEARCH_STEPS,
+    SETTLE_PART, SETTLE_STEPS, TAYLOR_PART,
 };
 
 /// How a local flight starts, as far as the contact is concerned.
@@ -347,33 +348,6 @@ impl<G: Geometry> Search<'_, G> {
         if sample.gap.value.is_finite() { Found::Stalled } else { Found::NotFinite }
     }
 
-    /// Whether g''' < 0 alone takes the bodies apart, by more than rounding, before the bound of
-    /// g'''' allows them back.
-    fn leaves(&self, point: &GapPoint) -> bool {
-        let step = (-4.0 * point.third / self.gap.fourth_bound).clamp(0.0, self.span);
-        -point.third * step.powi(3) > GRAZE_NOISE * self.gap.noise(step)
-    }
-
-    /// A release so flat that g''' = 0 to rounding: the first of a few short times at which the
-    /// bodies are apart beyond doubt, or the last up to which the gap is at rounding level.
-    fn after_flat_release(&mut self, start: Sample) -> Sample {
-        let (mut s, longest) = RELEASE_PROBE;
-        let mut last = start;
-        while s <= longest {
-            let sample = self.evaluate(s * self.span);
-            let level = 2.0 * GRAZE_NOISE * self.gap.noise(sample.time);
-            if sample.gap.value > level {
-                return last;
-            }
-            last = sample;
-            if sample.gap.value < -level {
-                return last;
-            }
-            s *= 2.0;
-        }
-        last
-    }
-
     /// Largest h <= limit found such that the gap does not rise above the graze level on (0, h),
     /// from a point at that level.
     fn flat_step(&self, point: &GapPoint, limit: f64, graze: f64) -> f64 {
@@ -412,7 +386,15 @@ impl<G: Geometry> Search<'_, G> {
         {
             return settled;
         }
-        let (mut touch, _) = self.meet(sample.time, h);
+        let (mut touch, settled) = self.meet(sample.time, h);
+        if !settled && touch.gap.rate > 0.0 && touch.local_time() > self.span {
+            // A gap that stays at rounding level for long: no Taylor polynomial leads so far.
+            let end = self.evaluate(self.span);
+            if end.gap.value < 0.0 {
+                return Settled::Found(Found::Clear(self.span));
+            }
+            touch = self.meet(end.time, 0.0).0;
+        }
         // At a flat top the steps may lead far away, or to before the graze that was gone on from.
         let (s, span) = (touch.local_time(), self.span);
         let astray = s < self.begin || (s > span && (touch.gap.rate <= 0.0 || touch.offset > span));

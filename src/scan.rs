@@ -23,7 +23,7 @@ use crate::gap::{GapBounds, GapBoundsLanes, Geometry};
 use crate::lanes::{LANES, Lanes, lanes_of};
 use crate::state::State;
 use crate::tolerance::{
-    BOUND_MARGIN, FREE_SPANS, ROOT_ERROR, SCAN_REMAINDER, SCAN_REST, SCAN_SLACK, SCAN_SPANS,
+    BOUND_MARGIN, FREE_SPANS, SCAN_REMAINDER, SCAN_REST, SCAN_SLACK, SCAN_SPANS,
 };
 
 /// Halvings by which an unsure step is cut into eight.
@@ -52,8 +52,6 @@ pub(crate) struct Rise {
     /// The jets at its ends.
     pub start: Jet,
     pub end: Jet,
-    /// Local time up to which a contact is met.
-    pub reach: f64,
 }
 
 lanes_of! {
@@ -67,7 +65,6 @@ lanes_of! {
         end_value: end.value,
         end_rate: end.rate,
         end_second: end.second,
-        reach: reach,
     }
 }
 
@@ -76,12 +73,6 @@ impl Rise {
     #[inline(always)]
     pub fn near(&self) -> f64 {
         self.after + self.h * root(&self.start, &self.end, self.h)
-    }
-
-    /// Whether the contact, which lies `near`, is met in this local flight.
-    #[inline(always)]
-    pub fn is_met(&self, near: f64) -> bool {
-        near <= self.reach + ROOT_ERROR * self.h
     }
 }
 
@@ -338,9 +329,14 @@ impl Scanner {
         }
         let next = samples.jet(j);
         let weights = &motion.table(self.level).weights;
-        if !self.touching && rises(&self.start, &next, weights, self.remainder, self.slack) {
-            let (start, reach) = (self.start, self.reach);
-            return Some(Scan::Rise(Rise { after: s, h, start, end: next, reach }));
+        // On a step that ends beyond, the interpolant's root cannot tell on which side of `reach` the
+        // contact lies: it may be off by a good part of a coarse step. Such a step is cut.
+        let within = s + h <= self.reach;
+        if within
+            && !self.touching
+            && rises(&self.start, &next, weights, self.remainder, self.slack)
+        {
+            return Some(Scan::Rise(Rise { after: s, h, start: self.start, end: next }));
         }
         if self.level + CUT >= LEVELS {
             // With care from there; beyond one local flight in one of its own, whose rounding is less.
@@ -457,7 +453,7 @@ fn rises(start: &Jet, end: &Jet, w: &Weights, remainder: f64, slack: f64) -> boo
     start.value < -slack && end.value > slack && least > PART * remainder + slack
 }
 
-/// Root of the quintic Hermite interpolant of a rising step, as a part of the step; to some 1e-5,
+/// Root of the quintic Hermite interpolant of a rising step, as a part of the step; as a rule to some 1e-5,
 /// from where the exact motion leads on.
 #[inline(always)]
 fn root(start: &Jet, end: &Jet, h: f64) -> f64 {

@@ -40,9 +40,6 @@ pub const SCAN_REMAINDER: f64 = 0.02;
 /// no sign is certain.
 pub const SCAN_STEPS: f64 = 1.030_072_868_268_605;
 
-/// The root of the interpolant on a step is known to this part of the step (1e-5 is usual).
-pub const ROOT_ERROR: f64 = 1e-3;
-
 /// Rounding of the gap in the first pass, relative to the size of its motion: some thousand
 /// operations from step to step over the whole scan.
 pub const SCAN_SLACK: f64 = 1e-12;

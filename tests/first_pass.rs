@@ -268,6 +268,46 @@ fn a_contact_several_local_flights_ahead_is_met_to_rounding() {
     assert!(number[1..].iter().all(|&flights| flights >= 5), "{number:?}");
 }
 
+/// A body that creeps is evaluated for one local flight only, and what lies beyond belongs to the next one.
+/// On the last step the root of the interpolant is too rough to tell on which side a contact lies: contacts
+/// before the end were once taken for later ones, and met at the end, where the bodies overlapped.
+#[test]
+fn a_contact_just_before_the_end_of_a_local_flight_is_met_there() {
+    let meet = |index: u64| -> Option<(f64, f64, f64)> {
+        let mut drawer = Drawer::new(9, index);
+        let creeping = drawer.uniform(1.05, 3.0);
+        let system = drawer.system(1.0).oscillator_damping(creeping).build().unwrap();
+        let motion = FreeMotion::new(&system);
+        let direct = system.contact() == Contact::Direct;
+        let place = |s: State| if direct { s.x1 } else { s.x1.sin() } - s.x2;
+        let mut near = |size: f64| drawer.uniform(-size, size);
+        let start = State { x1: near(0.8), v1: near(1.0), x2: near(0.8), v2: near(1.0) };
+        let flight = motion.flight(Clock::START, start);
+        let wanted = motion.span() * (1.0 - 10f64.powf(drawer.uniform(-5.0, -1.5)));
+        // The gap is such that the bodies meet at the time that is wanted, and not before.
+        let at = |part: f64| place(motion.state_at(&flight, part * wanted));
+        let gap = at(1.0);
+        let apart = (0..1_000).all(|i| at(f64::from(i) * 1e-3) < gap);
+        let rate = (gap - at(1.0 - 1e-6)) / (1e-6 * wanted);
+        if !(apart && place(start) < gap - 0.01 && rate > 0.01) {
+            return None;
+        }
+        let motion = FreeMotion::new(&system.with("gap", gap).unwrap());
+        let flight = motion.flight(Clock::START, start);
+        let found = next_contact(&motion, &flight, Start::Apart, motion.span()).found;
+        let Found::Contact(touch) = found else { return Some((wanted, f64::INFINITY, rate)) };
+        Some((wanted, touch.local_time(), rate))
+    };
+    let met: Vec<_> = (0..20_000u64).into_par_iter().filter_map(meet).collect();
+    let wrong: Vec<_> = met
+        .iter()
+        .filter(|(wanted, found, rate)| (found - wanted).abs() > 1e-13 * wanted.max(1.0 / rate))
+        .collect();
+    println!("{} flights, {} wrong", met.len(), wrong.len());
+    assert!(met.len() > 2_000, "{}", met.len());
+    assert!(wrong.is_empty(), "{} {:?}", wrong.len(), wrong.first());
+}
+
 /// A drive that is the fastest of the motion: its period is half a local flight, and the flights of a motion
 /// that repeats with it all end there. Steps that ended there too left all these contacts to the careful
 /// search.

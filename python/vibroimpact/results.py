@@ -97,7 +97,8 @@ class PeriodReport:
         Drive periods and impacts per orbit; None where no period was found. n is ``math.inf`` for
         a motion with complete chatter, infinitely many impacts in a finite time.
     residual
-        Largest difference between sections m periods apart.
+        Largest difference between sections m periods apart: of the kept ones; of those of further
+        periods where `method` ends with ``returns when followed further``.
     rate
         Rate of convergence of that difference.
     growth, growth_error

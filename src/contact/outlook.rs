@@ -47,12 +47,7 @@ impl Outlook {
         match scan {
             Scan::Clear(time) => Self::Clear(time),
             Scan::Rise(rise) => {
-                let near = rise.near();
-                if rise.is_met(near) {
-                    Self::Ahead { near: few_digits(near), after: rise.after, bounds }
-                } else {
-                    Self::Clear(rise.reach)
-                }
+                Self::Ahead { near: few_digits(rise.near()), after: rise.after, bounds }
             }
             Scan::Hop(near) => Self::Ahead { near: few_digits(near), after: 0.0, bounds },
             Scan::Unsure(time) => Self::Unsure(time),

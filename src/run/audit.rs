@@ -171,8 +171,7 @@ impl Auditor<'_> {
         let drive = &self.motion.drive;
         loop {
             let start = slide.clock;
-            let (reached, _) = slide.step.end();
-            let end = drive.advance(start, DoubleDouble::new(reached));
+            let end = drive.advance(start, DoubleDouble::new(slide.reach()));
             let end = if leg.end < end { leg.end } else { end };
             let begin = if start < from { from } else { start };
             let step = slide.step.clone();

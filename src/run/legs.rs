@@ -183,17 +183,21 @@ impl Slide {
         (!step.stalls(motion.span) && step.is_finite()).then_some(Self { clock, step })
     }
 
-    /// Goes on to the next step; `false` if the slide ends with this one.
-    pub fn advance(&mut self, run: &Run, motion: &FreeMotion, mode: ContactMode) -> bool {
+    /// Local time up to which this step is taken. The end of the leg is that of the slide, and not what the step
+    /// says of its own: a force that is all but zero falls through it where rounding decides.
+    pub fn reach(&self) -> f64 {
         let (reached, end) = self.step.end();
-        if !end.goes_on() || reached <= 0.0 {
-            return false;
-        }
+        if end.goes_on() && reached > 0.0 { reached } else { self.step.length() }
+    }
+
+    /// Goes on to the next step; `false` if there is none.
+    pub fn advance(&mut self, run: &Run, motion: &FreeMotion, mode: ContactMode) -> bool {
+        let reached = self.reach();
         let (x1, v1) = self.step.at(reached);
         let clock = motion.drive.advance(self.clock, DoubleDouble::new(reached));
         let next = Self::from(run, motion, clock, &run.system.on_contact(x1, v1), mode);
-        let goes_on = next.is_some();
-        if let Some(next) = next {
+        let goes_on = reached > 0.0 && next.is_some();
+        if let Some(next) = next.filter(|_| goes_on) {
             *self = next;
         }
         goes_on
@@ -261,9 +265,9 @@ impl Follower {
             **slide = first;
         }
         let mut time = since(slide.clock).value();
-        while time > slide.step.end().0 {
+        while time > slide.reach() {
             if !slide.advance(run, motion, mode) {
-                time = slide.step.end().0;
+                time = slide.reach();
                 break;
             }
             time = since(slide.clock).value();

@@ -115,14 +115,22 @@ impl Simulation {
 
     /// Goes over to what follows; `held`: from contact, so that its end is an event.
     fn go_over(&mut self, clock: Clock, state: State, next: Next, held: bool) -> Turn {
-        match self.moved_on(clock, &state) {
-            Ok(Some((clock, state))) => {
-                self.anchor(clock, state, Phase::Landing);
-                return None;
-            }
-            Ok(None) => {}
+        let (clock, state) = match self.moved_on(clock, &state) {
+            Ok(Some(moved)) => moved,
+            Ok(None) => return self.enter(clock, state, next, held),
             Err(error) => return Some(Err(error)),
+        };
+        if held && !self.reached_by(clock).1 {
+            // What ends a contact is told, wherever time has been moved to.
+            let next = self.system.land(self.motion.drive.trig_at(clock), &state);
+            return self.enter(clock, state, next, held);
         }
+        self.anchor(clock, state, Phase::Landing);
+        None
+    }
+
+    /// The mode that follows, from this clock and state on.
+    fn enter(&mut self, clock: Clock, state: State, next: Next, held: bool) -> Turn {
         let (time, phase) = (self.motion.drive.time(clock), self.motion.drive.phase_at(clock));
         let (mode, leg) = match next {
             Next::Hold(mode) => (Some(mode), Phase::Contact(mode)),

@@ -123,6 +123,11 @@ def run(options: argparse.Namespace) -> ExitCode:
             raise ParameterError(f"--{name.replace('_', '-')} goes with --{wanted} only")
     request = shared.Request.of(options)
     system = request.system()
+    if system.drive_frequency == 0:
+        raise ParameterError(
+            "drive_frequency = 0.0 is not allowed; allowed: a number > 0: orbits are closed after "
+            "whole drive periods"
+        )
     outputs.check(options)
     return (ways[way] if way else _settled)(request, system)
 

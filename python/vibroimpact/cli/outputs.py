@@ -47,9 +47,16 @@ def add_outputs(
 
 def check(options: argparse.Namespace) -> None:
     """Refuse output files that cannot be written, before anything is computed for them."""
+    taken: dict[Path, str] = {}
     for name in ("csv", "points", "save", "plot", "store"):
         path = getattr(options, name, None)
-        if path is None or path == "-":
+        if path is None:
+            continue
+        place = Path(path) if path == "-" else Path(path).resolve()
+        if place in taken and (path == "-" or not is_special(path)):
+            raise ParameterError(f"--{name} {path}: --{taken[place]} goes there, too")
+        taken[place] = name
+        if path == "-":
             continue
         folder = Path(path).parent
         if not folder.is_dir():

@@ -24,7 +24,8 @@ evidence for it.
 MORE = """\
 printed:
   label       what the motion is
-  residual    largest difference between sections m periods apart
+  residual    largest difference between sections m periods apart; of
+              later ones where the motion was followed further
   growth      mean logarithmic growth of a perturbation per drive period
   confidence  in the label, 0 to 1, and how it was found
   impacts     since t = 0, and how many of them are kept

@@ -173,7 +173,7 @@ impl Encounters {
     pub fn meet<G: Geometry>(&mut self) {
         let Self { systems, flights, rises, on_step, near, bounds, motions, contacts, .. } = self;
         let (start, start_noise) = (&self.start, &self.start_noise);
-        let mut in_reach = [0; LANES];
+        let mut undecayed = [0; LANES];
         for j in 0..LANES {
             let rise = rises.get(j);
             let on_step = on_step[j] == 1;
@@ -181,7 +181,7 @@ impl Encounters {
             near[j] = few_digits(at);
             let decayed = systems.pendulums.get(j).decayed(near[j])
                 | systems.oscillators.get(j).decayed(near[j]);
-            in_reach[j] = u64::from((!on_step | rise.is_met(at)) & !decayed);
+            undecayed[j] = u64::from(!decayed);
         }
         motions.evaluate(systems, flights, near);
         for j in 0..LANES {
@@ -200,7 +200,7 @@ impl Encounters {
             let left = gap_remainder(limits.fourth, limits.fifth, limits.sixth, offset);
             let level = start_noise[j] + flight_noise(limits.rate, (s + offset).max(0.0));
             let later = gap.later(offset);
-            let certain = (in_reach[j] == 1)
+            let certain = (undecayed[j] == 1)
                 & holds
                 & (s + offset >= 0.0)
                 & (left <= SETTLE_PART * level)
