@@ -181,7 +181,7 @@ impl Judge {
                 }
                 let outcome = match contact {
                     Some(contact) if time > contact.time.hi => Outcome::Missed,
-                    None if time >= self.span * (1.0 - 4.0 * EPS) => Outcome::End,
+                    None if self.rises_at_the_end(time) => Outcome::End,
                     _ => Outcome::Spurious,
                 };
                 (outcome, None)
@@ -197,6 +197,15 @@ impl Judge {
             let u = root.gap.rate.hi;
             let reach = self.level.undecided(root.time.hi) / u;
             (time - root.time.hi).abs() <= 2.0 * reach + 4.0 * EPS * time
+        })
+    }
+
+    /// Whether g comes up to zero at the end of the flight, to the level, and a time lies on that rise.
+    fn rises_at_the_end(&self, time: f64) -> bool {
+        self.seen.end.is_some_and(|end| {
+            let level = self.level.undecided(self.span);
+            let left = self.span - time;
+            end.gap.hi.abs() <= level && left * end.rate <= 2.0 * level + 4.0 * EPS * self.span
         })
     }
 

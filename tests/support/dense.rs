@@ -22,6 +22,8 @@ pub struct Seen {
     pub humps: Vec<Place>,
     /// Rising root of the first rise above the level.
     pub contact: Option<Place>,
+    /// The end of the flight, if there was no such rise.
+    pub end: Option<Sample>,
     pub samples: u64,
 }
 
@@ -123,7 +125,10 @@ impl DenseFlight {
         let Some(mut a) = before.next() else { return seen };
         let mut apart = a;
         loop {
-            let Some(b) = before.next().or_else(|| self.next(&a)) else { return seen };
+            let Some(b) = before.next().or_else(|| self.next(&a)) else {
+                seen.end = Some(a);
+                return seen;
+            };
             seen.samples += 1;
             let threshold = level(b.time.hi);
             // Bracket of a rise above the level: up to the top between, or up to b.

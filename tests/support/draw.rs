@@ -7,7 +7,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
-use vibroimpact::{Contact, FreeMotion, State, System};
+use vibroimpact::{Clock, Contact, FreeMotion, State, System};
 
 use super::dense::Place;
 use super::double_double::Dd;
@@ -23,6 +23,9 @@ pub enum Kind {
     JustApart,
     /// Apart, the gap parameter such that a hump of g ends 1e-15 ... 1e-1 above or below 0.
     NearGraze,
+    /// Apart, the gap parameter such that g rises through 0 next to the end of the local flight: before
+    /// it by 1e-9 ... 0.3 of it.
+    NearEnd,
     /// After an impact.
     Impact,
     /// After an impact with separation velocity 1e-10 ... 1e-3.
@@ -32,10 +35,11 @@ pub enum Kind {
 }
 
 impl Kind {
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Apart,
         Self::JustApart,
         Self::NearGraze,
+        Self::NearEnd,
         Self::Impact,
         Self::SlowImpact,
         Self::ImpactNearGraze,
@@ -63,7 +67,8 @@ pub fn draw(seed: u64, index: u64) -> Draw {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(index);
     let kind = match rng.random_range(0..100) {
-        0..35 => Kind::Apart,
+        0..25 => Kind::Apart,
+        25..35 => Kind::NearEnd,
         35..40 => Kind::JustApart,
         40..63 => Kind::NearGraze,
         63..83 => Kind::Impact,
@@ -168,7 +173,7 @@ impl Drawer<'_> {
             .expect("parameters are within their ranges")
     }
 
-    /// `None` if a hump is wanted and there is none.
+    /// `None` if a hump is wanted and there is none, or a rise.
     fn draw(&mut self, kind: Kind) -> Option<Draw> {
         let system = self.system();
         let direct = system.contact() == Contact::Direct;
@@ -190,6 +195,7 @@ impl Drawer<'_> {
         let target = self.sign() * self.power(-15.0, -1.0);
         match kind {
             Kind::NearGraze => self.lowered(plain, target),
+            Kind::NearEnd => self.ended(plain),
             Kind::ImpactNearGraze => self.thrown(plain, target),
             _ => Some(plain),
         }
@@ -205,6 +211,17 @@ impl Drawer<'_> {
         let hump = self.some_hump(&draw)?;
         let gap = Dd::new(draw.system.gap()) + hump.gap.value - Dd::new(target);
         Some(Draw { system: draw.system.with("gap", gap.value()).ok()?, ..draw })
+    }
+
+    /// The flight with its gap parameter such that g rises through 0 next to its end.
+    fn ended(&mut self, draw: Draw) -> Option<Draw> {
+        let motion = FreeMotion::new(&draw.system);
+        let flight = motion.flight(Clock::START, draw.state);
+        let time = motion.span() * (1.0 - self.power(-9.0, -0.5));
+        let state = motion.state_at(&flight, time);
+        let gap = draw.system.gap() + draw.system.gap_function(&state);
+        let rises = draw.system.approach_velocity(&state) > 0.0;
+        rises.then_some(Draw { system: draw.system.with("gap", gap).ok()?, ..draw })
     }
 
     /// The flight with v2 such that one of its humps is about `target` high: secant steps, the

@@ -11,7 +11,7 @@ use std::fmt;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use vibroimpact::{Contact, EventKind, RunOptions, State, System, run};
+use vibroimpact::{Contact, EventKind, RunOptions, State, StopReason, System, run};
 
 /// Drive periods of a run.
 pub const PERIODS: i64 = 50;
@@ -19,6 +19,8 @@ pub const PERIODS: i64 = 50;
 const LOOKS: usize = 2_000;
 /// Allowed penetration, in units of max(1, |x1|, |x2|).
 pub const PENETRATION: f64 = 1e-12;
+/// Allowed change of energy that no work explains, in units of all works and the energies.
+pub const IMBALANCE: f64 = 1e-12;
 
 /// System number `index` of a seed, and its start.
 pub fn draw(seed: u64, index: u64) -> (System, State) {
@@ -101,6 +103,8 @@ pub struct Outcome {
     pub contacts: [u64; 4],
     /// Largest g/max(1, |x1|, |x2|) seen.
     pub penetration: f64,
+    /// What of the energy no work explains, in units of all works and the energies.
+    pub imbalance: f64,
     pub finite: bool,
 }
 
@@ -117,6 +121,7 @@ pub fn examine(seed: u64, index: u64, most_events: u64) -> Outcome {
         evaluations: 0,
         contacts: [0; 4],
         penetration: f64::NEG_INFINITY,
+        imbalance: 0.0,
         finite: true,
     };
     let run = match run(&system, start, options, &mut || true) {
@@ -142,6 +147,12 @@ pub fn examine(seed: u64, index: u64, most_events: u64) -> Outcome {
             1
         };
         outcome.contacts[column] += 1;
+    }
+    if !matches!(run.stop_reason, StopReason::Jammed | StopReason::Painleve) {
+        // There velocity and force grow beyond all bounds.
+        let audit = run.energy_audit();
+        let size = audit.total + audit.energy_start.abs() + audit.energy_end.abs();
+        outcome.imbalance = audit.residual().abs() / size.max(f64::MIN_POSITIVE);
     }
     let (from, to) = (run.kept_from(), run.final_state.time);
     let step = (to - from) / LOOKS as f64;
@@ -179,6 +190,7 @@ pub struct Tally {
     pub most_impacts: u64,
     pub contacts: [u64; 4],
     pub penetration: f64,
+    pub imbalance: f64,
 }
 
 /// Systems whose numbers are listed for each way to end.
@@ -201,7 +213,9 @@ pub fn examine_all(seed: u64, count: u64, most_events: u64) -> Tally {
             *sum += n;
         }
         tally.penetration = tally.penetration.max(outcome.penetration);
-        if outcome.failed || !outcome.finite || outcome.penetration > PENETRATION {
+        tally.imbalance = tally.imbalance.max(outcome.imbalance);
+        let wrong = outcome.penetration > PENETRATION || outcome.imbalance > IMBALANCE;
+        if outcome.failed || !outcome.finite || wrong {
             tally.failed.push(outcome);
         }
     }
@@ -217,6 +231,7 @@ impl fmt::Display for Tally {
         writeln!(f, "{} impacts, at most {} in one run", self.impacts, self.most_impacts)?;
         writeln!(f, "{chatters} chatters, {slides} slides, {sticks} sticks, {releases} releases")?;
         writeln!(f, "deepest penetration {:e} max(1, |x1|, |x2|)", self.penetration)?;
+        writeln!(f, "energy explained but for {:e} of all works", self.imbalance)?;
         writeln!(f, "{} failures", self.failed.len())?;
         for outcome in &self.failed {
             writeln!(f, "  {outcome:?}")?;
