@@ -4,17 +4,20 @@
 //! g^(6) (t - a)^3 (t - b)^3/720. In Bernstein form of degree 6 on [a, b] the remainder is a part of the
 //! middle coefficient, at most |g^(6)| h^6/14400; all seven coefficients below zero prove that the step is
 //! free of contact. A step for which that fails is cut into eight. A sign change on a step with g' > 0, proven
-//! in the same way from the interpolant's derivative, is the first contact. What stays
-//! unsure is left to the careful search (contact.rs), which alone decides about grazes, rest and
-//! release. The states come from tables (flight/table.rs), the rest is arithmetic on arrays; its
-//! rounding is allowed for, and can only make steps unsure (docs/contact-detection.md).
+//! in the same way from the interpolant's derivative, is the first contact; on a step that ends beyond
+//! what is searched the sign there decides. What stays unsure is left to the careful search
+//! (contact.rs), which alone decides about grazes, rest and release. The states come from tables
+//! (flight/table.rs), the rest is arithmetic on arrays; its rounding is allowed for, and can only make
+//! steps unsure (docs/contact-detection.md).
 
 #![allow(clippy::inline_always)] // all of a scan must be compiled with the same instructions
 #![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
 
 mod outright;
+mod quintic;
 
 use outright::{never_meet, short_hop};
+use quintic::{Quintic, root};
 
 use crate::angle::Angle;
 use crate::elementary::MOST_TURNED;
@@ -329,14 +332,22 @@ impl Scanner {
         }
         let next = samples.jet(j);
         let weights = &motion.table(self.level).weights;
-        // On a step that ends beyond, the interpolant's root cannot tell on which side of `reach` the
-        // contact lies: it may be off by a good part of a coarse step. Such a step is cut.
-        let within = s + h <= self.reach;
-        if within
-            && !self.touching
-            && rises(&self.start, &next, weights, self.remainder, self.slack)
-        {
-            return Some(Scan::Rise(Rise { after: s, h, start: self.start, end: next }));
+        if !self.touching && rises(&self.start, &next, weights, self.remainder, self.slack) {
+            let rise = Rise { after: s, h, start: self.start, end: next };
+            let left = self.reach - s;
+            if left >= h {
+                return Some(Scan::Rise(rise));
+            }
+            // The step ends beyond: on which side of `reach` the contact lies says the sign of the gap
+            // there, and not the interpolant's root, which may be off by a good part of a coarse step.
+            let there = Quintic::new(&rise.start, &rise.end, h).value(left / h);
+            let doubt = self.remainder + self.slack;
+            if there > doubt {
+                return Some(Scan::Rise(rise));
+            }
+            if there < -doubt {
+                return Some(Scan::Clear(self.reach));
+            }
         }
         if self.level + CUT >= LEVELS {
             // With care from there; beyond one local flight in one of its own, whose rounding is less.
@@ -451,30 +462,4 @@ fn rises(start: &Jet, end: &Jet, w: &Weights, remainder: f64, slack: f64) -> boo
     let ends = smaller(smaller(first, first + bend), smaller(last - last_bend, last));
     let least = smaller(ends, middle);
     start.value < -slack && end.value > slack && least > PART * remainder + slack
-}
-
-/// Root of the quintic Hermite interpolant of a rising step, as a part of the step; as a rule to some 1e-5,
-/// from where the exact motion leads on.
-#[inline(always)]
-fn root(start: &Jet, end: &Jet, h: f64) -> f64 {
-    let (c0, c1, c2) = (start.value, h * start.rate, 0.5 * (h * h) * start.second);
-    let value = end.value - c0 - c1 - c2;
-    let rate = h * end.rate - c1 - 2.0 * c2;
-    let second = h * h * end.second - 2.0 * c2;
-    let c3 = 10.0 * value - 4.0 * rate + 0.5 * second;
-    let c4 = -15.0 * value + 7.0 * rate - second;
-    let c5 = 6.0 * value - 3.0 * rate + 0.5 * second;
-    let value = |t: f64| {
-        let t2 = t * t;
-        (c0 + t * c1) + t2 * ((c2 + t * c3) + t2 * (c4 + t * c5))
-    };
-    // Halley's step from the chord's root, and one more with its slope.
-    let t = c0 / (c0 - end.value);
-    let t2 = t * t;
-    let g = value(t);
-    let g1 = (c1 + t * (2.0 * c2)) + t2 * ((3.0 * c3 + t * (4.0 * c4)) + t2 * (5.0 * c5));
-    let g2 = (c2 + t * (3.0 * c3)) + t2 * (6.0 * c4 + t * (10.0 * c5));
-    let slope = g1 / (g1 * g1 - g * g2);
-    let t = (t - g * slope).clamp(0.0, 1.0);
-    (t - value(t) * slope).clamp(0.0, 1.0)
 }
