@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 import vibroimpact as vi
 from changed import with_columns
-from vibroimpact.plot.labels import LABEL_STYLES
-from vibroimpact.plot.style import PARAMETER_SYMBOLS
+from vibroimpact.plot.labels import LABEL_STYLES, UNRESOLVED, label_handles
+from vibroimpact.plot.style import PARAMETER_SYMBOLS, legend_above
 from vibroimpact.system import NUMERIC_RANGES
 
 
@@ -242,3 +242,13 @@ def test_motions_without_impact_have_a_colour_of_their_own(diagram, ax):
     drawn = {to_hex(color) for color in points(ax).get_facecolors()}
     named = {to_hex(handle.get_facecolor()) for handle in ax.get_legend().legend_handles}
     assert drawn == named == {"#8f00ff"}
+
+
+def test_a_legend_of_many_labels_stays_within_the_default_figure():
+    figure = pyplot.figure(layout="constrained")
+    ax = figure.add_subplot()
+    legend_above(ax, label_handles(range(UNRESOLVED + 1)), columns=4)
+    figure.draw_without_rendering()
+    assert ax.get_legend().get_window_extent().x1 <= figure.bbox.x1
+    assert ax.get_window_extent().width > 0.8 * figure.bbox.width
+    pyplot.close(figure)

@@ -117,7 +117,8 @@ class Store:
         found = differences(stored, self.layout)
         if found:
             raise ParameterError(
-                f"store = {str(self.path)!r} holds another computation: {'; '.join(found)}"
+                f"store = {str(self.path)!r} holds another computation: {'; '.join(found)};"
+                " give another place, or delete this one"
             )
         self.tiling = Tiling.of(self.layout.grid.shape, int(np.prod(chunks)))
         if self.tiling.tile != chunks:

@@ -426,5 +426,14 @@ def _mark_named(computed: Existence, moment: float, axes: Sequence[Axes]) -> Non
                 textcoords="offset points",
                 ha="right" if to_left else "left",
                 fontsize=8,
-                arrowprops={"arrowstyle": "-|>", "linewidth": 0.6, "shrinkB": 2.5},
+                arrowprops={"arrowstyle": "-|>", "linewidth": 0.6, "shrinkB": 3.0},
+            )
+            # The ring lies about the very point.
+            ax.plot(
+                system.drive_frequency,
+                place,
+                "o",
+                color="black",
+                markerfacecolor="none",
+                markersize=5,
             )

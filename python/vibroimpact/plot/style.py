@@ -257,15 +257,32 @@ def bifurcation_marker(kind: str, size: float = 4.5) -> dict[str, Any]:
     }
 
 
+# The rest of a figure's width is for ticks and labels.
+_LEGEND_PART = 0.85
+
+
 def legend_above(ax: Axes, handles: Sequence[Artist], columns: int = 2) -> Legend:
-    """Put a legend above the axes, where it hides no data."""
-    return ax.legend(
-        handles=list(handles),
-        loc="lower left",
-        bbox_to_anchor=(0.0, 1.0),
-        ncols=columns,
-        borderaxespad=0.2,
-        handlelength=1.2,
-        handletextpad=0.5,
-        columnspacing=1.2,
-    )
+    """Put a legend above the axes, where it hides no data.
+
+    Axes that have their figure for themselves get fewer columns, if so many are wider than it.
+    """
+
+    def legend(columns: int) -> Legend:
+        return ax.legend(
+            handles=list(handles),
+            loc="lower left",
+            bbox_to_anchor=(0.0, 1.0),
+            ncols=columns,
+            borderaxespad=0.2,
+            handlelength=1.2,
+            handletextpad=0.5,
+            columnspacing=1.2,
+        )
+
+    drawn, figure = legend(columns), ax.figure
+    while columns > 1 and len(figure.axes) == 1:
+        if drawn.get_window_extent().width <= _LEGEND_PART * figure.bbox.width:
+            break
+        columns -= 1
+        drawn = legend(columns)
+    return drawn
