@@ -159,7 +159,7 @@ pub enum StopReason {
     Jammed,
     /// law = paper gave no admissible outcome.
     LawFailed,
-    /// The caller asked for the end.
+    /// The caller asked for the end; or the computation failed, of what it has done up to there.
     Interrupted,
 }
 

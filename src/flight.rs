@@ -242,7 +242,8 @@ impl FreeMotion {
     }
 
     /// State after `periods` drive periods and `time` more of a flight: exact for any number of
-    /// periods. With a constant load `periods` is ignored.
+    /// periods up to 2^53 units of time, as long as a run may be. With a constant load `periods` is
+    /// ignored.
     #[must_use]
     pub fn state_after_periods(&self, flight: &Flight, periods: i64, time: f64) -> State {
         let elapsed = if self.drive.has_period() {

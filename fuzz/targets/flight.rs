@@ -50,8 +50,12 @@ fn body(draw: &mut Draw) {
         let part = draw.within(0.0, 1.0);
         let local = motion.state_at(&flight, part * motion.span());
         assert_finite("state in a local flight", &local.to_array());
-        let far = motion.state_after_periods(&flight, draw.below(200) as i64, part);
-        assert_finite("state after periods", &far.to_array());
+        let periods = draw.below(200) as i64;
+        let far = motion.state_after_periods(&flight, periods, part);
+        // No run lasts longer.
+        if (periods + 1) as f64 * system.drive_period() <= 2f64.powi(53) {
+            assert_finite("state after periods", &far.to_array());
+        }
     }
 }
 
