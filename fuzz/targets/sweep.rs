@@ -6,8 +6,8 @@ use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use vibroimpact::{
-    Cell, Horizon, Measure, PointStatus, RunOptions, State, StopReason, SweepOptions, SweepStart, System,
-    Workers, run_many, sweep,
+    Cell, Horizon, Measure, PointStatus, RunOptions, State, StopReason, SweepOptions, SweepStart,
+    System, Workers, run_many, sweep,
 };
 use vibroimpact_fuzz::{
     Draw, assert_finite, assert_numbers, check_run, execution, is_hectic, is_long,
