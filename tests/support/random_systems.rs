@@ -20,7 +20,7 @@ const LOOKS: usize = 2_000;
 /// Allowed penetration, in units of max(1, |x1|, |x2|).
 pub const PENETRATION: f64 = 1e-12;
 /// Allowed change of energy that no work explains, in units of all works and the energies.
-pub const IMBALANCE: f64 = 1e-12;
+pub const IMBALANCE: f64 = 1e-10;
 
 /// System number `index` of a seed, and its start.
 pub fn draw(seed: u64, index: u64) -> (System, State) {
