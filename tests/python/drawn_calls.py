@@ -79,6 +79,7 @@ class Bytes:
             value = self.finite()
             fields[name] = value if name in SIGNED else abs(value)
         fields["restitution"] = min(fields["restitution"], 1.0)
+        fields["drive_frequency"] = min(fields["drive_frequency"], 1e50)
         fields["law"] = self.one_of(("poisson", "newton", "energetic", "paper"))
         if self.below(4) == 0:
             fields |= {"contact": "direct", "friction": 0.0}
