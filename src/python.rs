@@ -36,10 +36,10 @@ mod _core {
     use super::system::PySystem;
 
     use super::arrays::Record;
-    use crate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
+    use crate::analysis::period::Kind;
+    use crate::analysis::sweep::PointStatus;
     use crate::impact::ImpactOutcome;
-    use crate::period::Kind;
-    use crate::sweep::PointStatus;
+    use crate::simulate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
     use pyo3::prelude::*;
     use pyo3::types::PyTuple;
 

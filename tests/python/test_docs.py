@@ -209,7 +209,7 @@ def test_notation_names_every_kind_of_bifurcation():
 
 
 def test_notation_names_every_stop_reason():
-    source = (ROOT / "src" / "event.rs").read_text(encoding="utf-8")
+    source = (ROOT / "src" / "simulate" / "event.rs").read_text(encoding="utf-8")
     body = source.split("impl StopReason", 1)[1].split("\n}\n", 1)[0]
     assert first_column("Stop reasons") == re.findall(r'=> "(\w+)"', body)
 
