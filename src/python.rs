@@ -7,6 +7,7 @@
 
 mod arrays;
 mod basin;
+mod elementary;
 mod errors;
 mod impact;
 mod lyapunov;
@@ -22,6 +23,8 @@ use pyo3::prelude::*;
 mod _core {
     #[pymodule_export]
     use super::basin::{PyArrivals, arrivals};
+    #[pymodule_export]
+    use super::elementary::{decay_minus_1, sin_cos};
     #[pymodule_export]
     use super::impact::impact;
     #[pymodule_export]

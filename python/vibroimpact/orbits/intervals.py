@@ -2,8 +2,10 @@
 
 An `Interval` [lo, hi] holds arrays; every operation encloses all results of its operands' numbers.
 The four operations and the square root are rounded to nearest and then moved outwards by one float
-(``np.nextafter``); exp, expm1, sin and cos are moved by `LIBRARY_ULPS` more, which is what NumPy
-tests them to. Products that underflow are not covered: numbers here are of order one.
+(``np.nextafter``). sin, cos and expm1 are the core's own, with the same bits on every machine,
+moved by the bound of their errors, `RELATIVE_ERROR` and `ABSOLUTE_ERROR`, which is proven operation
+by operation (tests/python/test_elementary.py). Products that underflow are not covered: numbers
+here are of order one.
 
 `isolate` finds all roots of many functions at once by bisection: a box is dropped where an
 enclosure of the function excludes zero, and kept as *isolated* where one of the slope does and the
@@ -18,12 +20,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .. import _core
+
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# Error of NumPy's elementary functions, in units in the last place.
-LIBRARY_ULPS = 4
 EPS = float(np.finfo(float).eps)
+# Errors of the core's elementary functions: of a value; of the reduction of angles up to `FAR`.
+RELATIVE_ERROR = 1.25 * EPS
+ABSOLUTE_ERROR = 4e-21
+# Angles that need no reduction.
+UNREDUCED = 0.75
+# Largest angle that the core reduces itself; beyond it a wave is only known to lie in [-1, 1].
+FAR = 1e5
 # Bisection halves a box to the spacing of the numbers at most; more levels than floats have bits
 # for cannot be needed.
 MAX_LEVELS = 80
@@ -147,33 +156,23 @@ class Interval:
         roots = np.sqrt(np.maximum(self.lo, 0.0)), np.sqrt(np.maximum(self.hi, 0.0))
         return Interval(np.maximum(_down(roots[0]), 0.0), _up(roots[1]))
 
-    def _widened(self, ulps: int = LIBRARY_ULPS) -> "Interval":
-        by = ulps * EPS
-        lo, hi = self.lo - by * np.abs(self.lo), self.hi + by * np.abs(self.hi)
-        return Interval(_down(lo), _up(hi))
-
-    def exp(self) -> "Interval":
-        """Return e^x."""
-        wide = Interval(np.exp(self.lo), np.exp(self.hi))._widened()
-        return Interval(np.maximum(wide.lo, 0.0), wide.hi)
-
     def expm1(self) -> "Interval":
         """Return e^x - 1."""
-        return Interval(np.expm1(self.lo), np.expm1(self.hi))._widened()
+        return Interval(_expm1(self.lo).lo, _expm1(self.hi).hi)
 
     def sin(self) -> "Interval":
         """Return sin x."""
-        return self._wave(np.sin, 0.25)
+        return self._wave(0, 0.25)
 
     def cos(self) -> "Interval":
         """Return cos x."""
-        return self._wave(np.cos, 0.0)
+        return self._wave(1, 0.0)
 
-    def _wave(self, wave: Callable[[Array], Array], crest: float) -> "Interval":
+    def _wave(self, which: int, crest: float) -> "Interval":
         """Return sine or cosine: its ends, and 1 and -1 where a crest or a trough lies between."""
-        a, b = wave(self.lo), wave(self.hi)
-        wide = Interval(np.minimum(a, b), np.maximum(a, b))._widened()
-        lo, hi = np.maximum(wide.lo, -1.0), np.minimum(wide.hi, 1.0)
+        a, b = _sin_cos(self.lo)[which], _sin_cos(self.hi)[which]
+        lo = np.maximum(np.minimum(a.lo, b.lo), -1.0)
+        hi = np.minimum(np.maximum(a.hi, b.hi), 1.0)
         # In turns; a crest that may lie inside, for all that rounding tells, counts as inside.
         first, last = self.lo / (2.0 * np.pi), self.hi / (2.0 * np.pi)
         slack = 4.0 * EPS * (1.0 + np.maximum(np.abs(first), np.abs(last)))
@@ -182,6 +181,32 @@ class Interval:
         trough = crest + 0.5
         lo = np.where(np.ceil(first - trough) <= last - trough, -1.0, lo)
         return Interval(lo, hi)
+
+
+def _widened(value: Array, absolute: Array | float = 0.0) -> Interval:
+    by = RELATIVE_ERROR * np.abs(value) + absolute
+    return Interval(_down(value - by), _up(value + by))
+
+
+def _sin_cos(x: Array) -> tuple[Interval, Interval]:
+    """Enclose sine and cosine of numbers."""
+    near = np.abs(x) <= FAR
+    waves = _core.sin_cos(np.where(near, x, 0.0).ravel())
+    absolute = np.where(np.abs(x) <= UNREDUCED, 0.0, ABSOLUTE_ERROR)
+    sin, cos = (_widened(wave.reshape(x.shape), absolute) for wave in waves)
+    return (
+        Interval(np.where(near, sin.lo, -1.0), np.where(near, sin.hi, 1.0)),
+        Interval(np.where(near, cos.lo, -1.0), np.where(near, cos.hi, 1.0)),
+    )
+
+
+def _expm1(x: Array) -> Interval:
+    """Enclose e^x - 1 of numbers; that of x > 0, -y/(1 + y) with the y of -x, is wider."""
+    y = _widened(_core.decay_minus_1(-np.abs(x).ravel()).reshape(x.shape))
+    y = Interval(np.maximum(y.lo, -1.0), y.hi)
+    above = -y / (1.0 + y)
+    positive = x > 0.0
+    return Interval(np.where(positive, above.lo, y.lo), np.where(positive, above.hi, y.hi))
 
 
 def join(*parts: Interval, axis: int = 0) -> Interval:
