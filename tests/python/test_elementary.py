@@ -24,7 +24,7 @@ import pytest
 from flint import arb, arb_poly, ctx, fmpz
 
 from vibroimpact import _core
-from vibroimpact.orbits.intervals import ABSOLUTE_ERROR, FAR, RELATIVE_ERROR, UNREDUCED
+from vibroimpact.single_impact.intervals import ABSOLUTE_ERROR, FAR, RELATIVE_ERROR, UNREDUCED
 
 ctx.prec = 200
 

@@ -12,7 +12,7 @@ from flint import arb, ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibroimpact.orbits.intervals import Interval, contract, isolate, join, matmul
+from vibroimpact.single_impact.intervals import Interval, contract, isolate, join, matmul
 
 ctx.prec = 200
 numbers = st.floats(-1e6, 1e6, allow_subnormal=False).filter(lambda x: x == 0 or abs(x) > 1e-9)

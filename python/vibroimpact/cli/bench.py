@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..checks import positive
+from ..arguments import positive
 from ..errors import SimulationError
 from ..orbits import NotFound
-from ..results import Run
+from ..run import Run
 from ..simulation import simulate
 from ..system import System
 from . import options as shared

@@ -11,8 +11,8 @@ changes the time of arrival (docs/theory.md, section 7):
 import numpy as np
 from numpy.typing import NDArray
 
-from .algebraic import Conditions
-from .enclosed_flight import Complex, Flight
+from ..single_impact.algebraic import Conditions
+from ..single_impact.enclosed_flight import Complex, Flight
 
 Array = NDArray[np.float64]
 

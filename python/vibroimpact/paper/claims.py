@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..results import Run
+from ..run import Run
 from . import evidence
 from .evidence import Coexistence
 from .parameters import INITIAL, KEEP, PERIODS, Motion

@@ -14,9 +14,9 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from .. import plot
-from ..atlas import Diagram, bifurcation_diagram
 from ..orbits import Branch, PeriodicMotion, follow_motion, search_motions
 from ..plot.style import BIFURCATION_STYLES, BLACK, label_text
+from ..sweeps import Diagram, bifurcation_diagram
 from ..system import System
 from .layout import Page, row_parameters, values
 from .parameters import ENLARGED_RANGE, INITIAL, KEEP, MOTIONS, PERIODS

@@ -12,9 +12,9 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from ..atlas import LyapunovSpectrum, lyapunov_spectrum
-from ..results import Run
+from ..run import Run
 from ..simulation import simulate
+from ..sweeps import LyapunovSpectrum, lyapunov_spectrum
 from ..system import System
 from .parameters import INITIAL
 

@@ -17,8 +17,9 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from .. import plot
-from ..orbits import MotionMap, PeriodicMotion, motion_map, periodic_motions
+from ..orbits import PeriodicMotion
 from ..simulation import simulate
+from ..single_impact import MotionMap, motion_map, periodic_motions
 from ..system import System
 from .claims import Claim, Verdict
 from .layout import Page, values

@@ -17,11 +17,11 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from .. import plot
-from ..atlas import Diagram, bifurcation_diagram
 from ..orbits import BifurcationCurve, NotFound, StabilityRegion, stability_region
 from ..plot.branches import curve_handles
 from ..plot.style import BIFURCATION_STYLES, GREY
 from ..simulation import simulate
+from ..sweeps import Diagram, bifurcation_diagram
 from .label_places import Ground
 from .layout import Page, values
 from .parameters import INITIAL, KEEP, PERIODS, paper_system

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..atlas import bifurcation_diagram
-from ..results import EventKind, Run
+from ..run import EventKind, Run
 from ..simulation import simulate
+from ..sweeps import bifurcation_diagram
 from .claims import Claim, Verdict
 from .parameters import INITIAL, KEEP, LOW_EXAMPLES, LOW_RANGE, PERIODS, TRANSITIONS, Transition
 

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from .. import plot
 from ..plot.marks import mark_regimes
 from ..plot.style import BLACK, GREY, label_text
-from ..results import Run
+from ..run import Run
 from ..simulation import simulate
 from .evidence import HORIZONS, Coexistence, coexisting, coexisting_chaos, drive_periods
 from .layout import Page, fixed_parameters, row_parameters

@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import plot
 from ..impact_maps import LAWS, ImpactAgreement, ImpactRegimes, impact_agreement, impact_regimes
-from ..results import Regime
+from ..run import Regime
 from .claims import Claim, Verdict
 from .layout import Page, values
 from .parameters import paper_system

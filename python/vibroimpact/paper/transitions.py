@@ -10,11 +10,11 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from .. import plot
-from ..atlas import Diagram, bifurcation_diagram, orbit_label
 from ..plot.diagram import square
 from ..plot.style import BLACK, label_text
-from ..results import Run
+from ..run import Run
 from ..simulation import simulate
+from ..sweeps import Diagram, bifurcation_diagram, orbit_label
 from .layout import Page, fixed_parameters, row_parameters
 from .parameters import (
     ENLARGED_RANGE,

@@ -7,7 +7,7 @@ other modules judge, in the order of the paper; `page` writes docs/claims.md.
 from collections.abc import Iterable, Sequence
 from types import ModuleType
 
-from ...checks import close_to
+from ...arguments import close_to
 from ...errors import ParameterError
 from . import (
     existence_figures,

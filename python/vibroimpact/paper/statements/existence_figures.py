@@ -8,8 +8,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from ...orbits import motion_map
 from ...simulation import simulate
+from ...single_impact import motion_map
 from .. import evidence, existence
 from ..claims import Claim, Verdict
 from ..parameters import paper_system

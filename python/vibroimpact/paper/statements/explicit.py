@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ...orbits import periodic_motions
+from ...single_impact import periodic_motions
 from ...system import System
 from ..claims import Verdict
 from ..parameters import paper_system

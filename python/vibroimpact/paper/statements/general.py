@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ...atlas import bifurcation_diagram, lyapunov_spectrum
 from ...simulation import simulate
+from ...sweeps import bifurcation_diagram, lyapunov_spectrum
 from .. import evidence, lasting
 from ..claims import Claim, Verdict
 from ..parameters import INITIAL, KEEP, PERIODS, TRANSITIONS
@@ -199,7 +199,7 @@ def damping_calms() -> Finding:
     "section 4.2.1",
     "wanted periodic impacts can be had by adjusting damping and excitation",
     figure=7,
-    page="atlas.md",
+    page="sweeps.md",
     slow=True,
 )
 def adjust() -> Finding:

@@ -6,8 +6,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ...orbits import MotionMap, PeriodicMotion, motion_map, periodic_motions
+from ...orbits import PeriodicMotion
 from ...simulation import simulate
+from ...single_impact import MotionMap, motion_map, periodic_motions
 from ...system import System
 from ..claims import Verdict
 from ..parameters import INITIAL, paper_system

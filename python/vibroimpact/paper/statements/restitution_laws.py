@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...impact_maps import LAWS, impact_agreement
-from ...results import Regime
+from ...run import Regime
 from .. import restitution
 from ..claims import Claim, Verdict
 from .samples import FRICTION, Table, impacts, in_regime, system

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...impacts import impact
-from ...results import Regime
+from ...run import Regime
 from ...system import System
 from ..parameters import paper_system
 from . import printed_impact as printed

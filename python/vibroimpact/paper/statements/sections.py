@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ...results import Run
+from ...run import Run
 from ...simulation import simulate
 from ..claims import Verdict
 from ..parameters import INITIAL, KEEP, PERIODS, paper_system

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...results import Regime
+from ...run import Regime
 from ..claims import Verdict
 from . import printed_impact as printed
 from .restitution_laws import (

@@ -5,8 +5,9 @@ from functools import cache
 
 import numpy as np
 
-from ...orbits import Bifurcation, PeriodicMotion, follow_motion, periodic_motions
+from ...orbits import Bifurcation, PeriodicMotion, follow_motion
 from ...simulation import simulate
+from ...single_impact import periodic_motions
 from ..claims import Verdict
 from ..parameters import INITIAL, paper_system
 from . import printed_motion as printed

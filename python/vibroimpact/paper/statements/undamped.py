@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from ...atlas import bifurcation_diagram
-from ...orbits import PeriodicMotion, follow_motion, periodic_motions, stability_region
-from ...results import Run
+from ...orbits import PeriodicMotion, follow_motion, stability_region
+from ...run import Run
 from ...simulation import simulate
+from ...single_impact import periodic_motions
+from ...sweeps import bifurcation_diagram
 from ...system import System
 from .. import evidence
 from ..claims import Verdict
