@@ -60,8 +60,8 @@ pub const SCAN_REST: f64 = 1e-7;
 pub const HOP_BEND: f64 = 1.0 / 16.0;
 
 /// The search solves its quartic to this relative accuracy; the next evaluation of the gap
-/// starts afresh from there. Values from 1e-3 to 1e-9 cost and err alike on average; they
-/// differ in roundings, and this one happens to be kind to random scene 22 (docs/accuracy.md).
+/// starts afresh from there. Values from 1e-3 to 1e-9 cost and err alike on average, and every
+/// reference is met with each of them: the steps only need to be safe.
 pub const QUARTIC_RTOL: f64 = 1e-4;
 
 /// Steps of the solver of the quartic; it may stop anywhere, every iterate is a safe step.
