@@ -38,8 +38,8 @@ nitpick_ignore = [
         "sweeps.basins.attractors.Tails",
         "sweeps.basins.clouds.Cloud",
         "sweeps.results.GridResult",
-        "sweeps.basins.trapping.Follow",
-        "sweeps.basins.trapping.Region",
+        "sweeps.basins.region.Follow",
+        "sweeps.basins.region.Region",
         "orbits.curve_problem.CurveProblem",
     )
 ]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 import vibroimpact as vi
-from vibroimpact.orbits.borders import CodimensionTwo
+from vibroimpact.orbits.curve import CodimensionTwo
 from vibroimpact.sweeps import STATUS_NAMES, BasinEntropy, GridResult, UncertaintyExponent
 from vibroimpact.system import NUMERIC_RANGES
 

@@ -16,7 +16,7 @@ import repository
 import vibroimpact as vi
 from systems import PAPER
 from vibroimpact.orbits import branch
-from vibroimpact.single_impact.motion_map import SOLUTION_DTYPE
+from vibroimpact.single_impact.results import SOLUTION_DTYPE
 
 ROOT = repository.root()
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])

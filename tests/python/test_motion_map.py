@@ -13,7 +13,7 @@ import vibroimpact as vi
 from references import reference
 from vibroimpact.paper import claims, existence, reproduce
 from vibroimpact.paper.parameters import paper_system
-from vibroimpact.single_impact.motion_map import SOLUTION_DTYPE
+from vibroimpact.single_impact.results import SOLUTION_DTYPE
 
 mpl.use("Agg")
 SYSTEM = paper_system()

@@ -5,13 +5,17 @@ them stands here: Newton's method from simulations (`shooting`), verdicts (`moti
 their bifurcations and borders, borders in two parameters, manifolds of saddles.
 """
 
-from .borders import BifurcationCurve, CodimensionTwo, bifurcation_curve
+from .borders import bifurcation_curve
 from .branch import Bifurcation, Branch, Piece
 from .branches import follow_motion, switch_branch
-from .manifolds import ManifoldSide, UnstableManifold, unstable_manifold
+from .curve import BifurcationCurve, CodimensionTwo
+from .found import MotionSearch, NotFound
+from .manifold import ManifoldSide, UnstableManifold
+from .manifolds import unstable_manifold
 from .motion import PeriodicMotion
-from .regions import StabilityRegion, stability_region
-from .shooting import MotionSearch, NotFound, periodic_motion, search_motions
+from .region import StabilityRegion
+from .regions import stability_region
+from .shooting import periodic_motion, search_motions
 
 __all__ = [
     "Bifurcation",

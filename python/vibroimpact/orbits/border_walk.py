@@ -9,21 +9,16 @@ from numpy.typing import NDArray
 from .. import _core
 from ..continuation.follow import follow
 from ..continuation.path import INTERRUPTED, Path, SpecialPoint, path_so_far
-from .borders import (
-    BifurcationCurve,
-    CodimensionTwo,
-    CurveSteps,
-    codimension_two,
-    curve_of,
-    curve_problem,
-    follow_way,
-)
-from .branch import BORDERS, Bifurcation, bifurcation_at
+from .borders import CurveSteps, codimension_two, curve_of, curve_problem, follow_way
+from .branch import BORDERS, Bifurcation
+from .curve import BifurcationCurve, CodimensionTwo
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .doubling import doubled, doubling_near, halving
-from .motion import PeriodicMotion, motion_of
+from .motion import PeriodicMotion
 from .problem import OrbitProblem
 from .ranges import Bounds
+from .special_points import bifurcation_at
+from .verdict import motion_of
 
 Array = NDArray[np.float64]
 

@@ -16,8 +16,9 @@ from ..arguments import reject
 from ..continuation.newton import solve
 from ..impacts import impact
 from ..system import System
-from .motion import MAX_EVENTS, REGIMES, motion_of
+from .motion import REGIMES
 from .problem import OrbitProblem
+from .verdict import MAX_EVENTS, motion_of
 
 Array = NDArray[np.float64]
 

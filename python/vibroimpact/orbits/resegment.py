@@ -25,8 +25,8 @@ from ..continuation.newton import OutsideDomain, solve
 from ..continuation.path import SpecialPoint
 from ..run import Regime
 from ..system import System
-from .motion import MAX_EVENTS, motion_of, primitive
 from .problem import OrbitProblem
+from .verdict import MAX_EVENTS, motion_of, primitive
 
 Array = NDArray[np.float64]
 

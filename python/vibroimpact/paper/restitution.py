@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import plot
-from ..impact_maps import LAWS, ImpactAgreement, ImpactRegimes, impact_agreement, impact_regimes
+from ..impact_maps import LAWS, impact_agreement, impact_regimes
+from ..impact_results import ImpactAgreement, ImpactRegimes
 from ..run import Regime
 from .claims import Claim, Verdict
 from .layout import Page, values

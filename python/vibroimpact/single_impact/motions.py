@@ -6,9 +6,8 @@ stands that of the paper, by the eigenvalues of (42).
 """
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, overload
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +16,14 @@ from .. import _core
 from ..arguments import count, number, pair, reject
 from ..errors import Interrupted
 from ..orbits.criterion import paper_eigenvalues
-from ..orbits.motion import PeriodicMotion, motion_of
+from ..orbits.motion import PeriodicMotion
 from ..orbits.shooting import solve_orbit
+from ..orbits.verdict import motion_of
 from ..system import System
 from .algebraic import Conditions, Parameters, conditions
 from .intervals import Interval
 from .open_phase import cuts, is_finite, is_open
+from .results import PeriodicMotions, Undecided
 from .solutions import LARGEST_ANGLE, Solutions, lost, reach_of, solve_many, states_before
 
 Array = NDArray[np.float64]
@@ -31,79 +32,6 @@ State = tuple[float, float, float, float]
 
 # Newton's method may move x1 beyond its box by so many units of rounding.
 SLACK = 256.0 * float(np.finfo(float).eps)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Undecided:
-    """An interval of x1 in which double precision does not tell how many solutions there are.
-
-    Attributes
-    ----------
-    lo, hi
-        The interval.
-    reason
-        Why, in words.
-    """
-
-    lo: float
-    hi: float
-    reason: str
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class PeriodicMotions(Sequence[PeriodicMotion]):
-    """All period n-1 solutions of a system, a sequence in order of x1.
-
-    Attributes
-    ----------
-    motions
-        The solutions, admissible or not.
-    boxes
-        Intervals of x1, shape (motions, 2), proved to hold this solution and no other; where x1
-        alone is fixed (a wall at rest) two solutions of different phase may share one.
-    undecided
-        Intervals that may hold further solutions, such as an exact double root, or none.
-    within
-        The interval of x1 that was searched.
-    bounded
-        Whether no solution can lie outside it.
-    note
-        What is special about the system, such as why it has no isolated solutions; mostly ``""``.
-    """
-
-    motions: tuple[PeriodicMotion, ...]
-    boxes: Array
-    undecided: tuple[Undecided, ...]
-    within: tuple[float, float]
-    bounded: bool
-    note: str = ""
-
-    def __len__(self) -> int:
-        """Number of solutions."""
-        return len(self.motions)
-
-    @overload
-    def __getitem__(self, index: int) -> PeriodicMotion: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[PeriodicMotion, ...]: ...
-    def __getitem__(self, index: int | slice) -> PeriodicMotion | tuple[PeriodicMotion, ...]:
-        """Return one solution, or several."""
-        return self.motions[index]
-
-    def __iter__(self) -> Iterator[PeriodicMotion]:
-        """Pass through the solutions."""
-        return iter(self.motions)
-
-    def __repr__(self) -> str:
-        """Count solutions and motions, and say where they were searched."""
-        admissible = [motion for motion in self.motions if motion.admissible]
-        stable = sum(motion.stable for motion in admissible)
-        low, high = self.within
-        return (
-            f"<PeriodicMotions with x1 in [{low:.6g}, {high:.6g}]: {len(self)} solutions, "
-            f"{len(admissible)} admissible, {stable} of these stable; "
-            f"{len(self.undecided)} intervals undecided>"
-        )
 
 
 def periodic_motions(
