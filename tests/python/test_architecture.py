@@ -235,7 +235,7 @@ def is_permitted(arrow: Arrow) -> bool:
     return (arrow.source, entry_of(arrow.target)) in PERMITTED
 
 
-def faults_of_order(arrows: Iterable[Arrow]) -> list[str]:
+def faults_of_order(arrows: Iterable[Arrow], order: list[str] = PYTHON) -> list[str]:
     """The arrows between folders that run back up, or from a folder to its own door."""
     faults = []
     for arrow in arrows:
@@ -245,7 +245,7 @@ def faults_of_order(arrows: Iterable[Arrow]) -> list[str]:
             faults.append(f"{arrow}: a file does not use the door of its own folder")
         elif arrow.source in DOORS and arrow.target.startswith(f"{arrow.source}."):
             continue  # A door hands on what is behind it.
-        elif PYTHON.index(target) > PYTHON.index(source) and not is_permitted(arrow):
+        elif order.index(target) > order.index(source) and not is_permitted(arrow):
             faults.append(
                 f"{arrow}: {source} comes before {target}; to permit it, move "
                 f"{line_of(target, 'PYTHON')}, before {line_of(source, 'PYTHON')}"
@@ -510,6 +510,25 @@ def test_no_files_of_the_crate_run_in_a_circle(rust):
     assert len(arrows) > 200
     ring = circle(sorted(arrows, key=str))
     assert not ring, "a circle:\n" + "\n".join(map(str, ring))
+
+
+# The page.
+
+PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+DIAGRAMS = re.findall(r"^```text\n(.*?)^```$", PAGE, re.M | re.S)
+
+
+def test_the_page_draws_the_orders(rust):
+    drawn, package = ([*re.findall(r"[\w/]+", text)] for text in DIAGRAMS)
+    assert sorted(drawn) == sorted(RUST)
+    for _, (source, *_), (target, *_) in rust:
+        assert drawn.index(target) <= drawn.index(source), f"{source} uses {target}"
+    package = [name.replace("/", ".") for name in package]
+    assert sorted(package) == sorted(PYTHON)
+    # Row by row it is an order that all arrows keep, if not the one above.
+    assert not (faults := faults_of_order(CHECKED, package)), "\n".join(faults)
+    said = {*re.findall(r"`([\w/]+)`", "".join(re.findall(r"^\| (`.*?) \|", PAGE, re.M)))}
+    assert {name.replace("/", ".") for name in said} >= {*RUST, *PYTHON}
 
 
 # The checks themselves can fail.

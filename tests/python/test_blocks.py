@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import pytest
 
 import repository
+import test_architecture
 import test_cli_docs
 import test_docs
 import test_errata
@@ -87,16 +88,12 @@ def in_docs(block: Block, language: str) -> bool:
     )
 
 
-def first_text(page: str) -> str:
-    return (ROOT / page).read_text(encoding="utf-8").split("```text\n", 1)[1].split("```", 1)[0]
-
-
 # The test that runs a block, and whether it does.
 RUN_BY: dict[str, Callable[[Block], bool]] = {
     "test_docs.test_python_blocks_run": lambda block: in_docs(block, "python"),
     "test_docs.test_rust_blocks_are_those_that_rustdoc_runs": lambda block: in_docs(block, "rust"),
-    "test_docs.test_no_arrow_of_the_module_diagram_runs_back_up": lambda block: (
-        block.page == "CONTRIBUTING.md" and block.text == first_text(block.page)
+    "test_architecture.test_the_page_draws_the_orders": lambda block: (
+        block.page == "docs/architecture.md" and block.text in test_architecture.DIAGRAMS
     ),
     "test_cli_docs.test_the_page_holds": lambda block: (
         block.page == "docs/command-line.md"
