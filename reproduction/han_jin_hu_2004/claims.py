@@ -13,7 +13,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..results import Run
+from vibroimpact import Run
+
 from . import evidence
 from .evidence import Coexistence
 from .parameters import INITIAL, KEEP, PERIODS, Motion

@@ -13,12 +13,19 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from .. import plot
-from ..atlas import Diagram, bifurcation_diagram
-from ..orbits import Branch, PeriodicMotion, follow_motion, search_motions
-from ..plot.style import BIFURCATION_STYLES, BLACK, label_text
-from ..system import System
-from .layout import Page, row_parameters, values
+from vibroimpact import (
+    Branch,
+    Diagram,
+    PeriodicMotion,
+    System,
+    bifurcation_diagram,
+    follow_motion,
+    plot,
+    search_motions,
+)
+from vibroimpact.plot import BIFURCATION_STYLES, label_text
+
+from .layout import BLACK, Page, row_parameters, values
 from .parameters import ENLARGED_RANGE, INITIAL, KEEP, MOTIONS, PERIODS
 
 MOTION = "9(3)"

@@ -12,10 +12,8 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from ..atlas import LyapunovSpectrum, lyapunov_spectrum
-from ..results import Run
-from ..simulation import simulate
-from ..system import System
+from vibroimpact import LyapunovSpectrum, Run, System, lyapunov_spectrum, simulate
+
 from .parameters import INITIAL
 
 START_BOX = (0.3, 1.0, 0.2, 1.0)

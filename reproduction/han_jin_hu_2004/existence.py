@@ -16,10 +16,17 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from .. import plot
-from ..orbits import MotionMap, PeriodicMotion, motion_map, periodic_motions
-from ..simulation import simulate
-from ..system import System
+from vibroimpact import (
+    MotionMap,
+    PeriodicMotion,
+    System,
+    motion_map,
+    periodic_motions,
+    plot,
+    simulate,
+)
+
+from . import criterion
 from .claims import Claim, Verdict
 from .layout import Page, values
 from .parameters import MOTIONS, paper_system
@@ -81,11 +88,15 @@ class Trial:
 
 @dataclass(frozen=True)
 class Existence:
-    """The computed content of Fig. 2 or 3, with the simulations that confirm it."""
+    """The computed content of Fig. 2 or 3, with the simulations that confirm it.
+
+    `stable_by_45` is the verdict of the paper's criterion on each solution of the map.
+    """
 
     figure: int
     n: int
     map: MotionMap
+    stable_by_45: NDArray[np.bool_]
     stable: tuple[Trial, ...]
     unstable: tuple[Trial, ...]
 
@@ -124,6 +135,7 @@ def compute(figure: int, frequencies: int = FREQUENCIES) -> Existence:
         figure,
         found.n,
         found,
+        criterion.is_stable(criterion.map_eigenvalues(found)),
         _trials(found, rows["admissible"] & (size < 1.0 - _CLEAR)),
         _trials(found, rows["admissible"] & (size > 1.0 + _CLEAR)),
     )
@@ -186,7 +198,7 @@ def judge(computed: Existence) -> list[Claim]:
 def _judge_counts(computed: Existence) -> Claim:
     """Compare the paper's stable solutions with the stable motions, one by one."""
     rows = computed.map.solutions
-    paper, real = rows["paper_stable"], rows["stable"]
+    paper, real = computed.stable_by_45, rows["stable"]
     both, missed = int((paper & real).sum()), int((real & ~paper).sum())
     verdict: Verdict = "open"
     confirmed = computed.returned == len(computed.stable) and computed.left == len(
@@ -241,7 +253,7 @@ def judge_quoted(item: Quoted) -> Claim:
     run = simulate(system, initial=start, periods=n)
     at_once = bool((run.impacts["time"] == 0.0).any())
     away = float(np.abs(run.stroboscopic[-1] - start).max())
-    paper = "stable" if motion.paper_stable else "unstable"
+    paper, size = criterion.verdict(motion)
     says = f"{item.paper_says} {n}-1 at x10 = {item.x10:.4f}"
     verdict: Verdict = "open"
     if motion.admissible:
@@ -263,7 +275,7 @@ def judge_quoted(item: Quoted) -> Claim:
             f"{'collide' if at_once else 'separate without an impact'}; after {n} drive "
             f"period{'s' if n > 1 else ''} they are {away:.2g} off it; the solution of (38) at "
             f"x10 = {x1:.10f} is {paper} by (45), largest eigenvalue "
-            f"{_size(motion.paper_eigenvalues):.4g}; multipliers up to "
+            f"{size:.4g}; multipliers up to "
             f"{abs(motion.multipliers[0]):.4g}"
         ),
         command=_motions_command(item.system, n),
@@ -275,16 +287,16 @@ def _judge_shown(figure: int, panel: str, system: System, label: str) -> Claim:
     n = PERIODS_PER_ORBIT[figure]
     motion = next(motion for motion in periodic_motions(system, n) if motion.stable)
     made = trial(motion)
-    paper = "stable" if motion.paper_stable else "unstable"
+    paper, size = criterion.verdict(motion)
     returned = made.last < 0.1 * PERTURBATION
     verdict: Verdict = "open"
     if returned:
-        verdict = "reproduced" if motion.paper_stable else "refuted"
+        verdict = "reproduced" if paper == "stable" else "refuted"
     return Claim(
         id=f"{panel} by (45)",
         figure=figure,
         source=f"Han, Jin & Hu (2004), (42)-(45) for the motion of Fig. {panel[0]}({panel[1:]})",
-        paper_says=f"{paper}, {_size(motion.paper_eigenvalues):.3f}",
+        paper_says=f"{paper}, {size:.3f}",
         found=f"stable, {made.expected:.3f}",
         residual=motion.residual,
         reference={"label": f"simulated: {made.measured:.3f}", "factor": made.measured},
@@ -298,10 +310,6 @@ def _judge_shown(figure: int, panel: str, system: System, label: str) -> Claim:
         ),
         command=_motions_command(system, n),
     )
-
-
-def _size(eigenvalues: NDArray[np.complex128] | None) -> float:
-    return math.nan if eigenvalues is None else float(np.abs(eigenvalues).max())
 
 
 def _arguments(system: System) -> str:
@@ -344,26 +352,28 @@ def draw(computed: Existence, claims: Sequence[Claim]) -> Page:
         max(1, math.ceil(size / most))
         for size, most in zip(computed.map.shape, (141, 13), strict=True)
     )
-    for ax, paper in zip(page.row("(a)", projection="3d"), (True, False), strict=True):
-        plot.motion_space(computed.map, paper=paper, every=every, ax=ax)
-    for ax, paper in zip(
+    by_45 = (criterion.NAME, computed.stable_by_45)
+    for ax, verdicts in zip(page.row("(a)", projection="3d"), (by_45, None), strict=True):
+        plot.motion_space(computed.map, criterion=verdicts, every=every, ax=ax)
+    for ax, verdicts in zip(
         page.row(
             "(b)  coloured: a stable one; grey: unstable ones only; white: none"
             f"{_without_isolated(computed.map)}"
         ),
-        (True, False),
+        (by_45, None),
         strict=True,
     ):
-        plot.stability_map(computed.map, paper=paper, ax=ax)
+        plot.stability_map(computed.map, criterion=verdicts, ax=ax)
     for letter, moment in zip("cdefg", slices, strict=False):
         part = _closed_at_folds(computed.map.at(moment_amplitude=moment), moment)
         axes = page.row(f"({letter})  $f_1 = {moment:g}$")
-        for ax, paper in zip(axes, (True, False), strict=True):
-            plot.motion_branches(part, paper=paper, ax=ax)
+        stable = criterion.is_stable(criterion.map_eigenvalues(part))
+        for ax, verdicts in zip(axes, ((criterion.NAME, stable), None), strict=True):
+            plot.motion_branches(part, criterion=verdicts, ax=ax)
         _mark_named(computed, moment, axes)
     handles: list[Artist] = []
-    for side, paper in (("left", True), ("right", False)):
-        for handle in plot.motion_handles(computed.map, paper=paper):
+    for side, verdicts in (("left", by_45), ("right", None)):
+        for handle in plot.motion_handles(computed.map, criterion=verdicts):
             handle.set_label(f"{side}: {handle.get_label()}")
             handles.append(handle)
     page.legend(handles)

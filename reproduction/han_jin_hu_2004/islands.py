@@ -16,14 +16,20 @@ from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from .. import plot
-from ..atlas import Diagram, bifurcation_diagram
-from ..orbits import BifurcationCurve, NotFound, StabilityRegion, stability_region
-from ..plot.branches import curve_handles
-from ..plot.style import BIFURCATION_STYLES, GREY
-from ..simulation import simulate
+from vibroimpact import (
+    BifurcationCurve,
+    Diagram,
+    NotFound,
+    StabilityRegion,
+    bifurcation_diagram,
+    plot,
+    simulate,
+    stability_region,
+)
+from vibroimpact.plot import BIFURCATION_STYLES, curve_handles
+
 from .label_places import Ground
-from .layout import Page, values
+from .layout import GREY, Page, values
 from .parameters import INITIAL, KEEP, PERIODS, paper_system
 
 LABELS = ("1-1", "2-1", "1-2", "2-4", "8-6")

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..atlas import bifurcation_diagram
-from ..results import EventKind, Run
-from ..simulation import simulate
+from vibroimpact import EventKind, Run, bifurcation_diagram, simulate
+
 from .claims import Claim, Verdict
 from .parameters import INITIAL, KEEP, LOW_EXAMPLES, LOW_RANGE, PERIODS, TRANSITIONS, Transition
 

@@ -6,13 +6,16 @@ from pathlib import Path
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.lines import Line2D
 
-from ..plot.style import PARAMETER_SYMBOLS
-from ..system import System
-from ..whole_file import whole_file
+from vibroimpact import System
+from vibroimpact.plot import PARAMETER_SYMBOLS
+
 from .parameters import INITIAL
+from .whole_file import whole_file
 
 WIDTH_MM = 180.0
+BLACK, GREY = "#000000", "0.55"
 _INCH_MM = 25.4
 # Columns of a legend where all of them fit.
 _MOST_COLUMNS = 6
@@ -109,6 +112,13 @@ class Page:
             with whole_file(path) as file:
                 self.figure.savefig(file, format=suffix)
         return paths
+
+
+def square(color: str, text: str) -> Line2D:
+    """Return the legend entry of points or of a strip of a colour."""
+    return Line2D(
+        [], [], ls="none", marker="s", markersize=4.5, markeredgewidth=0, color=color, label=text
+    )
 
 
 def values(system: System, names: Sequence[str]) -> str:

@@ -11,13 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from .. import plot
-from ..plot.marks import mark_regimes
-from ..plot.style import BLACK, GREY, label_text
-from ..results import Run
-from ..simulation import simulate
+from vibroimpact import Run, plot, simulate
+from vibroimpact.plot import label_text
+
 from .evidence import HORIZONS, Coexistence, coexisting, coexisting_chaos, drive_periods
-from .layout import Page, fixed_parameters, row_parameters
+from .layout import BLACK, GREY, Page, fixed_parameters, row_parameters
 from .parameters import INITIAL, KEEP, PERIODS, Motion
 
 Color = Literal["regime"] | None
@@ -140,10 +138,8 @@ def _section(ax: Axes, item: Shown, run: Run, color: Color) -> None:
     """Draw the impacts of the run large, those that come after it small."""
     if item.long_run is not None:
         plot.impact_section(item.long_run, color=color, size=0.6, ax=ax)
-    impacts = run.impacts
     if color == "regime":
-        kept = np.ones(len(impacts), dtype=np.bool_)
-        mark_regimes(ax, run, impacts["x1"], impacts["v1_pre"], kept, size=3)
+        plot.impact_section(run, color=color, size=_LARGE, ax=ax)
     else:
         ax.collections[0].set_color(_LATER_COLOR)
         plot.impact_section(run, size=_LARGE, ax=ax)

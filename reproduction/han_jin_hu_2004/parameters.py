@@ -9,7 +9,7 @@ the low frequencies at which Fig. 7(c) is looked at for lasting contact.
 from dataclasses import dataclass
 from typing import Literal
 
-from ..system import System
+from vibroimpact import System
 
 INITIAL = (0.0, 0.5, 0.0, 0.0)
 PERIODS = 600
@@ -18,6 +18,7 @@ FREQUENCY_RANGE = (0.2, 4.0)
 ENLARGED_RANGE = (1.5, 1.6)
 LOW_RANGE = (0.2, 0.6)
 LOW_EXAMPLES = (0.25, 0.30, 0.45)
+LAWS = ("poisson", "newton", "energetic")
 FIGURES = (2, 3, 4, 5, 6, 7, 8, 9, 10)
 
 

@@ -10,9 +10,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..errors import Interrupted, ParameterError
-from ..plot import publication_style
-from ..whole_file import whole_file
+from vibroimpact import Interrupted, ParameterError
+from vibroimpact.plot import publication_style
+
 from . import (
     claims,
     coexistence,
@@ -26,6 +26,7 @@ from . import (
 from .claims import Claim
 from .layout import Page
 from .parameters import FIGURES, MOTIONS, TRANSITIONS
+from .whole_file import whole_file
 
 FORMATS = ("png", "pdf", "svg")
 _PLAIN: tuple[transitions.Color, str] = (None, "")

@@ -8,12 +8,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import plot
-from ..impact_maps import LAWS, ImpactAgreement, ImpactRegimes, impact_agreement, impact_regimes
-from ..results import Regime
+from vibroimpact import (
+    ImpactAgreement,
+    ImpactRegimes,
+    Regime,
+    impact_agreement,
+    impact_regimes,
+    plot,
+)
+
 from .claims import Claim, Verdict
 from .layout import Page, values
-from .parameters import paper_system
+from .parameters import LAWS, paper_system
 
 SYSTEM = paper_system(friction=0.5)
 STEPS = 300

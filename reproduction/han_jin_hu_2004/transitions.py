@@ -9,13 +9,10 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
-from .. import plot
-from ..atlas import Diagram, bifurcation_diagram, orbit_label
-from ..plot.diagram import square
-from ..plot.style import BLACK, label_text
-from ..results import Run
-from ..simulation import simulate
-from .layout import Page, fixed_parameters, row_parameters
+from vibroimpact import Diagram, Run, bifurcation_diagram, plot, simulate
+from vibroimpact.plot import label_text
+
+from .layout import BLACK, Page, fixed_parameters, row_parameters, square
 from .parameters import (
     ENLARGED_RANGE,
     FREQUENCY_RANGE,
@@ -261,7 +258,7 @@ def _periods(diagram: Diagram, at_least: int = 3) -> str:
     found = [(int(m), int(n)) for m, n in pairs[counts >= at_least]]
     # Infinitely many impacts, stored as -1, come last.
     found.sort(key=lambda pair: (pair[0], pair[1] < 0, pair[1]))
-    return ", ".join(label_text(orbit_label(*pair)) for pair in found) or "none"
+    return ", ".join(label_text(f"{m}-{'inf' if n < 0 else n}") for m, n in found) or "none"
 
 
 def _stopped(diagram: Diagram) -> str:

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..atlas import Diagram
-from ..simulation import simulate
+from vibroimpact import Diagram, simulate
 
 _LONGER = 10
 _PLACES = (0.5, 0.25, 0.75)

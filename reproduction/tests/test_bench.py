@@ -2,7 +2,7 @@
 
 import csv
 
-from vibroimpact.cli import bench as command
+from han_jin_hu_2004.cli import bench as command
 
 BENCH = "bench --seconds 1e-3"
 

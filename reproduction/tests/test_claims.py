@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from han_jin_hu_2004 import INITIAL, KEEP, MOTIONS, PERIODS, claims, evidence
+from han_jin_hu_2004.evidence import Coexistence
 from references import reference, scene_initial, scene_system
-from vibroimpact.paper import INITIAL, KEEP, MOTIONS, PERIODS, claims, evidence
-from vibroimpact.paper.evidence import Coexistence
 
 BY_ID = {motion.id: motion for motion in MOTIONS}
 SCENES = reference("paper_scenes.json")

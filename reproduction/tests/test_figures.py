@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 import vibroimpact as vi
 from changed import with_columns
-from vibroimpact.paper import (
+from han_jin_hu_2004 import (
     INITIAL,
     MOTIONS,
     TRANSITIONS,
@@ -20,9 +20,9 @@ from vibroimpact.paper import (
     reproduce,
     transitions,
 )
-from vibroimpact.paper.layout import Page
-from vibroimpact.paper.motions import Shown
-from vibroimpact.paper.windows import Window, is_confirmed, period_windows
+from han_jin_hu_2004.layout import Page
+from han_jin_hu_2004.motions import Shown
+from han_jin_hu_2004.windows import Window, is_confirmed, period_windows
 
 BY_ID = {transition.id: transition for transition in TRANSITIONS}
 

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import repository
+from han_jin_hu_2004 import islands
+from han_jin_hu_2004.parameters import INITIAL, paper_system
 from vibroimpact.orbits import follow_motion
-from vibroimpact.paper import islands
-from vibroimpact.paper.parameters import INITIAL, paper_system
 from vibroimpact.simulation import simulate
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from vibroimpact.paper.label_places import Ground
+from han_jin_hu_2004.label_places import Ground
 
 LABEL = (12.0, 7.0)
 

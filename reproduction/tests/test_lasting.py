@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact.paper import INITIAL, KEEP, PERIODS, TRANSITIONS, claims, lasting
+from han_jin_hu_2004 import INITIAL, KEEP, PERIODS, TRANSITIONS, claims, lasting
 
 BY_ID = {transition.id: transition for transition in TRANSITIONS}
 

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 import repository
-from vibroimpact import cli
-from vibroimpact.paper.claims import Claim
-from vibroimpact.paper.statements import (
+from han_jin_hu_2004.claims import Claim
+from han_jin_hu_2004.statements import (
     GROUPS,
     STATEMENTS,
     model,
@@ -21,8 +20,9 @@ from vibroimpact.paper.statements import (
     printed_motion,
     stability,
 )
-from vibroimpact.paper.statements.page import WORDS, to_markdown
-from vibroimpact.paper.statements.statement import SOURCE, formula, mended
+from han_jin_hu_2004.statements.page import WORDS, to_markdown
+from han_jin_hu_2004.statements.statement import SOURCE, formula, mended
+from vibroimpact import cli
 
 DOCS = repository.root() / "docs"
 PAGE = (DOCS / "claims.md").read_text(encoding="utf-8")
@@ -202,14 +202,14 @@ def test_the_wrong_solution_of_35_is_noticed(monkeypatch):
 
 
 def test_a_number_that_does_not_agree_to_its_digits_is_refuted(monkeypatch):
-    from vibroimpact.paper.statements import existence_figures
+    from han_jin_hu_2004.statements import existence_figures
 
     monkeypatch.setattr(existence_figures, "PRINTED", 1e-6)
     assert STATEMENTS["fig2-digits"].evaluate().verdict == "refuted"
 
 
 def test_diagrams_without_a_difference_refute_the_effect_of_damping(monkeypatch):
-    from vibroimpact.paper.statements import general
+    from han_jin_hu_2004.statements import general
 
     monkeypatch.setattr(general, "changes", lambda name: 7)
     assert STATEMENTS["damping-calms"].evaluate().verdict == "refuted"
@@ -240,7 +240,7 @@ def test_bad_input_is_named(line, message, run_command):
 
 
 def test_random_impacts_are_the_same_each_time():
-    from vibroimpact.paper.statements.samples import impacts
+    from han_jin_hu_2004.statements.samples import impacts
 
     first = impacts(size=50).copy()
     impacts.cache_clear()

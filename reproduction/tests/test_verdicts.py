@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact.paper.statements import (
+from han_jin_hu_2004.statements import (
     STATEMENTS,
     existence_figures,
     explicit,
@@ -120,8 +120,8 @@ def test_a_wrong_amplitude_is_no_solution_of_35(monkeypatch):
 
 
 def test_the_amplitude_of_the_simplified_system_is_that_of_38():
-    from vibroimpact.paper.parameters import paper_system
-    from vibroimpact.paper.statements.printed_motion import equation_38
+    from han_jin_hu_2004.parameters import paper_system
+    from han_jin_hu_2004.statements.printed_motion import equation_38
 
     system = paper_system(drive_frequency=0.65)
     factor = explicit.amplitude(system, 1, 0.4)
@@ -136,7 +136,7 @@ def test_wrong_planar_impacts_are_noticed(monkeypatch):
 
 
 def test_planar_impacts_of_pendulum_and_mass_are_those_of_the_package():
-    from vibroimpact.paper.statements.samples import FRICTION, impacts
+    from han_jin_hu_2004.statements.samples import FRICTION, impacts
 
     table = impacts(size=2000)
     cos, sin, ones = np.cos(table["x1"]), np.sin(table["x1"]), np.ones(len(table))

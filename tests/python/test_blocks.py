@@ -17,6 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import pytest
+from vibroimpact.paper.parameters import FIGURES
 
 import repository
 import test_cli_docs
@@ -24,7 +25,6 @@ import test_docs
 import test_errata
 import test_gallery
 from vibroimpact import cli
-from vibroimpact.paper.parameters import FIGURES
 
 ROOT = repository.root()
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

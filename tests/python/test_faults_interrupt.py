@@ -19,7 +19,6 @@ from vibroimpact import _core, impact_maps
 from vibroimpact.atlas.store import Store
 from vibroimpact.atlas.store_check import Chunks
 from vibroimpact.orbits import manifolds, shooting, single_impact
-from vibroimpact.paper import reproduction
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="a process cannot interrupt itself")
 START = (0.0, 0.5, 0.0, 0.0)
@@ -332,18 +331,3 @@ def test_an_interrupted_comparison_of_impacts(monkeypatch):
         known.append(np.count_nonzero(done))
     assert known == sorted(known)
     assert known[0] == 0 < known[-1]
-
-
-def test_an_interrupted_reproduction_of_the_paper(monkeypatch, tmp_path, run_command):
-    def page(job, figure):
-        if figure == 10:
-            raise KeyboardInterrupt
-        job.files.append(job.out / f"fig{figure}.png")
-
-    monkeypatch.setattr(reproduction._Job, "motion_pages", page)
-    with interrupted() as caught:
-        reproduction.reproduce(tmp_path, figures=[9, 10], progress=False)
-    assert caught.value.result.files == [tmp_path / "fig9.png"]
-    assert not list(tmp_path.iterdir())  # no claims of a part
-    code, out, err = run_command("reproduce --figures 9 10 --quiet --out", tmp_path)
-    assert (code, out, err) == (130, "", "vibroimpact: interrupted after 1 files\n")

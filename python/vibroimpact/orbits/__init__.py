@@ -6,7 +6,7 @@ curves (continuation of any equations); motion, map_bifurcations, problem (perio
 shooting (motions from simulations); ranges, branch, doubling, resegment, following, branches,
 curve_problem, borders (bifurcations in one and two parameters), border_walk, regions (borders of
 stability), saddle, manifold_growth, manifolds; intervals, enclosed_flight, algebraic, open_phase,
-criterion, solutions, single_impact, motion_map (all motions with one impact and no friction).
+fixed_flight, solutions, single_impact, motion_map (all motions with one impact and no friction).
 """
 
 from .borders import BifurcationCurve, CodimensionTwo, bifurcation_curve

@@ -85,10 +85,6 @@ class PeriodicMotion(FixedArrays):
         Largest residual of the conditions of periodicity.
     error
         Estimated error of the nodes relative to the motion's size: Newton's last step.
-    paper_eigenvalues, paper_stable
-        What Han, Jin & Hu (2004), eqs. (42)-(45), take for the multipliers, and their verdict; None
-        but for the motions of ``periodic_motions``. Their matrix is not the derivative of the
-        return map (docs/theory.md, E5).
     """
 
     system: System
@@ -104,8 +100,6 @@ class PeriodicMotion(FixedArrays):
     why_not: str
     residual: float
     error: float
-    paper_eigenvalues: NDArray[np.complex128] | None = None
-    paper_stable: bool | None = None
 
     @property
     def label(self) -> str:
@@ -285,7 +279,6 @@ def motion_of(
     *,
     error: float = 0.0,
     whole: bool = False,
-    **paper: Any,
 ) -> PeriodicMotion:
     """Build the motion of a converged solution, with its multipliers and verdict.
 
@@ -317,7 +310,6 @@ def motion_of(
         "multipliers": multipliers,
         "residual": float(np.abs(residual).max()),
         "error": error,
-        **paper,
     }
     solution = PeriodicMotion(**fields, stable=False, admissible=False, why_not="")
     reason = why_not(solution)

@@ -1,4 +1,4 @@
-"""Period n-1 motions without friction over a grid of parameters, each with both verdicts.
+"""Period n-1 motions without friction over a grid of parameters, each with its verdict.
 
 The equations of all grid points are solved together; see `single_impact` for one system.
 """
@@ -19,7 +19,7 @@ from ..errors import Interrupted, ParameterError
 from ..fixed_arrays import FixedArrays
 from ..system import NUMERIC_RANGES, System
 from .algebraic import Conditions, Parameters, conditions
-from .criterion import multipliers, paper_eigenvalues
+from .fixed_flight import multipliers
 from .motion import NEUTRAL, PeriodicMotion
 from .single_impact import check_system, limits_of, motion_at, motions_in
 from .solutions import Solutions, lost, reach_of, solve_many
@@ -35,8 +35,6 @@ SOLUTION_DTYPE = np.dtype(
         ("admissible", "?"),
         ("largest_multiplier", "<f8"),
         ("stable", "?"),
-        ("largest_paper_eigenvalue", "<f8"),
-        ("paper_stable", "?"),
     ]
 )
 # Grid points whose equations are solved together.
@@ -61,9 +59,7 @@ class MotionMap(FixedArrays):
     solutions
         One row per solution, by point and x1. Columns ``point``; ``x1, v1, v2, phase,
         approach_velocity`` just before the impact; ``admissible``; ``largest_multiplier``, the
-        largest modulus, and ``stable``, admissible with all of them inside the unit circle;
-        ``largest_paper_eigenvalue`` and ``paper_stable``, which are NaN and False where the paper's
-        criterion is not defined.
+        largest modulus, and ``stable``, admissible with all of them inside the unit circle.
     undecided
         Number of intervals of x1 at each point that double precision does not decide, shape
         (points,).
@@ -294,8 +290,6 @@ def _rows(
     for name, column in columns.items():
         rows[name] = column
     rows["largest_multiplier"] = np.abs(multipliers(equations, which, state)[:, 0])
-    rows["largest_paper_eigenvalue"] = np.abs(paper_eigenvalues(equations, which, state)[:, 0])
-    rows["paper_stable"] = rows["largest_paper_eigenvalue"] < 1.0
     rows["admissible"] = False
     for k in np.flatnonzero(rows["approach_velocity"] > 0.0):
         motion = motion_at(systems[rows["point"][k]], n, tuple(state[k].tolist()))
@@ -306,7 +300,6 @@ def _rows(
 
 def _row(point: int, motion: PeriodicMotion) -> NDArray[np.void]:
     row = np.zeros(1, dtype=SOLUTION_DTYPE)
-    paper = motion.paper_eigenvalues
     row[0] = (
         point,
         *motion.state,
@@ -314,7 +307,5 @@ def _row(point: int, motion: PeriodicMotion) -> NDArray[np.void]:
         motion.admissible,
         abs(motion.multipliers[0]),
         motion.stable,
-        np.nan if paper is None else abs(paper[0]),
-        bool(motion.paper_stable),
     )
     return row

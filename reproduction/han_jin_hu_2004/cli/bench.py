@@ -7,6 +7,9 @@ no such end, must account for its energy (docs/theory.md, section 7).
 """
 
 import argparse
+import csv
+import io
+import math
 import os
 import platform
 import sys
@@ -18,16 +21,19 @@ from typing import Any
 
 import numpy as np
 
-from .. import __version__
-from ..checks import positive
-from ..errors import SimulationError
-from ..orbits import NotFound
-from ..results import Run
-from ..simulation import simulate
-from ..system import System
-from . import options as shared
-from . import outputs
-from .exit_codes import ExitCode
+from vibroimpact import (
+    NotFound,
+    ParameterError,
+    Run,
+    SimulationError,
+    System,
+    __version__,
+    simulate,
+)
+
+from ..parameters import INITIAL, KEEP, LOW_EXAMPLES, MOTIONS, PERIODS, TRANSITIONS
+from ..whole_file import whole_file
+from .command import add_command
 
 ABOUT = """\
 A short self-check: how fast and how accurate the package is on this machine.
@@ -72,7 +78,7 @@ class _Scene:
 
 def add(subparsers: Any) -> None:
     """Add the command."""
-    command = shared.command(
+    command = add_command(
         subparsers, "bench", summary="speed and accuracy on this machine", about=ABOUT, more=MORE
     )
     command.add_argument(
@@ -83,37 +89,40 @@ def add(subparsers: Any) -> None:
         help="time for each scene (default: %(default)s)",
     )
     command.add_argument("--workers", type=int, metavar="N", help="threads (default: all cores)")
-    command.add_argument(
-        "--csv", metavar="FILE", help="write the table as CSV; - for standard output"
-    )
+    command.add_argument("--csv", type=Path, metavar="FILE", help="write the table as CSV, too")
     command.set_defaults(run=run)
 
 
-def run(options: argparse.Namespace) -> ExitCode:
+def run(options: argparse.Namespace) -> int:
     """Time the scenes and judge their errors."""
-    seconds = positive("--seconds", options.seconds)
-    outputs.check(options)
-    stream = outputs.summary_stream(options)
-    print(_machine(), file=stream)
+    if not 0.0 < options.seconds < math.inf:
+        raise ParameterError(
+            f"--seconds = {options.seconds} is not allowed; allowed: a finite number > 0"
+        )
+    print(_machine())
     scenes = _scenes()
-    rows = [_measure(scene, seconds) for scene in scenes]
-    if options.csv:
-        outputs.write_csv(options.csv, NAMES, rows)
+    rows = [_measure(scene, options.seconds) for scene in scenes]
+    if options.csv is not None:
+        text = io.StringIO()
+        csv.writer(text, lineterminator="\n").writerows([NAMES, *rows])
+        with whole_file(options.csv) as file:
+            file.write(text.getvalue().encode())
     printed = [
         (name, label, f"{impacts:.2f}", f"{spent:.3g} us", f"{error:.1e}", f"{allowed:.0e}")
         for name, label, impacts, spent, error, allowed in rows
     ]
-    outputs.print_table([NAMES, *printed], stream)
-    print(f"all threads: {_gain(scenes[0], options.workers):.2f} times as fast", file=stream)
+    table = [NAMES, *printed]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    for row in table:
+        print("  ".join(map(str.ljust, row, widths)).rstrip())
+    print(f"all threads: {_gain(scenes[0], options.workers):.2f} times as fast")
     wrong = [row[0] for row in rows if not row[4] <= row[5]]
     if wrong:
         raise SimulationError(f"less accurate than it should be: {', '.join(wrong)}")
-    return ExitCode.DONE
+    return 0
 
 
 def _scenes() -> tuple[_Scene, ...]:
-    from ..paper.parameters import LOW_EXAMPLES, MOTIONS, TRANSITIONS
-
     systems = {motion.id: motion.system for motion in MOTIONS}
     systems |= {transition.id: transition.system for transition in TRANSITIONS}
     chatter = systems["7c"].replace(drive_frequency=LOW_EXAMPLES[0])
@@ -125,8 +134,6 @@ def _scenes() -> tuple[_Scene, ...]:
 
 
 def _measure(scene: _Scene, seconds: float) -> tuple[str, str, float, float, float, float]:
-    from ..paper.parameters import INITIAL, KEEP, PERIODS
-
     run = simulate(scene.system, initial=INITIAL, periods=PERIODS, keep=KEEP)
     rounds = [_time(scene.system, seconds / ROUNDS) for _ in range(ROUNDS)]
     return (
@@ -141,8 +148,6 @@ def _measure(scene: _Scene, seconds: float) -> tuple[str, str, float, float, flo
 
 def _time(system: System, seconds: float) -> float:
     """Return the seconds that a drive period takes, from runs that together take so long."""
-    from ..paper.parameters import INITIAL, PERIODS
-
     runs, started, spent = 0, time.perf_counter(), 0.0
     while runs == 0 or spent < seconds:
         simulate(system, initial=INITIAL, periods=PERIODS, keep=0)
@@ -168,8 +173,6 @@ def _unbalanced(run: Run) -> float:
 
 def _gain(scene: _Scene, workers: int | None) -> float:
     """Return how much faster many starts are on all threads than on one."""
-    from ..paper.parameters import INITIAL, PERIODS
-
     starts = np.tile(INITIAL, (STARTS, 1))
     spent = []
     for threads in (1, workers):

@@ -6,9 +6,9 @@ import time
 from pathlib import Path
 from typing import Any
 
-from ..errors import ParameterError
-from . import options as shared
-from .exit_codes import ExitCode
+from vibroimpact import ParameterError
+
+from .command import add_command
 
 ABOUT = """\
 Judge the statements of Han, Jin & Hu (2004): equations, figures, quoted
@@ -33,7 +33,7 @@ examples (all statements take some three minutes on two cores):
 
 def add(subparsers: Any) -> None:
     """Add the command."""
-    command = shared.command(
+    command = add_command(
         subparsers,
         "claims",
         summary="judge every statement of Han, Jin & Hu (2004)",
@@ -51,10 +51,10 @@ def add(subparsers: Any) -> None:
     command.set_defaults(run=run)
 
 
-def run(options: argparse.Namespace) -> ExitCode:
+def run(options: argparse.Namespace) -> int:
     """Judge statements, print and write them."""
-    from ..paper.claims import to_json
-    from ..paper.statements import STATEMENTS, chosen, page
+    from ..claims import to_json
+    from ..statements import STATEMENTS, chosen, page
 
     statements = chosen(options.ids)
     if options.markdown is not None and options.ids:
@@ -63,7 +63,7 @@ def run(options: argparse.Namespace) -> ExitCode:
         width = max(map(len, STATEMENTS))
         for item in statements:
             print(f"{item.id.ljust(width)}  {item.place}: {item.says}")
-        return ExitCode.DONE
+        return 0
     claims = {}
     for item in statements:
         started = time.perf_counter()
@@ -79,4 +79,4 @@ def run(options: argparse.Namespace) -> ExitCode:
         options.json.write_text(to_json(list(claims.values())), encoding="utf-8")
     if options.markdown is not None:
         options.markdown.write_text(page.to_markdown(claims), encoding="utf-8")
-    return ExitCode.DONE
+    return 0

@@ -4,9 +4,9 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from . import options as shared
-from . import outputs
-from .exit_codes import ExitCode
+from vibroimpact import Interrupted
+
+from .command import add_command
 
 ABOUT = """\
 Draw Figs. 2 to 10 of Han, Jin & Hu (2004) from their parameters, in black and
@@ -30,7 +30,7 @@ example (all figures at full size take one to three minutes on two cores):
 
 def add(subparsers: Any) -> None:
     """Add the command."""
-    command = shared.command(
+    command = add_command(
         subparsers,
         "reproduce",
         summary="draw Figs. 2 to 10 of Han, Jin & Hu (2004) and judge its claims",
@@ -56,17 +56,18 @@ def add(subparsers: Any) -> None:
         metavar="NAME",
         help="png, pdf, svg (default: png)",
     )
-    shared.add_quiet(command)
+    command.add_argument("--workers", type=int, metavar="N", help="threads (default: all cores)")
+    command.add_argument("--quiet", action="store_true", help="show no progress")
     command.set_defaults(run=run)
 
 
-def run(options: argparse.Namespace) -> ExitCode:
+def run(options: argparse.Namespace) -> int:
     """Draw the paper's figures and print the table of claims."""
-    from .. import paper
-    from ..paper.claims import table
+    from ..claims import table
+    from ..reproduction import reproduce
 
-    result, interrupted = outputs.as_far_as_it_got(
-        lambda: paper.reproduce(
+    try:
+        made = reproduce(
             options.out,
             formats=options.format,
             figures=options.figures,
@@ -74,9 +75,9 @@ def run(options: argparse.Namespace) -> ExitCode:
             workers=options.workers,
             progress=not options.quiet,
         )
-    )
-    if result.claims:
-        print(table(result.claims))
-    if interrupted is not None:
-        raise interrupted
-    return ExitCode.DONE
+    except Interrupted as error:
+        if error.result.claims:
+            print(table(error.result.claims))
+        raise
+    print(table(made.claims))
+    return 0

@@ -5,10 +5,11 @@ other modules judge, in the order of the paper; `page` writes docs/claims.md.
 """
 
 from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
 from types import ModuleType
 
-from ...checks import close_to
-from ...errors import ParameterError
+from vibroimpact import ParameterError
+
 from . import (
     existence_figures,
     explicit,
@@ -71,9 +72,10 @@ def chosen(ids: Iterable[str]) -> Sequence[Statement]:
     names = list(ids) or list(STATEMENTS)
     for name in names:
         if name not in STATEMENTS:
+            close = get_close_matches(name, STATEMENTS, n=1)
             raise ParameterError(
                 f"{name!r} is no statement; `vibroimpact claims --list` names all"
-                f"{close_to(name, STATEMENTS)}"
+                f"{f', did you mean {close[0]}?' if close else ''}"
             )
     return [STATEMENTS[name] for name in names]
 

@@ -5,7 +5,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ...atlas import Diagram, bifurcation_diagram
+from vibroimpact import Diagram, bifurcation_diagram
+
 from ..parameters import (
     FREQUENCY_RANGE,
     INITIAL,

@@ -1,6 +1,5 @@
 """Section 4.1, Figs. 2 and 3: where period 1-1 and 2-1 motions exist, and which are stable."""
 
-import math
 from dataclasses import replace
 from functools import cache
 from itertools import product
@@ -8,9 +7,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from ...orbits import motion_map
-from ...simulation import simulate
-from .. import evidence, existence
+from vibroimpact import motion_map, simulate
+
+from .. import criterion, evidence, existence
 from ..claims import Claim, Verdict
 from ..parameters import paper_system
 from .model import SCATTERED, coarse_map
@@ -80,10 +79,8 @@ def _digits(figure: int, n: int, x10: str, verdict: str) -> Statement:
         (item,) = [item for item in existence.QUOTED if item.figure == figure]
         motion = existence.nearest(item.system, n, item.x10)
         off = abs(motion.state[0] - float(x10))
-        eigenvalues = motion.paper_eigenvalues
-        size = math.nan if eigenvalues is None else float(np.abs(eigenvalues).max())
-        agrees = motion.paper_stable == (verdict == "stable")
-        settled: Verdict = "reproduced" if off <= PRINTED and agrees else "refuted"
+        said, size = criterion.verdict(motion)
+        settled: Verdict = "reproduced" if off <= PRINTED and said == verdict else "refuted"
         return Finding(
             f"x10 = {motion.state[0]:.6f}, |lambda| = {size:.2f}",
             settled,
@@ -260,16 +257,17 @@ def again_and_again() -> Finding:
         within=existence.WITHIN,
         drive_frequency=np.linspace(0.2, 1.2, 401),
     )
+    by_45 = criterion.is_stable(criterion.map_eigenvalues(found))
     counts = {}
-    for name in ("stable", "paper_stable"):
+    for name, stable in (("stable", found.solutions["stable"]), ("by_45", by_45)):
         there = np.zeros(len(found.undecided), dtype=bool)
-        there[found.solutions["point"][found.solutions[name]]] = True
+        there[found.solutions["point"][stable]] = True
         counts[name] = int((np.diff(there.astype(int)) == 1).sum() + there[0])
     verdict: Verdict = "reproduced" if counts["stable"] >= 3 else "refuted"
     return Finding(
         f"{counts['stable']} intervals with a stable 1-1 motion",
         verdict,
         f"at f1 = 2.25 and 401 frequencies there are {counts['stable']} intervals of omega with a "
-        f"stable 1-1 motion by the multipliers, {counts['paper_stable']} with a solution that is "
+        f"stable 1-1 motion by the multipliers, {counts['by_45']} with a solution that is "
         "stable by (45)",
     )

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from ...orbits import periodic_motions
-from ...system import System
+from vibroimpact import System, periodic_motions
+
 from ..claims import Verdict
 from ..parameters import paper_system
 from . import printed_motion as printed

@@ -6,9 +6,8 @@ from functools import cache
 
 import numpy as np
 
-from ...atlas import Diagram, bifurcation_diagram
-from ...orbits import PeriodicMotion
-from ...simulation import simulate
+from vibroimpact import Diagram, PeriodicMotion, bifurcation_diagram, simulate
+
 from .. import evidence
 from ..claims import Verdict
 from ..parameters import ENLARGED_RANGE, FREQUENCY_RANGE, INITIAL, KEEP, PERIODS

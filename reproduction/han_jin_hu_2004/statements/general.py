@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ...atlas import bifurcation_diagram, lyapunov_spectrum
-from ...simulation import simulate
+from vibroimpact import bifurcation_diagram, lyapunov_spectrum, simulate
+
 from .. import evidence, lasting
 from ..claims import Claim, Verdict
 from ..parameters import INITIAL, KEEP, PERIODS, TRANSITIONS

@@ -4,7 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...results import Regime
+from vibroimpact import Regime
+
 from ..claims import Verdict
 from . import printed_impact as printed
 from .samples import FRICTION, Table, before, impacts, in_regime, off
@@ -25,7 +26,8 @@ def _friction_work(table: Table) -> np.ndarray:
 )
 def approach() -> Finding:
     """Look at all impacts of simulated motions."""
-    from ...simulation import simulate
+    from vibroimpact import simulate
+
     from ..parameters import INITIAL, MOTIONS
 
     least, count = np.inf, 0
@@ -262,7 +264,8 @@ def coefficients_vary() -> Finding:
 )
 def borders() -> Finding:
     """Approach the borders of the cases from both sides."""
-    from ...impacts import impact
+    from vibroimpact import impact
+
     from .samples import system
 
     x1 = np.linspace(0.05, 1.0, 40)

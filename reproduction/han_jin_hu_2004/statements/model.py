@@ -6,9 +6,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ...orbits import MotionMap, PeriodicMotion, motion_map, periodic_motions
-from ...simulation import simulate
-from ...system import System
+from vibroimpact import MotionMap, PeriodicMotion, System, motion_map, periodic_motions, simulate
+
 from ..claims import Verdict
 from ..parameters import INITIAL, paper_system
 from . import printed_motion as printed

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system import System
+from vibroimpact import System
 
 Array = NDArray[np.float64]
 

@@ -6,10 +6,11 @@ Angles of (4) are those between velocity and surface.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...impact_maps import LAWS, impact_agreement
-from ...results import Regime
+from vibroimpact import Regime, impact_agreement
+
 from .. import restitution
 from ..claims import Claim, Verdict
+from ..parameters import LAWS
 from .samples import FRICTION, Table, impacts, in_regime, system
 from .statement import CLEAR, ROUNDING, Finding, stated
 
@@ -93,7 +94,7 @@ def friction_cone() -> Finding:
 )
 def tangential() -> Finding:
     """See how x1'+/x1'- depends on each while the others are held."""
-    from ...impacts import impact
+    from vibroimpact import impact
 
     def spread(x1: ArrayLike, v1: ArrayLike, frictions: tuple[float, ...]) -> float:
         ratios = [
@@ -355,7 +356,7 @@ def not_constant() -> Claim:
 )
 def angle_and_friction() -> Finding:
     """Hold the velocities and vary one of the two."""
-    from ...impacts import impact
+    from vibroimpact import impact
 
     angles = impact(system(FRICTION), x1=np.linspace(-1.5, 1.5, 61), v1=1.0, v2=-1.2)
     frictions = np.concatenate(

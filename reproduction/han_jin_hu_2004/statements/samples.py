@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...impacts import impact
-from ...results import Regime
-from ...system import System
+from vibroimpact import Regime, System, impact
+
 from ..parameters import paper_system
 from . import printed_impact as printed
 

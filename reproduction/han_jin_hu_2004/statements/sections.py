@@ -6,8 +6,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ...results import Run
-from ...simulation import simulate
+from vibroimpact import Run, simulate
+
 from ..claims import Verdict
 from ..parameters import INITIAL, KEEP, PERIODS, paper_system
 from .diagrams import MOTION

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ...results import Regime
+from vibroimpact import Regime
+
 from ..claims import Verdict
 from . import printed_impact as printed
 from .restitution_laws import (

@@ -5,8 +5,8 @@ from functools import cache
 
 import numpy as np
 
-from ...orbits import Bifurcation, PeriodicMotion, follow_motion, periodic_motions
-from ...simulation import simulate
+from vibroimpact import Bifurcation, PeriodicMotion, follow_motion, periodic_motions, simulate
+
 from ..claims import Verdict
 from ..parameters import INITIAL, paper_system
 from . import printed_motion as printed
@@ -100,6 +100,7 @@ def slopes() -> Finding:
 )
 def criterion() -> Finding:
     """Measure how a perturbation of the motions of Fig. 5 changes, and compare."""
+    from ..criterion import verdict as verdict_by_45
     from ..existence import PERTURBATION, trial
     from ..parameters import MOTIONS
 
@@ -109,8 +110,7 @@ def criterion() -> Finding:
         n = int(item.paper_says[0])
         motion = next(motion for motion in periodic_motions(item.system, n) if motion.stable)
         made = trial(motion)
-        eigenvalues = motion.paper_eigenvalues
-        paper = math.nan if eigenvalues is None else float(np.abs(eigenvalues).max())
+        _, paper = verdict_by_45(motion)
         returned = made.last < 0.1 * PERTURBATION
         agree += (paper < 1.0) == returned
         measured_off = max(measured_off, abs(made.measured - made.expected))

@@ -2,12 +2,18 @@
 
 import numpy as np
 
-from ...atlas import bifurcation_diagram
-from ...orbits import PeriodicMotion, follow_motion, periodic_motions, stability_region
-from ...results import Run
-from ...simulation import simulate
-from ...system import System
-from .. import evidence
+from vibroimpact import (
+    PeriodicMotion,
+    Run,
+    System,
+    bifurcation_diagram,
+    follow_motion,
+    periodic_motions,
+    simulate,
+    stability_region,
+)
+
+from .. import criterion, evidence
 from ..claims import Verdict
 from ..islands import FREQUENCY_RANGE, FROM_RESONANCE, MOMENT_RANGE, PATH, RESONANCE
 from ..parameters import INITIAL, KEEP, PERIODS, paper_system
@@ -152,7 +158,7 @@ def uncertain() -> Finding:
     rows = coarse_map(1).solutions
     choices = {
         "motions": rows["stable"] & (rows["largest_multiplier"] < 0.995),
-        "solutions": rows["paper_stable"],
+        "solutions": criterion.is_stable(criterion.map_eigenvalues(coarse_map(1))),
     }
     for name, chosen in choices.items():
         for number in random.permutation(np.flatnonzero(chosen))[:30]:

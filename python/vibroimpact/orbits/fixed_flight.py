@@ -1,9 +1,8 @@
-"""Stability of period n-1 motions, many at once: the paper's criterion and the true multipliers.
+"""Floquet multipliers of period n-1 solutions, many at once.
 
 D is the derivative by Y = (x1, x1', x2', psi) just before the impact of (x1, x1', x2, x2') after
-the impact and a flight of *fixed* length n drive periods. The paper takes the eigenvalues of the
-residual's Jacobian (42), D - E with E the embedding of Y, for multipliers. The return map also
-changes the time of arrival (docs/theory.md, section 7):
+the impact and a flight of *fixed* length n drive periods. The return map also changes the time of
+arrival (docs/theory.md, section 7):
 
     dX = (I - F (grad g)^T/u) D dY,      d psi' = d psi - omega (grad g)^T D dY/u.
 """
@@ -17,10 +16,8 @@ from .enclosed_flight import Complex, Flight
 Array = NDArray[np.float64]
 
 
-def fixed_flight(
-    equations: Conditions, which: NDArray[np.int64], state: Array
-) -> tuple[Array, Array]:
-    """Return D and E, shape (k, 4, 4), at states (x1, v1, v2, phase), shape (k, 4)."""
+def _fixed_flight(equations: Conditions, which: NDArray[np.int64], state: Array) -> Array:
+    """Return D, shape (k, 4, 4), at states (x1, v1, v2, phase), shape (k, 4)."""
     par = equations.parameters
     x1, v1, v2, phase = state.T
     omega, mbar, r = (
@@ -28,7 +25,7 @@ def fixed_flight(
     )
     one, zero = np.ones_like(x1), np.zeros_like(x1)
     kappa, bend = (np.cos(x1), -np.sin(x1)) if par.oblique else (one, zero)
-    # (20) and (44).
+    # Han, Jin & Hu (2004), (20) and (44).
     q = mbar + kappa**2
     r1, r2 = (mbar - r * kappa**2) / q, (1.0 + r) * kappa / q
     r3, r4 = mbar * r2, (kappa**2 - r * mbar) / q
@@ -39,24 +36,13 @@ def fixed_flight(
     after[:, 1] = np.stack([r1_x * v1 + r2_x * v2, r1, r2, zero], axis=1)
     after[:, 2] = np.stack([kappa, zero, zero, zero], axis=1)
     after[:, 3] = np.stack([mbar * r2_x * v1 - r1_x * v2, r3, r4, zero], axis=1)
-    embedding = np.zeros_like(after)
-    embedding[:, 0, 0] = embedding[:, 1, 1] = embedding[:, 3, 2] = 1.0
-    embedding[:, 2, 0] = kappa
     derivative = np.empty_like(after)
     for row, body in ((0, equations.first), (2, equations.second)):
         a = _propagator(body, which, omega)
         derivative[:, row : row + 2] = a @ after[:, row : row + 2]
         derivative[:, row, 3] += _turning(body.gx, which, phase)
         derivative[:, row + 1, 3] += omega * _turning(body.gv, which, phase)
-    return derivative, embedding
-
-
-def paper_eigenvalues(
-    equations: Conditions, which: NDArray[np.int64], state: Array
-) -> NDArray[np.complex128]:
-    """Return the roots of the paper's (45), by falling modulus, shape (k, 4)."""
-    derivative, embedding = fixed_flight(equations, which, state)
-    return _sorted(derivative - embedding)
+    return derivative
 
 
 def multipliers(
@@ -64,7 +50,7 @@ def multipliers(
 ) -> NDArray[np.complex128]:
     """Return the Floquet multipliers, by falling modulus, shape (k, 4)."""
     par = equations.parameters
-    derivative, _ = fixed_flight(equations, which, state)
+    derivative = _fixed_flight(equations, which, state)
     x1, v1, v2, phase = state.T
     y = (np.sin(x1) if par.oblique else x1) - par.gap[which]
     kappa = np.cos(x1) if par.oblique else np.ones_like(x1)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact.paper import coexistence
-from vibroimpact.paper.parameters import MOTIONS
+from han_jin_hu_2004 import coexistence
+from han_jin_hu_2004.parameters import MOTIONS
 
 RANGE = (1.5, 1.6)
 

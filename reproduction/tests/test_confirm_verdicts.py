@@ -7,7 +7,7 @@ import pytest
 
 import repository
 import vibroimpact as vi
-from vibroimpact.paper.parameters import paper_system
+from han_jin_hu_2004.parameters import paper_system
 
 EXAMPLE = repository.root() / "examples" / "confirm_verdicts.py"
 
