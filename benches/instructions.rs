@@ -25,8 +25,8 @@ use impacts::impacts;
 use paper::{paper, start};
 use serde::Serialize;
 use setup::{Sections, Setup, simulate};
-use vibroimpact::contact::{Found, Start, Touch, next_contact};
 use vibroimpact::impact::resolve;
+use vibroimpact::search::{Found, Start, Touch, next_contact};
 use vibroimpact::{
     Cell, Clock, Event, Flight, FreeMotion, Horizon, ImpactEvent, Observer, RunOptions, Simulation,
     State, SweepStart, System, SystemBuilder, Workers, lyapunov_spectrum, run, sweep,

@@ -16,10 +16,10 @@ use std::time::Duration;
 use criterion::{Criterion, criterion_group, criterion_main};
 use impacts::impacts;
 use paper::start;
-use vibroimpact::contact::{Start, next_contact};
+use vibroimpact::analysis::shooting::Orbit;
 use vibroimpact::impact::resolve;
-use vibroimpact::itinerary::Itinerary;
-use vibroimpact::orbit::Orbit;
+use vibroimpact::search::{Start, next_contact};
+use vibroimpact::tangent::itinerary::Itinerary;
 use vibroimpact::{
     Clock, Event, Flight, FreeMotion, RunOptions, Simulation, System, SystemBuilder, run,
 };

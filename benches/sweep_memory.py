@@ -20,9 +20,9 @@ from pathlib import Path
 import numpy as np
 
 import vibroimpact as vi
-from vibroimpact import atlas
-from vibroimpact.atlas import Columns, Grid
-from vibroimpact.atlas.cells import CellTask, RunSettings
+from vibroimpact import sweeps
+from vibroimpact.sweeps import Columns, Grid
+from vibroimpact.sweeps.cells import CellTask, RunSettings
 
 SYSTEM = vi.System(
     mass_ratio=0.6,
@@ -43,7 +43,7 @@ def run_cells(cells: int, store: Path | None) -> Columns:
     axes = {"drive_frequency": np.linspace(1.0, 2.0, side), "gap": np.linspace(0.4, 0.6, side)}
     run = RunSettings(initial=INITIAL, periods=PERIODS, keep=KEEP)
     task = CellTask(kind="sweep", system=SYSTEM, grid=Grid(axes), run=run, measure="returns")
-    return atlas.compute(task, lambda columns: columns, chunk=CHUNK, store=store)
+    return sweeps.compute(task, lambda columns: columns, chunk=CHUNK, store=store)
 
 
 def run_diagram(cells: int, store: Path | None) -> Columns:

@@ -35,11 +35,11 @@ nitpick_ignore_regex = [
 nitpick_ignore = [
     ("py:class", f"vibroimpact.{name}")
     for name in (
-        "atlas.attractors.Tails",
-        "atlas.clouds.Cloud",
-        "atlas.results.GridResult",
-        "atlas.trapping.Follow",
-        "atlas.trapping.Region",
+        "sweeps.basins.attractors.Tails",
+        "sweeps.basins.clouds.Cloud",
+        "sweeps.results.GridResult",
+        "sweeps.basins.trapping.Follow",
+        "sweeps.basins.trapping.Region",
         "orbits.curve_problem.CurveProblem",
     )
 ]

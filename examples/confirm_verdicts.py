@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 import vibroimpact as vi
 from han_jin_hu_2004 import criterion, existence
-from vibroimpact.orbits.single_impact import motion_at
+from vibroimpact.single_impact.motions import motion_at
 
 # How far off a motion a simulation starts, in (x1, v1, x2, v2): 1e-8 where it nearly grazes
 # and its multipliers do not hold for 1e-6; and for an unstable one another direction, where next to

@@ -19,13 +19,13 @@ pub(crate) use oscillator::{
 pub(crate) use resonance::{Beat, Beats};
 pub(crate) use table::{LEVELS, Point, States, Table, Weights};
 
-use crate::angle::Angle;
-use crate::double_double::DoubleDouble;
-use crate::elementary;
-use crate::lanes::{self, LANES, Lanes};
-use crate::params::{Contact, System};
-use crate::state::{Clock, State};
-use crate::tolerance::{CHUNK_TURNS, FREE_SPANS, SCAN_SPANS, SCAN_STEPS};
+use crate::model::angle::Angle;
+use crate::model::parameters::{Contact, System};
+use crate::model::state::{Clock, State};
+use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::elementary;
+use crate::numerics::lanes::{self, LANES, Lanes};
+use crate::numerics::tolerance::{CHUNK_TURNS, FREE_SPANS, SCAN_SPANS, SCAN_STEPS};
 
 /// What a system's flights have in common, worked out once.
 #[derive(Debug, Clone)]

@@ -21,10 +21,10 @@ pub use regime::{Regime, RegimeKind};
 pub(crate) use walk::{slip, straight};
 
 use self::laws::{Energetic, Newton, Poisson};
-use crate::angle::Angle;
-use crate::params::{Contact, ImpactLaw, System};
-use crate::state::State;
-use crate::tolerance::{DEAD_CENTRE, NO_ROOM};
+use crate::model::angle::Angle;
+use crate::model::parameters::{Contact, ImpactLaw, System};
+use crate::model::state::State;
+use crate::numerics::tolerance::{DEAD_CENTRE, NO_ROOM};
 
 /// Velocities and geometry just before an impact.
 #[derive(Debug, Clone, Copy, PartialEq)]

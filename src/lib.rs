@@ -19,7 +19,7 @@
 //! # Numerics
 //! * Flights are exact: closed forms for every damping, resonance and zero frequency, finite in all
 //!   neighbourhoods; drive periods are counted, so the millionth is as accurate as the first.
-//! * The first contact is found with a guarantee ([`contact`]): no double crossing is missed.
+//! * The first contact is found with a guarantee ([`search`]): no double crossing is missed.
 //! * Complete chatter is carried to its accumulation point with a stated error, and runs go on
 //!   through sustained contact ([`ContactMode`]): slide, stick, release.
 //! * Expected outcomes are values ([`StopReason`]); bad input and failed computations are typed
@@ -53,54 +53,35 @@
     clippy::similar_names
 )]
 
-mod angle;
-pub mod basin;
-mod chatter;
-pub mod contact;
-mod double_double;
-mod dual;
-mod elementary;
-mod error;
-mod event;
+pub mod analysis;
+mod contact;
 mod flight;
-mod gap;
-mod hold;
 pub mod impact;
-pub mod itinerary;
-mod label;
-mod lanes;
-mod lyapunov;
-mod majorant;
-pub mod orbit;
-mod params;
-mod period;
-mod quadrature;
-mod run;
-mod scan;
+mod model;
+mod numerics;
+pub mod search;
 mod simulate;
-mod state;
-mod sweep;
-mod tangent;
-pub mod tolerance;
+pub mod tangent;
 
-pub use error::{ParameterError, SimulationError, StateError};
-pub use event::{
+pub use analysis::{
+    CHATTERING, Cell, Growth, ImpactCount, Kind, LyapunovError, Measure, PeriodReport, PointStatus,
+    Spectrum, SweepOptions, SweepPoint, SweepRows, SweepStart, Workers, arrive_many, detect_period,
+    lyapunov_spectrum, run_many, sweep,
+};
+pub use contact::{ContactForce, ContactMode};
+pub use flight::{Flight, FreeMotion};
+pub use model::{
+    Clock, Contact, ImpactLaw, ParameterError, SimulationError, State, StateError, System,
+    SystemBuilder,
+};
+pub use numerics::tolerance;
+pub use search::GapPoint;
+pub use simulate::event::{
     ChatterEvent, ContactEvent, ContactRecord, Event, EventKind, EventRecord, GrazeEvent,
     GrazeRecord, ImpactEvent, ImpactRecord, StopEvent, StopReason,
 };
-pub use flight::{Flight, FreeMotion};
-pub use gap::GapPoint;
-pub use hold::{ContactForce, ContactMode};
-pub use lyapunov::{LyapunovError, Spectrum, lyapunov_spectrum};
-pub use params::{Contact, ImpactLaw, System, SystemBuilder};
-pub use period::{CHATTERING, Growth, ImpactCount, Kind, PeriodReport, detect_period};
-pub use run::{EnergyAudit, FinalState, Run, RunError, RunOptions, run};
+pub use simulate::run::{EnergyAudit, FinalState, Run, RunError, RunOptions, run};
 pub use simulate::{Horizon, Observer, Simulation};
-pub use state::{Clock, State};
-pub use sweep::{
-    Cell, Measure, PointStatus, SweepOptions, SweepPoint, SweepRows, SweepStart, Workers,
-    arrive_many, run_many, sweep,
-};
 
 #[cfg(feature = "python")]
 mod python;

@@ -7,6 +7,7 @@
 
 mod arrays;
 mod basin;
+mod elementary;
 mod errors;
 mod impact;
 mod lyapunov;
@@ -23,6 +24,8 @@ mod _core {
     #[pymodule_export]
     use super::basin::{PyArrivals, arrivals};
     #[pymodule_export]
+    use super::elementary::{decay_minus_1, sin_cos};
+    #[pymodule_export]
     use super::impact::impact;
     #[pymodule_export]
     use super::lyapunov::{PySpectrum, lyapunov_spectrum};
@@ -36,10 +39,10 @@ mod _core {
     use super::system::PySystem;
 
     use super::arrays::Record;
-    use crate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
+    use crate::analysis::period::Kind;
+    use crate::analysis::sweep::PointStatus;
     use crate::impact::ImpactOutcome;
-    use crate::period::Kind;
-    use crate::sweep::PointStatus;
+    use crate::simulate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
     use pyo3::prelude::*;
     use pyo3::types::PyTuple;
 

@@ -7,9 +7,11 @@
 
 mod caller;
 mod contact;
+pub(crate) mod event;
 mod flight;
 mod lockstep;
 mod recurrence;
+pub(crate) mod run;
 mod sections;
 mod stop;
 
@@ -21,18 +23,18 @@ pub(crate) use recurrence::Cycle;
 use serde::{Deserialize, Serialize};
 
 use self::recurrence::Recurrence;
-use crate::chatter::ChatterMonitor;
-use crate::contact::Found;
-use crate::double_double::DoubleDouble;
-use crate::error::{SimulationError, StateError};
-use crate::event::{Event, StopEvent, StopReason};
+use crate::contact::chatter::ChatterMonitor;
+use crate::contact::sustained::ContactMode;
 use crate::flight::{Drive, Flight, FreeMotion};
-use crate::hold::ContactMode;
-use crate::params::System;
-use crate::state::{Clock, State};
-use crate::tolerance::{
+use crate::model::error::{SimulationError, StateError};
+use crate::model::parameters::System;
+use crate::model::state::{Clock, State};
+use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::tolerance::{
     DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, EPS, MOST_COUNTED, REST_NOISE,
 };
+use crate::search::first_contact::Found;
+use crate::simulate::event::{Event, StopEvent, StopReason};
 
 /// How far a simulation goes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -10,6 +10,7 @@
 mod chatter;
 mod contact;
 mod flight;
+pub mod itinerary;
 mod leg;
 mod strike;
 
@@ -23,10 +24,10 @@ use chatter::{Accumulation, accumulate};
 use contact::stick_condition;
 use strike::strike;
 
-use crate::dual::{self, Number};
 use crate::flight::{FreeMotion, Trig};
-use crate::params::{Contact, Parameters, System};
-use crate::state::{Clock, State};
+use crate::model::parameters::{Contact, Parameters, System};
+use crate::model::state::{Clock, State};
+use crate::numerics::dual::{self, Number};
 
 /// The node a leg starts from (4), the time it ends at, two parameters.
 pub(crate) const DIRECTIONS: usize = 7;

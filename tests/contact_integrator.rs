@@ -1,4 +1,4 @@
-//! The integrator of the contact phase (`src/hold`, docs/contact-phase.md), from outside: against
+//! The integrator of the contact phase (`src/contact/sustained`, docs/contact-phase.md), from outside: against
 //! DOP853 of the crate `differential-equations` on random systems, against the closed form of
 //! direct contact, and by the balances of momentum, displacement and energy along
 //! `Run::trajectory` and `Run::contact_forces` (docs/theory.md, section 5).

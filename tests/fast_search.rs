@@ -1,4 +1,4 @@
-//! The search of contact.rs, its fast first pass in front (docs/contact-detection.md), along whole
+//! The search of first_contact.rs, its fast first pass in front (docs/contact-detection.md), along whole
 //! sequences of flights and impacts, each flight judged by the independent dense search of the
 //! contact audit; and contacts that the fast pass once told wrongly.
 
@@ -16,8 +16,8 @@ use std::f64::consts::{PI, TAU};
 
 use audit::{Draw, Kind, Outcome, judge_flight};
 use rayon::prelude::*;
-use vibroimpact::contact::{Found, Start, Touch, next_contact};
 use vibroimpact::impact::{PreImpact, resolve};
+use vibroimpact::search::{Found, Start, Touch, next_contact};
 use vibroimpact::tolerance::EPS;
 use vibroimpact::{
     Clock, Contact, Event, FreeMotion, Horizon, Simulation, State, System, SystemBuilder,

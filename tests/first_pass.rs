@@ -18,7 +18,7 @@ use audit::{Draw, Kind, Outcome, judge_flight};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use vibroimpact::contact::{ContactReport, Found, Start, next_contact};
+use vibroimpact::search::{ContactReport, Found, Start, next_contact};
 use vibroimpact::tolerance::EPS;
 use vibroimpact::{
     Clock, Contact, Event, FreeMotion, Horizon, Simulation, State, System, SystemBuilder,

@@ -1,4 +1,4 @@
-//! Motions that can never meet are jumped over, by a bound that holds for ever (src/scan.rs); what the
+//! Motions that can never meet are jumped over, by a bound that holds for ever (src/search/scan.rs); what the
 //! bound does not prove is searched.
 
 #![allow(clippy::unwrap_used)]

@@ -12,7 +12,7 @@ use std::sync::atomic::AtomicBool;
 
 use draw::{DRIVEN, Drawer, Family, Place, Traveller};
 use rayon::prelude::*;
-use vibroimpact::basin::{Arrival, Fate, Target, arrive};
+use vibroimpact::analysis::basin::{Arrival, Fate, Target, arrive};
 use vibroimpact::impact::PreImpact;
 use vibroimpact::{
     Cell, Contact, Horizon, ImpactLaw, PointStatus, Run, RunError, RunOptions, State, StopReason,

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use rounding::Level;
 use serde_json::Value;
-use vibroimpact::contact::{Found, Start, next_contact};
+use vibroimpact::search::{Found, Start, next_contact};
 use vibroimpact::tolerance::EPS;
 use vibroimpact::{Clock, Contact, Event, FreeMotion, Horizon, Simulation, State, System};
 

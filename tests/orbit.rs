@@ -4,8 +4,8 @@
 #![allow(clippy::unwrap_used)]
 
 use nalgebra::{DMatrix, DVector, Matrix4};
-use vibroimpact::itinerary::{Itinerary, ItineraryError, Leg, Node};
-use vibroimpact::orbit::{Orbit, TestKind};
+use vibroimpact::analysis::shooting::{Orbit, TestKind};
+use vibroimpact::tangent::itinerary::{Itinerary, ItineraryError, Leg, Node};
 use vibroimpact::{Contact, RunOptions, State, System, run};
 
 fn paper(omega: f64) -> vibroimpact::SystemBuilder {

@@ -16,11 +16,11 @@ use std::sync::atomic::AtomicBool;
 
 use proptest::num::f64::ANY;
 use proptest::prelude::*;
-use vibroimpact::basin::{Fate, arrive};
-use vibroimpact::contact::{Found, Start, next_contact};
+use vibroimpact::analysis::basin::{Fate, arrive};
+use vibroimpact::analysis::shooting::Orbit;
 use vibroimpact::impact::{ImpactOutcome, IncrementalError, PreImpact, incremental};
-use vibroimpact::itinerary::{Itinerary, Leg, Node};
-use vibroimpact::orbit::Orbit;
+use vibroimpact::search::{Found, Start, next_contact};
+use vibroimpact::tangent::itinerary::{Itinerary, Leg, Node};
 use vibroimpact::{
     Clock, Contact, Event, FreeMotion, Horizon, ImpactLaw, Observer, Run, RunError, RunOptions,
     Simulation, State, StateError, StopReason, System, SystemBuilder, Workers, detect_period, run,

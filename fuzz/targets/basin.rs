@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use libfuzzer_sys::fuzz_target;
 use vibroimpact::CHATTERING;
-use vibroimpact::basin::{Fate, Target, arrive};
+use vibroimpact::analysis::basin::{Fate, Target, arrive};
 use vibroimpact_fuzz::{Draw, assert_finite, execution, is_long};
 
 fn target(draw: &mut Draw) -> Target {

@@ -3,8 +3,8 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use vibroimpact::itinerary::{Itinerary, Leg, Node};
-use vibroimpact::orbit::Orbit;
+use vibroimpact::tangent::itinerary::{Itinerary, Leg, Node};
+use vibroimpact::analysis::shooting::Orbit;
 use vibroimpact::{State, System};
 use vibroimpact_fuzz::{Draw, MOST_EVENTS, execution, is_long};
 

@@ -18,13 +18,35 @@ from typing import TYPE_CHECKING
 from ._core import __version__
 from .errors import ClusterError, Interrupted, ParameterError, SimulationError, StateError
 from .impacts import impact
-from .results import EnergyAudit, EventKind, FinalState, PeriodReport, Regime, Run
+from .run import EnergyAudit, EventKind, FinalState, PeriodReport, Regime, Run
 from .simulation import simulate
 from .system import System
 
 if TYPE_CHECKING:
     from . import plot as plot
-    from .atlas import (
+    from .files import load
+    from .impact_maps import ImpactAgreement, ImpactRegimes, impact_agreement, impact_regimes
+    from .orbits import (
+        Bifurcation,
+        BifurcationCurve,
+        Branch,
+        ManifoldSide,
+        MotionSearch,
+        NotFound,
+        PeriodicMotion,
+        StabilityRegion,
+        UnstableManifold,
+        bifurcation_curve,
+        follow_motion,
+        periodic_motion,
+        search_motions,
+        stability_region,
+        switch_branch,
+        unstable_manifold,
+    )
+    from .single_impact import MotionMap, PeriodicMotions, Undecided, periodic_motions
+    from .single_impact.motion_map import motion_map
+    from .sweeps import (
         Attractor,
         Basins,
         Chart,
@@ -39,50 +61,27 @@ if TYPE_CHECKING:
     )
 
     # mypy takes these for the modules of their names where they come from the package.
-    from .atlas.basins import basins
-    from .atlas.sweep import sweep
-    from .files import load
-    from .impact_maps import ImpactAgreement, ImpactRegimes, impact_agreement, impact_regimes
-    from .orbits import (
-        Bifurcation,
-        BifurcationCurve,
-        Branch,
-        ManifoldSide,
-        MotionMap,
-        MotionSearch,
-        NotFound,
-        PeriodicMotion,
-        PeriodicMotions,
-        StabilityRegion,
-        Undecided,
-        UnstableManifold,
-        bifurcation_curve,
-        follow_motion,
-        periodic_motion,
-        periodic_motions,
-        search_motions,
-        stability_region,
-        switch_branch,
-        unstable_manifold,
-    )
-    from .orbits.motion_map import motion_map
+    from .sweeps.basins import basins
+    from .sweeps.sweep import sweep
     from .verification import Disagreement, Verification, verify
 else:
     # What a simulation does not need is imported on first use, and matplotlib with `plot`.
     _ON_FIRST_USE = {
-        "atlas": """
-            Attractor Basins Chart Diagram DiagramSettings LyapunovSpectrum LyapunovSweep Sweep
-            basins bifurcation_diagram chart lyapunov_spectrum sweep
-        """,
         "files": "load",
         "impact_maps": "ImpactAgreement ImpactRegimes impact_agreement impact_regimes",
         "orbits": """
-            Bifurcation BifurcationCurve Branch ManifoldSide MotionMap MotionSearch NotFound
-            PeriodicMotion PeriodicMotions StabilityRegion Undecided UnstableManifold
-            bifurcation_curve follow_motion motion_map periodic_motion periodic_motions
+            Bifurcation BifurcationCurve Branch ManifoldSide MotionSearch NotFound PeriodicMotion
+            StabilityRegion UnstableManifold bifurcation_curve follow_motion periodic_motion
             search_motions stability_region switch_branch unstable_manifold
         """,
         "plot": "",
+        "single_impact": """
+            MotionMap PeriodicMotions Undecided motion_map periodic_motions
+        """,
+        "sweeps": """
+            Attractor Basins Chart Diagram DiagramSettings LyapunovSpectrum LyapunovSweep Sweep
+            basins bifurcation_diagram chart lyapunov_spectrum sweep
+        """,
         "verification": "Disagreement Verification verify",
     }
     _HOMES = {name: home for home, names in _ON_FIRST_USE.items() for name in names.split()}

@@ -326,6 +326,12 @@ def lyapunov_spectrum(run: Run, steps: int, step: float | None = None) -> Spectr
     Over so many drive periods, or steps of this time under a constant load.
     """
 
+def sin_cos(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Sine and cosine of each number, shapes (n,); the core's own for |x| <= 1e5."""
+
+def decay_minus_1(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return e^x - 1 of each number x <= 0, shapes (n,)."""
+
 def impact(
     system: System,
     x1: NDArray[np.float64],

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from .checks import path as checked_path
+from .arguments import path as checked_path
 from .whole_file import whole_file
 
 _Result = TypeVar("_Result")

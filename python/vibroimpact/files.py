@@ -3,11 +3,11 @@
 import os
 
 from . import archive
-from .atlas import RESULTS, Basins, GridResult, open_columns
-from .atlas.basin_files import basins_from_parts
-from .atlas.merge import is_refined, open_levels
-from .checks import path as checked_path
-from .results import Run
+from .arguments import path as checked_path
+from .run import Run
+from .sweeps import RESULTS, Basins, GridResult, open_columns
+from .sweeps.basins.files import basins_from_parts
+from .sweeps.merge import is_refined, open_levels
 
 
 def load(path: str | os.PathLike[str]) -> Run | GridResult | Basins:

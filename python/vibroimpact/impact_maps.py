@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .checks import axis, count, reject
+from .arguments import axis, count, reject
 from .errors import Interrupted
 from .fixed_arrays import FixedArrays
 from .impacts import MOST_STEPS, impact

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .checks import array_of, as_floats, optional_count, reject
+from .arguments import array_of, as_floats, optional_count, reject
 from .errors import ParameterError, StateError
 from .system import System
 

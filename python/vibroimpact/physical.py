@@ -10,7 +10,7 @@ Source: Han, Jin & Hu (2004), eq. (23).
 import math
 from typing import Any
 
-from .checks import number, positive, reject
+from .arguments import number, positive, reject
 
 
 def dimensionless(

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .checks import horizon, number, optional_count, positive, reject, states, threads
+from .arguments import horizon, number, optional_count, positive, reject, states, threads
 from .errors import Interrupted, SimulationError
-from .results import Run, raise_if_interrupted
+from .run import Run, raise_if_interrupted
 from .system import System
 
 

@@ -15,7 +15,7 @@ from functools import cached_property
 from typing import Any, Self
 
 from . import _core
-from .checks import close_to, naming, number, pair, reject
+from .arguments import close_to, naming, number, pair, reject
 from .errors import ParameterError
 from .physical import dimensionless
 

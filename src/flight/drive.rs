@@ -3,10 +3,10 @@
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 #![allow(clippy::needless_bitwise_bool)] // conditions without jumps, for the lanes
 
-use crate::double_double::{DoubleDouble, TWO_PI};
-use crate::elementary;
-use crate::lanes::lanes_of;
-use crate::state::Clock;
+use crate::model::state::Clock;
+use crate::numerics::double_double::{DoubleDouble, TWO_PI};
+use crate::numerics::elementary;
+use crate::numerics::lanes::lanes_of;
 
 /// Cosine and sine of the forcing phase psi.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -224,7 +224,7 @@ impl Drive {
 #[cfg(test)]
 mod tests {
     use super::Drive;
-    use crate::state::Clock;
+    use crate::model::state::Clock;
 
     #[test]
     fn any_phase_is_reduced() {

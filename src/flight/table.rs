@@ -9,8 +9,8 @@ use std::sync::OnceLock;
 
 use super::drive::{Drive, Trig, Turn};
 use super::oscillator::Oscillator;
-use crate::lanes::{LANES, Lanes};
-use crate::tolerance::SCAN_STEPS;
+use crate::numerics::lanes::{LANES, Lanes};
+use crate::numerics::tolerance::SCAN_STEPS;
 
 /// Step lengths, each half the one before; the first is nearly an eighth of a local flight.
 pub(crate) const LEVELS: usize = 12;

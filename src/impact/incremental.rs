@@ -13,9 +13,9 @@
 //! docs/theory.md, section 4. The error is of first order in dP.
 
 use super::{Impact, ImpactFailure, PreImpact, Regime, no_room};
-use crate::error::ParameterError;
-use crate::params::{ImpactLaw, System};
-use crate::tolerance::MAX_INCREMENTS;
+use crate::model::error::ParameterError;
+use crate::model::parameters::{ImpactLaw, System};
+use crate::numerics::tolerance::MAX_INCREMENTS;
 
 /// Why [`incremental`] has no outcome.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -3,9 +3,9 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{Impact, ImpactFailure, IncrementalError, PreImpact, incremental, resolve};
-use crate::error::{ParameterError, StateError};
-use crate::params::System;
-use crate::state::State;
+use crate::model::error::{ParameterError, StateError};
+use crate::model::parameters::System;
+use crate::model::state::State;
 
 /// Bad input of [`ImpactOutcome::incremental`].
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

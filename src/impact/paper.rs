@@ -4,7 +4,7 @@
 
 use super::regime::Regime;
 use super::{Impact, ImpactFailure, PreImpact};
-use crate::tolerance::{EPS, PAPER_NOISE};
+use crate::numerics::tolerance::{EPS, PAPER_NOISE};
 
 /// The literal law; the stored regime is the paper's own case.
 pub(super) fn resolve(

@@ -13,7 +13,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{ImpactFailure, PreImpact};
-use crate::tolerance::SIMULTANEOUS;
+use crate::numerics::tolerance::SIMULTANEOUS;
 
 /// Regime of an impact with what the walk needs to know of it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,7 +5,7 @@
 use super::laws::{Bend, Restitution};
 use super::regime::{Regime, slip_constant};
 use super::{Impact, PreImpact};
-use crate::double_double::DoubleDouble;
+use crate::numerics::double_double::DoubleDouble;
 
 /// Work and impulses summed along the walk.
 struct Walk {

@@ -6,8 +6,8 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyBytes;
 
-use crate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
 use crate::impact::ImpactOutcome;
+use crate::simulate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
 
 /// Rows of a structured array.
 pub(super) trait Record: Pod {

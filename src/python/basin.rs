@@ -6,13 +6,13 @@ use pyo3::prelude::*;
 
 use super::arrays;
 use super::system::PySystem;
-use crate::basin::{Arrival, Fate, Target};
-use crate::error::StateError;
-use crate::period::{CHATTERING, ImpactCount};
-use crate::run::RunOptions;
-use crate::state::State;
-use crate::sweep::{PointStatus, Workers, arrive_many};
-use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
+use crate::analysis::basin::{Arrival, Fate, Target};
+use crate::analysis::period::{CHATTERING, ImpactCount};
+use crate::analysis::sweep::{PointStatus, Workers, arrive_many};
+use crate::model::error::StateError;
+use crate::model::state::State;
+use crate::numerics::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
+use crate::simulate::run::RunOptions;
 
 /// Where each of n starts ended up.
 #[pyclass(name = "Arrivals", module = "vibroimpact._core", frozen)]

@@ -4,8 +4,8 @@ use pyo3::PyErr;
 use pyo3::import_exception;
 
 use super::run::PyRun;
-use crate::error::{ParameterError as BadParameter, StateError as BadState};
-use crate::run::RunError;
+use crate::model::error::{ParameterError as BadParameter, StateError as BadState};
+use crate::simulate::run::RunError;
 
 import_exception!(vibroimpact.errors, ParameterError);
 import_exception!(vibroimpact.errors, StateError);

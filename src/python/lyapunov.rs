@@ -5,9 +5,9 @@ use pyo3::prelude::*;
 
 use super::arrays;
 use super::run::{PyRun, interruptible};
-use crate::error::ParameterError;
-use crate::event::StopReason;
-use crate::lyapunov::{LyapunovError, Spectrum};
+use crate::analysis::lyapunov::{LyapunovError, Spectrum};
+use crate::model::error::ParameterError;
+use crate::simulate::event::StopReason;
 
 /// Lyapunov exponents of a motion.
 #[pyclass(name = "Spectrum", module = "vibroimpact._core", frozen)]
@@ -68,7 +68,12 @@ pub(super) fn lyapunov_spectrum(
 ) -> PyResult<PySpectrum> {
     let (spectrum, _) = interruptible::<Spectrum, ParameterError>(py, |go_on| {
         let (_, later) = run.0.on_attractor_while(go_on);
-        crate::lyapunov::lyapunov_spectrum(later.as_ref().unwrap_or(&run.0), steps, step, go_on)
+        crate::analysis::lyapunov::lyapunov_spectrum(
+            later.as_ref().unwrap_or(&run.0),
+            steps,
+            step,
+            go_on,
+        )
     })?;
     Ok(PySpectrum(spectrum))
 }

@@ -7,11 +7,11 @@ use pyo3::prelude::*;
 use super::arrays;
 use super::run::{interruptible, to_state};
 use super::system::PySystem;
-use crate::error::ParameterError;
-use crate::event::StopReason;
-use crate::itinerary::{Itinerary, ItineraryError, Leg, Node};
-use crate::orbit::Orbit;
-use crate::state::State;
+use crate::analysis::shooting::Orbit;
+use crate::model::error::ParameterError;
+use crate::model::state::State;
+use crate::simulate::event::StopReason;
+use crate::tangent::itinerary::{Itinerary, ItineraryError, Leg, Node};
 
 /// The legs of a periodic motion.
 #[pyclass(name = "Itinerary", module = "vibroimpact._core", frozen)]

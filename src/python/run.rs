@@ -8,15 +8,15 @@ use pyo3::prelude::*;
 
 use super::arrays;
 use super::system::PySystem;
-use crate::error::ParameterError;
-use crate::event::StopReason;
-use crate::hold::ContactMode;
-use crate::period::{ImpactCount, PeriodReport};
-use crate::run::{EnergyAudit, FinalState, Run, RunError, RunOptions, run};
+use crate::analysis::period::{ImpactCount, PeriodReport};
+use crate::analysis::sweep::{Workers, run_many};
+use crate::contact::sustained::ContactMode;
+use crate::model::error::ParameterError;
+use crate::model::state::State;
+use crate::numerics::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 use crate::simulate::Horizon;
-use crate::state::State;
-use crate::sweep::{Workers, run_many};
-use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
+use crate::simulate::event::StopReason;
+use crate::simulate::run::{EnergyAudit, FinalState, Run, RunError, RunOptions, run};
 
 /// State at the end of a run.
 #[pyclass(name = "FinalState", module = "vibroimpact._core", frozen)]

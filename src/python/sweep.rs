@@ -6,14 +6,16 @@ use pyo3::prelude::*;
 
 use super::arrays;
 use super::system::PySystem;
-use crate::error::ParameterError;
-use crate::params::System;
-use crate::period::{ImpactCount, Kind};
-use crate::run::RunOptions;
+use crate::analysis::period::{ImpactCount, Kind};
+use crate::analysis::sweep::{
+    Cell, Measure, SweepOptions, SweepPoint, SweepRows, SweepStart, Workers,
+};
+use crate::model::error::ParameterError;
+use crate::model::parameters::System;
+use crate::model::state::State;
+use crate::numerics::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 use crate::simulate::Horizon;
-use crate::state::State;
-use crate::sweep::{Cell, Measure, SweepOptions, SweepPoint, SweepRows, SweepStart, Workers};
-use crate::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
+use crate::simulate::run::RunOptions;
 
 /// Result of sweep: a column for each quantity; the rows of both sections are ragged, their numbers
 /// per cell in the columns of counts.
@@ -237,7 +239,7 @@ pub(super) fn sweep(
             }
             raised.is_none()
         };
-        let points = crate::sweep::sweep(&cells, options, start, &workers, &mut go_on)?;
+        let points = crate::analysis::sweep::sweep(&cells, options, start, &workers, &mut go_on)?;
         let rows = SweepRows::of(&points, &workers);
         PyResult::Ok((points, rows))
     })?;

@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 
-use crate::params::{Contact, ImpactLaw, System};
+use crate::model::parameters::{Contact, ImpactLaw, System};
 
 /// Validated parameters.
 #[pyclass(name = "System", module = "vibroimpact._core", frozen)]

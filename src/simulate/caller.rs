@@ -1,7 +1,7 @@
 //! A caller that is asked now and then whether to go on.
 
 use super::Observer;
-use crate::state::State;
+use crate::model::state::State;
 
 /// Local flights between two looks at the caller's wish to go on: some milliseconds.
 const FLIGHTS_PER_LOOK: u32 = 2048;

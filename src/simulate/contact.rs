@@ -1,17 +1,19 @@
 //! Lasting contact: the end of chatter, landings, slides, sticks and releases.
 
 use super::{Completion, Horizon, Observer, Phase, Simulation, Takeoff, Turn};
-use crate::chatter::Limit;
-use crate::contact::Touch;
-use crate::double_double::DoubleDouble;
-use crate::error::SimulationError;
-use crate::event::{ChatterEvent, ContactEvent, Event, StopReason};
-use crate::hold::{ContactForce, ContactMode, Next, SlideEnd, SlideStep, next_change};
-use crate::state::{Clock, State};
-use crate::tolerance::{
+use crate::contact::chatter::Limit;
+use crate::contact::sustained::{
+    ContactForce, ContactMode, Next, SlideEnd, SlideStep, next_change,
+};
+use crate::model::error::SimulationError;
+use crate::model::state::{Clock, State};
+use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::tolerance::{
     CHATTER_NOISE, DEFAULT_TOLERANCE, EPS, MOST_MOVES, RELEASE_PROBE, SHORTEST_MOVE,
     STANDSTILL_EVENTS, STANDSTILL_TIME,
 };
+use crate::search::first_contact::Touch;
+use crate::simulate::event::{ChatterEvent, ContactEvent, Event, StopReason};
 
 impl Simulation {
     /// Carries a chatter sequence to its accumulation point.
@@ -32,7 +34,7 @@ impl Simulation {
         let Completion { clock, state, impacts_skipped, time_jump, error } = *completion;
         self.point.completion = None;
         self.point.events += 1;
-        self.point.monitor = crate::chatter::ChatterMonitor::default();
+        self.point.monitor = crate::contact::chatter::ChatterMonitor::default();
         self.anchor(clock, state, Phase::Landing);
         let drive = &self.motion.drive;
         let (time, phase) = (drive.time(clock), drive.phase_at(clock));

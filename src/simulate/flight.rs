@@ -3,22 +3,22 @@
 #![allow(clippy::inline_always)] // a flight is compiled for several instruction sets
 
 use super::{Anchor, Checkpoint, Completion, Observer, Phase, Simulation, Takeoff, Turn};
-use crate::angle::Angle;
-use crate::chatter::Limit;
-use crate::contact::{Found, Start, Touch, first_contact};
-use crate::double_double::DoubleDouble;
-use crate::error::SimulationError;
-use crate::event::{Event, GrazeEvent, ImpactEvent, StopReason};
+use crate::contact::chatter::Limit;
+use crate::contact::sustained::Next;
 use crate::flight::Flight;
-use crate::hold::Next;
 use crate::impact::{self, Impact, ImpactFailure, PreImpact, RegimeKind};
-use crate::lanes;
-use crate::params::{ImpactLaw, System};
-use crate::state::{Clock, State};
-use crate::tolerance::{
+use crate::model::angle::Angle;
+use crate::model::error::SimulationError;
+use crate::model::parameters::{ImpactLaw, System};
+use crate::model::state::{Clock, State};
+use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::lanes;
+use crate::numerics::tolerance::{
     CHATTER_LEADING_RTOL, EPS, LOOSEST_COMPLETION, SEARCH_PATIENCE, STANDSTILL_EVENTS,
     STANDSTILL_TIME,
 };
+use crate::search::first_contact::{Found, Start, Touch, first_contact};
+use crate::simulate::event::{Event, GrazeEvent, ImpactEvent, StopReason};
 
 impl Simulation {
     /// One local flight, and the impact that ends it.

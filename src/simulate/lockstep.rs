@@ -17,16 +17,16 @@ use std::marker::PhantomData;
 use self::encounters::{Encounters, Sight};
 use self::sections::pass_sections;
 use super::{Observer, Phase, Simulation};
-use crate::contact::{Found, Outlook, Start, carefully};
-use crate::double_double::DoubleDouble;
-use crate::error::SimulationError;
-use crate::event::{Event, StopReason};
 use crate::flight::Flight;
-use crate::gap::{Direct, Geometry, Oblique};
 use crate::impact::{self, Impact, ImpactFailure, PreImpact};
-use crate::lanes::{self, LANES};
-use crate::params::{Contact, ImpactLaw, System};
-use crate::scan::{Batch, Outset, Scan, Scanner};
+use crate::model::error::SimulationError;
+use crate::model::parameters::{Contact, ImpactLaw, System};
+use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::lanes::{self, LANES};
+use crate::search::first_contact::{Found, Outlook, Start, carefully};
+use crate::search::gap::{Direct, Geometry, Oblique};
+use crate::search::scan::{Batch, Outset, Scan, Scanner};
+use crate::simulate::event::{Event, StopReason};
 
 /// A simulation, who watches it, and what becomes of its events.
 pub(crate) trait Traveller {

@@ -7,8 +7,8 @@
 //! (src/run/kept.rs). The results have the same bits.
 
 use super::{Horizon, Simulation};
-use crate::chatter::Rhythm;
-use crate::state::{Clock, State};
+use crate::contact::chatter::Rhythm;
+use crate::model::state::{Clock, State};
 
 /// Fewest impacts for which the numbers of one are looked for in the next ones, and the part of all so far:
 /// cycles up to that length are found within that part of the time that the motion takes to settle.
@@ -193,8 +193,8 @@ impl Simulation {
 
 #[cfg(test)]
 mod tests {
+    use crate::model::state::State;
     use crate::simulate::{Horizon, Observer, Simulation};
-    use crate::state::State;
     use crate::{Event, System};
 
     /// Counts local flights and sections.

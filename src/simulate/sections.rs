@@ -3,9 +3,9 @@
 #![allow(clippy::inline_always)] // a flight is compiled for several instruction sets
 
 use super::{Observer, Simulation};
-use crate::double_double::DoubleDouble;
-use crate::lanes::LANES;
-use crate::state::{Clock, State};
+use crate::model::state::{Clock, State};
+use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::lanes::LANES;
 
 impl Simulation {
     /// Hands the sections up to local time `reached` to the observer; one that falls on an event

@@ -1,10 +1,10 @@
 //! How a simulation ends: at its horizon, at a cap, where the motion does, or with an error.
 
 use super::{Horizon, Observer, Simulation, Turn};
-use crate::error::SimulationError;
-use crate::event::{Event, StopEvent, StopReason};
 use crate::flight::Flight;
-use crate::state::{Clock, State};
+use crate::model::error::SimulationError;
+use crate::model::state::{Clock, State};
+use crate::simulate::event::{Event, StopEvent, StopReason};
 
 impl Simulation {
     /// Why it stops before the next leg, if it does.

@@ -8,13 +8,13 @@
 use super::contact::on_contact;
 use super::strike::Border;
 use super::{Dual, DualState, Model, Moment, fly, free_gap_acceleration, strike};
-use crate::contact::{Found, Start, next_contact};
-use crate::double_double::DoubleDouble;
-use crate::dual::Number;
 use crate::impact::{PreImpact, Regime, RegimeKind, resolve};
-use crate::itinerary::Signs;
-use crate::state::{Clock, State};
-use crate::tolerance::{CHATTER_SPACING, EPS};
+use crate::model::state::{Clock, State};
+use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::dual::Number;
+use crate::numerics::tolerance::{CHATTER_SPACING, EPS};
+use crate::search::first_contact::{Found, Start, next_contact};
+use crate::tangent::itinerary::Signs;
 
 /// Highest number of samples extrapolated.
 const MOST: usize = 10;

@@ -2,11 +2,11 @@
 //! (docs/theory.md, section 5).
 
 use super::{Dual, DualState, Model, Moment};
-use crate::double_double::DoubleDouble;
-use crate::dual::Number;
-use crate::hold::{ContactMode, SlideEnd, SlideStep};
-use crate::itinerary::StickEnd;
-use crate::params::Contact;
+use crate::contact::sustained::{ContactMode, SlideEnd, SlideStep};
+use crate::model::parameters::Contact;
+use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::dual::Number;
+use crate::tangent::itinerary::StickEnd;
 use std::f64::consts::{PI, TAU};
 
 /// Most steps of one slide.

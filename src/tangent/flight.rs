@@ -13,11 +13,11 @@
 //! lines for every damping and at resonance, exact to rounding.
 
 use super::{Dual, DualState, Model, Moment};
-use crate::double_double::DoubleDouble;
-use crate::dual::Number;
 use crate::flight::{BodyFlight, Oscillator, Trig};
-use crate::quadrature::{PANEL, SHORT_PANEL};
-use crate::tolerance::AUDIT_ANGLE;
+use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::dual::Number;
+use crate::numerics::quadrature::{PANEL, SHORT_PANEL};
+use crate::numerics::tolerance::AUDIT_ANGLE;
 
 /// Most panels of the quadrature of one flight: bodies so strongly overdamped that more were needed
 /// are given no derivatives by a parameter.

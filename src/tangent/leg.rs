@@ -1,5 +1,5 @@
 //! One leg of a motion with its derivatives: the one place that tells which formulas belong to which
-//! leg. Shooting (orbit.rs) and Lyapunov exponents (lyapunov.rs) build on it.
+//! leg. Shooting (shooting.rs) and Lyapunov exponents (lyapunov.rs) build on it.
 
 use nalgebra::Matrix4;
 
@@ -9,10 +9,10 @@ use super::{
     Accumulation, Dual, DualState, END, Model, Moment, accumulate, fly, free_gap_acceleration,
     slide, stick_condition, strike,
 };
-use crate::dual::Number;
-use crate::hold::ContactMode;
-use crate::itinerary::Leg;
-use crate::state::State;
+use crate::contact::sustained::ContactMode;
+use crate::model::state::State;
+use crate::numerics::dual::Number;
+use crate::tangent::itinerary::Leg;
 
 /// A leg as it comes out.
 pub(crate) struct Passage {

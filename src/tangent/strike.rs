@@ -3,10 +3,10 @@
 //! with the signs of x1' and sin x1 held fixed: k = cos x1 + mu s sgn(sin x1) sin x1.
 
 use super::{Dual, DualState, Model};
-use crate::dual::Number;
 use crate::impact::RegimeKind;
-use crate::itinerary::Signs;
-use crate::params::ImpactLaw;
+use crate::model::parameters::ImpactLaw;
+use crate::numerics::dual::Number;
+use crate::tangent::itinerary::Signs;
 
 /// A condition of the regime: positive inside.
 #[derive(Debug, Clone, Copy)]

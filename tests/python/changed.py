@@ -1,12 +1,12 @@
-"""Results of the atlas with other numbers, for what is hard to come by in a short computation."""
+"""Results of sweeps with other numbers, for what is hard to come by in a short computation."""
 
 from typing import TypeVar
 
 import numpy as np
 
-from vibroimpact.atlas import STATUS_NAMES, GridResult
-from vibroimpact.atlas.cells import MOTION
-from vibroimpact.atlas.results import in_memory
+from vibroimpact.sweeps import STATUS_NAMES, GridResult
+from vibroimpact.sweeps.cells import MOTION
+from vibroimpact.sweeps.results import in_memory
 
 Result = TypeVar("Result", bound=GridResult)
 

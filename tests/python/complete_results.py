@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 import vibroimpact as vi
-from vibroimpact.atlas import STATUS_NAMES, BasinEntropy, GridResult, UncertaintyExponent
 from vibroimpact.orbits.borders import CodimensionTwo
+from vibroimpact.sweeps import STATUS_NAMES, BasinEntropy, GridResult, UncertaintyExponent
 from vibroimpact.system import NUMERIC_RANGES
 
 ENDED = [STATUS_NAMES.index(name) for name in ("completed", "restarted", "rest")]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibroimpact.orbits.map_bifurcations import neimark_sacker, period_doubling
+from vibroimpact.continuation.map_bifurcations import neimark_sacker, period_doubling
 
 # A located parameter: rounding of p, u and the test, of order 1 each.
 LOCATED = 1e-13

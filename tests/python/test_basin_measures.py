@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact.atlas import basin_entropy, uncertainty_exponent
+from vibroimpact.sweeps import basin_entropy, uncertainty_exponent
 
 SIZE = 400
 ROW, COLUMN = np.indices((SIZE, SIZE))

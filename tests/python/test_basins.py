@@ -11,12 +11,12 @@ import pytest
 import vibroimpact as vi
 from test_docs import first_column
 from test_interrupt import ctrl_c
-from vibroimpact import _core, atlas
-from vibroimpact.atlas import Grid
-from vibroimpact.atlas.attractor_search import find_attractors, follow_all
-from vibroimpact.atlas.basins import ArrivalTask
-from vibroimpact.atlas.trapping import Follow
+from vibroimpact import _core, sweeps
 from vibroimpact.orbits.shooting import same_orbit
+from vibroimpact.sweeps import Grid
+from vibroimpact.sweeps.basins.arrivals import ArrivalTask
+from vibroimpact.sweeps.basins.search import find_attractors, follow_all
+from vibroimpact.sweeps.basins.trapping import Follow
 
 # The plane of the tests; beyond x1 = pi/6 the bodies overlap.
 PLANE = {"x1": np.linspace(-1.2, 0.6, 24), "v1": np.linspace(-2.5, 2.5, 20)}
@@ -261,7 +261,7 @@ def test_ctrl_c_within_a_chunk(coexisting):
     assert part.interrupted
     assert (part.columns["attractor"] == -1).all()
     assert set(part.columns["status"].tolist()) <= {
-        atlas.STATUS_NAMES.index(name) for name in ("pending", "overlap")
+        sweeps.STATUS_NAMES.index(name) for name in ("pending", "overlap")
     }
 
 
@@ -279,7 +279,7 @@ def test_a_false_of_the_progress_ends_the_kernel(coexisting):
     )
     assert asked
     assert arrivals.interrupted
-    assert (arrivals.status == atlas.STATUS_NAMES.index("pending")).all()
+    assert (arrivals.status == sweeps.STATUS_NAMES.index("pending")).all()
 
 
 def test_a_store_is_gone_on_with(coexisting, found, monkeypatch, tmp_path):

@@ -50,7 +50,7 @@ def test_cells_without_an_attractor_give_code_3(run_command, monkeypatch, expect
     status = expected.status_code.copy()
     attractor = expected.attractor.copy()
     attractor[0, 0] = -1
-    status[0, 0] = vi.atlas.STATUS_NAMES.index("unresolved")
+    status[0, 0] = vi.sweeps.STATUS_NAMES.index("unresolved")
     shown = ("system", "axes", "attractors", "settling", "settings")
     part = vi.Basins(
         attractor=attractor,

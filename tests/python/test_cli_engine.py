@@ -5,8 +5,8 @@ from distributed import LocalCluster
 
 import vibroimpact as vi
 from command_lines import CHART, DIAGRAM
-from vibroimpact.atlas.cells import CellTask
 from vibroimpact.cli import chart as command
+from vibroimpact.sweeps.cells import CellTask
 
 
 def test_a_store_is_resumed(run_command, tmp_path, monkeypatch):

@@ -10,8 +10,6 @@ import pytest
 import vibroimpact as vi
 from command_lines import example_file
 from vibroimpact import cli
-from vibroimpact.atlas.basins import USUAL_KEEP as BASIN_KEEP
-from vibroimpact.atlas.cells import USUAL_KEEP
 from vibroimpact.cli import (
     basins,
     bench,
@@ -23,6 +21,8 @@ from vibroimpact.cli import (
     orbits,
     simulate,
 )
+from vibroimpact.sweeps.basins.arrivals import USUAL_KEEP as BASIN_KEEP
+from vibroimpact.sweeps.cells import USUAL_KEEP
 from vibroimpact.system import NUMERIC_RANGES
 
 WIDTH = 80

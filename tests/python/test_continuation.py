@@ -10,7 +10,7 @@ import pytest
 
 import vibroimpact as vi
 from equations import LOCATED, Equations, ellipse, kinds, straight
-from vibroimpact.orbits.continuation import OutsideDomain, follow, solve
+from vibroimpact.continuation.follow import OutsideDomain, follow, solve
 
 
 @pytest.mark.parametrize("size", [1.0, 1e-7, 1e5])

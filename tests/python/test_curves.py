@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact.orbits.continuation import OutsideDomain, follow
-from vibroimpact.orbits.curves import HasMatrices, follow_curve
-from vibroimpact.orbits.map_bifurcations import (
+from vibroimpact.continuation.curves import HasMatrices, follow_curve
+from vibroimpact.continuation.follow import OutsideDomain, follow
+from vibroimpact.continuation.map_bifurcations import (
     bialternate,
     neimark_sacker,
     neimark_sacker_cosine,

@@ -15,9 +15,8 @@ import pytest
 import repository
 import vibroimpact as vi
 from systems import PAPER
-from vibroimpact import atlas, orbits, reference, verification
 from vibroimpact.orbits import branch
-from vibroimpact.orbits.motion_map import SOLUTION_DTYPE
+from vibroimpact.single_impact.motion_map import SOLUTION_DTYPE
 
 ROOT = repository.root()
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
@@ -101,11 +100,12 @@ def test_pictures_say_what_they_show(page):
         assert len(text.split()) > 2, f"{page.name} has a picture with the text {text!r}"
 
 
-# Where the names of a module are listed; those of the atlas and of orbits are partly those of vi.
+# Where the names of a module are listed; those of packages are partly those of vi.
 REFERENCE = {
-    "vibroimpact": ("simulation", "orbits", "atlas"),
+    "vibroimpact": ("simulation", "orbits", "sweeps"),
     "vibroimpact.orbits": ("orbits",),
-    "vibroimpact.atlas": ("atlas",),
+    "vibroimpact.single_impact": ("orbits",),
+    "vibroimpact.sweeps": ("sweeps",),
     "vibroimpact.plot": ("plot",),
     "vibroimpact.paper": ("paper",),
 }
@@ -209,34 +209,6 @@ def test_notation_names_every_kind_of_bifurcation():
 
 
 def test_notation_names_every_stop_reason():
-    source = (ROOT / "src" / "event.rs").read_text(encoding="utf-8")
+    source = (ROOT / "src" / "simulate" / "event.rs").read_text(encoding="utf-8")
     body = source.split("impl StopReason", 1)[1].split("\n}\n", 1)[0]
     assert first_column("Stop reasons") == re.findall(r'=> "(\w+)"', body)
-
-
-@pytest.mark.parametrize(
-    "package",
-    [orbits, atlas, reference, verification],
-    ids=["orbits", "atlas", "reference", "verification"],
-)
-def test_modules_of_a_package_use_those_before_them(package):
-    folder = Path(package.__file__).parent
-    listed = package.__doc__.split("in this order:")[1]
-    order = re.findall(r"\w+", re.sub(r"\([^)]*\)", "", listed))
-    assert sorted(order) == sorted(path.stem for path in folder.glob("[!_]*.py"))
-    for path in folder.glob("[!_]*.py"):
-        for used in re.findall(r"^from \.(\w+)", path.read_text(encoding="utf-8"), re.M):
-            assert order.index(used) < order.index(path.stem), f"{path.name} uses {used}"
-
-
-def test_no_arrow_of_the_module_diagram_runs_back_up():
-    contributing = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    diagram = contributing.split("```text\n", 1)[1].split("```", 1)[0]
-    lines = [re.sub(r"\{[^}]*\}", "", line) for line in diagram.splitlines()]
-    level = {name: row for row, line in enumerate(lines) for name in re.findall(r"\w+", line)}
-    sources = [path for path in (ROOT / "src").rglob("*.rs") if path.name != "lib.rs"]
-    assert len(sources) >= len(level)
-    for path in sources:
-        module = path.relative_to(ROOT / "src").parts[0].removesuffix(".rs")
-        for used in re.findall(r"^use crate::(\w+)", path.read_text(encoding="utf-8"), re.M):
-            assert used == module or level[used] < level[module], f"{path.name} uses {used}"

@@ -3,7 +3,7 @@
 import numpy as np
 from flint import arb, arb_mat, ctx
 
-from vibroimpact.orbits.enclosed_flight import flight
+from vibroimpact.single_impact.enclosed_flight import flight
 
 ctx.prec = 200
 

@@ -35,8 +35,8 @@ WORK = [
     ("orbits.regions", "Walk"),
     ("orbits.borders", "follow_curve"),
     ("orbits.manifolds", "first_piece"),
-    ("orbits.single_impact", "solve_many"),
-    ("orbits.motion_map", "solve_many"),
+    ("single_impact.motions", "solve_many"),
+    ("single_impact.motion_map", "solve_many"),
     ("whole_file", "_replacing"),
 ]
 # What is known of a value only when its work has begun.

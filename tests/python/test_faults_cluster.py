@@ -13,11 +13,11 @@ from distributed import Client, Future
 
 import vibroimpact as vi
 from command_lines import DIAGRAM
-from test_atlas_cluster import after_writes
+from test_sweeps_cluster import after_writes
 from toy_task import Toy, assert_same, whole
-from vibroimpact import atlas
-from vibroimpact.atlas import cluster
+from vibroimpact import sweeps
 from vibroimpact.cli import diagram, main
+from vibroimpact.sweeps import cluster
 
 SCHEDULER = "from distributed.cli.dask_scheduler import main; main()"
 WORKER = "from distributed.cli.dask_worker import main; main()"
@@ -53,7 +53,7 @@ def scheduler(tmp_path):
 @pytest.mark.parametrize("how", ["killed", "closed"])
 def test_a_scheduler_that_is_gone(scheduler, tmp_path, monkeypatch, how):
     process, file = scheduler
-    expected = atlas.compute(Toy(), whole)
+    expected = sweeps.compute(Toy(), whole)
     store = tmp_path / "toy.zarr"
     # The client logs in vain that it would connect again.
     monkeypatch.setattr(logging.getLogger("distributed.client"), "disabled", True)
@@ -62,7 +62,7 @@ def test_a_scheduler_that_is_gone(scheduler, tmp_path, monkeypatch, how):
         client.wait_for_workers(1, timeout=60)
         after_writes(monkeypatch, 4, process.kill if how == "killed" else client.close)
         with pytest.raises(vi.ClusterError, match=LOST) as caught:
-            atlas.compute(Toy(seconds=0.1), whole, client=client, chunk=3, store=store)
+            sweeps.compute(Toy(seconds=0.1), whole, client=client, chunk=3, store=store)
     finally:
         client.close(timeout=1)
     columns = caught.value.result
@@ -72,7 +72,7 @@ def test_a_scheduler_that_is_gone(scheduler, tmp_path, monkeypatch, how):
         caught.value
     )
     assert columns["final"][done].tolist() == expected["final"][done].tolist()
-    assert_same(atlas.compute(Toy(), whole, store=store), expected)
+    assert_same(sweeps.compute(Toy(), whole, store=store), expected)
 
 
 def test_a_client_closed_while_a_result_travels(scheduler, monkeypatch):
@@ -92,7 +92,7 @@ def test_a_client_closed_while_a_result_travels(scheduler, monkeypatch):
     client.wait_for_workers(1, timeout=60)
     monkeypatch.setattr(Future, "result", result)
     with pytest.raises(vi.ClusterError, match=LOST):
-        atlas.compute(Toy(), whole, client=client, chunk=3)
+        sweeps.compute(Toy(), whole, client=client, chunk=3)
 
 
 @pytest.fixture

@@ -16,9 +16,10 @@ from after_work import AfterWork
 from systems import ROUGH
 from test_orbits_interrupt import Count, settled
 from vibroimpact import _core, impact_maps
-from vibroimpact.atlas.store import Store
-from vibroimpact.atlas.store_check import Chunks
-from vibroimpact.orbits import manifolds, shooting, single_impact
+from vibroimpact.orbits import manifolds, shooting
+from vibroimpact.single_impact import motions
+from vibroimpact.sweeps.store import Store
+from vibroimpact.sweeps.store_check import Chunks
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="a process cannot interrupt itself")
 START = (0.0, 0.5, 0.0, 0.0)
@@ -255,7 +256,7 @@ def test_an_interrupted_map_of_motions(monkeypatch):
 
 @pytest.mark.parametrize("name", ["solve_many", "motions_in"])
 def test_an_interrupted_search_for_all_motions(monkeypatch, name):
-    count = Count(monkeypatch, (single_impact, name))
+    count = Count(monkeypatch, (motions, name))
 
     def find():
         return vi.periodic_motions(SYSTEM.replace(drive_frequency=1.8, moment_amplitude=3.0), 7)

@@ -3,7 +3,7 @@
 import numpy as np
 
 import vibroimpact as vi
-from vibroimpact.atlas.free_motion import never_strike
+from vibroimpact.sweeps.basins.free_motion import never_strike
 
 FREE = vi.System(
     mass_ratio=0.6,

@@ -8,7 +8,7 @@ import pytest
 
 import vibroimpact as vi
 from systems import PAPER
-from vibroimpact.orbits.motion_map import SOLUTION_DTYPE
+from vibroimpact.single_impact.motion_map import SOLUTION_DTYPE
 
 mpl.use("Agg")
 SYSTEM = PAPER.replace(drive_frequency=1.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from equations import Equations, logistic_cycle
-from vibroimpact.orbits.continuation import OutsideDomain, solve
+from vibroimpact.continuation.follow import OutsideDomain, solve
 
 
 def test_newton_converges_quadratically_to_rounding():

@@ -14,7 +14,7 @@ import pytest
 import vibroimpact as vi
 from references import reference, scene_system
 from systems import PAPER
-from vibroimpact.orbits.newton import solve
+from vibroimpact.continuation.newton import solve
 from vibroimpact.orbits.problem import OrbitProblem
 from vibroimpact.system import SYMBOLS
 

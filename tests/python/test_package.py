@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact import atlas, orbits
+from vibroimpact import orbits, sweeps
 
 # What an extra or a figure needs, and no simulation.
 PACKAGES = ("distributed", "matplotlib", "tqdm", "xarray", "zarr")
@@ -32,7 +32,7 @@ def test_every_export_exists_and_is_documented():
 
 
 def test_results_with_arrays_have_a_repr_of_their_own():
-    public = [getattr(part, name) for part in (vi, atlas, orbits) for name in part.__all__]
+    public = [getattr(part, name) for part in (vi, sweeps, orbits) for name in part.__all__]
     classes = [
         cls
         for cls in public
@@ -87,7 +87,9 @@ def test_a_repr_says_in_one_line_what_was_found(system):
 
 def test_signatures_are_short_enough_for_help():
     # ArrayLike spelled out is 300 characters of unions; annotations stay the names they are.
-    public = [getattr(part, name) for part in (vi, vi.plot, atlas, orbits) for name in part.__all__]
+    public = [
+        getattr(part, name) for part in (vi, vi.plot, sweeps, orbits) for name in part.__all__
+    ]
     functions = {found for found in public if inspect.isfunction(found)}
     for cls in filter(inspect.isclass, public):
         functions |= {each for _, each in inspect.getmembers(cls, inspect.isfunction)}
@@ -110,17 +112,17 @@ print(*sorted({"asyncio", "difflib", "tempfile", "unittest", "zipfile"} & new))
 """
     packages, modules, slow = _run(code, strip=False).splitlines()
     assert packages == "numpy vibroimpact"
-    assert modules == "_core checks errors impacts physical results simulation system"
+    assert modules == "_core arguments errors impacts physical run simulation system"
     assert slow == ""
 
 
 @pytest.mark.parametrize(
     ("used", "loaded"),
     [
-        ("vi.simulate", "matplotlib atlas orbits plot"),
-        ("vi.periodic_motion", "matplotlib atlas plot"),
+        ("vi.simulate", "matplotlib sweeps orbits continuation plot"),
+        ("vi.periodic_motion", "matplotlib sweeps single_impact plot"),
         ("vi.basins", "matplotlib tqdm xarray zarr distributed plot"),
-        ("vi.atlas.STATUS_NAMES", "matplotlib tqdm xarray zarr distributed plot"),
+        ("vi.sweeps.STATUS_NAMES", "matplotlib tqdm xarray zarr distributed plot"),
         ("vi.load", "matplotlib zarr plot"),
     ],
 )
@@ -130,7 +132,7 @@ def test_first_use_does_not_load(used, loaded):
     assert _run(code) == ""
 
 
-@pytest.mark.parametrize("name", ["atlas", "orbits", "plot"])
+@pytest.mark.parametrize("name", ["orbits", "plot", "single_impact", "sweeps"])
 def test_parts_are_loaded_on_first_use(name):
     code = f"import sys, vibroimpact as vi; vi.{name}; print('vibroimpact.{name}' in sys.modules)"
     assert _run(code) == "True"

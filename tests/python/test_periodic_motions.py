@@ -15,8 +15,8 @@ from scipy.linalg import expm
 import vibroimpact as vi
 from exact_motions import exact_residual, paper_system, random_system
 from references import reference
-from vibroimpact.orbits.algebraic import Parameters, conditions
-from vibroimpact.orbits.fixed_flight import multipliers
+from vibroimpact.single_impact.algebraic import Parameters, conditions
+from vibroimpact.single_impact.fixed_flight import multipliers
 from vibroimpact.system import SYMBOLS
 
 # Stated accuracy of fixed_points.json.

@@ -10,7 +10,7 @@ from matplotlib.colors import to_hex, to_rgba
 from matplotlib.figure import Figure
 
 import vibroimpact as vi
-from vibroimpact.atlas import STATUS_NAMES
+from vibroimpact.sweeps import STATUS_NAMES
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from matplotlib.patches import Circle
 import vibroimpact as vi
 from systems import COEXISTING, LOW
 from vibroimpact.plot.style import BIFURCATION_STYLES, CHATTER_STYLE, SLIDE_STYLE
-from vibroimpact.results import Regime
+from vibroimpact.run import Regime
 
 RANGE = (1.5, 1.6)
 SECTIONS = ("impact", "stroboscopic")

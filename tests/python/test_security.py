@@ -14,7 +14,7 @@ import pytest
 import zarr
 
 import vibroimpact as vi
-from vibroimpact.atlas import store_layout
+from vibroimpact.sweeps import store_layout
 
 MODULES = sorted(Path(vi.__file__).parent.rglob("*.py"))
 # Modules that run code out of data, or other programs, or talk to a network.

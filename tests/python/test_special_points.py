@@ -8,9 +8,13 @@ import pytest
 
 import vibroimpact as vi
 from equations import LOCATED, Equations, henon_cycle, kinds, logistic_cycle, settle, straight
-from vibroimpact.orbits.branching import refine_branch_point
-from vibroimpact.orbits.continuation import follow, solve, switch
-from vibroimpact.orbits.map_bifurcations import neimark_sacker, neimark_sacker_kind, period_doubling
+from vibroimpact.continuation.branching import refine_branch_point
+from vibroimpact.continuation.follow import follow, solve, switch
+from vibroimpact.continuation.map_bifurcations import (
+    neimark_sacker,
+    neimark_sacker_kind,
+    period_doubling,
+)
 
 # Tests of the problem
 

@@ -100,7 +100,7 @@ def test_slips_of_a_user_are_found(complaints):
 
 def _callables() -> dict[str, object]:
     """Everything public that can be called: functions, classes, and the methods of these."""
-    modules = (vibroimpact, vibroimpact.plot, vibroimpact.atlas, vibroimpact.orbits)
+    modules = (vibroimpact, vibroimpact.plot, vibroimpact.sweeps, vibroimpact.orbits)
     public = {name: getattr(module, name) for module in modules for name in module.__all__}
     found = {name: thing for name, thing in public.items() if inspect.isfunction(thing)}
     for cls in filter(inspect.isclass, public.values()):

@@ -7,8 +7,8 @@ import pytest
 
 import vibroimpact as vi
 from systems import ROUGH
-from vibroimpact.atlas import label_array
-from vibroimpact.atlas.labels import labels
+from vibroimpact.sweeps import label_array
+from vibroimpact.sweeps.labels import labels
 
 FREQUENCIES = np.linspace(0.5, 3.5, 7)
 AMPLITUDES = np.array([0.4, 1.0, 2.0])

@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 
 from toy_task import Toy, whole
-from vibroimpact import atlas
+from vibroimpact import sweeps
 
 # 18 chunks, four to each of the first rows of the grid.
 CHUNK = 5
 
 
 def stored(path, task=None, **options):
-    return atlas.compute(task or Toy(), whole, store=path, chunk=CHUNK, **options)
+    return sweeps.compute(task or Toy(), whole, store=path, chunk=CHUNK, **options)
 
 
 def script(path, line, *, before=""):
@@ -25,7 +25,7 @@ from pathlib import Path
 sys.path.insert(0, {str(Path(__file__).parent)!r})
 from toy_task import Toy, whole, assert_same
 import vibroimpact as vi
-from vibroimpact import atlas
+from vibroimpact import sweeps
 path = {str(path)!r}
 {before}
 {line}

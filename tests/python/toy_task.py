@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vibroimpact.atlas import STATUS, ChunkResult, Columns, Field, Grid, RowGroup
+from vibroimpact.sweeps import STATUS, ChunkResult, Columns, Field, Grid, RowGroup
 
 GRID = Grid({"gap": np.linspace(0.0, 1.0, 7), "restitution": np.linspace(0.2, 0.9, 11)})
 

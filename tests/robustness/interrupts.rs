@@ -1,6 +1,6 @@
 //! What is measured of a run can be ended by its caller, too.
 
-use vibroimpact::itinerary::{Itinerary, ItineraryError};
+use vibroimpact::tangent::itinerary::{Itinerary, ItineraryError};
 use vibroimpact::{
     ImpactLaw, Kind, RunError, RunOptions, SimulationError, State, StopReason, System, run,
 };

@@ -15,7 +15,7 @@ pub use draw::{Draw, Kind, draw};
 use exact_motion::DenseFlight;
 use rayon::prelude::*;
 use rounding::Level;
-use vibroimpact::contact::{Found, Start, Touch, next_contact};
+use vibroimpact::search::{Found, Start, Touch, next_contact};
 use vibroimpact::tolerance::EPS;
 use vibroimpact::{Clock, FreeMotion};
 

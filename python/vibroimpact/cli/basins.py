@@ -7,7 +7,7 @@ from typing import Any, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from ..atlas import Basins, basins
+from ..sweeps import Basins, basins
 from . import cells, outputs
 from . import options as shared
 from .engine import HELP, add_engine, engine

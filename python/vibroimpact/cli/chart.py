@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ..atlas import Chart, chart
+from ..sweeps import Chart, chart
 from . import cells, outputs
 from . import options as shared
 from .engine import HELP, add_engine, engine

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..atlas import Diagram, bifurcation_diagram
+from ..sweeps import Diagram, bifurcation_diagram
 from . import cells, outputs
 from . import options as shared
 from .engine import HELP, add_engine, engine

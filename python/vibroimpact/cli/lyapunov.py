@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..atlas import LyapunovSpectrum, LyapunovSweep, lyapunov_spectrum
 from ..errors import ParameterError
+from ..sweeps import LyapunovSpectrum, LyapunovSweep, lyapunov_spectrum
 from . import cells, outputs
 from . import options as shared
 from .engine import FLAGS, HELP, add_engine, engine

@@ -9,7 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from ..checks import close_to
+from ..arguments import close_to
 from ..errors import ParameterError
 from ..system import NUMERIC_RANGES, System
 from .system_file import SystemFile, read

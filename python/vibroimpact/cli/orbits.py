@@ -10,17 +10,11 @@ from typing import Any
 import numpy as np
 
 from ..errors import ParameterError
-from ..orbits import (
-    Branch,
-    NotFound,
-    PeriodicMotion,
-    follow_motion,
-    periodic_motions,
-    search_motions,
-)
+from ..orbits import Branch, NotFound, PeriodicMotion, follow_motion, search_motions
 from ..orbits.ranges import range_around
-from ..results import Run
+from ..run import Run
 from ..simulation import simulate
+from ..single_impact import periodic_motions
 from ..system import System
 from . import motion_table as table
 from . import options as shared

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ClusterError, Interrupted, ParameterError
-from ..results import Regime
+from ..run import Regime
 from ..whole_file import is_special, whole_file
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..checks import count
-from ..results import Run
+from ..arguments import count
+from ..run import Run
 from ..simulation import simulate
 from ..verification import verify
 from ..verification.call import MOST_ASKED, need_flint

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..checks import close_to
+from ..arguments import close_to
 from ..errors import ParameterError
 from ..system import System
 

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..continuation.follow import follow
+from ..continuation.path import INTERRUPTED, Path, SpecialPoint, path_so_far
 from .borders import (
     BifurcationCurve,
     CodimensionTwo,
@@ -17,11 +19,9 @@ from .borders import (
     follow_way,
 )
 from .branch import BORDERS, Bifurcation, bifurcation_at
-from .continuation import follow
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .doubling import doubled, doubling_near, halving
 from .motion import PeriodicMotion, motion_of
-from .path import INTERRUPTED, Path, SpecialPoint, path_so_far
 from .problem import OrbitProblem
 from .ranges import Bounds
 

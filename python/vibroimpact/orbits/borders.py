@@ -15,15 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..checks import count, positive, reject
+from ..arguments import count, positive, reject
+from ..continuation.curves import follow_curve
+from ..continuation.path import INTERRUPTED, Path, Point, SpecialPoint, path_so_far
 from ..errors import Interrupted
 from ..system import System
 from .branch import BORDERS, NAMES, Bifurcation
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
-from .curves import follow_curve
 from .friction import with_friction
 from .motion import PeriodicMotion, motion_of, primitive
-from .path import INTERRUPTED, Path, Point, SpecialPoint, path_so_far
 from .problem import OrbitProblem
 from .ranges import LONGEST_STEP, Bounds, two_ranges
 from .resegment import beside, parsed, spared

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..checks import close_to, reject
+from ..arguments import close_to, reject
+from ..continuation.path import SpecialPoint
 from ..system import System
 from .motion import NEUTRAL, PeriodicMotion, motion_of
-from .path import SpecialPoint
 from .problem import OrbitProblem
 
 Array = NDArray[np.float64]

@@ -9,14 +9,14 @@ goes on it goes on with another sequence of legs: both sequences have the border
 
 import numpy as np
 
-from ..checks import reject
+from ..arguments import reject
+from ..continuation.path import INTERRUPTED
 from ..errors import Interrupted
 from .branch import Bifurcation, Branch
 from .doubling import doubled
 from .following import Half, Settings, follow_half, joined
 from .friction import with_friction
 from .motion import PeriodicMotion
-from .path import INTERRUPTED
 from .ranges import one_range
 from .resegment import Crossing
 

@@ -21,8 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..continuation.map_bifurcations import (
+    bialternate,
+    neimark_sacker_cosine,
+    period_doubling,
+    saddle_node,
+)
 from ..system import System
-from .map_bifurcations import bialternate, neimark_sacker_cosine, period_doubling, saddle_node
 from .problem import Array, OrbitProblem
 
 # cos theta within this of 1 or -1 belongs to a resonance: multipliers within 1e-2 of 1 or -1. Where

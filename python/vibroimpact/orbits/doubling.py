@@ -4,11 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..continuation.follow import follow
+from ..continuation.newton import OutsideDomain
+from ..continuation.path import Path
 from .branch import Bifurcation, bifurcation_at
-from .continuation import follow
 from .motion import PeriodicMotion
-from .newton import OutsideDomain
-from .path import Path
 from .problem import OrbitProblem
 
 Array = NDArray[np.float64]

@@ -11,14 +11,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks import count, positive, reject
+from ..arguments import count, positive, reject
+from ..continuation.follow import follow
+from ..continuation.newton import solve
+from ..continuation.path import INTERRUPTED, Path, Point, SpecialPoint, path_so_far
 from ..system import System
 from .branch import BORDERS, Bifurcation, Branch, Piece, bifurcation_at
-from .continuation import follow
 from .doubling import MIN_STEP, doubling_near, halving
 from .motion import motion_of
-from .newton import solve
-from .path import INTERRUPTED, Path, Point, SpecialPoint, path_so_far
 from .problem import OrbitProblem
 from .ranges import LONGEST_STEP
 from .resegment import Crossing, beyond

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..checks import reject
+from ..arguments import reject
+from ..continuation.newton import solve
 from ..impacts import impact
 from ..system import System
 from .motion import MAX_EVENTS, REGIMES, motion_of
-from .newton import solve
 from .problem import OrbitProblem
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import reject
+from ..arguments import reject
 from ..simulation import simulate
 from ..system import System
 

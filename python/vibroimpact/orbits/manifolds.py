@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks import count, number, positive, reject
+from ..arguments import count, number, positive, reject
 from ..errors import Interrupted
 from ..fixed_arrays import FixedArrays
 from ..system import System

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from ..checks import vector
+from ..arguments import vector
 from ..fixed_arrays import FixedArrays
 from ..simulation import simulate
 from ..system import System

@@ -12,16 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..errors import ParameterError
-from ..system import System
-from .map_bifurcations import (
+from ..continuation.map_bifurcations import (
     bialternate,
     neimark_sacker,
     neimark_sacker_kind,
     period_doubling,
 )
+from ..continuation.newton import OutsideDomain
+from ..errors import ParameterError
+from ..system import System
 from .motion import monodromy, reduced
-from .newton import OutsideDomain
 
 Array = NDArray[np.float64]
 

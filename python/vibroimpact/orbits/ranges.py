@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ..checks import number, pair, reject
+from ..arguments import number, pair, reject
 from ..errors import ParameterError
 from ..system import NUMERIC_RANGES, System
 

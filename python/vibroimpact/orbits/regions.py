@@ -18,14 +18,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import array_of, as_floats, number, reject
+from ..arguments import array_of, as_floats, number, reject
+from ..continuation.curves import curve_point
+from ..continuation.path import INTERRUPTED
 from ..errors import Interrupted
 from .border_walk import Walk
 from .borders import BifurcationCurve, CurveSteps
 from .branch import Bifurcation
-from .curves import curve_point
 from .motion import PeriodicMotion, motion_of
-from .path import INTERRUPTED
 from .ranges import Bounds, two_ranges
 
 Array = NDArray[np.float64]

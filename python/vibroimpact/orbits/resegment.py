@@ -21,11 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..results import Regime
+from ..continuation.newton import OutsideDomain, solve
+from ..continuation.path import SpecialPoint
+from ..run import Regime
 from ..system import System
 from .motion import MAX_EVENTS, motion_of, primitive
-from .newton import OutsideDomain, solve
-from .path import SpecialPoint
 from .problem import OrbitProblem
 
 Array = NDArray[np.float64]

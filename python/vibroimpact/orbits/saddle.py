@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks import reject
+from ..arguments import reject
 from ..simulation import simulate
 from ..system import System
 from .motion import PeriodicMotion, reduced

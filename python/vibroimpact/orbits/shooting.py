@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from ..checks import count, reject, state, states
+from ..arguments import count, reject, state, states
+from ..continuation.newton import solve
 from ..errors import Interrupted
-from ..results import Run
+from ..run import Run
 from ..simulation import simulate
 from ..system import System
 from .motion import PeriodicMotion, motion_of
-from .newton import solve
 from .problem import OrbitProblem
 
 Array = NDArray[np.float64]

@@ -9,9 +9,9 @@ from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ..atlas.basin_results import Basins
-from ..atlas.cells import COORDINATES
-from ..atlas.fields import STATUS_NAMES
+from ..sweeps.basins.results import Basins
+from ..sweeps.cells import COORDINATES
+from ..sweeps.fields import STATUS_NAMES
 from .mesh import edges
 from .style import (
     BLACK,

@@ -19,9 +19,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from ..atlas import Diagram
-from ..checks import positive, reject, several
+from ..arguments import positive, reject, several
 from ..orbits import Bifurcation, BifurcationCurve, Branch, Piece, StabilityRegion
+from ..sweeps import Diagram
 from .diagram import bifurcation, no_impact_handles
 from .style import (
     BIFURCATION_STYLES,

@@ -13,8 +13,8 @@ from matplotlib.colors import CenteredNorm, ListedColormap
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from ..atlas import Sweep
-from ..checks import positive, reject
+from ..arguments import positive, reject
+from ..sweeps import Sweep
 from .labels import HATCH_GREY, LABEL_STYLES, UNRESOLVED, label_codes, label_handles, label_style
 from .mesh import edges
 from .style import PARAMETER_SYMBOLS, STATE_SYMBOLS, legend_above, new_axes

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from ..results import Run
+    from ..run import Run
 
 Array = NDArray[np.float64]
 

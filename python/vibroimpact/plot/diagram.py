@@ -41,7 +41,7 @@ from .style import (
 )
 
 if TYPE_CHECKING:
-    from ..atlas import Diagram
+    from ..sweeps import Diagram
 
 Array = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from .marks import mark_contact_times
 from .style import BLACK, VERMILLION, new_axes
 
 if TYPE_CHECKING:
-    from ..results import Run
+    from ..run import Run
 
 
 def contact_force(

@@ -14,8 +14,8 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from .._core import MOTION_NAMES
-from ..atlas.fields import STATUS_NAMES
-from ..atlas.results import GridResult
+from ..sweeps.fields import STATUS_NAMES
+from ..sweeps.results import GridResult
 
 # Statuses of cells that have come to the end of their run.
 _ENDED = [STATUS_NAMES.index(name) for name in ("completed", "restarted", "rest")]

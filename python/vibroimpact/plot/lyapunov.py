@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from numpy.typing import NDArray
 
-from ..atlas import Diagram, GridResult, LyapunovSpectrum, LyapunovSweep
-from ..checks import reject
+from ..arguments import reject
+from ..sweeps import Diagram, GridResult, LyapunovSpectrum, LyapunovSweep
 from .diagram import branch_color, branch_names
 from .mesh import boxes, spans
 from .style import (

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..checks import positive, reject
+from ..arguments import positive, reject
 from ..orbits import PeriodicMotion, UnstableManifold
 from .style import BLACK, BLUE, STATE_SYMBOLS, VERMILLION, legend_above, new_axes
 

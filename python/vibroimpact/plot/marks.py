@@ -16,12 +16,12 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from numpy.typing import NDArray
 
-from ..results import EventKind
+from ..run import EventKind
 from .curve import Array, Curve
 from .style import CHATTER_STYLE, REGIME_STYLES, SLIDE_STYLE, STICK_STYLE, ContactStyle
 
 if TYPE_CHECKING:
-    from ..results import Run
+    from ..run import Run
 
 Mode = Literal["slide", "stick", "chatter"]
 

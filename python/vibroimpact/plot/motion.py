@@ -25,7 +25,7 @@ from .style import (
 )
 
 if TYPE_CHECKING:
-    from ..results import Run
+    from ..run import Run
 
 
 def time_history(

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from ..checks import number, positive, reject, several
+from ..arguments import number, positive, reject, several
 from ..orbits import Bifurcation, Branch, PeriodicMotion
 from .style import (
     BLACK,

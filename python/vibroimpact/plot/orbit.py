@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from ..checks import count, reject
+from ..arguments import count, reject
 from ..errors import ParameterError
 from ..orbits import PeriodicMotion
 from .marks import ContactSpan, Mode, draw_bands, draw_path, draw_regimes

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from .style import ANGLE_TICKS, BLACK, BLUE, PARAMETER_SYMBOLS, VERMILLION, new_axes
 
 if TYPE_CHECKING:
-    from ..orbits import MotionMap
+    from ..single_impact import MotionMap
 
 _PALE = "0.62"
 _NOTHING = "1.0"

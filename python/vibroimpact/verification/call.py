@@ -6,9 +6,9 @@ import bisect
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..checks import count, flag, reject
+from ..arguments import count, flag, reject
 from ..errors import Interrupted
-from ..results import Run
+from ..run import Run
 from .result import Verification
 from .stretches import Stretches, only_kept, stretches
 from .watch import Watch, progress_bar

@@ -21,7 +21,7 @@ from ..reference.contact import Undecided
 from ..reference.flight import State
 from ..reference.flight import System as ExactSystem
 from ..reference.impact import LAWS
-from ..results import EventKind, Regime
+from ..run import EventKind, Regime
 from .motion import DEAD_ENDS, Entry, Pass, pairs
 from .result import (
     CONTACT_DTYPE,

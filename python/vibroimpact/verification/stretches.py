@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SimulationError
-from ..results import EventKind, Run
+from ..run import EventKind, Run
 from ..simulation import simulate
 
 #: Events made again for each one that the reference may follow, and some more: it lists fewer

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..results import Run
+from ..run import Run
 from .stretches import Stretches
 
 if TYPE_CHECKING:

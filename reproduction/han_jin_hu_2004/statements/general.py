@@ -199,7 +199,7 @@ def damping_calms() -> Finding:
     "section 4.2.1",
     "wanted periodic impacts can be had by adjusting damping and excitation",
     figure=7,
-    page="atlas.md",
+    page="sweeps.md",
     slow=True,
 )
 def adjust() -> Finding:

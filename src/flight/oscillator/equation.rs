@@ -5,12 +5,12 @@
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
 use super::{BodyFlight, BodyFlights, Motion};
-use crate::double_double::DoubleDouble;
-use crate::elementary::{decay, decay_minus_1};
 use crate::flight::drive::{Trig, Trigs, Turn};
 use crate::flight::resonance::Beat;
-use crate::lanes::{LANES, Lanes, lanes_of};
-use crate::tolerance::{DECAYED, SHORT_ORDERS};
+use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::elementary::{decay, decay_minus_1};
+use crate::numerics::lanes::{LANES, Lanes, lanes_of};
+use crate::numerics::tolerance::{DECAYED, SHORT_ORDERS};
 
 /// Highest order of the Taylor series.
 const MOST_TERMS: usize = SHORT_ORDERS[SHORT_ORDERS.len() - 1].1;

@@ -7,21 +7,21 @@
 #![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
 
 use super::motions::{Flights, Motions, Systems};
-use crate::angle::Angle;
-use crate::contact::{Touch, few_digits};
-use crate::double_double::DoubleDouble;
-use crate::elementary::{self, MOST_TURNED};
 use crate::flight::{BodyFlight, Flight, FreeMotion, Trig, state_past};
-use crate::gap::{
+use crate::impact::{self, FirstSlip, Impact, PreImpact, Regime, RegimeKind};
+use crate::model::angle::Angle;
+use crate::model::parameters::System;
+use crate::model::state::{Clock, State};
+use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::elementary::{self, MOST_TURNED};
+use crate::numerics::lanes::{self, LANES, Lanes};
+use crate::numerics::tolerance::{SETTLE_PART, WALL_SLOPE};
+use crate::search::first_contact::{Touch, few_digits};
+use crate::search::gap::{
     GapBounds, GapBoundsLanes, GapPoints, Geometry, flight_noise, gap_after, gap_higher,
     gap_remainder, noise,
 };
-use crate::impact::{self, FirstSlip, Impact, PreImpact, Regime, RegimeKind};
-use crate::lanes::{self, LANES, Lanes};
-use crate::params::System;
-use crate::scan::{Outset, Outsets, Rise, Rises};
-use crate::state::{Clock, State};
-use crate::tolerance::{SETTLE_PART, WALL_SLOPE};
+use crate::search::scan::{Outset, Outsets, Rise, Rises};
 
 /// Where a contact ahead lies, as the first pass sees it.
 #[derive(Clone, Copy)]
@@ -168,7 +168,7 @@ impl Encounters {
     }
 
     /// The contacts: the exact motion near each, and the Taylor polynomial from there
-    /// (as in src/contact.rs).
+    /// (as in src/search/first_contact.rs).
     #[inline(always)]
     pub fn meet<G: Geometry>(&mut self) {
         let Self { systems, flights, rises, on_step, near, bounds, motions, contacts, .. } = self;

@@ -3,14 +3,14 @@
 #![allow(clippy::inline_always)] // a round is compiled for several instruction sets
 #![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
 
-use crate::angle::Angles;
-use crate::double_double::DoubleDouble;
 use crate::flight::{
     Beat, Beats, BodyFlight, BodyFlights, Drives, Equation, Equations, FreeMotion, Motion,
     MotionLanes, SeriesLanes, Trigs, Turn, turn_within,
 };
-use crate::lanes::{LANES, Lanes};
-use crate::params::System;
+use crate::model::angle::Angles;
+use crate::model::parameters::System;
+use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::lanes::{LANES, Lanes};
 
 /// What does not change along a run.
 #[derive(Debug, Clone, Default)]

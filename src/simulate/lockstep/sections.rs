@@ -4,9 +4,9 @@
 
 use super::encounters::Encounters;
 use super::{FEWEST, Seats, Traveller};
-use crate::double_double::DoubleDouble;
 use crate::flight::Flight;
-use crate::lanes::LANES;
+use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::lanes::LANES;
 
 /// Passes the next section of each of these flights that has one before its contact, and tells
 /// which had.

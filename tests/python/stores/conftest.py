@@ -6,13 +6,13 @@ import pytest
 
 from toy_store import stored
 from toy_task import Toy, whole
-from vibroimpact import atlas
+from vibroimpact import sweeps
 
 
 @pytest.fixture(scope="module")
 def expected():
     """Return all cells of the grid, computed in memory."""
-    return atlas.compute(Toy(), whole)
+    return sweeps.compute(Toy(), whole)
 
 
 @pytest.fixture

@@ -19,12 +19,12 @@ import zarr
 import vibroimpact as vi
 from toy_store import CHUNK, flipped, script, small_disk, stored
 from toy_task import Toy, assert_same, whole
-from vibroimpact import atlas
-from vibroimpact.atlas import store as store_module
-from vibroimpact.atlas.fields import FORMAT_VERSION
-from vibroimpact.atlas.store_lock import LOCK, Lock
+from vibroimpact import sweeps
+from vibroimpact.sweeps import store as store_module
+from vibroimpact.sweeps.fields import FORMAT_VERSION
+from vibroimpact.sweeps.store_lock import LOCK, Lock
 
-COMPUTE = f"atlas.compute(Toy(), whole, store=path, chunk={CHUNK})"
+COMPUTE = f"sweeps.compute(Toy(), whole, store=path, chunk={CHUNK})"
 POSIX = pytest.mark.skipif(os.name != "posix", reason="signals and limits of POSIX")
 
 
@@ -42,7 +42,7 @@ def finished(line, path, *, before="", prefix=()):
 def cells_done(path, expected):
     """Return how many cells a store has, after a look at their numbers."""
     try:
-        columns = atlas.open_columns(path)
+        columns = sweeps.open_columns(path)
     except vi.ParameterError as error:
         if "is not a store" in str(error):
             return 0  # killed before it was made
@@ -85,16 +85,16 @@ signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
 resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))
 """
-    line = f"atlas.compute(Toy(steps=500), whole, store=path, chunk={CHUNK})"
+    line = f"sweeps.compute(Toy(steps=500), whole, store=path, chunk={CHUNK})"
     killed = finished(line, path, before=before)
     assert killed.returncode == -signal.SIGXFSZ, killed.stderr
     # Several files may be being written at a time.
     halves = [*path.rglob("*.partial")]
     assert halves
     assert all(half.stat().st_size <= limit for half in halves)
-    expected = atlas.compute(Toy(steps=500), whole)
+    expected = sweeps.compute(Toy(steps=500), whole)
     assert cells_done(path, expected) < 77
-    assert_same(atlas.compute(Toy(steps=500), whole, store=path), expected)
+    assert_same(sweeps.compute(Toy(steps=500), whole, store=path), expected)
 
 
 KILLED_LATER = """
@@ -143,17 +143,17 @@ def test_a_disk_that_is_really_full(tmp_path):
 ballast = Path(path).parent / "ballast"
 ballast.write_bytes(bytes(600_000))
 try:
-    atlas.compute(Toy(), whole, store=path, chunk={CHUNK})
+    sweeps.compute(Toy(), whole, store=path, chunk={CHUNK})
 except OSError as error:
     print(error.errno, error.strerror)
-print(atlas.open_columns(path).done)
+print(sweeps.open_columns(path).done)
 try:
-    atlas.compute(Toy(), whole, store=path)
+    sweeps.compute(Toy(), whole, store=path)
 except OSError as error:
     print(error.errno)
 ballast.unlink()
-found = atlas.compute(Toy(), whole, store=path)
-assert_same(found, atlas.compute(Toy(), whole))
+found = sweeps.compute(Toy(), whole, store=path)
+assert_same(found, sweeps.compute(Toy(), whole))
 print(found.done)
 """
     store = tmp_path / "toy.zarr"
@@ -174,9 +174,9 @@ print(found.done)
 def test_every_flipped_bit_of_a_chunk_is_found(full, expected):
     file = full / "final/c/2/0"
     content = file.read_bytes()
-    place = atlas.Tiling.of(expected.grid.shape, CHUNK).slices(6)
+    place = sweeps.Tiling.of(expected.grid.shape, CHUNK).slices(6)
     assert place == (slice(2, 3), slice(0, 4))
-    columns, messages = atlas.open_columns(full), set()
+    columns, messages = sweeps.open_columns(full), set()
     for bit in range(8 * len(content)):
         file.write_bytes(flipped(content, bit))
         try:
@@ -199,7 +199,7 @@ def test_no_flipped_bit_of_the_metadata_gives_wrong_numbers(full, expected, name
     for bit in draw.sample(range(8 * len(content)), 60):
         file.write_bytes(flipped(content, bit))
         try:
-            columns = atlas.open_columns(full)
+            columns = sweeps.open_columns(full)
             assert columns.layout.settings == settings
             assert columns.layout.version == expected.layout.version
             assert_same(columns, expected)
@@ -214,22 +214,22 @@ def test_a_flipped_bit_in_the_description_is_found(full):
     text = file.read_text()
     assert text.count(r"\"start\": 0.3") >= 1
     file.write_text(text.replace(r"\"start\": 0.3", r"\"start\": 0.7"))
-    for call in (atlas.open_columns, stored):
+    for call in (sweeps.open_columns, stored):
         with pytest.raises(vi.ParameterError, match=r"damaged.*its description has changed"):
             call(full)
 
 
 def test_other_shapes_in_the_consolidated_metadata_are_found(full):
-    columns = atlas.open_columns(full)
-    atlas.to_dataset(columns)
+    columns = sweeps.open_columns(full)
+    sweeps.to_dataset(columns)
     file = full / "zarr.json"
     lines = file.read_text()
     assert lines.count('"int8"') == 1
     file.write_text(lines.replace('"int8"', '"bool"'))
     with pytest.raises(vi.ParameterError, match="consolidated metadata are not those of status"):
-        atlas.to_dataset(columns)
+        sweeps.to_dataset(columns)
     stored(full)
-    atlas.to_dataset(columns)
+    sweeps.to_dataset(columns)
 
 
 @pytest.mark.parametrize(
@@ -238,17 +238,17 @@ def test_other_shapes_in_the_consolidated_metadata_are_found(full):
 )
 def test_a_chunk_that_is_missing_is_never_taken_for_numbers(full, expected, name):
     (full / name).unlink()
-    columns = atlas.open_columns(full)
+    columns = sweeps.open_columns(full)
     array = name.partition("/")[0]
     if array == "status":
         assert not columns.complete
     else:
-        for read in (lambda: columns[array], lambda: atlas.to_dataset(columns)):
+        for read in (lambda: columns[array], lambda: sweeps.to_dataset(columns)):
             with pytest.raises(vi.ParameterError, match=f"{name} is missing.*computes it again"):
                 read()
     assert_same(stored(full), expected)
-    assert_same(atlas.open_columns(full), expected)
-    atlas.to_dataset(columns).load()
+    assert_same(sweeps.open_columns(full), expected)
+    sweeps.to_dataset(columns).load()
 
 
 @pytest.mark.parametrize("content", [b"", b"no chunk", None])
@@ -280,7 +280,7 @@ def test_stores_of_others(tmp_path):
     (tmp_path / "list" / "zarr.json").write_text("[]")
     for place in ("array", "second", "list"):
         before = sorted((tmp_path / place).rglob("*"))
-        for call in (stored, atlas.open_columns):
+        for call in (stored, sweeps.open_columns):
             with pytest.raises(vi.ParameterError, match=f"{place}.*(damaged|else|not a store)"):
                 call(tmp_path / place)
         assert sorted((tmp_path / place).rglob("*")) == before
@@ -290,7 +290,7 @@ def test_stores_of_others(tmp_path):
 def test_stores_of_older_and_newer_formats(full, offset):
     version = FORMAT_VERSION + offset
     zarr.open_group(full, mode="r+").update_attributes({"format_version": version})
-    for call in (stored, atlas.open_columns):
+    for call in (stored, sweeps.open_columns):
         with pytest.raises(vi.ParameterError, match=f"in format {version}; .* {FORMAT_VERSION}"):
             call(full)
 
@@ -302,7 +302,7 @@ def test_stores_of_older_and_newer_formats(full, offset):
 def test_two_processes_that_begin_one_store_at_once(path, expected):
     line = f"""
 try:
-    atlas.compute(Toy(seconds=0.05), whole, store=path, chunk={CHUNK})
+    sweeps.compute(Toy(seconds=0.05), whole, store=path, chunk={CHUNK})
     print("wrote")
 except vi.ParameterError as error:
     print(error)
@@ -311,13 +311,13 @@ except vi.ParameterError as error:
     said = sorted(process.communicate(timeout=60)[0].strip() for process in both)
     assert said[-1] == "wrote"
     assert said[0] == "wrote" or "is being written by another process; wait" in said[0]
-    assert_same(atlas.open_columns(path), expected)
+    assert_same(sweeps.open_columns(path), expected)
     assert not (path / LOCK).exists()
 
 
 @POSIX
 def test_the_lock_of_a_killed_process_is_none(path, expected):
-    process = subprocess.Popen(script(path, "atlas.compute(Toy(seconds=60), whole, store=path)"))
+    process = subprocess.Popen(script(path, "sweeps.compute(Toy(seconds=60), whole, store=path)"))
     while not (path / LOCK).exists():
         assert process.poll() is None
         time.sleep(0.02)
@@ -359,7 +359,7 @@ def flock(handle, how):
 fcntl.flock = flock
 warnings.simplefilter("default")
 """
-    line = f"atlas.compute(Toy(seconds=0.02), whole, store=path, chunk={CHUNK})"
+    line = f"sweeps.compute(Toy(seconds=0.02), whole, store=path, chunk={CHUNK})"
     both = [
         subprocess.Popen(script(path, line, before=before), stderr=subprocess.PIPE, text=True)
         for _ in "ab"
@@ -400,12 +400,12 @@ def test_a_store_below_a_file(tmp_path):
     with pytest.raises(vi.ParameterError, match="has no folder to be in"):
         stored(tmp_path / "file" / "toy.zarr")
     with pytest.raises(vi.ParameterError, match="is not a store"):
-        atlas.open_columns(tmp_path / "file" / "toy.zarr")
+        sweeps.open_columns(tmp_path / "file" / "toy.zarr")
 
 
 AS_NOBODY = f"""
 # All that is imported later must be readable still.
-atlas.compute(Toy(), whole, store=path + "/first.zarr", chunk={CHUNK})
+sweeps.compute(Toy(), whole, store=path + "/first.zarr", chunk={CHUNK})
 if os.getuid() == 0:  # who may write everywhere
     os.setgid(65534)
     os.setuid(65534)
@@ -418,7 +418,7 @@ def test_permission_that_is_missing_or_lost_midway():
     line = f"""
 def attempt(store):
     try:
-        atlas.compute(Toy(), whole, store=store, chunk={CHUNK})
+        sweeps.compute(Toy(), whole, store=store, chunk={CHUNK})
     except PermissionError as error:
         print(error.strerror)
 
@@ -427,20 +427,20 @@ shut.mkdir()
 shut.chmod(0o555)
 attempt(shut / "toy.zarr")
 place = Path(path) / "toy.zarr"
-plain = atlas.store.Store.write
+plain = sweeps.store.Store.write
 def write(self, index, result):
     if index == 6:
         for folder in place.rglob("*/"):
             folder.chmod(0o555)
     plain(self, index, result)
-atlas.store.Store.write = write
+sweeps.store.Store.write = write
 attempt(place)
-atlas.store.Store.write = plain
-print(atlas.open_columns(place).done)
+sweeps.store.Store.write = plain
+print(sweeps.open_columns(place).done)
 for folder in place.rglob("*/"):
     folder.chmod(0o755)
 attempt(place)
-assert_same(atlas.open_columns(place), atlas.compute(Toy(), whole))
+assert_same(sweeps.open_columns(place), sweeps.compute(Toy(), whole))
 """
     with tempfile.TemporaryDirectory() as folder:
         os.chmod(folder, 0o777)

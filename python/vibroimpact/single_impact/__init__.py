@@ -1,0 +1,10 @@
+"""All period n-1 motions without friction, by interval arithmetic (docs/orbits.md).
+
+One impact in n drive periods leaves an algebraic problem in one angle. Its roots are isolated in
+intervals with outward rounding, so that none is missed and none counted twice.
+"""
+
+from .motion_map import MotionMap, motion_map
+from .motions import PeriodicMotions, Undecided, periodic_motions
+
+__all__ = ["MotionMap", "PeriodicMotions", "Undecided", "motion_map", "periodic_motions"]

@@ -1,0 +1,311 @@
+"""Period n-1 motions without friction over a grid of parameters, each with its verdict.
+
+The equations of all grid points are solved together; see `motions` for one system.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..arguments import axis, count, number, reject
+from ..errors import Interrupted, ParameterError
+from ..fixed_arrays import FixedArrays
+from ..orbits.motion import NEUTRAL, PeriodicMotion
+from ..system import NUMERIC_RANGES, System
+from .algebraic import Conditions, Parameters, conditions
+from .fixed_flight import multipliers
+from .motions import check_system, limits_of, motion_at, motions_in
+from .solutions import Solutions, lost, reach_of, solve_many
+
+Array = NDArray[np.float64]
+
+STATE = ("x1", "v1", "v2", "phase", "approach_velocity")
+# Columns of MotionMap.solutions.
+SOLUTION_DTYPE = np.dtype(
+    [
+        ("point", "<i8"),
+        *((name, "<f8") for name in STATE),
+        ("admissible", "?"),
+        ("largest_multiplier", "<f8"),
+        ("stable", "?"),
+    ]
+)
+# Grid points whose equations are solved together.
+BATCH = 4000
+# Grid points at most.
+MAX_POINTS = 10_000_000
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MotionMap(FixedArrays):
+    """All period n-1 solutions over a grid of one or two parameters.
+
+    Attributes
+    ----------
+    system
+        The system; the varied parameters' own values play no part.
+    n
+        Drive periods per orbit.
+    grid
+        Values of the varied parameters by name; point i is element i of their product, the last
+        parameter running fastest.
+    solutions
+        One row per solution, by point and x1. Columns ``point``; ``x1, v1, v2, phase,
+        approach_velocity`` just before the impact; ``admissible``; ``largest_multiplier``, the
+        largest modulus, and ``stable``, admissible with all of them inside the unit circle.
+    undecided
+        Number of intervals of x1 at each point that double precision does not decide, shape
+        (points,).
+    empty
+        Where the system is known to have no isolated solutions, shape (points,).
+    pending
+        Points that were not reached, after Ctrl-C, shape (points,); of their motions nothing is
+        known.
+    """
+
+    system: System
+    n: int
+    grid: Mapping[str, Array]
+    solutions: NDArray[np.void]
+    undecided: NDArray[np.int64]
+    empty: NDArray[np.bool_]
+    pending: NDArray[np.bool_]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values of each varied parameter."""
+        return tuple(len(values) for values in self.grid.values())
+
+    def parameter(self, name: str) -> Array:
+        """Return the value of a varied parameter for each solution."""
+        if not isinstance(name, str) or name not in self.grid:
+            reject("name", name, f"a varied parameter: {', '.join(self.grid)}")
+        axis = list(self.grid).index(name)
+        places = np.unravel_index(self.solutions["point"], self.shape)[axis]
+        return np.asarray(self.grid[name][places])
+
+    def at(self, **fixed: float) -> Self:
+        """Return the part of a map over two parameters at one value of one of them.
+
+        Parameters
+        ----------
+        **fixed
+            Name and value; the value must be one of the grid's, to rounding.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such parameter or value, or none would be left to vary.
+        """
+        if len(fixed) != 1 or len(self.grid) != 2 or not set(fixed) <= set(self.grid):
+            raise ParameterError(
+                f"at({', '.join(fixed)}): allowed is one of two varied parameters, "
+                f"here {', '.join(self.grid)}"
+            )
+        name, value = next(iter(fixed.items()))
+        value = number(name, value)
+        near = np.flatnonzero(np.isclose(self.grid[name], value, rtol=1e-12, atol=1e-12))
+        if not len(near):
+            reject(name, value, "a value of the grid")
+        axis = list(self.grid).index(name)
+        places = np.array(np.unravel_index(self.solutions["point"], self.shape))
+        kept = places[axis] == near[0]
+        solutions = self.solutions[kept].copy()
+        solutions["point"] = places[1 - axis][kept]
+        rest = {other: values for other, values in self.grid.items() if other != name}
+        point: list[Any] = [slice(None), slice(None)]
+        point[axis] = near[0]
+        return replace(
+            self,
+            system=self.system.replace(**{name: float(self.grid[name][near[0]])}),
+            grid=rest,
+            solutions=solutions,
+            undecided=self.undecided.reshape(self.shape)[tuple(point)],
+            empty=self.empty.reshape(self.shape)[tuple(point)],
+            pending=self.pending.reshape(self.shape)[tuple(point)],
+        )
+
+    def __repr__(self) -> str:
+        """Grid and number of solutions."""
+        over = " x ".join(f"{len(values)} {name}" for name, values in self.grid.items())
+        kept = int(np.count_nonzero(self.solutions["stable"]))
+        left = int(np.count_nonzero(self.pending))
+        return (
+            f"<MotionMap of period {self.n}-1 over {over}: {len(self.solutions)} solutions, "
+            f"{kept} stable motions{f', {left} points pending' if left else ''}>"
+        )
+
+
+def motion_map(
+    system: System,
+    n: int = 1,
+    *,
+    within: tuple[float, float] | None = None,
+    **parameters: ArrayLike,
+) -> MotionMap:
+    """Find all period n-1 solutions of a system over a grid of parameters.
+
+    Parameters
+    ----------
+    system
+        A system without friction.
+    n
+        Drive periods per orbit, >= 1.
+    within
+        Interval of x1 at the impact to search, in radians; default all that a bound allows.
+    **parameters
+        One or two numeric fields of System with arrays of their values; for a range use
+        ``numpy.linspace``, e.g.
+        ``drive_frequency=np.linspace(0.2, 3, 561)``.
+
+    Returns
+    -------
+    MotionMap
+
+    Raises
+    ------
+    ParameterError
+        For bad input, as for ``periodic_motions``; nothing has run then.
+    Interrupted
+        After Ctrl-C; ``.result`` is the MotionMap, points not reached being ``pending``.
+    """
+    if not isinstance(system, System):
+        reject("system", system, "a vibroimpact.System")
+    n = count("n", n, least=1, most=100_000)
+    limits = None if within is None else limits_of(within)
+    grid = _grid(parameters)
+    size = int(np.prod([len(values) for values in grid.values()]))
+    undecided = np.zeros(size, dtype=np.int64)
+    empty = np.zeros(size, dtype=np.bool_)
+    pending = np.ones(size, dtype=np.bool_)
+    parts: list[NDArray[np.void]] = []
+
+    def result() -> MotionMap:
+        solutions = np.concatenate([np.empty(0, dtype=SOLUTION_DTYPE), *parts])
+        solutions = solutions[~pending[solutions["point"]]]
+        solutions = solutions[np.lexsort((solutions["x1"], solutions["point"]))]
+        for array in (solutions, undecided, empty, pending):
+            array.flags.writeable = False
+        return MotionMap(
+            system=system,
+            n=n,
+            grid=grid,
+            solutions=solutions,
+            undecided=undecided,
+            empty=empty,
+            pending=pending,
+        )
+
+    try:
+        points = [
+            system.replace(**dict(zip(grid, values, strict=True)))
+            for values in itertools.product(*(column.tolist() for column in grid.values()))
+        ]
+        for point in points:
+            check_system(point)
+        for start in range(0, size, BATCH):
+            batch = slice(start, start + BATCH)
+            rows, unsure, nothing = _solve(points[batch], n, limits)
+            rows["point"] += start
+            parts.append(rows)
+            undecided[batch], empty[batch] = unsure, nothing
+            pending[batch] = False  # the last: what Ctrl-C leaves before counts for nothing
+    except KeyboardInterrupt:
+        undecided[pending], empty[pending] = 0, False
+        done = size - np.count_nonzero(pending)
+        raise Interrupted(
+            f"interrupted after {done} of {size} points; .result holds them", result()
+        ) from None
+    return result()
+
+
+def _grid(parameters: Mapping[str, Any]) -> dict[str, Array]:
+    if not 1 <= len(parameters) <= 2 or not set(parameters) <= set(NUMERIC_RANGES):
+        given = ", ".join(parameters) or "nothing"
+        raise ParameterError(
+            f"the varied parameters must be one or two of {', '.join(NUMERIC_RANGES)}; got {given}"
+        )
+    grid = {name: axis(name, values) for name, values in parameters.items()}
+    size = int(np.prod([len(values) for values in grid.values()]))
+    if size > MAX_POINTS:
+        raise ParameterError(f"a grid of {size} points is not allowed; allowed: 1 to {MAX_POINTS}")
+    return grid
+
+
+def _solve(
+    systems: list[System], n: int, within: tuple[float, float] | None
+) -> tuple[NDArray[np.void], NDArray[np.int64], NDArray[np.bool_]]:
+    """Return the rows of some systems, their undecided intervals, and which are empty."""
+    reaches = reach_of(conditions(Parameters.of(systems, n)))
+    empty = np.array([reach.empty for reach in reaches])
+    undecided = np.zeros(len(systems), dtype=np.int64)
+    kept = np.flatnonzero(~empty)
+    if not len(kept):
+        return np.empty(0, dtype=SOLUTION_DTYPE), undecided, empty
+    equations = conditions(Parameters.of([systems[k] for k in kept], n))
+    if within is None:
+        hi = np.array([reaches[k].bound for k in kept])
+        lo = -hi
+    else:
+        lo, hi = (np.full(len(kept), end) for end in within)
+    found = solve_many(equations, lo, hi)
+    gone = found.isolated & lost(
+        equations.parameters.drive_frequency[found.which],
+        found.approach_velocity,
+        *(found.x1, found.v1, found.v2),
+    )
+    np.add.at(undecided, kept[found.which[gone]], 1)
+    rows = [_rows(systems, equations, found, found.isolated & ~gone, kept, n)]
+    # A box without one simple root is looked at alone.
+    for k in np.flatnonzero(~found.isolated):
+        number = int(kept[found.which[k]])
+        alone = conditions(Parameters.of([systems[number]], n))
+        motions, reason = motions_in(systems[number], alone, found.box[k : k + 1], (math.nan,) * 4)
+        undecided[number] += bool(reason)
+        rows += [_row(number, motion) for motion in motions]
+    return np.concatenate(rows), undecided, empty
+
+
+def _rows(
+    systems: list[System],
+    equations: Conditions,
+    found: Solutions,
+    sure: NDArray[np.bool_],
+    kept: NDArray[np.int64],
+    n: int,
+) -> NDArray[np.void]:
+    """Judge solutions; those that separate need no further test."""
+    which = found.which[sure]
+    columns = {name: getattr(found, name)[sure] for name in STATE}
+    state = np.stack([columns[name] for name in STATE[:4]], axis=1)
+    rows = np.empty(len(which), dtype=SOLUTION_DTYPE)
+    rows["point"] = kept[which]
+    for name, column in columns.items():
+        rows[name] = column
+    rows["largest_multiplier"] = np.abs(multipliers(equations, which, state)[:, 0])
+    rows["admissible"] = False
+    for k in np.flatnonzero(rows["approach_velocity"] > 0.0):
+        motion = motion_at(systems[rows["point"][k]], n, tuple(state[k].tolist()))
+        rows["admissible"][k] = motion.admissible
+    rows["stable"] = rows["admissible"] & (rows["largest_multiplier"] < 1.0 - NEUTRAL)
+    return rows
+
+
+def _row(point: int, motion: PeriodicMotion) -> NDArray[np.void]:
+    row = np.zeros(1, dtype=SOLUTION_DTYPE)
+    row[0] = (
+        point,
+        *motion.state,
+        motion.approach_velocity,
+        motion.admissible,
+        abs(motion.multipliers[0]),
+        motion.stable,
+    )
+    return row

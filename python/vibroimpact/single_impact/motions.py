@@ -1,0 +1,283 @@
+"""All period n-1 motions of a system without friction: n drive periods, one impact.
+
+docs/theory.md, section 8. Every solution of (35) in x1 is isolated by intervals, made exact to
+rounding by Newton's method on the conditions of periodicity, and given its verdict.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..arguments import count, number, pair, reject
+from ..errors import Interrupted
+from ..orbits.motion import PeriodicMotion, motion_of
+from ..orbits.shooting import solve_orbit
+from ..system import System
+from .algebraic import Conditions, Parameters, conditions
+from .intervals import Interval
+from .open_phase import cuts, is_finite, is_open
+from .solutions import LARGEST_ANGLE, Solutions, lost, reach_of, solve_many, states_before
+
+Array = NDArray[np.float64]
+# (x1, v1, v2, phase) just before the impact.
+State = tuple[float, float, float, float]
+
+# Newton's method may move x1 beyond its box by so many units of rounding.
+SLACK = 256.0 * float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Undecided:
+    """An interval of x1 in which double precision does not tell how many solutions there are.
+
+    Attributes
+    ----------
+    lo, hi
+        The interval.
+    reason
+        Why, in words.
+    """
+
+    lo: float
+    hi: float
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PeriodicMotions(Sequence[PeriodicMotion]):
+    """All period n-1 solutions of a system, a sequence in order of x1.
+
+    Attributes
+    ----------
+    motions
+        The solutions, admissible or not.
+    boxes
+        Intervals of x1, shape (motions, 2), proved to hold this solution and no other; where x1
+        alone is fixed (a wall at rest) two solutions of different phase may share one.
+    undecided
+        Intervals that may hold further solutions, such as an exact double root, or none.
+    within
+        The interval of x1 that was searched.
+    bounded
+        Whether no solution can lie outside it.
+    note
+        What is special about the system, such as why it has no isolated solutions; mostly ``""``.
+    """
+
+    motions: tuple[PeriodicMotion, ...]
+    boxes: Array
+    undecided: tuple[Undecided, ...]
+    within: tuple[float, float]
+    bounded: bool
+    note: str = ""
+
+    def __len__(self) -> int:
+        """Number of solutions."""
+        return len(self.motions)
+
+    @overload
+    def __getitem__(self, index: int) -> PeriodicMotion: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[PeriodicMotion, ...]: ...
+    def __getitem__(self, index: int | slice) -> PeriodicMotion | tuple[PeriodicMotion, ...]:
+        """Return one solution, or several."""
+        return self.motions[index]
+
+    def __iter__(self) -> Iterator[PeriodicMotion]:
+        """Pass through the solutions."""
+        return iter(self.motions)
+
+    def __repr__(self) -> str:
+        """Count solutions and motions, and say where they were searched."""
+        admissible = [motion for motion in self.motions if motion.admissible]
+        stable = sum(motion.stable for motion in admissible)
+        low, high = self.within
+        return (
+            f"<PeriodicMotions with x1 in [{low:.6g}, {high:.6g}]: {len(self)} solutions, "
+            f"{len(admissible)} admissible, {stable} of these stable; "
+            f"{len(self.undecided)} intervals undecided>"
+        )
+
+
+def periodic_motions(
+    system: System, n: int = 1, *, within: tuple[float, float] | None = None
+) -> PeriodicMotions:
+    """Find all motions of n drive periods with one impact, by solving (35) in the angle x1.
+
+    Parameters
+    ----------
+    system
+        A system without friction and with a drive.
+    n
+        Drive periods per orbit, >= 1.
+    within
+        Interval of x1 at the impact to search, in radians; default all that a bound allows.
+
+    Returns
+    -------
+    PeriodicMotions
+        Every solution, with its verdict; admissible ones are motions of the system. A wall at rest
+        (mass_ratio and force_amplitude 0) stays at x2 = 0.
+
+    Raises
+    ------
+    ParameterError
+        For bad input: friction (use ``search_motions`` or ``run.refine`` there), no drive.
+    Interrupted
+        After Ctrl-C; ``.result`` holds the solutions found so far, ``undecided`` the intervals not
+        yet looked at.
+    """
+    if not isinstance(system, System):
+        reject("system", system, "a vibroimpact.System")
+    n = count("n", n, least=1, most=100_000)
+    check_system(system)
+    limits = None if within is None else limits_of(within)
+    parameters = Parameters.of([system], n)
+    equations = conditions(parameters)
+    (reach,) = reach_of(equations)
+    bounded = reach.bounded
+    if limits is None:
+        limits = (-reach.bound, reach.bound)
+    else:
+        bounded = bounded and limits[0] <= -reach.bound and reach.bound <= limits[1]
+    common: dict[str, Any] = {"within": limits, "bounded": bounded, "note": reach.note}
+    if reach.empty:
+        return PeriodicMotions(motions=(), boxes=np.empty((0, 2)), undecided=(), **common)
+    motions: list[PeriodicMotion] = []
+    boxes: list[tuple[float, float]] = []
+    undecided: list[Undecided] = []
+
+    def result() -> PeriodicMotions:
+        order = sorted(range(len(motions)), key=lambda i: motions[i].state)
+        return PeriodicMotions(
+            motions=tuple(motions[i] for i in order),
+            # Where Ctrl-C came in between, a box may be without its motion.
+            boxes=np.array(boxes[: len(motions)]).reshape(-1, 2)[order],
+            undecided=tuple(undecided),
+            **common,
+        )
+
+    left = [limits]
+    try:
+        found = solve_many(equations, *(np.array([end]) for end in limits))
+        left = list(zip(found.box.lo.tolist(), found.box.hi.tolist(), strict=True))
+        for k in range(len(found)):
+            box = found.box[k : k + 1]
+            inside, reason = motions_in(system, equations, box, _state(found, k))
+            boxes += [left[0]] * len(inside)
+            motions += inside
+            if reason:
+                undecided.append(Undecided(lo=left[0][0], hi=left[0][1], reason=reason))
+            del left[0]
+    except KeyboardInterrupt:
+        undecided += [Undecided(lo=lo, hi=hi, reason="interrupted") for lo, hi in left]
+        raise Interrupted(
+            f"interrupted; .result holds {len(motions)} solutions, and where there may be others",
+            result(),
+        ) from None
+    return result()
+
+
+# Beyond the range of floats an interval is everything, or NaN, which nothing is told from.
+@np.errstate(over="ignore", invalid="ignore")
+def motions_in(
+    system: System, equations: Conditions, box: Interval, state: State
+) -> tuple[list[PeriodicMotion], str]:
+    """Return the motions in a box of x1, and why there may be others, ``""`` if there are none.
+
+    ``state`` is that of the only solution in the box; where there is none such, it is NaN.
+    """
+    starts, reason = [state], ""
+    if math.isnan(state[0]):
+        starts, reason = _decided(equations, box)
+    motions = []
+    for start in starts:
+        motion = _motion(system, equations, start)
+        if motion is None or not _in(box, motion.state[0]):
+            reason = "Newton's method does not find the solution in it"
+        elif bool(lost(system.drive_frequency, motion.approach_velocity, *motion.state[:3])):
+            reason = "a solution whose approach velocity is lost in rounding"
+        else:
+            motions.append(motion)
+    return motions, reason
+
+
+def _motion(system: System, equations: Conditions, start: State) -> PeriodicMotion | None:
+    """Make a solution exact to rounding, with its verdict."""
+    found = solve_orbit(system, *_legs(system, equations.parameters.n, start))
+    return found if isinstance(found, PeriodicMotion) else None
+
+
+def motion_at(system: System, n: int, state: State) -> PeriodicMotion:
+    """Return the motion with this solution (x1, v1, v2, phase) as it is, with its verdict."""
+    return motion_of(system, *_legs(system, n, state))
+
+
+def _legs(system: System, n: int, state: State) -> tuple[_core.Itinerary, Array]:
+    """Return the one leg of a motion, and its node just after the impact."""
+    x1, v1, v2, phase = state
+    kappa = math.cos(x1) if system.contact == "oblique" else 1.0
+    mbar = system.mass_ratio
+    impulse = (1.0 + system.restitution) * (kappa * v1 - v2) / (mbar + kappa**2)
+    time = math.fmod((phase - system.phase) / system.drive_frequency, system.drive_period)
+    time %= system.drive_period
+    rest = mbar == 0.0 and system.force_amplitude == 0.0
+    nodes = np.array([[x1, v1 - kappa * impulse, v2 + mbar * impulse, time]])
+    return _core.Itinerary(["impact:frictionless"], n, None, rest), nodes
+
+
+def _state(found: Solutions, k: int) -> State:
+    columns = (found.x1, found.v1, found.v2, found.phase)
+    x1, v1, v2, phase = (float(column[k]) for column in columns)
+    return x1, v1, v2, phase
+
+
+def _decided(equations: Conditions, box: Interval) -> tuple[list[State], str]:
+    """Return the solutions in a box in which F has no simple root, and why it is undecided."""
+    if not is_finite(equations, box):
+        return [], "numbers beyond the range of floats"
+    if not is_open(equations, float(box.middle[0])):
+        return [], "a double root, or two roots too close to tell apart"
+    points, complete = cuts(equations, box)
+    values = np.array(points).reshape(-1, 6)
+    which = np.zeros(len(points), dtype=np.int64)
+    sure = np.ones(len(points), dtype=bool)
+    at = Interval(values[:, 0])
+    found = states_before(equations, which, at, sure, values[:, 0], values[:, 1:])
+    reason = "" if complete else "the conditions leave the drive phase open here"
+    return [_state(found, k) for k in range(len(found))], reason
+
+
+def _in(box: Interval, x1: float) -> bool:
+    slack = SLACK * max(1.0, abs(x1))
+    return bool(box.lo[0] - slack <= x1 <= box.hi[0] + slack)
+
+
+def limits_of(within: Any) -> tuple[float, float]:
+    """Check an interval of x1."""
+    allowed = f"a pair (lo, hi) of angles, lo < hi <= lo + {2.0 * LARGEST_ANGLE:g}"
+    lo, hi = (number("within", end, allowed) for end in pair("within", within, allowed))
+    if not (lo < hi and hi - lo <= 2.0 * LARGEST_ANGLE):
+        reject("within", within, allowed)
+    return lo, hi
+
+
+def check_system(system: System) -> None:
+    """Reject a system to which these solutions do not apply."""
+    if system.friction != 0.0:
+        reject(
+            "friction",
+            system.friction,
+            "0: these solutions are those without friction; use search_motions or run.refine",
+        )
+    if system.drive_frequency == 0.0:
+        reject("drive_frequency", 0.0, "a finite number > 0: a period needs a drive")
+    if system.moment_amplitude == 0.0 and system.force_amplitude == 0.0:
+        reject(
+            "moment_amplitude", 0.0, "a moment or a force other than 0: without drive there is no n"
+        )

@@ -1,0 +1,66 @@
+"""Computations over grids: sweeps, diagrams, charts, Lyapunov exponents, basins (docs/sweeps.md).
+
+One engine cuts a grid into chunks and has them computed by threads or by a cluster, into memory or
+into a store; what a cell is, the tasks say.
+"""
+
+from .basins import (
+    Attractor,
+    BasinEntropy,
+    Basins,
+    BasinSettings,
+    UncertaintyExponent,
+    basin_entropy,
+    basins,
+    uncertainty_exponent,
+)
+from .columns import Columns
+from .columns import to_dataset as to_dataset
+from .diagram import bifurcation_diagram
+from .diagram_results import Diagram, DiagramSettings
+
+# Names given twice are the engine's own: of use within the package, and not public.
+from .engine import compute as compute
+from .fields import STATUS as STATUS
+from .fields import STATUS_NAMES, Field, Layout, RowGroup
+from .fields import ChunkResult as ChunkResult
+from .fields import Task as Task
+from .grid import Grid
+from .grid import Tiling as Tiling
+from .labels import orbit_label as orbit_label
+from .lyapunov import LyapunovSpectrum, LyapunovSweep, lyapunov_spectrum
+from .results import GridResult as GridResult
+from .store import open_columns as open_columns
+from .sweep import Chart, Sweep, chart, sweep
+
+# The results by the kind of their store or file.
+RESULTS: dict[str, type[GridResult]] = {
+    result.kind: result for result in (Sweep, Chart, Diagram, LyapunovSweep)
+}
+
+__all__ = [
+    "STATUS_NAMES",
+    "Attractor",
+    "BasinEntropy",
+    "BasinSettings",
+    "Basins",
+    "Chart",
+    "Columns",
+    "Diagram",
+    "DiagramSettings",
+    "Field",
+    "Grid",
+    "Layout",
+    "LyapunovSpectrum",
+    "LyapunovSweep",
+    "RowGroup",
+    "Sweep",
+    "UncertaintyExponent",
+    "basin_entropy",
+    "basins",
+    "bifurcation_diagram",
+    "chart",
+    "lyapunov_spectrum",
+    "sweep",
+    "uncertainty_exponent",
+]

@@ -1,0 +1,351 @@
+"""Basins of attraction over a plane of initial states.
+
+First some of the cells, evenly spread, are searched for attractors (`search`). Then every
+cell is followed until it has arrived at one of them. Cells that arrive nowhere are followed again
+in *rounds*, each for twice the time, after some of them have been searched for attractors not yet
+known. Attractors change between passes over the cells only, never within one, so that the result
+has the same bits however the cells are divided among chunks, threads and machines.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...arguments import (
+    axis,
+    count,
+    kept_periods,
+    optional_count,
+    positive,
+    reject,
+    state,
+    swept,
+    threads,
+)
+from ...errors import Interrupted
+from ...system import System
+from ..cells import COORDINATES
+from ..cluster import check_client
+from ..columns import Columns
+from ..engine import compute
+from ..fields import STATUS, STATUS_NAMES, ChunkResult
+from ..grid import Grid
+from ..store import folder_of_stores, store_in
+from .attractors import Attractor
+from .results import ATTRACTOR, SETTLING, Basins, BasinSettings
+from .search import find_attractors, follow_all
+from .trapping import Follow
+
+PENDING, COMPLETED, UNRESOLVED = (
+    STATUS_NAMES.index(name) for name in ("pending", "completed", "unresolved")
+)
+# Drive periods that a cell takes as a rule, where it can arrive.
+_USUAL = 200
+# Sections by which a cell that has arrived nowhere is judged, as a rule.
+USUAL_KEEP = 200
+# Cells that are followed at a time: what is kept of those that do not arrive is bounded.
+_BLOCK = 8192
+# Cells left over that are searched for attractors in every round.
+_SEARCHED = 32
+# Names of the stores of the passes.
+_PASSES = r"cells|round_\d+"
+
+
+@dataclass(frozen=True, eq=False)
+class ArrivalTask:
+    """Follow cells of a plane to the attractors known: all of them, or those ``left`` over.
+
+    Attributes
+    ----------
+    system, initial, follow, attractors
+        The system, its fixed coordinates, how cells are followed, and whereto.
+    plane
+        The two coordinates that vary.
+    left
+        Numbers of the cells of the plane, shape (k,), or None for all.
+    """
+
+    system: System
+    initial: tuple[float, float, float, float]
+    follow: Follow
+    attractors: tuple[Attractor, ...]
+    plane: Grid
+    left: NDArray[np.int64] | None = None
+
+    kind = "basins"
+    fields = (STATUS, ATTRACTOR, SETTLING)
+    rows = ()
+    divisible = True
+
+    @property
+    def grid(self) -> Grid:
+        """The plane, or a list of its cells."""
+        return self.plane if self.left is None else Grid({"cell": self.left})
+
+    @property
+    def cost(self) -> float:
+        """Drive periods per cell."""
+        arrives = any(attractor.region is not None for attractor in self.attractors)
+        return min(self.follow.periods, _USUAL) if arrives else self.follow.periods
+
+    def settings(self) -> dict[str, Any]:
+        """Return what the numbers depend on beside the grid."""
+        plane = {name: values.tolist() for name, values in self.plane.axes.items()}
+        return {
+            "system": self.system.to_dict(),
+            "initial": self.initial,
+            "follow": dataclasses.asdict(self.follow),
+            "attractors": [attractor.to_dict() for attractor in self.attractors],
+            "plane": None if self.left is None else _digest(json.dumps(plane)),
+        }
+
+    def starts(self, numbers: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the initial states of cells of the plane, shape (len(numbers), 4)."""
+        result = np.tile(np.array(self.initial), (len(numbers), 1))
+        places = np.unravel_index(numbers, self.plane.shape)
+        for (name, values), place in zip(self.plane.axes.items(), places, strict=True):
+            result[:, COORDINATES.index(name)] = values[place]
+        return result
+
+    def compute(
+        self,
+        first: int,
+        last: int,
+        *,
+        workers: int | None,
+        go_on: Callable[[int], bool] | None,
+    ) -> ChunkResult:
+        """Follow the cells first ... last - 1."""
+        columns = {
+            field.name: np.full(last - first, field.fill, field.dtype) for field in self.fields
+        }
+        for start in range(first, last, _BLOCK):
+            numbers = np.arange(start, min(start + _BLOCK, last))
+            ends = follow_all(
+                self.system,
+                self.starts(numbers if self.left is None else self.left[numbers]),
+                self.attractors,
+                self.follow,
+                workers=workers,
+                progress=None if go_on is None else _shifted(go_on, start - first),
+            )
+            block = slice(start - first, start - first + len(numbers))
+            columns["status"][block] = np.where(ends.attractor >= 0, COMPLETED, ends.status)
+            columns["attractor"][block] = ends.attractor
+            columns["settling"][block] = ends.periods
+            if ends.interrupted:
+                return ChunkResult(columns, interrupted=True)
+        return ChunkResult(columns)
+
+
+def _shifted(go_on: Callable[[int], bool], before: int) -> Callable[[int], bool]:
+    return lambda done: go_on(before + done)
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def basins(
+    system: System,
+    *,
+    initial: ArrayLike = (0.0, 0.0, 0.0, 0.0),
+    periods: int = 2000,
+    keep: int | None = None,
+    scouts: int = 1000,
+    rounds: int = 2,
+    max_events: int | None = None,
+    tolerance: float = 1e-12,
+    progress: bool = False,
+    workers: int | None = None,
+    chunk: int | None = None,
+    client: Any = None,
+    store: str | os.PathLike[str] | None = None,
+    **axes: ArrayLike,
+) -> Basins:
+    """Find the attractors that a plane of initial states leads to, and the basin of each.
+
+    The number of attractors need not be known. A stable periodic motion is refined by Newton's
+    method, as by ``run.refine``, and gets a trapping region, confirmed by simulations; a cell is
+    followed until it has stayed in one of them for a whole cycle with the motion's impacts. Cells
+    that arrive nowhere are judged by their sections at the end (docs/basins.md).
+
+    Parameters
+    ----------
+    system
+        The system; drive_frequency > 0.
+    initial
+        (x1, v1, x2, v2) at t = 0; the two that vary play no part.
+    periods, keep
+        Drive periods for which a cell is followed at most, at first, and number of sections at the
+        end by which it is judged if it has arrived nowhere: 200 by default, or all of fewer.
+    scouts
+        About so many cells, evenly spread, are searched for attractors beforehand.
+    rounds
+        How often what is left over is followed again, each time for twice as long.
+    max_events, tolerance
+        As in ``simulate``.
+    progress
+        Show progress bars.
+    workers
+        Threads; default all cores. The result does not depend on it.
+    chunk, client
+        Cells that are computed at a time, and a ``distributed.Client`` whose workers do it; the
+        result depends on neither.
+    store
+        Directory for Zarr stores, one for each pass over cells. A call with the same arguments
+        goes on where an interrupted or killed one ended.
+    **axes
+        Two of x1, v1, x2, v2 with arrays of their values; for a range use ``numpy.linspace``, e.g.
+        ``x1=np.linspace(-0.3, 0.3, 1000), v1=np.linspace(-1, 1, 1000)``.
+
+    Returns
+    -------
+    Basins
+
+    Raises
+    ------
+    ParameterError, StateError
+        For bad input; nothing has run then.
+    Interrupted
+        After Ctrl-C; ``.result`` holds the Basins with what is done.
+    """
+    if not isinstance(system, System):
+        reject("system", system, "a vibroimpact.System")
+    if system.drive_frequency == 0.0:
+        reject("drive_frequency", 0.0, "a number > 0: basins are told on the stroboscopic section")
+    plane = _plane(axes)
+    periods = count("periods", periods, least=8)
+    settings = BasinSettings(
+        initial=state(initial),
+        periods=periods,
+        keep=kept_periods(keep, periods, usual=USUAL_KEEP, least=8),
+        scouts=count("scouts", scouts, least=1, most=1_000_000),
+        rounds=count("rounds", rounds, least=0, most=20),
+        max_events=optional_count("max_events", max_events, least=1),
+        tolerance=positive("tolerance", tolerance),
+    )
+    threads(workers)
+    optional_count("chunk", chunk, least=1)
+    if not isinstance(progress, bool):
+        reject("progress", progress, "True or False")
+    if client is not None:
+        check_client(client)
+    options = {"progress": progress, "workers": workers, "chunk": chunk, "client": client}
+    folder = folder_of_stores(store, _PASSES, "basins")
+    return _Computation(system, plane, settings, options, folder).run()
+
+
+def _plane(axes: dict[str, Any]) -> Grid:
+    swept(basins, axes, COORDINATES, exactly=2)
+    return Grid({name: axis(name, given) for name, given in axes.items()})
+
+
+class _Computation:
+    """The passes over the cells, and what they have found so far."""
+
+    def __init__(
+        self,
+        system: System,
+        plane: Grid,
+        settings: BasinSettings,
+        options: dict[str, Any],
+        store: Path | None,
+    ) -> None:
+        self.task = ArrivalTask(system, settings.initial, settings.follow, (), plane)
+        self.settings = settings
+        self.options = options
+        self.store = store
+        self.columns = {
+            field.name: np.full(plane.size, field.fill, field.dtype) for field in ArrivalTask.fields
+        }
+
+    def run(self) -> Basins:
+        plane, follow = self.task.plane, self.settings.follow
+        self._search(_spread(plane, self.settings.scouts), follow)
+        self._pass("cells")
+        for number in range(1, self.settings.rounds + 1):
+            left = np.flatnonzero(self.columns["status"] == UNRESOLVED)
+            if not len(left):
+                break
+            follow = dataclasses.replace(follow, periods=2 * follow.periods)
+            some = np.unique(np.linspace(0, len(left) - 1, _SEARCHED).round().astype(np.int64))
+            self._search(left[some], follow)
+            self.task = dataclasses.replace(self.task, follow=follow, left=left)
+            self._pass(f"round_{number}")
+        return self.result()
+
+    def _search(self, cells: NDArray[np.int64], follow: Follow) -> None:
+        """Look for attractors from some cells."""
+        task = self.task
+        try:
+            attractors = find_attractors(
+                task.system,
+                task.starts(cells),
+                follow,
+                known=task.attractors,
+                workers=self.options["workers"],
+            )
+        except KeyboardInterrupt:
+            done = np.count_nonzero(self.columns["status"] != PENDING)
+            raise Interrupted(
+                f"interrupted while attractors were searched, after {done} of "
+                f"{task.plane.size} cells; .result holds them",
+                self.result(),
+            ) from None
+        self.task = dataclasses.replace(task, attractors=attractors)
+
+    def _pass(self, name: str) -> None:
+        """Follow cells to the attractors known."""
+        light = dataclasses.replace(
+            self.task, attractors=tuple(found.light() for found in self.task.attractors)
+        )
+        compute(light, self._take, store=store_in(self.store, name), **self.options)
+
+    def _take(self, columns: Columns) -> Basins:
+        """Put the columns of a pass in their places."""
+        left = self.task.left
+        for name, values in self.columns.items():
+            found = columns[name].ravel()
+            if left is None:
+                values[:] = found
+            else:
+                # A cell that this pass has not reached keeps what it had.
+                done = columns["status"] != PENDING
+                values[left[done]] = found[done]
+        return self.result()
+
+    def result(self) -> Basins:
+        task = self.task
+        shaped = {
+            name: values.reshape(task.plane.shape).copy() for name, values in self.columns.items()
+        }
+        return Basins(
+            system=task.system,
+            axes=dict(task.plane.axes),
+            attractors=task.attractors,
+            settings=self.settings,
+            attractor=shaped["attractor"],
+            status_code=shaped["status"],
+            settling=shaped["settling"],
+        )
+
+
+def _spread(plane: Grid, number: int) -> NDArray[np.int64]:
+    """Return about so many cells, evenly spread, as many along each axis."""
+    side = int(np.ceil(np.sqrt(number)))
+    places: Sequence[NDArray[np.int64]] = [
+        np.unique(np.linspace(0, length - 1, min(length, side)).round().astype(np.int64))
+        for length in plane.shape
+    ]
+    return (places[0][:, None] * plane.shape[1] + places[1]).ravel()

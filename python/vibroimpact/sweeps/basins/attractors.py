@@ -1,0 +1,194 @@
+"""Attractors: what is known of them, and how a run is recognised to be on one.
+
+A stable periodic motion has a trapping region (`trapping`); one that never repeats has the cloud of
+its sections (`clouds`). Motions with a multiplier on the unit circle (free motion without damping,
+bodies at rest under friction) are not isolated: all of one label are one *family*.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...orbits.motion import PeriodicMotion
+from ...system import System
+from .clouds import INSIDE, Cloud
+from .free_motion import never_strike
+from .trapping import Region, wrapped
+
+Array = NDArray[np.float64]
+Kind = Literal["periodic", "quasi-periodic", "chaotic", "family"]
+
+# Sections agree to this part of their size: one periodic orbit.
+SAME = 1e-6
+# Why members of a family are none of their own.
+AT_REST = "at rest under friction: not isolated"
+NOT_ISOLATED = "a multiplier on the unit circle: not isolated"
+FREE = "free motion that never strikes: every start has its own"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Attractor:
+    """Where motions end up.
+
+    Attributes
+    ----------
+    label
+        As ``run.label``: ``4-5``, ``1-inf``, ``chaotic`` ...
+    kind
+        ``periodic``, ``quasi-periodic``, ``chaotic``, or ``family``: motions that are not isolated.
+    motion
+        The periodic motion, or None.
+    sections
+        States x1, v1, x2, v2 at the starts of drive periods: the m of a periodic motion, else many,
+        shape (k, 4). Of a family those of the first motion found.
+    start
+        The initial state from which it was found first.
+    confirmed
+        Whether it is shown to attract: a periodic motion by its multipliers and the simulations of
+        its trapping region, another by a long run that stays.
+    why_not
+        If not, why.
+    region
+        Trapping region, of a confirmed periodic motion.
+    cloud
+        Boxes of its section, of a motion that does not repeat.
+    rotor
+        Whether x1 counts modulo a turn.
+    system
+        The system, of a family of free motions.
+    """
+
+    label: str
+    kind: Kind
+    sections: Array
+    start: tuple[float, float, float, float]
+    motion: PeriodicMotion | None = None
+    confirmed: bool = False
+    why_not: str = ""
+    region: Region | None = None
+    cloud: Cloud | None = None
+    rotor: bool = False
+    system: System | None = None
+
+    def __repr__(self) -> str:
+        """Label and whether it is confirmed."""
+        verdict = "confirmed" if self.confirmed else f"not confirmed: {self.why_not}"
+        return f"<Attractor {self.label}, {self.kind}, {verdict}>"
+
+    def light(self) -> "Attractor":
+        """Return what is needed to recognise it, fit to be sent to other processes."""
+        sections = self.sections if self.kind == "periodic" else self.sections[:0]
+        return replace(self, motion=None, sections=sections)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what recognising it depends on, fit for JSON."""
+        region, cloud = self.region, self.cloud
+        return {
+            "label": self.label,
+            "kind": self.kind,
+            "why_not": self.why_not,
+            "sections": self.sections.tolist() if self.kind == "periodic" else None,
+            "region": None
+            if region is None
+            else [region.center.tolist(), region.factor.tolist(), region.counts],
+            "cloud": None if cloud is None else cloud.digest(),
+        }
+
+    def holds(self, tails: "Tails") -> NDArray[np.bool_]:
+        """Tell which runs are on the attractor, by the tails of their sections.
+
+        Parameters
+        ----------
+        tails
+            What is left of k runs.
+
+        Returns
+        -------
+        array of bool, shape (k,)
+        """
+        if self.cloud is not None:
+            return _both(tails.aperiodic, self.cloud.holds(tails.sections))
+        if self.system is not None:  # the family of free motions
+            free = _both(tails.aperiodic, (tails.counts == 0).all(axis=1))
+            return _both(free, never_strike(self.system, tails.sections[:, -1]))
+        alike = (tails.orbits == _orbit(self.label)).all(axis=1)
+        if self.kind == "family":
+            return _both(alike, tails.rested == (self.why_not == AT_REST))
+        m = len(self.sections)
+        size = max(1e-3, float(np.abs(self.sections).max()))
+        last = tails.sections[:, -m:]
+        if last.shape[1] < m:
+            return np.zeros(len(last), dtype=bool)
+        off = [
+            np.abs(wrapped(last - np.roll(self.sections, k, axis=0), rotor=self.rotor)).max(
+                axis=(1, 2)
+            )
+            for k in range(m)
+        ]
+        return _both(alike, np.min(off, axis=0) < SAME * size)
+
+
+@dataclass(frozen=True, eq=False)
+class Tails:
+    """The ends of k runs that came to their last period without arriving at an attractor.
+
+    Attributes
+    ----------
+    sections
+        Last states at the starts of drive periods, shape (k, keep, 4).
+    counts
+        Impacts in the drive period before each, -1 with complete chatter, shape (k, keep).
+    orbits
+        m and n, shape (k, 2); (0, 0) where no period was found, n = -1 with complete chatter.
+    rested
+        Whether the bodies came to rest in contact, shape (k,).
+    """
+
+    sections: Array
+    counts: NDArray[np.int64]
+    orbits: NDArray[np.int64]
+    rested: NDArray[np.bool_]
+
+    @property
+    def aperiodic(self) -> NDArray[np.bool_]:
+        """Which have no period."""
+        return np.asarray(self.orbits[:, 0] == 0)
+
+    def __len__(self) -> int:
+        """Return the number of runs."""
+        return len(self.orbits)
+
+    def __getitem__(self, kept: NDArray[np.bool_]) -> "Tails":
+        """Return some of them."""
+        return Tails(self.sections[kept], self.counts[kept], self.orbits[kept], self.rested[kept])
+
+
+def _both(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    result: NDArray[np.bool_] = one & other
+    return result
+
+
+def _orbit(label: str) -> tuple[int, int]:
+    m, n = label.split("-")
+    return int(m), -1 if n == "inf" else int(n)
+
+
+def same(new: Attractor, old: Attractor) -> bool:
+    """Whether two attractors are one."""
+    if (new.kind, new.label) != (old.kind, old.label):
+        return False
+    if new.cloud is not None and old.cloud is not None:
+        overlaps = (old.cloud.inside(new.sections).mean(), new.cloud.inside(old.sections).mean())
+        return bool(min(overlaps) >= INSIDE)
+    if new.kind == "family":
+        return new.why_not == old.why_not
+    m = len(new.sections)
+    one = Tails(
+        sections=new.sections[None],
+        counts=np.zeros((1, m), dtype=np.int64),
+        orbits=np.array([_orbit(new.label)]),
+        rested=np.zeros(1, dtype=bool),
+    )
+    return bool(old.holds(one)[0])

@@ -1,0 +1,115 @@
+"""Basins of attraction in a file: written without pickle, read back to the same bits."""
+
+import dataclasses
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ... import _core, archive
+from ...orbits.motion import PeriodicMotion, motion_of
+from ...system import System
+from .attractors import FREE, Attractor
+from .clouds import Cloud
+from .results import Basins, BasinSettings
+from .trapping import Region
+
+Arrays = dict[str, NDArray[Any]]
+_CELLS = ("attractor", "status_code", "settling")
+
+
+def write_basins(path: str | os.PathLike[str], basins: Basins) -> None:
+    """Write basins to ``path`` (.npz); the file appears complete or not at all."""
+    arrays: Arrays = {name: getattr(basins, name) for name in _CELLS}
+    arrays |= {f"axis_{name}": values for name, values in basins.axes.items()}
+    described = []
+    for number, attractor in enumerate(basins.attractors):
+        words, own = _parts(attractor)
+        described.append(words)
+        arrays |= {f"attractor_{number}_{name}": array for name, array in own.items()}
+    metadata = {
+        "system": basins.system.to_dict(),
+        "settings": dataclasses.asdict(basins.settings),
+        "axes": list(basins.axes),
+        "attractors": described,
+    }
+    archive.write(path, "basins", metadata, arrays)
+
+
+def read_basins(path: str | os.PathLike[str]) -> Basins:
+    """Read what ``write_basins`` has written.
+
+    Raises
+    ------
+    ValueError
+        If the file is damaged, foreign, or holds something else.
+    """
+    return archive.read(path, {"basins": basins_from_parts})
+
+
+def basins_from_parts(metadata: dict[str, Any], arrays: Arrays) -> Basins:
+    """Build basins from what an archive holds."""
+    system = System.from_dict(metadata["system"])
+    settings = metadata["settings"]
+    attractors = []
+    for number, words in enumerate(metadata["attractors"]):
+        prefix = f"attractor_{number}_"
+        own = {
+            name.removeprefix(prefix): array
+            for name, array in arrays.items()
+            if name.startswith(prefix)
+        }
+        attractors.append(_attractor(system, words, own))
+    return Basins(
+        system=system,
+        axes={name: arrays[f"axis_{name}"] for name in metadata["axes"]},
+        attractors=tuple(attractors),
+        settings=BasinSettings(**settings | {"initial": tuple(settings["initial"])}),
+        **{name: arrays[name] for name in _CELLS},
+    )
+
+
+def _parts(attractor: Attractor) -> tuple[dict[str, Any], Arrays]:
+    """Return what is text or few numbers, and what is an array."""
+    words = {
+        name: getattr(attractor, name)
+        for name in ("label", "kind", "start", "confirmed", "why_not", "rotor")
+    }
+    arrays: Arrays = {"sections": attractor.sections}
+    motion, region, cloud = attractor.motion, attractor.region, attractor.cloud
+    if motion is not None:
+        words["motion"] = [motion.legs, motion.m, motion.clocks, motion.wall_at_rest, motion.error]
+        arrays["nodes"] = motion.nodes
+    if region is not None:
+        words["region"] = [region.counts, region.contraction, region.samples]
+        arrays |= {"center": region.center, "factor": region.factor}
+    if cloud is not None:
+        words["cloud"] = [cloud.covered, cloud.rotor]
+        arrays |= {"low": cloud.low, "width": cloud.width, "boxes": cloud.boxes}
+    return words, arrays
+
+
+def _attractor(system: System, words: dict[str, Any], arrays: Arrays) -> Attractor:
+    motion: PeriodicMotion | None = None
+    region: Region | None = None
+    cloud: Cloud | None = None
+    if "motion" in words:
+        legs, m, clocks, wall_at_rest, error = words.pop("motion")
+        itinerary = _core.Itinerary(legs, m, clocks, wall_at_rest)
+        motion = motion_of(system, itinerary, arrays["nodes"], error=error, whole=True)
+    if "region" in words:
+        counts, contraction, samples = words.pop("region")
+        region = Region(arrays["center"], arrays["factor"], tuple(counts), contraction, samples)
+    if "cloud" in words:
+        covered, rotor = words.pop("cloud")
+        cloud = Cloud(arrays["low"], arrays["width"], arrays["boxes"], covered, rotor)
+    words["start"] = tuple(np.asarray(words["start"], dtype=np.float64).tolist())
+    return Attractor(
+        **words,
+        sections=arrays["sections"],
+        motion=motion,
+        region=region,
+        cloud=cloud,
+        system=system if words["why_not"] == FREE else None,
+    )

@@ -1,0 +1,48 @@
+"""Motions that never strike again: a bound of the gap over all times of a free motion.
+
+Without contact each body is a sum of its steady response, of amplitude
+|f|/|w^2 - omega^2 + 2 i zeta w omega|, and of its free oscillation, whose energy does not grow. So
+|x1| <= X1 and |x2| <= X2 for ever, and where sin X1 + X2 stays below the gap (X1 + X2 in direct
+contact) the bodies never meet. Whoever fails this may strike after any time: frequencies without a
+common period bring every combination of phases.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...system import System
+
+
+def never_strike(system: System, sections: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which free motions are bounded away from contact for ever.
+
+    Parameters
+    ----------
+    system
+        The system.
+    sections
+        States x1, v1, x2, v2 at the start of a drive period, shape (k, 4).
+
+    Returns
+    -------
+    array of bool, shape (k,)
+        False says nothing.
+    """
+    omega, turn = system.drive_frequency, np.exp(1j * system.phase)
+    reaches = []
+    for place, w, zeta, f in (
+        (0, system.frequency_ratio, system.pendulum_damping, system.moment_amplitude),
+        (2, 1.0, system.oscillator_damping, system.force_amplitude),
+    ):
+        stiffness = w * w - omega * omega + 2j * zeta * w * omega
+        if w == 0.0 or (stiffness == 0.0 and f != 0.0):
+            # A free rotor goes on for ever, resonance grows for ever.
+            return np.zeros(len(sections), dtype=bool)
+        steady = f * turn / stiffness if f != 0.0 else 0.0
+        x = sections[:, place] - np.real(steady)
+        v = sections[:, place + 1] - np.real(1j * omega * steady)
+        reaches.append(np.abs(steady) + np.hypot(x, v / w))
+    tip = reaches[0]
+    if system.contact == "oblique":
+        tip = np.sin(np.minimum(tip, 0.5 * np.pi))
+    return np.asarray(tip + reaches[1] < system.gap)

@@ -1,0 +1,221 @@
+"""Basins of attraction as a result: which cell belongs to which attractor, and what follows."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...fixed_arrays import FixedArrays
+from ...run import read_only
+from ...system import System
+from ..columns import need_xarray
+from ..fields import STATUS, STATUS_NAMES, Field
+from .attractors import Attractor
+from .measures import BasinEntropy, UncertaintyExponent, basin_entropy, uncertainty_exponent
+from .trapping import Follow
+
+if TYPE_CHECKING:
+    import xarray
+
+ATTRACTOR = Field("attractor", "int16", "number of the attractor, -1 for none", fill=-1)
+SETTLING = Field(
+    "settling", "int32", "drive periods until its trapping region is entered, -1 for none", fill=-1
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BasinSettings:
+    """The arguments that basins were computed with; meanings as in ``basins``."""
+
+    initial: tuple[float, float, float, float]
+    periods: int
+    keep: int
+    scouts: int
+    rounds: int
+    max_events: int | None
+    tolerance: float
+
+    @property
+    def follow(self) -> Follow:
+        """How a cell is followed at first."""
+        return Follow(self.periods, self.keep, self.max_events, self.tolerance)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Basins(FixedArrays):
+    """Basins of attraction over a grid of a x b initial states; all arrays are read-only.
+
+    Attributes
+    ----------
+    system
+        The system.
+    axes
+        Names and values of the two coordinates that vary, shapes (a,) and (b,).
+    attractors
+        What was found, in the order of finding.
+    attractor
+        Number of the attractor of each cell, -1 for none, shape (a, b).
+    status_code
+        How each cell ended, as a place in ``vi.sweeps.STATUS_NAMES``, shape (a, b).
+    settling
+        Drive periods until the trapping region of the attractor was entered; -1 where the cell was
+        judged by its sections at the end, shape (a, b).
+    settings
+        The other arguments.
+    """
+
+    system: System
+    axes: dict[str, NDArray[np.float64]]
+    attractors: tuple[Attractor, ...]
+    attractor: NDArray[np.int16]
+    status_code: NDArray[np.int8]
+    settling: NDArray[np.int32]
+    settings: BasinSettings
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        for name in ("attractor", "status_code", "settling"):
+            getattr(self, name).flags.writeable = False
+
+    def __repr__(self) -> str:
+        """Say what was computed, the attractors with their shares, and what has none."""
+        axes = " x ".join(f"{len(values)} {name}" for name, values in self.axes.items())
+        parts = [
+            f"{attractor.label} {share:.1%}"
+            for attractor, share in zip(self.attractors, self.shares, strict=True)
+        ]
+        parts += [f"{name} in {number} cells" for name, number in self.reasons.items()]
+        return f"<Basins over {axes}: {', '.join(parts) or 'nothing'}>"
+
+    @cached_property
+    def shares(self) -> NDArray[np.float64]:
+        """Part of the cells with an attractor that belongs to each, shape (attractors,)."""
+        inside = self.attractor[self.attractor >= 0]
+        numbers = np.bincount(inside, minlength=len(self.attractors))
+        return numbers / max(len(inside), 1)
+
+    @cached_property
+    def reasons(self) -> dict[str, int]:
+        """Number of cells without an attractor, by status."""
+        codes, numbers = np.unique(self.status_code[self.attractor < 0], return_counts=True)
+        return {
+            STATUS_NAMES[code]: int(number) for code, number in zip(codes, numbers, strict=True)
+        }
+
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """How each cell ended, shape (a, b): ``completed`` with an attractor, else why without.
+
+        ``overlap`` (the bodies overlap at the start), ``unresolved`` (none was reached in the time
+        given, or could be told), a stop reason, ``failed``, or ``pending`` after Ctrl-C.
+        """
+        return read_only(np.asarray(STATUS_NAMES)[self.status_code])
+
+    @property
+    def label(self) -> NDArray[np.str_]:
+        """Label of the attractor of each cell, or its status, shape (a, b)."""
+        names = np.array([*(found.label for found in self.attractors), *STATUS_NAMES])
+        none = len(self.attractors) + self.status_code
+        return read_only(names[np.where(self.attractor >= 0, self.attractor, none)])
+
+    @property
+    def complete(self) -> bool:
+        """Whether no cell is pending."""
+        return bool(self.status_code.all())
+
+    def __len__(self) -> int:
+        """Return the number of cells."""
+        return self.attractor.size
+
+    def uncertainty_exponent(self, *, steps: ArrayLike | None = None) -> UncertaintyExponent:
+        """Return the uncertainty exponent of the basins' boundary; see ``UncertaintyExponent``.
+
+        Parameters
+        ----------
+        steps
+            Distances, in cells; default 1, 2, 4 ... up to an eighth of the shorter axis.
+
+        Raises
+        ------
+        ParameterError
+            If an axis is not evenly spaced, or the grid is too small.
+        """
+        return uncertainty_exponent(self.attractor, axes=self.axes, steps=steps)
+
+    def entropy(self, *, box: int = 5) -> BasinEntropy:
+        """Return basin entropy and boundary basin entropy; see ``BasinEntropy``.
+
+        Parameters
+        ----------
+        box
+            Cells along each side of a box.
+
+        Raises
+        ------
+        ParameterError
+            If the grid is smaller than a box.
+        """
+        return basin_entropy(self.attractor, box=box)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return attractor, status, settling and label over both axes as an xarray data set.
+
+        Raises
+        ------
+        ImportError
+            If xarray is not installed.
+        """
+        need_xarray()
+        import xarray
+
+        dims = tuple(self.axes)
+        columns: dict[str, Any] = {
+            field.name: (dims, values, field.attributes())
+            for field, values in (
+                (ATTRACTOR, self.attractor),
+                (STATUS, self.status_code),
+                (SETTLING, self.settling),
+            )
+        }
+        description = "label of the attractor, or the status where there is none"
+        columns["label"] = (dims, self.label, {"description": description})
+        described = [
+            {"label": found.label, "kind": found.kind, "confirmed": found.confirmed}
+            for found in self.attractors
+        ]
+        return xarray.Dataset(
+            columns,
+            {name: (name, values) for name, values in self.axes.items()},
+            {
+                "kind": "basins",
+                "system": json.dumps(self.system.to_dict()),
+                "settings": json.dumps(dataclasses.asdict(self.settings)),
+                "attractors": json.dumps(described),
+            },
+        )
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the basins to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it."""
+        from .files import write_basins  # which needs this module
+
+        write_basins(path, self)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Basins:
+        """Read basins from the file that ``save`` wrote.
+
+        Raises
+        ------
+        ValueError
+            If it is damaged, foreign, or holds something else.
+        """
+        from .files import read_basins
+
+        return read_basins(path)

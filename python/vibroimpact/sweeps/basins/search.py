@@ -1,0 +1,231 @@
+"""Where starts end up among known attractors, and the search for those that are not known.
+
+A run that settles on a periodic motion is refined by Newton's method, and a stable motion gets a
+trapping region. A run that neither repeats nor settles is carried on for a long time: it may be a
+transient.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...orbits.motion import PeriodicMotion
+from ...orbits.shooting import refine
+from ...run import Run
+from ...simulation import simulate
+from ...system import System
+from ..fields import STATUS_NAMES
+from .attractors import AT_REST, FREE, NOT_ISOLATED, Attractor, Kind, Tails, same
+from .clouds import cloud_of
+from .free_motion import never_strike
+from .trapping import Follow, arrive, is_rotor, largest_multiplier, trapping_region
+
+Array = NDArray[np.float64]
+
+# A multiplier this close to the unit circle is on it: central differences tell it no better.
+NEUTRAL = 1e-7
+# Drive periods for which a motion that does not repeat is carried on, and how many are looked at.
+LASTING, LOOKED_AT = 20_000, 8_000
+# More attractors than this are not told apart: there is a continuum of them.
+MOST = 64
+# Starts that are followed at a time.
+BATCH = 64
+# Starts in a row whose motion cannot be told, after which no more are looked at.
+MOST_HOPELESS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """Where n starts ended up among known attractors.
+
+    Attributes
+    ----------
+    status
+        Codes: places in ``STATUS_NAMES``, shape (n,).
+    attractor
+        Number of the attractor, -1 for none, shape (n,).
+    periods
+        Drive periods until the trapping region was entered, -1 where none was, shape (n,).
+    left, tails
+        The starts that came to the end of their run on no known attractor, shape (k,), and its
+        last sections.
+    interrupted
+        Whether Ctrl-C ended the work.
+    """
+
+    status: NDArray[np.int8]
+    attractor: NDArray[np.int64]
+    periods: NDArray[np.int64]
+    left: NDArray[np.int64]
+    tails: Tails
+    interrupted: bool
+
+
+def follow_all(
+    system: System,
+    starts: Array,
+    attractors: Sequence[Attractor],
+    follow: Follow,
+    *,
+    workers: int | None = None,
+    progress: Callable[[int], bool] | None = None,
+) -> Ends:
+    """Follow starts, shape (n, 4), until they arrive at attractors; judge the others by tails."""
+    trapping = [k for k, attractor in enumerate(attractors) if attractor.region is not None]
+    regions = [attractor.region for attractor in attractors if attractor.region is not None]
+    found = arrive(system, starts, regions, follow, workers=workers, progress=progress)
+    number = np.array([*trapping, -1])[found.attractor]
+    status, left = found.status, found.left
+    tails = Tails(
+        sections=found.tails,
+        counts=found.counts,
+        orbits=np.column_stack([found.m[left], found.n[left]]),
+        rested=status[left] == STATUS_NAMES.index("rest"),
+    )
+    for k, attractor in enumerate(attractors):
+        on_it = attractor.holds(tails)
+        number[left[on_it]] = k
+        left, tails = left[~on_it], tails[~on_it]
+    return Ends(status, number, found.periods, left, tails, found.interrupted)
+
+
+def find_attractors(
+    system: System,
+    starts: Array,
+    follow: Follow,
+    *,
+    known: Sequence[Attractor] = (),
+    workers: int | None = None,
+) -> tuple[Attractor, ...]:
+    """Find the attractors of some starts beyond those that are known.
+
+    Starts are looked at in their order, each that is on no attractor found so far. The result does
+    not depend on ``workers``.
+
+    Parameters
+    ----------
+    system
+        The system.
+    starts
+        Initial states, shape (n, 4); those in which the bodies overlap are left out.
+    follow
+        How they are followed.
+    known
+        Attractors to which those found are added.
+    workers
+        Threads.
+
+    Returns
+    -------
+    tuple of Attractor
+        The known ones first.
+    """
+    found = list(known)
+    hopeless = 0
+    # In batches: once the attractors are known, starts arrive early.
+    for first in range(0, len(starts), BATCH):
+        batch = starts[first : first + BATCH]
+        ends = follow_all(system, batch, found, follow, workers=workers)
+        if ends.interrupted:
+            raise KeyboardInterrupt
+        left, tails = ends.left, ends.tails
+        while len(left):
+            if hopeless == MOST_HOPELESS or len(found) == MOST:
+                return tuple(found)
+            new = explore(system, batch[left[0]], follow, known=found, workers=workers)
+            kept = np.arange(len(left)) > 0
+            if new is None:
+                hopeless += 1
+            elif new not in found:
+                hopeless = 0
+                found.append(new)
+                kept &= ~new.holds(tails)
+            left, tails = left[kept], tails[kept]
+    return tuple(found)
+
+
+def explore(
+    system: System,
+    start: Array,
+    follow: Follow,
+    *,
+    known: Sequence[Attractor] = (),
+    workers: int | None = None,
+) -> Attractor | None:
+    """Say on what a start ends up: a known attractor, a new one, or None if it cannot be told."""
+    run: Run = simulate(
+        system,
+        initial=start.tolist(),
+        periods=follow.periods,
+        keep=follow.keep,
+        max_events=follow.max_events,
+        tolerance=follow.tolerance,
+    )
+    if run.stop_reason in ("completed", "rest") and run.period.m is None:
+        if not len(run.impacts) and run.time_in_contact == 0.0:
+            if not never_strike(system, run.stroboscopic[-1:]).all():
+                return None
+            free = _attractor(run, kind="family", why_not=FREE, system=system)
+            return _known_or(free, known)
+        run = run.resume(periods=LASTING, keep=LOOKED_AT)
+    if run.stop_reason not in ("completed", "rest"):
+        return None
+    if run.period.m is not None:
+        return _periodic(run, follow, known, workers)
+    if run.label not in ("chaotic", "quasi-periodic"):
+        return None
+    cloud = cloud_of(run.stroboscopic, rotor=is_rotor(system))
+    if cloud is None:
+        return None
+    kind: Kind = "chaotic" if run.label == "chaotic" else "quasi-periodic"
+    lossless = system.restitution == 1.0 and not (
+        system.friction or system.pendulum_damping or system.oscillator_damping
+    )
+    why_not = "without losses nothing attracts" if lossless else ""
+    new = _attractor(run, kind=kind, cloud=cloud, confirmed=not lossless, why_not=why_not)
+    return _known_or(new, known)
+
+
+def _attractor(run: Run, **more: Any) -> Attractor:
+    """Return an attractor found by a run that does not repeat."""
+    label = "quasi-periodic" if more["kind"] == "family" else run.label
+    return Attractor(label=label, sections=run.stroboscopic, start=run.initial, **more)
+
+
+def _known_or(new: Attractor, known: Sequence[Attractor]) -> Attractor:
+    """Return the known attractor that this is, or itself."""
+    return next((old for old in known if same(new, old)), new)
+
+
+def _periodic(
+    run: Run, follow: Follow, known: Sequence[Attractor], workers: int | None
+) -> Attractor:
+    """Return the attractor of a run that has a period, confirmed if it can be."""
+    m = run.period.m
+    assert m is not None
+    # The period may have been told from more sections than were kept.
+    sections = (run.resume(periods=m) if m > len(run.stroboscopic) else run).stroboscopic[-m:]
+    rotor = is_rotor(run.system)
+    new = Attractor(
+        label=run.label, kind="periodic", sections=sections, start=run.initial, rotor=rotor
+    )
+    if run.stop_reason == "rest" and run.system.friction > 0.0:
+        return _known_or(replace(new, kind="family", why_not=AT_REST), known)
+    motion = refine(run)
+    if isinstance(motion, PeriodicMotion) and motion.stable:
+        new = _known_or(replace(new, sections=motion.sections, motion=motion), known)
+        if new in known:
+            return new
+        region = trapping_region(run.system, motion.sections, follow, workers=workers)
+        why_not = "" if region is not None else "no trapping region was confirmed"
+        return replace(new, region=region, confirmed=region is not None, why_not=why_not)
+    if abs(largest_multiplier(run.system, sections, follow) - 1.0) <= NEUTRAL:
+        return _known_or(replace(new, kind="family", why_not=NOT_ISOLATED), known)
+    if isinstance(motion, PeriodicMotion):
+        why = motion.why_not or f"unstable, |lambda| = {abs(motion.multipliers[0]):.6g}"
+    else:
+        why = motion.reason
+    return _known_or(replace(new, why_not=why), known)

@@ -1,0 +1,247 @@
+"""Trapping regions of periodic attractors, and where starts arrive.
+
+Around a section point c of a stable periodic motion the map F of m drive periods contracts in a
+norm |x|_P of its own, P = D + M^T P M/rho^2 with M = F'(c) and |lambda| < rho < 1. How far from c
+it still does is found out by simulation: a radius counts as confirmed if F brings every one of many
+random states within it nearer to c, by a fixed factor, with the motion's number of impacts in each
+drive period. Half of that radius is used.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ... import _core
+from ...system import System
+from ..fields import STATUS_NAMES
+
+Array = NDArray[np.float64]
+
+# Random states that confirm a radius, and those that are tried first.
+SAMPLES, SCREENED = 1024, 64
+# Drive periods per sample over all section points of one motion that are tried.
+MOST_PERIODS = 64
+# Largest half extent of a region that is tried, as part of the motion's size, and the smallest.
+WIDEST, NARROWEST = 0.25, 1e-9
+# Samples lie between this part of the radius and all of it.
+INNERMOST = 1e-3
+# Step of the central differences, as part of the motion's size.
+STEP = 1e-6
+# Part of the confirmed radius that is used.
+USED = 0.5
+
+
+def is_rotor(system: System) -> bool:
+    """Whether the angle x1 counts modulo a turn: no spring tells its turns apart."""
+    return system.frequency_ratio == 0.0 and system.contact == "oblique"
+
+
+def wrapped(offsets: Array, *, rotor: bool) -> Array:
+    """Return differences of states, shape (..., 4), with that of a rotor's angle in [-pi, pi]."""
+    if rotor:
+        offsets = offsets.copy()
+        offsets[..., 0] -= math.tau * np.round(offsets[..., 0] / math.tau)
+    return offsets
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """The states X with ``|factor @ (X - center)| <= 1`` at the start of a drive period.
+
+    Attributes
+    ----------
+    center, factor
+        Section point of the attractor, shape (4,), and the matrix of the norm, shape (4, 4).
+    counts
+        Impacts in each of the m drive periods after ``center``, -1 with complete chatter.
+    contraction
+        Factor by which m drive periods brought every sample nearer, at least.
+    samples
+        Number of random states, in twice the region, that confirmed it.
+    """
+
+    center: Array
+    factor: Array
+    counts: tuple[int, ...]
+    contraction: float
+    samples: int
+
+    @property
+    def extents(self) -> Array:
+        """Half extents of the region along x1, v1, x2, v2."""
+        inverse = np.linalg.inv(self.factor)
+        return np.sqrt((inverse @ inverse.T).diagonal())
+
+
+@dataclass(frozen=True)
+class Follow:
+    """How starts are followed: drive periods, sections kept, caps; see ``vi.basins``."""
+
+    periods: int
+    keep: int
+    max_events: int | None
+    tolerance: float
+
+
+def arrive(
+    system: System,
+    starts: Array,
+    regions: list[Region],
+    follow: Follow,
+    *,
+    workers: int | None = None,
+    progress: Callable[[int], bool] | None = None,
+) -> _core.Arrivals:
+    """Follow every start, shape (n, 4), until it arrives in one of the regions, or to the end."""
+    caps = {} if follow.max_events is None else {"max_events": follow.max_events}
+    arrivals = _core.arrivals(
+        system._compiled,
+        starts,
+        centers=np.array([region.center for region in regions]).reshape(-1, 4),
+        factors=np.array([region.factor for region in regions]).reshape(-1, 4, 4),
+        counts=[list(region.counts) for region in regions],
+        periods=follow.periods,
+        keep=follow.keep,
+        tolerance=follow.tolerance,
+        workers=workers,
+        progress=progress,
+        **caps,
+    )
+    return arrivals
+
+
+def trapping_region(
+    system: System, sections: Array, follow: Follow, *, workers: int | None = None
+) -> Region | None:
+    """Find the widest trapping region of a periodic attractor, or None if none is confirmed.
+
+    Parameters
+    ----------
+    system, follow
+        As elsewhere.
+    sections
+        Its states at the starts of m drive periods, shape (m, 4).
+    """
+    size = _size(sections)
+    m = len(sections)
+    cycle = _Cycle(system, Follow(m, m, follow.max_events, follow.tolerance), workers)
+    tried = np.unique(np.linspace(0, m - 1, min(m, max(1, MOST_PERIODS // m))).round().astype(int))
+    found = [cycle.region(sections[place], size) for place in tried]
+    regions = [region for region in found if region is not None]
+    # The widest: the smallest determinant. Motions of m = 1 have one alone.
+    volume = [-float(np.linalg.slogdet(region.factor)[1]) for region in regions]
+    return regions[int(np.argmax(volume))] if regions else None
+
+
+def largest_multiplier(system: System, sections: Array, follow: Follow) -> float:
+    """Return the largest modulus of a multiplier of a periodic motion, from simulations alone."""
+    m = len(sections)
+    cycle = _Cycle(system, Follow(m, m, follow.max_events, follow.tolerance), 1)
+    matrix = cycle.derivative(sections[-1], _size(sections))
+    return float(np.abs(np.linalg.eigvals(matrix)).max()) if matrix is not None else math.nan
+
+
+def _size(sections: Array) -> Array:
+    """Size of a motion along each coordinate; that of an equilibrium is a matter of choice."""
+    largest = np.abs(sections).max(axis=0)
+    size: Array = np.maximum(largest, max(0.1 * float(largest.max()), 0.01))
+    return size
+
+
+@dataclass(frozen=True)
+class _Cycle:
+    """The map of m drive periods."""
+
+    system: System
+    follow: Follow
+    workers: int | None
+
+    def __call__(self, starts: Array) -> tuple[Array, NDArray[np.int64], NDArray[np.bool_]]:
+        """Return where starts come to, the impacts of each drive period, and which got there."""
+        arrivals = arrive(self.system, starts, [], self.follow, workers=self.workers)
+        if arrivals.interrupted:
+            raise KeyboardInterrupt
+        ends = np.full((len(starts), 4), np.nan)
+        counts = np.full((len(starts), self.follow.keep), -2)
+        left = arrivals.left
+        ends[left], counts[left] = arrivals.tails[:, -1], arrivals.counts
+        return ends, counts, arrivals.status != STATUS_NAMES.index("overlap")
+
+    def region(self, center: Array, size: Array) -> Region | None:
+        """Confirm the largest radius around one section point."""
+        _, own, _ = self(center[None])
+        matrix = self.derivative(center, size)
+        growth = float(np.abs(np.linalg.eigvals(matrix)).max()) if matrix is not None else math.inf
+        if matrix is None or not growth < 1.0:
+            return None
+        rho = 0.5 * (1.0 + growth)
+        metric = _metric(matrix / rho, size)
+        # |W x|^2 = x^T P x; the unit ball of W has half extents sqrt(diag P^-1).
+        factor: Array = np.asarray(np.linalg.cholesky(metric).T, dtype=np.float64)
+        inverse: Array = np.asarray(np.linalg.inv(factor), dtype=np.float64)
+        widest = float((np.sqrt((inverse @ inverse.T).diagonal()) / size).max())
+        radius = WIDEST / widest
+        slowest = 0.5 * (1.0 + rho)
+        draw = np.random.default_rng(0)
+        while radius * widest > NARROWEST:
+            if all(
+                self._contracts(center, inverse * radius, own[0], slowest, draw, count)
+                for count in (SCREENED, SAMPLES)
+            ):
+                return Region(
+                    center=center,
+                    factor=factor / (USED * radius),
+                    counts=tuple(own[0].tolist()),
+                    contraction=slowest,
+                    samples=SAMPLES,
+                )
+            radius *= 0.5
+        return None
+
+    def derivative(self, center: Array, size: Array) -> Array | None:
+        """Derivative of the map by central differences, one-sided where the bodies overlap."""
+        steps = STEP * np.diag(size)
+        starts = np.concatenate([center + steps, center - steps, center[None]])
+        ends, _, possible = self(starts)
+        starts[:8][~possible[:8]] = center
+        ends[:8][~possible[:8]] = ends[8]
+        width = np.abs(starts[:4] - starts[4:8]).max(axis=1)
+        matrix = ((ends[:4] - ends[4:8]) / np.where(width > 0.0, width, 1.0)[:, None]).T
+        return matrix if np.isfinite(matrix).all() else None
+
+    def _contracts(
+        self,
+        center: Array,
+        ball: Array,
+        counts: NDArray[np.int64],
+        slowest: float,
+        draw: np.random.Generator,
+        number: int,
+    ) -> bool:
+        """Whether random states of the ball come nearer with the motion's impacts."""
+        direction = draw.standard_normal((number, 4))
+        direction /= np.linalg.norm(direction, axis=1)[:, None]
+        # Half of them on the surface, where it is decided; the others at all scales.
+        scale = INNERMOST ** draw.random(number)
+        scale[::2] = 1.0
+        offsets = scale[:, None] * direction
+        ends, passed, possible = self(center + offsets @ ball.T)
+        # Where the bodies would overlap no start can be; a contact has them on one side.
+        if np.count_nonzero(possible) < number // 4:
+            return False
+        off = wrapped(ends - center, rotor=is_rotor(self.system))
+        after = np.linalg.norm(off @ np.linalg.inv(ball).T, axis=1)[possible]
+        return bool(
+            (after <= slowest * scale[possible]).all() and (passed[possible] == counts).all()
+        )
+
+
+def _metric(matrix: Array, size: Array) -> Array:
+    """Solve P = D + A^T P A for a matrix A whose powers vanish; D scales the coordinates."""
+    scale = np.diag(size**-2.0)
+    kron = np.kron(matrix.T, matrix.T)
+    metric = np.linalg.solve(np.eye(16) - kron, scale.ravel()).reshape(4, 4)
+    return 0.5 * (metric + metric.T)

@@ -1,0 +1,120 @@
+"""The chunks of a computation on the workers of a Dask cluster.
+
+Few chunks are under way at a time, and fewer results wait here. The work of a worker that died is
+done again by another, which Dask sees to; since the numbers of a chunk follow from its place alone,
+they are the same bits.
+"""
+
+from collections.abc import Generator, Sequence
+from concurrent.futures import CancelledError
+from typing import Any
+
+from .. import _core
+from ..arguments import reject
+from ..errors import ClusterError, SimulationError
+from .fields import ChunkResult, Task
+from .grid import Tiling
+
+# Chunks under way for each thread of the cluster: one at work, the others so that it need not wait.
+_AHEAD = 3
+
+
+def check_client(client: Any) -> None:
+    """Refuse what is not a client that can be waited for.
+
+    Raises
+    ------
+    ParameterError
+        If ``client`` is not a running, synchronous ``distributed.Client``.
+    ImportError
+        If Dask's ``distributed`` is not installed.
+    """
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise ImportError(
+            'a cluster needs Dask: pip install "vibroimpact[dask]"', name="distributed"
+        ) from error
+    if not isinstance(client, Client) or client.asynchronous or client.status != "running":
+        reject("client", client, "a running distributed.Client that is not asynchronous")
+
+
+def threads(client: Any) -> int:
+    """Return the threads of all workers there are now, at least one."""
+    return max(1, int(sum(client.nthreads().values())))
+
+
+def on_cluster(
+    task: Task,
+    tiling: Tiling,
+    todo: Sequence[int],
+    *,
+    client: Any,
+    workers: int | None,
+    ordered: bool,
+) -> Generator[tuple[int, ChunkResult]]:
+    """Compute the chunks ``todo`` on the cluster; yield each as it is done, or in their order.
+
+    What is under way when the generator is closed is cancelled. The error of a chunk is raised as
+    it is; so is Dask's own, when a chunk was on several workers as they died.
+
+    Raises
+    ------
+    ClusterError
+        If the scheduler is gone, the client was closed, or its work was cancelled.
+    """
+    import distributed
+
+    # The task travels once. As the result of a computation it can be had again, as data could not.
+    remote = client.submit(_same, task, pure=False)
+    left, order = iter(todo), iter(todo)
+    awaited = next(order, None)
+    running: dict[Any, int] = {}
+    arrivals = distributed.as_completed()
+    waiting: dict[int, ChunkResult] = {}
+    try:
+        while True:
+            if client.status != "running":
+                raise ConnectionError(f"the client is {client.status}")
+            # What waits for an earlier chunk counts too: memory is bounded.
+            room = _AHEAD * threads(client) - len(running) - len(waiting)
+            for _, index in zip(range(room), left, strict=False):
+                where = (*tiling.cells(index), 1 if workers is None else workers)
+                future = client.submit(_compute, remote, _core.__version__, *where, pure=False)
+                running[future] = index
+                arrivals.add(future)
+            if not running:
+                return
+            future = next(arrivals)
+            index, result = running.pop(future), future.result()
+            if not ordered:
+                yield index, result
+                continue
+            waiting[index] = result
+            while awaited in waiting:
+                yield awaited, waiting.pop(awaited)
+                awaited = next(order, None)
+    except (CancelledError, OSError, RuntimeError, UnboundLocalError) as error:
+        # Without a scheduler Dask's calls end in one of these (the last is how its `sync` ends when
+        # the client is closed while it waits); else it is an error of the chunk.
+        connected = client.status == "running"
+        if connected and not isinstance(error, CancelledError):
+            raise
+        why = "its work was cancelled" if connected else "no connection to the scheduler"
+        raise ClusterError(f"the cluster was lost ({why})") from error
+    finally:
+        if client.status == "running":
+            client.cancel([remote, *running])
+
+
+def _same(task: Task) -> Task:
+    return task
+
+
+def _compute(task: Task, version: str, first: int, last: int, workers: int) -> ChunkResult:
+    """Compute a chunk on a worker, with the version that the client has."""
+    if version != _core.__version__:
+        raise SimulationError(
+            f"a worker has vibroimpact {_core.__version__}, the client has {version}"
+        )
+    return task.compute(first, last, workers=workers, go_on=None)

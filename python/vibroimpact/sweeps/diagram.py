@@ -1,0 +1,341 @@
+"""Bifurcation diagrams: the long-term motion as one parameter of a system varies."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from ..arguments import count, flag, optional_count, reject, state, states, threads
+from ..errors import ClusterError, Interrupted
+from ..system import NUMERIC_RANGES, System
+from .cells import (
+    IMPACT_ROWS,
+    STROBOSCOPIC_ROWS,
+    CellTask,
+    Measure,
+    RunSettings,
+    checked_axes,
+    label_columns,
+    run_cells,
+)
+from .columns import Columns
+from .diagram_results import Diagram, Start
+from .engine import compute
+from .fields import ChunkResult
+from .grid import Grid
+from .merge import LEVELS, merged
+from .store import folder_of_stores, store_in
+
+# More would ask for more points than a screen has.
+_MOST_REFINEMENTS = 20
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DiagramTask(CellTask):
+    """One branch for each start, over the values of one parameter: axes (branch, parameter)."""
+
+    initials: tuple[tuple[float, float, float, float], ...]
+    starts: tuple[Start, ...]
+
+    rows = (IMPACT_ROWS, STROBOSCOPIC_ROWS)
+
+    @property
+    def divisible(self) -> bool:  # type: ignore[override]
+        """Whether no branch is followed from point to point."""
+        return set(self.starts) == {"fresh"}
+
+    def settings(self) -> dict[str, Any]:
+        """Return all that the numbers depend on but the grid."""
+        settings = dataclasses.asdict(self.run) | {
+            "initial": [list(initial) for initial in self.initials],
+            "start": list(self.starts),
+            "labels": self.measure != "returns",
+            "exponents": self.measure == "largest_exponent",
+        }
+        return {"system": self.system.to_dict(), **settings}
+
+    def compute(
+        self, first: int, last: int, *, workers: int | None, go_on: Callable[[int], bool] | None
+    ) -> ChunkResult:
+        """Run the points first ... last - 1, which may belong to several branches."""
+        name = [*self.grid.axes][-1]
+        length = len(self.grid.axes[name])
+        parts: list[ChunkResult] = []
+        for branch in range(first // length, (last - 1) // length + 1) if last > first else ():
+            begin = max(first, branch * length)
+            end = min(last, (branch + 1) * length)
+            stopped = bool(parts) and parts[-1].interrupted
+            advance = None if go_on is None else _after(begin - first, go_on)
+            parts.append(
+                self._pending(end - begin)
+                if stopped
+                else self._run(branch, begin, end, name, workers, advance)
+            )
+        return _joined(parts or [self._pending(0)])
+
+    def _run(
+        self,
+        branch: int,
+        first: int,
+        last: int,
+        name: str,
+        workers: int | None,
+        go_on: Callable[[int], bool] | None,
+    ) -> ChunkResult:
+        values = {name: self.grid.values(first, last)[name]}
+        run = dataclasses.replace(self.run, initial=self.initials[branch])
+        sweep = run_cells(
+            self.system,
+            values,
+            run,
+            cells=last - first,
+            measure=self.measure,
+            start=self.starts[branch],
+            rows=True,
+            workers=workers,
+            go_on=go_on,
+        )
+        impacts = dict(zip(_IMPACT_COLUMNS, sweep.impact_section, strict=True))
+        rows = {
+            "impact": (sweep.impact_count, {**impacts, "regime": sweep.regime}),
+            "stroboscopic": (sweep.stroboscopic_count, {"stroboscopic": sweep.stroboscopic}),
+        }
+        return ChunkResult(label_columns(sweep, self.measure), rows, sweep.interrupted)
+
+    def _pending(self, cells: int) -> ChunkResult:
+        """Return the result of points that Ctrl-C has left."""
+        columns = {f.name: np.full((cells, *f.shape), f.fill, f.dtype) for f in self.fields}
+        none = np.zeros(cells, np.int64)
+        rows = {
+            group.name: (none, {f.name: np.empty((0, *f.shape), f.dtype) for f in group.fields})
+            for group in self.rows
+        }
+        return ChunkResult(columns, rows, interrupted=cells > 0)
+
+
+_IMPACT_COLUMNS = ("x1", "v1", "v2", "impact_phase", "approach_velocity", "energy_loss")
+
+
+def _after(before: int, go_on: Callable[[int], bool]) -> Callable[[int], bool]:
+    return lambda done: go_on(before + done)
+
+
+def _joined(parts: Sequence[ChunkResult]) -> ChunkResult:
+    if len(parts) == 1:
+        return parts[0]
+    columns = {
+        name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns
+    }
+    rows = {}
+    for group, (_, fields) in parts[0].rows.items():
+        counts = np.concatenate([part.rows[group][0] for part in parts])
+        rows[group] = (
+            counts,
+            {
+                name: np.concatenate([part.rows[group][1][name] for part in parts])
+                for name in fields
+            },
+        )
+    return ChunkResult(columns, rows, any(part.interrupted for part in parts))
+
+
+def bifurcation_diagram(
+    system: System,
+    *,
+    initial: ArrayLike,
+    periods: int = 600,
+    keep: int | None = None,
+    start: Start | Sequence[Start] = "fresh",
+    labels: bool = True,
+    exponents: bool = False,
+    refine: int = 0,
+    max_events: int | None = None,
+    tolerance: float = 1e-12,
+    section_phase: float = 0.0,
+    progress: bool = False,
+    workers: int | None = None,
+    chunk: int | None = None,
+    client: Any = None,
+    store: str | os.PathLike[str] | None = None,
+    **parameter: ArrayLike,
+) -> Diagram:
+    """Simulate one run per value of a parameter and collect its sections.
+
+    Parameters
+    ----------
+    system
+        The system; the varied parameter's own value plays no part.
+    initial
+        (x1, v1, x2, v2) at t = 0, or several starts, shape (k, 4): a branch for each.
+    periods, keep
+        Drive periods per run, and how many of them at the end are kept; default as in ``sweep``.
+    start
+        ``"fresh"``: every run starts from ``initial``. ``"forward"``, ``"backward"``: each starts
+        from the last state of the one before, in the given or the reverse order; the result is
+        in the given order always. Several of them: a branch for each, and each ``initial``.
+    labels
+        Tell chaotic and quasi-periodic motions apart by the growth of perturbations. Without,
+        which is faster, what does not return is ``unresolved``.
+    exponents
+        Compute the largest Lyapunov exponent of each point, too.
+    refine
+        So many times, halve the steps across which the label of a fresh branch changes. The values
+        of the result are then in increasing order, each once.
+    max_events, tolerance, section_phase
+        As in ``simulate``.
+    progress, workers, chunk, client, store
+        As in ``sweep``. A followed branch is one task, never cut. With ``refine`` a store has a
+        part for each level.
+    **parameter
+        One numeric field of System with an array of its values; for a range use
+        ``numpy.linspace``, e.g.
+        ``drive_frequency=np.linspace(0.2, 4, 4000)``.
+
+    Returns
+    -------
+    Diagram
+
+    Raises
+    ------
+    ParameterError
+        If an argument or one of the values is out of range; nothing has run then.
+    StateError
+        If an initial state is not finite, or the bodies overlap in it at one of the values.
+    Interrupted
+        After Ctrl-C; ``.result`` is the Diagram, unreached points having the status ``pending``.
+    """
+    if not isinstance(system, System):
+        reject("system", system, "a vibroimpact.System")
+    axes = checked_axes(
+        bifurcation_diagram, system, parameter, allowed=[*NUMERIC_RANGES], exactly=1
+    )
+    ((name, values),) = axes.items()
+    kinds = _starts(start)
+    refinements = count("refine", refine, least=0, most=_MOST_REFINEMENTS)
+    if refinements and set(kinds) != {"fresh"}:
+        reject("refine", refine, "0 for followed branches: points between have no one to follow")
+    initials = _initials(initial)
+    run = RunSettings.checked(
+        initial=initials[0],
+        periods=periods,
+        keep=keep,
+        max_events=max_events,
+        tolerance=tolerance,
+        section_phase=section_phase,
+    )
+    _check_overlap(system, name, values, initials)
+    branches = [(one, kind) for kind in kinds for one in initials]
+    measure: Measure = "label" if flag("labels", labels) else "returns"
+    if flag("exponents", exponents):
+        measure = "largest_exponent"
+
+    def task(values: NDArray[np.float64]) -> DiagramTask:
+        axes = {name: values}
+        if len(branches) > 1:
+            axes = {"branch": np.arange(float(len(branches))), **axes}
+        return DiagramTask(
+            kind="diagram",
+            system=system,
+            grid=Grid(axes),
+            run=run,
+            measure=measure,
+            initials=tuple(one for one, _ in branches),
+            starts=tuple(kind for _, kind in branches),
+        )
+
+    engine = {"chunk": chunk, "workers": workers, "progress": progress, "client": client}
+    if not refinements:
+        return compute(task(values), Diagram, store=store, **engine)
+    optional_count("chunk", chunk, least=1)
+    threads(workers)
+    folder = folder_of_stores(store, LEVELS, "a refined diagram")
+    return _refined(task, np.unique(values), refinements, folder, engine)
+
+
+def _initials(initial: ArrayLike) -> list[tuple[float, float, float, float]]:
+    checked = states(initial)
+    if checked.ndim < 2:
+        return [state(checked)]
+    given = [state(row) for row in checked]
+    if not given:
+        reject("initial", initial, "at least one start")
+    return given
+
+
+def _starts(start: Any) -> tuple[Start, ...]:
+    several = isinstance(start, Iterable) and not isinstance(start, str)
+    try:
+        given = tuple(start) if several else (start,)
+    except TypeError:  # an array without a dimension
+        given = ()
+    if not given or not all(isinstance(kind, str) and kind in get_args(Start) for kind in given):
+        reject("start", start, "'fresh', 'forward', 'backward', or several of them")
+    return given
+
+
+def _check_overlap(
+    system: System, name: str, values: NDArray[np.float64], initials: Sequence[Any]
+) -> None:
+    # A zero-length run refuses an initial state that does not fit. Of all swept parameters only the
+    # gap matters to that, and a state without overlap at the smallest gap has none at any other.
+    gap = values.min() if name == "gap" else system.gap
+    compiled = system.replace(gap=gap)._compiled
+    for initial in initials:
+        _core.simulate(compiled, initial, time=0.0)
+
+
+def _refined(
+    task: Callable[[NDArray[np.float64]], DiagramTask],
+    values: NDArray[np.float64],
+    refinements: int,
+    store: Path | None,
+    engine: dict[str, Any],
+) -> Diagram:
+    """Compute level by level: each has the midpoints between unequal labels of all before."""
+    done: Columns | None = None
+    try:
+        for level in range(refinements + 1):
+            place = store_in(store, f"level-{level}")
+            stopped: Interrupted | ClusterError | None = None
+            try:
+                columns = compute(task(values), _itself, store=place, **engine)
+            except (Interrupted, ClusterError) as error:
+                columns, stopped = error.result, error
+            done = columns if done is None else merged(done, columns)
+            if stopped is not None:
+                raise type(stopped)(str(stopped), Diagram(done)) from stopped.__cause__
+            values = _midpoints(Diagram(done))
+            if not len(values):
+                break
+    except Interrupted:
+        raise
+    except KeyboardInterrupt:
+        if done is None:
+            raise
+        message = f"interrupted after {done.done} points; .result holds them"
+        raise Interrupted(message, Diagram(done)) from None
+    assert done is not None
+    return Diagram(done)
+
+
+def _itself(columns: Columns) -> Columns:
+    return columns
+
+
+def _midpoints(diagram: Diagram) -> NDArray[np.float64]:
+    """Return the middle of each step across which the label changes on a branch."""
+    values = diagram.values
+    labels = diagram.label.reshape(-1, len(values))
+    changes = (labels[:, 1:] != labels[:, :-1]).any(axis=0)
+    middle = 0.5 * (values[1:] + values[:-1])
+    # Between neighbouring doubles there is nothing.
+    wanted: NDArray[np.float64] = middle[changes & (middle > values[:-1]) & (middle < values[1:])]
+    return wanted

@@ -1,0 +1,194 @@
+"""A bifurcation diagram as a result: points of branches, and the rows of their sections.
+
+It is ragged: point i owns the rows offset[i] : offset[i + 1] of the impact columns and
+stroboscopic_offset[i] : stroboscopic_offset[i + 1] of the stroboscopic states. The sections are
+those of Han, Jin & Hu (2004), eq. (48); see docs/theory.md, section 6.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..run import read_only
+from .columns import Columns
+from .results import GridResult
+
+Start = Literal["fresh", "forward", "backward"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class DiagramSettings:
+    """The arguments a diagram was computed with; meanings as in ``bifurcation_diagram``.
+
+    ``initial`` and ``start`` are those of each branch.
+    """
+
+    initial: tuple[tuple[float, float, float, float], ...]
+    start: tuple[Start, ...]
+    periods: int
+    keep: int
+    labels: bool
+    exponents: bool
+    max_events: int | None
+    tolerance: float
+    section_phase: float
+
+
+class Diagram(GridResult):
+    """A bifurcation diagram of n points; all arrays are read-only.
+
+    A point is one value of the parameter on one branch; the points of a branch follow each other. A
+    branch is a start: an initial state, fresh or followed.
+    """
+
+    kind = "diagram"
+
+    def __init__(self, columns: Columns) -> None:
+        super().__init__(columns)
+        self.parameter_name = [*columns.grid.axes][-1]
+
+    @property
+    def settings(self) -> DiagramSettings:  # type: ignore[override]
+        """The arguments of the computation."""
+        settings = super().settings
+        initial = tuple(tuple(state) for state in settings.pop("initial"))
+        start = tuple(settings.pop("start"))
+        return DiagramSettings(initial=initial, start=start, **settings)
+
+    def _flat(self, name: str) -> NDArray[Any]:
+        array = self.columns[name]
+        inner = array.shape[len(self.columns.grid.axes) :]
+        return array.reshape(-1, *inner)
+
+    def __repr__(self) -> str:
+        """Say what was varied and how much came of it."""
+        return f"{super().__repr__()[:-1]}, {len(self.regime)} impacts>"
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The values of the parameter, shape (values,)."""
+        return self.columns.grid.axes[self.parameter_name]
+
+    @property
+    def branch(self) -> NDArray[np.int64]:
+        """Number of the branch of each point, shape (n,): of ``settings.initial``, ``.start``."""
+        numbers = np.arange(len(self) // len(self.values))
+        return read_only(np.repeat(numbers, len(self.values)))
+
+    @property
+    def parameter(self) -> NDArray[np.float64]:
+        """The value of the parameter at each point, shape (n,)."""
+        return read_only(np.tile(self.values, len(self) // len(self.values)))
+
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """How each point ended, shape (n,); see ``GridResult.status``."""
+        return super().status.reshape(-1)
+
+    @property
+    def label(self) -> NDArray[np.str_]:
+        """Label of each point, shape (n,); ``unresolved`` without ``labels`` if not periodic."""
+        return super().label.reshape(-1)
+
+    @property
+    def m(self) -> NDArray[np.int64]:
+        """Drive periods per orbit, shape (n,); 0 where no period was found."""
+        return self._flat("m")
+
+    @property
+    def n(self) -> NDArray[np.int64]:
+        """Impacts per orbit, shape (n,); -1 for complete chatter."""
+        return self._flat("n")
+
+    @property
+    def residual(self) -> NDArray[np.float64]:
+        """Largest difference between sections m periods apart, shape (n,)."""
+        return self._flat("residual")
+
+    @property
+    def contact_fraction(self) -> NDArray[np.float64]:
+        """Part of the kept time in lasting contact, shape (n,); NaN where nothing is kept."""
+        return self._flat("contact_fraction")
+
+    @property
+    def final_states(self) -> NDArray[np.float64]:
+        """State x1, v1, x2, v2 at the end of each run, shape (n, 4)."""
+        return self._flat("final_state")
+
+    @property
+    def largest_exponent(self) -> NDArray[np.float64]:
+        """Largest Lyapunov exponent per unit time, shape (n,), as in ``Sweep``.
+
+        Raises
+        ------
+        AttributeError
+            If it was computed without ``exponents=True``.
+        """
+        return self._exponents("largest_exponent").reshape(-1)
+
+    @property
+    def exponent_error(self) -> NDArray[np.float64]:
+        """Standard error of the largest exponent, shape (n,)."""
+        return self._exponents("exponent_error").reshape(-1)
+
+    @property
+    def offset(self) -> NDArray[np.int64]:
+        """Point i owns the impact rows offset[i] : offset[i + 1], shape (n + 1,)."""
+        return self.columns["impact_offset"]
+
+    @property
+    def x1(self) -> NDArray[np.float64]:
+        """x1 at each kept impact, shape (rows,)."""
+        return self.columns["x1"]
+
+    @property
+    def v1(self) -> NDArray[np.float64]:
+        """x1' just before each kept impact, shape (rows,)."""
+        return self.columns["v1"]
+
+    @property
+    def v2(self) -> NDArray[np.float64]:
+        """x2' just before each kept impact, shape (rows,)."""
+        return self.columns["v2"]
+
+    @property
+    def phase(self) -> NDArray[np.float64]:
+        """Phase of the drive at each kept impact, in [0, 2 pi), shape (rows,)."""
+        return self.columns["impact_phase"]
+
+    @property
+    def approach_velocity(self) -> NDArray[np.float64]:
+        """Approach velocity u just before each kept impact, shape (rows,)."""
+        return self.columns["approach_velocity"]
+
+    @property
+    def energy_loss(self) -> NDArray[np.float64]:
+        """Energy taken by each kept impact, shape (rows,)."""
+        return self.columns["energy_loss"]
+
+    @property
+    def regime(self) -> NDArray[np.int8]:
+        """Regime of each kept impact, shape (rows,)."""
+        return self.columns["regime"]
+
+    @property
+    def stroboscopic_offset(self) -> NDArray[np.int64]:
+        """Point i owns the rows stroboscopic_offset[i] : ...[i + 1], shape (n + 1,)."""
+        return self.columns["stroboscopic_offset"]
+
+    @property
+    def stroboscopic(self) -> NDArray[np.float64]:
+        """The kept stroboscopic states x1, v1, x2, v2, shape (rows, 4)."""
+        return self.columns["stroboscopic"]
+
+    @property
+    def impact_parameter(self) -> NDArray[np.float64]:
+        """The parameter value of each impact row, shape (rows,): the abscissa of a scatter."""
+        return read_only(np.repeat(self.parameter, np.diff(self.offset)))
+
+    @property
+    def stroboscopic_parameter(self) -> NDArray[np.float64]:
+        """The parameter value of each stroboscopic row, shape (rows,)."""
+        return read_only(np.repeat(self.parameter, np.diff(self.stroboscopic_offset)))

@@ -1,0 +1,172 @@
+"""The one engine behind every computation over a grid: in chunks, with progress, to be stopped.
+
+The cells of a grid go to the task in chunks, one after the other, the compiled kernel using its
+threads within a chunk; or to the workers of a Dask cluster. The numbers depend neither on the size
+of the chunks nor on who computes them. A chunk that is done is collected in memory or in a store.
+"""
+
+import os
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
+from functools import partial
+from typing import Any, TypeVar
+
+from ..arguments import flag, optional_count, threads
+from ..errors import ClusterError, Interrupted
+from . import cluster
+from .columns import Columns, Memory
+from .ctrl_c import ctrl_c_waits
+from .fields import ChunkResult, Layout, Task
+from .grid import Tiling
+from .store import Store, open_columns
+
+Result = TypeVar("Result")
+
+# Drive periods that take very roughly half a second, at four million a second on each of two cores,
+# and bounds to the cells of a chunk by default.
+_PERIODS = 4e6
+_FEWEST, _MOST = 64, 65536
+
+
+def compute(
+    task: Task,
+    wrap: Callable[[Columns], Result],
+    *,
+    chunk: int | None = None,
+    workers: int | None = None,
+    progress: bool = False,
+    client: Any = None,
+    store: str | os.PathLike[str] | None = None,
+) -> Result:
+    """Compute all cells of a task and hand them over as ``wrap(columns)``.
+
+    Parameters
+    ----------
+    task
+        What to compute.
+    wrap
+        Makes the caller's own result of the columns, complete or not; called once.
+    chunk
+        At most so many cells are computed, sent and stored together; by default about half a second
+        of work. A store goes on in the chunks it was begun with.
+    workers
+        Threads of the compiled kernel; default all cores, under ``client`` one per chunk.
+    progress
+        Show a progress bar.
+    client
+        A ``distributed.Client``: its workers compute the chunks. While there are none it waits, as
+        long as Dask's setting ``distributed.scheduler.no-workers-timeout`` allows.
+    store
+        Directory of a Zarr store for the results. One that holds part of the same computation is
+        completed.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range, or the store is damaged or holds something else.
+    Interrupted
+        After Ctrl-C; ``.result`` is ``wrap`` of what is done.
+    ClusterError
+        If the cluster is lost; ``.result`` as after Ctrl-C.
+    OSError
+        If the store cannot be written, or is gone; what it holds stays valid.
+    """
+    threads(workers)
+    optional_count("chunk", chunk, least=1)
+    flag("progress", progress)
+    layout = Layout.of(task)
+    if client is not None:
+        cluster.check_client(client)
+    tiling = Tiling.of(task.grid.shape, _chunk(task, chunk, client))
+    with (
+        _sink(layout, tiling, store, wrap) as sink,
+        _progress_bar(task, sink.done, shown=progress) as bar,
+    ):
+        chunks = (task, sink.tiling, sink.todo())
+        results = (
+            _one_by_one(*chunks, workers, bar)
+            if client is None
+            else cluster.on_cluster(*chunks, client=client, workers=workers, ordered=sink.ordered)
+        )
+        try:
+            with closing(results):
+                for index, result in results:
+                    layout.check(*sink.tiling.cells(index), result)
+                    with ctrl_c_waits():  # so that no chunk is written by half
+                        sink.write(index, result)
+                    if bar is not None:
+                        bar.update(sink.done - bar.n)
+                    if result.interrupted:
+                        raise KeyboardInterrupt
+        except KeyboardInterrupt:
+            message = f"interrupted {_so_far(task, sink)}"
+            raise Interrupted(message, wrap(sink.columns())) from None
+        except ClusterError as error:
+            message = f"{error} {_so_far(task, sink)}"
+            raise ClusterError(message, wrap(sink.columns())) from error
+    return wrap(sink.columns())
+
+
+def _so_far(task: Task, sink: Memory | Store) -> str:
+    """Say how much is done, and where it is."""
+    text = f"after {sink.done} of {task.grid.size} cells; .result holds them"
+    return text + (", as does the store: call again to go on" if isinstance(sink, Store) else "")
+
+
+def _chunk(task: Task, chunk: int | None, client: Any) -> int:
+    """Return how many cells a chunk has at most."""
+    if not task.divisible:
+        return max(task.grid.size, 1)
+    if chunk is not None:
+        return chunk
+    most = min(int(_PERIODS / task.cost), _MOST)
+    if client is not None:
+        # Several chunks for each thread, so that all of them end at about the same time.
+        most = min(most, task.grid.size // (4 * cluster.threads(client)))
+    return max(most, _FEWEST)
+
+
+def _sink(
+    layout: Layout,
+    tiling: Tiling,
+    store: str | os.PathLike[str] | None,
+    wrap: Callable[[Columns], Result],
+) -> AbstractContextManager[Memory | Store]:
+    """Return what collects the chunks."""
+    if store is None:
+        return nullcontext(Memory(layout, tiling))
+    try:
+        return Store(store, layout, tiling)
+    except KeyboardInterrupt:
+        # It has been made by now, but a large one takes a while to look through.
+        message = "interrupted while the store was opened; .result holds what is in it"
+        raise Interrupted(message, wrap(open_columns(store))) from None
+
+
+def _one_by_one(
+    task: Task, tiling: Tiling, todo: Sequence[int], workers: int | None, bar: Any
+) -> Generator[tuple[int, ChunkResult]]:
+    """Compute the chunks here, one after the other."""
+    for index in todo:
+        first, last = tiling.cells(index)
+        advance = None if bar is None else partial(_advance, bar, bar.n)
+        yield index, task.compute(first, last, workers=workers, go_on=advance)
+
+
+def _advance(bar: Any, before: int, done: int) -> bool:
+    bar.update(before + done - bar.n)
+    return True
+
+
+@contextmanager
+def _progress_bar(task: Task, done: int, *, shown: bool) -> Iterator[Any]:
+    """Give a tqdm bar that counts cells, or None where none is wanted."""
+    if not shown:
+        yield None
+        return
+    from tqdm import tqdm  # here, to keep the import of the package light
+
+    over = " x ".join(task.grid.axes)
+    name = f"{task.kind} over {over}" if over else task.kind
+    with tqdm(total=task.grid.size, initial=done, desc=name, unit="cell") as bar:
+        yield bar

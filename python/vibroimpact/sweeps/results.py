@@ -1,0 +1,206 @@
+"""What every computation over a grid gives: its columns by name, labels, a file, a data set."""
+
+import os
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core, archive
+from ..arguments import path as checked_path
+from ..run import read_only
+from ..system import System
+from .columns import Columns, Memory, to_dataset
+from .fields import STATUS_NAMES, ChunkResult, Field, Layout, RowGroup
+from .grid import Grid, Tiling
+from .labels import labels
+from .store import open_columns
+
+if TYPE_CHECKING:
+    import xarray
+
+MOTIONS = _core.MOTION_NAMES
+# The cells with these statuses have come to the end of their run.
+_COMPLETED = [STATUS_NAMES.index(name) for name in ("completed", "restarted", "rest")]
+
+
+class GridResult:
+    """Result of a computation over a grid of cells; arrays are read-only, in C order of the axes.
+
+    What is in a store is read at each access, so that a result costs no memory before it is looked
+    at.
+
+    Attributes
+    ----------
+    columns
+        The arrays by name, with all that is known of the computation.
+    system
+        The system that was varied.
+    """
+
+    kind = "result"
+
+    def __init__(self, columns: Columns) -> None:
+        self.columns = columns
+        self.system = System.from_dict(columns.layout.settings["system"])
+
+    @property
+    def axes(self) -> dict[str, NDArray[np.float64]]:
+        """What was varied: name and values of each axis, shape (n,)."""
+        return dict(self.columns.grid.axes)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The other arguments that the numbers depend on."""
+        return {k: v for k, v in self.columns.layout.settings.items() if k != "system"}
+
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """How each cell ended: ``completed``, ``restarted`` (a followed state did not fit the new
+        parameter: from ``initial``), ``overlap`` (the bodies overlap at the start), ``failed``, the
+        stop reason, or ``pending`` if an interrupted call did not reach it.
+        """  # noqa: D205
+        return read_only(np.asarray(STATUS_NAMES)[self.columns["status"]])
+
+    @property
+    def m(self) -> NDArray[np.int64]:
+        """Drive periods per orbit; 0 where no period was found."""
+        return self.columns["m"]
+
+    @property
+    def n(self) -> NDArray[np.int64]:
+        """Impacts per orbit; -1 for complete chatter, infinitely many impacts in a finite time."""
+        return self.columns["n"]
+
+    @property
+    def label(self) -> NDArray[np.str_]:
+        """Label of each cell: ``3-4``, ``1-inf`` (chatter), ``quasi-periodic``, ``chaotic``,
+        ``unresolved``.
+        """  # noqa: D205
+        return read_only(labels(*(self.columns[name] for name in ("motion", "m", "n"))))
+
+    @property
+    def residual(self) -> NDArray[np.float64]:
+        """Largest difference between sections m periods apart."""
+        return self.columns["residual"]
+
+    def _exponents(self, name: str) -> NDArray[np.float64]:
+        """Return a column of the largest exponent, which only some computations have."""
+        if name not in self.columns:
+            raise AttributeError(
+                f"this {self.kind} has no {name}: it was computed without exponents=True"
+            )
+        return self.columns[name]
+
+    @property
+    def complete(self) -> bool:
+        """Whether no cell is pending."""
+        return self.columns.complete
+
+    def __len__(self) -> int:
+        """Return the number of cells."""
+        return self.columns.grid.size
+
+    def __repr__(self) -> str:
+        """Say what was varied and how much came of it."""
+        spans = [
+            f"{len(values)} values of {name}"
+            + (f" in [{values.min():g}, {values.max():g}]" if len(values) else "")
+            for name, values in self.columns.grid.axes.items()
+        ]
+        completed = np.count_nonzero(np.isin(self.columns["status"], _COMPLETED))
+        over = " x ".join(spans) or "one system"
+        return f"<{type(self).__name__} of {over}: {completed} of {len(self)} completed>"
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """Return the columns as a labelled data set; one in a store is read when looked at.
+
+        Raises
+        ------
+        ImportError
+            If xarray is not installed.
+        """
+        return to_dataset(self.columns)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the result to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it."""
+        layout = self.columns.layout
+        metadata = {
+            "settings": dict(layout.settings),
+            "axes": [*layout.grid.axes],
+            "fields": [_written(entry) for entry in layout.fields],
+            "rows": {group.name: [_written(f) for f in group.fields] for group in layout.rows},
+        }
+        arrays = {entry.name: self.columns[entry.name] for entry, _ in layout.arrays()}
+        axes = {f"axis_{name}": values for name, values in layout.grid.axes.items()}
+        archive.write(path, self.kind, metadata, arrays | axes)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a result from the file that ``save`` wrote, or open the store of a computation.
+
+        Raises
+        ------
+        ValueError
+            If it is damaged, foreign, or holds something else.
+        """
+        path = checked_path("path", path)
+        if os.path.isdir(path):
+            columns = open_columns(path)
+            if columns.layout.kind != cls.kind:
+                raise ValueError(f"{path}: holds a {columns.layout.kind}, not a {cls.kind}")
+            return cls(columns)
+        return archive.read(path, {cls.kind: cls._from_parts})
+
+    @classmethod
+    def _from_parts(cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Self:
+        layout = Layout(
+            cls.kind,
+            Grid({name: arrays[f"axis_{name}"] for name in metadata["axes"]}),
+            tuple(_read(entry) for entry in metadata["fields"]),
+            tuple(
+                RowGroup(name, tuple(_read(entry) for entry in fields))
+                for name, fields in metadata["rows"].items()
+            ),
+            metadata["settings"],
+            metadata["version"],
+        )
+        return cls(in_memory(layout, arrays))
+
+
+def in_memory(layout: Layout, arrays: dict[str, NDArray[Any]]) -> Columns:
+    """Return columns of these arrays: of each field, and of the rows and counts of each group."""
+    cells = layout.grid.size
+    sink = Memory(layout, Tiling.of(layout.grid.shape, max(cells, 1)))
+    columns = {
+        entry.name: np.ascontiguousarray(arrays[entry.name]).reshape(cells, *entry.shape)
+        for entry in layout.fields
+    }
+    rows = {
+        group.name: (
+            arrays[group.count.name].reshape(cells),
+            {entry.name: arrays[entry.name] for entry in group.fields},
+        )
+        for group in layout.rows
+    }
+    if cells:
+        sink.write(0, ChunkResult(columns, rows))
+    return sink.columns()
+
+
+def _written(entry: Field) -> dict[str, Any]:
+    fill = None if isinstance(entry.fill, float) and np.isnan(entry.fill) else entry.fill
+    return {
+        "name": entry.name,
+        "dtype": entry.dtype,
+        "description": entry.description,
+        "shape": entry.shape,
+        "dims": entry.dims,
+        "fill": fill,
+        "flags": entry.flags,
+    }
+
+
+def _read(entry: dict[str, Any]) -> Field:
+    parts = {name: tuple(entry[name]) for name in ("shape", "dims", "flags")}
+    return Field(**entry | parts)

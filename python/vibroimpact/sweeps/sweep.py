@@ -1,0 +1,205 @@
+"""Sweeps: one labelled run for each cell of a grid of any number of axes; charts have two."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..arguments import flag
+from ..system import NUMERIC_RANGES, System
+from .cells import CellTask, RunSettings, checked_axes
+from .engine import compute
+from .grid import Grid
+from .results import GridResult
+
+
+class Sweep(GridResult):
+    """A label for each cell of a grid, and its largest Lyapunov exponent if asked for.
+
+    Attributes are those of ``GridResult``; all arrays have the shape of the grid.
+    """
+
+    kind = "sweep"
+
+    @property
+    def contact_fraction(self) -> NDArray[np.float64]:
+        """Part of the kept time in lasting contact, in [0, 1]; NaN where nothing is kept."""
+        return self.columns["contact_fraction"]
+
+    @property
+    def final_states(self) -> NDArray[np.float64]:
+        """State x1, v1, x2, v2 at the end of each run, shape (..., 4)."""
+        return self.columns["final_state"]
+
+    @property
+    def largest_exponent(self) -> NDArray[np.float64]:
+        """Largest Lyapunov exponent per unit time: of a periodic motion from its Floquet
+        multipliers (-inf if all are 0), else measured; NaN where it could not be computed.
+
+        Raises
+        ------
+        AttributeError
+            If it was computed without ``exponents=True``.
+        """  # noqa: D205
+        return self._exponents("largest_exponent")
+
+    @property
+    def exponent_error(self) -> NDArray[np.float64]:
+        """Standard error; of an exponent from multipliers, its change from orbit to orbit."""
+        return self._exponents("exponent_error")
+
+
+class Chart(Sweep):
+    """A sweep over two axes: arrays have the shape (values of the first, of the second)."""
+
+    kind = "chart"
+
+
+def sweep(
+    system: System,
+    *,
+    initial: ArrayLike,
+    periods: int = 400,
+    keep: int | None = None,
+    exponents: bool = False,
+    max_events: int | None = None,
+    tolerance: float = 1e-12,
+    section_phase: float = 0.0,
+    progress: bool = False,
+    workers: int | None = None,
+    chunk: int | None = None,
+    client: Any = None,
+    store: str | os.PathLike[str] | None = None,
+    **axes: ArrayLike,
+) -> Sweep:
+    """Simulate and label one run for each cell of a grid.
+
+    Parameters
+    ----------
+    system
+        The system; what is varied has no part in it.
+    initial
+        (x1, v1, x2, v2) at t = 0.
+    periods, keep
+        Drive periods per run, and how many of them at the end are looked at for the label: 100 by
+        default, or all of fewer.
+    exponents
+        Compute the largest Lyapunov exponent, too.
+    max_events, tolerance, section_phase
+        As in ``simulate``.
+    progress
+        Show a progress bar with rate and time left.
+    workers
+        Threads; default all cores. No number depends on it, on ``chunk`` or on ``client``.
+    chunk
+        Cells that are computed, stored and sent together; default about a second's work.
+    client
+        A ``distributed.Client``: its workers compute the chunks (docs/sweeps.md).
+    store
+        Directory of a Zarr store: results go there chunk by chunk, and a call with the same
+        arguments completes it. Memory then does not grow with the grid.
+    **axes
+        Arrays of values, each for a numeric field of System or for a coordinate x1, v1, x2, v2 of
+        the initial state; the first is the slowest axis. ``(0.2, 4)`` is an array of two values;
+        for a range use ``numpy.linspace``.
+
+    Returns
+    -------
+    Sweep
+
+    Raises
+    ------
+    ParameterError
+        If an argument or a value is out of range, or the store is something else; nothing has run
+        then. A cell in which the bodies overlap at the start has the status ``overlap``.
+    Interrupted
+        After Ctrl-C; ``.result`` is the Sweep, cells not reached being ``pending``.
+    """
+    grid = Grid(checked_axes(sweep, system, axes))
+    run = RunSettings.checked(
+        initial=initial,
+        periods=periods,
+        keep=keep,
+        max_events=max_events,
+        tolerance=tolerance,
+        section_phase=section_phase,
+    )
+    task = _task(Sweep, system, grid, run, exponents=exponents)
+    return compute(
+        task, Sweep, chunk=chunk, workers=workers, progress=progress, client=client, store=store
+    )
+
+
+def chart(
+    system: System,
+    *,
+    initial: ArrayLike,
+    periods: int = 400,
+    keep: int | None = None,
+    exponents: bool = True,
+    max_events: int | None = None,
+    tolerance: float = 1e-12,
+    section_phase: float = 0.0,
+    progress: bool = False,
+    workers: int | None = None,
+    chunk: int | None = None,
+    client: Any = None,
+    store: str | os.PathLike[str] | None = None,
+    **axes: ArrayLike,
+) -> Chart:
+    """Label the motion, and measure its largest Lyapunov exponent, over two parameters.
+
+    Parameters
+    ----------
+    system, initial, periods, keep, exponents, max_events, tolerance, section_phase
+        As in ``sweep``.
+    progress, workers, chunk, client, store
+        As in ``sweep``.
+    **axes
+        Two numeric fields of System with arrays of their values; for a range use
+        ``numpy.linspace``, e.g.
+        ``drive_frequency=np.linspace(0.2, 4, 400), moment_amplitude=np.linspace(0.2, 2, 300)``.
+
+    Returns
+    -------
+    Chart
+        Arrays have the shape (values of the first axis, values of the second).
+
+    Raises
+    ------
+    ParameterError, Interrupted
+        As in ``sweep``.
+    """
+    grid = Grid(checked_axes(chart, system, axes, allowed=[*NUMERIC_RANGES], exactly=2))
+    run = RunSettings.checked(
+        initial=initial,
+        periods=periods,
+        keep=keep,
+        max_events=max_events,
+        tolerance=tolerance,
+        section_phase=section_phase,
+    )
+    task = _task(Chart, system, grid, run, exponents=exponents)
+    return compute(
+        task, Chart, chunk=chunk, workers=workers, progress=progress, client=client, store=store
+    )
+
+
+def _task(
+    result: type[Sweep],
+    system: System,
+    grid: Grid,
+    run: RunSettings,
+    *,
+    exponents: Any,
+) -> CellTask:
+    return CellTask(
+        kind=result.kind,
+        system=system,
+        grid=grid,
+        run=run,
+        measure="largest_exponent" if flag("exponents", exponents) else "label",
+    )

@@ -1,0 +1,16 @@
+//! What a motion is: periods and labels, Lyapunov exponents, periodic orbits by shooting, basins and
+//! sweeps over parameters.
+
+pub mod basin;
+mod label;
+pub(crate) mod lyapunov;
+pub(crate) mod period;
+pub mod shooting;
+pub(crate) mod sweep;
+
+pub use lyapunov::{LyapunovError, Spectrum, lyapunov_spectrum};
+pub use period::{CHATTERING, Growth, ImpactCount, Kind, PeriodReport, detect_period};
+pub use sweep::{
+    Cell, Measure, PointStatus, SweepOptions, SweepPoint, SweepRows, SweepStart, Workers,
+    arrive_many, run_many, sweep,
+};

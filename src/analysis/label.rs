@@ -1,0 +1,312 @@
+//! The label of a run: period m-n where it returns, else what the measured growth of a small
+//! perturbation says: chaotic if it grows, quasi-periodic if it does not, unresolved if neither is
+//! certain.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use crate::analysis::lyapunov::{GrowthMeter, exponent_of_orbit};
+use crate::analysis::period::{Growth, Kind, PeriodReport};
+use crate::simulate::Horizon;
+use crate::simulate::run::{Run, RunOptions};
+
+/// Shortest and longest measurement of a growth, in drive periods.
+const GROWTH_PERIODS: (u32, u32) = (400, 25_600);
+/// Most impacts a growth is measured over: a second or two. Motions have some ten in a drive period, but for bounces
+/// that never end (r = 1 with damping).
+const GROWTH_IMPACTS: f64 = 1e6;
+/// Distance of an impact from the section that rounding may bridge, as part of a drive period.
+const AT_SECTION: f64 = 1e-6;
+/// Residual below which a motion is on its orbit, as far as multipliers are concerned.
+const SETTLED: f64 = 1e-8;
+/// Shortest one that shows that perturbations do not grow.
+const NO_GROWTH: u32 = 1600;
+/// Part by which the rate seen in the sections of a convergence and that of its multipliers differ
+/// at most.
+const SAME_RATE: f64 = 0.2;
+
+/// A verdict, unless the caller ends it: from then on `go_on` says no each time, so that what is left comes to its
+/// end soon.
+fn unless_ended<T>(
+    go_on: &mut dyn FnMut() -> bool,
+    verdict: impl FnOnce(&mut dyn FnMut() -> bool) -> (PeriodReport, T),
+) -> (PeriodReport, T) {
+    let mut ended = false;
+    let (report, rest) = verdict(&mut || {
+        ended = ended || !go_on();
+        !ended
+    });
+    (if ended { report.interrupted() } else { report }, rest)
+}
+
+impl Run {
+    /// Period and label of the motion in the kept window; measures the growth of a perturbation
+    /// after its end if it does not repeat.
+    #[must_use]
+    pub fn period(&self) -> PeriodReport {
+        self.period_while(&mut || true)
+    }
+
+    /// The same; `go_on` is asked now and then, and `false` ends it with a report that
+    /// [is interrupted](PeriodReport::is_interrupted).
+    #[must_use]
+    pub fn period_while(&self, go_on: &mut dyn FnMut() -> bool) -> PeriodReport {
+        unless_ended(go_on, |go_on| self.judged(go_on)).0
+    }
+
+    /// The same with the largest Lyapunov exponent per unit time, and its error: of a periodic
+    /// motion from its Floquet multipliers, with the change from one orbit to the next as error,
+    /// else from the growth that was measured for its label, with its standard error. NaN where
+    /// neither could be computed.
+    #[must_use]
+    pub fn period_and_exponent(&self) -> (PeriodReport, [f64; 2]) {
+        self.period_and_exponent_while(&mut || true)
+    }
+
+    pub(crate) fn period_and_exponent_while(
+        &self,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> (PeriodReport, [f64; 2]) {
+        unless_ended(go_on, |go_on| self.exponent_on_attractor(go_on))
+    }
+
+    fn exponent_on_attractor(&self, go_on: &mut dyn FnMut() -> bool) -> (PeriodReport, [f64; 2]) {
+        let (report, later) = self.settling(go_on);
+        let settled = later.as_ref().unwrap_or(self);
+        let per_time = |growth: Growth| {
+            let period = self.system.drive_period();
+            [growth.mean / period, growth.error / period]
+        };
+        let exponent = match (report.orbit, report.growth) {
+            (Some((m, _)), _) => exponent_of_orbit(settled, m, go_on).or_else(|| {
+                // Its end lies among skipped impacts.
+                GrowthMeter::new(settled).over(GROWTH_PERIODS.0, go_on).map(per_time)
+            }),
+            (None, Some(growth)) => Some(per_time(growth)),
+            (None, None) => None,
+        };
+        (report, exponent.unwrap_or([f64::NAN; 2]))
+    }
+
+    /// The verdict, and where the motion still had to settle for it, the later run that has.
+    #[must_use]
+    pub fn on_attractor(&self) -> (PeriodReport, Option<Run>) {
+        self.on_attractor_while(&mut || true)
+    }
+
+    pub(crate) fn on_attractor_while(
+        &self,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> (PeriodReport, Option<Run>) {
+        unless_ended(go_on, |go_on| self.settling(go_on))
+    }
+
+    fn settling(&self, go_on: &mut dyn FnMut() -> bool) -> (PeriodReport, Option<Run>) {
+        let (report, later) = self.judged(go_on);
+        let later = self.settled(&report, later, go_on);
+        (report, later)
+    }
+
+    /// Follows a motion that still approaches its orbit until it has come close, or for as long as a
+    /// growth is measured.
+    fn settled(
+        &self,
+        report: &PeriodReport,
+        later: Option<Run>,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Option<Run> {
+        let orbit = report.orbit;
+        let arrived = |r: &PeriodReport| r.orbit != orbit || r.residual <= SETTLED;
+        let (found, later) = self.followed(*report, later, arrived, go_on);
+        later.filter(|_| found.orbit == orbit)
+    }
+
+    /// Follows a motion that repeats or converges by further and further periods until `arrived`,
+    /// or for as long as a growth is measured.
+    fn followed(
+        &self,
+        mut report: PeriodReport,
+        mut later: Option<Run>,
+        arrived: impl Fn(&PeriodReport) -> bool,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> (PeriodReport, Option<Run>) {
+        let (shortest, longest) = GROWTH_PERIODS;
+        // A slow spiral that this window shows, a shorter one need not.
+        let mut periods = shortest.max(later.as_ref().unwrap_or(self).kept_periods());
+        while report.orbit.is_some() && !arrived(&report) && periods <= longest {
+            let run = later.as_ref().unwrap_or(self);
+            let Some(next) = run.later(periods, run.options.section_phase, go_on) else { break };
+            (report, later) = (next.0, Some(next.1));
+            periods *= 2;
+        }
+        (report, later)
+    }
+
+    /// The verdict, and the run on which it stands if that is a later one.
+    fn judged(&self, go_on: &mut dyn FnMut() -> bool) -> (PeriodReport, Option<Run>) {
+        let (mut report, later) = self.judged_by_sections(go_on);
+        if !self.stop_reason.reached_the_end() {
+            report.kind = Kind::Unresolved;
+            report.orbit = None;
+            report.method = "the run did not complete";
+            return (report, None);
+        }
+        if !report.residual.is_finite() {
+            return (report, later);
+        }
+        self.lasting(report, later, go_on).unwrap_or_else(|| {
+            let kind = Kind::Unresolved;
+            self.judged_by_growth(PeriodReport { orbit: None, kind, ..report }, go_on)
+        })
+    }
+
+    /// The period of a motion whose sections return or draw together, and the run that shows it;
+    /// `None` if they only seemed to. They will return if perturbations of the motion shrink as fast
+    /// as they draw together, else if they do so when followed further.
+    fn lasting(
+        &self,
+        report: PeriodReport,
+        later: Option<Run>,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Option<(PeriodReport, Option<Run>)> {
+        let run = later.as_ref().unwrap_or(self);
+        if !report.still_converges() || run.contracts_like(&report, go_on) {
+            return report.orbit.is_some().then_some((report, later));
+        }
+        let (found, last) = self.followed(report, None, |r| !r.still_converges(), go_on);
+        let run = last.as_ref().unwrap_or(self);
+        if found.orbit.is_none()
+            || found.still_converges() && run.contraction(&found, go_on).is_none()
+        {
+            return None;
+        }
+        if found.orbit == report.orbit {
+            return Some((report, last));
+        }
+        let (method, confidence) = ("returns when followed further", 0.9 * found.confidence);
+        Some((PeriodReport { confidence, method, ..found }, last))
+    }
+
+    /// ln|lambda| per drive period of the last orbit, if perturbations shrink along it.
+    fn contraction(&self, report: &PeriodReport, go_on: &mut dyn FnMut() -> bool) -> Option<f64> {
+        let [exponent, _] = exponent_of_orbit(self, report.orbit?.0, go_on)?;
+        Some(exponent * self.system.drive_period()).filter(|&log| log < 0.0)
+    }
+
+    /// Whether perturbations shrink as fast as the sections draw together.
+    fn contracts_like(&self, report: &PeriodReport, go_on: &mut dyn FnMut() -> bool) -> bool {
+        self.contraction(report, go_on).is_some_and(|log| {
+            log.is_finite() && (report.rate.ln() - log).abs() <= SAME_RATE * log.abs()
+        })
+    }
+
+    /// The period from the sections alone. Where an impact falls on the section, rounding puts it
+    /// before or after, and the sections of a further stretch elsewhere tell more.
+    #[must_use]
+    pub fn section_report(&self) -> PeriodReport {
+        self.section_report_while(&mut || true)
+    }
+
+    pub(crate) fn section_report_while(&self, go_on: &mut dyn FnMut() -> bool) -> PeriodReport {
+        unless_ended(go_on, |go_on| self.judged_by_sections(go_on)).0
+    }
+
+    fn judged_by_sections(&self, go_on: &mut dyn FnMut() -> bool) -> (PeriodReport, Option<Run>) {
+        let report = self.returns(go_on);
+        let simple = report.orbit.is_some_and(|(m, _)| m == 1);
+        let section = self.options.section_phase / self.system.drive_frequency();
+        if simple || !self.stop_reason.reached_the_end() || !self.strikes_at(section) {
+            return (report, None);
+        }
+        let elsewhere = (self.options.section_phase + FRAC_PI_2).rem_euclid(TAU);
+        match self.later(self.kept_periods(), elsewhere, go_on) {
+            Some((moved, later)) if moved.orbit.is_some() => (moved, Some(later)),
+            _ => (report, None),
+        }
+    }
+
+    /// Whether a kept impact falls on this time in the drive period, to rounding.
+    pub(crate) fn strikes_at(&self, time: f64) -> bool {
+        let period = self.system.drive_period();
+        self.impacts.iter().any(|impact| {
+            let after = (impact.time_in_period - time).rem_euclid(period);
+            after.min(period - after) < AT_SECTION * period
+        })
+    }
+
+    /// Decides a motion that does not repeat by the growth of a perturbation of it.
+    fn judged_by_growth(
+        &self,
+        mut report: PeriodReport,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> (PeriodReport, Option<Run>) {
+        let (mut periods, longest) = GROWTH_PERIODS;
+        let mut meter = GrowthMeter::new(self);
+        let each = self.impacts.len() as f64 / f64::from(self.kept_periods().max(1));
+        while periods <= longest && each * f64::from(periods) <= GROWTH_IMPACTS {
+            let Some(growth) = meter.over(periods, go_on) else {
+                report.method = "no return found, growth not measurable";
+                return (report, None);
+            };
+            report.growth = Some(growth);
+            let total = growth.mean * f64::from(periods);
+            // A shear grows like the time itself: ln(periods) is no sign of chaos.
+            let shear = f64::from(periods).ln();
+            if total > shear + 4.0 && growth.mean > 4.0 * growth.error {
+                report.kind = Kind::Chaotic;
+                report.confidence = 1.0 - (-(total - shear) / 4.0).exp();
+                report.method = "perturbations grow exponentially";
+                return (report, None);
+            }
+            let shrinks = total < -(shear + 4.0) && growth.mean < -4.0 * growth.error;
+            // Even two standard errors more would be no more than a shear.
+            let stays = periods >= NO_GROWTH
+                && total + 2.0 * growth.error * f64::from(periods) < shear + 1.0;
+            if shrinks || stays {
+                // It still settles, or has settled late: it will return.
+                let later = self.later(periods, self.options.section_phase, go_on);
+                if let Some((found, later)) = later.and_then(|(r, later)| {
+                    later
+                        .lasting(r, None, go_on)
+                        .map(|(found, last)| (found, last.unwrap_or(later)))
+                }) {
+                    let method = "perturbations do not grow; returns when followed further";
+                    let confidence = 0.7 * found.confidence;
+                    let growth = report.growth;
+                    return (PeriodReport { growth, confidence, method, ..found }, Some(later));
+                }
+            }
+            if stays && !shrinks {
+                report.kind = Kind::QuasiPeriodic;
+                report.confidence = 0.8;
+                report.method = "no return found, perturbations do not grow";
+                return (report, None);
+            }
+            periods *= 2;
+        }
+        report.method = "no return found, growth undecided";
+        (report, None)
+    }
+
+    fn kept_periods(&self) -> u32 {
+        u32::try_from(self.stroboscopic.len()).unwrap_or(u32::MAX)
+    }
+
+    /// What the sections of so many further drive periods say.
+    fn later(
+        &self,
+        periods: u32,
+        section_phase: f64,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Option<(PeriodReport, Run)> {
+        let end = self.final_state.clock.period + i64::from(periods);
+        let options = RunOptions {
+            horizon: Horizon::Periods(end),
+            keep: Some(i64::from(periods)),
+            max_events: self.options.max_events.saturating_mul(2),
+            section_phase,
+            ..self.options
+        };
+        let run = self.resume(options, go_on).ok()?;
+        run.stop_reason.reached_the_end().then(|| (run.returns(go_on), run))
+    }
+}

@@ -1,0 +1,521 @@
+//! Period m-n of a motion from its stroboscopic section, and its label.
+//!
+//! m is the smallest number of drive periods after which the section returns with equal impact
+//! counts, the distance being small or falling geometrically. What falls may yet turn round (a
+//! passage along a saddle, a lucky stretch of chaos): label.rs asks the motion itself, and judges one
+//! that does not return by the growth of a small perturbation.
+
+use crate::simulate::event::EventKind;
+use crate::simulate::run::Run;
+
+/// A distance below this, relative to the motion's size, is a return; the steady state of a
+/// damped motion repeats to 1e-13.
+const SMALL: f64 = 1e-9;
+/// Where a motion still converges, its extent must shrink at least by this factor from quarter to
+/// quarter of the window,
+const FALL: f64 = 0.97;
+/// and must promise to go no further than this part of the motion's size.
+const REACH: f64 = 0.25;
+/// Fewest sections from which a period is told: too few make a slow drift look like convergence.
+const SHORTEST_TAIL: usize = 100;
+/// Methods of a verdict from sections alone.
+const RETURNS: &str = "returns";
+const CONVERGES: &str = "converges geometrically";
+
+/// Growth of a small perturbation along a motion (lyapunov.rs).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Growth {
+    /// Mean of the logarithmic growth per drive period.
+    pub mean: f64,
+    /// Its standard error, from the means of blocks.
+    pub error: f64,
+    /// Drive periods it was measured over.
+    pub periods: usize,
+}
+
+/// What the stroboscopic section says of a motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeriodReport {
+    /// Drive periods m and impacts n per orbit, if the motion repeats.
+    pub orbit: Option<(usize, ImpactCount)>,
+    /// Largest |X(k + m) - X(k)| over the last min(K - m, 3 m) sections; for m = 1 if none fits.
+    pub residual: f64,
+    /// Factor by which the residual falls per drive period; 1 where it does not.
+    pub rate: f64,
+    /// Growth of a perturbation, where it was needed and could be measured.
+    pub growth: Option<Growth>,
+    /// From 0 (a guess) to 1.
+    pub confidence: f64,
+    /// How the verdict was reached.
+    pub method: &'static str,
+    /// The verdict where the motion does not repeat.
+    pub kind: Kind,
+}
+
+/// Impacts per orbit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ImpactCount {
+    /// So many.
+    Finite(usize),
+    /// Complete chatter.
+    Infinite,
+}
+
+impl std::fmt::Display for ImpactCount {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Finite(n) => write!(f, "{n}"),
+            Self::Infinite => write!(f, "inf"),
+        }
+    }
+}
+
+/// Periods tried between two looks at the caller's wish to go on: a millisecond with ten thousand sections, a
+/// tenth of a second with a million.
+const PERIODS_PER_LOOK: usize = 64;
+
+/// The method of a report that the caller has cut short.
+const INTERRUPTED: &str = "interrupted";
+
+/// Impacts in a drive period with complete chatter.
+pub const CHATTERING: u32 = u32::MAX;
+
+/// Kind of a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Kind {
+    /// None of the others is certain.
+    Unresolved = 0,
+    /// Repeats after m drive periods.
+    Periodic = 1,
+    /// Does not repeat; a perturbation does not grow.
+    QuasiPeriodic = 2,
+    /// Does not repeat; a perturbation grows.
+    Chaotic = 3,
+}
+
+impl Kind {
+    /// Names in the order of the numbers.
+    pub const NAMES: &'static [&'static str] =
+        &["unresolved", "periodic", "quasi-periodic", "chaotic"];
+
+    /// The name used in Python and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+}
+
+impl PeriodReport {
+    /// Whether the caller has cut it short: it then says nothing of the motion.
+    #[must_use]
+    pub fn is_interrupted(&self) -> bool {
+        self.method == INTERRUPTED
+    }
+
+    /// The report, cut short.
+    pub(crate) fn interrupted(self) -> Self {
+        let (kind, method) = (Kind::Unresolved, INTERRUPTED);
+        Self { orbit: None, confidence: 0.0, kind, method, ..self }
+    }
+
+    /// Whether the period is one that the sections only draw near to.
+    pub(crate) fn still_converges(&self) -> bool {
+        self.orbit.is_some() && self.method == CONVERGES
+    }
+
+    /// The label: `3-4`, `1-0`, `2-inf` (chatter), `quasi-periodic`, `chaotic`, `unresolved`.
+    #[must_use]
+    pub fn label(&self) -> String {
+        match (self.kind, self.orbit) {
+            (Kind::Periodic, Some((m, n))) => format!("{m}-{n}"),
+            (Kind::Periodic, None) => Kind::Unresolved.name().into(),
+            (kind, _) => kind.name().into(),
+        }
+    }
+}
+
+fn distance(a: &[f64; 4], b: &[f64; 4]) -> f64 {
+    largest(std::array::from_fn(|i| (a[i] - b[i]).abs()))
+}
+
+/// Looks for a period in consecutive sections; `counts[k]` are the impacts in the drive period
+/// that ends at section k, [`CHATTERING`] where they are infinitely many. A motion that still moved
+/// early in the window may have settled late in it: if the whole window shows no return, its last
+/// half, quarter ... are tried.
+#[must_use]
+pub fn detect_period(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
+    detect_while(sections, counts, &mut || true)
+}
+
+/// The same; `go_on` is asked now and then, and nothing is found once it has said no.
+pub(crate) fn detect_while(
+    sections: &[[f64; 4]],
+    counts: &[u32],
+    go_on: &mut dyn FnMut() -> bool,
+) -> PeriodReport {
+    let whole = detect_in(sections, counts, go_on);
+    let kept = sections.len();
+    if whole.orbit.is_some() || counts.len() != kept {
+        return whole;
+    }
+    let tails = std::iter::successors(Some(kept / 2), |tail| Some(tail / 2));
+    tails
+        .take_while(|&tail| tail >= SHORTEST_TAIL)
+        .map(|tail| detect_in(&sections[kept - tail..], &counts[kept - tail..], go_on))
+        .find(|report| report.orbit.is_some())
+        .unwrap_or(whole)
+}
+
+fn detect_in(
+    sections: &[[f64; 4]],
+    counts: &[u32],
+    go_on: &mut dyn FnMut() -> bool,
+) -> PeriodReport {
+    let kept = sections.len();
+    let mut report = PeriodReport {
+        orbit: None,
+        residual: f64::NAN,
+        rate: 1.0,
+        growth: None,
+        confidence: 0.0,
+        method: "too few sections",
+        kind: Kind::Unresolved,
+    };
+    if kept < 4 || counts.len() != kept {
+        return report;
+    }
+    if !sections.as_flattened().iter().all(|x| x.is_finite()) {
+        report.method = "sections not finite";
+        return report;
+    }
+    let whole = Bounds::of(sections.iter());
+    let size = whole.size().max(f64::MIN_POSITIVE);
+    // Values far from zero (a rotor after many turns) must not make a drift look small.
+    let extent = whole.extent();
+    let negligible = (SMALL * extent).max(1e-13 * size);
+    report.method = "no return found";
+    let matching = matching_counts(counts);
+    let equal_counts = |m: usize| matching[m] == kept - m;
+    report.residual = residual(sections, 1);
+    for (tried, m) in (1..=kept / 4).filter(|&m| equal_counts(m)).enumerate() {
+        if tried % PERIODS_PER_LOOK == PERIODS_PER_LOOK - 1 && !go_on() {
+            break;
+        }
+        let small = returns(sections, m, negligible);
+        let approach = if may_approach(sections, m, extent, size) {
+            approach(sections, m).filter(|a| a.remaining <= REACH * size)
+        } else {
+            None
+        };
+        if !small && approach.is_none() {
+            continue;
+        }
+        // An orbit whose points are no further apart than they still move, or than a few times what
+        // counts as a return, is one of fewer periods.
+        let remaining = approach.as_ref().map_or(0.0, |a| a.remaining);
+        let apart = if small { 4.0 * negligible } else { 2.0 * remaining };
+        let merged = |&d: &usize| m % d == 0 && equal_counts(d) && returns(sections, d, apart);
+        let m = (1..m).find(merged).unwrap_or(m);
+        let orbit = &counts[kept - m..];
+        let n = if orbit.contains(&CHATTERING) {
+            ImpactCount::Infinite
+        } else {
+            ImpactCount::Finite(orbit.iter().map(|&c| c as usize).sum())
+        };
+        return PeriodReport {
+            orbit: Some((m, n)),
+            residual: residual(sections, m),
+            rate: approach.map_or(1.0, |a| a.rate),
+            confidence: if small { 1.0 } else { 0.9 },
+            method: if small { RETURNS } else { CONVERGES },
+            kind: Kind::Periodic,
+            ..report
+        };
+    }
+    report
+}
+
+/// For each m how many of the counts from the m-th on are those from the first on, in a row (Main and
+/// Lorentz (1984); Gusfield (1997), section 1.4): all that follow it if the counts repeat after m. One pass
+/// over the counts does for all m.
+fn matching_counts(counts: &[u32]) -> Vec<usize> {
+    let kept = counts.len();
+    let mut matching = vec![0; kept];
+    // The stretch that is known to match and reaches furthest.
+    let (mut begin, mut end) = (0, 0);
+    for m in 1..kept {
+        let mut length = if m < end { matching[m - begin].min(end - m) } else { 0 };
+        while m + length < kept && counts[length] == counts[m + length] {
+            length += 1;
+        }
+        matching[m] = length;
+        if m + length > end {
+            (begin, end) = (m, m + length);
+        }
+    }
+    matching
+}
+
+/// Distances |X(k + m) - X(k)| over the last min(K - m, 3 m) sections, the last first: they tell most.
+fn last_distances(sections: &[[f64; 4]], m: usize) -> impl Iterator<Item = f64> {
+    let kept = sections.len();
+    let last = (kept - m).min(3 * m);
+    (kept - m - last..kept - m).rev().map(move |k| distance(&sections[k + m], &sections[k]))
+}
+
+fn residual(sections: &[[f64; 4]], m: usize) -> f64 {
+    last_distances(sections, m).fold(0.0, f64::max)
+}
+
+/// Whether the residual of m is no larger than `most`; told by the first distance that is.
+fn returns(sections: &[[f64; 4]], m: usize, most: f64) -> bool {
+    last_distances(sections, m).all(|distance| distance <= most)
+}
+
+/// Whether [`approach`] can be one that counts: not if two neighbours in the last quarter of the window are
+/// further apart than the extents of a motion of this extent and size may be by then. Most m of a motion
+/// that does not converge are ruled out by their first few sections.
+fn may_approach(sections: &[[f64; 4]], m: usize, extent: f64, size: f64) -> bool {
+    let quarter = sections.len() / (4 * m) * m;
+    if quarter < 2 * m {
+        return false;
+    }
+    let most = (FALL * (FALL * (FALL * extent))).min(2.0 * REACH * size);
+    let start = sections.len() - quarter;
+    let mut pairs = (start..sections.len() - m).rev();
+    pairs.all(|k| distance(&sections[k + m], &sections[k]) <= most)
+}
+
+/// How the sections k, k + m, k + 2m ... draw together.
+struct Approach {
+    /// Factor per drive period by which their extent shrinks.
+    rate: f64,
+    /// How far they may still go: half their extent, and the drift of its middle by the geometric
+    /// series over quarters of the window.
+    remaining: f64,
+}
+
+/// Extent of the sections k, k + m, ... in each quarter of the window, if it shrinks through all
+/// four. The extent, unlike the distance of neighbours, does not mistake a slow spiral of m = 1 for
+/// a larger m whose turn happens to be nearly full.
+fn approach(sections: &[[f64; 4]], m: usize) -> Option<Approach> {
+    // Whole multiples of m, so that a residue class keeps its place from quarter to quarter.
+    let quarter = sections.len() / (4 * m) * m;
+    if quarter < 2 * m {
+        return None;
+    }
+    let start = sections.len() - 4 * quarter;
+    let boxes = |i: usize| {
+        let part = &sections[start + i * quarter..start + (i + 1) * quarter];
+        (0..m).map(move |residue| Bounds::of(part.iter().skip(residue).step_by(m)))
+    };
+    let mut extents = [0.0; 4];
+    for i in 0..4 {
+        extents[i] = boxes(i).map(|b| b.extent()).fold(0.0, f64::max);
+        if i > 0 && extents[i] > FALL * extents[i - 1] {
+            return None;
+        }
+    }
+    let drift =
+        boxes(2).zip(boxes(3)).map(|(a, b)| distance(&a.middle(), &b.middle())).fold(0.0, f64::max);
+    Some(Approach {
+        rate: (extents[3] / extents[0]).powf(1.0 / (3 * quarter) as f64),
+        remaining: 0.5 * extents[3] + drift / (1.0 - extents[3] / extents[2]),
+    })
+}
+
+/// Lowest and highest value of each coordinate.
+struct Bounds {
+    low: [f64; 4],
+    high: [f64; 4],
+}
+
+impl Bounds {
+    fn of<'a>(sections: impl Iterator<Item = &'a [f64; 4]>) -> Self {
+        let mut bounds = Self { low: [f64::MAX; 4], high: [f64::MIN; 4] };
+        let Self { low, high } = &mut bounds;
+        for section in sections {
+            // Not by f64::min, which looks after NaN: vector instructions know comparisons only.
+            *low = std::array::from_fn(|i| if section[i] < low[i] { section[i] } else { low[i] });
+            *high =
+                std::array::from_fn(|i| if section[i] > high[i] { section[i] } else { high[i] });
+        }
+        bounds
+    }
+
+    /// The largest of a coordinate.
+    fn extent(&self) -> f64 {
+        largest(std::array::from_fn(|i| self.high[i] - self.low[i]))
+    }
+
+    /// Of the motion: its largest extent or value of a coordinate.
+    fn size(&self) -> f64 {
+        largest(self.low.map(f64::abs)).max(largest(self.high.map(f64::abs))).max(self.extent())
+    }
+
+    fn middle(&self) -> [f64; 4] {
+        std::array::from_fn(|i| 0.5 * (self.low[i] + self.high[i]))
+    }
+}
+
+fn largest(values: [f64; 4]) -> f64 {
+    values.into_iter().fold(0.0, f64::max)
+}
+
+impl Run {
+    /// The period from the kept sections alone, without following a nearby orbit.
+    #[must_use]
+    pub fn return_report(&self) -> PeriodReport {
+        self.returns(&mut || true)
+    }
+
+    pub(crate) fn returns(&self, go_on: &mut dyn FnMut() -> bool) -> PeriodReport {
+        let shift = self.options.section_phase / self.system.drive_frequency();
+        let mut counts = vec![0u32; self.stroboscopic.len()];
+        // Section k lies at k T, or at (k - 1) T + shift; what happens at a section belongs to the
+        // interval that ends there.
+        let row = |period: i64, time_in_period: f64| {
+            let k = period + i64::from(shift > 0.0) + i64::from(time_in_period > shift);
+            usize::try_from(k - self.first_section).ok()
+        };
+        for impact in &self.impacts {
+            let row = row(impact.period, impact.time_in_period);
+            if let Some(count) = row.and_then(|row| counts.get_mut(row)) {
+                *count += 1;
+            }
+        }
+        for event in &self.contacts {
+            let row = row(event.period, event.time_in_period);
+            if let Some(count) = row.and_then(|row| counts.get_mut(row))
+                && event.kind == EventKind::Chatter as i64
+            {
+                *count = CHATTERING;
+            }
+        }
+        // A first interval that begins before the window: its count is not known.
+        let cut = shift > 0.0 || self.window.time_in_period > 0.0;
+        let known = usize::from(cut).min(counts.len());
+        detect_while(&self.stroboscopic[known..], &counts[known..], go_on)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Orbits m and whether they return, as the definition says them: every m with all its sections.
+    fn by_definition(sections: &[[f64; 4]], counts: &[u32]) -> Option<usize> {
+        let whole = Bounds::of(sections.iter());
+        let (size, extent) = (whole.size().max(f64::MIN_POSITIVE), whole.extent());
+        let negligible = (SMALL * extent).max(1e-13 * size);
+        let equal_counts = |m: usize| counts.windows(m + 1).all(|w| w[0] == w[m]);
+        (1..=sections.len() / 4).filter(|&m| equal_counts(m)).find_map(|m| {
+            let small = residual(sections, m) <= negligible;
+            let approach = approach(sections, m).filter(|a| a.remaining <= REACH * size);
+            let remaining = approach.map(|a| a.remaining);
+            if !small && remaining.is_none() {
+                return None;
+            }
+            let apart = if small { 4.0 * negligible } else { 2.0 * remaining? };
+            let merged =
+                |&d: &usize| m % d == 0 && equal_counts(d) && residual(sections, d) <= apart;
+            Some((1..m).find(merged).unwrap_or(m))
+        })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
+
+        /// Cycles that are exact, drawn near to, left, or disturbed in one place; tori; noise.
+        #[test]
+        fn what_is_ruled_out_early_is_what_the_definition_rules_out(
+            cycle in prop::collection::vec((prop::array::uniform4(-1.0..1.0f64), 0u32..2), 1..9),
+            kept in 4usize..160,
+            rate in prop::sample::select(vec![0.0f64, 0.6, 0.9, 0.97, 0.99, 1.0, 1.01]),
+            away in prop::array::uniform4(-0.3..0.3f64),
+            turn in prop::sample::select(vec![0.0f64, 0.0, 0.7, 2.0943, 2.4]),
+            offset in prop::sample::select(vec![0.0f64, 0.0, 30.0]),
+            odd in prop::option::of((0usize..160, -2.0..2.0f64)),
+            noise in prop::sample::select(vec![0.0f64, 0.0, 1e-10, 1.0]),
+        ) {
+            let mut sections = Vec::new();
+            for k in 0..kept {
+                let (point, _) = cycle[k % cycle.len()];
+                let shrunk = rate.powi(k as i32);
+                let (s, c) = (turn * k as f64).sin_cos();
+                let rough = (k as f64 * 12.9898).sin() * 43_758.545;
+                let moved = [c * away[0] - s * away[1], s * away[0] + c * away[1], away[2], away[3]];
+                sections.push(std::array::from_fn(|i| {
+                    offset + point[i] + shrunk * moved[i] + noise * (rough * (i + 1) as f64).fract()
+                }));
+            }
+            if let Some((place, value)) = odd {
+                sections[place % kept][1] = value;
+            }
+            let counts: Vec<u32> = (0..kept).map(|k| cycle[k % cycle.len()].1).collect();
+            let found = detect_in(&sections, &counts, &mut || true);
+            prop_assert_eq!(found.orbit.map(|(m, _)| m), by_definition(&sections, &counts));
+        }
+
+        #[test]
+        fn counts_match_where_they_repeat(counts in prop::collection::vec(0u32..2, 1..60)) {
+            let matching = matching_counts(&counts);
+            for m in 1..counts.len() {
+                let repeats = counts.windows(m + 1).all(|w| w[0] == w[m]);
+                prop_assert_eq!(matching[m] == counts.len() - m, repeats);
+            }
+        }
+    }
+
+    fn circle(angle: f64, shrink: f64, count: usize) -> Vec<[f64; 4]> {
+        (0..count)
+            .map(|k| {
+                let (s, c) = (angle * k as f64).sin_cos();
+                let r = 1.0 + shrink.powi(k as i32);
+                [r * c, r * s, 0.0, 0.0]
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_closed_orbit_is_found_with_its_smallest_period() {
+        let angle = std::f64::consts::TAU / 5.0;
+        let report = detect_period(&circle(angle, 0.0, 60), &[2; 60]);
+        assert_eq!(report.orbit, Some((5, ImpactCount::Finite(10))));
+        assert_eq!(report.label(), "5-10");
+    }
+
+    #[test]
+    fn unequal_impact_counts_rule_a_period_out() {
+        let sections = vec![[1.0, 0.0, 0.0, 0.0]; 40];
+        let counts: Vec<u32> = (0..40).map(|k| k % 2).collect();
+        assert_eq!(detect_period(&sections, &counts).orbit, Some((2, ImpactCount::Finite(1))));
+    }
+
+    #[test]
+    fn a_slow_spiral_is_not_taken_for_the_period_of_its_turn() {
+        // Turns by nearly a third while it shrinks by 1 % a period.
+        let angle = std::f64::consts::TAU / 3.0 + 1e-3;
+        let spiral: Vec<[f64; 4]> = (0..100)
+            .map(|k| {
+                let r = 0.1 * 0.99f64.powi(k);
+                let (s, c) = (angle * f64::from(k)).sin_cos();
+                [1.0 + r * c, r * s, 0.0, 0.0]
+            })
+            .collect();
+        assert_eq!(detect_period(&spiral, &[1; 100]).orbit, Some((1, ImpactCount::Finite(1))));
+    }
+
+    #[test]
+    fn slow_geometric_convergence_counts_and_a_torus_does_not() {
+        let slow: Vec<[f64; 4]> =
+            (0..100).map(|k| [1.0 + 0.1 * 0.95f64.powi(k), 0.0, 0.0, 0.0]).collect();
+        let report = detect_period(&slow, &[1; 100]);
+        assert_eq!(report.orbit, Some((1, ImpactCount::Finite(1))));
+        assert!((report.rate - 0.95).abs() < 1e-3);
+        assert_eq!(detect_period(&circle(1.0, 0.0, 100), &[1; 100]).orbit, None);
+    }
+}

@@ -1,0 +1,449 @@
+//! Sweeps over parameters and initial states, in parallel: the only user of rayon.
+//!
+//! Every point is a run of its own, or a followed branch is one task from end to end, so the
+//! result has the same bits for any number of threads.
+
+mod rows;
+mod workers;
+
+pub use rows::SweepRows;
+pub use workers::Workers;
+use workers::side_by_side;
+
+use std::cell::RefCell;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
+
+use crate::analysis::basin::{Arrival, Fate, Journey, Target};
+use crate::analysis::lyapunov::{LyapunovError, lyapunov_spectrum};
+use crate::analysis::period::PeriodReport;
+use crate::impact::PreImpact;
+use crate::model::error::ParameterError;
+use crate::model::parameters::System;
+use crate::model::state::State;
+use crate::simulate::event::StopReason;
+use crate::simulate::run::{Run, RunError, RunOptions, run, run_together};
+use crate::simulate::{Simulation, travel};
+
+/// Where each value of the parameter starts from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SweepStart {
+    /// From the initial state.
+    Fresh,
+    /// From the last state of the value before.
+    Forward,
+    /// From the last state of the value after: the values are run in reverse.
+    Backward,
+}
+
+impl SweepStart {
+    /// The start of this name: fresh, forward, backward.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for an unknown name.
+    pub fn from_name(name: &str) -> Result<Self, ParameterError> {
+        match name {
+            "fresh" => Ok(Self::Fresh),
+            "forward" => Ok(Self::Forward),
+            "backward" => Ok(Self::Backward),
+            _ => Err(ParameterError::new("start", name, "one of fresh, forward, backward")),
+        }
+    }
+}
+
+/// What is found out about each point, beside its final state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Measure {
+    /// The period m-n, where the section returns.
+    Returns,
+    /// The label: where the section does not return, the growth of a perturbation is measured.
+    Label,
+    /// The label, and the largest Lyapunov exponent.
+    LargestExponent,
+    /// The label, and all Lyapunov exponents over so many drive periods after the end of the run, or
+    /// after the motion has settled.
+    Spectrum(u32),
+}
+
+/// How the points of a sweep are run, and what is kept of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SweepOptions {
+    /// How each run is made.
+    pub run: RunOptions,
+    /// What is found out about it.
+    pub measure: Measure,
+    /// Whether the rows of both sections are kept.
+    pub rows: bool,
+}
+
+impl From<RunOptions> for SweepOptions {
+    fn from(run: RunOptions) -> Self {
+        Self { run, measure: Measure::Returns, rows: true }
+    }
+}
+
+/// One point of a sweep: a system and where it starts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cell {
+    /// The system.
+    pub system: System,
+    /// Its state at t = 0.
+    pub initial: State,
+}
+
+impl Cell {
+    /// `system` with `parameter` at each of `values`, all from `initial`.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for an unknown parameter or a value outside its range.
+    pub fn along(
+        system: &System,
+        parameter: &str,
+        values: &[f64],
+        initial: State,
+    ) -> Result<Vec<Self>, ParameterError> {
+        let cell = |&value| Ok(Self { system: system.with(parameter, value)?, initial });
+        values.iter().map(cell).collect()
+    }
+}
+
+/// What became of one point of a sweep.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PointStatus {
+    /// Not reached before the caller ended the sweep.
+    Pending,
+    /// Completed, or completed after the followed state did not fit and the initial one was used.
+    Completed {
+        /// From `initial` although a branch was followed.
+        restarted: bool,
+    },
+    /// Stopped early.
+    Stopped(StopReason),
+    /// The bodies overlap at the start: nothing was run.
+    Overlap,
+    /// The computation failed.
+    Failed,
+    /// The run came to its end, but on which attractor cannot be told.
+    Unresolved,
+}
+
+impl From<Fate> for PointStatus {
+    fn from(fate: Fate) -> Self {
+        match fate {
+            Fate::Pending => Self::Pending,
+            Fate::Overlap => Self::Overlap,
+            Fate::Arrived { .. } => Self::Completed { restarted: false },
+            Fate::Elsewhere(StopReason::Completed) => Self::Unresolved,
+            Fate::Elsewhere(reason) => Self::Stopped(reason),
+            Fate::Failed => Self::Failed,
+        }
+    }
+}
+
+impl PointStatus {
+    /// All names; a status is stored as its place among them.
+    pub const NAMES: &'static [&'static str] = &[
+        "pending",
+        "completed",
+        "restarted",
+        "overlap",
+        "failed",
+        "rest",
+        "event_cap",
+        "time_cap",
+        "painleve",
+        "jammed",
+        "undecidable_graze",
+        "law_failed",
+        "unresolved",
+    ];
+
+    /// The name used in Python and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pending => "pending",
+            Self::Completed { restarted: false } => "completed",
+            Self::Completed { restarted: true } => "restarted",
+            Self::Stopped(reason) => reason.name(),
+            Self::Overlap => "overlap",
+            Self::Failed => "failed",
+            Self::Unresolved => "unresolved",
+        }
+    }
+
+    /// Its place among [`Self::NAMES`].
+    #[must_use]
+    pub fn code(self) -> i8 {
+        Self::NAMES.iter().position(|&name| name == self.name()).map_or(-1, |place| place as i8)
+    }
+}
+
+/// One point of a sweep: what its section rows need.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SweepPoint {
+    /// What became of it.
+    pub status: PointStatus,
+    /// (x1, v1, v2, phase, approach velocity, energy loss) of each kept impact, state and phase just
+    /// before it.
+    pub impact_section: Vec<[f64; 6]>,
+    /// Regime number of each kept impact.
+    pub regime: Vec<i8>,
+    /// Kept stroboscopic states.
+    pub stroboscopic: Vec<[f64; 4]>,
+    /// Period, with the label if that was wanted.
+    pub period: Option<PeriodReport>,
+    /// Lyapunov exponents with their standard errors, those wanted; else NaN.
+    pub exponents: [[f64; 2]; 4],
+    /// State at the end.
+    pub final_state: Option<State>,
+    /// Part of the kept window in contact; NaN where nothing is kept.
+    pub contact_fraction: f64,
+}
+
+impl SweepPoint {
+    fn empty(status: PointStatus) -> Self {
+        Self {
+            status,
+            impact_section: Vec::new(),
+            regime: Vec::new(),
+            stroboscopic: Vec::new(),
+            period: None,
+            exponents: [[f64::NAN; 2]; 4],
+            final_state: None,
+            contact_fraction: f64::NAN,
+        }
+    }
+
+    fn of(
+        run: Result<Run, RunError>,
+        restarted: bool,
+        options: &SweepOptions,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Self {
+        match run {
+            Ok(run) => Self::new(run, restarted, options, go_on),
+            Err(RunError::State(_)) => Self::empty(PointStatus::Overlap),
+            Err(_) => Self::empty(PointStatus::Failed),
+        }
+    }
+
+    fn new(
+        run: Run,
+        restarted: bool,
+        options: &SweepOptions,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Self {
+        // What is measured beside the run may take longer than the run; those who travelled
+        // together end together.
+        if options.measure != Measure::Returns && !go_on() {
+            return Self::empty(PointStatus::Pending);
+        }
+        let status = match run.stop_reason {
+            StopReason::Completed => PointStatus::Completed { restarted },
+            StopReason::Interrupted => return Self::empty(PointStatus::Pending),
+            reason => PointStatus::Stopped(reason),
+        };
+        let mut point = Self {
+            contact_fraction: run.time_in_contact() / (run.final_state.time - run.kept_from()),
+            final_state: Some(run.final_state.state),
+            ..Self::empty(status)
+        };
+        if run.stop_reason.reached_the_end() {
+            let report = match options.measure {
+                Measure::Returns => run.section_report_while(go_on),
+                Measure::Label => run.period_while(go_on),
+                Measure::Spectrum(periods) => {
+                    let (report, later) = run.on_attractor_while(go_on);
+                    let settled = later.as_ref().unwrap_or(&run);
+                    if let Ok(spectrum) = lyapunov_spectrum(settled, periods, None, go_on) {
+                        if spectrum.error == Some(LyapunovError::Stopped(StopReason::Interrupted)) {
+                            return Self::empty(PointStatus::Pending);
+                        }
+                        let both = |i: usize| [spectrum.exponents[i], spectrum.errors[i]];
+                        point.exponents = std::array::from_fn(both);
+                    }
+                    report
+                }
+                Measure::LargestExponent => {
+                    let (report, exponent) = run.period_and_exponent_while(go_on);
+                    point.exponents[0] = exponent;
+                    report
+                }
+            };
+            if report.is_interrupted() {
+                return Self::empty(PointStatus::Pending);
+            }
+            point.period = Some(report);
+        }
+        if options.rows {
+            let contact = run.system.contact;
+            point.impact_section = run
+                .impacts
+                .iter()
+                .map(|i| {
+                    let pre = State { x1: i.x1, v1: i.v1_pre, x2: i.x2, v2: i.v2_pre };
+                    let u = PreImpact::new(contact, &pre).approach_velocity();
+                    [i.x1, i.v1_pre, i.v2_pre, i.phase, u, i.energy_loss]
+                })
+                .collect();
+            point.regime = run.impacts.iter().map(|i| i.regime as i8).collect();
+            point.stroboscopic = run.stroboscopic;
+        }
+        point
+    }
+}
+
+/// Runs every cell. `go_on` gets the number of cells done and ends the sweep by returning `false`;
+/// cells not done are then pending.
+///
+/// # Errors
+/// [`ParameterError`] for a bad option, before any run.
+pub fn sweep(
+    cells: &[Cell],
+    options: SweepOptions,
+    start: SweepStart,
+    workers: &Workers,
+    go_on: &mut dyn FnMut(usize) -> bool,
+) -> Result<Vec<SweepPoint>, ParameterError> {
+    for cell in cells {
+        options.run.check(&cell.system)?;
+    }
+    let done = AtomicUsize::new(0);
+    let counted = |point: SweepPoint| {
+        done.fetch_add(usize::from(point.status != PointStatus::Pending), Relaxed);
+        point
+    };
+    let points = workers.run(&mut || go_on(done.load(Relaxed)), |cancel| {
+        if start == SweepStart::Fresh {
+            let go_on = || !cancel.load(Relaxed);
+            let points = side_by_side(cells.len(), &|next, done, in_hand| {
+                let mut next = || {
+                    let place = next().filter(|_| go_on())?;
+                    Some((place, cells[place].system, cells[place].initial))
+                };
+                let mut done = |place, run| {
+                    done(place, counted(SweepPoint::of(run, false, &options, &mut || go_on())));
+                };
+                run_together(&mut next, options.run, &go_on, &mut done, in_hand);
+            });
+            let pending = || SweepPoint::empty(PointStatus::Pending);
+            return points.into_iter().map(|point| point.unwrap_or_else(pending)).collect();
+        }
+        let mut last = None;
+        let mut one = |cell: &Cell| counted(follow(cell, &mut last, &options, cancel));
+        let mut points: Vec<SweepPoint>;
+        if start == SweepStart::Backward {
+            points = cells.iter().rev().map(one).collect();
+            points.reverse();
+        } else {
+            points = cells.iter().map(&mut one).collect();
+        }
+        points
+    });
+    go_on(done.load(Relaxed));
+    Ok(points)
+}
+
+fn fresh(cell: &Cell, options: &SweepOptions, restarted: bool, cancel: &AtomicBool) -> SweepPoint {
+    let mut go_on = || !cancel.load(Relaxed);
+    if !go_on() {
+        return SweepPoint::empty(PointStatus::Pending);
+    }
+    let run = run(&cell.system, cell.initial, options.run, &mut go_on);
+    SweepPoint::of(run, restarted, options, &mut go_on)
+}
+
+/// From the last state, or from the cell's own where there is none or it does not fit.
+fn follow(
+    cell: &Cell,
+    last: &mut Option<State>,
+    options: &SweepOptions,
+    cancel: &AtomicBool,
+) -> SweepPoint {
+    let point = match *last {
+        None => fresh(cell, options, false, cancel),
+        Some(initial) => {
+            let followed = fresh(&Cell { initial, ..*cell }, options, false, cancel);
+            if followed.status == PointStatus::Overlap {
+                fresh(cell, options, true, cancel)
+            } else {
+                followed
+            }
+        }
+    };
+    if point.final_state.is_some() {
+        *last = point.final_state;
+    }
+    point
+}
+
+/// One run per initial state, in parallel. Where `go_on` ends the work early, the runs that were
+/// begun by then are returned, of the first so many of `initials`; those cut short say so in
+/// their stop reason. A run that fails does not take the others with it.
+///
+/// # Errors
+/// [`RunError`] for a bad option or start, before any run.
+pub fn run_many(
+    system: &System,
+    initials: &[State],
+    options: RunOptions,
+    workers: &Workers,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Result<Vec<Result<Run, RunError>>, RunError> {
+    options.check(system)?;
+    for &initial in initials {
+        Simulation::new(system, initial)?;
+    }
+    let runs = workers.run(go_on, |cancel| {
+        let go_on = || !cancel.load(Relaxed);
+        side_by_side(initials.len(), &|next, done, in_hand| {
+            let mut next = || {
+                let place = next().filter(|_| go_on())?;
+                Some((place, *system, initials[place]))
+            };
+            run_together(&mut next, options, &go_on, done, in_hand);
+        })
+    });
+    Ok(runs.into_iter().map_while(|run| run).collect())
+}
+
+/// Follows every start until it arrives at one of the targets. `go_on` gets the number of starts
+/// done and ends the work by returning `false`; starts not reached are then pending.
+///
+/// # Errors
+/// [`ParameterError`] for a bad option, before any run.
+pub fn arrive_many(
+    system: &System,
+    initials: &[State],
+    targets: &[Target],
+    options: RunOptions,
+    workers: &Workers,
+    go_on: &mut dyn FnMut(usize) -> bool,
+) -> Result<Vec<Arrival>, ParameterError> {
+    options.check(system)?;
+    let count = AtomicUsize::new(0);
+    let arrivals = workers.run(&mut || go_on(count.load(Relaxed)), |cancel| {
+        side_by_side(initials.len(), &|next, done, in_hand| {
+            let done = RefCell::new(|place, arrival: Arrival| {
+                count.fetch_add(usize::from(arrival.fate != Fate::Pending), Relaxed);
+                done(place, arrival);
+            });
+            let mut next = || loop {
+                let place = next().filter(|_| !cancel.load(Relaxed))?;
+                match Journey::new(system, initials[place], targets, options, cancel) {
+                    Ok(journey) => return Some((place, journey)),
+                    Err(_) => (done.borrow_mut())(place, Arrival::empty(Fate::Overlap)),
+                }
+            };
+            let mut arrived =
+                |(place, journey): (usize, Journey)| (done.borrow_mut())(place, journey.arrive());
+            travel(&mut next, &mut arrived, in_hand);
+        })
+    });
+    go_on(count.load(Relaxed));
+    let pending = || Arrival::empty(Fate::Pending);
+    Ok(arrivals.into_iter().map(|arrival| arrival.unwrap_or_else(pending)).collect())
+}

@@ -1,0 +1,101 @@
+//! The threads that share the work of a sweep.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
+use std::sync::mpsc;
+use std::time::Duration;
+
+use rayon::prelude::*;
+
+use crate::model::error::ParameterError;
+
+/// More threads than any machine has use for; some systems hang rather than refuse them.
+const MOST_THREADS: usize = 1024;
+/// Time between two looks at the caller's wish to go on.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// The threads that share the work.
+#[derive(Debug, Default)]
+pub struct Workers(Option<rayon::ThreadPool>);
+
+impl Workers {
+    /// So many threads; all processors if `None`.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for 0 threads, or more than the system gives.
+    pub fn new(threads: Option<usize>) -> Result<Self, ParameterError> {
+        let Some(threads) = threads else { return Ok(Self(None)) };
+        let error = |allowed| ParameterError::new("workers", threads, allowed);
+        if !(1..=MOST_THREADS).contains(&threads) {
+            return Err(error("a whole number in [1, 1024]"));
+        }
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map(|pool| Self(Some(pool)))
+            .map_err(|_| error("as many threads as the system gives"))
+    }
+
+    /// Does `work`; what is parallel in it, on the threads.
+    pub(super) fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        match &self.0 {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }
+    }
+
+    /// Does `work` on the threads while this one asks `go_on` now and then; once that says no,
+    /// `work` sees its flag raised and should end.
+    pub(super) fn run<T: Send>(
+        &self,
+        go_on: &mut dyn FnMut() -> bool,
+        work: impl FnOnce(&AtomicBool) -> T + Send,
+    ) -> T {
+        let cancel = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            let (working, worked) = mpsc::channel::<()>();
+            let cancel = &cancel;
+            let task = scope.spawn(move || {
+                let _working = working; // dropped at the end, which wakes the watch
+                self.install(|| work(cancel))
+            });
+            while let Err(mpsc::RecvTimeoutError::Timeout) = worked.recv_timeout(LOOK) {
+                if !go_on() {
+                    cancel.store(true, Relaxed);
+                }
+            }
+            task.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        })
+    }
+}
+
+/// The next piece of work, by its place among all.
+pub(super) type Next<'a> = dyn FnMut() -> Option<usize> + 'a;
+/// Takes what has come of a piece of work.
+pub(super) type Done<'a, T> = dyn FnMut(usize, T) + 'a;
+
+/// Does so many pieces of work on the threads of the present pool, each of which asks for the next piece
+/// when it has room for it, and hands over what has come of each; `None` where nothing has. The last
+/// argument of `work` is how many pieces a thread may have in hand, so that few are shared by all.
+pub(super) fn side_by_side<T: Send>(
+    count: usize,
+    work: &(dyn Fn(&mut Next, &mut Done<T>, usize) + Sync),
+) -> Vec<Option<T>> {
+    let begun = AtomicUsize::new(0);
+    let threads = rayon::current_num_threads();
+    let in_hand = count.div_ceil(threads);
+    // As tasks, so that a pool all of whose other threads are busy does the work too.
+    let tasks = (0..threads).into_par_iter().with_max_len(1);
+    let shares: Vec<_> = tasks
+        .map(|_| {
+            let mut share = Vec::new();
+            let mut next = || Some(begun.fetch_add(1, Relaxed)).filter(|&place| place < count);
+            work(&mut next, &mut |place, result| share.push((place, result)), in_hand);
+            share
+        })
+        .collect();
+    let mut results: Vec<Option<T>> = std::iter::repeat_with(|| None).take(count).collect();
+    for (place, result) in shares.into_iter().flatten() {
+        results[place] = Some(result);
+    }
+    results
+}

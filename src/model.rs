@@ -1,0 +1,10 @@
+//! The system: its parameters with their ranges, its states and clocks, and what is refused.
+
+pub(crate) mod angle;
+pub(crate) mod error;
+pub(crate) mod parameters;
+pub(crate) mod state;
+
+pub use error::{ParameterError, SimulationError, StateError};
+pub use parameters::{Contact, ImpactLaw, System, SystemBuilder};
+pub use state::{Clock, State};

@@ -1,0 +1,346 @@
+//! Validated parameters of the system (Han, Jin & Hu (2004), eqs. (22), (23); docs/notation.md).
+
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::model::error::ParameterError;
+use crate::numerics::tolerance::LEAST_FREQUENCY;
+
+/// Geometry of the contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Contact {
+    /// g = sin x1 - x2 - gap: the pendulum's tip strikes at an angle.
+    #[default]
+    Oblique,
+    /// g = x1 - x2 - gap: the classical head-on impact; friction plays no part.
+    Direct,
+}
+
+impl Contact {
+    /// The name used in Python and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Oblique => "oblique",
+            Self::Direct => "direct",
+        }
+    }
+
+    /// The contact of this name.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for an unknown name.
+    pub fn from_name(name: &str) -> Result<Self, ParameterError> {
+        [Self::Oblique, Self::Direct]
+            .into_iter()
+            .find(|c| c.name() == name)
+            .ok_or_else(|| ParameterError::new("contact", name, "one of oblique, direct"))
+    }
+}
+
+/// Law of the impact (docs/theory.md, section 4).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum ImpactLaw {
+    /// Coulomb friction along the impulse, Poisson's restitution P_II = r P_I; never creates energy.
+    #[default]
+    Poisson,
+    /// The same friction, restitution u_post = -r u. **It can create energy** where slip ends during
+    /// the impact: a few per cent at mbar = 0.6, without bound as mbar -> 0 and the tip sticks.
+    /// With mbar = 0 and the tip sticking no impulse gets to -r u: the impact ends there.
+    Newton,
+    /// The same friction, work of the normal impulse in restitution r^2 times that in approach
+    /// (Stronge; Beghin and Boulanger); never creates energy.
+    Energetic,
+    /// The formulas (14), (16), (18) as Han, Jin & Hu (2004) print them: friction with the signed
+    /// sine, no sticking, no guard for P* < 0. It can create energy; for comparison only.
+    Paper,
+}
+
+impl ImpactLaw {
+    /// The name used in Python and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Poisson => "poisson",
+            Self::Newton => "newton",
+            Self::Energetic => "energetic",
+            Self::Paper => "paper",
+        }
+    }
+
+    /// The law of this name.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for an unknown name.
+    pub fn from_name(name: &str) -> Result<Self, ParameterError> {
+        [Self::Poisson, Self::Newton, Self::Energetic, Self::Paper]
+            .into_iter()
+            .find(|l| l.name() == name)
+            .ok_or_else(|| {
+                ParameterError::new("law", name, "one of poisson, newton, energetic, paper")
+            })
+    }
+}
+
+/// Parameters of the system, dimensionless and validated. Build one with [`System::builder`].
+///
+/// What is read with serde is validated too.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(remote = "Self")]
+pub struct System {
+    pub(crate) mass_ratio: f64,
+    pub(crate) frequency_ratio: f64,
+    pub(crate) restitution: f64,
+    pub(crate) gap: f64,
+    pub(crate) drive_frequency: f64,
+    pub(crate) pendulum_damping: f64,
+    pub(crate) oscillator_damping: f64,
+    pub(crate) moment_amplitude: f64,
+    pub(crate) force_amplitude: f64,
+    pub(crate) friction: f64,
+    pub(crate) phase: f64,
+    pub(crate) contact: Contact,
+    pub(crate) law: ImpactLaw,
+}
+
+/// Allowed range of a numeric parameter.
+#[derive(Clone, Copy)]
+enum Range {
+    Any,
+    NotNegative,
+    /// Of a drive whose period is a number that can be reckoned with: its sixth power is one.
+    Drive,
+    Unit,
+}
+
+impl Range {
+    fn words(self) -> &'static str {
+        match self {
+            Self::Any => "a finite number",
+            Self::NotNegative => "a finite number >= 0",
+            Self::Drive => "a number in [0, 1e50]",
+            Self::Unit => "a number in [0, 1]",
+        }
+    }
+
+    fn holds(self, value: f64) -> bool {
+        value.is_finite()
+            && match self {
+                Self::Any => true,
+                Self::NotNegative => value >= 0.0,
+                Self::Drive => (0.0..=1e50).contains(&value),
+                Self::Unit => (0.0..=1.0).contains(&value),
+            }
+    }
+}
+
+macro_rules! numeric_parameters {
+    ($($(#[$doc:meta])* $name:ident: $range:ident $(= $default:expr)?;)*) => {
+        impl System {
+            /// Names of the numeric parameters, any of which can be swept.
+            pub const NUMERIC: &'static [&'static str] = &[$(stringify!($name)),*];
+
+            $($(#[$doc])* #[must_use] pub fn $name(&self) -> f64 { self.$name })*
+
+            /// This system with one numeric parameter changed.
+            ///
+            /// # Errors
+            /// [`ParameterError`] for an unknown name or a value outside its range.
+            pub fn with(mut self, name: &str, value: f64) -> Result<Self, ParameterError> {
+                match name {
+                    $(stringify!($name) => self.$name = value,)*
+                    _ => return Err(ParameterError::new(
+                        "parameter", name, format!("one of {}", Self::NUMERIC.join(", ")))),
+                }
+                self.validated()
+            }
+
+            pub(crate) fn validated(mut self) -> Result<Self, ParameterError> {
+                // -0 is 0, also where it is divided by.
+                $(self.$name += 0.0;)*
+                $(if !Range::$range.holds(self.$name) {
+                    return Err(ParameterError::new(
+                        stringify!($name), format!("{:?}", self.$name), Range::$range.words()));
+                })*
+                // Its square would lose its digits; no run is long enough to see the difference.
+                if self.frequency_ratio < LEAST_FREQUENCY {
+                    self.frequency_ratio = 0.0;
+                }
+                if self.contact == Contact::Direct && self.friction > 0.0 {
+                    return Err(ParameterError::new(
+                        "friction", self.friction, "0 with contact = direct"));
+                }
+                Ok(self)
+            }
+        }
+
+        /// The numeric parameters as numbers that may carry derivatives.
+        #[derive(Debug, Clone, Copy)]
+        pub(crate) struct Parameters<T> {
+            $(pub $name: T,)*
+        }
+
+        impl System {
+            /// The numeric parameters, each as `number` makes it from name and value.
+            pub(crate) fn parameters<T>(&self, number: impl Fn(&str, f64) -> T) -> Parameters<T> {
+                Parameters { $($name: number(stringify!($name), self.$name),)* }
+            }
+        }
+
+        /// Builder of a [`System`]; mass_ratio, frequency_ratio, restitution, gap and
+        /// drive_frequency must be given, the rest have defaults.
+        #[derive(Debug, Clone, Default)]
+        pub struct SystemBuilder {
+            $($name: Option<f64>,)*
+            contact: Contact,
+            law: ImpactLaw,
+        }
+
+        impl SystemBuilder {
+            $($(#[$doc])* #[must_use] pub fn $name(mut self, value: f64) -> Self {
+                self.$name = Some(value);
+                self
+            })*
+
+            /// Contact geometry; oblique unless told otherwise.
+            #[must_use]
+            pub fn contact(mut self, contact: Contact) -> Self {
+                self.contact = contact;
+                self
+            }
+
+            /// Impact law; Poisson's unless told otherwise.
+            #[must_use]
+            pub fn law(mut self, law: ImpactLaw) -> Self {
+                self.law = law;
+                self
+            }
+
+            /// The validated system.
+            ///
+            /// # Errors
+            /// [`ParameterError`] names the first parameter that is missing or out of range.
+            pub fn build(self) -> Result<System, ParameterError> {
+                System {
+                    $($name: self.$name$(.or(Some($default)))?.ok_or_else(|| ParameterError::new(
+                        stringify!($name), "missing", Range::$range.words()))?,)*
+                    contact: self.contact,
+                    law: self.law,
+                }
+                .validated()
+            }
+        }
+    };
+}
+
+numeric_parameters! {
+    /// mbar = M1/M2 >= 0; 0: impacts do not act on body 2.
+    mass_ratio: NotNegative;
+    /// omega0 = omega_1/omega_2 >= 0; 0: free rotor, and so is what is below 1e-150.
+    frequency_ratio: NotNegative;
+    /// r, the coefficient of restitution of the impact law, in [0, 1].
+    restitution: Unit;
+    /// delta = Delta/l.
+    gap: Any;
+    /// omega = Omega/omega_2 in [0, 1e50]; 0: constant load.
+    drive_frequency: Drive;
+    /// zeta1 >= 0.
+    pendulum_damping: NotNegative = 0.0;
+    /// zeta2 >= 0.
+    oscillator_damping: NotNegative = 0.0;
+    /// f1, amplitude of the moment on the pendulum.
+    moment_amplitude: Any = 0.0;
+    /// f2, amplitude of the force on the oscillator.
+    force_amplitude: Any = 0.0;
+    /// mu >= 0, Coulomb's coefficient of friction.
+    friction: NotNegative = 0.0;
+    /// phi, phase of the forcing at t = 0.
+    phase: Any = 0.0;
+}
+
+impl Serialize for System {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Self::serialize(self, serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for System {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Self::deserialize(deserializer)?.validated().map_err(D::Error::custom)
+    }
+}
+
+impl System {
+    /// A builder with the defaults filled in.
+    #[must_use]
+    pub fn builder() -> SystemBuilder {
+        SystemBuilder::default()
+    }
+
+    /// Contact geometry.
+    #[must_use]
+    pub fn contact(&self) -> Contact {
+        self.contact
+    }
+
+    /// Impact law.
+    #[must_use]
+    pub fn law(&self) -> ImpactLaw {
+        self.law
+    }
+
+    /// This system under another impact law.
+    #[must_use]
+    pub fn with_law(mut self, law: ImpactLaw) -> Self {
+        self.law = law;
+        self
+    }
+
+    /// 2 pi/omega, infinite for a constant load.
+    #[must_use]
+    pub fn drive_period(&self) -> f64 {
+        std::f64::consts::TAU / self.drive_frequency
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn paper() -> SystemBuilder {
+        System::builder()
+            .mass_ratio(0.6)
+            .frequency_ratio(2.0)
+            .restitution(0.8)
+            .gap(0.5)
+            .drive_frequency(1.25)
+    }
+
+    #[test]
+    fn missing_and_bad_values_are_named() {
+        let error = System::builder().mass_ratio(1.0).build().unwrap_err();
+        assert_eq!(error.name, "frequency_ratio");
+        for (bad, name) in [
+            (paper().restitution(1.5), "restitution"),
+            (paper().friction(f64::NAN), "friction"),
+            (paper().gap(f64::INFINITY), "gap"),
+            (paper().pendulum_damping(-1e-300), "pendulum_damping"),
+            (paper().friction(0.1).contact(Contact::Direct), "friction"),
+        ] {
+            assert_eq!(bad.build().unwrap_err().name, name);
+        }
+        assert!(paper().build().is_ok());
+    }
+
+    #[test]
+    fn a_parameter_can_be_replaced_by_name() {
+        let system = paper().build().unwrap().with("friction", 0.5).unwrap();
+        assert_eq!(system.friction(), 0.5);
+        assert_eq!(system.with("colour", 1.0).unwrap_err().name, "parameter");
+        assert_eq!(system.with("friction", -1.0).unwrap_err().name, "friction");
+    }
+}

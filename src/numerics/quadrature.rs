@@ -1,0 +1,50 @@
+//! Gauss-Legendre quadrature.
+
+use std::sync::LazyLock;
+
+/// Points on each panel: they integrate a sine of twice [`crate::numerics::tolerance::AUDIT_ANGLE`] to
+/// rounding.
+pub(crate) const POINTS: usize = 16;
+
+/// Fewer, for panels of at most a sixth of that angle.
+pub(crate) const FEW_POINTS: usize = 6;
+
+/// Nodes and weights on [0, 1].
+pub(crate) static PANEL: LazyLock<[(f64, f64); POINTS]> = LazyLock::new(gauss_legendre);
+/// The same with fewer points.
+pub(crate) static SHORT_PANEL: LazyLock<[(f64, f64); FEW_POINTS]> = LazyLock::new(gauss_legendre);
+
+/// Nodes and weights on [0, 1], by Newton's method on the Legendre polynomial.
+fn gauss_legendre<const N: usize>() -> [(f64, f64); N] {
+    std::array::from_fn(|i| {
+        let n = N as f64;
+        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n + 0.5)).cos();
+        let mut slope = 1.0;
+        for _ in 0..20 {
+            let (mut p, mut before) = (1.0, 0.0);
+            for k in 1..=N {
+                let k = k as f64;
+                (p, before) = (((2.0 * k - 1.0) * x * p - (k - 1.0) * before) / k, p);
+            }
+            slope = n * (x * p - before) / (x * x - 1.0);
+            x -= p / slope;
+        }
+        (0.5 * (1.0 - x), 1.0 / ((1.0 - x * x) * slope * slope))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{PANEL, SHORT_PANEL};
+
+    #[test]
+    fn quadrature_is_exact_for_polynomials() {
+        let panels: [(&[(f64, f64)], i32); 2] = [(&*PANEL, 32), (&*SHORT_PANEL, 12)];
+        for (panel, powers) in panels {
+            for power in 0..powers {
+                let sum: f64 = panel.iter().map(|(x, w)| w * x.powi(power)).sum();
+                assert!((sum * f64::from(power + 1) - 1.0).abs() < 1e-14, "{power} {sum}");
+            }
+        }
+    }
+}

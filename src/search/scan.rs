@@ -1,0 +1,465 @@
+//! First pass of the contact search: the gap at equal steps of a flight, eight at a time.
+//!
+//! On each step the gap function is its quintic Hermite interpolant plus the remainder
+//! g^(6) (t - a)^3 (t - b)^3/720. In Bernstein form of degree 6 on [a, b] the remainder is a part of the
+//! middle coefficient, at most |g^(6)| h^6/14400; all seven coefficients below zero prove that the step is
+//! free of contact. A step for which that fails is cut into eight. A sign change on a step with g' > 0, proven
+//! in the same way from the interpolant's derivative, is the first contact; on a step that ends beyond
+//! what is searched the sign there decides. What stays unsure is left to the careful search
+//! (first_contact.rs), which alone decides about grazes, rest and release. The states come from tables
+//! (flight/table.rs), the rest is arithmetic on arrays; its rounding is allowed for, and can only make
+//! steps unsure (docs/contact-detection.md).
+
+#![allow(clippy::inline_always)] // all of a scan must be compiled with the same instructions
+#![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
+
+mod outright;
+mod quintic;
+
+use outright::{never_meet, short_hop};
+use quintic::{Quintic, root};
+
+use crate::flight::{Equation, Flight, FreeMotion, LEVELS, Point, States, Weights};
+use crate::model::angle::Angle;
+use crate::model::state::State;
+use crate::numerics::elementary::MOST_TURNED;
+use crate::numerics::lanes::{LANES, Lanes, lanes_of};
+use crate::numerics::tolerance::{
+    BOUND_MARGIN, FREE_SPANS, SCAN_REMAINDER, SCAN_REST, SCAN_SLACK, SCAN_SPANS,
+};
+use crate::search::gap::{GapBounds, GapBoundsLanes, Geometry};
+
+/// Halvings by which an unsure step is cut into eight.
+const CUT: usize = 3;
+
+/// What a scan can say of a flight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Scan {
+    /// No contact up to this local time, which may be several spans.
+    Clear(f64),
+    /// The first contact, a simple root, lies on a step.
+    Rise(Rise),
+    /// The first contact is the end of a short hop, near this local time.
+    Hop(f64),
+    /// No contact up to this local time; on from there with care.
+    Unsure(f64),
+}
+
+/// A step on which the gap rises through zero, once.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Rise {
+    /// Local time of its start.
+    pub after: f64,
+    /// Its length.
+    pub h: f64,
+    /// The jets at its ends.
+    pub start: Jet,
+    pub end: Jet,
+}
+
+lanes_of! {
+    /// Several rises.
+    Rises of Rise {
+        after: after,
+        h: h,
+        start_value: start.value,
+        start_rate: start.rate,
+        start_second: start.second,
+        end_value: end.value,
+        end_rate: end.rate,
+        end_second: end.second,
+    }
+}
+
+impl Rise {
+    /// Local time near the contact.
+    #[inline(always)]
+    pub fn near(&self) -> f64 {
+        self.after + self.h * root(&self.start, &self.end, self.h)
+    }
+}
+
+/// Gap function and its first two derivatives.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Jet {
+    value: f64,
+    rate: f64,
+    second: f64,
+}
+
+/// The jets at h ... 8h.
+#[derive(Debug, Clone, Default)]
+#[repr(align(64))]
+struct Samples {
+    value: Lanes,
+    rate: Lanes,
+    second: Lanes,
+}
+
+/// What a scan starts from: the jet there, and bounds of the gap's derivatives.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Outset {
+    start: Jet,
+    pub bounds: GapBounds,
+}
+
+lanes_of! {
+    /// What several scans start from.
+    Outsets of Outset {
+        value: start.value,
+        rate: start.rate,
+        second: start.second,
+        pendulum_rate_bound: bounds.pendulum_rate,
+        rate_bound: bounds.rate,
+        fourth: bounds.fourth,
+        fifth: bounds.fifth,
+        sixth: bounds.sixth,
+    }
+}
+
+impl Outsets {
+    /// Their bounds.
+    #[inline(always)]
+    pub fn bounds(&self) -> GapBoundsLanes {
+        let Self { pendulum_rate_bound, rate_bound, fourth, fifth, sixth, .. } = self;
+        GapBoundsLanes {
+            pendulum_rate: *pendulum_rate_bound,
+            rate: *rate_bound,
+            fourth: *fourth,
+            fifth: *fifth,
+            sixth: *sixth,
+        }
+    }
+}
+
+impl Outset {
+    #[inline(always)]
+    pub fn new<G: Geometry>(motion: &FreeMotion, flight: &Flight) -> Self {
+        let equations = (&motion.pendulum.equation, &motion.oscillator.equation);
+        let bounds = (
+            motion.pendulum.derivative_bounds(&flight.pendulum),
+            motion.oscillator.derivative_bounds(&flight.oscillator),
+        );
+        let Flight { state, angle, start, .. } = flight;
+        Self::within::<G>(equations, motion.gap, state, *angle, start.cos, bounds)
+    }
+
+    /// From the state at the start, and bounds of the derivatives 1 to 6 of both displacements.
+    #[inline(always)]
+    pub fn within<G: Geometry>(
+        (pendulum, oscillator): (&Equation, &Equation),
+        gap: f64,
+        s: &State,
+        angle: Angle,
+        cos_psi: f64,
+        (p, o): ([f64; 6], [f64; 6]),
+    ) -> Self {
+        let [fourth, fifth, sixth] = G::high_derivatives(&p);
+        let bounds = GapBounds {
+            pendulum_rate: p[0],
+            rate: p[0] + o[0],
+            fourth: (fourth + o[3]) * BOUND_MARGIN,
+            fifth: fifth + o[4],
+            sixth: sixth + o[5],
+        };
+        let a1 = pendulum.acceleration(s.x1, s.v1, cos_psi);
+        let a2 = oscillator.acceleration(s.x2, s.v2, cos_psi);
+        let tip = G::tip_rates(angle, s.v1, a1);
+        let value = G::tip(s.x1, angle) - s.x2 - gap;
+        let start = Jet { value, rate: tip[0] - s.v2, second: tip[1] - a2 };
+        Self { start, bounds }
+    }
+}
+
+/// Scans a flight for its first contact, and counts evaluations of the gap. `touching`: it starts on the
+/// contact.
+#[inline(always)]
+pub(crate) fn scan<G: Geometry>(
+    motion: &FreeMotion,
+    flight: &Flight,
+    outset: &Outset,
+    touching: bool,
+    span: f64,
+) -> (Scan, u64) {
+    let mut scanner = Scanner::default();
+    let begun = scanner.begin::<G>(motion, flight, outset, touching, span);
+    let found = begun.unwrap_or_else(|| {
+        loop {
+            let batch = scanner.batch::<G>(motion);
+            if let Some(found) = scanner.judge(motion, &batch) {
+                return found;
+            }
+        }
+    });
+    (found, scanner.evaluations)
+}
+
+/// A scan in the making: where it stands, and what proves a step free.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Scanner {
+    pub evaluations: u64,
+    /// Local time up to which the flight is free.
+    s: f64,
+    /// State and jet there.
+    point: Point,
+    start: Jet,
+    /// Whether that is the start of a flight on the contact.
+    touching: bool,
+    level: usize,
+    remainder: f64,
+    coarse: usize,
+    coarse_remainder: f64,
+    slack: f64,
+    span: f64,
+    /// Local time up to which a contact is met in this local flight.
+    reach: f64,
+    /// Local time up to which the bounds hold.
+    end: f64,
+}
+
+/// Eight steps on: states and jets, and the first step that is not proven free.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Batch {
+    states: States,
+    samples: Samples,
+    unsure: usize,
+}
+
+impl Scanner {
+    /// The start of a scan: the length of the steps; or the outcome.
+    #[inline(always)]
+    pub fn begin<G: Geometry>(
+        &mut self,
+        motion: &FreeMotion,
+        flight: &Flight,
+        outset: &Outset,
+        touching: bool,
+        span: f64,
+    ) -> Option<Scan> {
+        let &Outset { mut start, bounds } = outset;
+        let rate = bounds.rate;
+        let state = &flight.state;
+        let place = state.x1.abs() + state.x2.abs() + motion.gap.abs();
+        let slack = SCAN_SLACK * (place + rate * span);
+        self.evaluations = 0;
+        let clear = if touching { start.rate < -SCAN_REST * rate } else { start.value < -slack };
+        let turned = state.x1.abs() + SCAN_SPANS * rate * span;
+        if !touching && clear && never_meet::<G>(motion, flight, slack) {
+            return Some(Scan::Clear(FREE_SPANS * span));
+        }
+        if !(clear && (turned <= MOST_TURNED || !G::TURNS)) {
+            return Some(Scan::Unsure(0.0));
+        }
+        // Halving the step takes a 64th of the remainder; a NaN or too large a bound finds no level.
+        let allowed = SCAN_REMAINDER * (place + rate * motion.step(0));
+        let mut remainder = bounds.sixth * motion.remainder_factor;
+        let mut coarse = 0;
+        while remainder > allowed || remainder.is_nan() {
+            coarse += 1;
+            remainder *= 1.0 / 64.0;
+            if coarse + CUT > LEVELS {
+                return Some(Scan::Unsure(0.0));
+            }
+        }
+        (self.coarse, self.coarse_remainder) = (coarse, remainder);
+        let mut level = coarse;
+        if touching {
+            start.value = 0.0;
+            // A hop lasts about this long.
+            let hop = -2.0 * start.rate / start.second;
+            if let Some(near) = short_hop::<G>(motion, flight, start.second, hop, bounds.fourth) {
+                return Some(Scan::Hop(near));
+            }
+            while hop > 0.0 && level + 1 < LEVELS && 8.0 * motion.step(level + 1) > 1.5 * hop {
+                level += 1;
+                remainder *= 1.0 / 64.0;
+            }
+        }
+        (self.level, self.remainder) = (level, remainder);
+        // The bounds of steady motions hold for ever, others for one span.
+        let steady = motion.pendulum.is_steady() && motion.oscillator.is_steady();
+        self.end = if steady { SCAN_SPANS * span } else { span };
+        self.reach = motion.reach.max(span);
+        (self.span, self.slack, self.touching, self.start) = (span, slack, touching, start);
+        self.s = 0.0;
+        self.point =
+            Point { x1: state.x1, v1: state.v1, x2: state.x2, v2: state.v2, psi: flight.start };
+        None
+    }
+
+    /// The next eight steps. Nothing in it depends on what is found, so that several scans overlap.
+    #[inline(always)]
+    pub fn batch<G: Geometry>(&mut self, motion: &FreeMotion) -> Batch {
+        self.evaluations += LANES as u64;
+        let table = motion.table(self.level);
+        let states = table.states(&self.point);
+        let samples = Samples::new::<G>(motion, &states);
+        let unsure = samples.first_unsure(
+            &self.start,
+            &table.weights,
+            self.remainder,
+            self.slack,
+            self.touching,
+        );
+        Batch { states, samples, unsure }
+    }
+
+    /// What follows from a batch: the outcome, or `None` if another batch is needed.
+    #[inline(always)]
+    pub fn judge(&mut self, motion: &FreeMotion, batch: &Batch) -> Option<Scan> {
+        let Batch { states, samples, unsure: j } = batch;
+        let j = *j;
+        let h = motion.step(self.level);
+        if j == LANES {
+            self.s += h * LANES as f64;
+            if self.s >= self.end {
+                return Some(Scan::Clear(self.s));
+            }
+            (self.point, self.start) = (states.point(LANES - 1), samples.jet(LANES - 1));
+            (self.level, self.remainder) = (self.coarse, self.coarse_remainder);
+            self.touching = false;
+            return None;
+        }
+        if j > 0 {
+            self.s += h * j as f64;
+            (self.point, self.start) = (states.point(j - 1), samples.jet(j - 1));
+            self.touching = false;
+        }
+        let s = self.s;
+        if s >= self.reach {
+            // Met with the angles reduced, in a local flight from here.
+            return Some(Scan::Clear(s));
+        }
+        let next = samples.jet(j);
+        let weights = &motion.table(self.level).weights;
+        if !self.touching && rises(&self.start, &next, weights, self.remainder, self.slack) {
+            let rise = Rise { after: s, h, start: self.start, end: next };
+            let left = self.reach - s;
+            if left >= h {
+                return Some(Scan::Rise(rise));
+            }
+            // The step ends beyond: on which side of `reach` the contact lies says the sign of the gap
+            // there, and not the interpolant's root, which may be off by a good part of a coarse step.
+            let there = Quintic::new(&rise.start, &rise.end, h).value(left / h);
+            let doubt = self.remainder + self.slack;
+            if there > doubt {
+                return Some(Scan::Rise(rise));
+            }
+            if there < -doubt {
+                return Some(Scan::Clear(self.reach));
+            }
+        }
+        if self.level + CUT >= LEVELS {
+            // With care from there; beyond one local flight in one of its own, whose rounding is less.
+            return Some(if s < self.span { Scan::Unsure(s) } else { Scan::Clear(s) });
+        }
+        self.level += CUT;
+        self.remainder *= 1.0 / 262_144.0;
+        None
+    }
+}
+
+/// What the Bernstein coefficients of a step take from one of its ends: the largest of the three
+/// next to it, and its part of the middle one.
+#[inline(always)]
+fn end_coefficients(
+    Jet { value: g, rate, second }: Jet,
+    w: &Weights,
+    direction: f64,
+) -> (f64, f64) {
+    let outward = direction * rate;
+    let curved = w.thirtieth.mul_add(second, g);
+    let inner = larger(w.sixth.mul_add(outward, g), w.third.mul_add(outward, curved));
+    let middle = w.fifth.mul_add(outward, w.fortieth.mul_add(second, 0.5 * g));
+    (larger(inner, g), middle)
+}
+
+impl Samples {
+    #[inline(always)]
+    fn new<G: Geometry>(motion: &FreeMotion, states: &States) -> Self {
+        let (mut value, mut rate, mut second) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for j in 0..LANES {
+            let (x1, v1, x2, v2) = (states.x1[j], states.v1[j], states.x2[j], states.v2[j]);
+            let a1 = motion.pendulum.equation.acceleration(x1, v1, states.cos_psi[j]);
+            let a2 = motion.oscillator.equation.acceleration(x2, v2, states.cos_psi[j]);
+            let tip = G::tip_fast(x1, v1, a1);
+            value[j] = tip[0] - x2 - motion.gap;
+            rate[j] = tip[1] - v2;
+            second[j] = tip[2] - a2;
+        }
+        Self { value, rate, second }
+    }
+
+    #[inline(always)]
+    fn jet(&self, j: usize) -> Jet {
+        Jet { value: self.value[j], rate: self.rate[j], second: self.second[j] }
+    }
+
+    /// The first step on which not all Bernstein coefficients are below zero by more than rounding;
+    /// the number of steps if there is none. `touching`: g = 0 at the start, which is no contact.
+    #[inline(always)]
+    fn first_unsure(
+        &self,
+        start: &Jet,
+        w: &Weights,
+        remainder: f64,
+        slack: f64,
+        touching: bool,
+    ) -> usize {
+        let (mut highest, mut middle): (Lanes, Lanes) = ([0.0; LANES], [0.0; LANES]);
+        let (mut left, mut left_middle): (Lanes, Lanes) = ([0.0; LANES], [0.0; LANES]);
+        for j in 0..LANES {
+            (highest[j], middle[j]) = end_coefficients(self.jet(j), w, -1.0);
+            (left[j], left_middle[j]) = end_coefficients(self.jet(j), w, 1.0);
+        }
+        let (mut first, first_middle) = end_coefficients(*start, w, 1.0);
+        if touching {
+            let Jet { rate, second, .. } = *start;
+            first = larger(w.sixth * rate, w.third.mul_add(rate, w.thirtieth * second));
+        }
+        // The left end of a step is the right end of the one before.
+        let before = after(first, left);
+        let middle_before = after(first_middle, left_middle);
+        let mut below = 0u64;
+        for j in 0..LANES {
+            let middle = remainder + (middle_before[j] + middle[j]);
+            let highest = larger(larger(before[j], middle), highest[j]);
+            // The sign of the sum, a bit for each step: comparisons would be told apart one by one.
+            below |= ((highest + slack).to_bits() >> 63) << j;
+        }
+        (!below).trailing_zeros() as usize
+    }
+}
+
+/// The lanes moved up by one, `first` before them.
+#[inline(always)]
+fn after(first: f64, [a, b, c, d, e, f, g, _]: Lanes) -> Lanes {
+    [first, a, b, c, d, e, f, g]
+}
+
+/// One vector instruction, unlike `f64::max`. All is finite here: the bounds are.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The same of `f64::min`.
+#[inline(always)]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// Whether the gap rises through zero, and all the way, on a step: the Bernstein coefficients of the
+/// interpolant's derivative (times h/5) exceed what the remainder may take from it,
+/// sqrt(5)/30000 |g^(6)| h^5 (Agarwal & Wong (1993), Error Inequalities in Polynomial
+/// Interpolation, section 1.2), here from `remainder` = |g^(6)| h^6/14400.
+#[inline(always)]
+fn rises(start: &Jet, end: &Jet, w: &Weights, remainder: f64, slack: f64) -> bool {
+    const PART: f64 = 0.214_663;
+    let (first, last) = (w.fifth * start.rate, w.fifth * end.rate);
+    let (bend, last_bend) = (2.0 * w.fortieth * start.second, 2.0 * w.fortieth * end.second);
+    let middle = (end.value - start.value) - 2.0 * (first + last) + (last_bend - bend);
+    let ends = smaller(smaller(first, first + bend), smaller(last - last_bend, last));
+    let least = smaller(ends, middle);
+    start.value < -slack && end.value > slack && least > PART * remainder + slack
+}

@@ -1,0 +1,384 @@
+//! A whole run with what is kept of it: the last periods' impacts, sections, grazes and events.
+
+mod audit;
+mod kept;
+mod legs;
+mod options;
+
+pub use audit::EnergyAudit;
+pub use options::RunOptions;
+
+use serde::{Deserialize, Serialize};
+
+use self::kept::Kept;
+use crate::contact::sustained::ContactMode;
+use crate::flight::FreeMotion;
+use crate::model::error::{ParameterError, SimulationError, StateError};
+use crate::model::parameters::System;
+use crate::model::state::{Clock, State};
+use crate::numerics::tolerance::DEFAULT_MAX_EVENTS;
+use crate::simulate::event::{
+    ContactRecord, Event, EventKind, EventRecord, GrazeRecord, ImpactRecord, StopEvent, StopReason,
+};
+use crate::simulate::{Anchor, Caller, Checkpoint, Cycle, Observer, Simulation, Traveller, travel};
+
+/// Why a run could not be made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// Bad option.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// Bad start.
+    #[error(transparent)]
+    State(#[from] StateError),
+    /// Failed computation.
+    #[error("{error}")]
+    Simulation {
+        /// What failed, where.
+        error: SimulationError,
+        /// The run up to there; its stop reason is [`StopReason::Interrupted`].
+        done: Box<Run>,
+    },
+}
+
+/// State at the end of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FinalState {
+    /// The state, after the impact if one falls on that instant.
+    pub state: State,
+    /// Periods and time in the period.
+    pub clock: Clock,
+    /// Time since the start.
+    pub time: f64,
+    /// Contact mode; `None` in flight.
+    pub mode: Option<ContactMode>,
+}
+
+/// A run: what was kept, how it ended, and what is needed to go on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    /// The system.
+    pub system: System,
+    /// How it was made.
+    pub options: RunOptions,
+    /// Impacts in the window.
+    #[serde(skip)]
+    pub impacts: Vec<ImpactRecord>,
+    /// States at the stroboscopic sections in the window.
+    #[serde(skip)]
+    pub stroboscopic: Vec<[f64; 4]>,
+    /// Grazes in the window.
+    #[serde(skip)]
+    pub grazes: Vec<GrazeRecord>,
+    /// Events of lasting contact in the window.
+    #[serde(skip)]
+    pub contacts: Vec<ContactRecord>,
+    /// Events in the window.
+    #[serde(skip)]
+    pub events: Vec<EventRecord>,
+    /// State at the end.
+    pub final_state: FinalState,
+    /// Why the run ended.
+    pub stop_reason: StopReason,
+    /// Impacts since t = 0, kept or not.
+    pub impact_count: u64,
+    /// Evaluations of the gap function.
+    pub evaluations: u64,
+    /// Start of the window.
+    pub(crate) window: Clock,
+    /// Number of the first section in the window.
+    pub(crate) first_section: i64,
+    /// The flight in which the window begins.
+    window_anchor: Anchor,
+    checkpoint: Checkpoint,
+}
+
+/// Most records for which there is room from the start: one impact per period is usual.
+const MOST_EXPECTED: usize = 1024;
+
+/// Most events, and sections, that are copied between two such looks.
+const MOST_COPIED: u64 = 1 << 16;
+
+/// Collects sections, passes over what comes before the window, and asks the caller now and then.
+struct Collector<G> {
+    sections: Vec<[f64; 4]>,
+    /// Start of the window, and whether what happens there belongs to it.
+    window: Clock,
+    inclusive: bool,
+    /// The leg in which the window begins.
+    anchor: Anchor,
+    caller: Caller<G>,
+}
+
+impl<G: FnMut() -> bool> Observer for Collector<G> {
+    const SECTIONS: bool = true;
+
+    fn section(&mut self, _: i64, state: &State) {
+        self.sections.push(state.to_array());
+    }
+
+    fn skips(&mut self, clock: Clock, state: &State) -> bool {
+        let skipped = self.precedes(clock);
+        if skipped {
+            self.anchor = Anchor::after_impact(clock, *state);
+        }
+        skipped
+    }
+
+    fn go_on(&mut self) -> bool {
+        self.caller.goes_on()
+    }
+
+    fn long_search(&mut self) {
+        self.caller.ask_next();
+    }
+}
+
+impl<G> Collector<G> {
+    /// The last so many sections again.
+    fn repeat(&mut self, sections: usize) {
+        debug_assert!(sections <= self.sections.len(), "{sections} of {}", self.sections.len());
+        let from = self.sections.len().saturating_sub(sections);
+        self.sections.extend_from_within(from..);
+    }
+
+    fn precedes(&self, clock: Clock) -> bool {
+        // What happens at the start belongs to a run whose window is all of it.
+        clock < self.window || (clock == self.window && !self.inclusive)
+    }
+}
+
+/// Makes a run. `go_on` is asked every few thousand flights; `false` ends it with what is done.
+///
+/// # Errors
+/// [`RunError`]: a bad option or start before any work, or a failed computation.
+pub fn run(
+    system: &System,
+    initial: State,
+    options: RunOptions,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Result<Run, RunError> {
+    options.check(system)?;
+    Collection::new(system, initial, options, go_on)?.into_run()
+}
+
+/// Makes runs, at most so many at a time: `next` gives their systems and starts, `done` gets each with
+/// its place in their order.
+pub(crate) fn run_together(
+    next: &mut dyn FnMut() -> Option<(usize, System, State)>,
+    options: RunOptions,
+    go_on: &(dyn Fn() -> bool + Sync),
+    done: &mut dyn FnMut(usize, Result<Run, RunError>),
+    most: usize,
+) {
+    let done = std::cell::RefCell::new(done);
+    let mut next = || loop {
+        let (place, system, initial) = next()?;
+        match Collection::new(&system, initial, options, go_on) {
+            Ok(collection) => return Some((place, collection)),
+            Err(error) => (done.borrow_mut())(place, Err(error.into())),
+        }
+    };
+    let mut made = |(place, collection): (usize, Collection<_>)| {
+        (done.borrow_mut())(place, collection.into_run());
+    };
+    travel(&mut next, &mut made, most);
+}
+
+/// A run in the making.
+struct Collection<G> {
+    system: System,
+    options: RunOptions,
+    window: Clock,
+    first_section: i64,
+    simulation: Simulation,
+    collector: Collector<G>,
+    kept: Kept,
+    end: Option<StopEvent>,
+    failure: Option<SimulationError>,
+}
+
+impl<G: FnMut() -> bool> Traveller for Collection<G> {
+    type Watch = Collector<G>;
+
+    fn parts(&mut self) -> (&mut Simulation, &mut Collector<G>) {
+        (&mut self.simulation, &mut self.collector)
+    }
+
+    fn take(&mut self, event: Result<Event, SimulationError>) {
+        match event {
+            Ok(Event::Stop(stop)) => self.end = Some(stop),
+            Ok(event) => {
+                if self.collector.precedes(event.clock()) {
+                    self.collector.anchor = self.simulation.checkpoint().anchor;
+                } else {
+                    self.kept.take(&event);
+                    if let Some((cycle, times)) = self.simulation.repeats() {
+                        self.repeat(&cycle, times);
+                    }
+                }
+            }
+            Err(error) => self.failure = Some(error),
+        }
+    }
+}
+
+impl<G: FnMut() -> bool> Collection<G> {
+    fn new(
+        system: &System,
+        initial: State,
+        options: RunOptions,
+        go_on: G,
+    ) -> Result<Self, StateError> {
+        let simulation = Simulation::new(system, initial)?;
+        let window = Clock::new(options.window(), 0.0);
+        Ok(Self::of(simulation, system, options, window, go_on))
+    }
+
+    fn of(
+        simulation: Simulation,
+        system: &System,
+        options: RunOptions,
+        window: Clock,
+        go_on: G,
+    ) -> Self {
+        let mut simulation = simulation
+            .until(options.horizon)
+            .max_events(options.max_events)
+            .tolerance(options.tolerance)
+            .section_phase(options.section_phase);
+        simulation.sections_from(window.period + 1);
+        simulation.passes_until(window.period);
+        let end = simulation.horizon_clock().period;
+        let expected =
+            usize::try_from(end.saturating_sub(window.period)).map_or(0, |n| n.min(MOST_EXPECTED));
+        let collector = Collector {
+            sections: Vec::with_capacity(expected),
+            window,
+            inclusive: window <= simulation.clock(),
+            anchor: simulation.checkpoint().anchor,
+            caller: Caller::new(go_on),
+        };
+        Self {
+            system: *system,
+            options,
+            window,
+            first_section: simulation.checkpoint().next_section,
+            simulation,
+            collector,
+            kept: Kept::with_capacity(expected),
+            end: None,
+            failure: None,
+        }
+    }
+
+    /// Copies what repeats, a part of it at a time so that the caller can end the run.
+    #[inline(never)]
+    fn repeat(&mut self, cycle: &Cycle, times: i64) {
+        let most = MOST_COPIED / cycle.events.max(cycle.periods.unsigned_abs());
+        let times = times.min(i64::try_from(most).unwrap_or(i64::MAX).max(1));
+        let events = usize::try_from(cycle.events).unwrap_or(usize::MAX);
+        let sections = usize::try_from(cycle.periods).unwrap_or(usize::MAX);
+        for _ in 0..times {
+            self.kept.repeat(events, cycle.periods, self.simulation.drive());
+            self.collector.repeat(sections);
+        }
+        self.simulation.repeat(cycle, times);
+        self.collector.caller.ask_next();
+    }
+
+    /// Goes on to the end, and makes the run of what was kept.
+    fn into_run(mut self) -> Result<Run, RunError> {
+        self.finish();
+        let failure = self.failure.take();
+        let Self { system, options, window, first_section, simulation, collector, .. } = self;
+        let end = self.end.unwrap_or_else(|| simulation.standstill());
+        // A run that ends before its window has kept nothing: its window is its end.
+        let window = if window > end.clock { end.clock } else { window };
+        let Kept { impacts, grazes, contacts, mut events, .. } = self.kept;
+        events.push(EventRecord {
+            time: end.time,
+            period: end.clock.period,
+            kind: EventKind::Stop as i64,
+            index: -1,
+        });
+        let run = Run {
+            system,
+            options,
+            impacts,
+            stroboscopic: collector.sections,
+            grazes,
+            contacts,
+            events,
+            final_state: FinalState {
+                state: end.state,
+                clock: end.clock,
+                time: end.time,
+                mode: simulation.mode(),
+            },
+            stop_reason: end.reason,
+            impact_count: simulation.impact_count(),
+            evaluations: simulation.evaluations(),
+            window,
+            first_section,
+            window_anchor: collector.anchor,
+            checkpoint: *simulation.checkpoint(),
+        };
+        match failure {
+            Some(error) => Err(RunError::Simulation { error, done: Box::new(run) }),
+            None => Ok(run),
+        }
+    }
+}
+
+impl Run {
+    /// Goes on to a further horizon, with the same bits as one long run; keeps the last `keep`
+    /// periods of the continuation (all of it if `None`).
+    ///
+    /// # Errors
+    /// [`RunError`]: bad options, a run that ended for good, or a failed computation.
+    pub fn resume(
+        &self,
+        options: RunOptions,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Run, RunError> {
+        options.check(&self.system)?;
+        let resumable = matches!(
+            self.stop_reason,
+            StopReason::Completed
+                | StopReason::EventCap
+                | StopReason::TimeCap
+                | StopReason::Rest
+                | StopReason::Interrupted
+        );
+        if !resumable {
+            let allowed = "a run that completed, was interrupted or met a cap";
+            return Err(ParameterError::new("stop_reason", self.stop_reason.name(), allowed).into());
+        }
+        let simulation = self.resumed().until(options.horizon);
+        let here = self.final_state.clock;
+        if simulation.horizon_clock() < here {
+            let value = format!("{:?}", options.horizon);
+            return Err(ParameterError::new("horizon", value, "not before the run's end").into());
+        }
+        let kept = Clock::new(options.window(), 0.0);
+        let window = if options.keep.is_some() && kept > here { kept } else { here };
+        Collection::of(simulation, &self.system, options, window, go_on).into_run()
+    }
+
+    /// The simulation at the end of the run, ready to go on. The caps on events count from there.
+    pub(crate) fn resumed(&self) -> Simulation {
+        let mut point = self.checkpoint;
+        point.stopped = None;
+        Simulation::from_checkpoint(&self.system, &point)
+            .max_events(point.events.saturating_add(DEFAULT_MAX_EVENTS))
+            .tolerance(self.options.tolerance)
+    }
+
+    /// Start of the kept window.
+    #[must_use]
+    pub fn kept_from(&self) -> f64 {
+        FreeMotion::new(&self.system).drive.time(self.window)
+    }
+}

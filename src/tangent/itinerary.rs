@@ -1,0 +1,456 @@
+//! The sequence of legs of a periodic motion: what the bodies do from one event to the next, and
+//! which event ends it. Where the sequence is kept fixed, event times and states are smooth
+//! functions of the parameters: a motion can be followed beyond the point at which it ceases to be
+//! one (a flight that penetrates, a slip that would have reversed), and that point is a root of a
+//! smooth function (docs/orbits.md).
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::contact::sustained::ContactMode;
+use crate::flight::FreeMotion;
+use crate::impact::{Regime, RegimeKind};
+use crate::model::error::{ParameterError, SimulationError, StateError};
+use crate::model::parameters::{ImpactLaw, System};
+use crate::model::state::{Clock, State};
+use crate::numerics::tolerance::{CLEAR_ENDS, LOW_BOUNCE, MOST_LEGS, STILL_WALL};
+use crate::simulate::event::{Event, ImpactEvent, StopReason};
+use crate::simulate::{Caller, Simulation};
+
+/// Signs that stay fixed during a leg with friction: of x1', and of sin x1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Signs {
+    /// s = sgn(x1') at the start of the impact.
+    pub direction: f64,
+    /// sgn(sin x1).
+    pub side: f64,
+}
+
+impl Signs {
+    /// Of an impact without friction, which does not know them.
+    pub const NONE: Self = Self { direction: 0.0, side: 0.0 };
+}
+
+/// What ends a stick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StickEnd {
+    /// The tip slips, x1' > 0.
+    SlipPositive,
+    /// The tip slips, x1' < 0.
+    SlipNegative,
+    /// The contact force falls to zero.
+    Release,
+}
+
+/// One leg with the event at its end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Leg {
+    /// A flight to an impact of this regime.
+    Impact(RegimeKind, Signs),
+    /// Infinitely many impacts, to their accumulation point.
+    Chatter,
+    /// A slide until the contact force falls to zero; whether x1' > 0.
+    SlideToRelease(bool),
+    /// A slide until x1' = 0; whether x1' > 0 before.
+    SlideToStop(bool),
+    /// A stick.
+    Stick(StickEnd),
+    /// No event: a free motion, closed after so many drive periods.
+    Circuit,
+}
+
+const WORDS: &str = "circuit, chatter, slide+:release, slide-:stop, stick:slide+, stick:release, \
+    impact:frictionless, impact:slip:+- (signs of x1' and of sin x1), ...";
+
+impl fmt::Display for Leg {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sign = |positive: bool| if positive { '+' } else { '-' };
+        match *self {
+            Self::Impact(RegimeKind::Frictionless, _) => write!(f, "impact:frictionless"),
+            Self::Impact(kind, Signs { direction, side }) => {
+                write!(f, "impact:{}:{}{}", kind.name(), sign(direction > 0.0), sign(side > 0.0))
+            }
+            Self::Chatter => write!(f, "chatter"),
+            Self::SlideToRelease(positive) => write!(f, "slide{}:release", sign(positive)),
+            Self::SlideToStop(positive) => write!(f, "slide{}:stop", sign(positive)),
+            Self::Stick(StickEnd::Release) => write!(f, "stick:release"),
+            Self::Stick(end) => write!(f, "stick:slide{}", sign(end == StickEnd::SlipPositive)),
+            Self::Circuit => write!(f, "circuit"),
+        }
+    }
+}
+
+impl FromStr for Leg {
+    type Err = ParameterError;
+
+    fn from_str(text: &str) -> Result<Self, ParameterError> {
+        let bad = || ParameterError::new("leg", text, WORDS);
+        let sign = |c: char| match c {
+            '+' => Ok(1.0),
+            '-' => Ok(-1.0),
+            _ => Err(bad()),
+        };
+        Ok(match text.split(':').collect::<Vec<_>>()[..] {
+            ["circuit"] => Self::Circuit,
+            ["chatter"] => Self::Chatter,
+            ["slide+", "release"] => Self::SlideToRelease(true),
+            ["slide-", "release"] => Self::SlideToRelease(false),
+            ["slide+", "stop"] => Self::SlideToStop(true),
+            ["slide-", "stop"] => Self::SlideToStop(false),
+            ["stick", "release"] => Self::Stick(StickEnd::Release),
+            ["stick", "slide+"] => Self::Stick(StickEnd::SlipPositive),
+            ["stick", "slide-"] => Self::Stick(StickEnd::SlipNegative),
+            ["impact", "frictionless"] => Self::Impact(RegimeKind::Frictionless, Signs::NONE),
+            ["impact", regime, signs] => {
+                let kind = RegimeKind::from_name(regime).ok_or_else(bad)?;
+                let mut signs = signs.chars();
+                let (Some(direction), Some(side), None) =
+                    (signs.next(), signs.next(), signs.next())
+                else {
+                    return Err(bad());
+                };
+                if kind == RegimeKind::Frictionless {
+                    return Err(bad());
+                }
+                Self::Impact(kind, Signs { direction: sign(direction)?, side: sign(side)? })
+            }
+            _ => return Err(bad()),
+        })
+    }
+}
+
+impl Leg {
+    /// The leg that an impact ends.
+    fn to_impact(system: &System, event: &ImpactEvent) -> Self {
+        let kind = event.impact.regime.kind();
+        if kind == RegimeKind::Frictionless {
+            return Self::Impact(kind, Signs::NONE);
+        }
+        let direction = match event.impact.regime {
+            Regime::Slip { direction } => direction,
+            _ => event.pre.v1,
+        };
+        // The literal law has no |sin x1|.
+        let side = if system.law == ImpactLaw::Paper { 1.0 } else { event.pre.x1.sin() };
+        let sign = |value: f64| 1f64.copysign(value);
+        Self::Impact(kind, Signs { direction: sign(direction), side: sign(side) })
+    }
+}
+
+/// Where a leg starts: just after an event, on the contact. Body 2 is where g = 0 has it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Node {
+    /// x1; of a circuit, at the start of a drive period.
+    pub x1: f64,
+    /// x1' after the event.
+    pub v1: f64,
+    /// x2' after the event.
+    pub v2: f64,
+    /// Time in the drive period; of a circuit, which starts with one, x2.
+    pub time: f64,
+}
+
+impl Node {
+    /// The components, in order.
+    #[must_use]
+    pub fn to_array(self) -> [f64; 4] {
+        [self.x1, self.v1, self.v2, self.time]
+    }
+
+    /// A node with these components.
+    #[must_use]
+    pub fn from_array([x1, v1, v2, time]: [f64; 4]) -> Self {
+        Self { x1, v1, v2, time }
+    }
+}
+
+/// The legs of a periodic motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Itinerary {
+    /// The legs in order; the first follows on the last.
+    pub legs: Vec<Leg>,
+    /// Drive periods after which the motion repeats.
+    pub periods: i64,
+    /// Completed drive periods at the start of each leg, counted from any.
+    pub clocks: Vec<i64>,
+    /// Whether body 2 is a wall at rest (mbar = 0): it is left out then.
+    pub wall_at_rest: bool,
+}
+
+/// Why no itinerary was found.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ItineraryError {
+    /// Bad input.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// Bad input.
+    #[error(transparent)]
+    State(#[from] StateError),
+    /// A failed computation.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The motion ends.
+    #[error("the motion ends: {}", .0.name())]
+    Stopped(StopReason),
+    /// The events of one cycle cannot be told from the next one's.
+    #[error("the events do not repeat")]
+    NotClosed,
+    /// More legs than the dense matrices of shooting are made for.
+    #[error("{0} legs are more than the {MOST_LEGS} that can be solved for")]
+    TooLong(usize),
+}
+
+/// An event with the leg that it ends.
+#[derive(Clone)]
+struct Mark {
+    leg: Leg,
+    clock: Clock,
+    state: State,
+    /// Whether contact follows, in whatever mode.
+    holds: bool,
+    /// u of an impact.
+    approach_velocity: f64,
+}
+
+impl Itinerary {
+    /// An itinerary of these legs.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for an empty or inconsistent sequence.
+    pub fn new(
+        legs: Vec<Leg>,
+        periods: i64,
+        clocks: Option<Vec<i64>>,
+        wall_at_rest: bool,
+    ) -> Result<Self, ParameterError> {
+        let clocks = clocks.unwrap_or_else(|| vec![0; legs.len()]);
+        if periods < 1 {
+            return Err(ParameterError::new("periods", periods, "a whole number >= 1"));
+        }
+        if legs.is_empty() || (legs.contains(&Leg::Circuit) && legs.len() > 1) {
+            return Err(ParameterError::new("legs", legs.len(), "a circuit alone, or others"));
+        }
+        if clocks.len() != legs.len() {
+            return Err(ParameterError::new("clocks", clocks.len(), "as many as legs"));
+        }
+        // Their sums and differences are counted too.
+        let most = 1i64 << 53;
+        for (name, count) in
+            [("periods", periods)].into_iter().chain(clocks.iter().map(|&clock| ("clocks", clock)))
+        {
+            if !(-most..=most).contains(&count) {
+                return Err(ParameterError::new(name, count, "at most 2^53"));
+            }
+        }
+        Ok(Self { legs, periods, clocks, wall_at_rest })
+    }
+
+    /// Follows a motion from t = 0 for two cycles of `periods` drive periods and reads off the legs
+    /// of one cycle, with the nodes at their starts. `go_on` is asked every few thousand flights; `false`
+    /// ends it.
+    ///
+    /// # Errors
+    /// [`ItineraryError`]
+    pub fn follow(
+        system: &System,
+        initial: State,
+        periods: i64,
+        max_events: u64,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<(Self, Vec<Node>), ItineraryError> {
+        if system.drive_frequency == 0.0 {
+            return Err(ParameterError::new("drive_frequency", 0.0, "> 0 for a period").into());
+        }
+        // Two cycles, and a drive period more in case an event lies at their start.
+        let whole = periods.checked_mul(2).and_then(|twice| u32::try_from(twice + 1).ok());
+        let (Some(whole), true) = (whole, periods >= 1) else {
+            return Err(ParameterError::new("periods", periods, "a whole number >= 1").into());
+        };
+        let initial = with_wall_at_rest(system, initial);
+        let wall_at_rest = is_wall_at_rest(system, &initial);
+        let marks = marks(system, initial, whole, max_events, go_on)?;
+        if marks.is_empty() {
+            let node = Node { x1: initial.x1, v1: initial.v1, v2: initial.v2, time: initial.x2 };
+            let legs = Self { legs: vec![Leg::Circuit], periods, clocks: vec![0], wall_at_rest };
+            return Ok((legs, vec![node]));
+        }
+        let drive = FreeMotion::new(system).drive;
+        let time = |mark: &Mark| drive.time(mark.clock);
+        let length = periods as f64 * system.drive_period();
+        // One cycle is enough, and all that a guess near an unstable motion may give, if no event is
+        // so close to its ends that drift could move it across.
+        let inside = marks.iter().take_while(|mark| time(mark) < length).count();
+        let clear = CLEAR_ENDS * system.drive_period();
+        let apart = |i: usize, end: f64| marks.get(i).is_none_or(|m| (time(m) - end).abs() > clear);
+        let one = inside > 0 && apart(0, 0.0) && apart(inside - 1, length) && apart(inside, length);
+        let (begins, count) = if one {
+            (0, inside)
+        } else {
+            // The cycle begins with the event of the first one that has most room before it.
+            let room = |i: usize| time(&marks[i]) - if i == 0 { 0.0 } else { time(&marks[i - 1]) };
+            let first = length + 0.5 * system.drive_period();
+            let begins = (0..marks.iter().take_while(|mark| time(mark) < first).count())
+                .max_by(|&i, &j| room(i).total_cmp(&room(j)))
+                .ok_or(ItineraryError::NotClosed)?;
+            let end = time(&marks[begins]) + length - 0.5 * room(begins);
+            (begins, marks[begins..].iter().take_while(|mark| time(mark) < end).count())
+        };
+        let cycle = &marks[begins..begins + count];
+        let next = if one {
+            &marks[0]
+        } else {
+            marks.get(begins + count).ok_or(ItineraryError::NotClosed)?
+        };
+        if cycle.len() > MOST_LEGS {
+            return Err(ItineraryError::TooLong(cycle.len()));
+        }
+        let legs: Vec<Leg> = cycle[1..].iter().map(|m| m.leg).chain([next.leg]).collect();
+        let consistent = cycle.iter().zip(&legs).all(|(mark, leg): (&Mark, &Leg)| {
+            let held = matches!(leg, Leg::SlideToRelease(_) | Leg::SlideToStop(_) | Leg::Stick(_));
+            held == mark.holds
+        });
+        if !consistent {
+            return Err(ItineraryError::NotClosed);
+        }
+        let clocks = cycle.iter().map(|m| m.clock.period).collect();
+        let nodes = cycle
+            .iter()
+            .map(|m| {
+                let State { x1, v1, v2, .. } = m.state;
+                Node { x1, v1, v2, time: m.clock.time_in_period }
+            })
+            .collect();
+        Ok((Self { legs, periods, clocks, wall_at_rest }, nodes))
+    }
+}
+
+/// A wall (mbar = 0) that nothing drives comes to rest, if it is damped: what is left of its motion
+/// must not decide between contact that slides and contact that sticks.
+pub(crate) fn with_wall_at_rest(system: &System, state: State) -> State {
+    let decays = system.mass_ratio == 0.0
+        && system.force_amplitude == 0.0
+        && system.oscillator_damping > 0.0
+        && state.x2.abs().max(state.v2.abs()) <= STILL_WALL;
+    let still = State { x2: 0.0, v2: 0.0, ..state };
+    if decays && system.gap_function(&still) <= 0.0 { still } else { state }
+}
+
+/// Whether body 2 is a wall that never moves: it is left out of the unknowns.
+pub(crate) fn is_wall_at_rest(system: &System, state: &State) -> bool {
+    system.mass_ratio == 0.0 && system.force_amplitude == 0.0 && state.x2 == 0.0 && state.v2 == 0.0
+}
+
+/// What an event says of the legs.
+pub(crate) enum Reading {
+    /// It ends this leg; the state is the one after it.
+    Ends(Leg, Clock, State),
+    /// Contact begins in this state where an impact or chatter has just ended, or at t = 0.
+    Begins(State),
+    /// It ends no leg.
+    Nothing,
+    /// The run ends.
+    Stops(StopReason),
+}
+
+/// Reads events one by one. A contact mode that follows on an impact or on chatter at the same
+/// instant is no event of its own.
+pub(crate) struct LegReader {
+    /// The mode of the leg that runs, and the leg that the next change of mode would end.
+    pub mode: Option<ContactMode>,
+}
+
+impl LegReader {
+    pub fn read(&mut self, system: &System, event: &Event) -> Reading {
+        let (leg, clock, state, after) = match event {
+            Event::Impact(impact) => {
+                (Leg::to_impact(system, impact), impact.clock, impact.post, None)
+            }
+            Event::Chatter(chatter) => (Leg::Chatter, chatter.clock, chatter.state, None),
+            Event::SlidePositive(change)
+            | Event::SlideNegative(change)
+            | Event::Stick(change)
+            | Event::Release(change) => {
+                let Some(ended) = self.mode else {
+                    self.mode = change.mode;
+                    return Reading::Begins(change.state);
+                };
+                // Without friction the direction plays no part.
+                let positive = ended == ContactMode::SlidePositive || system.friction == 0.0;
+                let leg = match (ended, change.mode) {
+                    (ContactMode::Stick, None) => Leg::Stick(StickEnd::Release),
+                    (ContactMode::Stick, Some(ContactMode::SlidePositive)) => {
+                        Leg::Stick(StickEnd::SlipPositive)
+                    }
+                    (ContactMode::Stick, Some(_)) => Leg::Stick(StickEnd::SlipNegative),
+                    (_, None) => Leg::SlideToRelease(positive),
+                    (_, Some(_)) => Leg::SlideToStop(positive),
+                };
+                (leg, change.clock, change.state, change.mode)
+            }
+            Event::Graze(_) => return Reading::Nothing,
+            Event::Stop(stop) => return Reading::Stops(stop.reason),
+        };
+        self.mode = after;
+        Reading::Ends(leg, clock, state)
+    }
+}
+
+/// The events of so many drive periods, each with the leg it ends.
+fn marks(
+    system: &System,
+    initial: State,
+    periods: u32,
+    max_events: u64,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Result<Vec<Mark>, ItineraryError> {
+    let mut marks: Vec<Mark> = Vec::new();
+    let mut reader = LegReader { mode: None };
+    let mut watch = Caller::new(go_on);
+    let mut simulation = Simulation::new(system, initial)?.periods(periods).max_events(max_events);
+    while let Some(event) = simulation.advance(&mut watch) {
+        let event = event?;
+        match reader.read(system, &event) {
+            Reading::Ends(leg, clock, state) => {
+                let approach_velocity = match event {
+                    Event::Impact(impact) => impact.impact.approach_velocity,
+                    _ => 0.0,
+                };
+                let holds = reader.mode.is_some();
+                marks.push(Mark { leg, clock, state, holds, approach_velocity });
+            }
+            Reading::Begins(state) => {
+                if let Some(last) = marks.last_mut() {
+                    last.holds = true;
+                    last.state = state;
+                }
+            }
+            Reading::Nothing => {}
+            Reading::Stops(StopReason::Completed) => break,
+            Reading::Stops(reason) => return Err(ItineraryError::Stopped(reason)),
+        }
+    }
+    Ok(without_low_bounces(&marks))
+}
+
+/// The low impacts that lead into chatter are left to the chatter's leg: as legs of their own their
+/// times have the rounding of the gap over u.
+fn without_low_bounces(marks: &[Mark]) -> Vec<Mark> {
+    let highest = marks.iter().map(|mark| mark.approach_velocity).fold(0.0, f64::max);
+    let mut kept: Vec<Mark> = Vec::with_capacity(marks.len());
+    for mark in marks {
+        if mark.leg == Leg::Chatter {
+            while let [.., before, last] = &kept[..] {
+                let low = last.approach_velocity < LOW_BOUNCE * highest
+                    && before.approach_velocity > last.approach_velocity;
+                if !low {
+                    break;
+                }
+                kept.pop();
+            }
+        }
+        kept.push(mark.clone());
+    }
+    kept
+}

@@ -1,0 +1,199 @@
+"""Chunks on a local cluster of processes: the same bits, also when a worker is killed."""
+
+import os
+import signal
+import sys
+import threading
+
+import dask
+import numpy as np
+import pytest
+from distributed import Client, LocalCluster
+from distributed.scheduler import KilledWorker
+
+import vibroimpact as vi
+from toy_task import GRID, Toy, assert_same, whole
+from vibroimpact import sweeps
+from vibroimpact.sweeps import Grid, cluster
+from vibroimpact.sweeps.columns import Memory
+from vibroimpact.sweeps.store import Store
+
+
+@pytest.fixture(scope="module")
+def client():
+    # Some time after a worker was killed, a local cluster gives it up for good should it be away
+    # just then, for having been killed once more: not here. A test without any worker ends.
+    patience = {
+        "distributed.deploy.lost-worker-timeout": "1 hour",
+        "distributed.scheduler.no-workers-timeout": "1 minute",
+    }
+    with (
+        dask.config.set(patience),
+        LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address=":0", processes=True
+        ) as processes,
+        Client(processes) as client,
+    ):
+        yield client
+
+
+@pytest.fixture(scope="module")
+def expected():
+    """Return all cells of the grid, from one chunk, computed here."""
+    return sweeps.compute(Toy(), whole, chunk=GRID.size)
+
+
+def after_writes(monkeypatch, n, call, *arguments):
+    """Let something happen soon after the n-th chunk was collected, while others are under way."""
+    writes = []
+    for sink in (Memory, Store):
+
+        def write(self, index, result, plain=sink.write):
+            plain(self, index, result)
+            writes.append(index)
+            if len(writes) == n:
+                threading.Timer(0.02, call, arguments).start()
+
+        monkeypatch.setattr(sink, "write", write)
+
+
+@pytest.mark.parametrize("compute", [vi.sweep, vi.bifurcation_diagram])
+@pytest.mark.parametrize("stored", [True, False])
+def test_runs_on_a_cluster_that_loses_a_worker(
+    client, tmp_path, system, initial, monkeypatch, compute, stored
+):
+    values = np.linspace(1.2, 2.0, 40)
+    options = {"initial": initial, "periods": 60, "keep": 20, "drive_frequency": values}
+    one_thread = compute(system, **options, workers=1)
+    before = client.run(os.getpid).values()
+    after_writes(monkeypatch, 2, os.kill, min(before), signal.SIGKILL)
+    store = tmp_path / "runs.zarr" if stored else None
+    found = compute(system, **options, client=client, chunk=2, store=store)
+    assert_same(found.columns, one_thread.columns)
+    client.wait_for_workers(2, timeout=30)
+
+
+@pytest.mark.parametrize("chunk", [3, 11, None])
+def test_a_cluster_gives_the_same_bits(client, expected, chunk):
+    assert_same(sweeps.compute(Toy(), whole, client=client, chunk=chunk), expected)
+
+
+@pytest.mark.parametrize("ragged", [True, False])
+def test_a_cluster_fills_a_store(client, tmp_path, ragged):
+    task = Toy(ragged=ragged)
+    path = tmp_path / "toy.zarr"
+    columns = sweeps.compute(task, whole, client=client, chunk=5, store=path)
+    assert_same(columns, sweeps.compute(task, whole))
+
+
+@pytest.mark.parametrize("stored", [True, False])
+def test_a_worker_killed_in_the_middle(client, tmp_path, expected, stored):
+    fuse = tmp_path / "fuse"
+    fuse.touch()
+    before = client.run(os.getpid).values()
+    task = Toy(trouble="kill", at=40, fuse=fuse)
+    store = tmp_path / "toy.zarr" if stored else None
+    assert_same(sweeps.compute(task, whole, client=client, chunk=5, store=store), expected)
+    client.wait_for_workers(2, timeout=30)
+    assert len({*before, *client.run(os.getpid).values()}) == 3
+
+
+def test_a_worker_killed_from_outside(client, tmp_path, expected, monkeypatch):
+    before = client.run(os.getpid).values()
+    path = tmp_path / "toy.zarr"
+    after_writes(monkeypatch, 4, os.kill, min(before), signal.SIGKILL)
+    columns = sweeps.compute(Toy(seconds=0.1), whole, client=client, chunk=5, store=path)
+    assert_same(columns, expected)
+    client.wait_for_workers(2, timeout=30)
+    assert len({*before, *client.run(os.getpid).values()}) == 3
+
+
+def test_a_chunk_that_kills_every_worker_is_an_error(client, tmp_path, expected):
+    path = tmp_path / "toy.zarr"
+    with pytest.raises(KilledWorker):
+        sweeps.compute(Toy(trouble="kill", at=40), whole, client=client, chunk=5, store=path)
+    client.wait_for_workers(2, timeout=30)
+    assert_same(sweeps.compute(Toy(), whole, client=client, store=path), expected)
+
+
+def test_rows_that_come_early_wait_for_the_first_chunk(client, tmp_path, expected):
+    fuse = tmp_path / "fuse"
+    fuse.touch()
+    task = Toy(trouble="pause", at=0, fuse=fuse)
+    path = tmp_path / "toy.zarr"
+    assert_same(sweeps.compute(task, whole, client=client, chunk=5, store=path), expected)
+
+
+def test_few_chunks_are_under_way_at_a_time(client):
+    tiling = sweeps.Tiling.of(GRID.shape, 1)
+    submitted = []
+
+    class Counting:
+        """Stands before the client and counts."""
+
+        def __getattr__(self, name):
+            return getattr(client, name)
+
+        def submit(self, *arguments, **options):
+            submitted.append(arguments[0].__name__)
+            return client.submit(*arguments, **options)
+
+    results = cluster.on_cluster(
+        Toy(), tiling, range(len(tiling)), client=Counting(), workers=None, ordered=True
+    )
+    indices = []
+    for index, _ in results:
+        indices.append(index)
+        assert submitted.count("_compute") <= len(indices) + 6
+    assert indices == list(range(77))
+    assert submitted.count("_compute") == 77
+
+
+def test_a_branch_that_cannot_be_divided_is_one_chunk(client, expected):
+    task = Toy(divisible=False, trouble="half", at=76)
+    with pytest.raises(vi.Interrupted, match="after 38 of 77"):
+        sweeps.compute(task, whole, client=client, chunk=5)
+
+
+def test_the_error_of_a_task_comes_out_as_it_is(client, tmp_path, expected):
+    path = tmp_path / "toy.zarr"
+    with pytest.raises(ArithmeticError, match="cell 40"):
+        sweeps.compute(Toy(trouble="raise", at=40), whole, client=client, chunk=5, store=path)
+    # Rows come in order: nothing after the chunk that failed, which begins with cell 37.
+    assert sweeps.open_columns(path).done <= 37
+    assert_same(sweeps.compute(Toy(), whole, store=path), expected)
+
+
+@pytest.mark.parametrize("stored", [True, False])
+def test_ctrl_c_cancels_what_is_left(client, tmp_path, expected, stored, monkeypatch):
+    store = tmp_path / "toy.zarr" if stored else None
+    after_writes(monkeypatch, 4, signal.raise_signal, signal.SIGINT)
+    with pytest.raises(vi.Interrupted) as caught:
+        sweeps.compute(Toy(seconds=0.1), whole, client=client, chunk=3, store=store)
+    columns = caught.value.result
+    done = columns["status"] == 1
+    assert 0 < done.sum() == columns.done < 77
+    assert columns["final"][done].tolist() == expected["final"][done].tolist()
+    # The cluster is free for the next call.
+    assert_same(sweeps.compute(Toy(), whole, client=client, store=store), expected)
+
+
+def test_a_worker_of_another_version_is_refused():
+    with pytest.raises(vi.SimulationError, match=r"a worker has .*, the client has 0\.0\.1"):
+        cluster._compute(Toy(), "0.0.1", 0, 5, 1)
+
+
+def test_bad_clients(client, monkeypatch):
+    with pytest.raises(vi.ParameterError, match="client = 'tcp://localhost' is not allowed"):
+        sweeps.compute(Toy(), whole, client="tcp://localhost")
+    closed = Client(client.cluster)
+    closed.close()
+    with pytest.raises(vi.ParameterError, match=r"a running distributed\.Client"):
+        sweeps.compute(Toy(), whole, client=closed)
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(ImportError, match=r'pip install "vibroimpact\[dask\]"'):
+        sweeps.compute(Toy(), whole, client=client)
+
+
+def test_a_grid_of_no_cells(client):
+    assert sweeps.compute(Toy(Grid({"gap": []})), whole, client=client).complete
