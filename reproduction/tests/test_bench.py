@@ -1,6 +1,9 @@
 """`vibroimpact bench` and `reproduce`: what they print; that a wrong number is noticed."""
 
 import csv
+import re
+
+import pytest
 
 from han_jin_hu_2004.cli import bench as command
 
@@ -20,6 +23,17 @@ def test_bench_prints_speed_and_accuracy(run_command, tmp_path):
         assert float(row["time"]) > 0.0
         assert 0.0 <= float(row["error"]) <= float(row["allowed"])
     assert lines[-1].endswith("times as fast")
+
+
+def test_every_column_is_explained():
+    assert all(re.search(rf"^  {name} ", command.MORE, re.M) for name in command.NAMES)
+
+
+@pytest.mark.parametrize("seconds", ["0", "-1", "inf", "nan"])
+def test_a_bad_time_is_refused(run_command, seconds):
+    code, out, err = run_command("bench --seconds", seconds)
+    assert (code, out) == (2, "")
+    assert "--seconds = " in err
 
 
 def test_bench_notices_a_wrong_number(run_command, monkeypatch):

@@ -1,6 +1,9 @@
 """The commands that the reproduction adds, and the files they write, also where they cannot."""
 
 import resource
+import shlex
+from importlib.metadata import entry_points
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -8,6 +11,40 @@ import pytest
 import vibroimpact as vi
 from command_lines import fields
 from han_jin_hu_2004 import INITIAL, MOTIONS, claims, reproduce, reproduction
+from test_cli_help import FLAGS, WIDTH, examples
+from vibroimpact import cli
+
+COMMANDS = {point.name: point.load() for point in entry_points(group="vibroimpact.commands")}
+
+
+def test_the_commands_are_there_where_the_reproduction_is_installed():
+    assert set(COMMANDS) == set(cli.ELSEWHERE) == {"reproduce", "claims", "bench"}
+
+
+@pytest.mark.parametrize("name", cli.ELSEWHERE)
+def test_examples_run_and_write_their_files(name, run_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    lines = examples(COMMANDS[name])
+    assert lines
+    for line in lines:
+        code, out, err = run_command(line)
+        assert code == 0, err
+        assert out
+        words = shlex.split(line)
+        for flag, file in pairwise(words):
+            assert flag not in (*FLAGS, "--json") or Path(file).exists(), file
+
+
+@pytest.mark.parametrize("name", cli.ELSEWHERE)
+def test_help_fits_the_terminal(name, capsys):
+    command = COMMANDS[name]
+    with pytest.raises(SystemExit) as stopped:
+        cli.main([name, "--help"])
+    assert stopped.value.code == 0
+    text = capsys.readouterr().out
+    assert command.ABOUT in text
+    assert command.MORE in text
+    assert max(map(len, (command.ABOUT + command.MORE).splitlines())) < WIDTH
 
 
 def test_the_command_of_a_claim_gives_its_label(run_command):

@@ -7,8 +7,7 @@ import pytest
 import repository
 from han_jin_hu_2004 import islands
 from han_jin_hu_2004.parameters import INITIAL, paper_system
-from vibroimpact.orbits import follow_motion
-from vibroimpact.simulation import simulate
+from vibroimpact import follow_motion, simulate
 
 
 @pytest.fixture(scope="module")
