@@ -1,8 +1,6 @@
 //! Sweeps over a parameter: the same bits for any number of threads and as single runs, a status
 //! for every point, an early end that keeps what is done.
 
-#![allow(clippy::unwrap_used)]
-
 use vibroimpact::{
     Cell, Measure, PointStatus, RunOptions, State, StopReason, SweepOptions, SweepPoint, SweepRows,
     SweepStart, System, Workers, lyapunov_spectrum, run, run_many, sweep,

@@ -5,7 +5,7 @@ use vibroimpact::{
     ImpactLaw, Kind, RunError, RunOptions, SimulationError, State, StopReason, System, run,
 };
 
-use crate::{paper, start};
+use super::{paper, start};
 
 /// Counts how often it is asked, and ends what asks at the end of its patience.
 fn patience(most: u32) -> (impl FnMut() -> bool, std::rc::Rc<std::cell::Cell<u32>>) {

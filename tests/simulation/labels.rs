@@ -6,7 +6,7 @@
 use vibroimpact::RunOptions;
 use vibroimpact::StopReason::Completed;
 
-use crate::{Draw, go, paper, paper_start};
+use super::{Draw, go, paper, paper_start};
 
 const PERIODS: i64 = 600;
 const KEEP: i64 = 200;
