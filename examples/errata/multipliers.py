@@ -32,7 +32,7 @@ def draw(quick: bool) -> Figure:
         ax.plot(number, away, ".", ms=2.0, color=SKY_BLUE, label="simulated")
         true = float(abs(motion.multipliers[0]))
         ax.plot(number, BESIDE * true**number, color=BLACK, lw=0.9, label=f"multiplier {true:.3f}")
-        _, printed = criterion.verdict(motion)[1]
+        _, printed = criterion.verdict(motion)
         said = number[number * np.log(printed) < np.log(HIGHEST / BESIDE)]
         ax.plot(
             said,

@@ -44,7 +44,7 @@ def test_help_fits_the_terminal(name, capsys):
     text = capsys.readouterr().out
     assert command.ABOUT in text
     assert command.MORE in text
-    assert max(map(len, (command.ABOUT + command.MORE).splitlines())) < WIDTH
+    assert max(map(len, f"{command.ABOUT}\n{command.MORE}".splitlines())) < WIDTH
 
 
 def test_the_command_of_a_claim_gives_its_label(run_command):
