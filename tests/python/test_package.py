@@ -124,7 +124,6 @@ print(*sorted({"asyncio", "difflib", "tempfile", "unittest", "zipfile"} & new))
         ("vi.basins", "matplotlib tqdm xarray zarr distributed plot"),
         ("vi.sweeps.STATUS_NAMES", "matplotlib tqdm xarray zarr distributed plot"),
         ("vi.load", "matplotlib zarr plot"),
-        ("__import__('vibroimpact.paper')", "matplotlib xarray zarr distributed plot"),
     ],
 )
 def test_first_use_does_not_load(used, loaded):

@@ -76,10 +76,6 @@ class PeriodicMotion(FixedArrays):
         Largest residual of the conditions of periodicity.
     error
         Estimated error of the nodes relative to the motion's size: Newton's last step.
-    paper_eigenvalues, paper_stable
-        What Han, Jin & Hu (2004), eqs. (42)-(45), take for the multipliers, and their verdict; None
-        but for the motions of ``periodic_motions``. Their matrix is not the derivative of the
-        return map (docs/theory.md, E5).
     """
 
     system: System
@@ -95,8 +91,6 @@ class PeriodicMotion(FixedArrays):
     why_not: str
     residual: float
     error: float
-    paper_eigenvalues: NDArray[np.complex128] | None = None
-    paper_stable: bool | None = None
 
     @property
     def label(self) -> str:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,14 +40,14 @@ START_BOX = (0.3, 1.0, 0.2, 1.0)
 
 
 def solve_orbit(
-    system: System, itinerary: _core.Itinerary, nodes: Array, **paper: Any
+    system: System, itinerary: _core.Itinerary, nodes: Array
 ) -> PeriodicMotion | NotFound:
     """Solve the conditions of periodicity for this sequence of legs, starting from these nodes."""
     problem = OrbitProblem(system, itinerary)
     found, report = solve(problem, nodes.ravel(), np.empty(0))
     if not report.converged:
         return NotFound(reason=f"Newton's method: {report.outcome}")
-    return motion_of(system, itinerary, found.reshape(-1, 4), error=report.error, **paper)
+    return motion_of(system, itinerary, found.reshape(-1, 4), error=report.error)
 
 
 def periodic_motion(

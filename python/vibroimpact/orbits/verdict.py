@@ -41,7 +41,6 @@ def motion_of(
     *,
     error: float = 0.0,
     whole: bool = False,
-    **paper: Any,
 ) -> PeriodicMotion:
     """Build the motion of a converged solution, with its multipliers and verdict.
 
@@ -73,7 +72,6 @@ def motion_of(
         "multipliers": multipliers,
         "residual": float(np.abs(residual).max()),
         "error": error,
-        **paper,
     }
     solution = PeriodicMotion(**fields, stable=False, admissible=False, why_not="")
     reason = why_not(solution)

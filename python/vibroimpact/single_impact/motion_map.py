@@ -1,4 +1,4 @@
-"""Period n-1 motions without friction over a grid of parameters, each with both verdicts.
+"""Period n-1 motions without friction over a grid of parameters, each with its verdict.
 
 The equations of all grid points are solved together; see `motions` for one system.
 """
@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import axis, count, reject
 from ..errors import Interrupted, ParameterError
-from ..orbits.criterion import multipliers, paper_eigenvalues
 from ..orbits.motion import NEUTRAL, PeriodicMotion
 from ..system import NUMERIC_RANGES, System
 from .algebraic import Conditions, Parameters, conditions
+from .fixed_flight import multipliers
 from .motions import check_system, limits_of, motion_at, motions_in
 from .results import SOLUTION_DTYPE, STATE, MotionMap
 from .solutions import Solutions, lost, reach_of, solve_many
@@ -178,8 +178,6 @@ def _rows(
     for name, column in columns.items():
         rows[name] = column
     rows["largest_multiplier"] = np.abs(multipliers(equations, which, state)[:, 0])
-    rows["largest_paper_eigenvalue"] = np.abs(paper_eigenvalues(equations, which, state)[:, 0])
-    rows["paper_stable"] = rows["largest_paper_eigenvalue"] < 1.0
     rows["admissible"] = False
     for k in np.flatnonzero(rows["approach_velocity"] > 0.0):
         motion = motion_at(systems[rows["point"][k]], n, tuple(state[k].tolist()))
@@ -190,7 +188,6 @@ def _rows(
 
 def _row(point: int, motion: PeriodicMotion) -> NDArray[np.void]:
     row = np.zeros(1, dtype=SOLUTION_DTYPE)
-    paper = motion.paper_eigenvalues
     row[0] = (
         point,
         *motion.state,
@@ -198,7 +195,5 @@ def _row(point: int, motion: PeriodicMotion) -> NDArray[np.void]:
         motion.admissible,
         abs(motion.multipliers[0]),
         motion.stable,
-        np.nan if paper is None else abs(paper[0]),
-        bool(motion.paper_stable),
     )
     return row

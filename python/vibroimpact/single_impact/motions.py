@@ -1,12 +1,10 @@
 """All period n-1 motions of a system without friction: n drive periods, one impact.
 
 docs/theory.md, section 8. Every solution of (35) in x1 is isolated by intervals, made exact to
-rounding by Newton's method on the conditions of periodicity, and given its verdict; beside it
-stands that of the paper, by the eigenvalues of (42).
+rounding by Newton's method on the conditions of periodicity, and given its verdict.
 """
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +13,6 @@ from numpy.typing import NDArray
 from .. import _core
 from ..arguments import count, number, pair, reject
 from ..errors import Interrupted
-from ..orbits.criterion import paper_eigenvalues
 from ..orbits.motion import PeriodicMotion
 from ..orbits.shooting import solve_orbit
 from ..orbits.verdict import motion_of
@@ -138,17 +135,9 @@ def motions_in(
 
 
 def _motion(system: System, equations: Conditions, start: State) -> PeriodicMotion | None:
-    """Make a solution exact to rounding, with its verdict and the paper's."""
-    itinerary, nodes = _legs(system, equations.parameters.n, start)
-    found = solve_orbit(system, itinerary, nodes)
-    if not isinstance(found, PeriodicMotion):
-        return None
-    if itinerary.wall_at_rest:
-        return found
-    at = np.array([found.state])
-    values = paper_eigenvalues(equations, np.zeros(1, dtype=np.int64), at)[0]
-    values.flags.writeable = False
-    return replace(found, paper_eigenvalues=values, paper_stable=bool(np.abs(values).max() < 1.0))
+    """Make a solution exact to rounding, with its verdict."""
+    found = solve_orbit(system, *_legs(system, equations.parameters.n, start))
+    return found if isinstance(found, PeriodicMotion) else None
 
 
 def motion_at(system: System, n: int, state: State) -> PeriodicMotion:

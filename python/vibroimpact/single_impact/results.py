@@ -100,8 +100,6 @@ SOLUTION_DTYPE = np.dtype(
         ("admissible", "?"),
         ("largest_multiplier", "<f8"),
         ("stable", "?"),
-        ("largest_paper_eigenvalue", "<f8"),
-        ("paper_stable", "?"),
     ]
 )
 
@@ -122,9 +120,7 @@ class MotionMap(FixedArrays):
     solutions
         One row per solution, by point and x1. Columns ``point``; ``x1, v1, v2, phase,
         approach_velocity`` just before the impact; ``admissible``; ``largest_multiplier``, the
-        largest modulus, and ``stable``, admissible with all of them inside the unit circle;
-        ``largest_paper_eigenvalue`` and ``paper_stable``, which are NaN and False where the paper's
-        criterion is not defined.
+        largest modulus, and ``stable``, admissible with all of them inside the unit circle.
     undecided
         Number of intervals of x1 at each point that double precision does not decide, shape
         (points,).
