@@ -234,7 +234,7 @@ def test_ctrl_c_while_a_store_is_made_or_looked_through(monkeypatch, tmp_path):
 
 def test_an_interrupted_map_of_motions(monkeypatch):
     values = np.linspace(1.2, 2.0, 11)
-    module = sys.modules[vi.MotionMap.__module__]
+    module = sys.modules["vibroimpact.single_impact.motion_map"]
     monkeypatch.setattr(module, "BATCH", 4)
     count = Count(monkeypatch, (module, "_rows"))
 
