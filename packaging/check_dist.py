@@ -46,6 +46,7 @@ SDIST = (
     "python/vibroimpact/paper/reference.json",
     "tests/data/*.json",
     "tests/data/README.md",
+    "tests/sizes.py",
     "tests/python/*.py",
     "tests/reference/*.py",
     "tests/reference/README.md",
