@@ -1,5 +1,6 @@
 //! Forces near the end of the range of floats: errors or numbers, in all that a run hands out.
 
+use crate::support::draws;
 use proptest::prelude::*;
 use vibroimpact::{
     Contact, Event, Horizon, ImpactLaw, Run, RunError, RunOptions, Simulation, SimulationError,
@@ -245,7 +246,7 @@ fn huge() -> impl Strategy<Value = f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 3000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: draws(1_000, 3_000) as u32, ..ProptestConfig::default() })]
 
     #[test]
     fn every_huge_force_gives_numbers_or_an_error(
