@@ -5,7 +5,9 @@
 #![allow(clippy::unwrap_used)]
 
 use serde_json::Value;
-use vibroimpact::{Contact, EventKind, Horizon, Run, RunOptions, State, StopReason, System, run};
+use vibroimpact::{
+    CancelToken, Contact, EventKind, Horizon, Run, RunOptions, State, StopReason, System, run,
+};
 
 /// Allowed error of a state, relative to max(1, |value|): a few hundred roundings, as many as the
 /// impacts of a chatter sequence. The stated amplifications of the scenes are below 8.
@@ -56,7 +58,7 @@ fn go(scene: &Value, system: &System) -> Run {
         Some(periods) => Horizon::Periods(periods),
         None => Horizon::Time(*numbers(&scene["times"]).last().unwrap()),
     };
-    run(system, start, RunOptions::until(horizon), &mut || true).unwrap()
+    run(system, start, RunOptions::until(horizon), &CancelToken::never()).unwrap()
 }
 
 /// What happens at a contact row, in the reference's words.

@@ -18,6 +18,7 @@ from .arguments import axis, count, reject
 from .errors import Interrupted
 from .fixed_arrays import FixedArrays
 from .impacts import MOST_STEPS, impact
+from .interruption import interruptible
 from .system import System
 
 LAWS = ("poisson", "newton", "energetic")
@@ -30,6 +31,7 @@ _WIDEST = 10.0
 _MARGIN = 1.25
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ImpactRegimes(FixedArrays):
     """What every impact of a system does, on a grid; all arrays are read-only.
@@ -86,6 +88,7 @@ class ImpactRegimes(FixedArrays):
         )
 
 
+@interruptible
 def impact_regimes(
     system: System,
     *,
@@ -159,6 +162,7 @@ def _widest_ratio(system: System) -> float:
     return min(_MARGIN * float(border.max()), _WIDEST)
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ImpactAgreement(FixedArrays):
     """How far the exact walk and the incremental-impulse integrator are apart; read-only arrays.
@@ -210,6 +214,7 @@ class ImpactAgreement(FixedArrays):
         )
 
 
+@interruptible
 def impact_agreement(
     system: System, *, steps: ArrayLike = (30, 100, 300, 1000, 3000), cells: int = 31
 ) -> ImpactAgreement:

@@ -19,6 +19,7 @@ from ..arguments import count, positive, reject
 from ..continuation.curves import follow_curve
 from ..continuation.path import INTERRUPTED, Path, Point, SpecialPoint, path_so_far
 from ..errors import Interrupted
+from ..interruption import interruptible
 from ..system import System
 from .branch import BORDERS, NAMES, Bifurcation
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
@@ -70,6 +71,7 @@ class CodimensionTwo:
         return f"<{self.kind} of {self.motion.label} at ({a:.12g}, {b:.12g})>"
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BifurcationCurve:
     """A curve of bifurcations of one kind in the plane of two parameters.
@@ -162,6 +164,7 @@ class CurveSteps:
         )
 
 
+@interruptible
 def bifurcation_curve(
     bifurcation: Bifurcation | CodimensionTwo,
     *,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from .. import _core
 from ..arguments import close_to, reject
 from ..continuation.path import SpecialPoint
+from ..interruption import interruptible
 from ..system import System
 from .motion import NEUTRAL, PeriodicMotion, motion_of
 from .problem import OrbitProblem
@@ -27,6 +28,7 @@ KINDS = (
 NAMES = {"fold": "saddle_node"}
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Bifurcation:
     """A located bifurcation of a periodic motion.
@@ -149,6 +151,7 @@ class Piece:
         return np.array([motion.sections[:, 0] for motion in motions])
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Branch:
     """A branch of periodic motions over one parameter.

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from ..arguments import count, number, positive, reject
 from ..errors import Interrupted
 from ..fixed_arrays import FixedArrays
+from ..interruption import interruptible
 from ..system import System
 from .manifold_growth import Curve, Limits, first_piece
 from .motion import PeriodicMotion
@@ -32,6 +33,7 @@ from .saddle import attractor_of, eigenvector, same_attractor, unstable_multipli
 Array = NDArray[np.float64]
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ManifoldSide(FixedArrays):
     """One side of an unstable manifold.
@@ -84,6 +86,7 @@ class ManifoldSide(FixedArrays):
         )
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UnstableManifold(FixedArrays):
     """The unstable manifold of a saddle on a stroboscopic section.
@@ -131,6 +134,7 @@ class UnstableManifold(FixedArrays):
         )
 
 
+@interruptible
 def unstable_manifold(
     motion: PeriodicMotion,
     *,

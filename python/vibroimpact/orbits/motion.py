@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _core
 from ..arguments import vector
 from ..fixed_arrays import FixedArrays
+from ..interruption import interruptible
 from ..simulation import simulate
 from ..system import System
 
@@ -55,6 +56,7 @@ ON_BORDER = 1e-12
 MAX_EVENTS = 100_000
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PeriodicMotion(FixedArrays):
     """A solution of the conditions of periodicity, and whether it is a motion.

@@ -22,6 +22,7 @@ from ..arguments import array_of, as_floats, number, reject
 from ..continuation.curves import curve_point
 from ..continuation.path import INTERRUPTED
 from ..errors import Interrupted
+from ..interruption import interruptible
 from .border_walk import Walk
 from .borders import BifurcationCurve, CurveSteps
 from .branch import Bifurcation
@@ -31,6 +32,7 @@ from .ranges import Bounds, two_ranges
 Array = NDArray[np.float64]
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StabilityRegion:
     """A region of two parameters in which a periodic motion with given legs is stable.
@@ -146,6 +148,7 @@ class StabilityRegion:
         return f"<StabilityRegion of {self.label}, {sides}, {kinds}, {state}>"
 
 
+@interruptible
 def stability_region(
     motion: PeriodicMotion,
     *,

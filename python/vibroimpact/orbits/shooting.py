@@ -19,6 +19,7 @@ from .. import _core
 from ..arguments import count, reject, state, states
 from ..continuation.newton import solve
 from ..errors import Interrupted
+from ..interruption import interruptible
 from ..run import Run
 from ..simulation import simulate
 from ..system import System
@@ -41,6 +42,7 @@ BATCH = 256
 START_BOX = (0.3, 1.0, 0.2, 1.0)
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True)
 class NotFound:
     """No periodic motion was found; counts as False.
@@ -58,6 +60,7 @@ class NotFound:
         return False
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MotionSearch:
     """Periodic motions reached from many starts.
@@ -101,6 +104,7 @@ def solve_orbit(
     return motion_of(system, itinerary, found.reshape(-1, 4), error=report.error, **paper)
 
 
+@interruptible
 def periodic_motion(
     system: System, *, initial: ArrayLike, periods: int
 ) -> PeriodicMotion | NotFound:
@@ -182,6 +186,7 @@ def same_orbit(one: PeriodicMotion, other: PeriodicMotion) -> bool:
     return min(float(shift.max()) for shift in shifts) < SAME_ORBIT * size
 
 
+@interruptible
 def search_motions(
     system: System,
     *,

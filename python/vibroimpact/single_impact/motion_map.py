@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..arguments import axis, count, number, reject
 from ..errors import Interrupted, ParameterError
 from ..fixed_arrays import FixedArrays
+from ..interruption import interruptible
 from ..orbits.criterion import multipliers, paper_eigenvalues
 from ..orbits.motion import NEUTRAL, PeriodicMotion
 from ..system import NUMERIC_RANGES, System
@@ -45,6 +46,7 @@ BATCH = 4000
 MAX_POINTS = 10_000_000
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MotionMap(FixedArrays):
     """All period n-1 solutions over a grid of one or two parameters.
@@ -147,6 +149,7 @@ class MotionMap(FixedArrays):
         )
 
 
+@interruptible
 def motion_map(
     system: System,
     n: int = 1,

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from .. import _core
 from ..arguments import count, number, pair, reject
 from ..errors import Interrupted
+from ..interruption import interruptible
 from ..orbits.criterion import paper_eigenvalues
 from ..orbits.motion import PeriodicMotion, motion_of
 from ..orbits.shooting import solve_orbit
@@ -33,6 +34,7 @@ State = tuple[float, float, float, float]
 SLACK = 256.0 * float(np.finfo(float).eps)
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True)
 class Undecided:
     """An interval of x1 in which double precision does not tell how many solutions there are.
@@ -50,6 +52,7 @@ class Undecided:
     reason: str
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PeriodicMotions(Sequence[PeriodicMotion]):
     """All period n-1 solutions of a system, a sequence in order of x1.
@@ -106,6 +109,7 @@ class PeriodicMotions(Sequence[PeriodicMotion]):
         )
 
 
+@interruptible
 def periodic_motions(
     system: System, n: int = 1, *, within: tuple[float, float] | None = None
 ) -> PeriodicMotions:

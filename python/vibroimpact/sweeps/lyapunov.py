@@ -17,6 +17,7 @@ from .. import _core
 from ..arguments import count, flag, kept_periods, positive, reject, state, threads
 from ..errors import Interrupted, SimulationError
 from ..fixed_arrays import FixedArrays
+from ..interruption import interruptible
 from ..simulation import simulate
 from ..system import System
 from .cells import CellTask, RunSettings, checked_axes
@@ -34,6 +35,7 @@ _LEAST = 20
 _STEPS = 1000
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LyapunovSpectrum(FixedArrays):
     """The four Lyapunov exponents of a motion, per unit time, natural logarithm; read-only arrays.
@@ -125,6 +127,7 @@ class LyapunovSpectrum(FixedArrays):
         return f"<LyapunovSpectrum of a motion {self.label}: {', '.join(texts)}>"
 
 
+@interruptible
 class LyapunovSweep(GridResult):
     """Lyapunov spectra over a grid; arrays have the shape of the grid before their own."""
 
@@ -141,6 +144,7 @@ class LyapunovSweep(GridResult):
         return self.columns["exponent_errors"]
 
 
+@interruptible
 def lyapunov_spectrum(
     system: System,
     *,

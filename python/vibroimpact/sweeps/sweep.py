@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import flag
+from ..interruption import interruptible
 from ..system import NUMERIC_RANGES, System
 from .cells import CellTask, RunSettings, checked_axes
 from .engine import compute
@@ -16,6 +17,7 @@ from .grid import Grid
 from .results import GridResult
 
 
+@interruptible
 class Sweep(GridResult):
     """A label for each cell of a grid, and its largest Lyapunov exponent if asked for.
 
@@ -52,12 +54,14 @@ class Sweep(GridResult):
         return self._exponents("exponent_error")
 
 
+@interruptible
 class Chart(Sweep):
     """A sweep over two axes: arrays have the shape (values of the first, of the second)."""
 
     kind = "chart"
 
 
+@interruptible
 def sweep(
     system: System,
     *,
@@ -133,6 +137,7 @@ def sweep(
     )
 
 
+@interruptible
 def chart(
     system: System,
     *,

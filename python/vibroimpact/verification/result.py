@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fixed_arrays import FixedArrays
+from ..interruption import interruptible
 from .wording import sentences
 
 #: Numbers of an impact that are verified, besides its regime: of the motion, and what follows.
@@ -65,6 +66,7 @@ FINAL_DTYPE = np.dtype(
 MISSED_DTYPE = np.dtype([("time", "f8"), ("jump", "f8"), ("graze", "i8"), *_JUDGED])
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True)
 class Disagreement:
     """The first event at which a run does not have the digits asked for.
@@ -92,6 +94,7 @@ class Disagreement:
     reason: str
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Verification(FixedArrays):
     """A run beside the exact motion of its system and start, as ``verify`` returns it.
