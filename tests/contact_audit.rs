@@ -1,12 +1,7 @@
 //! A sample of the contact audit (docs/contact-audit.md): random flights, the library's first
 //! contact against an independent dense search in double-double arithmetic.
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "support/audit.rs"]
-mod audit;
-
-use audit::{HEADER, Outcome, audit, judge};
+use crate::support::audit::{HEADER, Outcome, audit, judge};
 
 /// Not the seed of the large run.
 const SEED: u64 = 2;

@@ -3,18 +3,12 @@
 //! direct contact, and by the balances of momentum, displacement and energy along
 //! `Run::trajectory` and `Run::contact_forces` (docs/theory.md, section 5).
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "contact_integrator/balance.rs"]
 mod balance;
-#[path = "contact_integrator/closed_form.rs"]
 mod closed_form;
-#[path = "support/contact_ode.rs"]
-mod contact_ode;
 
 use std::f64::consts::PI;
 
-use contact_ode::{Change, Events, contact_phase};
+use crate::support::contact_ode::{Change, Events, contact_phase};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use vibroimpact::{

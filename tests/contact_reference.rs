@@ -2,8 +2,6 @@
 //! (tests/data/contact_reference.json; 43 scenes, values good to 1e-43), and against the supplied
 //! contact.json (4 scenes, good to about 1e-10).
 
-#![allow(clippy::unwrap_used)]
-
 use serde_json::Value;
 use vibroimpact::{
     CancelToken, Contact, EventKind, Horizon, Run, RunOptions, State, StopReason, System, run,

@@ -2,19 +2,11 @@
 //! sequences of flights and impacts, each flight judged by the independent dense search of the
 //! contact audit; and contacts that the fast pass once told wrongly.
 
-#![allow(clippy::unwrap_used)]
-
-#[allow(dead_code)]
-#[path = "support/audit.rs"]
-mod audit;
-#[allow(dead_code)]
-#[path = "support/random_systems.rs"]
-mod random_systems;
-
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
-use audit::{Draw, Kind, Outcome, judge_flight};
+use crate::support::audit::{self, Draw, Kind, Outcome, judge_flight};
+use crate::support::random_systems;
 use rayon::prelude::*;
 use vibroimpact::impact::{PreImpact, resolve};
 use vibroimpact::search::{Found, Start, Touch, next_contact};

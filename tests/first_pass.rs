@@ -2,19 +2,13 @@
 //! impact, contacts several local flights ahead, and contacts at the end of a simple fraction of a turn.
 //! Contacts are compared with a dense search in double-double arithmetic, or are known exactly.
 
-#![allow(clippy::unwrap_used)]
-
-#[allow(dead_code)]
-#[path = "support/audit.rs"]
-mod audit;
-
 use std::f64::consts::{PI, TAU};
 
-use audit::dense::Place;
-use audit::double_double::Dd;
-use audit::exact_motion::DenseFlight;
-use audit::rounding::Level;
-use audit::{Draw, Kind, Outcome, judge_flight};
+use crate::support::audit::dense::Place;
+use crate::support::audit::double_double::Dd;
+use crate::support::audit::exact_motion::DenseFlight;
+use crate::support::audit::rounding::Level;
+use crate::support::audit::{Draw, Kind, Outcome, judge_flight};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;

@@ -1,8 +1,6 @@
 //! Free motion against 25-digit reference data (tests/data/README.md): every damping, resonance and
 //! their neighbourhoods, up to 10^6 periods, to 1e-13 of the motion's scale.
 
-#![allow(clippy::unwrap_used)]
-
 use std::f64::consts::TAU;
 use std::path::Path;
 

@@ -1,8 +1,6 @@
 //! Motions that can never meet are jumped over, by a bound that holds for ever (src/search/scan.rs); what the
 //! bound does not prove is searched.
 
-#![allow(clippy::unwrap_used)]
-
 use vibroimpact::{
     CancelToken, Clock, FreeMotion, RunOptions, State, StopReason, System, SystemBuilder, run,
 };

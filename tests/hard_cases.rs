@@ -1,7 +1,5 @@
 //! Cases that once hung, failed or came out wrong.
 
-#![allow(clippy::unwrap_used)]
-
 use vibroimpact::impact::{PreImpact, RegimeKind, resolve};
 use vibroimpact::{
     CancelToken, Contact, Event, Horizon, Run, RunOptions, Simulation, State, StopReason, System,

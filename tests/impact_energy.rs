@@ -2,16 +2,11 @@
 //! drop of the kinetic energy, friction's work and restitution's together; a wall (mbar = 0) adds
 //! its own work. `poisson` and `energetic` never gain energy, `newton` can.
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "support/impacts.rs"]
-mod impacts;
-
 use proptest::prelude::*;
 use vibroimpact::impact::{Impact, PreImpact, Regime, RegimeKind};
 use vibroimpact::{Contact, ImpactLaw};
 
-use impacts::{Case, LAWS, cases, config, sample};
+use crate::support::impacts::{Case, LAWS, cases, config, sample};
 
 /// Relative to the absolute works involved: a dozen roundings each, and the cancellation of
 /// x1' cos x1 with x2' in u.

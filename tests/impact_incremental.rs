@@ -2,16 +2,11 @@
 //! code with it (docs/theory.md, section 4): for every law and every regime both agree to a
 //! multiple of the step, and the difference falls in proportion to it.
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "support/impacts.rs"]
-mod impacts;
-
 use vibroimpact::impact::{Impact, ImpactFailure, IncrementalError, Regime, incremental};
 use vibroimpact::tolerance::MAX_INCREMENTS;
 use vibroimpact::{Contact, ImpactLaw};
 
-use impacts::{Case, LAWS, sample};
+use crate::support::impacts::{Case, LAWS, sample};
 
 /// |x1'| and |x2'|/(1 + mbar) differ by at most this times (1 + mu) dP. An impulse dP changes them
 /// by (1 + mu) dP at most. The end of the approach is found up to one step too late, and that of

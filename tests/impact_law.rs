@@ -5,9 +5,6 @@
 //! impact are continuous: on both sides of the edge they differ by no more than the distance times
 //! a constant.
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "impact_law/closed_forms.rs"]
 mod closed_forms;
 
 use std::f64::consts::PI;

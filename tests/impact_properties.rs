@@ -4,8 +4,6 @@
 //!
 //! Ranges: all angles, |v1| <= 2, u in (0, 2], mbar in [0.01, 10], mu in [0, 5], r in [0, 1].
 
-#![allow(clippy::unwrap_used)]
-
 use std::f64::consts::{PI, TAU};
 
 use proptest::prelude::*;

@@ -1,21 +1,16 @@
 //! The laws of restitution beside each other (docs/theory.md, section 4): what is exact under each,
 //! where they agree, and their edges: r = 0, r = 1, walls, ends of the ranges.
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "support/impacts.rs"]
-mod impacts;
-
 use proptest::prelude::*;
 use vibroimpact::impact::{Impact, ImpactFailure, PreImpact, RegimeKind};
 use vibroimpact::{Contact, ImpactLaw};
 
+use crate::support::impacts::{Case, LAWS, cases, config, sample};
 use ImpactLaw::{Energetic, Newton, Poisson};
 use RegimeKind::{
     Frictionless, ReversalInApproach, ReversalInRestitution, Slip, StickInApproach,
     StickInRestitution,
 };
-use impacts::{Case, LAWS, cases, config, sample};
 
 fn sticks(impact: &Impact) -> bool {
     matches!(impact.regime.kind(), StickInApproach | StickInRestitution)

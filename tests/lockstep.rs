@@ -1,9 +1,6 @@
 //! Sweeps do several simulations in lockstep, one in each lane of the vector registers; what comes of a
 //! system must be, to the last bit, what it gives by itself, whoever travels with it.
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "lockstep/draw.rs"]
 mod draw;
 
 use std::collections::BTreeMap;

@@ -1,8 +1,6 @@
 //! Lyapunov exponents: closed forms, the sum identity in every regime, Floquet multipliers, the
 //! divergence of nearby orbits, directions that die out.
 
-#![allow(clippy::unwrap_used)]
-
 use vibroimpact::{
     CancelToken, Horizon, ImpactLaw, ImpactRecord, Run, RunOptions, Spectrum, State, System,
     SystemBuilder, lyapunov_spectrum, run,

@@ -2,14 +2,9 @@
 //! d = +-1e-2 ... +-1e-14. Above the stated threshold every contact is found, below minus the
 //! threshold none, and in between the outcome is a graze or either side (docs/contact-detection.md).
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "support/rounding.rs"]
-mod rounding;
-
 use std::path::Path;
 
-use rounding::Level;
+use crate::support::audit::rounding::{self, Level};
 use serde_json::Value;
 use vibroimpact::search::{Found, Start, next_contact};
 use vibroimpact::tolerance::EPS;

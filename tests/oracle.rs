@@ -1,8 +1,6 @@
 //! The simulator against 25-digit reference data (tests/data/README.md): single impacts, the
 //! paper's eleven motions and sixty random systems, to the tolerances of docs/accuracy.md.
 
-#![allow(clippy::unwrap_used)]
-
 use std::path::Path;
 
 use serde_json::Value;

@@ -1,8 +1,6 @@
 //! Periodic motions from the Rust side: legs, residuals, derivatives, return map.
 //! The reference values are tested from Python (tests/python/test_orbits.py).
 
-#![allow(clippy::unwrap_used)]
-
 use nalgebra::{DMatrix, DVector, Matrix4};
 use vibroimpact::analysis::shooting::{Orbit, TestKind};
 use vibroimpact::tangent::itinerary::{Itinerary, ItineraryError, Leg, Node};

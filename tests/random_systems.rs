@@ -1,8 +1,7 @@
 //! A sample of the random systems of `examples/random_systems.rs` (docs/robustness.md): every run
 //! ends with a typed reason, finite and without penetration.
 
-#[path = "support/random_systems.rs"]
-mod random_systems;
+use crate::support::random_systems;
 
 /// Of the hundred thousand that are recorded in docs/robustness.md, whose seed is 1.
 const SAMPLE: u64 = 3_000;

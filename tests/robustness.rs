@@ -1,15 +1,9 @@
 //! No number, however odd, makes the library panic, hang or hand out what is not a number as a result
 //! (docs/robustness.md): every float through the public entry points, and what fuzzing once found.
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "robustness/ends.rs"]
 mod ends;
-#[path = "robustness/frequencies.rs"]
 mod frequencies;
-#[path = "robustness/huge_forces.rs"]
 mod huge_forces;
-#[path = "robustness/interrupts.rs"]
 mod interrupts;
 
 use std::sync::atomic::AtomicBool;

@@ -1,23 +1,13 @@
 //! Whole runs: starts, caps and stop reasons, chatter, what is kept and resumed, sections, exact
 //! third-party values, and invariants on random systems (docs/theory.md, sections 2 to 6).
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "simulation/chatter.rs"]
 mod chatter;
-#[path = "simulation/contact.rs"]
 mod contact;
-#[path = "simulation/energy.rs"]
 mod energy;
-#[path = "simulation/invariants.rs"]
 mod invariants;
-#[path = "simulation/kept.rs"]
 mod kept;
-#[path = "simulation/labels.rs"]
 mod labels;
-#[path = "simulation/repeats.rs"]
 mod repeats;
-#[path = "simulation/stops.rs"]
 mod stops;
 
 use rand::{RngExt, SeedableRng};

@@ -1,8 +1,6 @@
 //! Sweeps over a parameter: the same bits for any number of threads and as single runs, a status
 //! for every point, an early end that keeps what is done.
 
-#![allow(clippy::unwrap_used)]
-
 use std::sync::atomic::AtomicUsize;
 use vibroimpact::{
     CancelToken, Cell, Measure, PointStatus, RunOptions, State, StopReason, SweepOptions,

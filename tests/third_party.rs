@@ -1,8 +1,6 @@
 //! Values that others have published for special cases of the system, by simulation alone. The
 //! bouncing balls are in tests/simulation/chatter.rs, the near-grazes in tests/near_grazes.rs.
 
-#![allow(clippy::unwrap_used)]
-
 use std::f64::consts::TAU;
 
 use vibroimpact::{

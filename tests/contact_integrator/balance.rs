@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 
 use vibroimpact::{Contact, System};
 
-use crate::{HORIZON, cases};
+use super::{HORIZON, cases};
 
 /// |g| and |g'| in contact, in units of EPS times their terms: x2 and x2' are set from g = g' = 0,
 /// with one rounding per operation.

@@ -10,7 +10,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use vibroimpact::{Clock, Contact, FreeMotion, State, System};
 
-use crate::{Case, HORIZON};
+use super::{Case, HORIZON};
 
 /// Difference relative to the motion's size: 1e-15 is measured.
 const CLOSED_FORM: f64 = 1e-14;

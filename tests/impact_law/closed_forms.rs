@@ -9,7 +9,7 @@ use vibroimpact::{ImpactLaw, System};
 
 use RegimeKind::{ReversalInApproach, ReversalInRestitution, Slip};
 
-use crate::{Draw, jump, kind, strike, system};
+use super::{Draw, jump, kind, strike, system};
 
 fn literal(mass_ratio: f64, restitution: f64, friction: f64) -> System {
     System::builder()

@@ -2,6 +2,7 @@
 
 import faulthandler
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -19,7 +20,7 @@ MANY = 1 << 60
 def interrupted() -> Iterator[pytest.ExceptionInfo[KeyboardInterrupt]]:
     """Expect Interrupted; a bare KeyboardInterrupt fails the test, and does not end all of them."""
     # Against a call that never returns.
-    faulthandler.dump_traceback_later(600, exit=True)
+    faulthandler.dump_traceback_later(600, exit=True, file=sys.__stderr__)
     try:
         with pytest.raises(KeyboardInterrupt) as caught:
             yield caught

@@ -5,7 +5,7 @@ use vibroimpact::{
     StopReason, System, run,
 };
 
-use crate::paper;
+use super::paper;
 
 /// Panics if an event of the run is after its end, by its time or its clock, or after the next one.
 fn assert_in_order(run: &Run) {
@@ -74,12 +74,12 @@ fn a_run_may_end_at_any_event() {
     let strikes = paper().drive_frequency(2.6).build().unwrap();
     for (system, time) in [(slides, 120.0), (strikes, 60.0)] {
         let options = |time| RunOptions::until(Horizon::Time(time));
-        let whole = run(&system, crate::start(), options(time), &CancelToken::never()).unwrap();
+        let whole = run(&system, super::start(), options(time), &CancelToken::never()).unwrap();
         assert!(whole.events.len() > 10, "{}", whole.events.len());
         for event in &whole.events[..whole.events.len() - 1] {
             for end in [event.time.next_down(), event.time, event.time.next_up()] {
                 let part =
-                    run(&system, crate::start(), options(end), &CancelToken::never()).unwrap();
+                    run(&system, super::start(), options(end), &CancelToken::never()).unwrap();
                 assert_in_order(&part);
                 let rest = part.resume(options(time), &CancelToken::never()).unwrap();
                 assert_in_order(&rest);
@@ -210,9 +210,9 @@ fn no_step_is_so_long_that_the_caller_cannot_end_it() {
     let clear = paper().gap(3.0);
     let cases = [
         (still.build().unwrap(), far),
-        (creeps.clone().build().unwrap(), crate::start()),
+        (creeps.clone().build().unwrap(), super::start()),
         (creeps.frequency_ratio(0.0).oscillator_damping(1.0).build().unwrap(), far),
-        (clear.clone().build().unwrap(), crate::start()),
+        (clear.clone().build().unwrap(), super::start()),
         (clear.pendulum_damping(3.5e30).oscillator_damping(3.5e30).build().unwrap(), far),
     ];
     for (system, start) in cases {

@@ -2,7 +2,7 @@
 
 use vibroimpact::{CancelToken, Clock, FreeMotion, RunOptions, State, run};
 
-use crate::{assert_finite, paper, start};
+use super::{assert_finite, paper, start};
 
 #[test]
 fn minus_zero_is_zero() {

@@ -6,7 +6,7 @@ use vibroimpact::{
     SimulationError, State, StopReason, System, SystemBuilder, run,
 };
 
-use crate::{assert_finite, contact, law, paper, start};
+use super::{assert_finite, contact, law, paper, start};
 
 #[test]
 fn a_run_that_stops_in_a_state_out_of_range_has_failed() {

@@ -6,7 +6,7 @@ use vibroimpact::{
     run,
 };
 
-use crate::{paper, start};
+use super::{paper, start};
 
 /// More asks than any of these calls makes.
 const MANY: u64 = 1 << 40;

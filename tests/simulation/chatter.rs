@@ -4,7 +4,7 @@
 
 use vibroimpact::{CancelToken, EventKind, Run, RunOptions, State, StopReason, System};
 
-use crate::{Draw, ball, chattering, go, paper_start, state, until};
+use super::{Draw, ball, chattering, go, paper_start, state, until};
 
 /// Rows of the contacts that are chatter.
 fn chatters(run: &Run) -> Vec<vibroimpact::ContactRecord> {

@@ -6,7 +6,7 @@ use vibroimpact::{
     Simulation, State, StopReason, System, Workers, run_many,
 };
 
-use crate::{ball, chattering, go, paper, paper_start, state, until};
+use super::{ball, chattering, go, paper, paper_start, state, until};
 
 /// What Coulomb's law and the constraint ask of a run in contact.
 fn check_contact(system: &System, run: &Run) -> usize {

@@ -3,7 +3,7 @@
 
 use vibroimpact::{CancelToken, Contact, ImpactLaw, Run, RunOptions, StopReason, System};
 
-use crate::{Draw, ball, chattering, go, paper_start, state, until};
+use super::{Draw, ball, chattering, go, paper_start, state, until};
 
 /// Allowed residual, in units of the total absolute work.
 const RESIDUAL: f64 = 1e-12;

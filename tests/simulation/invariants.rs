@@ -3,7 +3,7 @@
 
 use vibroimpact::{Event, Horizon, RunOptions, Simulation, StopReason};
 
-use crate::{Draw, go, paper, paper_start};
+use super::{Draw, go, paper, paper_start};
 
 #[test]
 fn the_bodies_never_overlap() {
@@ -16,7 +16,7 @@ fn the_bodies_never_overlap() {
         let end = run.final_state.time;
         let times: Vec<f64> = (0..=1000).map(|j| (end * f64::from(j) / 1000.0).min(end)).collect();
         for [x1, v1, x2, v2] in run.trajectory(&times).unwrap() {
-            let gap = system.gap_function(&crate::state(x1, v1, x2, v2));
+            let gap = system.gap_function(&super::state(x1, v1, x2, v2));
             let allowed = 1e-12 * x1.abs().max(x2.abs()).max(1.0);
             assert!(gap <= allowed, "system {i}: g = {gap:e} at {x1} {x2}, {system:?}");
             worst = worst.max(gap);
@@ -54,7 +54,7 @@ fn energy_is_kept_where_nothing_takes_it() {
     let energy = |[x1, v1, x2, v2]: [f64; 4]| {
         0.5 * (v1 * v1 + 4.0 * x1 * x1) + 0.5 * (v2 * v2 + x2 * x2) / 0.6
     };
-    let start = crate::state(-0.3, 0.9, 0.2, -0.4);
+    let start = super::state(-0.3, 0.9, 0.2, -0.4);
     let horizon = Horizon::Impacts { count: 100_000, max_time: 1e7 };
     let mut options = RunOptions::until(horizon);
     options.max_events = 1_000_000;

@@ -7,7 +7,7 @@ use vibroimpact::{
     State, StopReason, System, Workers, run_many,
 };
 
-use crate::{Draw, ball, chattering, go, paper, paper_start, state, until};
+use super::{Draw, ball, chattering, go, paper, paper_start, state, until};
 
 #[derive(Default)]
 struct Sections(Vec<(i64, [f64; 4])>);

@@ -6,7 +6,7 @@
 use vibroimpact::StopReason::Completed;
 use vibroimpact::{CancelToken, RunOptions};
 
-use crate::{Draw, go, paper, paper_start};
+use super::{Draw, go, paper, paper_start};
 
 const PERIODS: i64 = 600;
 const KEEP: i64 = 200;

@@ -6,7 +6,7 @@ use vibroimpact::{
     RunOptions, Simulation, State, StopReason, System, Workers, run, run_many,
 };
 
-use crate::{Draw, chattering, go, paper, paper_start};
+use super::{Draw, chattering, go, paper, paper_start};
 
 /// The same motion, event by event: nothing of it is copied.
 struct Computed {

@@ -6,7 +6,7 @@ use vibroimpact::{
     SimulationError, State, StateError, StopReason, System, run,
 };
 
-use crate::{ball, go, paper, paper_start, state, until};
+use super::{ball, go, paper, paper_start, state, until};
 
 fn refused(start: State) -> StateError {
     let system = paper(1.8).build().unwrap();
