@@ -1,7 +1,7 @@
 """Signatures of the compiled core. All quantities are dimensionless; see docs/notation.md."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, Self, final
+from typing import Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ __all__ = [
     "Sweep",
     "System",
     "__version__",
+    "_interrupt_at",
     "arrivals",
     "impact",
     "lyapunov_spectrum",
@@ -387,7 +388,7 @@ def sweep(
     tolerance: float = ...,
     section_phase: float = 0.0,
     workers: int | None = None,
-    progress: Callable[[int], Any] | None = None,
+    progress: Callable[[int], object] | None = None,
 ) -> Sweep:
     """One run per cell: row i of ``values`` holds its parameters ``names``.
 
@@ -451,11 +452,17 @@ def arrivals(
     max_events: int = ...,
     tolerance: float = ...,
     workers: int | None = None,
-    progress: Callable[[int], bool] | None = None,
+    progress: Callable[[int], object] | None = None,
 ) -> Arrivals:
     """Follow every start until it arrives at one of the attractors, or for ``periods``.
 
     Attractor i is entered where ``|factors[i] @ (X - centers[i])| <= 1`` at a section X, and has
     ``counts[i]`` impacts in the drive periods after ``centers[i]`` (-1: complete chatter).
-    ``progress`` gets the number of starts done, and ends the work by returning False.
+    ``progress`` gets the number of starts done; Ctrl-C ends the work.
+    """
+
+def _interrupt_at(asks: int | None) -> int:
+    """Let the ``asks``-th ask of the calls that follow be Ctrl-C (for tests); None: none.
+
+    Returns how many asks were left.
     """

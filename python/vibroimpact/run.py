@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from .arguments import flag, horizon, optional_count, reject, vector
 from .errors import Interrupted, SimulationError
+from .interruption import interruptible
 from .system import System
 from .verbs import verb
 
@@ -53,6 +54,7 @@ class EventKind(IntEnum):
     STOP = 7
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True)
 class FinalState:
     """The state at the end of a run, after the impact if one falls on that instant.
@@ -87,6 +89,7 @@ class FinalState:
         return self.x1, self.v1, self.x2, self.v2
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True)
 class PeriodReport:
     """The period m-n of a motion, and how well it is known.
@@ -123,6 +126,7 @@ class PeriodReport:
     label: str
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True)
 class EnergyAudit:
     """The works of all forces in the kept window of a run, in M1 l^2 omega_2^2.
@@ -169,6 +173,7 @@ class EnergyAudit:
     residual: float
 
 
+@interruptible
 class Run:
     """One simulated motion, as ``simulate``, ``Run.resume`` and ``load`` return it."""
 

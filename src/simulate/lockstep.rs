@@ -246,7 +246,7 @@ impl<T: Traveller> Company<'_, T> {
             leaving[j] = u64::from(self.end_flight(j));
         }
         let Work { encounters, afloat, .. } = &mut *self.lanes;
-        encounters.go_on(&leaving);
+        encounters.proceed(&leaving);
         *afloat = leaving;
     }
 
@@ -309,9 +309,9 @@ impl<T: Traveller> Company<'_, T> {
     fn depart<G: Geometry>(&mut self, j: usize, scanning: &mut Seats, ready: &mut Seats) {
         loop {
             let Some(traveller) = &mut self.crew[j] else { return };
-            let (simulation, watch) = traveller.parts();
+            let (simulation, _) = traveller.parts();
             let stopped = simulation.point.stopped.is_some();
-            let reason = if stopped { None } else { simulation.stops_before_leg(watch) };
+            let reason = if stopped { None } else { simulation.stops_before_leg() };
             if stopped || reason.is_some() {
                 self.alight(j, reason);
                 continue;

@@ -1,37 +1,21 @@
 """Ctrl-C ends a long call early and hands over what was done by then."""
 
-import _thread
 import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
 
 import vibroimpact as vi
-from after_work import AfterWork
+from ctrl_c import asks_of, ctrl_c_at, interrupted
+from vibroimpact import _core
+from vibroimpact.sweeps import engine
 
-# Some twenty seconds of work: long beside the fraction of a second after which Ctrl-C comes, short
-# enough to end should Ctrl-C be lost.
+# Much more work than is done before Ctrl-C comes.
 LONG = {"periods": 5_000_000, "keep": 1, "max_events": 10**9}
 
 
-@contextmanager
-def ctrl_c(after: float) -> Iterator[None]:
-    """Simulate Ctrl-C in the main thread after so many seconds of work."""
-    timer = AfterWork(after, _thread.interrupt_main)
-    timer.start()
-    try:
-        yield
-    except KeyboardInterrupt:  # Interrupted is caught further in
-        pytest.fail("Ctrl-C came out as a plain KeyboardInterrupt")
-    finally:
-        timer.cancel()
-        timer.join()
-
-
 def test_an_interrupted_run_can_be_looked_at_and_resumed(system, initial):
-    with ctrl_c(0.2), pytest.raises(vi.Interrupted) as caught:
+    with ctrl_c_at(20_000) as caught:
         vi.simulate(system, initial=initial, **LONG)
     run = caught.value.result
     assert isinstance(run, vi.Run)
@@ -44,21 +28,21 @@ def test_an_interrupted_run_can_be_looked_at_and_resumed(system, initial):
 
 
 def test_a_motion_without_events_can_be_interrupted(system, initial):
-    with ctrl_c(0.2), pytest.raises(vi.Interrupted) as caught:
+    with ctrl_c_at(20_000) as caught:
         vi.simulate(system.replace(gap=5.0), initial=initial, periods=10**11, keep=0)
     assert caught.value.result.impact_count == 0
 
 
 def test_an_interrupted_resume(system, initial):
     run = vi.simulate(system, initial=initial, periods=3)
-    with ctrl_c(0.2), pytest.raises(vi.Interrupted) as caught:
+    with ctrl_c_at(20_000) as caught:
         run.resume(**LONG)
     assert caught.value.result.final_state.period > 3
 
 
 def test_interrupted_runs_come_as_a_list(system, initial):
     initials = np.tile(initial, (5, 1))
-    with ctrl_c(0.2), pytest.raises(vi.Interrupted) as caught:
+    with ctrl_c_at(20_000) as caught:
         vi.simulate(system, initial=initials, **LONG, workers=1)
     runs = caught.value.result
     assert 1 <= len(runs) <= 5
@@ -68,18 +52,18 @@ def test_interrupted_runs_come_as_a_list(system, initial):
 
 
 def test_a_diagram_of_long_runs_can_be_interrupted(system, initial):
-    with ctrl_c(0.2), pytest.raises(vi.Interrupted) as caught:
+    with ctrl_c_at(20_000) as caught:
         vi.bifurcation_diagram(system, initial=initial, **LONG, workers=2, gap=[0.5, 0.6])
     assert len(caught.value.result) == 2
 
 
 @pytest.mark.parametrize("start", ["fresh", "forward", "backward"])
 def test_an_interrupted_diagram_keeps_the_points_it_reached(system, initial, start):
-    # A tenth of a second of work per handful of points, a minute for all of them.
-    values = np.linspace(1.2, 2.0, 100_000)
-    options = {"initial": initial, "periods": 600, "keep": 2, "start": start, "workers": 2}
-    with ctrl_c(0.5), pytest.raises(vi.Interrupted, match="of 100000 cells") as caught:
+    values = np.linspace(1.2, 2.0, 300)
+    options = {"initial": initial, "periods": 600, "keep": 2, "start": start, "workers": 1}
+    with ctrl_c_at(60_000) as caught:
         vi.bifurcation_diagram(system, **options, drive_frequency=values)
+    assert "of 300 cells" in str(caught.value)
     diagram = caught.value.result
     assert diagram.parameter.tolist() == values.tolist()
     pending = diagram.status == "pending"
@@ -100,16 +84,23 @@ def test_an_interrupted_diagram_keeps_the_points_it_reached(system, initial, sta
     assert diagram.final_states[few].tobytes() == again.final_states.tobytes()
 
 
-def test_ctrl_c_is_not_lost_in_a_progress_bar(system, initial):
+def test_ctrl_c_is_not_lost_in_a_progress_bar(system, initial, monkeypatch):
     values = np.linspace(0.4, 0.6, 1000)
-    with ctrl_c(0.3), pytest.raises(vi.Interrupted) as caught:
+    told = []
+
+    def tell(bar, before, done):
+        told.append(done)
+        if len(told) == 3:
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(engine, "_advance", tell)
+    with interrupted() as caught:
         vi.bifurcation_diagram(
-            system, initial=initial, periods=20_000, keep=1, progress=True, gap=values
+            system, initial=initial, periods=600, keep=1, progress=True, chunk=128, gap=values
         )
     done = np.asarray(caught.value.result.status) != "pending"
-    assert np.count_nonzero(done) < len(values) - 128
     # Nothing is begun after the chunk in which it came.
-    assert not done[np.flatnonzero(~done)[0] + 128 :].any()
+    assert not done[3 * 128 :].any()
 
 
 def test_another_exception_of_a_signal_handler_is_raised(system, initial):
@@ -119,14 +110,27 @@ def test_another_exception_of_a_signal_handler_is_raised(system, initial):
     def ring(*_):
         raise Alarm
 
-    before = signal.signal(signal.SIGALRM, ring)
+    before = signal.signal(signal.SIGINT, ring)
+    _core._interrupt_at(20_000)
     try:
-        signal.setitimer(signal.ITIMER_REAL, 0.2)
         with pytest.raises(Alarm):
             vi.simulate(system, initial=initial, **LONG)
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        _core._interrupt_at(None)
+        signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.parametrize("asks", [1, 17, 4_321])
+def test_the_same_ask_gives_the_same_part(system, initial, asks):
+    parts = []
+    for _ in range(2):
+        with ctrl_c_at(asks) as caught:
+            vi.simulate(system, initial=initial, **LONG)
+        parts.append(caught.value.result)
+    one, other = parts
+    assert one.final_state == other.final_state
+    assert one.impact_count == other.impact_count
+    assert asks_of(lambda: one.resume(periods=3)) == asks_of(lambda: other.resume(periods=3)) > 1
 
 
 def test_interrupted_is_a_keyboard_interrupt():
@@ -134,7 +138,7 @@ def test_interrupted_is_a_keyboard_interrupt():
 
 
 def test_an_interrupted_measurement_of_exponents(system, initial):
-    with ctrl_c(0.4), pytest.raises(vi.Interrupted) as caught:
+    with ctrl_c_at(200_000) as caught:
         vi.lyapunov_spectrum(system, initial=initial, periods=5_000_100, keep=5_000_000)
     spectrum = caught.value.result
     assert isinstance(spectrum, vi.LyapunovSpectrum)
@@ -144,7 +148,7 @@ def test_an_interrupted_measurement_of_exponents(system, initial):
 
 
 def test_an_interrupted_refinement(system, initial):
-    with ctrl_c(0.4), pytest.raises(vi.Interrupted) as caught:
+    with ctrl_c_at(200_000) as caught:
         vi.bifurcation_diagram(
             system,
             initial=initial,
@@ -159,7 +163,7 @@ def test_an_interrupted_refinement(system, initial):
 
 
 def test_an_interrupted_grid_of_spectra(system, initial):
-    with ctrl_c(0.4), pytest.raises(vi.Interrupted) as caught:
+    with ctrl_c_at(200_000) as caught:
         vi.lyapunov_spectrum(
             system, initial=initial, periods=4000, drive_frequency=np.linspace(1.5, 1.6, 5000)
         )

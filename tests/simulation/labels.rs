@@ -4,8 +4,8 @@
 //! final label from N periods; those are what remains.
 
 use crate::support::draws;
-use vibroimpact::RunOptions;
 use vibroimpact::StopReason::Completed;
+use vibroimpact::{CancelToken, RunOptions};
 
 use super::{Draw, go, paper, paper_start};
 
@@ -27,7 +27,7 @@ fn labels_hold_with_twice_the_periods() {
         let twice = go(&system, start, RunOptions::periods(2 * PERIODS).keep(2 * KEEP));
         assert_eq!((once.stop_reason, twice.stop_reason), (Completed, Completed));
         completed += 1;
-        let (a, b) = (once.period(), twice.period());
+        let (a, b) = (once.period(&CancelToken::never()), twice.period(&CancelToken::never()));
         repeating += usize::from(b.orbit.is_some());
         if a.label() != b.label() {
             mismatches += 1;
@@ -52,7 +52,11 @@ fn the_label_of_a_settled_motion_does_not_depend_on_how_much_is_kept() {
         let system = paper(drive_frequency).build().unwrap();
         for keep in [50, 100, 300, 600] {
             let run = go(&system, paper_start(), RunOptions::periods(600).keep(keep));
-            assert_eq!(run.period().label(), label, "omega = {drive_frequency}, keep = {keep}");
+            assert_eq!(
+                run.period(&CancelToken::never()).label(),
+                label,
+                "omega = {drive_frequency}, keep = {keep}"
+            );
         }
     }
 }
@@ -69,10 +73,10 @@ fn a_motion_that_strikes_at_its_section_has_its_label() {
                 .build()
                 .unwrap();
             let run = go(&system, paper_start(), RunOptions::periods(600).keep(100));
-            let report = run.period();
+            let report = run.period(&CancelToken::never());
             assert_eq!(report.label(), "1-1", "{drive_frequency} {moment_amplitude}");
-            assert_eq!(run.section_report().label(), "1-1");
-            let (_, [exponent, error]) = run.period_and_exponent();
+            assert_eq!(run.section_report(&CancelToken::never()).label(), "1-1");
+            let (_, [exponent, error]) = run.period_and_exponent(&CancelToken::never());
             assert!(exponent < -0.05 && error < 1e-3, "{exponent} {error}");
         }
     }
@@ -90,10 +94,14 @@ fn a_passage_along_a_saddle_is_no_period() {
             .build()
             .unwrap();
         let run = go(&system, paper_start(), RunOptions::periods(400).keep(100));
-        let (report, [exponent, error]) = run.period_and_exponent();
-        println!("{i} {j} {:?} {} {exponent}", run.section_report().orbit, report.label());
+        let (report, [exponent, error]) = run.period_and_exponent(&CancelToken::never());
+        println!(
+            "{i} {j} {:?} {} {exponent}",
+            run.section_report(&CancelToken::never()).orbit,
+            report.label()
+        );
         assert!(report.orbit.is_none() || exponent < 2.0 * error, "{}", report.label());
-        drawn_together += usize::from(run.section_report().orbit.is_some());
+        drawn_together += usize::from(run.section_report(&CancelToken::never()).orbit.is_some());
     }
     assert!(drawn_together >= 3, "{drawn_together}");
 }

@@ -2,8 +2,8 @@
 //! the motion computed event by event.
 
 use vibroimpact::{
-    ContactRecord, Event, GrazeRecord, Horizon, ImpactRecord, Observer, Run, RunOptions,
-    Simulation, State, StopReason, System, Workers, run, run_many,
+    CancelToken, ContactRecord, Event, GrazeRecord, Horizon, ImpactRecord, Observer, Run,
+    RunOptions, Simulation, State, StopReason, System, Workers, run, run_many,
 };
 
 use super::{Draw, chattering, go, paper, paper_start};
@@ -139,7 +139,7 @@ fn what_is_copied_has_the_bits_of_what_is_computed() {
             let starts = [paper_start(); 9];
             let options = RunOptions::periods(600).keep(keep);
             let workers = Workers::new(Some(1)).unwrap();
-            let runs = run_many(system, &starts, options, &workers, &mut || true).unwrap();
+            let runs = run_many(system, &starts, options, &workers, &CancelToken::never()).unwrap();
             let alone = go(system, paper_start(), options);
             for run in runs {
                 let run = run.unwrap();
@@ -157,7 +157,7 @@ fn what_is_copied_can_be_resumed_and_ended() {
         let system = damped(place);
         let all = computed(&system, paper_start(), RunOptions::periods(900));
         let first = go(&system, paper_start(), RunOptions::periods(437));
-        let rest = first.resume(RunOptions::periods(900), &mut || true).unwrap();
+        let rest = first.resume(RunOptions::periods(900), &CancelToken::never()).unwrap();
         let impacts: Vec<_> = first.impacts.iter().chain(&rest.impacts).copied().collect();
         let sections: Vec<_> = first.stroboscopic.iter().chain(&rest.stroboscopic).collect();
         assert!(impacts == all.impacts && sections.into_iter().eq(&all.sections));

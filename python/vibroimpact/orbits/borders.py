@@ -18,6 +18,7 @@ from ..arguments import count, positive, reject
 from ..continuation.curves import follow_curve
 from ..continuation.path import INTERRUPTED, Path, Point, SpecialPoint, path_so_far
 from ..errors import Interrupted
+from ..interruption import interruptible
 from .branch import BORDERS, NAMES, Bifurcation
 from .curve import BifurcationCurve, CodimensionTwo
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
@@ -59,6 +60,7 @@ class CurveSteps:
         )
 
 
+@interruptible
 def bifurcation_curve(
     bifurcation: Bifurcation | CodimensionTwo,
     *,

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..arguments import close_to, reject
+from ..interruption import interruptible
 from ..system import System
 from ..verbs import verb
 from .motion import NEUTRAL, PeriodicMotion
@@ -26,6 +27,7 @@ KINDS = (
 NAMES = {"fold": "saddle_node"}
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Bifurcation:
     """A located bifurcation of a periodic motion.
@@ -135,6 +137,7 @@ class Piece:
         return np.array([motion.sections[:, 0] for motion in motions])
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Branch:
     """A branch of periodic motions over one parameter.

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..interruption import interruptible
 from ..system import System
 from ..verbs import verb
 from .motion import PeriodicMotion
@@ -53,6 +54,7 @@ class CodimensionTwo:
         return f"<{self.kind} of {self.motion.label} at ({a:.12g}, {b:.12g})>"
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BifurcationCurve:
     """A curve of bifurcations of one kind in the plane of two parameters.

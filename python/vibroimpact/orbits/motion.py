@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _core
 from ..arguments import vector
 from ..fixed_arrays import FixedArrays
+from ..interruption import interruptible
 from ..system import System
 from ..verbs import verb
 
@@ -46,6 +47,7 @@ REGIMES = (
 NEUTRAL = 1e-12
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PeriodicMotion(FixedArrays):
     """A solution of the conditions of periodicity, and whether it is a motion.

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .. import _core
 from ..arguments import count, number, pair, reject
 from ..errors import Interrupted
+from ..interruption import interruptible
 from ..orbits.motion import PeriodicMotion
 from ..orbits.shooting import solve_orbit
 from ..orbits.verdict import motion_of
@@ -31,6 +32,7 @@ State = tuple[float, float, float, float]
 SLACK = 256.0 * float(np.finfo(float).eps)
 
 
+@interruptible
 def periodic_motions(
     system: System, n: int = 1, *, within: tuple[float, float] | None = None
 ) -> PeriodicMotions:

@@ -127,7 +127,7 @@ impl Encounters {
 
     /// The flights after the impacts are the present ones, in lanes for which `which` is 1.
     #[inline(always)]
-    pub fn go_on(&mut self, which: &[u64; LANES]) {
+    pub fn proceed(&mut self, which: &[u64; LANES]) {
         let Flights { time_in_period, residual, angles, phases, pendulums, oscillators } =
             &mut self.flights;
         let after = &self.impacts.flights;
