@@ -7,8 +7,6 @@ mod huge_forces;
 mod interrupts;
 
 use crate::support::draws;
-use std::sync::atomic::AtomicBool;
-
 use proptest::num::f64::ANY;
 use proptest::prelude::*;
 use vibroimpact::analysis::basin::{Fate, arrive};
@@ -17,9 +15,9 @@ use vibroimpact::impact::{ImpactOutcome, IncrementalError, PreImpact, incrementa
 use vibroimpact::search::{Found, Start, next_contact};
 use vibroimpact::tangent::itinerary::{Itinerary, Leg, Node};
 use vibroimpact::{
-    CancelToken, Clock, Contact, Event, FreeMotion, Horizon, ImpactLaw, Observer, Run, RunError,
-    RunOptions, Simulation, State, StateError, StopReason, System, SystemBuilder, Workers,
-    detect_period, run, run_many,
+    CancelToken, Clock, Contact, Event, FreeMotion, Horizon, ImpactLaw, Run, RunError, RunOptions,
+    Simulation, State, StateError, StopReason, System, SystemBuilder, Workers, detect_period, run,
+    run_many,
 };
 
 fn paper() -> SystemBuilder {
@@ -226,7 +224,7 @@ fn a_state_that_is_no_state_is_refused_wherever_it_comes_in() {
             other => panic!("{other:?}"),
         }
         assert!(Itinerary::follow(&system, bad, 1, 100, &CancelToken::never()).is_err());
-        let arrival = arrive(&system, bad, &[], options, &AtomicBool::new(false));
+        let arrival = arrive(&system, bad, &[], options, &CancelToken::never());
         assert_eq!(arrival.fate, Fate::Overlap);
     }
 }

@@ -192,14 +192,13 @@ fn a_point_that_fails_or_stops_leaves_the_others_alone() {
 #[test]
 fn values_out_of_range_are_refused_before_any_run() {
     let workers = Workers::default();
-    let mut looks = 0;
-    let mut attempt = |parameter: &str, values: &[f64], options: RunOptions| {
-        let mut look = |_| {
-            looks += 1;
-            true
-        };
+    let never = CancelToken::after(1 << 40);
+    let attempt = |parameter: &str, values: &[f64], options: RunOptions| {
+        let done = AtomicUsize::new(0);
         Cell::along(&paper(), parameter, values, start())
-            .and_then(|cells| sweep(&cells, options.into(), SweepStart::Fresh, &workers, &mut look))
+            .and_then(|cells| {
+                sweep(&cells, options.into(), SweepStart::Fresh, &workers, &never, &done)
+            })
             .unwrap_err()
             .name
             .to_string()
@@ -210,7 +209,7 @@ fn values_out_of_range_are_refused_before_any_run() {
     // Without a drive there are no periods to run.
     assert_eq!(attempt("drive_frequency", &[1.0, 0.0], options()), "periods");
     assert_eq!(attempt("gap", &[0.5], options().keep(61)), "keep");
-    assert_eq!(looks, 0);
+    assert_eq!(never.asks_left(), 1 << 40);
     for threads in [0, 1025, usize::MAX] {
         assert_eq!(Workers::new(Some(threads)).unwrap_err().name, "workers");
     }
@@ -232,12 +231,9 @@ fn a_sweep_that_is_ended_early_keeps_what_is_done() {
             &AtomicUsize::new(0),
         )
         .unwrap();
-        let mut done = 0;
-        let mut look = |count| {
-            done = count;
-            count == 0
-        };
-        let points = sweep(&cells, long.into(), begin, &workers, &mut look).unwrap();
+        let (cancel, count) = (CancelToken::after(60_000), AtomicUsize::new(0));
+        let points = sweep(&cells, long.into(), begin, &workers, &cancel, &count).unwrap();
+        let done = count.into_inner();
         assert_eq!(points.len(), 300);
         let pending = |point: &SweepPoint| point.status == PointStatus::Pending;
         let left = points.iter().filter(|&point| pending(point)).count();
@@ -316,15 +312,11 @@ fn what_is_measured_is_what_the_run_says() {
 #[test]
 fn a_long_point_is_cut_short() {
     let long = RunOptions::periods(2_000_000_000).keep(1);
-    let mut looks = 0;
     // Motions that do not repeat.
     let three = cells("drive_frequency", &[0.8, 0.85, 0.9]);
     let workers = Workers::new(Some(2)).unwrap();
-    let mut look = |_| {
-        looks += 1;
-        looks < 3
-    };
-    let points = sweep(&three, long.into(), SweepStart::Fresh, &workers, &mut look).unwrap();
+    let (cancel, count) = (CancelToken::after(10_000), AtomicUsize::new(0));
+    let points = sweep(&three, long.into(), SweepStart::Fresh, &workers, &cancel, &count).unwrap();
     assert!(points.iter().all(|point| point.status == PointStatus::Pending));
 }
 

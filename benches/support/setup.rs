@@ -48,7 +48,7 @@ impl Setup {
             Wanted::Sections => simulate(system, start, self.periods, &mut Sections),
             Wanted::History => drop(black_box(kept(self.periods, self.keep))),
             Wanted::Label => {
-                drop(black_box(kept(self.periods, self.keep).period(&CancelToken::never())))
+                black_box(kept(self.periods, self.keep).period(&CancelToken::never()));
             }
             Wanted::Exponents => {
                 // As the call from Python: measured on the orbit to which the motion comes.

@@ -480,9 +480,8 @@ mod tests {
         let sections = vec![[1.0, 0.0, 0.0, 0.0]; 40];
         let counts: Vec<u32> = (0..40).map(|k| k % 2).collect();
         assert_eq!(
-            detect_period(&sections, &counts).orbit,
-            Some((2, ImpactCount::Finite(1))),
-            &CancelToken::never()
+            detect_period(&sections, &counts, &CancelToken::never()).orbit,
+            Some((2, ImpactCount::Finite(1)))
         );
     }
 
@@ -498,9 +497,8 @@ mod tests {
             })
             .collect();
         assert_eq!(
-            detect_period(&spiral, &[1; 100]).orbit,
-            Some((1, ImpactCount::Finite(1))),
-            &CancelToken::never()
+            detect_period(&spiral, &[1; 100], &CancelToken::never()).orbit,
+            Some((1, ImpactCount::Finite(1)))
         );
     }
 
@@ -512,9 +510,8 @@ mod tests {
         assert_eq!(report.orbit, Some((1, ImpactCount::Finite(1))));
         assert!((report.rate - 0.95).abs() < 1e-3);
         assert_eq!(
-            detect_period(&circle(1.0, 0.0, 100), &[1; 100]).orbit,
-            None,
-            &CancelToken::never()
+            detect_period(&circle(1.0, 0.0, 100), &[1; 100], &CancelToken::never()).orbit,
+            None
         );
     }
 }

@@ -1,13 +1,18 @@
 """Ctrl-C ends a long call early and hands over what was done by then."""
 
+import enum
+import functools
+import inspect
 import signal
+import sys
 
 import numpy as np
 import pytest
 
 import vibroimpact as vi
-from ctrl_c import asks_of, ctrl_c_at, interrupted
+from ctrl_c import asks_of, ctrl_c_at, ctrl_c_in, interrupted
 from vibroimpact import _core
+from vibroimpact.interruption import is_covered
 from vibroimpact.sweeps import engine
 
 # Much more work than is done before Ctrl-C comes.
@@ -173,3 +178,43 @@ def test_an_interrupted_grid_of_spectra(system, initial):
     assert 0 < np.count_nonzero(done) < len(sweep)
     assert np.isfinite(sweep.exponents[done]).all()
     assert np.isnan(sweep.exponents[~done]).all()
+
+
+def public_members():
+    """Give every public function, and every public member of a class, by name."""
+    for name in vi.__all__:
+        found = getattr(vi, name)
+        if inspect.isfunction(found):
+            yield name, found
+        elif inspect.isclass(found) and not issubclass(found, BaseException | enum.Enum):
+            for base in found.__mro__:
+                if base.__module__.startswith("vibroimpact."):
+                    for member, value in vars(base).items():
+                        kinds = property | classmethod | staticmethod | functools.cached_property
+                        works = inspect.isfunction(value) or isinstance(value, kinds)
+                        if works and not member.startswith("_"):
+                            yield f"{base.__name__}.{member}", value
+
+
+def test_every_public_call_is_covered():
+    members = dict(public_members())
+    assert len(members) > 100
+    assert [name for name, member in members.items() if not is_covered(member)] == []
+
+
+@pytest.mark.parametrize("name", ["horizon", "states", "threads", "positive"])
+def test_ctrl_c_while_arguments_are_checked(system, initial, monkeypatch, name):
+    with ctrl_c_in(monkeypatch, sys.modules["vibroimpact.simulation"], name) as caught:
+        vi.simulate(system, initial=initial, periods=3)
+    assert caught.value.result is None
+
+
+def test_ctrl_c_while_an_array_is_built(system, initial, monkeypatch):
+    run = vi.simulate(system, initial=initial, periods=3)
+    module = sys.modules[vi.Run.__module__]
+    with ctrl_c_in(monkeypatch, module, "vector") as caught:
+        run.trajectory([0.0, 1.0])
+    assert caught.value.result is None
+    with ctrl_c_in(monkeypatch, np, "flatnonzero") as caught:
+        run.trajectory([0.0, 1.0])
+    assert caught.value.result is None

@@ -164,13 +164,11 @@ fn what_is_copied_can_be_resumed_and_ended() {
         assert_eq!(rest.final_state.state, all.end);
         assert_in_order(&rest);
         // So long that it is copied in parts, between which the caller may end it.
-        let mut looks = 0;
-        let mut some = || {
-            looks += 1;
-            looks < 3
-        };
+        let counted = CancelToken::after(1 << 40);
+        run(&system, paper_start(), RunOptions::periods(900), &counted).unwrap();
+        let cancel = CancelToken::after((1 << 40) - counted.asks_left() + 3);
         let long = RunOptions { max_events: u64::MAX, ..RunOptions::periods(1 << 40) };
-        let ended = run(&system, paper_start(), long, &mut some).unwrap();
+        let ended = run(&system, paper_start(), long, &cancel).unwrap();
         assert_eq!(ended.stop_reason, StopReason::Interrupted);
         assert_in_order(&ended);
     }
