@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 import vibroimpact as vi
+from vibroimpact._core import Regime
 from vibroimpact.paper.parameters import MOTIONS, TRANSITIONS
 from vibroimpact.plot.style import BIFURCATION_STYLES, CHATTER_STYLE, SLIDE_STYLE
-from vibroimpact.run import Regime
 
 RANGE = (1.5, 1.6)
 SECTIONS = ("impact", "stroboscopic")

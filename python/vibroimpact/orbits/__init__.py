@@ -5,9 +5,12 @@ them stands here: Newton's method from simulations (`shooting`), verdicts (`moti
 their bifurcations and borders, borders in two parameters, manifolds of saddles.
 """
 
+from .._core import Border, BorderKind, Condition, Leg, LegEnd, LegKind
+from ..continuation.path import PathEnd
 from .borders import BifurcationCurve, CodimensionTwo, bifurcation_curve
 from .branch import Bifurcation, Branch, Piece
 from .branches import follow_motion, switch_branch
+from .kinds import BifurcationKind
 from .manifolds import ManifoldSide, UnstableManifold, unstable_manifold
 from .motion import PeriodicMotion
 from .regions import StabilityRegion, stability_region
@@ -16,11 +19,19 @@ from .shooting import MotionSearch, NotFound, periodic_motion, search_motions
 __all__ = [
     "Bifurcation",
     "BifurcationCurve",
+    "BifurcationKind",
+    "Border",
+    "BorderKind",
     "Branch",
     "CodimensionTwo",
+    "Condition",
+    "Leg",
+    "LegEnd",
+    "LegKind",
     "ManifoldSide",
     "MotionSearch",
     "NotFound",
+    "PathEnd",
     "PeriodicMotion",
     "Piece",
     "StabilityRegion",

@@ -20,11 +20,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import array_of, as_floats, number, reject
 from ..continuation.curves import curve_point
-from ..continuation.path import INTERRUPTED
+from ..continuation.path import OwnTest, PathEnd
 from ..errors import Interrupted
 from .border_walk import Walk
 from .borders import BifurcationCurve, CurveSteps
 from .branch import Bifurcation
+from .kinds import BifurcationKind
 from .motion import PeriodicMotion, motion_of
 from .ranges import Bounds, two_ranges
 
@@ -187,7 +188,7 @@ def stability_region(
     try:
         why_not = walk.round()
     except KeyboardInterrupt:  # Interrupted is one
-        region = _region(walk, INTERRUPTED)
+        region = _region(walk, PathEnd.INTERRUPTED)
         raise Interrupted("interrupted along a border of stability", region) from None
     return _region(walk, why_not)
 
@@ -223,6 +224,6 @@ def _crossing(arc: BifurcationCurve, k: int, index: int, value: float) -> Bifurc
         parameter=arc.parameters[1 - index],
         value=float(p[1 - index]),
         motion=motion,
-        test="fold" if arc.kind == "saddle_node" else problem.test,
+        test=OwnTest.FOLD if arc.kind is BifurcationKind.SADDLE_NODE else problem.test,
         test_value=left,
     )

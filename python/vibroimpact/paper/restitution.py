@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import plot
+from .._core import Regime
 from ..impact_maps import LAWS, ImpactAgreement, ImpactRegimes, impact_agreement, impact_regimes
-from ..run import Regime
 from .claims import Claim, Verdict
 from .layout import Page, values
 from .parameters import paper_system

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...run import Regime
+from ..._core import Regime
 from ..claims import Verdict
 from . import printed_impact as printed
 from .samples import FRICTION, Table, before, impacts, in_regime, off

@@ -6,8 +6,8 @@ Angles of (4) are those between velocity and surface.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..._core import Regime
 from ...impact_maps import LAWS, impact_agreement
-from ...run import Regime
 from .. import restitution
 from ..claims import Claim, Verdict
 from .samples import FRICTION, Table, impacts, in_regime, system

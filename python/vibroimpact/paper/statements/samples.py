@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..._core import Regime
 from ...impacts import impact
-from ...run import Regime
 from ...system import System
 from ..parameters import paper_system
 from . import printed_impact as printed

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...run import Regime
+from ..._core import Regime
 from ..claims import Verdict
 from . import printed_impact as printed
 from .restitution_laws import (
