@@ -25,8 +25,9 @@ export PYO3_PYTHON := $(BIN)/python
 export MPLBACKEND ?= Agg
 
 TOOLS := $(VENV)/.tools
-# The package; with what tests and lint need on top; with what the site needs on top of that.
+# The package; the reproduction of the paper beside it; with what tests and lint need on top; with what the site needs on top of that.
 PACKAGE := $(VENV)/.package
+REPRODUCTION := $(VENV)/.reproduction
 INSTALLED := $(VENV)/.installed
 SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
@@ -50,16 +51,16 @@ help:
 	@echo 'make fuzz     coverage-guided fuzzing of the Rust library; RUNS= and SECONDS_EACH= for each target, TARGETS='
 	@echo 'make fuzz-python  a hundred thousand calls from Python with any arguments, guided by coverage; RUNS=... for more'
 	@echo 'make docs     build the documentation site, Python and Rust reference included, into site/'
-	@echo 'make wheel    a wheel for Linux and an sdist into $(DIST)/, with their sizes'
-	@echo 'make wheel-test  both installed in fresh environments, the wheel without Rust, and tested there'
+	@echo 'make wheel    a wheel for Linux, an sdist and the wheel of the reproduction into $(DIST)/, with their sizes'
+	@echo 'make wheel-test  wheel and sdist installed in fresh environments, the wheel without Rust, and tested there'
 	@echo 'make audit-deps  licences, sources and duplicates of the dependencies; ADVISORIES=yes: known weaknesses too'
 	@echo 'make ci       what continuous integration runs: lint, docs, test, instructions'
 	@echo 'make clean    remove what the other targets have made'
 
-figures: $(PACKAGE)
+figures: $(PACKAGE) $(REPRODUCTION)
 	$(BIN)/vibroimpact reproduce --out $(OUT)
 
-claims: $(PACKAGE)
+claims: $(PACKAGE) $(REPRODUCTION)
 	$(BIN)/vibroimpact claims --markdown docs/claims.md
 
 # Without the file that they share, which is no script.
@@ -72,7 +73,7 @@ gallery: $(PACKAGE)
 
 ERRATA := $(filter-out __main__,$(basename $(notdir $(wildcard examples/errata/*.py))))
 
-errata: $(PACKAGE)
+errata: $(PACKAGE) $(REPRODUCTION)
 	@for name in $(ERRATA); do \
 		$(BIN)/python examples/errata $$name --out docs/images/errata/$$name.png; \
 	done
@@ -155,14 +156,15 @@ WHEEL_OPTIONS ?= --zig --compatibility manylinux_2_17
 
 wheel: $(TOOLS)
 	$(BIN)/python -m pip install --quiet 'maturin[zig]>=1.16,<2'
-	rm -f $(DIST)/vibroimpact-*.whl $(DIST)/vibroimpact-*.tar.gz
+	rm -f $(DIST)/vibroimpact-*.whl $(DIST)/vibroimpact-*.tar.gz $(DIST)/han_jin_hu_2004-*.whl
 	PATH=$(BIN):$$PATH maturin build --release --locked $(WHEEL_OPTIONS) --out $(DIST)
 	$(BIN)/maturin sdist --out $(DIST)
+	$(BIN)/python -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir $(DIST) ./reproduction
 	$(BIN)/python packaging/check_dist.py $(DIST)
 
 wheel-test: wheel
-	$(PYTHON) packaging/try_installed.py $(DIST)/*.whl --tests $(DIST)/*.tar.gz -- $(IN_PARALLEL) $(PYTEST)
-	$(PYTHON) packaging/try_installed.py $(DIST)/*.tar.gz --tests $(DIST)/*.tar.gz -- $(IN_PARALLEL) $(PYTEST)
+	$(PYTHON) packaging/try_installed.py $(DIST)/vibroimpact-*.whl $(DIST)/han_jin_hu_2004-*.whl --tests $(DIST)/*.tar.gz -- $(IN_PARALLEL) $(PYTEST)
+	$(PYTHON) packaging/try_installed.py $(DIST)/*.tar.gz $(DIST)/han_jin_hu_2004-*.whl --tests $(DIST)/*.tar.gz -- $(IN_PARALLEL) $(PYTEST)
 
 audit-deps: $(TOOLS)
 	@cargo deny --version 2>/dev/null || { echo 'cargo-deny is needed: cargo install --locked cargo-deny'; exit 1; }
@@ -181,15 +183,20 @@ clean:
 	rm -rf fuzz/out fuzz/target
 	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	rm -f python/vibroimpact/_core.*.so python/vibroimpact/_core.pyd
-	find python tests benches -name __pycache__ -type d -prune -exec rm -rf {} +
+	find python reproduction tests benches -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(TOOLS): | check-tools
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --upgrade pip 'maturin>=1.16,<2'
+	$(BIN)/python -m pip install --quiet --upgrade pip 'maturin>=1.16,<2' 'flit_core>=3.12,<5'
 	@touch $@
 
 $(PACKAGE): $(TOOLS) pyproject.toml $(RUST)
 	env -u CONDA_PREFIX VIRTUAL_ENV=$(abspath $(VENV)) $(BIN)/maturin develop --release --locked
+	@touch $@
+
+# What it needs is there with the package.
+$(REPRODUCTION): reproduction/pyproject.toml | $(PACKAGE)
+	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable ./reproduction
 	@touch $@
 
 # The requirements of some extras, by their names.
@@ -198,7 +205,7 @@ EXTRAS = $$($(BIN)/python -c 'import tomllib; \
 	print(*(each for name in "$(1)".split() for each in extras[name]))')
 
 # On top of the package, which is built anew without asking for these again.
-$(INSTALLED): pyproject.toml | $(PACKAGE)
+$(INSTALLED): pyproject.toml $(REPRODUCTION) | $(PACKAGE)
 	$(BIN)/python -m pip install --quiet $(call EXTRAS,test dev)
 	@touch $@
 

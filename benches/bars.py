@@ -23,13 +23,13 @@ import numpy as np
 
 import bars_report
 import vibroimpact as vi
+from han_jin_hu_2004.parameters import INITIAL, KEEP, MOTIONS, PERIODS, TRANSITIONS
 from peers import PEERS
 from peers.outcome import Problem
 from progress import step
 from rounds import Timing, measure
 from scenes import read_scenes
 from two_cores import TURN, two_cores
-from vibroimpact.paper.parameters import INITIAL, KEEP, MOTIONS, PERIODS, TRANSITIONS
 from vibroimpact.system import SYMBOLS
 
 OUT = Path(__file__).parent / "out"

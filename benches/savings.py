@@ -23,10 +23,10 @@ import numpy as np
 
 import instructions
 import vibroimpact as vi
+from han_jin_hu_2004.parameters import INITIAL, TRANSITIONS
 from machine import load, machine
 from progress import step
 from rounds import measure, ratios, spread, table
-from vibroimpact.paper.parameters import INITIAL, TRANSITIONS
 
 OUT = Path(__file__).parent / "out"
 PERIODS, KEEP = 600, 100

@@ -22,7 +22,7 @@ version = release = vibroimpact.__version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 root_doc = "docs/index"
-include_patterns = ["*.md", "docs/**.md", "tests/*/README.md"]
+include_patterns = ["*.md", "docs/**.md", "tests/*/README.md", "reproduction/README.md"]
 exclude_patterns = ["benches", "figures", "python", "site", "src", "target", ".*"]
 
 nitpicky = True
@@ -38,8 +38,8 @@ nitpick_ignore = [
         "sweeps.basins.attractors.Tails",
         "sweeps.basins.clouds.Cloud",
         "sweeps.results.GridResult",
-        "sweeps.basins.trapping.Follow",
-        "sweeps.basins.trapping.Region",
+        "sweeps.basins.region.Follow",
+        "sweeps.basins.region.Region",
         "orbits.curve_problem.CurveProblem",
     )
 ]

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import vibroimpact as vi
-from vibroimpact.paper import existence
+from han_jin_hu_2004 import criterion, existence
 from vibroimpact.single_impact.motions import motion_at
 
 # How far off a motion a simulation starts, in (x1, v1, x2, v2): 1e-8 where it nearly grazes
@@ -82,6 +82,7 @@ def confirm(found: vi.MotionMap, *, stable: bool, every: int) -> Count:
     rows, result = found.solutions, Count()
     chosen = np.flatnonzero(rows["admissible"] & (rows["stable"] == stable))[::every]
     values = {name: found.parameter(name) for name in found.grid}
+    by_45 = criterion.is_stable(criterion.map_eigenvalues(found))
     for k in chosen:
         size = float(rows["largest_multiplier"][k])
         if abs(size - 1.0) < NEUTRAL:
@@ -91,7 +92,7 @@ def confirm(found: vi.MotionMap, *, stable: bool, every: int) -> Count:
         x1, v1, v2, phase = (float(rows[name][k]) for name in STATE)
         result.simulated += 1
         if is_confirmed(motion_at(system, found.n, (x1, v1, v2, phase)), stable, size):
-            result.denied_by_45 += int(rows["paper_stable"][k] != stable)
+            result.denied_by_45 += int(by_45[k] != stable)
         else:
             result.failed.append(
                 f"omega = {system.drive_frequency:g}, f1 = {system.moment_amplitude:g}, "

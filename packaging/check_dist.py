@@ -19,7 +19,6 @@ WHEEL = (
     "vibroimpact/_core.abi3.so",
     "vibroimpact/_core.pyd",
     "vibroimpact/py.typed",
-    "vibroimpact/paper/reference.json",
     "vibroimpact-*.dist-info/*",
 )
 NEEDED_IN_WHEEL = ("vibroimpact/_core.pyi", "vibroimpact/py.typed", "vibroimpact/_core.*[od]")
@@ -43,12 +42,19 @@ SDIST = (
     "python/vibroimpact/*.py",
     "python/vibroimpact/*.pyi",
     "python/vibroimpact/py.typed",
-    "python/vibroimpact/paper/reference.json",
     "tests/data/*.json",
     "tests/data/README.md",
     "tests/python/*.py",
     "tests/reference/*.py",
     "tests/reference/README.md",
+    "reproduction/tests/*.py",
+)
+REPRODUCTION = (
+    "han_jin_hu_2004/*.py",
+    "han_jin_hu_2004/py.typed",
+    "han_jin_hu_2004/reference.json",
+    "han_jin_hu_2004-*.dist-info/*",
+    "han_jin_hu_2004-*.dist-info/entry_points.txt",
 )
 
 
@@ -67,7 +73,13 @@ def wheel_faults(path: Path) -> list[str]:
     """Return what is wrong with a wheel."""
     with zipfile.ZipFile(path) as archive:
         names = [entry.filename for entry in archive.infolist() if not entry.is_dir()]
-    licences = tuple(f"vibroimpact-*.dist-info/licenses/{name}" for name in LICENCES)
+    distribution = path.name.partition("-")[0]
+    licences = tuple(f"{distribution}-*.dist-info/licenses/{name}" for name in LICENCES)
+    if distribution == "han_jin_hu_2004":
+        found = faults(names, REPRODUCTION, REPRODUCTION + licences)
+        if not path.name.endswith("-none-any.whl"):
+            found.append("is not for every platform")
+        return found
     found = faults(names, WHEEL, NEEDED_IN_WHEEL + licences)
     size = path.stat().st_size
     if size >= LARGEST_WHEEL:

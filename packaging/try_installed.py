@@ -3,8 +3,8 @@
 The environment and the tests are in a temporary folder, outside of the repository; the tests are
 those of an sdist, so that it has to hold them. A wheel is installed with no Rust on the path.
 
-    python packaging/try_installed.py dist/*.whl --tests dist/*.tar.gz
-    python packaging/try_installed.py dist/*.tar.gz --tests dist/*.tar.gz -- -k files
+    python packaging/try_installed.py dist/vibroimpact-*.whl dist/han*.whl --tests dist/*.tar.gz
+    python packaging/try_installed.py dist/*.tar.gz dist/han*.whl --tests dist/*.tar.gz -- -k files
 """
 
 import argparse
@@ -48,7 +48,8 @@ def unpack_tests(sdist: Path, folder: Path) -> None:
     with tarfile.open(sdist) as archive:
         for member in archive:
             inside = Path(*Path(member.name).parts[1:])
-            if inside.parts[:1] == ("tests",) or inside == Path("pyproject.toml"):
+            is_test = inside.parts[:1] == ("tests",) or inside.parts[1:2] == ("tests",)
+            if is_test or inside == Path("pyproject.toml"):
                 member.name = inside.as_posix()
                 archive.extract(member, folder, filter="data")
 
@@ -57,6 +58,7 @@ def main() -> int:
     """Install, run the tests, and return their exit status."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("package", type=Path, help="a wheel or an sdist")
+    parser.add_argument("reproduction", type=Path, help="the wheel of the reproduction")
     parser.add_argument("--tests", type=Path, required=True, help="the sdist that holds the tests")
     parser.epilog = "what comes after -- is for pytest"
     words = sys.argv[1:]
@@ -79,6 +81,8 @@ def main() -> int:
         binary = ["--only-binary=:all:"] if is_wheel else []
         wanted = f"{given.package.resolve()}[test]"
         run("-m", "pip", "install", "--quiet", *binary, wanted, check=True)
+        beside = given.reproduction.resolve()
+        run("-m", "pip", "install", "--quiet", "--no-deps", beside, check=True)
         where = run("-c", WHERE, cwd=folder / "tree", check=True, stdout=subprocess.PIPE).stdout
         print(f"{given.package.name}: {where.strip()}", flush=True)
         if not Path(where.split(maxsplit=1)[1].strip()).is_relative_to(folder / "venv"):

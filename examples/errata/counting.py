@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import vibroimpact as vi
-from vibroimpact.paper import INITIAL, MOTIONS
+from han_jin_hu_2004 import INITIAL, MOTIONS
 from vibroimpact.plot.style import BLACK, SKY_BLUE
 
 SYSTEM = next(motion.system for motion in MOTIONS if motion.id == "10")

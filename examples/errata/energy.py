@@ -14,7 +14,7 @@ from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 
 import vibroimpact as vi
-from vibroimpact.paper import INITIAL, MOTIONS
+from han_jin_hu_2004 import INITIAL, MOTIONS
 from vibroimpact.plot.style import ANGLE_TICKS, BLACK, VERMILLION
 
 SYSTEM = next(motion.system for motion in MOTIONS if motion.id == "9(4)")

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import vibroimpact as vi
-from vibroimpact.paper import INITIAL, MOTIONS
-from vibroimpact.paper.evidence import PERTURBATION, amplification, coexisting_chaos
+from han_jin_hu_2004 import INITIAL, MOTIONS
+from han_jin_hu_2004.evidence import PERTURBATION, amplification, coexisting_chaos
 from vibroimpact.plot.style import BLACK, GREY, VERMILLION
 
 SYSTEM = next(motion.system for motion in MOTIONS if motion.id == "9(4)")

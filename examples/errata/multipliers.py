@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import vibroimpact as vi
-from vibroimpact.paper import MOTIONS
+from han_jin_hu_2004 import MOTIONS, criterion
 from vibroimpact.plot.style import BLACK, SKY_BLUE, VERMILLION
 
 SHOWN = ("5a", "5b", "5c")
@@ -32,7 +32,7 @@ def draw(quick: bool) -> Figure:
         ax.plot(number, away, ".", ms=2.0, color=SKY_BLUE, label="simulated")
         true = float(abs(motion.multipliers[0]))
         ax.plot(number, BESIDE * true**number, color=BLACK, lw=0.9, label=f"multiplier {true:.3f}")
-        printed = float(abs(motion.paper_eigenvalues).max())
+        _, printed = criterion.verdict(motion)
         said = number[number * np.log(printed) < np.log(HIGHEST / BESIDE)]
         ax.plot(
             said,

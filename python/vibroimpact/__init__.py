@@ -25,7 +25,8 @@ from .system import System
 if TYPE_CHECKING:
     from . import plot as plot
     from .files import load
-    from .impact_maps import ImpactAgreement, ImpactRegimes, impact_agreement, impact_regimes
+    from .impact_maps import impact_agreement, impact_regimes
+    from .impact_results import ImpactAgreement, ImpactRegimes
     from .orbits import (
         Bifurcation,
         BifurcationCurve,

@@ -9,15 +9,13 @@ Source: docs/theory.md, section 4; Han, Jin & Hu (2004), section 2. All quantiti
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._core import Regime
 from .arguments import axis, count, reject
 from .errors import Interrupted
-from .fixed_arrays import FixedArrays
+from .impact_results import ImpactAgreement, ImpactRegimes
 from .impacts import MOST_STEPS, impact
 from .system import System
 
@@ -29,62 +27,6 @@ LAWS = ("poisson", "newton", "energetic")
 _CELLS = 400
 _WIDEST = 10.0
 _MARGIN = 1.25
-
-
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class ImpactRegimes(FixedArrays):
-    """What every impact of a system does, on a grid; all arrays are read-only.
-
-    The laws are homogeneous: twice the velocities, twice the outcome. So the angle x1 and the
-    velocity ratio x1'/u say all, with x2' = x1' cos x1 - u.
-
-    Attributes
-    ----------
-    system
-        The system.
-    x1
-        Angles, shape (n,).
-    velocity_ratio
-        x1'/u, shape (m,).
-    regime
-        Value of ``Regime``, or -1 for an impact without outcome, shape (m, n).
-    restitution
-        Effective (kinematic) coefficient of restitution -u_post/u, shape (m, n); NaN without
-        outcome.
-    energy_loss
-        Part of the kinetic energy before the impact, x1'^2/2 + x2'^2/(2 mbar), that is lost, shape
-        (m, n); negative where the law creates energy. NaN without outcome, and everywhere for
-        mbar = 0: a wall that moves has no energy to compare with.
-    """
-
-    system: System
-    x1: NDArray[np.float64]
-    velocity_ratio: NDArray[np.float64]
-    regime: NDArray[np.int64]
-    restitution: NDArray[np.float64]
-    energy_loss: NDArray[np.float64]
-
-    def __post_init__(self) -> None:
-        """Make the arrays read-only."""
-        for name in ("x1", "velocity_ratio", "regime", "restitution", "energy_loss"):
-            getattr(self, name).flags.writeable = False
-
-    @property
-    def spread(self) -> tuple[float, float]:
-        """Smallest and largest effective restitution on the grid; NaN if no impact has one."""
-        found = self.restitution[np.isfinite(self.restitution)]
-        if found.size == 0:
-            return np.nan, np.nan
-        return float(found.min()), float(found.max())
-
-    def __repr__(self) -> str:
-        """Say what the grid is and what is found on it."""
-        low, high = self.spread
-        rows, columns = self.regime.shape
-        return (
-            f"ImpactRegimes({columns} angles x {rows} velocity ratios, law={self.system.law!r}, "
-            f"-u_post/u {low:.3g} ... {high:.3g})"
-        )
 
 
 def impact_regimes(
@@ -158,57 +100,6 @@ def _widest_ratio(system: System) -> float:
     slows = system.mass_ratio + k * np.cos(x1)
     border = np.minimum((1.0 + system.restitution) * k, _WIDEST * slows) / slows
     return min(_MARGIN * float(border.max()), _WIDEST)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class ImpactAgreement(FixedArrays):
-    """How far the exact walk and the incremental-impulse integrator are apart; read-only arrays.
-
-    Attributes
-    ----------
-    system
-        The system; its own law plays no part.
-    laws
-        Names of the laws, l of them.
-    steps
-        Numbers of steps, shape (k,); the last and largest step is the ``1/steps``-th part of the
-        impulse.
-    difference
-        The larger absolute difference, of x1' or of x2', after the impact, relative to u: its mean
-        over the impacts of a regime and over eight numbers of steps within 10 % (where in a step
-        an impact ends is chance), shape (l, 6, k), by value of ``Regime``; NaN without impacts, and
-        where the steps leave the range of floats (mass ratios near 1e-300).
-    impacts
-        Number of impacts of each regime, the same under every law, shape (6,).
-    """
-
-    system: System
-    laws: tuple[str, ...]
-    steps: NDArray[np.int64]
-    difference: NDArray[np.float64]
-    impacts: NDArray[np.int64]
-
-    def __post_init__(self) -> None:
-        """Make the arrays read-only."""
-        for name in ("steps", "difference", "impacts"):
-            getattr(self, name).flags.writeable = False
-
-    @property
-    def order(self) -> NDArray[np.float64]:
-        """Order of convergence between the fewest and the most steps, shape (l, 6)."""
-        fewest, most = int(np.argmin(self.steps)), int(np.argmax(self.steps))
-        ratio = self.difference[:, :, fewest] / self.difference[:, :, most]
-        result: NDArray[np.float64] = np.log(ratio) / np.log(self.steps[most] / self.steps[fewest])
-        return result
-
-    def __repr__(self) -> str:
-        """Say how many impacts are compared, and how well they agree."""
-        known = self.order[~np.isnan(self.order)]
-        order = f"{known.min():.2f} ... {known.max():.2f}" if len(known) else "not known"
-        return (
-            f"ImpactAgreement({self.impacts.sum()} impacts, laws {', '.join(self.laws)}, "
-            f"order {order})"
-        )
 
 
 def impact_agreement(

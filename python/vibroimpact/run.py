@@ -22,10 +22,10 @@ from ._core import EvidenceKind, WhyUndecided
 from .arguments import flag, horizon, optional_count, reject, vector
 from .errors import Interrupted, SimulationError
 from .system import System
+from .verbs import verb
 
 if TYPE_CHECKING:
-    from .orbits.motion import PeriodicMotion
-    from .orbits.shooting import NotFound
+    from .verbs import NotFound, PeriodicMotion
 
 _T = TypeVar("_T", bound=np.generic)
 
@@ -422,9 +422,8 @@ class Run:
         ParameterError
             With ``drive_frequency = 0``: there is no period.
         """
-        from .orbits.shooting import refine
-
-        return refine(self)
+        motion: PeriodicMotion | NotFound = verb("refine")(self)
+        return motion
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run to ``path`` (.npz, no pickle); ``load`` gives it back bit for bit."""

@@ -1,6 +1,9 @@
 """What the tests of the command line share: command lines, and how to read what they print."""
 
+import shlex
 import textwrap
+
+import pytest
 
 from vibroimpact import cli
 
@@ -31,3 +34,14 @@ def example_file() -> str:
 def fields(text: str) -> dict[str, str]:
     """Return what is printed by its name."""
     return dict(line.split(None, 1) for line in text.splitlines())
+
+
+@pytest.fixture
+def run_command(capsys):
+    """Run one command line and return its exit code, output and error output."""
+
+    def run(line: str, *more: object) -> tuple[int, str, str]:
+        code = cli.main([*shlex.split(line), *map(str, more)])
+        return code, *capsys.readouterr()
+
+    return run

@@ -1,15 +1,14 @@
 """The system and start that many tests share, the command line and benchmarks to call."""
 
 import importlib
-import shlex
 import signal
 
 import pytest
 
 import repository
 import vibroimpact as vi
+from command_lines import run_command  # noqa: F401  a fixture
 from systems import ROUGH
-from vibroimpact.cli import main
 
 pytest_addoption = repository.add_option
 pytest_configure = repository.configure
@@ -40,14 +39,3 @@ def system() -> vi.System:
 def initial() -> tuple[float, float, float, float]:
     """Return the initial state of the paper's section 4."""
     return (0.0, 0.5, 0.0, 0.0)
-
-
-@pytest.fixture
-def run_command(capsys):
-    """Run one command line and return its exit code, output and error output."""
-
-    def run(line: str, *more: object) -> tuple[int, str, str]:
-        code = main([*shlex.split(line), *map(str, more)])
-        return code, *capsys.readouterr()
-
-    return run

@@ -5,6 +5,7 @@ An installed package is tested from a copy of the tests alone (`make wheel-test`
 are not, whatever is missing.
 """
 
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -15,12 +16,13 @@ _installed = False
 
 
 def add_option(parser: pytest.Parser) -> None:
-    """Add the option."""
-    parser.addoption(
-        OPTION,
-        action="store_true",
-        help="the package is tested without its repository: skip tests that read files of it",
-    )
+    """Add the option, which the tests of the package and of the reproduction share."""
+    with suppress(ValueError):  # it is there already
+        parser.addoption(
+            OPTION,
+            action="store_true",
+            help="the package is tested without its repository: skip tests that read files of it",
+        )
 
 
 def configure(config: pytest.Config) -> None:

@@ -13,6 +13,10 @@ PAPER = vi.System(
 )
 # Several impacts in every ten periods, with friction.
 ROUGH = PAPER.replace(drive_frequency=1.545, friction=0.5)
+# Fig. 9(3) there: a 4-5 and a 6-7 motion coexist.
+COEXISTING = PAPER.replace(drive_frequency=1.5752, friction=0.5)
+# Fig. 7(c) there: complete chatter at low drive frequencies.
+LOW = PAPER.replace(drive_frequency=1.0, damping=(0.1, 0.1), force_amplitude=1.5)
 # Chatter, slide, stick and release in every drive period.
 STICKY = PAPER.replace(
     drive_frequency=0.25,

@@ -12,11 +12,11 @@ import vibroimpact as vi
 from test_docs import first_column
 from test_interrupt import ctrl_c
 from vibroimpact import _core, sweeps
-from vibroimpact.orbits.shooting import same_orbit
+from vibroimpact.orbits.motion import same_orbit
 from vibroimpact.sweeps import Grid
 from vibroimpact.sweeps.basins.arrivals import ArrivalTask
+from vibroimpact.sweeps.basins.region import Follow
 from vibroimpact.sweeps.basins.search import find_attractors, follow_all
-from vibroimpact.sweeps.basins.trapping import Follow
 
 # The plane of the tests; beyond x1 = pi/6 the bodies overlap.
 PLANE = {"x1": np.linspace(-1.2, 0.6, 24), "v1": np.linspace(-2.5, 2.5, 20)}

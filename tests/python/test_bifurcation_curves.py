@@ -11,10 +11,10 @@ import pytest
 
 import vibroimpact as vi
 from references import reference, scene_system
+from systems import PAPER
 from vibroimpact.orbits.curve_problem import CurveProblem
 from vibroimpact.orbits.problem import OrbitProblem
 from vibroimpact.orbits.shooting import solve_orbit
-from vibroimpact.paper.parameters import paper_system
 
 REFERENCE = reference("orbits_reference.json")
 PLANE = {"drive_frequency": (0.2, 3.0), "moment_amplitude": (0.05, 2.5)}
@@ -207,7 +207,7 @@ def test_borders_depend_on_the_unknowns_that_their_gradient_takes(name):
 def test_the_algebraic_solutions_know_the_points_of_a_curve():
     # A 1-1 motion has the multiplier -1 there; two come together at a saddle-node.
     branch = vi.follow_motion(
-        settled(paper_system(drive_frequency=1.8)), drive_frequency=(1.5, 2.5)
+        settled(PAPER.replace(drive_frequency=1.8)), drive_frequency=(1.5, 2.5)
     )
     doubling = vi.bifurcation_curve(branch.of_kind("period_doubling")[0], **PLANE)
     system = doubling.system
@@ -234,7 +234,7 @@ def test_the_algebraic_solutions_know_the_points_of_a_curve():
 
 
 def test_a_neimark_sacker_curve_passes_its_strong_resonance():
-    motion = settled(paper_system(drive_frequency=2.75, moment_amplitude=1.5))
+    motion = settled(PAPER.replace(drive_frequency=2.75, moment_amplitude=1.5))
     birth = vi.follow_motion(motion, drive_frequency=(2.6, 3.0)).of_kind("neimark_sacker")[0]
     curve = vi.bifurcation_curve(birth, drive_frequency=(2.4, 3.0), moment_amplitude=(0.15, 2.0))
     (point,) = curve.points
@@ -246,7 +246,7 @@ def test_a_neimark_sacker_curve_passes_its_strong_resonance():
 
 def test_curves_cross_where_two_multipliers_are_critical():
     branch = vi.follow_motion(
-        settled(paper_system(drive_frequency=1.8)), drive_frequency=(1.7, 2.5)
+        settled(PAPER.replace(drive_frequency=1.8)), drive_frequency=(1.7, 2.5)
     )
     turn = next(found for found in branch.of_kind("saddle_node") if found.value > 2.29)
     fold = vi.bifurcation_curve(turn, **PLANE)
@@ -296,7 +296,7 @@ def test_a_grazing_goes_on_beyond_another_one_with_one_impact_more():
 @pytest.fixture(scope="module")
 def island():
     """The 1-1 motion of the paper's Fig. 5(a)."""
-    motion = settled(paper_system(drive_frequency=1.25))
+    motion = settled(PAPER.replace(drive_frequency=1.25))
     return vi.stability_region(motion, drive_frequency=(1.01, 3.0), moment_amplitude=(0.05, 2.5))
 
 
@@ -325,19 +325,19 @@ def test_inside_a_border_there_is_one_stable_motion_and_outside_none(island):
     assert away.sum() > 25
     for (w, f), sheets in zip(grid[away], inside[away], strict=True):
         solutions = vi.periodic_motions(
-            paper_system(drive_frequency=w, moment_amplitude=f), n=1, within=(-1.5, 0.35)
+            PAPER.replace(drive_frequency=w, moment_amplitude=f), n=1, within=(-1.5, 0.35)
         ).motions
         stable = [one for one in solutions if one.admissible and one.stable]
         assert (len(stable) > 0) == bool(sheets), (w, f, stable)
 
 
 def test_a_region_round_a_cusp_lies_over_itself():
-    motion = settled(paper_system(drive_frequency=2.1))
+    motion = settled(PAPER.replace(drive_frequency=2.1))
     region = vi.stability_region(motion, drive_frequency=(2.05, 3.0), moment_amplitude=(0.2, 2.0))
     assert region.closed, region.why_not
     assert "cusp" in [point.kind for arc in region.arcs for point in arc.points]
     # Between the period doubling at 2.28729 and the saddle-node at 2.29791.
-    between = paper_system(drive_frequency=2.2926)
+    between = PAPER.replace(drive_frequency=2.2926)
     stable = [
         one for one in vi.periodic_motions(between, n=1).motions if one.admissible and one.stable
     ]
@@ -351,7 +351,7 @@ def test_a_region_round_a_cusp_lies_over_itself():
 
 
 def test_a_region_without_a_border_is_the_whole_plane():
-    motion = settled(paper_system(drive_frequency=1.3))
+    motion = settled(PAPER.replace(drive_frequency=1.3))
     region = vi.stability_region(motion, drive_frequency=(1.28, 1.32), moment_amplitude=(0.9, 1.1))
     assert region.closed
     assert region.arcs == ()
@@ -382,21 +382,21 @@ def test_a_region_without_a_border_is_the_whole_plane():
     ],
 )
 def test_bad_input_is_named(call, message):
-    motion = settled(paper_system(drive_frequency=1.8))
+    motion = settled(PAPER.replace(drive_frequency=1.8))
     branch = vi.follow_motion(motion, drive_frequency=(1.79, 1.82), max_points=40)
     with pytest.raises(vi.ParameterError, match=message):
         call(branch.of_kind("neimark_sacker")[0])
 
 
 def test_an_unstable_motion_has_no_region_of_stability():
-    motions = vi.periodic_motions(paper_system(drive_frequency=1.8), n=1).motions
+    motions = vi.periodic_motions(PAPER.replace(drive_frequency=1.8), n=1).motions
     unstable = next(one for one in motions if one.admissible and not one.stable)
     with pytest.raises(vi.ParameterError, match="stable"):
         vi.stability_region(unstable, **PLANE)
 
 
 def test_a_neutral_saddle_is_no_curve_of_bifurcations():
-    motion = settled(paper_system(drive_frequency=2.56))
+    motion = settled(PAPER.replace(drive_frequency=2.56))
     branch = vi.follow_motion(motion, drive_frequency=(2.53, 2.6))
     with pytest.raises(vi.ParameterError, match="neutral_saddle"):
         vi.bifurcation_curve(branch.of_kind("neutral_saddle")[0], **PLANE)

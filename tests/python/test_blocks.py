@@ -19,12 +19,13 @@ from dataclasses import dataclass
 import pytest
 
 import repository
+import test_architecture
 import test_cli_docs
 import test_docs
 import test_errata
 import test_gallery
+from han_jin_hu_2004.parameters import FIGURES
 from vibroimpact import cli
-from vibroimpact.paper.parameters import FIGURES
 
 ROOT = repository.root()
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -66,7 +67,9 @@ def committed() -> list[str]:
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
         if done.returncode == 0 and done.stdout:
             return done.stdout.split()
-    found = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "tests").rglob("*.md")]
+    found = [*ROOT.glob("*.md"), *(ROOT / "reproduction").glob("*.md")]
+    for folder in ("docs", "tests"):
+        found += (ROOT / folder).rglob("*.md")
     return sorted(path.relative_to(ROOT).as_posix() for path in found)
 
 
@@ -87,16 +90,12 @@ def in_docs(block: Block, language: str) -> bool:
     )
 
 
-def first_text(page: str) -> str:
-    return (ROOT / page).read_text(encoding="utf-8").split("```text\n", 1)[1].split("```", 1)[0]
-
-
 # The test that runs a block, and whether it does.
 RUN_BY: dict[str, Callable[[Block], bool]] = {
     "test_docs.test_python_blocks_run": lambda block: in_docs(block, "python"),
     "test_docs.test_rust_blocks_are_those_that_rustdoc_runs": lambda block: in_docs(block, "rust"),
-    "test_docs.test_no_arrow_of_the_module_diagram_runs_back_up": lambda block: (
-        block.page == "CONTRIBUTING.md" and block.text == first_text(block.page)
+    "test_architecture.test_the_page_draws_the_orders": lambda block: (
+        block.page == "docs/architecture.md" and block.text in test_architecture.DIAGRAMS
     ),
     "test_cli_docs.test_the_page_holds": lambda block: (
         block.page == "docs/command-line.md"
@@ -171,7 +170,7 @@ def run(words: list[str]) -> None:
 
 def parse(words: list[str]) -> None:
     given = cli._parser().parse_args(words[1:])
-    assert {*(given.figures or FIGURES)} <= {*FIGURES}
+    assert {*(getattr(given, "figures", None) or FIGURES)} <= {*FIGURES}
 
 
 def plan(words: list[str]) -> None:
@@ -186,7 +185,7 @@ def plan(words: list[str]) -> None:
 
 def install(words: list[str]) -> None:
     (folder,) = words[2:]
-    assert folder == "."
+    assert (ROOT / folder / "pyproject.toml").is_file()
 
 
 def errata(words: list[str]) -> None:
@@ -236,7 +235,11 @@ def options_are_known(words: list[str], module: str) -> None:
 LINES: dict[str, tuple[Callable[[list[str]], None], str]] = {
     "vibroimpact --help": (run, ""),
     "vibroimpact claims ": (run, ""),
-    "vibroimpact reproduce ": (parse, "takes minutes; test_paper_figures draws it reduced"),
+    "vibroimpact bench": (parse, "measures for seconds; reproduction/tests/test_bench.py runs it"),
+    "vibroimpact reproduce ": (
+        parse,
+        "takes minutes; reproduction/tests/test_figures.py draws it reduced",
+    ),
     "make ": (plan, "takes minutes; continuous integration runs the tests"),
     "pip install ": (install, "compiles the package, which `make wheel-test` does"),
     "python examples/errata ": (errata, "test_errata draws each, at reduced size"),

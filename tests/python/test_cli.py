@@ -5,11 +5,13 @@ import re
 import shlex
 import subprocess
 import sys
+from importlib.metadata import EntryPoint, EntryPoints
 
 import pytest
 
 import vibroimpact as vi
 from command_lines import BASINS, CHART, DIAGRAM, LYAPUNOV, ORBITS, SIMULATE, START, SYSTEM
+from vibroimpact import cli
 from vibroimpact.cli import exit_codes, main, simulate
 from vibroimpact.cli.exit_codes import ExitCode
 
@@ -187,3 +189,39 @@ def test_a_reader_that_has_gone_gives_code_141():
 def test_the_table_of_exit_codes_names_all():
     for code in ExitCode:
         assert f"  {code:>3}  {exit_codes.MEANINGS[code].splitlines()[0]}" in exit_codes.table()
+
+
+@pytest.mark.parametrize("name", ["reproduce", "claims", "bench"])
+def test_a_command_of_another_distribution_is_named_with_it(run_command, monkeypatch, name):
+    monkeypatch.setattr(cli, "entry_points", lambda group: EntryPoints(()))
+    code, out, err = run_command(f"{name} --help")
+    assert (code, out) == (2, "")
+    assert err == (
+        f"vibroimpact: {name}: a command of the distribution han-jin-hu-2004, which is not "
+        "installed\n"
+    )
+    with pytest.raises(SystemExit) as stopped:
+        run_command("no-such-command")
+    assert stopped.value.code == 2
+
+
+def test_another_distribution_adds_a_command(run_command, monkeypatch):
+    entry = EntryPoint("hello", "toy_command", "vibroimpact.commands")
+    monkeypatch.setattr(cli, "entry_points", lambda group: EntryPoints([entry]))
+    monkeypatch.setitem(sys.modules, "toy_command", ToyCommand)
+    assert run_command("hello --name you") == (3, "hello you\n", "")
+
+
+class ToyCommand:
+    """What the module of a command has."""
+
+    @staticmethod
+    def add(subparsers):
+        parser = subparsers.add_parser("hello")
+        parser.add_argument("--name")
+        parser.set_defaults(run=ToyCommand.run)
+
+    @staticmethod
+    def run(options):
+        print("hello", options.name)
+        return 3

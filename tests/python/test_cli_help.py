@@ -12,7 +12,6 @@ from command_lines import example_file
 from vibroimpact import cli
 from vibroimpact.cli import (
     basins,
-    bench,
     chart,
     diagram,
     lyapunov,
@@ -138,5 +137,4 @@ def test_defaults_in_help_are_those_of_the_functions(capsys):
 
 
 def test_tables_name_their_columns():
-    assert all(explained(name, bench.MORE) for name in bench.NAMES)
     assert all(explained(name, orbits.MORE) for name in motion_table.CSV_NAMES)

@@ -10,7 +10,6 @@ from matplotlib.image import imread
 
 import vibroimpact as vi
 from command_lines import SIMULATE, START, SYSTEM, fields
-from vibroimpact.paper import MOTIONS, claims
 
 
 @pytest.fixture
@@ -86,16 +85,6 @@ def test_a_constant_load_takes_a_time(run_command, tmp_path):
     assert code == 0
     assert fields(out)["state"].endswith("at t = 5.0")
     assert (tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
-
-
-def test_the_command_of_a_claim_gives_its_label(run_command):
-    (motion,) = [motion for motion in MOTIONS if motion.id == "9(1)"]
-    run = vi.simulate(motion.system, initial=(0.0, 0.5, 0.0, 0.0), periods=600, keep=100)
-    claim = claims.evaluate(motion, run)
-    program, line = claim.command.split(None, 1)
-    assert program == "vibroimpact"
-    code, out, _ = run_command(line)
-    assert (code, fields(out)["label"]) == (0, claim.found)
 
 
 def test_complete_chatter_is_named_in_words(run_command):

@@ -9,7 +9,6 @@ import shlex
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +16,6 @@ import pytest
 import vibroimpact as vi
 from command_lines import BASINS, CHART, DIAGRAM, LYAPUNOV, ORBITS, SIMULATE
 from toy_store import flipped, small_disk
-from vibroimpact.paper import reproduce
 from vibroimpact.whole_file import whole_file
 
 resource = pytest.importorskip("resource", reason="limits and devices of POSIX")
@@ -205,20 +203,6 @@ print(first, second, Path({str(points)!r}).read_text().count("completed"))
     assert both.returncode == 0, both.stderr
     assert f"the store '{store}' cannot be written (No space left" in both.stderr
     assert both.stdout.splitlines()[-1] == "1 0 40"
-
-
-def test_pages_of_the_paper_on_a_full_disk(tmp_path):
-    (tmp_path / "claims.md").write_text("old")
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))
-    try:
-        with pytest.raises(OSError, match="with room enough") as caught:
-            reproduce(tmp_path, figures=[9], progress=False)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    assert Path(caught.value.filename).suffix == ".png"
-    assert [path.name for path in tmp_path.iterdir()] == ["claims.md"]
-    assert (tmp_path / "claims.md").read_text() == "old"
 
 
 def test_a_pipe_is_written_as_it_is(run_command, tmp_path):

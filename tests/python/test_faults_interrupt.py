@@ -17,7 +17,6 @@ from systems import ROUGH
 from test_orbits_interrupt import Count, settled
 from vibroimpact import _core, impact_maps
 from vibroimpact.orbits import manifolds, shooting
-from vibroimpact.paper import reproduction
 from vibroimpact.single_impact import motions
 from vibroimpact.sweeps.store import Store
 from vibroimpact.sweeps.store_check import Chunks
@@ -333,18 +332,3 @@ def test_an_interrupted_comparison_of_impacts(monkeypatch):
         known.append(np.count_nonzero(done))
     assert known == sorted(known)
     assert known[0] == 0 < known[-1]
-
-
-def test_an_interrupted_reproduction_of_the_paper(monkeypatch, tmp_path, run_command):
-    def page(job, figure):
-        if figure == 10:
-            raise KeyboardInterrupt
-        job.files.append(job.out / f"fig{figure}.png")
-
-    monkeypatch.setattr(reproduction._Job, "motion_pages", page)
-    with interrupted() as caught:
-        reproduction.reproduce(tmp_path, figures=[9, 10], progress=False)
-    assert caught.value.result.files == [tmp_path / "fig9.png"]
-    assert not list(tmp_path.iterdir())  # no claims of a part
-    code, out, err = run_command("reproduce --figures 9 10 --quiet --out", tmp_path)
-    assert (code, out, err) == (130, "", "vibroimpact: interrupted after 1 files\n")

@@ -63,7 +63,7 @@ def test_every_release_says_which_numbers_changed():
 def test_public_modules_name_what_they_offer():
     row = next(line for line in read("docs/deprecation.md").splitlines() if "`__all__`" in line)
     modules = re.findall(r"`(vibroimpact(?:\.\w+)?)`", row)
-    assert len(modules) == 4
+    assert len(modules) == 5
     for name in modules:
         module = importlib.import_module(name)
         assert module.__all__
@@ -75,7 +75,8 @@ def test_only_one_module_knows_where_the_repository_is():
     mine = {"repository.py", "test_packaging.py"}
     found = [
         path.name
-        for path in (ROOT / "tests" / "python").rglob("*.py")
+        for folder in ("tests/python", "reproduction/tests")
+        for path in (ROOT / folder).rglob("*.py")
         if path.name not in mine and "parents[2]" in path.read_text(encoding="utf-8")
     ]
     assert found == []
@@ -162,7 +163,7 @@ def test_a_target_installs_the_extras_it_needs(target, extras, tmp_path):
     ).stdout
     named = re.findall(r'for name in "([^"]*)"', planned)
     assert {extra for names in named for extra in names.split()} == extras
-    assert planned.count("maturin develop") == 1
+    assert planned.count("maturin develop") == planned.count("--editable ./reproduction") == 1
     assert "--extras" not in planned
     assert extras <= set(PROJECT["optional-dependencies"])
 
@@ -291,6 +292,27 @@ def test_a_wheel_is_looked_into(check, tmp_path):
     assert "bytes" in faults(made_wheel(tmp_path, size=5_000_000))[0]
     (one,) = faults(made_wheel(tmp_path, name="vibroimpact-1.0-cp311-cp311-linux.whl"))
     assert "one version of Python" in one
+
+
+def test_the_wheel_of_the_reproduction_is_looked_into(check, tmp_path):
+    info = "han_jin_hu_2004-1.0.dist-info"
+    names = [pattern.replace("*", "x") for pattern in check["REPRODUCTION"][:3]]
+    names += [f"{info}/{each}" for each in ("METADATA", "entry_points.txt")]
+    names += [f"{info}/licenses/{each}" for each in ("LICENSE-MIT", "LICENSE-APACHE")]
+
+    def faults(names, tag="py3-none-any"):
+        path = tmp_path / f"han_jin_hu_2004-1.0-{tag}.whl"
+        with zipfile.ZipFile(path, "w") as archive:
+            for name in names:
+                archive.writestr(name, b"")
+        return check["wheel_faults"](path)
+
+    assert faults(names) == []
+    assert faults([*names, "tests/x.py"]) == ["tests/x.py does not belong there"]
+    for missing in ("reference.json", "entry_points.txt", "LICENSE-MIT"):
+        (fault,) = faults([name for name in names if missing not in name])
+        assert "is missing" in fault
+    assert faults(names, "cp311-abi3-linux") == ["is not for every platform"]
 
 
 def test_an_sdist_is_looked_into(check, tmp_path):

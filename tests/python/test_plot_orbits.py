@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 import vibroimpact as vi
+from systems import COEXISTING, LOW
 from vibroimpact._core import Regime
-from vibroimpact.paper.parameters import MOTIONS, TRANSITIONS
 from vibroimpact.plot.style import BIFURCATION_STYLES, CHATTER_STYLE, SLIDE_STYLE
 
 RANGE = (1.5, 1.6)
@@ -21,8 +21,7 @@ SECTIONS = ("impact", "stroboscopic")
 
 @pytest.fixture(scope="module")
 def motions() -> tuple[vi.PeriodicMotion, ...]:
-    system = next(motion.system for motion in MOTIONS if motion.id == "9(3)")
-    return vi.search_motions(system, starts=64, periods=3000).motions
+    return vi.search_motions(COEXISTING, starts=64, periods=3000).motions
 
 
 @pytest.fixture(scope="module")
@@ -32,9 +31,8 @@ def branches(motions) -> list[vi.Branch]:
 
 @pytest.fixture(scope="module")
 def chattering() -> vi.PeriodicMotion:
-    system = next(item.system for item in TRANSITIONS if item.id == "7c")
     run = vi.simulate(
-        system.replace(drive_frequency=0.3), initial=(0, 0.5, 0, 0), periods=300, keep=20
+        LOW.replace(drive_frequency=0.3), initial=(0, 0.5, 0, 0), periods=300, keep=20
     )
     return run.refine()
 

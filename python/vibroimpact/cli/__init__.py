@@ -1,7 +1,8 @@
 """The command `vibroimpact`, with a command of its own for each kind of question.
 
 One module for each command; `options` and `outputs` hold what they share, `system_file` reads
-systems from TOML, `exit_codes` says what the command returns. Results go to the standard output,
+systems from TOML, `exit_codes` says what the command returns. Other distributions add commands by
+entry points of the group ``vibroimpact.commands``. Results go to the standard output,
 everything else to the standard error stream. Flags are named as in Python, with hyphens or
 underscores.
 """
@@ -11,25 +12,29 @@ import os
 import re
 import sys
 from collections.abc import Sequence
+from importlib.metadata import entry_points
 
 from .. import __version__
 from ..errors import ClusterError, ParameterError, SimulationError, StateError
 from . import (
     basins,
-    bench,
     chart,
-    claims,
     diagram,
     exit_codes,
     lyapunov,
     options,
     orbits,
-    reproduce,
     simulate,
 )
 from .exit_codes import ExitCode
 
-COMMANDS = (simulate, diagram, chart, orbits, basins, lyapunov, reproduce, claims, bench)
+COMMANDS = (simulate, diagram, chart, orbits, basins, lyapunov)
+# Entry points of this group add the commands of other distributions: a module with a function
+# ``add(subparsers)``, which adds a parser and sets its default ``run`` to a function that takes the
+# parsed options and returns an exit code.
+GROUP = "vibroimpact.commands"
+# Known commands of another distribution, for those who have not installed it.
+ELSEWHERE = dict.fromkeys(("reproduce", "claims", "bench"), "han-jin-hu-2004")
 _NEGATIVE_NUMBER = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 ABOUT = f"""\
 Oblique-impact vibration of two bodies: a pendulum whose tip strikes a
@@ -76,9 +81,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         From argparse: code 0 after ``--help`` and ``--version``, 2 for arguments it cannot parse.
     """
     given = sys.argv[1:] if argv is None else argv
+    if given and given[0] in ELSEWHERE and given[0] not in entry_points(group=GROUP).names:
+        missing = f"{given[0]}: a command of the distribution {ELSEWHERE[given[0]]}"
+        return _fail(f"{missing}, which is not installed", ExitCode.BAD_INPUT)
     chosen = _parser().parse_args([_word(word) for word in given])
     try:
-        code: ExitCode = chosen.run(chosen)
+        code: int = chosen.run(chosen)
         sys.stdout.flush()
     except (ParameterError, StateError, ImportError) as error:
         return _fail(error, ExitCode.BAD_INPUT)
@@ -137,6 +145,6 @@ def _parser() -> argparse.ArgumentParser:
     subparsers = parser.add_subparsers(
         title="commands", required=True, metavar="COMMAND ...", prog="vibroimpact"
     )
-    for command in COMMANDS:
+    for command in (*COMMANDS, *(point.load() for point in entry_points(group=GROUP))):
         command.add(subparsers)
     return parser

@@ -16,8 +16,7 @@ class ExitCode(IntEnum):
 
 MEANINGS = {
     ExitCode.DONE: "done",
-    ExitCode.FAILED: "a computation or the writing of a file failed, or `bench` has found a\n"
-    "wrong number",
+    ExitCode.FAILED: "a computation or the writing of a file failed",
     ExitCode.BAD_INPUT: "bad input, nothing computed: an argument, a file, a missing extra",
     ExitCode.INCOMPLETE: "done and written, but part of what was asked for is missing:\n"
     "a run stopped early, no periodic motion was found, ...",

@@ -7,14 +7,18 @@ their bifurcations and borders, borders in two parameters, manifolds of saddles.
 
 from .._core import Border, BorderKind, Condition, Leg, LegEnd, LegKind
 from ..continuation.path import PathEnd
-from .borders import BifurcationCurve, CodimensionTwo, bifurcation_curve
+from .borders import bifurcation_curve
 from .branch import Bifurcation, Branch, Piece
 from .branches import follow_motion, switch_branch
+from .curve import BifurcationCurve, CodimensionTwo
+from .found import MotionSearch, NotFound
 from .kinds import BifurcationKind
-from .manifolds import ManifoldSide, UnstableManifold, unstable_manifold
+from .manifold import ManifoldSide, UnstableManifold
+from .manifolds import unstable_manifold
 from .motion import PeriodicMotion
-from .regions import StabilityRegion, stability_region
-from .shooting import MotionSearch, NotFound, periodic_motion, search_motions
+from .region import StabilityRegion
+from .regions import stability_region
+from .shooting import periodic_motion, search_motions
 
 __all__ = [
     "Bifurcation",

@@ -9,22 +9,17 @@ from numpy.typing import NDArray
 from .. import _core
 from ..continuation.follow import follow
 from ..continuation.path import OwnTest, Path, PathEnd, SpecialPoint, path_so_far
-from .borders import (
-    BifurcationCurve,
-    CodimensionTwo,
-    CurveSteps,
-    codimension_two,
-    curve_of,
-    curve_problem,
-    follow_way,
-)
-from .branch import Bifurcation, bifurcation_at
+from .borders import CurveSteps, codimension_two, curve_of, curve_problem, follow_way
+from .branch import Bifurcation
+from .curve import BifurcationCurve, CodimensionTwo
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .doubling import doubled, doubling_near, halving
 from .kinds import BORDERS, BifurcationKind
-from .motion import PeriodicMotion, motion_of
+from .motion import PeriodicMotion
 from .problem import OrbitProblem
 from .ranges import Bounds
+from .special_points import bifurcation_at
+from .verdict import motion_of
 
 Array = NDArray[np.float64]
 

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _core
-from .._core import Border, BorderKind, Condition, Leg
+from .._core import Border, BorderKind, Condition
 from ..arguments import count, positive, reject
 from ..continuation.curves import follow_curve
 from ..continuation.path import (
@@ -28,15 +27,15 @@ from ..continuation.path import (
     path_so_far,
 )
 from ..errors import Interrupted
-from ..system import System
 from .branch import Bifurcation
+from .curve import BifurcationCurve, CodimensionTwo
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .friction import with_friction
-from .kinds import BORDERS, BifurcationKind, BranchEnd, Test, end_of
-from .motion import PeriodicMotion, motion_of, primitive
+from .kinds import BORDERS, BifurcationKind, end_of
 from .problem import OrbitProblem
 from .ranges import LONGEST_STEP, Bounds, two_ranges
 from .resegment import beside, spared
+from .verdict import motion_of, primitive
 
 Array = NDArray[np.float64]
 
@@ -47,108 +46,6 @@ KINDS = (
     BifurcationKind.NEIMARK_SACKER,
     *(BifurcationKind(border.value) for border in BorderKind),
 )
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class CodimensionTwo:
-    """A point of a curve of bifurcations at which another test function vanishes.
-
-    Attributes
-    ----------
-    kind
-        Of the second bifurcation, as in Bifurcation; also ``cusp`` on a curve of saddle-nodes, and
-        the strong resonances ``resonance_1_1``, ``resonance_1_2``, ``resonance_1_3``,
-        ``resonance_1_4``.
-    values
-        Of both parameters, shape (2,).
-    motion
-        The motion there.
-    test, test_value
-        The second function, and what is left of it.
-    goes_on
-        Where two borders meet: the curve's own bifurcation with the legs beyond the other border,
-        to be followed by ``bifurcation_curve``; None where it is not known.
-    """
-
-    kind: BifurcationKind
-    values: Array
-    motion: PeriodicMotion
-    test: Test
-    test_value: float
-    goes_on: "CodimensionTwo | None" = None
-
-    def __repr__(self) -> str:
-        """Kind, place and motion."""
-        a, b = self.values
-        return f"<{self.kind} of {self.motion.label} at ({a:.12g}, {b:.12g})>"
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class BifurcationCurve:
-    """A curve of bifurcations of one kind in the plane of two parameters.
-
-    Attributes
-    ----------
-    kind
-        Of the bifurcation.
-    parameters
-        Names of both parameters.
-    values
-        Shape (k, 2), in order along the curve.
-    nodes
-        Of the motion, shape (k, legs, 4); at a grazing without the touching impact.
-    itinerary
-        Its legs.
-    multipliers
-        By falling modulus, shape (k, 4) or (k, 2); NaN where an impact has u = 0.
-    bounds_stability
-        Whether the motion is stable on one side of the curve, shape (k,): all multipliers but the
-        critical ones lie inside the unit circle, and all borders but the curve's own are positive.
-    points
-        Points of codimension two, in order along the curve.
-    ends
-        Why the curve ends, at its first and last point: ``bound``, the kind of a border,
-        ``resonance_1_1`` or ``resonance_1_2`` (a Neimark-Sacker curve beyond which the pair is
-        real), ``points``, ``closed``, ``start`` (it began at a point of codimension two, beyond
-        which it is no bifurcation of a motion), ``no convergence``, ``outside domain`` or
-        ``interrupted``.
-    system
-        The system, at any values of the parameters.
-    test
-        The function that vanishes along the curve.
-    """
-
-    kind: BifurcationKind
-    parameters: tuple[str, str]
-    values: Array
-    nodes: Array
-    itinerary: _core.Itinerary
-    multipliers: NDArray[np.complex128]
-    bounds_stability: NDArray[np.bool_]
-    points: tuple[CodimensionTwo, ...]
-    ends: tuple[BranchEnd, BranchEnd]
-    system: System
-    test: Test
-
-    @property
-    def problem(self) -> CurveProblem:
-        """The equations of the curve."""
-        return CurveProblem(self.system, self.itinerary, self.parameters, self.kind, self.test)
-
-    @property
-    def legs(self) -> tuple[Leg, ...]:
-        """The legs of the motion."""
-        return tuple(self.itinerary.legs)
-
-    def __repr__(self) -> str:
-        """Kind, extent and ends."""
-        if not len(self.values):
-            return f"<BifurcationCurve {self.kind}, no points, ends: {self.ends[0]}>"
-        (a, b), (low, high) = self.parameters, (self.values.min(axis=0), self.values.max(axis=0))
-        return (
-            f"<BifurcationCurve {self.kind}, {a} {low[0]:.6g} ... {high[0]:.6g}, "
-            f"{b} {low[1]:.6g} ... {high[1]:.6g}, ends: {self.ends[0]}, {self.ends[1]}>"
-        )
 
 
 @dataclass(frozen=True, kw_only=True)

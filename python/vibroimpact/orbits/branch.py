@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from .. import _core
 from .._core import Leg, LegKind
 from ..arguments import close_to, reject
-from ..continuation.path import SpecialPoint
 from ..system import System
+from ..verbs import verb
 from .kinds import BifurcationKind, BranchEnd, Test
-from .motion import NEUTRAL, PeriodicMotion, motion_of
-from .problem import OrbitProblem
+from .motion import NEUTRAL, PeriodicMotion
 
 Array = NDArray[np.float64]
 
@@ -51,22 +50,6 @@ class Bifurcation:
     def __repr__(self) -> str:
         """Kind, place and motion."""
         return f"<{self.kind} of {self.motion.label} at {self.parameter} = {self.value:.12g}>"
-
-
-def bifurcation_at(
-    problem: OrbitProblem, special: SpecialPoint, goes_on: tuple[Leg, ...] = ()
-) -> Bifurcation:
-    """Return a special point of a path as users see it."""
-    nodes = special.u.reshape(-1, 4)
-    return Bifurcation(
-        kind=BifurcationKind(special.kind),
-        parameter=problem.parameters[0],
-        value=float(special.p[0]),
-        motion=motion_of(problem.system_at(special.p), problem.itinerary, nodes, whole=True),
-        test=special.test,
-        test_value=special.value,
-        goes_on=goes_on,
-    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -119,7 +102,9 @@ class Piece:
 
     def motion(self, k: int) -> PeriodicMotion:
         """Return the k-th motion, with its verdict."""
-        return motion_of(self._system_at(k), self.itinerary, self.nodes[k].copy())
+        motion: PeriodicMotion
+        motion = verb("motion_of")(self._system_at(k), self.itinerary, self.nodes[k].copy())
+        return motion
 
     def _system_at(self, k: int) -> System:
         return self.system.replace(**{self.parameter: float(self.values[k])})
@@ -134,6 +119,7 @@ class Piece:
     @cached_property
     def sections(self) -> Array:
         """x1 at the starts of the m drive periods, shape (k, m)."""
+        motion_of = verb("motion_of")
         # As a whole: at a period doubling an orbit run through twice would be cut down to one.
         motions = (
             motion_of(self._system_at(k), self.itinerary, nodes.copy(), whole=True)

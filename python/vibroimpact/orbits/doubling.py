@@ -8,10 +8,11 @@ from .._core import Leg
 from ..continuation.follow import follow
 from ..continuation.newton import OutsideDomain
 from ..continuation.path import Path
-from .branch import Bifurcation, bifurcation_at
+from .branch import Bifurcation
 from .kinds import BifurcationKind
 from .motion import PeriodicMotion
 from .problem import OrbitProblem
+from .special_points import bifurcation_at
 
 Array = NDArray[np.float64]
 

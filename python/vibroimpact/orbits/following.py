@@ -18,14 +18,15 @@ from ..continuation.follow import follow
 from ..continuation.newton import solve
 from ..continuation.path import Path, PathEnd, Point, SpecialPoint, path_so_far
 from ..system import System
-from .branch import Bifurcation, Branch, Piece, bifurcation_at
+from .branch import Bifurcation, Branch, Piece
 from .doubling import MIN_STEP, doubling_near, halving
 from .kinds import BORDERS, BifurcationKind, BranchEnd, end_of
-from .motion import motion_of
+from .motion import same_orbit
 from .problem import OrbitProblem
 from .ranges import LONGEST_STEP
 from .resegment import Crossing, beyond
-from .shooting import same_orbit
+from .special_points import bifurcation_at
+from .verdict import motion_of
 
 # Sequences of legs that one direction of a branch may pass.
 MOST_PIECES = 200

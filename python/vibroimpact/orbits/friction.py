@@ -17,8 +17,8 @@ from ..arguments import reject
 from ..continuation.newton import solve
 from ..impacts import impact
 from ..system import System
-from .motion import MAX_EVENTS, motion_of
 from .problem import OrbitProblem
+from .verdict import MAX_EVENTS, motion_of
 
 Array = NDArray[np.float64]
 

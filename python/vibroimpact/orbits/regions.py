@@ -13,138 +13,24 @@ with other legs: that is another region.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ..arguments import array_of, as_floats, number, reject
+from ..arguments import reject
 from ..continuation.curves import curve_point
 from ..continuation.path import OwnTest, PathEnd
 from ..errors import Interrupted
 from .border_walk import Walk
-from .borders import BifurcationCurve, CurveSteps
+from .borders import CurveSteps
 from .branch import Bifurcation
+from .curve import BifurcationCurve
 from .kinds import BifurcationKind
-from .motion import PeriodicMotion, motion_of
-from .ranges import Bounds, two_ranges
+from .motion import PeriodicMotion
+from .ranges import two_ranges
+from .region import StabilityRegion
+from .verdict import motion_of
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class StabilityRegion:
-    """A region of two parameters in which a periodic motion with given legs is stable.
-
-    Attributes
-    ----------
-    motion
-        The motion from which the region was found.
-    parameters
-        Names of both parameters.
-    bounds
-        Their ranges.
-    arcs
-        The curves of which the border consists, in order along it. Of each only the part that
-        bounds the region is kept.
-    border
-        The whole border with its parts along the bounds, in order, shape (k, 2).
-    closed
-        Whether it came back to its start.
-    why_not
-        Why not, ``""`` if it did; ``interrupted`` after Ctrl-C.
-    """
-
-    motion: PeriodicMotion
-    parameters: tuple[str, str]
-    bounds: Bounds
-    arcs: tuple[BifurcationCurve, ...]
-    border: Array
-    closed: bool
-    why_not: str
-
-    @property
-    def label(self) -> str:
-        """The motion in a word, m-n."""
-        return self.motion.label
-
-    @property
-    def extent(self) -> Array:
-        """Least and largest value of both parameters, shape (2, 2): a row for each parameter.
-
-        NaN if the border has no points.
-        """
-        if not len(self.border):
-            return np.full((2, 2), np.nan)
-        extent: Array = np.array([self.border.min(axis=0), self.border.max(axis=0)]).T
-        return extent
-
-    def sheets(self, values: ArrayLike) -> NDArray[np.int64]:
-        """Return how many motions of the region there are at points; the border as a polygon.
-
-        The region is a surface over the plane of the parameters: round a cusp it lies over itself,
-        with two stable motions at one point.
-
-        Parameters
-        ----------
-        values
-            Of both parameters, shape (k, 2).
-
-        Returns
-        -------
-        array of int, shape (k,)
-        """
-        wanted = "finite numbers of shape (k, 2)"
-        given = array_of("values", values, wanted)
-        if given.ndim != 2 or given.shape[1] != 2 or given.dtype.kind not in "iuf":
-            reject("values", values, wanted)
-        points = as_floats(given)
-        if not np.isfinite(points).all():
-            reject("values", values, wanted)
-        a, b = self.border, np.roll(self.border, -1, axis=0)
-        x, y = points[:, :1], points[:, 1:]
-        # The winding number: a ray to the right counts the border upwards and downwards.
-        upwards = (b[:, 1] > y).astype(np.int64) - (a[:, 1] > y)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            at = a[:, 0] + (y - a[:, 1]) * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1])
-        count: NDArray[np.int64] = np.abs((upwards * (x < at)).sum(axis=1))
-        return count
-
-    def crossings(self, **parameter: float) -> list[Bifurcation]:
-        """Return the bifurcations of the border at one value of one parameter, by the other.
-
-        Parameters
-        ----------
-        parameter
-            One of the two parameters with its value: ``moment_amplitude=1.0``.
-
-        Returns
-        -------
-        list of Bifurcation
-            To rounding, in order of the other parameter. Where the border only touches the value
-            there is none.
-        """
-        if len(parameter) != 1 or next(iter(parameter)) not in self.parameters:
-            reject("parameter", parameter, f"one of {', '.join(self.parameters)} with its value")
-        name, given = next(iter(parameter.items()))
-        value, index = number(name, given), self.parameters.index(name)
-        found = [
-            crossing
-            for arc in self.arcs
-            for k in np.flatnonzero(np.diff(arc.values[:, index] > value))
-            if (crossing := _crossing(arc, int(k), index, value)) is not None
-        ]
-        return sorted(found, key=lambda bifurcation: bifurcation.value)
-
-    def __repr__(self) -> str:
-        """Motion, extent, and of what the border consists."""
-        kinds = " ".join(dict.fromkeys(arc.kind for arc in self.arcs)) or "bounds only"
-        sides = ", ".join(
-            f"{name} {low:.6g} ... {high:.6g}"
-            for name, (low, high) in zip(self.parameters, self.extent, strict=True)
-        )
-        state = "closed" if self.closed else f"open: {self.why_not}"
-        return f"<StabilityRegion of {self.label}, {sides}, {kinds}, {state}>"
 
 
 def stability_region(
@@ -206,7 +92,7 @@ def _region(walk: Walk, why_not: str) -> StabilityRegion:
     )
 
 
-def _crossing(arc: BifurcationCurve, k: int, index: int, value: float) -> Bifurcation | None:
+def crossing(arc: BifurcationCurve, k: int, index: int, value: float) -> Bifurcation | None:
     """Return the point of an arc between two of its points, at a value of one parameter."""
     problem = arc.problem
     low, high = arc.values[k, index], arc.values[k + 1, index]

@@ -25,8 +25,8 @@ from .._core import Border, BorderKind, Condition, Leg, LegEnd, LegKind, Regime
 from ..continuation.newton import OutsideDomain, solve
 from ..continuation.path import SpecialPoint
 from ..system import System
-from .motion import MAX_EVENTS, motion_of, primitive
 from .problem import OrbitProblem
+from .verdict import MAX_EVENTS, motion_of, primitive
 
 Array = NDArray[np.float64]
 # The legs beyond a border, the nodes there, and the test that grows from zero.

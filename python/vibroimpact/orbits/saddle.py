@@ -10,7 +10,7 @@ from ..arguments import reject
 from ..simulation import simulate
 from ..system import System
 from .motion import PeriodicMotion, reduced
-from .shooting import refine, same_orbit
+from .shooting import refine
 
 Array = NDArray[np.float64]
 
@@ -82,13 +82,6 @@ def attractor_of(
     if isinstance(motion, PeriodicMotion) and motion.admissible and motion.stable:
         return motion
     return str(run.label)
-
-
-def same_attractor(one: PeriodicMotion | str, other: PeriodicMotion | str) -> bool:
-    """Whether two ends are one: the same orbit, or the same label or stop reason."""
-    if isinstance(one, PeriodicMotion) and isinstance(other, PeriodicMotion):
-        return same_orbit(one, other)
-    return one is other or (isinstance(one, str) and one == other)
 
 
 def _leg_at(motion: PeriodicMotion, time: float) -> tuple[int, float]:

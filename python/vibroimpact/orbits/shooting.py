@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,15 +21,15 @@ from ..errors import Interrupted
 from ..run import Run
 from ..simulation import simulate
 from ..system import System
-from .motion import PeriodicMotion, motion_of
+from .found import MotionSearch, NotFound
+from .motion import SAME_ORBIT, PeriodicMotion, same_orbit
 from .problem import OrbitProblem
+from .verdict import motion_of
 
 Array = NDArray[np.float64]
 
 # Events of two orbits after which the search for their sequence is given up.
 MAX_EVENTS = 1_000_000
-# Two orbits are the same if their sections agree to this part of their size.
-SAME_ORBIT = 1e-7
 # A run this close to an unstable motion has settled on it: it cannot have come there by itself.
 SETTLED = 1e-6
 # Drive periods by which a run is carried on that has not settled yet.
@@ -42,64 +40,15 @@ BATCH = 256
 START_BOX = (0.3, 1.0, 0.2, 1.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class NotFound:
-    """No periodic motion was found; counts as False.
-
-    Attributes
-    ----------
-    reason
-        Why, in words.
-    """
-
-    reason: str
-
-    def __bool__(self) -> bool:
-        """Return False."""
-        return False
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class MotionSearch:
-    """Periodic motions reached from many starts.
-
-    Attributes
-    ----------
-    motions
-        Every periodic motion found, that with the largest share first.
-    shares
-        Part of the starts that end on each motion, shape (motions,).
-    others
-        Parts of the starts that end elsewhere, by label or stop reason; ``pending`` after Ctrl-C.
-    starts
-        Initial states, shape (k, 4).
-    reached
-        Number of the motion each start ends on, -1 for none, shape (k,).
-    """
-
-    motions: tuple[PeriodicMotion, ...]
-    shares: Array
-    others: dict[str, float]
-    starts: Array
-    reached: NDArray[np.int64]
-
-    def __repr__(self) -> str:
-        """Say what the starts end on, with its share."""
-        labels = [motion.label for motion in self.motions]
-        ends = [*zip(labels, self.shares, strict=True), *self.others.items()]
-        texts = ", ".join(f"{label} {share:.1%}" for label, share in ends)
-        return f"<MotionSearch from {len(self.starts)} starts: {texts}>"
-
-
 def solve_orbit(
-    system: System, itinerary: _core.Itinerary, nodes: Array, **paper: Any
+    system: System, itinerary: _core.Itinerary, nodes: Array
 ) -> PeriodicMotion | NotFound:
     """Solve the conditions of periodicity for this sequence of legs, starting from these nodes."""
     problem = OrbitProblem(system, itinerary)
     found, report = solve(problem, nodes.ravel(), np.empty(0))
     if not report.converged:
         return NotFound(reason=f"Newton's method: {report.outcome}")
-    return motion_of(system, itinerary, found.reshape(-1, 4), error=report.error, **paper)
+    return motion_of(system, itinerary, found.reshape(-1, 4), error=report.error)
 
 
 def periodic_motion(
@@ -173,15 +122,6 @@ def _distance(motion: PeriodicMotion, state: ArrayLike) -> float:
     """Distance of a state at the start of a drive period from a motion, as part of its size."""
     size = max(1e-3, float(np.abs(motion.sections).max()))
     return float(np.abs(motion.sections - np.asarray(state)).max(axis=1).min()) / size
-
-
-def same_orbit(one: PeriodicMotion, other: PeriodicMotion) -> bool:
-    """Whether two motions are one orbit, perhaps begun in another drive period."""
-    if (one.m, one.n) != (other.m, other.n):
-        return False
-    size = max(1e-3, float(np.abs(one.sections).max()))
-    shifts = (np.abs(np.roll(other.sections, k, axis=0) - one.sections) for k in range(one.m))
-    return min(float(shift.max()) for shift in shifts) < SAME_ORBIT * size
 
 
 def search_motions(

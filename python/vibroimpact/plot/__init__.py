@@ -32,9 +32,11 @@ from .solutions import (
 )
 from .style import (
     BIFURCATION_STYLES,
+    PARAMETER_SYMBOLS,
     PUBLICATION,
     REGIME_STYLES,
     bifurcation_handles,
+    label_text,
     publication_style,
     regime_handles,
 )
@@ -44,6 +46,7 @@ __all__ = [
     "BIFURCATION_STYLES",
     "CROSSINGS",
     "LABEL_STYLES",
+    "PARAMETER_SYMBOLS",
     "PUBLICATION",
     "REGIME_STYLES",
     "basin_handles",
@@ -66,6 +69,7 @@ __all__ = [
     "impact_regimes",
     "impact_section",
     "label_handles",
+    "label_text",
     "lyapunov",
     "manifold",
     "motion_branches",

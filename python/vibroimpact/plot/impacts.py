@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from .style import ANGLE_TICKS, BLACK, GREY, REGIME_STYLES, regime_handles
 
 if TYPE_CHECKING:
-    from ..impact_maps import ImpactAgreement, ImpactRegimes
+    from ..impact_results import ImpactAgreement, ImpactRegimes
 
 _NO_OUTCOME = "0.85"
 

@@ -1,8 +1,8 @@
-r"""Period n-1 solutions over one or two parameters, with either verdict on them.
+r"""Period n-1 solutions over one or two parameters, with the verdicts on them.
 
-Stable solutions are thick and coloured, unstable ones thin and black. By the paper's criterion
-(``paper=True``) all algebraic solutions count; else only those that are motions, and the others are
-left in grey.
+Stable solutions are thick and coloured, unstable ones thin and black. Only those that are motions
+count, and the others are left in grey. With ``criterion``, the name of another criterion and its
+verdicts, all algebraic solutions count.
 """
 
 from __future__ import annotations
@@ -31,6 +31,8 @@ _UNSTABLE = "0.72"
 # How much larger marks are in a legend.
 _LEGEND_SCALE = 1.8
 X10 = r"$x_{10}$"
+# A criterion's name, and for each solution whether it calls it stable.
+Criterion = tuple[str, NDArray[np.bool_]]
 
 
 @dataclass(frozen=True)
@@ -46,14 +48,14 @@ def _dot(color: str, size: float) -> dict[str, Any]:
     return {"marker": "o", "color": color, "markersize": size, "markeredgewidth": 0.0}
 
 
-def _kinds(result: MotionMap, paper: bool, scale: float) -> list[_Kind]:
+def _kinds(result: MotionMap, criterion: Criterion | None, scale: float) -> list[_Kind]:
     """Return the kinds in the order in which they are drawn."""
     found = result.solutions
-    if paper:
-        stable = found["paper_stable"]
+    if criterion is not None:
+        name, stable = _checked(criterion, result)
         return [
-            _Kind(~stable, "unstable by (45)", _dot(BLACK, 1.1 * scale)),
-            _Kind(stable, "stable by (45)", _dot(VERMILLION, 2.6 * scale)),
+            _Kind(~stable, f"unstable by {name}", _dot(BLACK, 1.1 * scale)),
+            _Kind(stable, f"stable by {name}", _dot(VERMILLION, 2.6 * scale)),
         ]
     admissible, stable = found["admissible"], found["stable"]
     return [
@@ -63,31 +65,44 @@ def _kinds(result: MotionMap, paper: bool, scale: float) -> list[_Kind]:
     ]
 
 
-def motion_handles(result: MotionMap, *, paper: bool = False) -> list[Artist]:
+def _checked(criterion: Criterion, result: MotionMap) -> Criterion:
+    """Return a criterion if it has one verdict for each solution."""
+    name, stable = criterion
+    if np.shape(stable) != np.shape(result.solutions):
+        raise ValueError(
+            f"criterion {name}: {np.size(stable)} verdicts on {len(result.solutions)} solutions"
+        )
+    return name, np.asarray(stable, dtype=np.bool_)
+
+
+def motion_handles(result: MotionMap, *, criterion: Criterion | None = None) -> list[Artist]:
     """Return one legend entry for each kind of solution.
 
     Parameters
     ----------
     result : MotionMap
         Result of `vibroimpact.motion_map`.
-    paper : bool
-        The verdicts of the paper's criterion.
+    criterion : (str, array of bool), optional
+        Another criterion, as for `motion_branches`.
     """
     return [
         Line2D([], [], linestyle="none", label=kind.text, **kind.marker)
-        for kind in reversed(_kinds(result, paper, _LEGEND_SCALE))
+        for kind in reversed(_kinds(result, criterion, _LEGEND_SCALE))
     ]
 
 
-def motion_branches(result: MotionMap, *, paper: bool = False, ax: Axes | None = None) -> Axes:
+def motion_branches(
+    result: MotionMap, *, criterion: Criterion | None = None, ax: Axes | None = None
+) -> Axes:
     """Draw the angle at the impact of all solutions over the varied parameter.
 
     Parameters
     ----------
     result : MotionMap
         Over one parameter; `MotionMap.at` fixes the other of two.
-    paper : bool
-        Draw all algebraic solutions, with the verdict of the paper's criterion.
+    criterion : (str, array of bool), optional
+        Name of another criterion of stability, and whether it calls each row of
+        ``result.solutions`` stable. All algebraic solutions are drawn then, with its verdicts.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
 
@@ -103,7 +118,7 @@ def motion_branches(result: MotionMap, *, paper: bool = False, ax: Axes | None =
     (name,) = _names(result, 1)
     ax = new_axes(ax)
     parameter = result.parameter(name)
-    for kind in _kinds(result, paper, 1.0):
+    for kind in _kinds(result, criterion, 1.0):
         ax.plot(
             parameter[kind.chosen],
             result.solutions["x1"][kind.chosen],
@@ -126,18 +141,23 @@ def _angles(ax: Any) -> None:
 
 
 def motion_space(
-    result: MotionMap, *, paper: bool = False, every: Sequence[int] = (1, 1), ax: Any = None
+    result: MotionMap,
+    *,
+    criterion: Criterion | None = None,
+    every: Sequence[int] = (1, 1),
+    ax: Any = None,
 ) -> Any:
     """Draw the angle at the impact over both parameters, in three dimensions.
 
-    Solutions that are no motions are left out, but for those of the paper's criterion.
+    Solutions that are no motions are left out, unless another criterion judges them.
 
     Parameters
     ----------
     result : MotionMap
         Over two parameters.
-    paper : bool
-        Draw all algebraic solutions, with the verdict of the paper's criterion.
+    criterion : (str, array of bool), optional
+        Draw all algebraic solutions with the verdicts of another criterion, as for
+        `motion_branches`.
     every : two integers
         Draw every so manyth value of each parameter.
     ax : mpl_toolkits.mplot3d.axes3d.Axes3D, optional
@@ -160,8 +180,8 @@ def motion_space(
     places = np.unravel_index(result.solutions["point"], result.shape)
     shown = (places[0] % every[0] == 0) & (places[1] % every[1] == 0)
     x, y = (result.parameter(name) for name in names)
-    for kind in _kinds(result, paper, 0.5):
-        if not paper and kind.marker.get("color") == _PALE:
+    for kind in _kinds(result, criterion, 0.5):
+        if criterion is None and kind.marker.get("color") == _PALE:
             continue
         chosen = kind.chosen & shown
         ax.plot(
@@ -186,15 +206,18 @@ def motion_space(
     return ax
 
 
-def stability_map(result: MotionMap, *, paper: bool = False, ax: Axes | None = None) -> Axes:
+def stability_map(
+    result: MotionMap, *, criterion: Criterion | None = None, ax: Axes | None = None
+) -> Axes:
     """Draw where in the plane of both parameters there are stable motions, or only unstable ones.
 
     Parameters
     ----------
     result : MotionMap
         Over two parameters.
-    paper : bool
-        Count all algebraic solutions, with the verdict of the paper's criterion.
+    criterion : (str, array of bool), optional
+        Count all algebraic solutions with the verdicts of another criterion, as for
+        `motion_branches`.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
 
@@ -211,13 +234,15 @@ def stability_map(result: MotionMap, *, paper: bool = False, ax: Axes | None = N
     ax = new_axes(ax)
     found = result.solutions
     points = int(np.prod(result.shape))
-    counted = np.ones(len(found), dtype=np.bool_) if paper else found["admissible"]
-    stable = found["paper_stable"] if paper else found["stable"]
+    counted, stable, color = found["admissible"], found["stable"], BLUE
+    if criterion is not None:
+        counted, color = np.ones(len(found), dtype=np.bool_), VERMILLION
+        _, stable = _checked(criterion, result)
     some, good = (
         np.bincount(found["point"][chosen], minlength=points) > 0 for chosen in (counted, stable)
     )
     level = (some.astype(int) + good).reshape(result.shape)
-    colors = ListedColormap([_NOTHING, _UNSTABLE, VERMILLION if paper else BLUE])
+    colors = ListedColormap([_NOTHING, _UNSTABLE, color])
     x, y = (result.grid[name] for name in names)
     ax.pcolormesh(
         x, y, level.T, cmap=colors, vmin=-0.5, vmax=2.5, shading="nearest", rasterized=True
@@ -227,14 +252,14 @@ def stability_map(result: MotionMap, *, paper: bool = False, ax: Axes | None = N
     return ax
 
 
-def stability_handles(*, paper: bool = False) -> list[Artist]:
-    """Return the legend entries of `stability_map`."""
+def stability_handles(*, criterion: str = "") -> list[Artist]:
+    """Return the legend entries of `stability_map`, of another criterion by its name."""
     good, some = ("a stable one", "unstable ones only")
-    if paper:
-        good, some = (f"{text} by (45)" for text in (good, some))
+    if criterion:
+        good, some = (f"{text} by {criterion}" for text in (good, some))
     edge: dict[str, Any] = {"edgecolor": "0.4", "linewidth": 0.4}
     return [
-        Patch(facecolor=VERMILLION if paper else BLUE, label=good, **edge),
+        Patch(facecolor=VERMILLION if criterion else BLUE, label=good, **edge),
         Patch(facecolor=_UNSTABLE, label=some, **edge),
     ]
 

@@ -5,7 +5,4 @@ to 5), computed by other formulas than those of the core: no module here uses an
 vibroimpact. `vibroimpact.verify` re-runs a result with it; tests/reference makes the reference data
 with it, and its README.md says what is proved and what is estimated. It needs python-flint:
 pip install "vibroimpact[verify]".
-
-The modules, each using only those before it, in this order: flight, contact, impact, simulate,
-chatter, slide, hold, hybrid (runs through all of them), measure (their stated errors).
 """

@@ -4,7 +4,8 @@ One impact in n drive periods leaves an algebraic problem in one angle. Its root
 intervals with outward rounding, so that none is missed and none counted twice.
 """
 
-from .motion_map import MotionMap, motion_map
-from .motions import PeriodicMotions, Undecided, periodic_motions
+from .motion_map import motion_map
+from .motions import periodic_motions
+from .results import MotionMap, PeriodicMotions, Undecided
 
 __all__ = ["MotionMap", "PeriodicMotions", "Undecided", "motion_map", "periodic_motions"]

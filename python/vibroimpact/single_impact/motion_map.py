@@ -1,4 +1,4 @@
-"""Period n-1 motions without friction over a grid of parameters, each with both verdicts.
+"""Period n-1 motions without friction over a grid of parameters, each with its verdict.
 
 The equations of all grid points are solved together; see `motions` for one system.
 """
@@ -8,143 +8,27 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import axis, count, number, reject
+from ..arguments import axis, count, reject
 from ..errors import Interrupted, ParameterError
-from ..fixed_arrays import FixedArrays
-from ..orbits.criterion import multipliers, paper_eigenvalues
 from ..orbits.motion import NEUTRAL, PeriodicMotion
 from ..system import NUMERIC_RANGES, System
 from .algebraic import Conditions, Parameters, conditions
+from .fixed_flight import multipliers
 from .motions import check_system, limits_of, motion_at, motions_in
+from .results import SOLUTION_DTYPE, STATE, MotionMap
 from .solutions import Solutions, lost, reach_of, solve_many
 
 Array = NDArray[np.float64]
 
-STATE = ("x1", "v1", "v2", "phase", "approach_velocity")
-# Columns of MotionMap.solutions.
-SOLUTION_DTYPE = np.dtype(
-    [
-        ("point", "<i8"),
-        *((name, "<f8") for name in STATE),
-        ("admissible", "?"),
-        ("largest_multiplier", "<f8"),
-        ("stable", "?"),
-        ("largest_paper_eigenvalue", "<f8"),
-        ("paper_stable", "?"),
-    ]
-)
 # Grid points whose equations are solved together.
 BATCH = 4000
 # Grid points at most.
 MAX_POINTS = 10_000_000
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class MotionMap(FixedArrays):
-    """All period n-1 solutions over a grid of one or two parameters.
-
-    Attributes
-    ----------
-    system
-        The system; the varied parameters' own values play no part.
-    n
-        Drive periods per orbit.
-    grid
-        Values of the varied parameters by name; point i is element i of their product, the last
-        parameter running fastest.
-    solutions
-        One row per solution, by point and x1. Columns ``point``; ``x1, v1, v2, phase,
-        approach_velocity`` just before the impact; ``admissible``; ``largest_multiplier``, the
-        largest modulus, and ``stable``, admissible with all of them inside the unit circle;
-        ``largest_paper_eigenvalue`` and ``paper_stable``, which are NaN and False where the paper's
-        criterion is not defined.
-    undecided
-        Number of intervals of x1 at each point that double precision does not decide, shape
-        (points,).
-    empty
-        Where the system is known to have no isolated solutions, shape (points,).
-    pending
-        Points that were not reached, after Ctrl-C, shape (points,); of their motions nothing is
-        known.
-    """
-
-    system: System
-    n: int
-    grid: Mapping[str, Array]
-    solutions: NDArray[np.void]
-    undecided: NDArray[np.int64]
-    empty: NDArray[np.bool_]
-    pending: NDArray[np.bool_]
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Number of values of each varied parameter."""
-        return tuple(len(values) for values in self.grid.values())
-
-    def parameter(self, name: str) -> Array:
-        """Return the value of a varied parameter for each solution."""
-        if not isinstance(name, str) or name not in self.grid:
-            reject("name", name, f"a varied parameter: {', '.join(self.grid)}")
-        axis = list(self.grid).index(name)
-        places = np.unravel_index(self.solutions["point"], self.shape)[axis]
-        return np.asarray(self.grid[name][places])
-
-    def at(self, **fixed: float) -> Self:
-        """Return the part of a map over two parameters at one value of one of them.
-
-        Parameters
-        ----------
-        **fixed
-            Name and value; the value must be one of the grid's, to rounding.
-
-        Raises
-        ------
-        ParameterError
-            If there is no such parameter or value, or none would be left to vary.
-        """
-        if len(fixed) != 1 or len(self.grid) != 2 or not set(fixed) <= set(self.grid):
-            raise ParameterError(
-                f"at({', '.join(fixed)}): allowed is one of two varied parameters, "
-                f"here {', '.join(self.grid)}"
-            )
-        name, value = next(iter(fixed.items()))
-        value = number(name, value)
-        near = np.flatnonzero(np.isclose(self.grid[name], value, rtol=1e-12, atol=1e-12))
-        if not len(near):
-            reject(name, value, "a value of the grid")
-        axis = list(self.grid).index(name)
-        places = np.array(np.unravel_index(self.solutions["point"], self.shape))
-        kept = places[axis] == near[0]
-        solutions = self.solutions[kept].copy()
-        solutions["point"] = places[1 - axis][kept]
-        rest = {other: values for other, values in self.grid.items() if other != name}
-        point: list[Any] = [slice(None), slice(None)]
-        point[axis] = near[0]
-        return replace(
-            self,
-            system=self.system.replace(**{name: float(self.grid[name][near[0]])}),
-            grid=rest,
-            solutions=solutions,
-            undecided=self.undecided.reshape(self.shape)[tuple(point)],
-            empty=self.empty.reshape(self.shape)[tuple(point)],
-            pending=self.pending.reshape(self.shape)[tuple(point)],
-        )
-
-    def __repr__(self) -> str:
-        """Grid and number of solutions."""
-        over = " x ".join(f"{len(values)} {name}" for name, values in self.grid.items())
-        kept = int(np.count_nonzero(self.solutions["stable"]))
-        left = int(np.count_nonzero(self.pending))
-        return (
-            f"<MotionMap of period {self.n}-1 over {over}: {len(self.solutions)} solutions, "
-            f"{kept} stable motions{f', {left} points pending' if left else ''}>"
-        )
 
 
 def motion_map(
@@ -294,8 +178,6 @@ def _rows(
     for name, column in columns.items():
         rows[name] = column
     rows["largest_multiplier"] = np.abs(multipliers(equations, which, state)[:, 0])
-    rows["largest_paper_eigenvalue"] = np.abs(paper_eigenvalues(equations, which, state)[:, 0])
-    rows["paper_stable"] = rows["largest_paper_eigenvalue"] < 1.0
     rows["admissible"] = False
     for k in np.flatnonzero(rows["approach_velocity"] > 0.0):
         motion = motion_at(systems[rows["point"][k]], n, tuple(state[k].tolist()))
@@ -306,7 +188,6 @@ def _rows(
 
 def _row(point: int, motion: PeriodicMotion) -> NDArray[np.void]:
     row = np.zeros(1, dtype=SOLUTION_DTYPE)
-    paper = motion.paper_eigenvalues
     row[0] = (
         point,
         *motion.state,
@@ -314,7 +195,5 @@ def _row(point: int, motion: PeriodicMotion) -> NDArray[np.void]:
         motion.admissible,
         abs(motion.multipliers[0]),
         motion.stable,
-        np.nan if paper is None else abs(paper[0]),
-        bool(motion.paper_stable),
     )
     return row

@@ -1,14 +1,11 @@
 """All period n-1 motions of a system without friction: n drive periods, one impact.
 
 docs/theory.md, section 8. Every solution of (35) in x1 is isolated by intervals, made exact to
-rounding by Newton's method on the conditions of periodicity, and given its verdict; beside it
-stands that of the paper, by the eigenvalues of (42).
+rounding by Newton's method on the conditions of periodicity, and given its verdict.
 """
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +14,14 @@ from .. import _core
 from .._core import Leg, Regime
 from ..arguments import count, number, pair, reject
 from ..errors import Interrupted
-from ..orbits.criterion import paper_eigenvalues
-from ..orbits.motion import PeriodicMotion, motion_of
+from ..orbits.motion import PeriodicMotion
 from ..orbits.shooting import solve_orbit
+from ..orbits.verdict import motion_of
 from ..system import System
 from .algebraic import Conditions, Parameters, conditions
 from .intervals import Interval
 from .open_phase import cuts, is_finite, is_open
+from .results import PeriodicMotions, Undecided
 from .solutions import LARGEST_ANGLE, Solutions, lost, reach_of, solve_many, states_before
 
 Array = NDArray[np.float64]
@@ -32,79 +30,6 @@ State = tuple[float, float, float, float]
 
 # Newton's method may move x1 beyond its box by so many units of rounding.
 SLACK = 256.0 * float(np.finfo(float).eps)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Undecided:
-    """An interval of x1 in which double precision does not tell how many solutions there are.
-
-    Attributes
-    ----------
-    lo, hi
-        The interval.
-    reason
-        Why, in words.
-    """
-
-    lo: float
-    hi: float
-    reason: str
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class PeriodicMotions(Sequence[PeriodicMotion]):
-    """All period n-1 solutions of a system, a sequence in order of x1.
-
-    Attributes
-    ----------
-    motions
-        The solutions, admissible or not.
-    boxes
-        Intervals of x1, shape (motions, 2), proved to hold this solution and no other; where x1
-        alone is fixed (a wall at rest) two solutions of different phase may share one.
-    undecided
-        Intervals that may hold further solutions, such as an exact double root, or none.
-    within
-        The interval of x1 that was searched.
-    bounded
-        Whether no solution can lie outside it.
-    note
-        What is special about the system, such as why it has no isolated solutions; mostly ``""``.
-    """
-
-    motions: tuple[PeriodicMotion, ...]
-    boxes: Array
-    undecided: tuple[Undecided, ...]
-    within: tuple[float, float]
-    bounded: bool
-    note: str = ""
-
-    def __len__(self) -> int:
-        """Number of solutions."""
-        return len(self.motions)
-
-    @overload
-    def __getitem__(self, index: int) -> PeriodicMotion: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[PeriodicMotion, ...]: ...
-    def __getitem__(self, index: int | slice) -> PeriodicMotion | tuple[PeriodicMotion, ...]:
-        """Return one solution, or several."""
-        return self.motions[index]
-
-    def __iter__(self) -> Iterator[PeriodicMotion]:
-        """Pass through the solutions."""
-        return iter(self.motions)
-
-    def __repr__(self) -> str:
-        """Count solutions and motions, and say where they were searched."""
-        admissible = [motion for motion in self.motions if motion.admissible]
-        stable = sum(motion.stable for motion in admissible)
-        low, high = self.within
-        return (
-            f"<PeriodicMotions with x1 in [{low:.6g}, {high:.6g}]: {len(self)} solutions, "
-            f"{len(admissible)} admissible, {stable} of these stable; "
-            f"{len(self.undecided)} intervals undecided>"
-        )
 
 
 def periodic_motions(
@@ -211,17 +136,9 @@ def motions_in(
 
 
 def _motion(system: System, equations: Conditions, start: State) -> PeriodicMotion | None:
-    """Make a solution exact to rounding, with its verdict and the paper's."""
-    itinerary, nodes = _legs(system, equations.parameters.n, start)
-    found = solve_orbit(system, itinerary, nodes)
-    if not isinstance(found, PeriodicMotion):
-        return None
-    if itinerary.wall_at_rest:
-        return found
-    at = np.array([found.state])
-    values = paper_eigenvalues(equations, np.zeros(1, dtype=np.int64), at)[0]
-    values.flags.writeable = False
-    return replace(found, paper_eigenvalues=values, paper_stable=bool(np.abs(values).max() < 1.0))
+    """Make a solution exact to rounding, with its verdict."""
+    found = solve_orbit(system, *_legs(system, equations.parameters.n, start))
+    return found if isinstance(found, PeriodicMotion) else None
 
 
 def motion_at(system: System, n: int, state: State) -> PeriodicMotion:

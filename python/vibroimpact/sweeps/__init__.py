@@ -28,10 +28,12 @@ from .fields import Task as Task
 from .grid import Grid
 from .grid import Tiling as Tiling
 from .labels import orbit_label as orbit_label
-from .lyapunov import LyapunovSpectrum, LyapunovSweep, lyapunov_spectrum
+from .lyapunov import lyapunov_spectrum
+from .lyapunov_results import LyapunovSpectrum, LyapunovSweep
 from .results import GridResult as GridResult
 from .store import open_columns as open_columns
-from .sweep import Chart, Sweep, chart, sweep
+from .sweep import chart, sweep
+from .sweep_results import Chart, Sweep
 
 # The results by the kind of their store or file.
 RESULTS: dict[str, type[GridResult]] = {

@@ -42,9 +42,9 @@ from ..fields import STATUS, STATUS_NAMES, ChunkResult
 from ..grid import Grid
 from ..store import folder_of_stores, store_in
 from .attractors import Attractor
+from .region import Follow
 from .results import ATTRACTOR, SETTLING, Basins, BasinSettings
 from .search import find_attractors, follow_all
-from .trapping import Follow
 
 PENDING, COMPLETED, UNRESOLVED = (
     STATUS_NAMES.index(name) for name in ("pending", "completed", "unresolved")

@@ -16,7 +16,7 @@ from ...orbits.motion import PeriodicMotion
 from ...system import System
 from .clouds import INSIDE, Cloud
 from .free_motion import never_strike
-from .trapping import Region, wrapped
+from .region import Region, wrapped
 
 Array = NDArray[np.float64]
 Kind = Literal["periodic", "quasi-periodic", "chaotic", "family"]

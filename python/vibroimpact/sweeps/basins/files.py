@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import _core, archive
-from ...orbits.motion import PeriodicMotion, motion_of
+from ...orbits.motion import PeriodicMotion
+from ...orbits.verdict import motion_of
 from ...system import System
 from .attractors import Attractor, Family
 from .clouds import Cloud
+from .region import Region
 from .results import Basins, BasinSettings
-from .trapping import Region
 
 Arrays = dict[str, NDArray[Any]]
 _CELLS = ("attractor", "status_code", "settling")

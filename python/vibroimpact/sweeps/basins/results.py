@@ -15,11 +15,12 @@ from numpy.typing import ArrayLike, NDArray
 from ...fixed_arrays import FixedArrays
 from ...run import read_only
 from ...system import System
+from ...verbs import verb
 from ..columns import need_xarray
 from ..fields import STATUS, STATUS_NAMES, Field
 from .attractors import Attractor
 from .measures import BasinEntropy, UncertaintyExponent, basin_entropy, uncertainty_exponent
-from .trapping import Follow
+from .region import Follow
 
 if TYPE_CHECKING:
     import xarray
@@ -203,9 +204,7 @@ class Basins(FixedArrays):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the basins to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it."""
-        from .files import write_basins  # which needs this module
-
-        write_basins(path, self)
+        verb("write_basins")(path, self)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Basins:
@@ -216,6 +215,5 @@ class Basins(FixedArrays):
         ValueError
             If it is damaged, foreign, or holds something else.
         """
-        from .files import read_basins
-
-        return read_basins(path)
+        basins: Basins = verb("read_basins")(path)
+        return basins

@@ -22,7 +22,8 @@ from ..fields import STATUS_NAMES
 from .attractors import Attractor, Family, Kind, Tails, same
 from .clouds import cloud_of
 from .free_motion import never_strike
-from .trapping import Follow, arrive, is_rotor, largest_multiplier, trapping_region
+from .region import Follow, is_rotor
+from .trapping import arrive, largest_multiplier, trapping_region
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,204 @@
+"""All period n-1 motions of a system, and of a grid of systems."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Self, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arguments import number, reject
+from ..errors import ParameterError
+from ..fixed_arrays import FixedArrays
+from ..orbits.motion import PeriodicMotion
+from ..system import System
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Undecided:
+    """An interval of x1 in which double precision does not tell how many solutions there are.
+
+    Attributes
+    ----------
+    lo, hi
+        The interval.
+    reason
+        Why, in words.
+    """
+
+    lo: float
+    hi: float
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PeriodicMotions(Sequence[PeriodicMotion]):
+    """All period n-1 solutions of a system, a sequence in order of x1.
+
+    Attributes
+    ----------
+    motions
+        The solutions, admissible or not.
+    boxes
+        Intervals of x1, shape (motions, 2), proved to hold this solution and no other; where x1
+        alone is fixed (a wall at rest) two solutions of different phase may share one.
+    undecided
+        Intervals that may hold further solutions, such as an exact double root, or none.
+    within
+        The interval of x1 that was searched.
+    bounded
+        Whether no solution can lie outside it.
+    note
+        What is special about the system, such as why it has no isolated solutions; mostly ``""``.
+    """
+
+    motions: tuple[PeriodicMotion, ...]
+    boxes: Array
+    undecided: tuple[Undecided, ...]
+    within: tuple[float, float]
+    bounded: bool
+    note: str = ""
+
+    def __len__(self) -> int:
+        """Number of solutions."""
+        return len(self.motions)
+
+    @overload
+    def __getitem__(self, index: int) -> PeriodicMotion: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[PeriodicMotion, ...]: ...
+    def __getitem__(self, index: int | slice) -> PeriodicMotion | tuple[PeriodicMotion, ...]:
+        """Return one solution, or several."""
+        return self.motions[index]
+
+    def __iter__(self) -> Iterator[PeriodicMotion]:
+        """Pass through the solutions."""
+        return iter(self.motions)
+
+    def __repr__(self) -> str:
+        """Count solutions and motions, and say where they were searched."""
+        admissible = [motion for motion in self.motions if motion.admissible]
+        stable = sum(motion.stable for motion in admissible)
+        low, high = self.within
+        return (
+            f"<PeriodicMotions with x1 in [{low:.6g}, {high:.6g}]: {len(self)} solutions, "
+            f"{len(admissible)} admissible, {stable} of these stable; "
+            f"{len(self.undecided)} intervals undecided>"
+        )
+
+
+STATE = ("x1", "v1", "v2", "phase", "approach_velocity")
+
+
+# Columns of MotionMap.solutions.
+SOLUTION_DTYPE = np.dtype(
+    [
+        ("point", "<i8"),
+        *((name, "<f8") for name in STATE),
+        ("admissible", "?"),
+        ("largest_multiplier", "<f8"),
+        ("stable", "?"),
+    ]
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MotionMap(FixedArrays):
+    """All period n-1 solutions over a grid of one or two parameters.
+
+    Attributes
+    ----------
+    system
+        The system; the varied parameters' own values play no part.
+    n
+        Drive periods per orbit.
+    grid
+        Values of the varied parameters by name; point i is element i of their product, the last
+        parameter running fastest.
+    solutions
+        One row per solution, by point and x1. Columns ``point``; ``x1, v1, v2, phase,
+        approach_velocity`` just before the impact; ``admissible``; ``largest_multiplier``, the
+        largest modulus, and ``stable``, admissible with all of them inside the unit circle.
+    undecided
+        Number of intervals of x1 at each point that double precision does not decide, shape
+        (points,).
+    empty
+        Where the system is known to have no isolated solutions, shape (points,).
+    pending
+        Points that were not reached, after Ctrl-C, shape (points,); of their motions nothing is
+        known.
+    """
+
+    system: System
+    n: int
+    grid: Mapping[str, Array]
+    solutions: NDArray[np.void]
+    undecided: NDArray[np.int64]
+    empty: NDArray[np.bool_]
+    pending: NDArray[np.bool_]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values of each varied parameter."""
+        return tuple(len(values) for values in self.grid.values())
+
+    def parameter(self, name: str) -> Array:
+        """Return the value of a varied parameter for each solution."""
+        if not isinstance(name, str) or name not in self.grid:
+            reject("name", name, f"a varied parameter: {', '.join(self.grid)}")
+        axis = list(self.grid).index(name)
+        places = np.unravel_index(self.solutions["point"], self.shape)[axis]
+        return np.asarray(self.grid[name][places])
+
+    def at(self, **fixed: float) -> Self:
+        """Return the part of a map over two parameters at one value of one of them.
+
+        Parameters
+        ----------
+        **fixed
+            Name and value; the value must be one of the grid's, to rounding.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such parameter or value, or none would be left to vary.
+        """
+        if len(fixed) != 1 or len(self.grid) != 2 or not set(fixed) <= set(self.grid):
+            raise ParameterError(
+                f"at({', '.join(fixed)}): allowed is one of two varied parameters, "
+                f"here {', '.join(self.grid)}"
+            )
+        name, value = next(iter(fixed.items()))
+        value = number(name, value)
+        near = np.flatnonzero(np.isclose(self.grid[name], value, rtol=1e-12, atol=1e-12))
+        if not len(near):
+            reject(name, value, "a value of the grid")
+        axis = list(self.grid).index(name)
+        places = np.array(np.unravel_index(self.solutions["point"], self.shape))
+        kept = places[axis] == near[0]
+        solutions = self.solutions[kept].copy()
+        solutions["point"] = places[1 - axis][kept]
+        rest = {other: values for other, values in self.grid.items() if other != name}
+        point: list[Any] = [slice(None), slice(None)]
+        point[axis] = near[0]
+        return replace(
+            self,
+            system=self.system.replace(**{name: float(self.grid[name][near[0]])}),
+            grid=rest,
+            solutions=solutions,
+            undecided=self.undecided.reshape(self.shape)[tuple(point)],
+            empty=self.empty.reshape(self.shape)[tuple(point)],
+            pending=self.pending.reshape(self.shape)[tuple(point)],
+        )
+
+    def __repr__(self) -> str:
+        """Grid and number of solutions."""
+        over = " x ".join(f"{len(values)} {name}" for name, values in self.grid.items())
+        kept = int(np.count_nonzero(self.solutions["stable"]))
+        left = int(np.count_nonzero(self.pending))
+        return (
+            f"<MotionMap of period {self.n}-1 over {over}: {len(self.solutions)} solutions, "
+            f"{kept} stable motions{f', {left} points pending' if left else ''}>"
+        )

@@ -1,0 +1,42 @@
+"""Methods of results that need a solver: the one declared exception to the order of folders.
+
+A result holds numbers and imports nothing that computes or draws; yet ``run.refine()`` is what a
+user writes. Such a method asks this table for its function, which is imported when it is first
+called. The types in the signatures of such methods come from here, too, and exist for type checkers
+only. `tests/python/test_architecture.py` checks that every entry leads to a function, and that no
+other module imports by name.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+if TYPE_CHECKING:
+    from .orbits.curve_problem import CurveProblem as CurveProblem
+    from .orbits.found import NotFound as NotFound
+    from .orbits.motion import PeriodicMotion as PeriodicMotion
+
+Verb = Literal[
+    "crossing", "curve_problem", "motion_of", "read_basins", "refine", "simulate", "write_basins"
+]
+
+VERBS: Final[dict[Verb, str]] = {
+    "crossing": "orbits.regions:crossing",
+    "curve_problem": "orbits.curve_problem:CurveProblem",
+    "motion_of": "orbits.verdict:motion_of",
+    "read_basins": "sweeps.basins.files:read_basins",
+    "refine": "orbits.shooting:refine",
+    "simulate": "simulation:simulate",
+    "write_basins": "sweeps.basins.files:write_basins",
+}
+
+
+def verb(name: Verb) -> Callable[..., Any]:
+    """Return the function behind a method of a result."""
+    module, _, function = VERBS[name].partition(":")
+    found: Callable[..., Any] = getattr(
+        importlib.import_module(f".{module}", __package__), function
+    )
+    return found

@@ -1,0 +1,1 @@
+"""Commands that this distribution adds to `vibroimpact`, by the entry points of its pyproject."""

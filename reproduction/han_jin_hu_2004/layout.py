@@ -1,0 +1,146 @@
+"""Pages of 180 mm width: rows with a heading, panels, one legend at the foot."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.lines import Line2D
+
+from vibroimpact import System
+from vibroimpact.plot import PARAMETER_SYMBOLS
+
+from .parameters import INITIAL
+from .whole_file import whole_file
+
+WIDTH_MM = 180.0
+BLACK, GREY = "#000000", "0.55"
+_INCH_MM = 25.4
+# Columns of a legend where all of them fit.
+_MOST_COLUMNS = 6
+_FIXED = ("mass_ratio", "frequency_ratio", "restitution", "gap")
+_VARIED = ("friction", "pendulum_damping", "oscillator_damping")
+_DRIVE = ("moment_amplitude", "force_amplitude")
+
+
+class Page:
+    """A figure that is filled row by row.
+
+    Parameters
+    ----------
+    heading : str
+        First line of the page.
+    rows : int
+        Number of rows.
+    row_height : float
+        Height of a row in mm, its heading included.
+    heights : sequence of float, optional
+        Heights of the rows one by one, where they differ.
+    """
+
+    def __init__(
+        self, heading: str, rows: int, row_height: float, heights: Sequence[float] | None = None
+    ) -> None:
+        heights = heights or [row_height] * rows
+        height = sum(heights) + 14.0
+        self.figure = Figure(figsize=(WIDTH_MM / _INCH_MM, height / _INCH_MM), layout="constrained")
+        self.figure.suptitle(heading, x=0.012, ha="left")
+        self._rows: list[SubFigure] = list(
+            self.figure.subfigures(rows, 1, squeeze=False, height_ratios=heights)[:, 0]
+        )
+        self._used = 0
+
+    def row(
+        self,
+        heading: str,
+        columns: int = 2,
+        widths: Sequence[float] | None = None,
+        *,
+        projection: str | None = None,
+    ) -> list[Axes]:
+        """Return the axes of the next row."""
+        part = self._rows[self._used]
+        self._used += 1
+        if heading:
+            part.suptitle(heading, x=0.012, ha="left")
+        axes = part.subplots(
+            1,
+            columns,
+            squeeze=False,
+            width_ratios=widths,
+            subplot_kw={"projection": projection} if projection else None,
+        )
+        return list(axes[0])
+
+    def double_row(self, heading: str, heights: tuple[float, float]) -> list[Axes]:
+        """Return the axes of the next row: two above two, aligned, heights in this ratio."""
+        part = self._rows[self._used]
+        self._used += 1
+        part.suptitle(heading, x=0.012, ha="left")
+        return list(part.subplots(2, 2, height_ratios=heights).flat)
+
+    def grid(self, heading: str, rows: int, columns: int) -> list[Axes]:
+        """Return the axes of the next row, which is a grid of aligned panels of one size."""
+        part = self._rows[self._used]
+        self._used += 1
+        part.suptitle(heading, x=0.012, ha="left")
+        return list(part.subplots(rows, columns, squeeze=False).flat)
+
+    def legend(self, handles: Sequence[Artist]) -> None:
+        """Put one legend at the foot of the page, in as many columns as its width has room for.
+
+        Entries of the same name are shown once.
+        """
+        unique = {str(handle.get_label()): handle for handle in handles}
+        for columns in range(min(len(unique), _MOST_COLUMNS), 0, -1):
+            legend = self.figure.legend(
+                handles=list(unique.values()),
+                loc="outside lower center",
+                ncols=columns,
+                handletextpad=0.5,
+                columnspacing=1.5,
+            )
+            if columns == 1 or legend.get_window_extent().width <= self.figure.bbox.width:
+                return
+            legend.remove()
+
+    def save(self, out: Path, name: str, formats: Sequence[str]) -> list[Path]:
+        """Write the page in each format and return the paths."""
+        paths = [out / f"{name}.{suffix}" for suffix in formats]
+        for path, suffix in zip(paths, formats, strict=True):
+            with whole_file(path) as file:
+                self.figure.savefig(file, format=suffix)
+        return paths
+
+
+def square(color: str, text: str) -> Line2D:
+    """Return the legend entry of points or of a strip of a colour."""
+    return Line2D(
+        [], [], ls="none", marker="s", markersize=4.5, markeredgewidth=0, color=color, label=text
+    )
+
+
+def values(system: System, names: Sequence[str]) -> str:
+    """Return ``symbol = value`` for the named parameters."""
+    return ", ".join(
+        f"{PARAMETER_SYMBOLS[name].rstrip('$')} = {getattr(system, name):g}$" for name in names
+    )
+
+
+def fixed_parameters(system: System) -> str:
+    """Return the parameters that all of the paper's figures share, and the initial state."""
+    start = ", ".join(f"{value:g}" for value in INITIAL)
+    return f"{values(system, _FIXED)}, from $({start})$"
+
+
+def row_parameters(system: System, *, frequency: bool) -> str:
+    """Return the parameters that differ from figure to figure."""
+    if system.pendulum_damping == system.oscillator_damping:
+        damping = rf"$\zeta_1 = \zeta_2 = {system.pendulum_damping:g}$"
+    else:
+        damping = values(system, ("pendulum_damping", "oscillator_damping"))
+    parts = [values(system, ("friction",)), damping, values(system, _DRIVE)]
+    if frequency:
+        parts.append(values(system, ("drive_frequency",)))
+    return ", ".join(parts)

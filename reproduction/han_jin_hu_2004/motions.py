@@ -1,0 +1,234 @@
+"""Pages of Figs. 5, 6, 9 and 10: single motions as time histories, portraits and sections."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from vibroimpact import Run, plot, simulate
+from vibroimpact.plot import label_text
+
+from .evidence import HORIZONS, Coexistence, coexisting, coexisting_chaos, drive_periods
+from .layout import BLACK, GREY, Page, fixed_parameters, row_parameters
+from .parameters import INITIAL, KEEP, PERIODS, Motion
+
+Color = Literal["regime"] | None
+
+_SHOWN_PERIODS = 8
+_SPORADIC_END = 400.0
+# Area of a large mark of an impact section in square points, and the colour of the small ones.
+_LARGE = 7.0
+_LATER_COLOR = "0.6"
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A motion with the runs that its row draws.
+
+    `long_run` adds points to an impact section; `other` is a coexisting motion for a row below,
+    and `beside` that motion over the same times as this one, if an impact section shows it.
+    """
+
+    motion: Motion
+    run: Run
+    long_run: Run | None = None
+    other: Coexistence | None = None
+    beside: "Shown | None" = None
+
+
+def simulated(motion: Motion, workers: int | None = None) -> Shown:
+    """Simulate a motion as the paper does, and what decides where that is not what it says."""
+    shown = _from(motion, INITIAL)
+    if motion.figure == 10 or {shown.run.label, _long(shown).label} == {motion.paper_says}:
+        return shown
+    if motion.paper_says != "chaotic":
+        return replace(shown, other=coexisting(motion.system, motion.paper_says, workers=workers))
+    other = coexisting_chaos(motion.system, workers=workers)
+    beside = None if other.run is None else _from(motion, other.run.initial)
+    return replace(shown, other=other, beside=beside)
+
+
+def _from(motion: Motion, initial: Sequence[float]) -> Shown:
+    """Simulate a motion from a start, and longer where its row or its claim needs it."""
+    run: Run = simulate(motion.system, initial=initial, periods=PERIODS, keep=KEEP)
+    if motion.right != "section" and motion.figure != 10:
+        return Shown(motion, run)
+    # Fig. 10 is about the transient, an impact section about what follows it.
+    longest = max(HORIZONS)
+    keep = longest if motion.figure == 10 else longest - PERIODS
+    long_run: Run = simulate(motion.system, initial=initial, periods=longest, keep=keep)
+    return Shown(motion, run, long_run)
+
+
+def _long(shown: Shown) -> Run:
+    """Return the longest run there is."""
+    return shown.run if shown.long_run is None else shown.long_run
+
+
+def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:
+    """Draw a page with one row for each motion: time history left, portrait or section right."""
+    others = [item for item in shown if item.other is not None and item.other.run is not None]
+    page = Page(
+        f"Fig. {figure}: {fixed_parameters(shown[0].run.system)}; last {_SHOWN_PERIODS} drive "
+        "periods shown",
+        rows=len(shown) + len(others),
+        row_height=47.0 if len(shown) > 3 else 58.0,
+    )
+    drawn: list[Axes] = []
+    sections: list[Artist] = []
+    for item in shown:
+        motion, run = item.motion, item.run
+        panel = motion.panel if motion.panel.startswith("(") else f"({motion.panel})"
+        parameters = row_parameters(motion.system, frequency=True)
+        found = f"paper: {motion.paper_says}; found: {label_text(run.label)}{_later(item)}"
+        left, right = page.row(f"{panel}  {parameters}. {found}", widths=(1.5, 1.0))
+        _row(left, right, item, run, color)
+        drawn += [left, right]
+        if motion.right == "section":
+            sections = _section_handles(item, color)
+        if item.other is not None and item.other.run is not None:
+            start = ", ".join(f"{value:.3f}" for value in item.other.run.initial)
+            same = f"{panel[:-1]}\u2032)  same parameters, from $({start})$"
+            heading = f"{same}. found: {label_text(item.other.run.label)}"
+            left, right = page.row(heading, widths=(1.5, 1.0))
+            beside = item.beside or Shown(motion, item.other.run)
+            _row(left, right, beside, beside.run, color)
+            drawn += [left, right]
+    page.legend([*_handles(*drawn), *sections])
+    return page
+
+
+def regimes_of(shown: Sequence[Shown]) -> set[int]:
+    """Return the regimes of all impacts."""
+    runs = [run for item in shown for run in (item.run, item.long_run) if run is not None]
+    return {int(regime) for run in runs for regime in np.unique(run.impacts["regime"])}
+
+
+def _later(item: Shown) -> str:
+    """Return what the motion has become after a longer time, if that is another label."""
+    if item.long_run is None or item.long_run.label == item.run.label:
+        return ""
+    return f", after {drive_periods(item.long_run)} periods {label_text(item.long_run.label)}"
+
+
+def _row(left: Axes, right: Axes, item: Shown, run: Run, color: Color) -> None:
+    plot.time_history(run, periods=_SHOWN_PERIODS, color=color, ax=left)
+    left.xaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 2, 5, 10]))
+    if item.motion.right == "section":
+        _section(right, item, run, color)
+    else:
+        bodies = (1,) if item.motion.right == "pendulum" else (1, 2)
+        # A closed orbit is drawn once: retracing it would fill the gaps of the dashes.
+        periods = min(run.period.m or _SHOWN_PERIODS, _SHOWN_PERIODS)
+        plot.phase_portrait(run, bodies=bodies, periods=periods, color=color, ax=right)
+    for side, ax in (("left", left), ("right", right)):
+        for line in ax.get_lines():
+            # Symbols; regimes and contact look the same on both sides.
+            if (symbol := str(line.get_label())).startswith("$"):
+                line.set_label(f"{side}: {symbol}")
+
+
+def _section(ax: Axes, item: Shown, run: Run, color: Color) -> None:
+    """Draw the impacts of the run large, those that come after it small."""
+    if item.long_run is not None:
+        plot.impact_section(item.long_run, color=color, size=0.6, ax=ax)
+    if color == "regime":
+        plot.impact_section(run, color=color, size=_LARGE, ax=ax)
+    else:
+        ax.collections[0].set_color(_LATER_COLOR)
+        plot.impact_section(run, size=_LARGE, ax=ax)
+
+
+def _section_handles(item: Shown, color: Color) -> list[Artist]:
+    """Return the legend entries of the impacts of the run and of those that come after it."""
+    handles: list[Artist] = []
+    for size, shade, run in (
+        ("large", BLACK, item.run),
+        ("small", _LATER_COLOR, item.long_run),
+    ):
+        if run is None:
+            continue
+        first = round(run.kept_from / run.system.drive_period) + 1
+        text = f"right, {size}: impacts of drive periods {first:,} to {drive_periods(run):,}"
+        mark = Line2D(
+            [],
+            [],
+            linestyle="none",
+            marker="o",
+            markersize=math.sqrt(_LARGE) if size == "large" else 1.5,
+            markeredgewidth=0,
+            # The colour of a regime stands beside it, in an entry of its own.
+            color=GREY if color == "regime" else shade,
+            label=text,
+        )
+        handles.append(mark)
+    return handles
+
+
+def draw_sporadic(shown: Shown, color: Color) -> Page:
+    """Draw Fig. 10: gap and displacements at the start, one impact enlarged, and the count.
+
+    Parameters
+    ----------
+    shown : Shown
+        `long_run` must have kept everything from t = 0.
+    color : "regime" or None
+        Mark the impacts by their regime.
+    """
+    run, motion = shown.long_run, shown.motion
+    if run is None:
+        raise ValueError("Fig. 10 needs a long run that starts at t = 0")
+    window = (0.0, _SPORADIC_END)
+    page = Page(
+        f"Fig. 10: {fixed_parameters(run.system)},\n"
+        f"{row_parameters(motion.system, frequency=True)}",
+        rows=3,
+        row_height=52.0,
+    )
+    left, right = page.row("(a)", widths=(2.0, 1.0))
+    plot.gap_history(run, window=window, color=color, ax=left)
+    times = run.impacts["time"]
+    centre = float(times[0]) if len(times) else 0.5 * _SPORADIC_END
+    width = 0.15 * run.system.drive_period
+    zoom = (max(centre - width, 0.0), centre + width)
+    plot.gap_history(run, window=zoom, points_per_period=1000, color=color, ax=right)
+    right.set_title("around the first impact", loc="left", pad=3)
+    drawn = [left, right]
+    (ax,) = page.row("(b)", columns=1)
+    plot.displacement_history(run, window=window, color=color, ax=ax)
+    drawn.append(ax)
+    (ax,) = page.row(
+        f"(c)  not in the paper: {len(times)} impacts within {drive_periods(run)} drive periods",
+        columns=1,
+    )
+    plot.impact_count(run, ax=ax)
+    ax.axvline(_SPORADIC_END / run.system.drive_period, color="0.6", lw=0.6, ls=(0, (3, 2)))
+    ax.annotate(
+        "end of (a), (b)",
+        (_SPORADIC_END / run.system.drive_period, 0.96),
+        xycoords=("data", "axes fraction"),
+        xytext=(-3, 0),
+        textcoords="offset points",
+        ha="right",
+        va="top",
+        fontsize=8,
+    )
+    page.legend(_handles(*drawn))
+    return page
+
+
+def _handles(*axes: Axes) -> list[Artist]:
+    """Return the legend entries of lines, then of regimes, whose markers get one size."""
+    lines: dict[str, Artist] = {}
+    for ax in axes:
+        lines |= {str(handle.get_label()): handle for handle in ax.get_legend_handles_labels()[0]}
+    regimes = [
+        number for number, style in plot.REGIME_STYLES.items() if lines.pop(style.text, None)
+    ]
+    return [*lines.values(), *plot.regime_handles(regimes)]

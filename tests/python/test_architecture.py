@@ -1,0 +1,582 @@
+"""Folders are the arrow diagram of docs/architecture.md: each uses only those before it.
+
+The orders stand here as data; every import is read from the sources: lazy ones inside functions,
+those for type checkers, and the strings of the registry `verbs` and of the front door. A failure
+names the file, its line, the arrow, and the line of this file that would permit it.
+"""
+
+import ast
+import importlib
+import inspect
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+import repository
+import vibroimpact as vi
+
+ROOT = repository.root()
+HERE = Path(__file__)
+PACKAGE = ROOT / "python" / "vibroimpact"
+
+# A folder or file uses only those before it. `__init__` is the front door, the public interface.
+PYTHON = [
+    "errors",
+    "whole_file",
+    "fixed_arrays",
+    "verbs",
+    "arguments",
+    "archive",
+    "physical",
+    "system",
+    "run",
+    "simulation",
+    "impacts",
+    "impact_results",
+    "impact_maps",
+    "continuation",
+    "orbits",
+    "single_impact",
+    "sweeps",
+    "sweeps.basins",
+    "files",
+    "reference",
+    "verification",
+    "plot",
+    "__init__",
+    "cli",
+]
+RUST = [
+    "numerics",
+    "model",
+    "flight",
+    "search",
+    "impact",
+    "contact",
+    "simulate",
+    "tangent",
+    "analysis",
+    "python",
+]
+# What the second distribution may import, by public names only.
+REPRODUCTION = [
+    "vibroimpact",
+    "vibroimpact.orbits",
+    "vibroimpact.plot",
+    "vibroimpact.single_impact",
+    "vibroimpact.sweeps",
+]
+
+# A folder that leaves for reproduction/ is judged there; the line goes with it.
+LEAVING = "paper"
+# Arrows that run back up all the same, each with its reason.
+PERMITTED = {
+    ("orbits.criterion", "single_impact"): "the paper's criterion, which leaves for reproduction/",
+}
+
+# The one module whose arrows run back up by declaration: methods of results that need a solver.
+REGISTRY = "verbs"
+# Modules that import by name: the registry, and doors that load their parts on first use.
+BY_NAME = [REGISTRY, "__init__"]
+# What is handed back: it imports nouns and other results, nothing that computes or draws.
+RESULTS = [
+    "run",
+    "impact_results",
+    "orbits.branch",
+    "orbits.curve",
+    "orbits.found",
+    "orbits.manifold",
+    "orbits.motion",
+    "orbits.region",
+    "single_impact.results",
+    "sweeps.results",
+    "sweeps.sweep_results",
+    "sweeps.diagram_results",
+    "sweeps.lyapunov_results",
+    "sweeps.basins.attractors",
+    "sweeps.basins.measures",
+    "sweeps.basins.results",
+    "verification.result",
+]
+NOUNS = [
+    "errors",
+    "whole_file",
+    "fixed_arrays",
+    "verbs",
+    "arguments",
+    "archive",
+    "physical",
+    "system",
+    "orbits.ranges",
+    "sweeps.ctrl_c",
+    "sweeps.grid",
+    "sweeps.fields",
+    "sweeps.labels",
+    "sweeps.label_array",
+    "sweeps.columns",
+    "sweeps.store_layout",
+    "sweeps.store_check",
+    "sweeps.store_lock",
+    "sweeps.store",
+    "sweeps.basins.clouds",
+    "sweeps.basins.free_motion",
+    "sweeps.basins.region",
+]
+
+
+@dataclass(frozen=True)
+class Arrow:
+    """An import: from a module to a module, both by their dotted names within the package."""
+
+    file: Path
+    line: int
+    source: str
+    target: str
+
+    def __str__(self) -> str:
+        """The place, and the arrow."""
+        return f"{self.file.relative_to(ROOT)}:{self.line}: {self.source} -> {self.target}"
+
+
+def line_of(entry: str, after: str) -> str:
+    """Where an entry of a list of this file stands."""
+    lines = HERE.read_text(encoding="utf-8").splitlines()
+    start = next(i for i, line in enumerate(lines) if line.startswith(f"{after} = "))
+    found = (i for i in range(start, len(lines)) if f'"{entry}"' in lines[i])
+    return f"{HERE.relative_to(ROOT)}, line {next(found, start) + 1}"
+
+
+# Python: modules and their imports.
+
+
+def module_of(path: Path, root: Path = PACKAGE) -> str:
+    """The dotted name of a file; that of a folder is the name of its door."""
+    parts = path.relative_to(root).with_suffix("").parts
+    return ".".join(parts[:-1] if len(parts) > 1 and parts[-1] == "__init__" else parts)
+
+
+def modules_of(root: Path) -> dict[str, Path]:
+    """The files of a package by their dotted names."""
+    found = {module_of(path, root): path for path in sorted(root.rglob("*.py"))}
+    return {name: path for name, path in found.items() if name.split(".")[0] != LEAVING}
+
+
+MODULES = modules_of(PACKAGE)
+DOORS = {name for name, path in MODULES.items() if path.stem == "__init__"}
+
+
+def targets(
+    node: ast.AST, module: str, package: str = "vibroimpact", modules: dict[str, Path] = MODULES
+) -> Iterator[str]:
+    """The modules of a package that an import names, absolute or relative."""
+    if isinstance(node, ast.Import):
+        for name in (alias.name for alias in node.names):
+            if name.split(".")[0] == package:
+                yield name.partition(".")[2] or "__init__"
+    elif isinstance(node, ast.ImportFrom):
+        if node.level:
+            inside = [] if module == "__init__" else module.split(".")
+            is_door = module == "__init__" or modules[module].stem == "__init__"
+            depth = node.level - is_door
+            base = inside[: len(inside) - depth] if depth else inside
+            base = [*base, *((node.module or "").split(".") if node.module else [])]
+        elif (node.module or "").split(".")[0] == package:
+            base = (node.module or "").split(".")[1:]
+        else:
+            return
+        for alias in node.names:
+            full = ".".join([*base, alias.name])
+            yield full if full in (*modules, "_core") else ".".join(base) or "__init__"
+
+
+def named(tree: ast.Module, module: str) -> Iterator[tuple[int, str]]:
+    """The modules in the tables of strings from which the registry and the front door import."""
+    for node in ast.walk(tree):
+        pair = None
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+            pair = node.targets[0].id, node.value
+        elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            pair = node.target.id, node.value
+        if pair is None or not isinstance(pair[1], ast.Dict):
+            continue
+        if (module, pair[0]) == ("__init__", "_ON_FIRST_USE"):
+            yield from ((key.lineno, key.value) for key in pair[1].keys)
+        if (module, pair[0]) == (REGISTRY, "VERBS"):
+            yield from ((item.lineno, item.value.split(":")[0]) for item in pair[1].values)
+
+
+def arrows_of(module: str, path: Path) -> Iterator[Arrow]:
+    """Every import of a module from the package, wherever in the file it stands."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        for target in targets(node, module):
+            if target.split(".")[0] not in ("_core", LEAVING) and target != module:
+                yield Arrow(path, node.lineno, module, target)
+    for line, target in named(tree, module):
+        yield Arrow(path, line, module, target)
+
+
+ARROWS = [arrow for module, path in MODULES.items() for arrow in arrows_of(module, path)]
+CHECKED = [arrow for arrow in ARROWS if arrow.source != REGISTRY]
+
+
+def entry_of(module: str) -> str:
+    """The folder or file of the order to which a module belongs."""
+    parts = module.split(".")
+    places = (".".join(parts[:k]) for k in range(len(parts), 0, -1))
+    return next((place for place in places if place in PYTHON), module)
+
+
+def is_permitted(arrow: Arrow) -> bool:
+    """Whether an arrow back up has a reason."""
+    return (arrow.source, entry_of(arrow.target)) in PERMITTED
+
+
+def faults_of_order(arrows: Iterable[Arrow], order: list[str] = PYTHON) -> list[str]:
+    """The arrows between folders that run back up, or from a folder to its own door."""
+    faults = []
+    for arrow in arrows:
+        source, target = entry_of(arrow.source), entry_of(arrow.target)
+        inside = arrow.target in DOORS and arrow.source.startswith(f"{arrow.target}.")
+        if inside:
+            faults.append(f"{arrow}: a file does not use the door of its own folder")
+        elif arrow.source in DOORS and arrow.target.startswith(f"{arrow.source}."):
+            continue  # A door hands on what is behind it.
+        elif order.index(target) > order.index(source) and not is_permitted(arrow):
+            faults.append(
+                f"{arrow}: {source} comes before {target}; to permit it, move "
+                f"{line_of(target, 'PYTHON')}, before {line_of(source, 'PYTHON')}"
+            )
+    return faults
+
+
+def circle(arrows: Iterable[Arrow]) -> list[Arrow]:
+    """A circle of imports, as its arrows; empty if there is none."""
+    leads: dict[str, list[Arrow]] = {}
+    for arrow in arrows:
+        leads.setdefault(arrow.source, []).append(arrow)
+    done: set[str] = set()
+
+    def found(module: str, way: list[Arrow]) -> list[Arrow]:
+        for arrow in leads.get(module, []):
+            sources = [step.source for step in way]
+            if arrow.target in (*sources, module):
+                return [*way, arrow][(*sources, module).index(arrow.target) :]
+            if arrow.target not in done and (ring := found(arrow.target, [*way, arrow])):
+                return ring
+        done.add(module)
+        return []
+
+    return next((ring for module in sorted(leads) if (ring := found(module, []))), [])
+
+
+def test_every_module_has_its_place_in_the_order():
+    for module, path in MODULES.items():
+        assert entry_of(module) in PYTHON, (
+            f"{path.relative_to(ROOT)} has no place: give it one in {line_of(module, 'PYTHON')}"
+        )
+    for entry in PYTHON:
+        assert entry in MODULES, f"{line_of(entry, 'PYTHON')}: there is no {entry}; delete the line"
+
+
+def test_no_arrow_runs_back_up():
+    assert len(CHECKED) > 300
+    assert not (faults := faults_of_order(CHECKED)), "\n".join(faults)
+
+
+def test_no_imports_run_in_a_circle():
+    ring = circle(arrow for arrow in CHECKED if not is_permitted(arrow))
+    assert not ring, "a circle:\n" + "\n".join(map(str, ring))
+
+
+def test_each_permission_is_used():
+    used = {(arrow.source, entry_of(arrow.target)) for arrow in CHECKED}
+    for source, target in PERMITTED:
+        assert (source, target) in used, (
+            f"{line_of(source, 'PERMITTED')}: {source} does not use {target}; delete the line"
+        )
+
+
+def test_only_the_registry_and_doors_import_by_name():
+    for module, path in MODULES.items():
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
+            assert module in BY_NAME or not re.search(r"\b(import_module|__import__)\(", line), (
+                f"{path.relative_to(ROOT)}:{number}: imports by name; to permit it, add {module!r} "
+                f"to {line_of(module, 'BY_NAME')}"
+            )
+
+
+def test_every_entry_of_the_registry_leads_to_a_function():
+    from vibroimpact.verbs import VERBS, verb
+
+    assert [*VERBS] == sorted(VERBS)
+    for name in VERBS:
+        assert callable(verb(name)), name
+    sources = "".join(path.read_text(encoding="utf-8") for path in MODULES.values())
+    assert {*re.findall(r'\bverb\("(\w+)"\)', sources)} == {*VERBS}
+
+
+def test_results_import_nothing_that_computes_or_draws():
+    for arrow in CHECKED:
+        if arrow.source in (*RESULTS, *NOUNS):
+            assert arrow.target in (*RESULTS, *NOUNS), (
+                f"{arrow}: a result uses nouns and results alone; if {arrow.target} is one, add it "
+                f"to {line_of(arrow.target, 'NOUNS')}"
+            )
+    for entry in (*RESULTS, *NOUNS):
+        assert entry in MODULES, f"{line_of(entry, 'RESULTS')}: there is no {entry}"
+
+
+def test_every_public_class_is_a_result_or_a_noun():
+    doors = [importlib.import_module(name) for name in REPRODUCTION if name != "vibroimpact.plot"]
+    public = {getattr(door, name) for door in doors for name in door.__all__}
+    for found in filter(inspect.isclass, public):
+        module = found.__module__.removeprefix("vibroimpact.")
+        assert module in (*RESULTS, *NOUNS, "_core"), (
+            f"{found.__name__} stands in {module}, with what computes; a result has a module of "
+            f"its own, named in {line_of(module, 'RESULTS')}"
+        )
+
+
+# The second distribution.
+
+
+def test_the_reproduction_runs_in_no_circle():
+    doors = [*(ROOT / "reproduction").glob("*/__init__.py")]
+    if not doors:
+        pytest.skip("there is no package in reproduction/ yet")
+    for root in (door.parent for door in doors):
+        modules = modules_of(root)
+        ring = circle(
+            Arrow(path, node.lineno, module, target)
+            for module, path in modules.items()
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+            for target in targets(node, module, root.name, modules)
+            if target != module
+        )
+        assert not ring, "a circle:\n" + "\n".join(map(str, ring))
+
+
+def test_the_reproduction_imports_public_names_only():
+    folder = ROOT / "reproduction"
+    if not folder.is_dir():
+        pytest.skip("there is no folder reproduction/ yet")
+    modules = {name: importlib.import_module(name) for name in REPRODUCTION}
+    short = {name.rpartition(".")[2] for name in REPRODUCTION}
+    allowed = line_of("vibroimpact", "REPRODUCTION")
+    for path in sorted(folder.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            place = f"{path.relative_to(ROOT)}:{getattr(node, 'lineno', 0)}"
+            if isinstance(node, ast.Import):
+                for name in (alias.name for alias in node.names):
+                    mine = name.split(".")[0] != "vibroimpact"
+                    assert mine or name in modules, f"{place}: {name} is not public; {allowed}"
+            elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("vibroimpact"):
+                assert node.module in modules, f"{place}: {node.module} is not public; {allowed}"
+                for name in (alias.name for alias in node.names):
+                    public = {*modules[node.module].__all__}
+                    public |= short if node.module == "vibroimpact" else set()
+                    assert name in public, f"{place}: {node.module}.{name} is not public"
+            elif (
+                isinstance(node, ast.Attribute)
+                and isinstance(node.value, ast.Name)
+                and node.value.id == "vi"
+            ):
+                known = node.attr in vi.__all__ or node.attr in short
+                assert known, f"{place}: vi.{node.attr} is not public"
+
+
+# Rust: every path from the crate or from a parent.
+
+
+def code_of(text: str) -> str:
+    """A source without comments, strings and tests, of as many lines."""
+    pattern = r'//[^\n]*|/\*.*?\*/|r#".*?"#|"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])\''
+    text = re.sub(pattern, lambda found: "\n" * found[0].count("\n"), text, flags=re.S)
+    for found in [*re.finditer(r"#\[cfg\(test\)\]\s*mod \w+ \{", text)][::-1]:
+        end = block_end(text, found.end())
+        text = text[: found.start()] + "\n" * text[found.start() : end].count("\n") + text[end:]
+    return text
+
+
+def block_end(text: str, start: int) -> int:
+    """The place after the bracket that closes one opened just before ``start``."""
+    depth = 1
+    for place in range(start, len(text)):
+        depth += {"{": 1, "}": -1}.get(text[place], 0)
+        if not depth:
+            return place + 1
+    return len(text)
+
+
+def expanded(tree: str) -> Iterator[str]:
+    """The paths of a use declaration, braces multiplied out."""
+    tree = re.sub(r"\s+as\s+\w+|\s+", "", tree)
+    head, brace, rest = tree.partition("{")
+    if not brace:
+        yield tree
+        return
+    depth, part = 0, ""
+    for letter in rest[: block_end(rest, 0) - 1] + ",":
+        depth += {"{": 1, "}": -1}.get(letter, 0)
+        if letter == "," and not depth:
+            if part:
+                yield from (head + path for path in expanded(part))
+            part = ""
+        else:
+            part += letter
+
+
+def rust_paths(text: str) -> Iterator[tuple[int, str]]:
+    """Every path of a source that starts at the crate or at a parent, with its line."""
+    code = code_of(text)
+    for found in re.finditer(r"\buse ((?:crate|super)\b[^;]*);", code):
+        line = code.count("\n", 0, found.start()) + 1
+        yield from ((line, path) for path in expanded(found[1]))
+    code = re.sub(r"\buse [^;]*;", lambda found: "\n" * found[0].count("\n"), code)
+    for found in re.finditer(r"\b(?:crate|super)(?:::\w+)+", code):
+        yield code.count("\n", 0, found.start()) + 1, found[0]
+
+
+def rust_modules() -> dict[tuple[str, ...], Path]:
+    """The modules of the crate by their paths, all but its root."""
+    source = ROOT / "src"
+    return {
+        path.relative_to(source).with_suffix("").parts: path
+        for path in sorted(source.rglob("*.rs"))
+        if path.name not in ("lib.rs", "main.rs")
+    }
+
+
+def rust_arrows() -> Iterator[tuple[str, tuple[str, ...], tuple[str, ...]]]:
+    """Every arrow: its place, and the modules it leads from and to."""
+    modules = rust_modules()
+    root = code_of((ROOT / "src" / "lib.rs").read_text(encoding="utf-8"))
+    exports = {}
+    for found in re.finditer(r"\bpub use ([^;]*);", root):
+        for path in expanded(found[1]):
+            *way, name = path.split("::")
+            exports[name] = way
+    for module, path in modules.items():
+        for line, used in rust_paths(path.read_text(encoding="utf-8")):
+            parts = used.split("::")
+            if parts[0] == "crate":
+                way = parts[1:]
+                way = [*exports[way[0]], *way] if way[0] in exports else way
+            else:
+                ups = next(i for i, part in enumerate(parts) if part != "super")
+                way = [*module[: len(module) - ups], *parts[ups:]]
+            # The longest part of the path that is a module.
+            length = next((k for k in range(len(way), 0, -1) if tuple(way[:k]) in modules), 0)
+            if length:
+                yield f"{path.relative_to(ROOT)}:{line}", module, tuple(way[:length])
+
+
+@pytest.fixture(scope="module")
+def rust() -> list[tuple[str, tuple[str, ...], tuple[str, ...]]]:
+    if not (ROOT / "src" / "numerics").is_dir():
+        pytest.skip("src/ is not in folders yet")
+    return [*rust_arrows()]
+
+
+def test_no_arrow_of_the_crate_runs_back_up(rust):
+    assert len(rust) > 200
+    faults = []
+    for place, (source, *_), (target, *_) in rust:
+        for folder in (source, target):
+            assert folder in RUST, f"{place}: {folder} has no place in {line_of(folder, 'RUST')}"
+        if RUST.index(target) > RUST.index(source):
+            faults.append(
+                f"{place}: {source} -> {target} runs back up; to permit it, move "
+                f"{line_of(target, 'RUST')}, before {line_of(source, 'RUST')}"
+            )
+    assert not faults, "\n".join(faults)
+
+
+def test_no_files_of_the_crate_run_in_a_circle(rust):
+    # At each level of folders; a file and the files of its own folder are one module.
+    arrows = set()
+    for place, source, target in rust:
+        depth = next(
+            (k for k, (a, b) in enumerate(zip(source, target, strict=False)) if a != b), -1
+        )
+        if depth >= 0:
+            name, line = place.split(":")
+            ends = ("::".join(way[: depth + 1]) for way in (source, target))
+            arrows.add(Arrow(ROOT / name, int(line), *ends))
+    assert len(arrows) > 200
+    ring = circle(sorted(arrows, key=str))
+    assert not ring, "a circle:\n" + "\n".join(map(str, ring))
+
+
+# The page.
+
+PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+DIAGRAMS = re.findall(r"^```text\n(.*?)^```$", PAGE, re.M | re.S)
+
+
+def test_the_page_draws_the_orders(rust):
+    drawn, package = ([*re.findall(r"[\w/]+", text)] for text in DIAGRAMS)
+    assert sorted(drawn) == sorted(RUST)
+    for _, (source, *_), (target, *_) in rust:
+        assert drawn.index(target) <= drawn.index(source), f"{source} uses {target}"
+    package = [name.replace("/", ".") for name in package]
+    assert sorted(package) == sorted(PYTHON)
+    # Row by row it is an order that all arrows keep, if not the one above.
+    assert not (faults := faults_of_order(CHECKED, package)), "\n".join(faults)
+    said = {*re.findall(r"`([\w/]+)`", "".join(re.findall(r"^\| (`.*?) \|", PAGE, re.M)))}
+    assert {name.replace("/", ".") for name in said} >= {*RUST, *PYTHON}
+
+
+# The checks themselves can fail.
+
+
+def test_arrows_back_up_and_circles_are_found():
+    path = MODULES["run"]
+    up = [Arrow(path, 1, "run", "orbits.shooting")]
+    (fault,) = faults_of_order(up)
+    assert "run.py:1: run -> orbits.shooting" in fault
+    assert line_of("orbits", "PYTHON") in fault
+    assert faults_of_order([Arrow(path, 1, "sweeps.grid", "sweeps")])
+    assert not faults_of_order([Arrow(path, 1, "orbits.shooting", "run")])
+    ring = [Arrow(path, 1, "a", "b"), Arrow(path, 2, "b", "c"), Arrow(path, 3, "c", "b")]
+    assert circle(ring) == ring[1:]
+    assert circle(ring[:2]) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "module", "found"),
+    [
+        ("def f():\n    from .orbits import shooting", "run", ["orbits.shooting"]),
+        ("if TYPE_CHECKING:\n    from ..plot import style", "orbits.motion", ["plot.style"]),
+        ("from .. import _core", "orbits.motion", ["_core"]),
+        ("from . import motion", "orbits", ["orbits.motion"]),
+        ("from .grid import Grid", "sweeps.cells", ["sweeps.grid"]),
+        ("from ...system import System", "sweeps.basins.files", ["system"]),
+        ("import vibroimpact.orbits.motion", "cli.orbits", ["orbits.motion"]),
+        ("from vibroimpact import System", "cli.orbits", ["__init__"]),
+    ],
+)
+def test_imports_of_every_kind_are_read(text, module, found):
+    nodes = ast.walk(ast.parse(text))
+    assert [target for node in nodes for target in targets(node, module)] == found
+
+
+def test_paths_of_rust_are_read():
+    text = """
+    // use crate::comment;
+    use crate::{flight::{Flight, table::Table as T}, model};
+    fn f() { crate::search::scan(super::super::x()); let s = "crate::string"; }
+    #[cfg(test)]
+    mod tests { use crate::python; }
+    """
+    assert [*rust_paths(text)] == [
+        (3, "crate::flight::Flight"),
+        (3, "crate::flight::table::Table"),
+        (3, "crate::model"),
+        (4, "crate::search::scan"),
+        (4, "super::super::x"),
+    ]
