@@ -149,8 +149,9 @@ def compare(motion: vi.PeriodicMotion, spectrum: vi.LyapunovSpectrum, tally: Tal
 def kinds(motion: vi.PeriodicMotion) -> set[str]:
     """Say in words which cases of the theory a motion passes."""
     system = motion.system
-    found = {leg.split(":")[1] for leg in motion.legs if leg.startswith("impact")}
-    found |= {leg.split(":")[0].rstrip("+-") for leg in motion.legs if not leg.startswith("impact")}
+    found = {
+        str(leg.kind) if leg.regime is None else leg.regime.name.lower() for leg in motion.legs
+    }
     if system.mass_ratio == 0.0:
         found.add("wall")
     if found - {"circuit"}:

@@ -9,7 +9,10 @@ pub mod shooting;
 pub(crate) mod sweep;
 
 pub use lyapunov::{LyapunovError, Spectrum, lyapunov_spectrum};
-pub use period::{CHATTERING, Growth, ImpactCount, Kind, PeriodReport, detect_period};
+pub use period::{
+    CHATTERING, Evidence, EvidenceKind, Growth, ImpactCount, Kind, PeriodReport, WhyUndecided,
+    detect_period,
+};
 pub use sweep::{
     Cell, Measure, PointStatus, SweepOptions, SweepPoint, SweepRows, SweepStart, Workers,
     arrive_many, run_many, sweep,

@@ -65,9 +65,9 @@ mod simulate;
 pub mod tangent;
 
 pub use analysis::{
-    CHATTERING, Cell, Growth, ImpactCount, Kind, LyapunovError, Measure, PeriodReport, PointStatus,
-    Spectrum, SweepOptions, SweepPoint, SweepRows, SweepStart, Workers, arrive_many, detect_period,
-    lyapunov_spectrum, run_many, sweep,
+    CHATTERING, Cell, Evidence, EvidenceKind, Growth, ImpactCount, Kind, LyapunovError, Measure,
+    PeriodReport, PointStatus, Spectrum, SweepOptions, SweepPoint, SweepRows, SweepStart,
+    WhyUndecided, Workers, arrive_many, detect_period, lyapunov_spectrum, run_many, sweep,
 };
 pub use contact::{ContactForce, ContactMode};
 pub use flight::{Flight, FreeMotion};

@@ -9,8 +9,10 @@ mod arrays;
 mod basin;
 mod cancel;
 mod elementary;
+mod enums;
 mod errors;
 mod impact;
+mod leg;
 mod lyapunov;
 mod orbit;
 mod run;
@@ -31,6 +33,8 @@ mod _core {
     #[pymodule_export]
     use super::impact::impact;
     #[pymodule_export]
+    use super::leg::{PyCondition, PyLeg};
+    #[pymodule_export]
     use super::lyapunov::{PySpectrum, lyapunov_spectrum};
     #[pymodule_export]
     use super::orbit::PyItinerary;
@@ -42,10 +46,13 @@ mod _core {
     use super::system::PySystem;
 
     use super::arrays::Record;
+    use super::enums::{Enumerated, LegEnd, LegKind};
     use crate::analysis::period::Kind;
     use crate::analysis::sweep::PointStatus;
-    use crate::impact::ImpactOutcome;
+    use crate::analysis::{EvidenceKind, WhyUndecided};
+    use crate::impact::{ImpactOutcome, RegimeKind};
     use crate::simulate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
+    use crate::tangent::border::{Border, BorderKind};
     use pyo3::prelude::*;
     use pyo3::types::PyTuple;
 
@@ -59,6 +66,18 @@ mod _core {
         module.add("OUTCOME_DTYPE", ImpactOutcome::dtype(py)?)?;
         module.add("EVENT_DTYPE", EventRecord::dtype(py)?)?;
         module.add("GRAZE_DTYPE", GrazeRecord::dtype(py)?)?;
-        module.add("CONTACT_DTYPE", ContactRecord::dtype(py)?)
+        module.add("CONTACT_DTYPE", ContactRecord::dtype(py)?)?;
+        add_enum::<RegimeKind>(module)?;
+        add_enum::<LegKind>(module)?;
+        add_enum::<LegEnd>(module)?;
+        add_enum::<Border>(module)?;
+        add_enum::<BorderKind>(module)?;
+        add_enum::<EvidenceKind>(module)?;
+        add_enum::<WhyUndecided>(module)
+    }
+
+    fn add_enum<T: Enumerated>(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        let first = T::members(module.py())?[0].bind(module.py());
+        module.add(T::CLASS, first.get_type())
     }
 }

@@ -7,6 +7,7 @@
 //! the derivative of the return map: dt' = -(dh . dy)/h', h the condition of the event, which for an
 //! impact is what the saltation matrix S = R + (F+ - R F-)(grad g)^T/g'^- says.
 
+pub mod border;
 mod chatter;
 mod contact;
 mod flight;

@@ -2,7 +2,7 @@
 //! The reference values are tested from Python (tests/python/test_orbits.py).
 
 use nalgebra::{DMatrix, DVector, Matrix4};
-use vibroimpact::analysis::shooting::{Orbit, TestKind};
+use vibroimpact::analysis::shooting::{BorderKind, Orbit};
 use vibroimpact::tangent::itinerary::{Itinerary, ItineraryError, Leg, Node};
 use vibroimpact::{CancelToken, Contact, RunOptions, State, System, run};
 
@@ -74,7 +74,7 @@ fn a_motion_with_chatter_has_a_chatter_leg_and_a_slide() {
     assert!(legs.legs.contains(&Leg::SlideToRelease(true)));
     let tests = Orbit::new(&system, &legs, &nodes).unwrap().tests();
     assert!(tests.iter().all(|test| test.value > 0.0), "{tests:?}");
-    assert!(tests.iter().any(|test| test.kind == TestKind::ChatterOnset));
+    assert!(tests.iter().any(|test| test.condition.border.kind() == BorderKind::ChatterOnset));
     // Sliding holds the motion on g = g' = 0: two multipliers are zero.
     assert!(determinant(&system, &legs, &nodes).abs() < 1e-16);
 }

@@ -3,7 +3,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use vibroimpact::{CancelToken, PeriodReport, run};
+use vibroimpact::{CancelToken, Kind, PeriodReport, run};
 use vibroimpact_fuzz::{Draw, assert_numbers, enough, execution, is_long, made};
 
 /// Evaluations of the gap above which a run is too slow to be followed over thousands of periods.
@@ -11,12 +11,15 @@ const CHEAP: u64 = 120;
 
 fn check(report: &PeriodReport) {
     assert!(!report.label().is_empty());
-    assert_numbers("rate and confidence", &[report.rate, report.confidence]);
-    assert!((0.0..=1.0).contains(&report.confidence), "{report:?}");
+    let known = report.evidence.why().is_none();
+    assert_eq!(known, report.kind != Kind::Unresolved, "{report:?}");
+    if let Some(rate) = report.evidence.rate() {
+        assert!((0.0..1.0).contains(&rate), "{report:?}");
+    }
     if let Some((m, _)) = report.orbit {
         assert!(m >= 1 && report.residual >= 0.0, "{report:?}");
     }
-    if let Some(growth) = report.growth {
+    if let Some(growth) = report.evidence.growth() {
         assert_numbers("growth", &[growth.mean]);
     }
 }

@@ -107,7 +107,8 @@ fn body(draw: &mut Draw) {
     }
     assert_eq!(orbit.humps().len(), nodes.len());
     assert!(
-        orbit.tests().iter().all(|test| test.leg < nodes.len() && !test.kind.name().is_empty())
+        orbit.tests().iter().all(|test| test.condition.leg < nodes.len()
+            && !test.condition.to_string().is_empty())
     );
 }
 

@@ -15,10 +15,10 @@ quantities are dimensionless; the glossary is docs/notation.md.
 
 from typing import TYPE_CHECKING
 
-from ._core import __version__
+from ._core import Regime, __version__
 from .errors import ClusterError, Interrupted, ParameterError, SimulationError, StateError
 from .impacts import impact
-from .run import EnergyAudit, EventKind, FinalState, PeriodReport, Regime, Run
+from .run import EnergyAudit, EventKind, Evidence, FinalState, PeriodReport, Run
 from .simulation import simulate
 from .system import System
 
@@ -117,6 +117,7 @@ __all__ = [
     "Disagreement",
     "EnergyAudit",
     "EventKind",
+    "Evidence",
     "FinalState",
     "ImpactAgreement",
     "ImpactRegimes",

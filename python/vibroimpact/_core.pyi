@@ -1,7 +1,8 @@
 """Signatures of the compiled core. All quantities are dimensionless; see docs/notation.md."""
 
 from collections.abc import Callable, Sequence
-from typing import Self, final
+from enum import IntEnum, StrEnum
+from typing import ClassVar, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +16,22 @@ __all__ = [
     "OUTCOME_DTYPE",
     "STATUS_NAMES",
     "Arrivals",
+    "Border",
+    "BorderKind",
+    "Condition",
+    "EvidenceKind",
     "FinalState",
     "Itinerary",
+    "Leg",
+    "LegEnd",
+    "LegKind",
     "PeriodReport",
+    "Regime",
     "Run",
     "Spectrum",
     "Sweep",
     "System",
+    "WhyUndecided",
     "__version__",
     "_interrupt_at",
     "arrivals",
@@ -67,13 +77,152 @@ class System:
     def drive_period(self) -> float:
         """2 pi / drive_frequency; infinite for a constant load."""
 
+# The enums are made by the core from its own lists of names; stubtest compares the members.
+
+class Regime(IntEnum):
+    """What the contact point did during an impact (docs/theory.md, section 4)."""
+
+    FRICTIONLESS = 0
+    SLIP = 1
+    REVERSAL_APPROACH = 2
+    REVERSAL_RESTITUTION = 3
+    STICK_APPROACH = 4
+    STICK_RESTITUTION = 5
+
+class LegKind(StrEnum):
+    """What the bodies do during a leg."""
+
+    IMPACT = "impact"
+    CHATTER = "chatter"
+    SLIDE = "slide"
+    STICK = "stick"
+    CIRCUIT = "circuit"
+
+class LegEnd(StrEnum):
+    """What ends a phase of contact: release, a stop, or slip in one direction."""
+
+    RELEASE = "release"
+    STOP = "stop"
+    SLIDE_POSITIVE = "slide_positive"
+    SLIDE_NEGATIVE = "slide_negative"
+
+@final
+class Leg:
+    """One leg of a motion with the event at its end; ``str`` gives the text of files.
+
+    ``"impact:slip:+-"`` (regime, signs of x1' and of sin x1), ``"impact:frictionless"``,
+    ``"chatter"``, ``"slide+:release"``, ``"slide-:stop"``, ``"stick:slide+"``,
+    ``"stick:release"``, or ``"circuit"``, which is alone: a motion without events.
+    """
+
+    CHATTER: ClassVar[Leg]
+    CIRCUIT: ClassVar[Leg]
+    @staticmethod
+    def impact(regime: Regime, direction: int = 0, side: int = 0) -> Leg:
+        """A flight to an impact; with friction the signs of x1' and of sin x1 there."""
+
+    @staticmethod
+    def slide(direction: int, end: LegEnd) -> Leg:
+        """A slide with this sign of x1', to a release or a stop."""
+
+    @staticmethod
+    def stick(end: LegEnd) -> Leg:
+        """A stick to a release or to slip."""
+
+    @classmethod
+    def from_text(cls, text: str) -> Leg:
+        """The leg of this text, from a file."""
+
+    @property
+    def kind(self) -> LegKind: ...
+    @property
+    def regime(self) -> Regime | None:
+        """Of an impact."""
+
+    @property
+    def direction(self) -> int:
+        """Sign of x1' in a slide or an impact with friction, else 0."""
+
+    @property
+    def side(self) -> int:
+        """Sign of sin x1 in an impact with friction, else 0."""
+
+    @property
+    def end(self) -> LegEnd | None:
+        """Of a slide or stick."""
+
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+
+class Border(StrEnum):
+    """What vanishes where a leg ceases to be what it is."""
+
+    APPROACH_VELOCITY = "u"
+    FLIGHT = "flight"
+    SIDE_OF_IMPACT = "sin x1 = 0"
+    SLIP_BEFORE = "x1' = 0 before"
+    STOP_AT_END_OF_APPROACH = "P* = P_f"
+    STOP_AT_END_OF_IMPACT = "P* = (1 + r) P_f"
+    FRICTION_CONE = "|cos x1| = mu |sin x1|"
+    FORCE_AT_START = "contact force at the start"
+    LENGTH = "length of the phase"
+    SLIP_AT_START = "slip at the start"
+    FORCE_IN_SLIDE = "contact force in the slide"
+    SPEED_IN_SLIDE = "x1' in the slide"
+    FORCE_AT_STOP = "contact force at the stop"
+    SPEED_AT_RELEASE = "x1' at the release"
+    HOLD_POSITIVE = "hold against slip, x1' > 0"
+    HOLD_NEGATIVE = "hold against slip, x1' < 0"
+    FORCE_IN_STICK = "contact force in stick"
+
+class BorderKind(StrEnum):
+    """What a border tells apart."""
+
+    GRAZING = "grazing"
+    REGIME_BORDER = "regime_border"
+    CHATTER_ONSET = "chatter_onset"
+    CONTACT_BORDER = "contact_border"
+
+@final
+class Condition:
+    """One condition of a motion, a border of one of its legs."""
+
+    def __new__(cls, border: Border, leg: int) -> Self: ...
+    @property
+    def border(self) -> Border: ...
+    @property
+    def kind(self) -> BorderKind: ...
+    @property
+    def leg(self) -> int: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+
+class EvidenceKind(StrEnum):
+    """What the verdict on a motion stands on."""
+
+    RETURNED = "returned"
+    CONVERGING = "converging"
+    GROWTH_BOUNDED = "growth_bounded"
+    GROWTH_EXPONENTIAL = "growth_exponential"
+    UNDECIDED = "undecided"
+
+class WhyUndecided(StrEnum):
+    """Why a motion is not judged."""
+
+    TOO_FEW_SECTIONS = "too_few_sections"
+    NOT_FINITE = "not_finite"
+    INCOMPLETE = "incomplete"
+    NO_RETURN = "no_return"
+    NOT_MEASURABLE = "not_measurable"
+    GROWTH_UNCLEAR = "growth_unclear"
+    INTERRUPTED = "interrupted"
+
 @final
 class Itinerary:
     """The legs of a periodic motion, and the kernels of shooting on them.
 
-    A leg is written ``"impact:slip:+-"`` (regime, signs of x1' and of sin x1),
-    ``"impact:frictionless"``, ``"chatter"``, ``"slide+:release"``, ``"slide-:stop"``,
-    ``"stick:slide+"``, ``"stick:release"``, or ``"circuit"`` alone for a motion without events.
     Nodes, shape (legs, 4), are (x1, v1, v2, t) just after the event at which a leg starts: t is the
     time in the drive period, x2 follows from the contact. A circuit starts with a drive period, and
     has x2 in place of t.
@@ -81,7 +230,7 @@ class Itinerary:
 
     def __new__(
         cls,
-        legs: list[str],
+        legs: Sequence[Leg],
         periods: int,
         clocks: list[int] | None = None,
         wall_at_rest: bool = False,
@@ -93,7 +242,7 @@ class Itinerary:
         """Read the legs off a simulation from t = 0; or say why there are none."""
 
     @property
-    def legs(self) -> list[str]: ...
+    def legs(self) -> list[Leg]: ...
     @property
     def periods(self) -> int:
         """Drive periods after which the motion repeats."""
@@ -116,8 +265,8 @@ class Itinerary:
 
     def tests(
         self, system: System, nodes: NDArray[np.float64]
-    ) -> list[tuple[str, int, str, float, float]]:
-        """Functions positive inside: (kind, leg, name, value, time in the leg)."""
+    ) -> list[tuple[Condition, float, float]]:
+        """What is positive inside: (condition, value, time in the leg)."""
 
     def transfer(self, system: System, nodes: NDArray[np.float64]) -> NDArray[np.float64]:
         """Derivatives of the legs' maps of (x1, v1, v2, t), shape (legs, 4, 4)."""
@@ -167,16 +316,24 @@ class PeriodReport:
     @property
     def residual(self) -> float: ...
     @property
-    def rate(self) -> float: ...
+    def kind(self) -> EvidenceKind: ...
     @property
-    def growth(self) -> float:
-        """Mean logarithmic growth of a small perturbation per drive period; NaN if not measured."""
+    def further(self) -> int:
+        """Drive periods by which the motion was followed beyond the run."""
     @property
-    def growth_error(self) -> float: ...
+    def rate(self) -> float | None: ...
     @property
-    def confidence(self) -> float: ...
+    def growth(self) -> float | None:
+        """Mean logarithmic growth of a small perturbation per drive period."""
     @property
-    def method(self) -> str: ...
+    def growth_error(self) -> float | None: ...
+    @property
+    def growth_periods(self) -> int | None: ...
+    @property
+    def why(self) -> WhyUndecided | None: ...
+    @property
+    def text(self) -> str:
+        """The evidence in words."""
     @property
     def interrupted(self) -> bool:
         """Whether Ctrl-C ended it."""

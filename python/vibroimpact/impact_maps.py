@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._core import Regime
 from .arguments import axis, count, reject
 from .errors import Interrupted
 from .impact_results import ImpactAgreement, ImpactRegimes
@@ -145,17 +146,17 @@ def impact_agreement(
     middles = (2.0 * np.arange(cells) + 1.0 - cells) / cells
     x1, v1 = np.pi / 2 * middles, _widest_ratio(system) * middles[:, np.newaxis]
     v2 = v1 * (np.ones(cells) if system.contact == "direct" else np.cos(x1)) - 1.0
-    difference: NDArray[np.float64] = np.full((len(LAWS), 6, len(numbers)), np.nan)
-    counts = np.zeros(6, np.int64)
+    difference: NDArray[np.float64] = np.full((len(LAWS), len(Regime), len(numbers)), np.nan)
+    counts = np.zeros(len(Regime), np.int64)
     interrupted = False
     try:
         for row, law in enumerate(LAWS):
             under = system.replace(law=law)
             exact = impact(under, x1=x1, v1=v1, v2=v2)
-            counts = np.array([np.count_nonzero(exact["regime"] == regime) for regime in range(6)])
+            counts = np.array([np.count_nonzero(exact["regime"] == regime) for regime in Regime])
             for column, number in enumerate(numbers):
                 off = np.mean([_difference(under, exact, near) for near in _near(number)], axis=0)
-                for regime in range(6):
+                for regime in Regime:
                     chosen = exact["regime"] == regime
                     if chosen.any():
                         difference[row, regime, column] = off[chosen].mean()

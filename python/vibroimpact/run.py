@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self, TypeVar
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._core import EvidenceKind, WhyUndecided
 from .arguments import flag, horizon, optional_count, reject, vector
 from .errors import Interrupted, SimulationError
 from .interruption import interruptible
@@ -28,17 +29,6 @@ if TYPE_CHECKING:
     from .verbs import NotFound, PeriodicMotion
 
 _T = TypeVar("_T", bound=np.generic)
-
-
-class Regime(IntEnum):
-    """What the contact point did during an impact (docs/theory.md, section 4)."""
-
-    FRICTIONLESS = 0
-    SLIP = 1
-    REVERSAL_APPROACH = 2
-    REVERSAL_RESTITUTION = 3
-    STICK_APPROACH = 4
-    STICK_RESTITUTION = 5
 
 
 class EventKind(IntEnum):
@@ -91,8 +81,46 @@ class FinalState:
 
 @interruptible
 @dataclass(frozen=True, kw_only=True)
+class Evidence:
+    """What the verdict on a motion stands on, with the numbers that belong to it.
+
+    Attributes
+    ----------
+    kind
+        ``returned``: the sections return to within rounding. ``converging``: they draw together
+        geometrically. ``growth_bounded``, ``growth_exponential``: no return, and a small
+        perturbation grows no faster than a shear, or exponentially. ``undecided``: none of these.
+    further
+        Of ``returned`` and ``converging``: drive periods by which the motion was followed beyond
+        the run to see it; 0 in the run itself.
+    rate
+        Of ``converging``: the factor by which the sections' extent shrinks per drive period.
+    growth, growth_error, growth_periods
+        Where it was measured, and the motion does not repeat: the mean logarithmic growth of a
+        small perturbation per drive period, its standard error, and the periods it is taken over.
+    why
+        Of ``undecided``: why.
+    text
+        The evidence in words, for people.
+    """
+
+    kind: EvidenceKind
+    further: int = 0
+    rate: float | None = None
+    growth: float | None = None
+    growth_error: float | None = None
+    growth_periods: int | None = None
+    why: WhyUndecided | None = None
+    text: str = field(default="", compare=False)
+
+    def __str__(self) -> str:
+        """Say it in words."""
+        return self.text or str(self.kind)
+
+
+@dataclass(frozen=True, kw_only=True)
 class PeriodReport:
-    """The period m-n of a motion, and how well it is known.
+    """The period m-n of a motion, and what that stands on.
 
     Attributes
     ----------
@@ -100,16 +128,10 @@ class PeriodReport:
         Drive periods and impacts per orbit; None where no period was found. n is ``math.inf`` for
         a motion with complete chatter, infinitely many impacts in a finite time.
     residual
-        Largest difference between sections m periods apart: of the kept ones; of those of further
-        periods where `method` ends with ``returns when followed further``.
-    rate
-        Rate of convergence of that difference.
-    growth, growth_error
-        Mean logarithmic growth of a small perturbation per drive period; NaN if not measured.
-    confidence
-        In [0, 1].
-    method
-        How the period was found.
+        Largest difference between sections m periods apart: of the kept ones; of those of later
+        periods where ``evidence.further`` is not 0.
+    evidence
+        What the verdict stands on.
     label
         ``"3-4"``, ``"1-0"``, ``"2-inf"``, ``"quasi-periodic"``, ``"chaotic"`` or
         ``"unresolved"``.
@@ -118,11 +140,7 @@ class PeriodReport:
     m: int | None
     n: int | float | None
     residual: float
-    rate: float
-    growth: float
-    growth_error: float
-    confidence: float
-    method: str
+    evidence: Evidence
     label: str
 
 
@@ -287,10 +305,14 @@ class Run:
         core = self._core.period()
         if core.interrupted:
             raise Interrupted("interrupted while the period was looked for", self)
-        found = _attributes(PeriodReport, core)
-        if found["n"] is not None and math.isfinite(found["n"]):
-            found["n"] = int(found["n"])
-        return PeriodReport(**found)
+        n = core.n
+        return PeriodReport(
+            m=core.m,
+            n=int(n) if n is not None and math.isfinite(n) else n,
+            residual=core.residual,
+            evidence=Evidence(**_attributes(Evidence, core)),
+            label=core.label,
+        )
 
     @property
     def label(self) -> str:
@@ -475,5 +497,5 @@ def read_only(array: NDArray[_T]) -> NDArray[_T]:
     return array
 
 
-def _attributes(cls: type[FinalState | PeriodReport], source: object) -> dict[str, Any]:
+def _attributes(cls: type[FinalState | Evidence], source: object) -> dict[str, Any]:
     return {field.name: getattr(source, field.name) for field in dataclasses.fields(cls)}

@@ -229,6 +229,6 @@ def _handles(*axes: Axes) -> list[Artist]:
     for ax in axes:
         lines |= {str(handle.get_label()): handle for handle in ax.get_legend_handles_labels()[0]}
     regimes = [
-        number for number, style in enumerate(plot.REGIME_STYLES) if lines.pop(style.text, None)
+        number for number, style in plot.REGIME_STYLES.items() if lines.pop(style.text, None)
     ]
     return [*lines.values(), *plot.regime_handles(regimes)]

@@ -5,7 +5,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::analysis::lyapunov::{GrowthMeter, exponent_of_orbit};
-use crate::analysis::period::{Growth, Kind, PeriodReport};
+use crate::analysis::period::{Evidence, Growth, Kind, PeriodReport, WhyUndecided};
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::Horizon;
 use crate::simulate::run::{Run, RunOptions};
@@ -46,7 +46,7 @@ impl Run {
             let period = self.system.drive_period();
             [growth.mean / period, growth.error / period]
         };
-        let exponent = match (report.orbit, report.growth) {
+        let exponent = match (report.orbit, report.evidence.growth()) {
             (Some((m, _)), _) => exponent_of_orbit(settled, m, cancel).or_else(|| {
                 // Its end lies among skipped impacts.
                 GrowthMeter::new(settled, cancel).over(GROWTH_PERIODS.0).map(per_time)
@@ -102,20 +102,16 @@ impl Run {
 
     /// The verdict, and the run on which it stands if that is a later one.
     fn judged(&self, cancel: &CancelToken) -> (PeriodReport, Option<Run>) {
-        let (mut report, later) = self.judged_by_sections(cancel);
+        let (report, later) = self.judged_by_sections(cancel);
         if !self.stop_reason.reached_the_end() {
-            report.kind = Kind::Unresolved;
-            report.orbit = None;
-            report.method = "the run did not complete";
-            return (report, None);
+            let evidence = Evidence::undecided(WhyUndecided::Incomplete);
+            return (PeriodReport { evidence, ..report.unresolved() }, None);
         }
         if !report.residual.is_finite() {
             return (report, later);
         }
-        self.lasting(report, later, cancel).unwrap_or_else(|| {
-            let kind = Kind::Unresolved;
-            self.judged_by_growth(PeriodReport { orbit: None, kind, ..report }, cancel)
-        })
+        self.lasting(report, later, cancel)
+            .unwrap_or_else(|| self.judged_by_growth(report.unresolved(), cancel))
     }
 
     /// The period of a motion whose sections return or draw together, and the run that shows it;
@@ -128,21 +124,23 @@ impl Run {
         cancel: &CancelToken,
     ) -> Option<(PeriodReport, Option<Run>)> {
         let run = later.as_ref().unwrap_or(self);
-        if !report.still_converges() || run.contracts_like(&report, cancel) {
+        let Some(rate) = report.convergence() else {
             return report.orbit.is_some().then_some((report, later));
+        };
+        if run.contracts_like(&report, rate, cancel) {
+            return Some((report, later));
         }
-        let (found, last) = self.followed(report, None, |r| !r.still_converges(), cancel);
+        let (found, last) = self.followed(report, None, |r| r.convergence().is_none(), cancel);
         let run = last.as_ref().unwrap_or(self);
         if found.orbit.is_none()
-            || found.still_converges() && run.contraction(&found, cancel).is_none()
+            || found.convergence().is_some() && run.contraction(&found, cancel).is_none()
         {
             return None;
         }
         if found.orbit == report.orbit {
             return Some((report, last));
         }
-        let (method, confidence) = ("returns when followed further", 0.9 * found.confidence);
-        Some((PeriodReport { confidence, method, ..found }, last))
+        Some((last.as_ref().map_or(found, |last| self.told_by(last, found)), last))
     }
 
     /// ln|lambda| per drive period of the last orbit, if perturbations shrink along it.
@@ -152,10 +150,9 @@ impl Run {
     }
 
     /// Whether perturbations shrink as fast as the sections draw together.
-    fn contracts_like(&self, report: &PeriodReport, cancel: &CancelToken) -> bool {
-        self.contraction(report, cancel).is_some_and(|log| {
-            log.is_finite() && (report.rate.ln() - log).abs() <= SAME_RATE * log.abs()
-        })
+    fn contracts_like(&self, report: &PeriodReport, rate: f64, cancel: &CancelToken) -> bool {
+        self.contraction(report, cancel)
+            .is_some_and(|log| log.is_finite() && (rate.ln() - log).abs() <= SAME_RATE * log.abs())
     }
 
     /// The period from the sections alone. Where an impact falls on the section, rounding puts it
@@ -174,7 +171,9 @@ impl Run {
         }
         let elsewhere = (self.options.section_phase + FRAC_PI_2).rem_euclid(TAU);
         match self.later(self.kept_periods(), elsewhere, cancel) {
-            Some((moved, later)) if moved.orbit.is_some() => (moved, Some(later)),
+            Some((moved, later)) if moved.orbit.is_some() => {
+                (self.told_by(&later, moved), Some(later))
+            }
             _ => (report, None),
         }
     }
@@ -194,22 +193,20 @@ impl Run {
         mut report: PeriodReport,
         cancel: &CancelToken,
     ) -> (PeriodReport, Option<Run>) {
+        report.evidence = Evidence::undecided(WhyUndecided::NotMeasurable);
         let (mut periods, longest) = GROWTH_PERIODS;
         let mut meter = GrowthMeter::new(self, cancel);
         let each = self.impacts.len() as f64 / f64::from(self.kept_periods().max(1));
         while periods <= longest && each * f64::from(periods) <= GROWTH_IMPACTS {
-            let Some(growth) = meter.over(periods) else {
-                report.method = "no return found, growth not measurable";
-                return (report, None);
-            };
-            report.growth = Some(growth);
+            let Some(growth) = meter.over(periods) else { break };
+            report.evidence =
+                Evidence::Undecided { why: WhyUndecided::GrowthUnclear, growth: Some(growth) };
             let total = growth.mean * f64::from(periods);
             // A shear grows like the time itself: ln(periods) is no sign of chaos.
             let shear = f64::from(periods).ln();
             if total > shear + 4.0 && growth.mean > 4.0 * growth.error {
                 report.kind = Kind::Chaotic;
-                report.confidence = 1.0 - (-(total - shear) / 4.0).exp();
-                report.method = "perturbations grow exponentially";
+                report.evidence = Evidence::GrowthExponential(growth);
                 return (report, None);
             }
             let shrinks = total < -(shear + 4.0) && growth.mean < -4.0 * growth.error;
@@ -222,24 +219,25 @@ impl Run {
                 if let Some((found, later)) = later.and_then(|(r, later)| {
                     later
                         .lasting(r, None, cancel)
-                        .map(|(found, last)| (found, last.unwrap_or(later)))
+                        .map(|(found, last)| (self.told_by(&later, found), last.unwrap_or(later)))
                 }) {
-                    let method = "perturbations do not grow; returns when followed further";
-                    let confidence = 0.7 * found.confidence;
-                    let growth = report.growth;
-                    return (PeriodReport { growth, confidence, method, ..found }, Some(later));
+                    return (found, Some(later));
                 }
             }
             if stays && !shrinks {
                 report.kind = Kind::QuasiPeriodic;
-                report.confidence = 0.8;
-                report.method = "no return found, perturbations do not grow";
+                report.evidence = Evidence::GrowthBounded(growth);
                 return (report, None);
             }
             periods *= 2;
         }
-        report.method = "no return found, growth undecided";
         (report, None)
+    }
+
+    /// What a later run says, as evidence on this one.
+    fn told_by(&self, later: &Run, report: PeriodReport) -> PeriodReport {
+        let by = later.final_state.clock.period - self.final_state.clock.period;
+        PeriodReport { evidence: report.evidence.later(by), ..report }
     }
 
     fn kept_periods(&self) -> u32 {

@@ -5,6 +5,10 @@
 //! passage along a saddle, a lucky stretch of chaos): label.rs asks the motion itself, and judges one
 //! that does not return by the growth of a small perturbation.
 
+mod evidence;
+
+pub use evidence::{Evidence, EvidenceKind, Growth, WhyUndecided};
+
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::EventKind;
 use crate::simulate::run::Run;
@@ -19,20 +23,6 @@ const FALL: f64 = 0.97;
 const REACH: f64 = 0.25;
 /// Fewest sections from which a period is told: too few make a slow drift look like convergence.
 const SHORTEST_TAIL: usize = 100;
-/// Methods of a verdict from sections alone.
-const RETURNS: &str = "returns";
-const CONVERGES: &str = "converges geometrically";
-
-/// Growth of a small perturbation along a motion (lyapunov.rs).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Growth {
-    /// Mean of the logarithmic growth per drive period.
-    pub mean: f64,
-    /// Its standard error, from the means of blocks.
-    pub error: f64,
-    /// Drive periods it was measured over.
-    pub periods: usize,
-}
 
 /// What the stroboscopic section says of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,14 +31,8 @@ pub struct PeriodReport {
     pub orbit: Option<(usize, ImpactCount)>,
     /// Largest |X(k + m) - X(k)| over the last min(K - m, 3 m) sections; for m = 1 if none fits.
     pub residual: f64,
-    /// Factor by which the residual falls per drive period; 1 where it does not.
-    pub rate: f64,
-    /// Growth of a perturbation, where it was needed and could be measured.
-    pub growth: Option<Growth>,
-    /// From 0 (a guess) to 1.
-    pub confidence: f64,
-    /// How the verdict was reached.
-    pub method: &'static str,
+    /// What the verdict stands on.
+    pub evidence: Evidence,
     /// The verdict where the motion does not repeat.
     pub kind: Kind,
 }
@@ -74,9 +58,6 @@ impl std::fmt::Display for ImpactCount {
 /// Periods tried between two looks at the caller's wish to go on: a millisecond with ten thousand sections, a
 /// tenth of a second with a million.
 const PERIODS_PER_LOOK: usize = 64;
-
-/// The method of a report that the caller has cut short.
-const INTERRUPTED: &str = "interrupted";
 
 /// Impacts in a drive period with complete chatter.
 pub const CHATTERING: u32 = u32::MAX;
@@ -111,7 +92,7 @@ impl PeriodReport {
     /// Whether the caller has cut it short: it then says nothing of the motion.
     #[must_use]
     pub fn is_interrupted(&self) -> bool {
-        self.method == INTERRUPTED
+        self.evidence.why() == Some(WhyUndecided::Interrupted)
     }
 
     /// The report, or that it was cut short.
@@ -119,13 +100,17 @@ impl PeriodReport {
         if !cancel.is_cancelled() {
             return self;
         }
-        let (kind, method) = (Kind::Unresolved, INTERRUPTED);
-        Self { orbit: None, confidence: 0.0, kind, method, ..self }
+        Self { evidence: Evidence::undecided(WhyUndecided::Interrupted), ..self.unresolved() }
     }
 
-    /// Whether the period is one that the sections only draw near to.
-    pub(crate) fn still_converges(&self) -> bool {
-        self.orbit.is_some() && self.method == CONVERGES
+    /// The report without its verdict.
+    pub(crate) fn unresolved(self) -> Self {
+        Self { orbit: None, kind: Kind::Unresolved, ..self }
+    }
+
+    /// Factor per drive period by which the sections draw near to an orbit that they have not reached.
+    pub(crate) fn convergence(&self) -> Option<f64> {
+        self.orbit.and(self.evidence.rate())
     }
 
     /// The label: `3-4`, `1-0`, `2-inf` (chatter), `quasi-periodic`, `chaotic`, `unresolved`.
@@ -167,17 +152,14 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> Per
     let mut report = PeriodReport {
         orbit: None,
         residual: f64::NAN,
-        rate: 1.0,
-        growth: None,
-        confidence: 0.0,
-        method: "too few sections",
+        evidence: Evidence::undecided(WhyUndecided::TooFewSections),
         kind: Kind::Unresolved,
     };
     if kept < 4 || counts.len() != kept {
         return report;
     }
     if !sections.as_flattened().iter().all(|x| x.is_finite()) {
-        report.method = "sections not finite";
+        report.evidence = Evidence::undecided(WhyUndecided::NotFinite);
         return report;
     }
     let whole = Bounds::of(sections.iter());
@@ -185,7 +167,7 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> Per
     // Values far from zero (a rotor after many turns) must not make a drift look small.
     let extent = whole.extent();
     let negligible = (SMALL * extent).max(1e-13 * size);
-    report.method = "no return found";
+    report.evidence = Evidence::undecided(WhyUndecided::NoReturn);
     let matching = matching_counts(counts);
     let equal_counts = |m: usize| matching[m] == kept - m;
     report.residual = residual(sections, 1);
@@ -217,11 +199,11 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> Per
         return PeriodReport {
             orbit: Some((m, n)),
             residual: residual(sections, m),
-            rate: approach.map_or(1.0, |a| a.rate),
-            confidence: if small { 1.0 } else { 0.9 },
-            method: if small { RETURNS } else { CONVERGES },
+            evidence: match approach {
+                Some(Approach { rate, .. }) if !small => Evidence::Converging { rate, further: 0 },
+                _ => Evidence::Returned { further: 0 },
+            },
             kind: Kind::Periodic,
-            ..report
         };
     }
     report
@@ -508,10 +490,8 @@ mod tests {
             (0..100).map(|k| [1.0 + 0.1 * 0.95f64.powi(k), 0.0, 0.0, 0.0]).collect();
         let report = detect_period(&slow, &[1; 100], &CancelToken::never());
         assert_eq!(report.orbit, Some((1, ImpactCount::Finite(1))));
-        assert!((report.rate - 0.95).abs() < 1e-3);
-        assert_eq!(
-            detect_period(&circle(1.0, 0.0, 100), &[1; 100], &CancelToken::never()).orbit,
-            None
-        );
+        assert!((report.evidence.rate().unwrap() - 0.95).abs() < 1e-3);
+        let torus = detect_period(&circle(1.0, 0.0, 100), &[1; 100], &CancelToken::never());
+        assert_eq!(torus.orbit, None);
     }
 }

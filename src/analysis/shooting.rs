@@ -45,6 +45,8 @@ use crate::model::parameters::System;
 use crate::model::state::State;
 use crate::numerics::dual::Number;
 use crate::numerics::tolerance::EPS;
+use crate::tangent::border::BorderValue;
+pub use crate::tangent::border::{Border, BorderKind, Condition, ConditionValue};
 use crate::tangent::itinerary::{Itinerary, Leg, Node, StickEnd};
 use crate::tangent::{
     DIRECTIONS, Dual, DualState, END, FREE, Model, Moment, Particulars, Passage, fly,
@@ -67,48 +69,6 @@ pub struct Residual {
     pub columns: usize,
 }
 
-/// What a test function tells apart.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum TestKind {
-    /// A flight touches g = 0, or an impact becomes a touch.
-    Grazing,
-    /// An impact changes its regime.
-    RegimeBorder,
-    /// The contact force is 0 where chatter accumulates: beyond, chatter is incomplete.
-    ChatterOnset,
-    /// A contact phase ends another way, or vanishes.
-    ContactBorder,
-}
-
-impl TestKind {
-    /// The name used in Python.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Grazing => "grazing",
-            Self::RegimeBorder => "regime_border",
-            Self::ChatterOnset => "chatter_onset",
-            Self::ContactBorder => "contact_border",
-        }
-    }
-}
-
-/// A function that is positive as long as a leg is what it is.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Test {
-    /// What its root means.
-    pub kind: TestKind,
-    /// Number of the leg.
-    pub leg: usize,
-    /// What vanishes.
-    pub name: String,
-    /// Its value.
-    pub value: f64,
-    /// Time from the start of the leg at which it is taken.
-    pub time: f64,
-}
-
 /// A motion that may be periodic: nodes for an itinerary.
 #[derive(Debug, Clone)]
 pub struct Orbit<'a> {
@@ -128,7 +88,7 @@ struct Passed {
     /// Where it starts, and how long it takes.
     start: (DualState, Moment),
     length: f64,
-    tests: Vec<Test>,
+    tests: Vec<ConditionValue>,
 }
 
 impl<'a> Orbit<'a> {
@@ -205,7 +165,7 @@ impl<'a> Orbit<'a> {
     /// The functions that hold the motion inside its itinerary; those of a leg that cannot be
     /// followed are missing.
     #[must_use]
-    pub fn tests(&self) -> Vec<Test> {
+    pub fn tests(&self) -> Vec<ConditionValue> {
         let Ok(model) = self.model(&[]) else { return Vec::new() };
         (0..self.nodes.len())
             .filter_map(|i| Some(self.pass(&model, i, true)?.tests))
@@ -344,14 +304,14 @@ impl<'a> Orbit<'a> {
         positive: bool,
         (start, from): (&DualState, &Moment),
         length: f64,
-    ) -> Vec<(&'static str, f64, f64)> {
+    ) -> Vec<(Border, f64, f64)> {
         let slip = self.slip_at_start(model, leg, start, from, positive);
         let [force, speed] = least_in_slide(model, start, mode(positive), from, length);
         let speed = speed.filter(|_| model.system.friction() > 0.0);
-        slip.map(|value| ("slip at the start", value, 0.0))
+        slip.map(|value| (Border::SlipAtStart, value, 0.0))
             .into_iter()
-            .chain(force.map(|(time, least)| ("contact force in the slide", least, time)))
-            .chain(speed.map(|(time, least)| ("x1' in the slide", least, time)))
+            .chain(force.map(|(time, least)| (Border::ForceInSlide, least, time)))
+            .chain(speed.map(|(time, least)| (Border::SpeedInSlide, least, time)))
             .collect()
     }
 
@@ -364,9 +324,9 @@ impl<'a> Orbit<'a> {
             return None;
         }
         let mut tests = Vec::new();
-        let mut test = |kind, name: &str, value: f64, time: f64| {
+        let mut test = |border, value: f64, time: f64| {
             if tested {
-                tests.push(Test { kind, leg, name: name.to_owned(), value, time });
+                tests.push(ConditionValue { condition: Condition { border, leg }, value, time });
             }
         };
         let kind = self.itinerary.legs[leg];
@@ -375,52 +335,47 @@ impl<'a> Orbit<'a> {
             let lands = self.lands(leg);
             if lands {
                 let force = free_gap_acceleration(model, &start, &from).value;
-                test(TestKind::ChatterOnset, "contact force at the start", force, 0.0);
+                test(Border::ForceAtStart, force, 0.0);
             }
             // A contact that begins and ends with no force has no length either.
             if !(lands && matches!(kind, Leg::SlideToRelease(_) | Leg::Stick(StickEnd::Release))) {
-                test(TestKind::ContactBorder, "length of the phase", s.value, s.value);
+                test(Border::Length, s.value, s.value);
             }
         }
         let Passage { image, condition, pre, particulars } =
             traverse(model, kind, &start, &from, &end)?;
         match particulars {
             Particulars::Impact(struck) => {
-                test(TestKind::Grazing, "u", struck.approach_velocity.value, s.value);
-                for border in struck.borders {
-                    test(TestKind::RegimeBorder, border.name, border.value, s.value);
+                test(Border::ApproachVelocity, struck.approach_velocity.value, s.value);
+                for BorderValue { border, value } in struck.borders {
+                    test(border, value, s.value);
                 }
             }
             Particulars::Chatter(borders) => {
-                for border in borders {
-                    test(TestKind::RegimeBorder, border.name, border.value, s.value);
+                for BorderValue { border, value } in borders {
+                    test(border, value, s.value);
                 }
             }
             Particulars::Slide(state, force) => {
                 let positive = matches!(kind, Leg::SlideToRelease(true) | Leg::SlideToStop(true));
                 if tested {
-                    for (name, value, time) in
+                    for (border, value, time) in
                         self.slide_tests(model, leg, positive, (&start, &from), s.value)
                     {
-                        test(TestKind::ContactBorder, name, value, time);
+                        test(border, value, time);
                     }
                 }
                 if matches!(kind, Leg::SlideToStop(_)) {
-                    test(
-                        TestKind::ContactBorder,
-                        "contact force at the stop",
-                        force.value,
-                        s.value,
-                    );
+                    test(Border::ForceAtStop, force.value, s.value);
                 } else if model.system.friction() > 0.0 {
                     let direction = if positive { 1.0 } else { -1.0 };
                     let speed = state.v1.value * direction;
-                    test(TestKind::ContactBorder, "x1' at the release", speed, s.value);
+                    test(Border::SpeedAtRelease, speed, s.value);
                 }
             }
             Particulars::Stick(condition) => {
-                for (name, value) in condition.others {
-                    test(TestKind::ContactBorder, name, value, s.value);
+                for BorderValue { border, value } in condition.others {
+                    test(border, value, s.value);
                 }
             }
             Particulars::Circuit => {}
@@ -428,13 +383,7 @@ impl<'a> Orbit<'a> {
         if tested && !held && kind != Leg::Chatter {
             let touching = kind != Leg::Circuit;
             if let Some((time, gap)) = hump::highest(model, &start, &from, s.value, touching) {
-                tests.push(Test {
-                    kind: TestKind::Grazing,
-                    leg,
-                    name: "flight".to_owned(),
-                    value: -gap,
-                    time,
-                });
+                test(Border::Flight, -gap, time);
             }
         }
         let start = (start, from);

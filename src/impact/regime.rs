@@ -68,6 +68,16 @@ pub enum RegimeKind {
 }
 
 impl RegimeKind {
+    /// All, in the order of their numbers.
+    pub const ALL: &'static [Self] = &[
+        Self::Frictionless,
+        Self::Slip,
+        Self::ReversalInApproach,
+        Self::ReversalInRestitution,
+        Self::StickInApproach,
+        Self::StickInRestitution,
+    ];
+
     /// The name used in Python and in files.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -84,16 +94,7 @@ impl RegimeKind {
     /// The regime of this name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        [
-            Self::Frictionless,
-            Self::Slip,
-            Self::ReversalInApproach,
-            Self::ReversalInRestitution,
-            Self::StickInApproach,
-            Self::StickInRestitution,
-        ]
-        .into_iter()
-        .find(|kind| kind.name() == name)
+        Self::ALL.iter().copied().find(|kind| kind.name() == name)
     }
 }
 

@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 
 use super::arrays;
 use super::cancel::interruptible;
+use super::leg::{PyCondition, PyLeg};
 use super::run::to_state;
 use super::system::PySystem;
 use crate::analysis::shooting::Orbit;
@@ -13,7 +14,7 @@ use crate::model::error::ParameterError;
 use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::StopReason;
-use crate::tangent::itinerary::{Itinerary, ItineraryError, Leg, Node};
+use crate::tangent::itinerary::{Itinerary, ItineraryError, Node};
 
 /// The legs of a periodic motion.
 #[pyclass(name = "Itinerary", module = "vibroimpact._core", frozen)]
@@ -23,8 +24,8 @@ fn to_nodes(nodes: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Node>> {
     Ok(arrays::to_states(nodes)?.into_iter().map(Node::from_array).collect())
 }
 
-/// Kind, leg, name, value, time in the leg.
-type TestRow = (&'static str, usize, String, f64, f64);
+/// A condition, its value, time in the leg.
+type TestRow = (PyCondition, f64, f64);
 
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 
@@ -33,13 +34,13 @@ impl PyItinerary {
     #[new]
     #[pyo3(signature = (legs, periods, clocks = None, wall_at_rest = false))]
     fn new(
-        legs: Vec<String>,
+        legs: Vec<PyLeg>,
         periods: i64,
         clocks: Option<Vec<i64>>,
         wall_at_rest: bool,
     ) -> PyResult<Self> {
-        let legs: Result<Vec<Leg>, _> = legs.iter().map(|leg| leg.parse()).collect();
-        Ok(Self(Itinerary::new(legs?, periods, clocks, wall_at_rest)?))
+        let legs = legs.into_iter().map(|leg| leg.0).collect();
+        Ok(Self(Itinerary::new(legs, periods, clocks, wall_at_rest)?))
     }
 
     /// The itinerary of a motion that repeats after `periods`, with its nodes; or why there is none.
@@ -71,13 +72,13 @@ impl PyItinerary {
     }
 
     /// Pickles by what `__new__` takes.
-    fn __getnewargs__(&self) -> (Vec<String>, i64, Vec<i64>, bool) {
+    fn __getnewargs__(&self) -> (Vec<PyLeg>, i64, Vec<i64>, bool) {
         (self.legs(), self.periods(), self.clocks(), self.wall_at_rest())
     }
 
     #[getter]
-    fn legs(&self) -> Vec<String> {
-        self.0.legs.iter().map(ToString::to_string).collect()
+    fn legs(&self) -> Vec<PyLeg> {
+        self.0.legs.iter().copied().map(PyLeg).collect()
     }
 
     #[getter]
@@ -113,11 +114,11 @@ impl PyItinerary {
         Ok((residual.values.into_pyarray(py), jacobian))
     }
 
-    /// Rows (kind, leg, name, value, time in the leg) of the functions that are positive inside.
+    /// The conditions, with their values, positive inside, and the times in the leg at which they are taken.
     fn tests(&self, system: &PySystem, nodes: PyReadonlyArray2<'_, f64>) -> PyResult<Vec<TestRow>> {
         let nodes = to_nodes(&nodes)?;
         let tests = Orbit::new(&system.0, &self.0, &nodes)?.tests();
-        Ok(tests.into_iter().map(|t| (t.kind.name(), t.leg, t.name, t.value, t.time)).collect())
+        Ok(tests.into_iter().map(|t| (PyCondition(t.condition), t.value, t.time)).collect())
     }
 
     /// Derivatives of the legs' maps, shape (legs, 4, 4).

@@ -8,8 +8,9 @@ use pyo3::prelude::*;
 
 use super::arrays;
 use super::cancel::interruptible;
+use super::enums::Member;
 use super::system::PySystem;
-use crate::analysis::period::{ImpactCount, PeriodReport};
+use crate::analysis::period::{EvidenceKind, ImpactCount, PeriodReport, WhyUndecided};
 use crate::analysis::sweep::{Workers, run_many};
 use crate::contact::sustained::ContactMode;
 use crate::model::error::ParameterError;
@@ -89,25 +90,37 @@ impl PyPeriodReport {
         self.0.residual
     }
     #[getter]
-    fn rate(&self) -> f64 {
-        self.0.rate
-    }
-    /// Mean logarithmic growth of a small perturbation per drive period.
-    #[getter]
-    fn growth(&self) -> f64 {
-        self.0.growth.map_or(f64::NAN, |g| g.mean)
+    fn kind(&self) -> Member<EvidenceKind> {
+        Member(self.0.evidence.kind())
     }
     #[getter]
-    fn growth_error(&self) -> f64 {
-        self.0.growth.map_or(f64::NAN, |g| g.error)
+    fn further(&self) -> i64 {
+        self.0.evidence.further()
     }
     #[getter]
-    fn confidence(&self) -> f64 {
-        self.0.confidence
+    fn rate(&self) -> Option<f64> {
+        self.0.evidence.rate()
     }
     #[getter]
-    fn method(&self) -> &'static str {
-        self.0.method
+    fn growth(&self) -> Option<f64> {
+        self.0.evidence.growth().map(|growth| growth.mean)
+    }
+    #[getter]
+    fn growth_error(&self) -> Option<f64> {
+        self.0.evidence.growth().map(|growth| growth.error)
+    }
+    #[getter]
+    fn growth_periods(&self) -> Option<usize> {
+        self.0.evidence.growth().map(|growth| growth.periods)
+    }
+    #[getter]
+    fn why(&self) -> Option<Member<WhyUndecided>> {
+        self.0.evidence.why().map(Member)
+    }
+    /// The evidence in words.
+    #[getter]
+    fn text(&self) -> String {
+        self.0.evidence.to_string()
     }
     /// Whether Ctrl-C ended it.
     #[getter]

@@ -5,10 +5,10 @@
 //! u = 0 by Neville's scheme (chatter.rs) written for numbers that carry derivatives: the derivative
 //! of the extrapolated value, which converges as the value does.
 
+use super::border::{BorderValue, note_least};
 use super::contact::on_contact;
-use super::strike::Border;
 use super::{Dual, DualState, Model, Moment, fly, free_gap_acceleration, strike};
-use crate::impact::{PreImpact, Regime, RegimeKind, resolve};
+use crate::impact::{PreImpact, RegimeKind, resolve};
 use crate::model::state::{Clock, State};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
@@ -37,7 +37,7 @@ pub(crate) struct Accumulation {
     pub state: DualState,
     pub moment: Moment,
     /// Of all bounces, the least value of each border of their regime.
-    pub borders: Vec<Border>,
+    pub borders: Vec<BorderValue>,
 }
 
 /// The accumulation point of the chatter that follows the state just after an impact; `None` if
@@ -50,7 +50,7 @@ pub(crate) fn accumulate(
     let (mut state, mut passed) = (*start, Dual::constant(0.0));
     let mut samples: Vec<Sample> = Vec::new();
     let mut best: Option<(f64, [Dual; 3])> = None;
-    let mut borders: Vec<Border> = Vec::new();
+    let mut borders: Vec<BorderValue> = Vec::new();
     let mut character = None;
     let (mut stops, mut reverses, mut ratio) = (false, false, 1.0);
     for _ in 0..BOUNCES {
@@ -86,10 +86,7 @@ pub(crate) fn accumulate(
             best = None;
         }
         for border in bounce.borders {
-            match borders.iter_mut().find(|known| known.name == border.name) {
-                Some(known) => known.value = known.value.min(border.value),
-                None => borders.push(border),
-            }
+            note_least(&mut borders, border);
         }
     }
     let stop = Dual::constant(0.0);
@@ -117,7 +114,7 @@ struct Bounce {
     /// The tip stops in the impact, or turns round.
     stops: bool,
     reverses: bool,
-    borders: Vec<Border>,
+    borders: Vec<BorderValue>,
     /// Regime and signs.
     character: (RegimeKind, Signs),
 }
@@ -132,11 +129,7 @@ fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
     let pre = fly(model, state, moment, hop);
     let velocities = PreImpact::new(system.contact, &pre.value());
     let impact = resolve(system, &velocities).ok()?;
-    let direction = match impact.regime {
-        Regime::Slip { direction } => direction,
-        _ => velocities.v1,
-    };
-    let signs = Signs { direction: 1f64.copysign(direction), side: 1f64.copysign(velocities.sin) };
+    let signs = Signs::of(impact.regime, velocities.v1, velocities.sin);
     let kind = impact.regime.kind();
     let struck = strike(model, &pre, kind, signs);
     let post = DualState { x2: model.contact_place(pre.x1), ..struck.post };
@@ -149,7 +142,7 @@ fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
             RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution
         ),
         borders: struck.borders,
-        character: (kind, if kind == RegimeKind::Frictionless { Signs::NONE } else { signs }),
+        character: (kind, signs),
     })
 }
 

@@ -6,6 +6,7 @@ use crate::contact::sustained::{ContactMode, SlideEnd, SlideStep};
 use crate::model::parameters::Contact;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
+use crate::tangent::border::{Border, BorderValue, note_least};
 use crate::tangent::itinerary::StickEnd;
 use std::f64::consts::{PI, TAU};
 
@@ -150,7 +151,7 @@ pub(crate) fn free_gap_acceleration(model: &Model, state: &DualState, moment: &M
 /// all inside it, where they have minima, and of the others at its ends.
 pub(crate) struct StickCondition {
     pub ends: Dual,
-    pub others: Vec<(&'static str, f64)>,
+    pub others: Vec<BorderValue>,
 }
 
 /// The conditions of a stick from `start` to `end`.
@@ -163,11 +164,11 @@ pub(crate) fn stick_condition(
     let limits = stick_limits(model, state, end);
     let ends = limits.iter().find(|limit| limit.0 == how).or(limits.first()).map(|limit| limit.2);
     let first = stick_limits(model, state, start);
-    let mut others: Vec<(&'static str, f64)> = limits
+    let mut others: Vec<BorderValue> = limits
         .iter()
         .zip(&first)
         .filter(|(l, _)| l.0 != how)
-        .map(|(l, f)| (l.1, l.2.value.min(f.2.value)))
+        .map(|(l, f)| BorderValue { border: l.1, value: l.2.value.min(f.2.value) })
         .collect();
     // Each is alpha + beta cos psi: extrema at psi = 0 and pi (mod 2 pi).
     let omega = model.system.drive_frequency;
@@ -178,11 +179,8 @@ pub(crate) fn stick_condition(
         let time = turn / omega;
         if time > 0.0 && time < length {
             let then = start.later(Dual::constant(time));
-            for (_, name, value) in stick_limits(model, state, &then) {
-                match others.iter_mut().find(|known| known.0 == name) {
-                    Some(known) => known.1 = known.1.min(value.value),
-                    None => others.push((name, value.value)),
-                }
+            for (_, border, value) in stick_limits(model, state, &then) {
+                note_least(&mut others, BorderValue { border, value: value.value });
             }
         }
     }
@@ -206,13 +204,13 @@ fn stick_limits(
     model: &Model,
     state: &DualState,
     moment: &Moment,
-) -> Vec<(StickEnd, &'static str, Dual)> {
+) -> Vec<(StickEnd, Border, Dual)> {
     let p = &model.parameters;
     let (sin, cos) = model.tip_angle(state.x1);
     let (a1, a2) = model.free_accelerations(state, moment);
     if model.system.mass_ratio() == 0.0 {
         // A wall at rest: p = a1/cos x1.
-        return vec![(StickEnd::Release, "contact force in stick", a1 * cos)];
+        return vec![(StickEnd::Release, Border::ForceInStick, a1 * cos)];
     }
     let side = 1f64.copysign(sin.value);
     // s (mbar a1 + a2 k) < 0 holds the tip against slip in direction s.
@@ -221,8 +219,8 @@ fn stick_limits(
         (p.mass_ratio * a1 + a2 * k) * -direction
     };
     vec![
-        (StickEnd::SlipPositive, "hold against slip, x1' > 0", held(1.0)),
-        (StickEnd::SlipNegative, "hold against slip, x1' < 0", held(-1.0)),
-        (StickEnd::Release, "contact force in stick", -a2),
+        (StickEnd::SlipPositive, Border::HoldPositive, held(1.0)),
+        (StickEnd::SlipNegative, Border::HoldNegative, held(-1.0)),
+        (StickEnd::Release, Border::ForceInStick, -a2),
     ]
 }

@@ -4,140 +4,19 @@
 //! one (a flight that penetrates, a slip that would have reversed), and that point is a root of a
 //! smooth function (docs/orbits.md).
 
-use std::fmt;
-use std::str::FromStr;
+mod leg;
+
+pub use leg::{Leg, Sign, Signs, StickEnd};
 
 use crate::contact::sustained::ContactMode;
 use crate::flight::FreeMotion;
-use crate::impact::{Regime, RegimeKind};
 use crate::model::error::{ParameterError, SimulationError, StateError};
-use crate::model::parameters::{ImpactLaw, System};
+use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
 use crate::numerics::tolerance::{CLEAR_ENDS, LOW_BOUNCE, MOST_LEGS, STILL_WALL};
 use crate::simulate::Simulation;
-use crate::simulate::event::{Event, ImpactEvent, StopReason};
-
-/// Signs that stay fixed during a leg with friction: of x1', and of sin x1.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Signs {
-    /// s = sgn(x1') at the start of the impact.
-    pub direction: f64,
-    /// sgn(sin x1).
-    pub side: f64,
-}
-
-impl Signs {
-    /// Of an impact without friction, which does not know them.
-    pub const NONE: Self = Self { direction: 0.0, side: 0.0 };
-}
-
-/// What ends a stick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum StickEnd {
-    /// The tip slips, x1' > 0.
-    SlipPositive,
-    /// The tip slips, x1' < 0.
-    SlipNegative,
-    /// The contact force falls to zero.
-    Release,
-}
-
-/// One leg with the event at its end.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum Leg {
-    /// A flight to an impact of this regime.
-    Impact(RegimeKind, Signs),
-    /// Infinitely many impacts, to their accumulation point.
-    Chatter,
-    /// A slide until the contact force falls to zero; whether x1' > 0.
-    SlideToRelease(bool),
-    /// A slide until x1' = 0; whether x1' > 0 before.
-    SlideToStop(bool),
-    /// A stick.
-    Stick(StickEnd),
-    /// No event: a free motion, closed after so many drive periods.
-    Circuit,
-}
-
-const WORDS: &str = "circuit, chatter, slide+:release, slide-:stop, stick:slide+, stick:release, \
-    impact:frictionless, impact:slip:+- (signs of x1' and of sin x1), ...";
-
-impl fmt::Display for Leg {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let sign = |positive: bool| if positive { '+' } else { '-' };
-        match *self {
-            Self::Impact(RegimeKind::Frictionless, _) => write!(f, "impact:frictionless"),
-            Self::Impact(kind, Signs { direction, side }) => {
-                write!(f, "impact:{}:{}{}", kind.name(), sign(direction > 0.0), sign(side > 0.0))
-            }
-            Self::Chatter => write!(f, "chatter"),
-            Self::SlideToRelease(positive) => write!(f, "slide{}:release", sign(positive)),
-            Self::SlideToStop(positive) => write!(f, "slide{}:stop", sign(positive)),
-            Self::Stick(StickEnd::Release) => write!(f, "stick:release"),
-            Self::Stick(end) => write!(f, "stick:slide{}", sign(end == StickEnd::SlipPositive)),
-            Self::Circuit => write!(f, "circuit"),
-        }
-    }
-}
-
-impl FromStr for Leg {
-    type Err = ParameterError;
-
-    fn from_str(text: &str) -> Result<Self, ParameterError> {
-        let bad = || ParameterError::new("leg", text, WORDS);
-        let sign = |c: char| match c {
-            '+' => Ok(1.0),
-            '-' => Ok(-1.0),
-            _ => Err(bad()),
-        };
-        Ok(match text.split(':').collect::<Vec<_>>()[..] {
-            ["circuit"] => Self::Circuit,
-            ["chatter"] => Self::Chatter,
-            ["slide+", "release"] => Self::SlideToRelease(true),
-            ["slide-", "release"] => Self::SlideToRelease(false),
-            ["slide+", "stop"] => Self::SlideToStop(true),
-            ["slide-", "stop"] => Self::SlideToStop(false),
-            ["stick", "release"] => Self::Stick(StickEnd::Release),
-            ["stick", "slide+"] => Self::Stick(StickEnd::SlipPositive),
-            ["stick", "slide-"] => Self::Stick(StickEnd::SlipNegative),
-            ["impact", "frictionless"] => Self::Impact(RegimeKind::Frictionless, Signs::NONE),
-            ["impact", regime, signs] => {
-                let kind = RegimeKind::from_name(regime).ok_or_else(bad)?;
-                let mut signs = signs.chars();
-                let (Some(direction), Some(side), None) =
-                    (signs.next(), signs.next(), signs.next())
-                else {
-                    return Err(bad());
-                };
-                if kind == RegimeKind::Frictionless {
-                    return Err(bad());
-                }
-                Self::Impact(kind, Signs { direction: sign(direction)?, side: sign(side)? })
-            }
-            _ => return Err(bad()),
-        })
-    }
-}
-
-impl Leg {
-    /// The leg that an impact ends.
-    fn to_impact(system: &System, event: &ImpactEvent) -> Self {
-        let kind = event.impact.regime.kind();
-        if kind == RegimeKind::Frictionless {
-            return Self::Impact(kind, Signs::NONE);
-        }
-        let direction = match event.impact.regime {
-            Regime::Slip { direction } => direction,
-            _ => event.pre.v1,
-        };
-        // The literal law has no |sin x1|.
-        let side = if system.law == ImpactLaw::Paper { 1.0 } else { event.pre.x1.sin() };
-        let sign = |value: f64| 1f64.copysign(value);
-        Self::Impact(kind, Signs { direction: sign(direction), side: sign(side) })
-    }
-}
+use crate::simulate::event::{Event, StopReason};
 
 /// Where a leg starts: just after an event, on the contact. Body 2 is where g = 0 has it.
 #[derive(Debug, Clone, Copy, PartialEq)]

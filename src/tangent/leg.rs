@@ -3,8 +3,9 @@
 
 use nalgebra::Matrix4;
 
+use super::border::BorderValue;
 use super::contact::StickCondition;
-use super::strike::{Border, Struck};
+use super::strike::Struck;
 use super::{
     Accumulation, Dual, DualState, END, Model, Moment, accumulate, fly, free_gap_acceleration,
     slide, stick_condition, strike,
@@ -29,7 +30,7 @@ pub(crate) struct Passage {
 pub(crate) enum Particulars {
     Impact(Struck),
     /// Least values of the borders of the bounces' regimes.
-    Chatter(Vec<Border>),
+    Chatter(Vec<BorderValue>),
     /// State at the end, and the free gap acceleration there, which the contact force takes away.
     Slide(DualState, Dual),
     Stick(StickCondition),

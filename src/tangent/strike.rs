@@ -6,15 +6,8 @@ use super::{Dual, DualState, Model};
 use crate::impact::RegimeKind;
 use crate::model::parameters::ImpactLaw;
 use crate::numerics::dual::Number;
+use crate::tangent::border::{Border, BorderValue};
 use crate::tangent::itinerary::Signs;
-
-/// A condition of the regime: positive inside.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Border {
-    /// What vanishes at the border.
-    pub name: &'static str,
-    pub value: f64,
-}
 
 /// An impact.
 #[derive(Debug)]
@@ -23,16 +16,13 @@ pub(crate) struct Struck {
     pub post: DualState,
     /// u before.
     pub approach_velocity: Dual,
-    pub borders: Vec<Border>,
+    /// What must be positive for this regime.
+    pub borders: Vec<BorderValue>,
 }
 
 /// The impact from `pre` in this regime.
-pub(crate) fn strike(
-    model: &Model,
-    pre: &DualState,
-    kind: RegimeKind,
-    Signs { direction, side }: Signs,
-) -> Struck {
+pub(crate) fn strike(model: &Model, pre: &DualState, kind: RegimeKind, signs: Signs) -> Struck {
+    let (direction, side) = (signs.direction.value(), signs.side.value());
     let p = &model.parameters;
     let (sin, cos) = model.tip_angle(pre.x1);
     let rubs = kind != RegimeKind::Frictionless;
@@ -44,17 +34,17 @@ pub(crate) fn strike(
     let in_approach = matches!(kind, RegimeKind::ReversalInApproach | RegimeKind::StickInApproach);
     let sticks = matches!(kind, RegimeKind::StickInApproach | RegimeKind::StickInRestitution);
     let mut borders = Vec::new();
-    let mut border = |name, value: Dual| borders.push(Border { name, value: value.value });
+    let mut border = |border, value: Dual| borders.push(BorderValue { border, value: value.value });
     let literal = model.system.law == ImpactLaw::Paper;
     if rubs && !literal {
-        border("sin x1 = 0", sin * side);
-        border("x1' = 0 before", pre.v1 * direction);
+        border(Border::SideOfImpact, sin * side);
+        border(Border::SlipBefore, pre.v1 * direction);
     }
     let (v1, v2) = if matches!(kind, RegimeKind::Frictionless | RegimeKind::Slip) {
         let impulse = one_and_r * u / slows;
         let v1 = pre.v1 - k * impulse;
         if rubs && !literal {
-            border("P* = (1 + r) P_f", v1 * direction);
+            border(Border::StopAtEndOfImpact, v1 * direction);
         }
         (v1, pre.v2 + p.mass_ratio * impulse)
     } else {
@@ -88,13 +78,16 @@ pub(crate) fn strike(
         if !literal {
             if !model.wall_at_rest {
                 // Against a wall at rest both are equal by an identity.
-                border("P* = P_f", u_switch * if in_approach { 1.0 } else { -1.0 });
+                border(
+                    Border::StopAtEndOfApproach,
+                    u_switch * if in_approach { 1.0 } else { -1.0 },
+                );
             }
             if !in_approach {
-                border("P* = (1 + r) P_f", remaining);
+                border(Border::StopAtEndOfImpact, remaining);
             }
             let grips = p.friction * side * sin - cos * 1f64.copysign(cos.value);
-            border("|cos x1| = mu |sin x1|", if sticks { grips } else { -grips });
+            border(Border::FrictionCone, if sticks { grips } else { -grips });
         }
         (-k_after * remaining, v2 + p.mass_ratio * remaining)
     };

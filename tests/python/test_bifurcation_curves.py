@@ -33,7 +33,7 @@ def settled(system, initial=(0, 0.5, 0, 0)):
 
 
 def first(branch, kind, what=""):
-    return next(found for found in branch.of_kind(kind) if what in found.test)
+    return next(found for found in branch.of_kind(kind) if what in str(found.test))
 
 
 # Closed forms: the damped or undamped oscillator against a wall at rest

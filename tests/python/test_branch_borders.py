@@ -13,6 +13,7 @@ import sizes
 import vibroimpact as vi
 from branch_cases import CASES, branch_of, gap_of, room_at
 from vibroimpact import _core
+from vibroimpact._core import Border, Leg, LegEnd, LegKind
 
 
 @pytest.fixture(scope="module", params=CASES)
@@ -27,7 +28,7 @@ def highest_gap(motion, leg, length, near):
     """
     system = motion.system
     node = motion.nodes[leg]
-    if motion.legs == ("circuit",):
+    if motion.legs == (Leg.CIRCUIT,):
         initial, phase = (node[0], node[1], node[3], node[2]), 0.0
     else:
         tip = math.sin(node[0]) if system.contact == "oblique" else node[0]
@@ -47,18 +48,14 @@ def highest_gap(motion, leg, length, near):
 def length_of(motion, leg):
     after = (leg + 1) % len(motion.legs)
     turns = motion.clocks[after] - motion.clocks[leg] + (motion.m if after <= leg else 0)
-    passed = 0.0 if motion.legs == ("circuit",) else motion.nodes[after, 3] - motion.nodes[leg, 3]
+    passed = 0.0 if motion.legs == (Leg.CIRCUIT,) else motion.nodes[after, 3] - motion.nodes[leg, 3]
     return turns * motion.system.drive_period + passed
-
-
-def leg_of(found):
-    return int(found.test.rsplit("leg ", 1)[1])
 
 
 def test_flights_touch_at_a_grazing(case):
     for found in branch_of(case).of_kind("grazing"):
-        motion, leg = found.motion, leg_of(found)
-        if ": u," in found.test:
+        motion, leg = found.motion, found.test.leg
+        if found.test.border is Border.APPROACH_VELOCITY:
             # The impact has no impulse: the flight goes on beyond it.
             near = length_of(motion, leg)
             length = near + 0.5 * length_of(motion, (leg + 1) % len(motion.legs))
@@ -74,45 +71,43 @@ def regime_at(system, x1, v1, v2):
 
 def test_impacts_are_at_the_edge_of_their_regime(case):
     for found in branch_of(case).of_kind("regime_border"):
-        motion, leg = found.motion, leg_of(found)
-        if not motion.legs[leg].startswith("impact"):
+        motion, leg = found.motion, found.test.leg
+        if motion.legs[leg].kind is not LegKind.IMPACT:
             continue
         system = motion.system
         x1, v1, _, v2 = motion.itinerary.before_events(system._compiled, motion.nodes)[leg]
-        _, regime, signs = motion.legs[leg].split(":")
-        s = 1.0 if signs[0] == "+" else -1.0
-        side = 1.0 if signs[1] == "+" else -1.0
+        s, side = motion.legs[leg].direction, motion.legs[leg].side
         k = math.cos(x1) + system.friction * s * side * math.sin(x1)
         u = v1 * math.cos(x1) - v2
         stop, approach = v1 / k, u / (system.mass_ratio + k * math.cos(x1))
-        what = found.test.split(": ", 1)[1].rsplit(", leg", 1)[0]
+        what = found.test.border
         small = 1e-12
         shift = 1e-6 * np.array([[-1.0], [1.0]])
-        if what == "P* = P_f":
+        if what is Border.STOP_AT_END_OF_APPROACH:
             assert stop == pytest.approx(approach, abs=small)
             sides = regimes_around(system, (x1, v1, v2), shift * (0.0, v1, v1 * math.cos(x1)))
             assert {name.split("_")[1] for name in sides} == {"approach", "restitution"}
-        elif what == "P* = (1 + r) P_f":
+        elif what is Border.STOP_AT_END_OF_IMPACT:
             assert stop == pytest.approx((1.0 + system.restitution) * approach, abs=small)
             sides = regimes_around(system, (x1, v1, v2), shift * (0.0, v1, v1 * math.cos(x1)))
             assert len(sides) == 2
             assert "slip" in sides
-        elif what == "|cos x1| = mu |sin x1|":
+        elif what is Border.FRICTION_CONE:
             assert abs(math.cos(x1)) == pytest.approx(
                 system.friction * abs(math.sin(x1)), abs=small
             )
             sides = regimes_around(system, (x1, v1, v2), shift * (1.0, 0.0, 0.0))
             assert {name.split("_")[0] for name in sides} == {"reversal", "stick"}
-        elif what == "x1' = 0 before":
+        elif what is Border.SLIP_BEFORE:
             assert abs(v1) < small
             sides = regimes_around(system, (x1, 0.0, v2), shift * (0.0, 1.0, 0.0))
             sticks = abs(math.cos(x1)) <= system.friction * abs(math.sin(x1))
             assert sides == ({"stick_approach"} if sticks else {"slip", "reversal_approach"})
         else:
-            assert what == "sin x1 = 0"
+            assert what is Border.SIDE_OF_IMPACT
             assert abs(math.sin(x1)) < small
             sides = regimes_around(system, (x1, v1, v2), shift * (1.0, 0.0, 0.0))
-            assert sides == {regime}
+            assert sides == {motion.legs[leg].regime.name.lower()}
 
 
 def regimes_around(system, impact, shifts):
@@ -121,10 +116,10 @@ def regimes_around(system, impact, shifts):
 
 def test_what_holds_a_contact_phase_is_zero_at_its_border(case):
     for found in branch_of(case).of_kind("contact_border"):
-        motion, leg = found.motion, leg_of(found)
-        if "length of the phase" in found.test:
+        motion, leg = found.motion, found.test.leg
+        if found.test.border is Border.LENGTH:
             assert abs(length_of(motion, leg)) < 1e-12
-        if "slip at the start" in found.test:
+        if found.test.border is Border.SLIP_AT_START:
             # The tip is at rest at the edge of the cone, or moves with x1' = 0.
             assert abs(motion.nodes[leg, 1]) < 1e-10
         assert abs(found.test_value) < 1e-12
@@ -137,7 +132,7 @@ def test_chatter_onset_is_where_the_contact_force_vanishes():
     assert onset.value == pytest.approx(0.480061464791, abs=1e-11)
     assert branch.ends[1] == "chatter_onset"
     motion, system = onset.motion, onset.motion.system
-    leg = motion.legs.index("slide+:release")
+    leg = motion.legs.index(Leg.slide(1, LegEnd.RELEASE))
     x1, v1, v2, time = motion.nodes[leg]
     x2 = math.sin(x1) - system.gap
     drive = math.cos(system.drive_frequency * time)
@@ -161,13 +156,13 @@ def significant(legs):
     twice = legs + legs
     kept = []
     for leg in twice:
-        while leg == "chatter" and kept and kept[-1].startswith("impact"):
+        while leg == Leg.CHATTER and kept and kept[-1].kind is LegKind.IMPACT:
             kept.pop()
         kept.append(leg)
-    if "chatter" not in legs:
+    if Leg.CHATTER not in legs:
         return legs
-    first = kept.index("chatter")
-    return kept[first : kept.index("chatter", first + 1)]
+    first = kept.index(Leg.CHATTER)
+    return kept[first : kept.index(Leg.CHATTER, first + 1)]
 
 
 def sides_confirmed(branch):

@@ -13,6 +13,7 @@ import sizes
 import vibroimpact as vi
 from branch_cases import CASES, branch_of, known, motion_of_case
 from test_interrupt import ctrl_c
+from vibroimpact._core import Border, Condition, Leg
 
 
 @pytest.fixture(scope="module", params=CASES)
@@ -49,13 +50,15 @@ def test_cases_have_every_kind():
         "contact_border",
         "chatter_onset",
     }
-    tests = {
-        found.test.split(", leg")[0] for name in CASES for found in branch_of(name).bifurcations
-    }
-    for border in ("P* = P_f", "P* = (1 + r) P_f", "sin x1 = 0", "x1' = 0 before"):
-        assert f"regime_border: {border}" in tests
-    for border in ("length of the phase", "slip at the start"):
-        assert f"contact_border: {border}" in tests
+    tests = [found.test for name in CASES for found in branch_of(name).bifurcations]
+    assert {
+        Border.STOP_AT_END_OF_APPROACH,
+        Border.STOP_AT_END_OF_IMPACT,
+        Border.SIDE_OF_IMPACT,
+        Border.SLIP_BEFORE,
+        Border.LENGTH,
+        Border.SLIP_AT_START,
+    } <= {test.border for test in tests if isinstance(test, Condition)}
 
 
 @pytest.mark.parametrize("steps", sizes.either([(0.02, 0.08)], [(0.004, 0.025), (0.02, 0.08)]))
@@ -133,7 +136,7 @@ def test_points_are_motions_with_the_multipliers_of_the_branch(case):
         for k in np.flatnonzero(inside)[::3]:
             motion = piece.motion(k)
             assert motion.admissible, motion.why_not
-            assert ((motion.nodes[:, 3] >= 0.0) | (motion.legs == ("circuit",))).all()
+            assert ((motion.nodes[:, 3] >= 0.0) | (motion.legs == (Leg.CIRCUIT,))).all()
             size = max(1.0, abs(motion.multipliers[0]))
             assert np.poly(motion.multipliers) == pytest.approx(
                 np.poly(piece.multipliers[k]), abs=1e-9 * size**2

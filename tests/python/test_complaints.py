@@ -189,8 +189,8 @@ def test_the_exponents_of_the_flow_are_those_of_the_stroboscopic_map():
     chaotic = PAPER.replace(drive_frequency=1.545, friction=0.5)
     run = vi.simulate(chaotic, initial=START, periods=1000, keep=200)
     spectrum = vi.lyapunov_spectrum(chaotic, initial=START, periods=3000)
-    growth = run.period.growth / chaotic.drive_period
-    error = math.hypot(run.period.growth_error / chaotic.drive_period, spectrum.error[0])
+    growth = run.period.evidence.growth / chaotic.drive_period
+    error = math.hypot(run.period.evidence.growth_error / chaotic.drive_period, spectrum.error[0])
     assert spectrum.exponents[0] > 4 * error > 0
     assert abs(growth - spectrum.exponents[0]) < 4 * error
 

@@ -36,7 +36,7 @@ def test_an_ellipse_closes_with_a_fold_at_either_end(size):
 
 def test_a_loop_started_at_a_fold_reports_it_once():
     first = follow(ellipse(), [1.9], 0.0, bounds=(-5, 5), stop_at={"fold"})
-    assert first.end == "stopped: fold"
+    assert (first.end, first.stop.test) == ("stopped", "fold")
     assert first.points[-1].p[0] == pytest.approx(1.0, abs=LOCATED)
     fold = first.special[0]
     for direction in (1, -1):

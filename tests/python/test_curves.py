@@ -248,7 +248,7 @@ def test_a_curve_of_any_test_function_is_followed():
         bounds=((-2, 2), (-2, 2)),
         stop_at={"border"},
     )
-    assert stopped.end == "stopped: border"
+    assert (stopped.end, stopped.stop.test) == ("stopped", "border")
 
 
 def test_a_curve_at_the_edge_of_its_domain_takes_one_sided_differences():

@@ -15,7 +15,8 @@ import pytest
 import repository
 import vibroimpact as vi
 from systems import PAPER
-from vibroimpact.orbits import branch
+from vibroimpact._core import EvidenceKind
+from vibroimpact.orbits import BifurcationKind
 from vibroimpact.single_impact.results import SOLUTION_DTYPE
 
 ROOT = repository.root()
@@ -200,14 +201,14 @@ def test_notation_names_every_attribute_of_a_manifold():
 
 
 def test_notation_names_every_kind_of_bifurcation():
-    assert set(first_column("Bifurcations")) == {
-        *branch.NAMES.values(),
-        *branch.BORDERS,
-        "period_doubling",
-        "neimark_sacker",
-        "neutral_saddle",
-        "branch_point",
+    of_codimension_two = {
+        kind for kind in BifurcationKind if kind.startswith(("cusp", "resonance"))
     }
+    assert set(first_column("Bifurcations")) == set(BifurcationKind) - of_codimension_two
+
+
+def test_notation_names_every_kind_of_evidence():
+    assert first_column("Labels")[-len(EvidenceKind) :] == list(EvidenceKind)
 
 
 def test_notation_names_every_stop_reason():

@@ -98,7 +98,7 @@ def test_their_sum_is_that_of_all_contractions(frequency, damping):
 def test_they_agree_with_the_growth_that_names_the_motion(chaotic):
     run = vi.simulate(chaotic.system, initial=START, periods=5000, keep=200)
     period = run.period
-    growth, error = period.growth, period.growth_error
+    growth, error = period.evidence.growth, period.evidence.growth_error
     difference = abs(chaotic.per_period[0] - growth)
     assert difference < 4.0 * np.hypot(error, chaotic.error[0] * run.system.drive_period)
 

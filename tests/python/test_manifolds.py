@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 import vibroimpact as vi
 from references import reference, scene_system
 from test_interrupt import ctrl_c
+from vibroimpact._core import Leg
 
 REFERENCE = reference("orbits_reference.json")
 
@@ -242,7 +243,7 @@ def test_bad_input_is_refused(four_five):
     # In lasting contact at the start of the drive period.
     contact = known("unstable_chatter")
     assert not contact.stable
-    begins = float(contact.nodes[contact.legs.index("chatter"), 3])
+    begins = float(contact.nodes[contact.legs.index(Leg.CHATTER), 3])
     phase = (contact.system.drive_frequency * (begins + 1e-3)) % math.tau
     with pytest.raises(vi.ParameterError, match="section_phase"):
         vi.unstable_manifold(contact, section_phase=phase)

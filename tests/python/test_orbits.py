@@ -14,6 +14,7 @@ import pytest
 import vibroimpact as vi
 from references import reference, scene_system
 from systems import PAPER
+from vibroimpact._core import Leg, LegEnd, Regime
 from vibroimpact.continuation.newton import solve
 from vibroimpact.orbits.problem import OrbitProblem
 from vibroimpact.system import SYMBOLS
@@ -83,6 +84,12 @@ def central(function, at, step):
     return np.array(columns).T
 
 
+def reverses(motion):
+    """Whether slip reverses in one of the impacts that stand alone."""
+    reversals = (Regime.REVERSAL_APPROACH, Regime.REVERSAL_RESTITUTION)
+    return any(leg.regime in reversals for leg in motion.legs)
+
+
 def test_residual_has_the_derivatives_of_its_differences(known):
     scene, motion = known
     itinerary, system, nodes = motion.itinerary, motion.system, motion.nodes
@@ -92,7 +99,7 @@ def test_residual_has_the_derivatives_of_its_differences(known):
     _, exact = itinerary.residual(system._compiled, nodes)
     # Error of the differences: h^2 times third derivatives and rounding over h, 1e-9; where slip
     # reverses in chatter the extrapolation stops at u = 1e-8, which the differences see.
-    tolerance = 1e-5 if "reversal" in "".join(motion.legs) and scene["n"] == "inf" else 1e-7
+    tolerance = 1e-5 if reverses(motion) and scene["n"] == "inf" else 1e-7
     assert np.abs(exact - numeric).max() <= tolerance * max(1.0, np.abs(exact).max())
 
 
@@ -117,7 +124,7 @@ def test_residual_has_the_derivatives_by_every_parameter(known, name):
         numeric = (at(step) - at(-step)) / (2.0 * step)
     _, jacobian = itinerary.residual(system._compiled, nodes, [name])
     exact = jacobian[:, -1]
-    tolerance = 1e-5 if "reversal" in "".join(motion.legs) and "chatter" in motion.legs else 1e-7
+    tolerance = 1e-5 if reverses(motion) and Leg.CHATTER in motion.legs else 1e-7
     assert np.abs(exact - numeric).max() <= tolerance * max(1.0, np.abs(exact).max())
 
 
@@ -181,13 +188,11 @@ def test_every_leg_keeps_the_determinant_identity(name):
 
 def impact_determinant(system, leg, x1, ratio):
     """Determinant of d(v1+, v2+)/d(v1-, v2-), docs/theory.md, section 7; ``ratio`` is -u_post/u."""
-    _, regime, *signs = leg.split(":")
-    if regime in ("frictionless", "slip"):
+    if leg.regime in (Regime.FRICTIONLESS, Regime.SLIP):
         return -system.restitution
-    if regime.startswith("stick"):
+    if leg.regime in (Regime.STICK_APPROACH, Regime.STICK_RESTITUTION):
         return 0.0
-    sign = 1.0 if signs[0][0] == "+" else -1.0
-    friction = system.friction * sign * abs(math.sin(x1))
+    friction = system.friction * leg.direction * abs(math.sin(x1))
     k, k_after = math.cos(x1) + friction, math.cos(x1) - friction
     a, a_after = (system.mass_ratio + each * math.cos(x1) for each in (k, k_after))
     r = system.restitution
@@ -218,8 +223,8 @@ def test_multipliers_of_random_slipping_motions_have_the_known_product(friction)
         motion = run.refine()
         assert motion, (system, motion)
         assert motion.error <= 1e-13
-        regimes = {leg.split(":")[1] for leg in motion.legs if leg.startswith("impact")}
-        if not regimes <= {"frictionless", "slip"} or len(regimes) != 1:
+        regimes = {leg.regime for leg in motion.legs if leg.regime is not None}
+        if not regimes <= {Regime.FRICTIONLESS, Regime.SLIP} or len(regimes) != 1:
             continue
         found += 1
         decay = system.pendulum_damping * system.frequency_ratio + system.oscillator_damping
@@ -305,7 +310,7 @@ def test_rest_against_a_wall_is_a_contact_of_its_own_without_friction(contact):
         contact=contact,
     )
     motion = vi.simulate(system, initial=(-0.1, 0, 0, 0), periods=400).refine()
-    assert motion.legs[-2:] == ("chatter", "stick:release")
+    assert motion.legs[-2:] == (Leg.CHATTER, Leg.stick(LegEnd.RELEASE))
     assert motion.admissible, motion.why_not
 
 

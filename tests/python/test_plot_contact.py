@@ -177,7 +177,7 @@ def test_regimes_keep_their_colours_and_the_strip_stays(diagram, ax):
     vi.plot.bifurcation(diagram, color="regime", ax=ax)
     assert {to_hex(color) for color in points(ax).get_facecolor()} == {"#000000"}
     assert "complete-chatter" in bands(ax)
-    styles = {style.color for style in vi.plot.REGIME_STYLES}
+    styles = {style.color for style in vi.plot.REGIME_STYLES.values()}
     assert CHATTER_COLOR not in styles
 
 

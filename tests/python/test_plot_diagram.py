@@ -73,7 +73,7 @@ def test_stroboscopic_points_are_the_first_state(diagram, ax):
 def test_each_impact_has_the_colour_of_its_regime(diagram, ax):
     assert len(set(diagram.regime.tolist())) >= 3
     vi.plot.bifurcation(diagram, color="regime", ax=ax)
-    colors = [style.color for style in vi.plot.REGIME_STYLES]
+    colors = [style.color for style in vi.plot.REGIME_STYLES.values()]
     drawn = [colors.index(to_hex(rgba).upper()) for rgba in points(ax).get_facecolor()]
     xy = np.asarray(points(ax).get_offsets())
     expected = by_row(diagram.impact_parameter, diagram.x1, diagram.regime)
@@ -187,8 +187,9 @@ def test_a_section_over_the_phase_itself_is_named_by_its_symbol(ax, diagram):
 
 def test_styles_are_those_of_the_regimes_and_all_differ():
     styles = vi.plot.REGIME_STYLES
-    assert [style.name for style in styles] == [regime.name.lower() for regime in vi.Regime]
-    assert len({style.color for style in styles}) == len({style.marker for style in styles}) == 6
+    assert list(styles) == list(vi.Regime)
+    for of in ("color", "marker", "text"):
+        assert len({getattr(style, of) for style in styles.values()}) == len(vi.Regime)
 
 
 def test_every_parameter_has_its_symbol():

@@ -48,7 +48,7 @@ def test_every_panel_shows_its_array(result, axes):
 def test_regimes_have_their_own_colours(result, axes):
     vi.plot.impact_regimes(result, axes)
     drawn = mesh(axes[0])
-    for regime, style in enumerate(REGIME_STYLES):
+    for regime, style in REGIME_STYLES.items():
         assert to_hex(drawn.cmap(drawn.norm(regime))) == to_hex(style.color)
     (legend,) = axes[0].figure.legends
     shown = [text.get_text() for text in legend.get_texts()]

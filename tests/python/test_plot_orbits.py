@@ -12,8 +12,8 @@ from matplotlib.patches import Circle
 
 import vibroimpact as vi
 from systems import COEXISTING, LOW
+from vibroimpact._core import Regime
 from vibroimpact.plot.style import BIFURCATION_STYLES, CHATTER_STYLE, SLIDE_STYLE
-from vibroimpact.run import Regime
 
 RANGE = (1.5, 1.6)
 SECTIONS = ("impact", "stroboscopic")

@@ -15,15 +15,17 @@ from vibroimpact.continuation.map_bifurcations import (
     neimark_sacker_kind,
     period_doubling,
 )
+from vibroimpact.continuation.path import PathEnd
 
 # Tests of the problem
 
 
 def test_events_are_located_and_ordered_within_one_step():
-    names = {"b: 2": 0.523, "b: 1": 0.531, "a": 0.5315, "c": 0.48}
+    # A test is named by anything hashable.
+    names = {("b", 2): 0.523, ("b", 1): 0.531, ("a", 0): 0.5315, ("c", 0): 0.48}
     problem = straight(lambda u, p, j: {name: math.expm1(p[0] - at) for name, at in names.items()})
-    path = follow(problem, [0.25], 0.5, bounds=(0, 1), step=0.1)
-    assert [point.test for point in path.special] == ["b: 2", "b: 1", "a"]
+    path = follow(problem, [0.25], 0.5, bounds=(0, 1), step=0.1, classify=lambda name, *_: name[0])
+    assert [point.test for point in path.special] == [("b", 2), ("b", 1), ("a", 0)]
     assert kinds(path) == ["b", "b", "a"]
     for point in path.special:
         assert point.p[0] == pytest.approx(names[point.test], abs=1e-15)
@@ -44,13 +46,21 @@ def test_an_event_next_to_the_start_is_found_and_one_at_the_start_is_not():
 def test_a_branch_stops_at_the_first_event_of_a_kind():
     problem = straight(
         lambda u, p, j: {
-            "graze: leg 1": 0.72 - p[0],
-            "graze: leg 2": 0.7 - p[0],
-            "other": 0.69 - p[0],
+            ("graze", 1): 0.72 - p[0],
+            ("graze", 2): 0.7 - p[0],
+            ("other", 0): 0.69 - p[0],
         }
     )
-    path = follow(problem, [0.25], 0.5, bounds=(0, 1), stop_at={"graze"})
-    assert path.end == "stopped: graze: leg 2"
+    path = follow(
+        problem,
+        [0.25],
+        0.5,
+        bounds=(0, 1),
+        stop_at={"graze"},
+        classify=lambda name, *_: name[0],
+    )
+    assert path.end is PathEnd.STOPPED
+    assert path.stop.test == ("graze", 2)
     assert kinds(path) == ["other", "graze"]
     assert path.points[-1].p[0] == pytest.approx(0.7, abs=1e-15)
 
@@ -98,7 +108,7 @@ def test_a_test_that_stays_zero_is_located_where_it_becomes_zero():
     )
     for step in (0.01, 0.02, 0.07):
         path = follow(problem, [0.0], 0.0, bounds=(0, 1), step=step, stop_at={"length"})
-        assert path.end == "stopped: length"
+        assert (path.end, path.stop.test) == ("stopped", "length")
         assert path.special[-1].p[0] == pytest.approx(0.3, abs=1e-14)
 
 
@@ -121,7 +131,7 @@ def test_a_located_point_can_be_classified():
         return f"{name} at {p[0]:.1f}"
 
     path = follow(problem, [0.25], 0.5, bounds=(0, 1), classify=classify, stop_at=["t at 0.7"])
-    assert path.end == "stopped: t"
+    assert (path.end, path.stop.test) == ("stopped", "t")
     assert kinds(path) == ["t at 0.7"]
 
 

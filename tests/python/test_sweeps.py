@@ -48,8 +48,8 @@ def test_each_cell_is_the_run_of_its_values(chart, rubbing):
             end = run.final_state
             assert chart.final_states[i, j].tolist() == [end.x1, end.v1, end.x2, end.v2]
             kinds.add("periodic" if run.period.m else run.label)
-            if run.period.m is None and np.isfinite(run.period.growth):
-                exponent = run.period.growth / system.drive_period
+            if run.period.m is None and run.period.evidence.growth is not None:
+                exponent = run.period.evidence.growth / system.drive_period
                 assert chart.largest_exponent[i, j] == pytest.approx(exponent, rel=1e-12)
                 assert chart.exponent_error[i, j] > 0.0
     assert {"periodic", "chaotic", "quasi-periodic"} <= kinds

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..continuation.path import PathEnd
 from ..errors import ParameterError
 from ..orbits import Branch, NotFound, PeriodicMotion, follow_motion, search_motions
 from ..orbits.ranges import range_around
@@ -62,8 +63,8 @@ examples, with the system file of vibroimpact --help:
 MOST_DRAWN = 6
 # Flags that only one of the searches uses.
 _ONLY = {"within": "n", "seed": "search", "workers": "search", "max_step": "follow"}
-# Ends of a branch that are no failure: the rest are borders, at which the motion ends.
-_BROKEN_OFF = ("points", "no convergence", "outside domain", "not a motion:")
+# Ends of a branch that are failures: the rest are bounds, and borders at which the motion ends.
+_BROKEN_OFF = (PathEnd.POINTS, PathEnd.NO_CONVERGENCE, PathEnd.OUTSIDE_DOMAIN, PathEnd.REFUSED)
 _DECIDED = ("chaotic", "quasi-periodic")
 
 
@@ -198,7 +199,7 @@ def _follow(request: shared.Request, system: System) -> ExitCode:
     _write_branch(options, branch)
     if interrupted is not None:
         raise interrupted
-    broken = any(end.startswith(_BROKEN_OFF) for end in branch.ends)
+    broken = any(end in _BROKEN_OFF for end in branch.ends)
     return ExitCode.INCOMPLETE if broken else ExitCode.DONE
 
 
@@ -262,13 +263,17 @@ def _write_branch(options: argparse.Namespace, branch: Branch) -> None:
     stream = outputs.summary_stream(options)
     heads = ["bifurcation", branch.parameter, "motion", "goes on as"]
     printed = [
-        [found.kind, repr(found.value), found.motion.label, ", ".join(found.goes_on)]
+        [found.kind, repr(found.value), found.motion.label, ", ".join(map(str, found.goes_on))]
         for found in branch.bifurcations
     ]
     outputs.print_table([heads, *printed], stream)
     labels = ", ".join(dict.fromkeys(piece.label for piece in branch.pieces))
     print(f"motions {labels}; {len(branch.values)} points", file=stream)
-    print(f"ends: {branch.ends[0]}; {branch.ends[1]}", file=stream)
+    ends = (
+        f"{end} ({why})" if why else str(end)
+        for end, why in zip(branch.ends, branch.why_not, strict=True)
+    )
+    print(f"ends: {'; '.join(ends)}", file=stream)
     write.end()
 
 

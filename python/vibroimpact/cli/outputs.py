@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from .._core import Regime
 from ..errors import ClusterError, Interrupted, ParameterError
-from ..run import Regime
 from ..whole_file import is_special, whole_file
 
 if TYPE_CHECKING:

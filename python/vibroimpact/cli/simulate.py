@@ -4,8 +4,6 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..arguments import count
 from ..run import Run
 from ..simulation import simulate
@@ -23,17 +21,17 @@ evidence for it.
 {shared.UNITS}"""
 MORE = """\
 printed:
-  label       what the motion is
-  residual    largest difference between sections m periods apart; of
-              later ones where the motion was followed further
-  growth      mean logarithmic growth of a perturbation per drive period
-  confidence  in the label, 0 to 1, and how it was found
-  impacts     since t = 0, and how many of them are kept
-  contact     part of the kept time in lasting contact, if there is any
-  stopped     completed, or why the run stopped earlier (exit code 3)
-  state       x1, v1, x2, v2 at the end, as --initial takes them, and when
-  verified    with --verify: up to which impact the digits asked for are
-              right; exit code 3 if not all are
+  label     what the motion is
+  residual  largest difference between sections m periods apart; of later
+            ones where the motion was followed further
+  evidence  what the label stands on: a return or the rate of convergence, or
+            the growth of a perturbation per drive period
+  impacts   since t = 0, and how many of them are kept
+  contact   part of the kept time in lasting contact, if there is any
+  stopped   completed, or why the run stopped earlier (exit code 3)
+  state     x1, v1, x2, v2 at the end, as --initial takes them, and when
+  verified  with --verify: up to which impact the digits asked for are
+            right; exit code 3 if not all are
 
 columns of the CSV, one row per kept impact:
   time, period, time_in_period   instant; drive periods completed, time since
@@ -119,11 +117,7 @@ def _describe(result: Run) -> list[tuple[str, str]]:
     lines = [("label", result.label)]
     if period.m is not None:
         lines.append(("residual", f"{period.residual:.3g}"))
-    if np.isfinite(period.growth):
-        lines.append(
-            ("growth", f"{period.growth:.3g} +- {period.growth_error:.1g} per drive period")
-        )
-    lines.append(("confidence", f"{period.confidence:.2f} ({period.method})"))
+    lines.append(("evidence", str(period.evidence)))
     lines.append(("impacts", f"{result.impact_count}, {len(result.impacts)} kept"))
     if result.time_in_contact:
         lines.append(("contact", f"{result.time_in_contact:.6g} of the kept time"))

@@ -25,8 +25,8 @@ Neimark-Sacker points, which take third derivatives, are not looked for.
 """
 
 import math
-from collections.abc import Collection, Mapping, Sequence
-from typing import Protocol, runtime_checkable
+from collections.abc import Collection, Hashable, Mapping, Sequence
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,7 +35,7 @@ from ..arguments import positive, reject, vector
 from ..errors import ParameterError
 from .follow import Classify, checked_bounds, checked_direction
 from .newton import Array, OutsideDomain, Problem, evaluate, newton, sizes_of
-from .path import Path
+from .path import TURNING_POINTS, OwnTest, Path, PathEnd
 from .tracing import Steps, start_point, trace
 
 # Step of the central differences, in units of the sizes. The errors, of second order in the step
@@ -48,7 +48,7 @@ DIFFERENCE = np.finfo(float).eps ** (1.0 / 3.0)
 class HasMatrices(Protocol):
     """A problem some of whose special points are those where a square matrix is singular."""
 
-    def singular_matrices(self, u: Array, p: Array, jacobian: Array) -> Mapping[str, Array]:
+    def singular_matrices(self, u: Array, p: Array, jacobian: Array) -> Mapping[Any, Array]:
         """Return the matrices, by the name of their test."""
 
 
@@ -59,10 +59,10 @@ class HasSingleTests(Protocol):
     Its matrices are known without the Jacobian.
     """
 
-    def single_test(self, name: str, u: Array, p: Array) -> float | None:
+    def single_test(self, test: Hashable, u: Array, p: Array) -> float | None:
         """Return the test, NaN if it is missing here, or None if it needs ``tests``."""
 
-    def unknowns_of(self, name: str, count: int) -> Sequence[int]:
+    def unknowns_of(self, test: Hashable, count: int) -> Sequence[int]:
         """Return the indices, below ``count``, of the unknowns that it may depend on."""
 
 
@@ -74,10 +74,10 @@ class _Critical:
     def __init__(
         self,
         problem: Problem,
-        test: str,
+        test: Hashable,
         z: Array,
         parameter_sizes: Array,
-        ignored: frozenset[str],
+        ignored: frozenset[Hashable],
         named: Classify | None,
     ) -> None:
         self.problem, self.test, self.named = problem, test, named
@@ -101,7 +101,7 @@ class _Critical:
 
     def _matrix(self, z: Array, jacobian: Array) -> Array | None:
         """Return the matrix that is singular on the curve, if it is defined by one."""
-        if self.test == "fold":
+        if self.test == OwnTest.FOLD:
             return jacobian[: self.n, : self.n] * self.sizes[: self.n]
         if self.matrices is not None:
             matrices = self.matrices.singular_matrices(z[:-2], z[-2:], jacobian[: self.n])
@@ -127,7 +127,7 @@ class _Critical:
         alone = self._alone(z)
         if alone is not None:
             return self._checked(alone)
-        if self.test != "fold" and self.local is not None:
+        if self.test != OwnTest.FOLD and self.local is not None:
             return self._defining_at(z, np.empty((self.n, 0)))
         return self._defining_at(z, evaluate(self._equations, z)[1])
 
@@ -179,23 +179,23 @@ class _Critical:
             raise OutsideDomain(f"the test {self.test!r} exists at a single point")
         return float((ends[0][1] - ends[1][1]) / (ends[0][0] - ends[1][0]))
 
-    def tests(self, z: Array, jacobian: Array, tangent: Array) -> Mapping[str, float]:
+    def tests(self, z: Array, jacobian: Array, tangent: Array) -> Mapping[Any, float]:
         equations = jacobian[: self.n]
         given = self.problem.tests(z[:-2], z[-2:], equations)
         tests = {name: value for name, value in given.items() if name not in self.ignored}
         turn = tangent[-2:] / self.parameter_sizes
-        tests |= {"turning_point: 1": float(turn[0]), "turning_point: 2": float(turn[1])}
-        if self.test == "fold":
+        tests |= dict(zip(TURNING_POINTS, turn.tolist(), strict=True))
+        if self.test == OwnTest.FOLD:
             w = self._bordered(z, equations, left=True)[:-1]
             normal = w @ equations[:, -2:] * self.parameter_sizes
             normal /= np.linalg.norm(normal)
-            tests["cusp"] = float(normal[0] * turn[1] - normal[1] * turn[0])
+            tests[OwnTest.CUSP] = float(normal[0] * turn[1] - normal[1] * turn[0])
         return tests
 
-    def classify(self, name: str, z: Array, jacobian: Array) -> str:
+    def classify(self, test: Hashable, z: Array, jacobian: Array) -> str:
         if self.named is None:
-            return name.split(":")[0]
-        return self.named(name, z[:-2], z[-2:], jacobian[: self.n])
+            return str(test)
+        return self.named(test, z[:-2], z[-2:], jacobian[: self.n])
 
     def scale(self, z: Array) -> Array:
         return np.concatenate((sizes_of(self.problem, z[:-2]), self.parameter_sizes))
@@ -217,7 +217,7 @@ def follow_curve(
     problem: Problem,
     u: ArrayLike,
     p: ArrayLike,
-    test: str,
+    test: Hashable,
     *,
     bounds: tuple[tuple[float, float], tuple[float, float]],
     direction: int = 1,
@@ -229,7 +229,7 @@ def follow_curve(
     max_points: int = 1000,
     max_angle: float = 0.3,
     stop_at: Collection[str] = (),
-    ignore: Collection[str] = (),
+    ignore: Collection[Hashable] = (),
     classify: Classify | None = None,
 ) -> Path:
     """Follow a curve of special points of F(u, p) = 0 in two parameters.
@@ -259,7 +259,7 @@ def follow_curve(
     -------
     Path
         Points with p of shape (2,), codimension-2 points and the reason of the end. Where a
-        parameter has an extremum there is a ``turning_point: 1`` or ``: 2``.
+        parameter has an extremum there is a ``turning_point``.
 
     Raises
     ------
@@ -296,12 +296,12 @@ def follow_curve(
     try:
         curve = _Critical(problem, test, z, sizes, frozenset(ignore), classify)
     except OutsideDomain as error:
-        return Path(points=(), special=(), end="outside domain", detail=f"start: {error}")
+        return Path(points=(), special=(), end=PathEnd.OUTSIDE_DOMAIN, detail=f"start: {error}")
     return trace(curve, start_point(curve, z, along, direction), limits, settings)
 
 
 def curve_point(
-    problem: Problem, u: Array, p: Array, test: str, index: int
+    problem: Problem, u: Array, p: Array, test: Hashable, index: int
 ) -> tuple[Array, Array, float] | None:
     """Return the point of a curve near (u, p) at which p[index] is what it is there.
 

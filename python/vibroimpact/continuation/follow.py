@@ -24,7 +24,7 @@ None takes an exact Jacobian with named test functions, finds bifurcations of ma
 in two parameters.
 """
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Hashable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,7 +35,7 @@ from ..arguments import positive, reject, vector
 from ..errors import ParameterError
 from .branching import directions
 from .newton import Array, NewtonReport, OutsideDomain, Problem, parameters_of, sizes_of, solve
-from .path import Path, Point, SpecialPoint
+from .path import OwnTest, Path, Point, SpecialPoint
 from .tracing import Steps, start_point, trace
 
 __all__ = [
@@ -50,7 +50,7 @@ __all__ = [
     "switch",
 ]
 
-Classify = Callable[[str, Array, Array, Array], str]
+Classify = Callable[[Hashable, Array, Array, Array], str]
 
 
 @dataclass(frozen=True)
@@ -65,14 +65,14 @@ class _Branch:
     def residual(self, z: Array) -> tuple[Array, Array]:
         return self.problem.residual(z[:-1], z[-1:])
 
-    def tests(self, z: Array, jacobian: Array, tangent: Array) -> Mapping[str, float]:
+    def tests(self, z: Array, jacobian: Array, tangent: Array) -> Mapping[Any, float]:
         fold = float(tangent[-1]) / self.parameter_size
-        return {**self.problem.tests(z[:-1], z[-1:], jacobian), "fold": fold}
+        return {**self.problem.tests(z[:-1], z[-1:], jacobian), OwnTest.FOLD: fold}
 
-    def classify(self, name: str, z: Array, jacobian: Array) -> str:
+    def classify(self, test: Hashable, z: Array, jacobian: Array) -> str:
         if self.named is None:
-            return name.split(":")[0]
-        return self.named(name, z[:-1], z[-1:], jacobian)
+            return str(test)
+        return self.named(test, z[:-1], z[-1:], jacobian)
 
     def scale(self, z: Array) -> Array:
         return np.append(sizes_of(self.problem, z[:-1]), self.parameter_size)
@@ -144,7 +144,7 @@ def follow(
         Kinds of special points at which the branch ends.
     classify
         Gives the kind of a located point from (test, u, p, jacobian), where a test has zeros of
-        several kinds; default is the test's name up to its colon.
+        several kinds; default is the test's name.
 
     Returns
     -------

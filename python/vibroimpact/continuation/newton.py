@@ -44,8 +44,8 @@ class Problem(Protocol):
         In units of ``scale`` the Jacobian has entries of order 1, by which a branch point is known.
         """
 
-    def tests(self, u: Array, p: Array, jacobian: Array) -> Mapping[str, float]:
-        """Return smooth test functions by name, such as ``grazing: leg 2``.
+    def tests(self, u: Array, p: Array, jacobian: Array) -> Mapping[Any, float]:
+        """Return smooth test functions by name: anything hashable that tells them apart.
 
         Their zeros are the special points, positive values the admissible side where there is one.
         A test that is missing or not finite at a point is not compared there.

@@ -1,15 +1,46 @@
 """What continuation works on and what it gives: curves, their points, special points, paths."""
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from enum import StrEnum
+from typing import Any, Protocol
 
 import numpy as np
 
 from .newton import Array
 
-# How a path ends that Ctrl-C has cut short.
-INTERRUPTED = "interrupted"
+
+class PathEnd(StrEnum):
+    """Why a path ends."""
+
+    BOUND = "bound"  # on a bound of a parameter
+    POINTS = "points"  # as many as allowed
+    CLOSED = "closed"  # back at the start, which is the last point once more
+    STOPPED = "stopped"  # at a special point of a kind asked for: ``path.stop``
+    START = "start"  # where it began: it goes on the other way only
+    REFUSED = "refused"  # the next point is none that was asked for
+    NO_CONVERGENCE = "no convergence"
+    OUTSIDE_DOMAIN = "outside domain"
+    INTERRUPTED = "interrupted"
+
+
+class OwnTest(StrEnum):
+    """A test function that a path has of itself, beside those of its problem."""
+
+    FOLD = "fold"
+    BRANCH_POINT = "branch_point"
+    # On curves in two parameters: an extremum of either.
+    TURNING_POINT_1 = "turning_point: 1"
+    TURNING_POINT_2 = "turning_point: 2"
+    CUSP = "cusp"
+
+    @property
+    def kind(self) -> str:
+        """The kind of its zeros."""
+        return "turning_point" if self in TURNING_POINTS else self.value
+
+
+TURNING_POINTS = (OwnTest.TURNING_POINT_1, OwnTest.TURNING_POINT_2)
 # (index in z, low, high) of every bounded unknown.
 Limits = list[tuple[int, float, float]]
 
@@ -29,7 +60,7 @@ class Point:
     jacobian
         Jacobian to u and p, of shape (n, n + k); on a curve a last row has the test's gradient.
     tests
-        Test functions, by name.
+        Test functions, by what names them.
     residual, iterations
         max |F_i|, and Newton iterations spent.
     """
@@ -39,7 +70,7 @@ class Point:
     tangent: Array
     jacobian: Array
     arclength: float
-    tests: dict[str, float]
+    tests: dict[Any, float]
     residual: float
     iterations: int
 
@@ -56,7 +87,8 @@ class SpecialPoint(Point):
     Attributes
     ----------
     kind
-        What it is: ``fold``, ``branch_point``, or the test's name up to its colon.
+        What it is: ``fold``, ``branch_point``, ``cusp``, ``turning_point``, or what the problem
+        calls it.
     test, value
         The test function and what is left of it here.
     bracket
@@ -66,7 +98,7 @@ class SpecialPoint(Point):
     """
 
     kind: str
-    test: str
+    test: Any
     value: float
     bracket: tuple[float, float]
     continuous: bool
@@ -83,17 +115,20 @@ class Path:
     special
         Special points in order of arclength.
     end
-        ``bound``, ``points`` (as many as allowed), ``closed`` (back at the start, which is the last
-        point once more), ``stopped: <test>``, ``no convergence``, ``outside domain`` or
-        ``interrupted``.
+        Why it ends.
     detail
         What happened in the shortest step, for the ends that are a failure of it.
     """
 
     points: tuple[Point, ...]
     special: tuple[SpecialPoint, ...]
-    end: str
+    end: PathEnd
     detail: str = ""
+
+    @property
+    def stop(self) -> SpecialPoint | None:
+        """The special point at which it was to end, and did."""
+        return self.special[-1] if self.end is PathEnd.STOPPED else None
 
     @property
     def u(self) -> Array:
@@ -118,7 +153,7 @@ class Path:
 def path_so_far(interruption: KeyboardInterrupt) -> Path:
     """Return the path that Ctrl-C has cut short; without points if it came before the first."""
     path = getattr(interruption, "result", None)
-    return path if isinstance(path, Path) else Path(points=(), special=(), end=INTERRUPTED)
+    return path if isinstance(path, Path) else Path(points=(), special=(), end=PathEnd.INTERRUPTED)
 
 
 class Curve(Protocol):
@@ -131,11 +166,11 @@ class Curve(Protocol):
     def residual(self, z: Array) -> tuple[Array, Array]:
         """Return F of shape (N,) and its Jacobian of shape (N, N + 1)."""
 
-    def tests(self, z: Array, jacobian: Array, tangent: Array) -> Mapping[str, float]:
+    def tests(self, z: Array, jacobian: Array, tangent: Array) -> Mapping[Any, float]:
         """Return the test functions at a solution."""
 
-    def classify(self, name: str, z: Array, jacobian: Array) -> str:
-        """Return the kind of a zero of a test."""
+    def classify(self, test: Hashable, z: Array, jacobian: Array) -> str:
+        """Return the kind of a zero of a test that is none of a path's own."""
 
     def scale(self, z: Array) -> Array:
         """Return the sizes of z, of shape (N + 1,)."""

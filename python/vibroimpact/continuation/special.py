@@ -5,14 +5,14 @@ until rounding stops it. See ``follow``.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import replace
 
 import numpy as np
 
 from .branching import directions, refine_branch_point
 from .newton import NewtonReport
-from .path import Limits, Point, SpecialPoint
+from .path import TURNING_POINTS, Limits, OwnTest, PathEnd, Point, SpecialPoint
 from .step import RESOLUTION, SAME_POINT, Rejected, Step, bracket
 
 # A branch point is bracketed to this part of the step only, since Newton's matrix is singular
@@ -28,21 +28,21 @@ SAME_PLACE = 1e-7
 SMALL_BRACKET = 1e-3
 
 
-def _test(name: str) -> Callable[[Point], float]:
+def _test(name: Hashable) -> Callable[[Point], float]:
     def value(point: Point) -> float:
         if name not in point.tests:
-            raise Rejected("no convergence", f"the test {name!r} is missing within a step")
+            raise Rejected(PathEnd.NO_CONVERGENCE, f"the test '{name}' is missing within a step")
         return point.tests[name]
 
     return value
 
 
-def _is_fold(name: str) -> bool:
+def _is_fold(test: Hashable) -> bool:
     """Whether a test is a component of the tangent."""
-    return name.split(":")[0] in ("fold", "turning_point")
+    return isinstance(test, OwnTest) and test in (OwnTest.FOLD, *TURNING_POINTS)
 
 
-def _locate(step: Step, name: str, end: Point) -> SpecialPoint | None:
+def _locate(step: Step, name: Hashable, end: Point) -> SpecialPoint | None:
     """Return the zero of a test between the origin of a step and ``end``, if it changes sign."""
     value = _test(name)
     length = step.s(end.z)
@@ -51,7 +51,7 @@ def _locate(step: Step, name: str, end: Point) -> SpecialPoint | None:
         return None
     if _is_fold(name) and max(abs(before), abs(after)) < SAME_POINT:
         return None  # a curve along which the parameter stays the same, but for rounding
-    singular = name == "branch_point"
+    singular = name is OwnTest.BRANCH_POINT
     if singular and abs(before) < BRANCH_POINT_RESOLUTION * abs(after):
         # The origin itself, but for rounding: every trial next to it would fail.
         best = other = step.origin
@@ -72,7 +72,9 @@ def _locate(step: Step, name: str, end: Point) -> SpecialPoint | None:
         best = _refined(step, best, end)
     return SpecialPoint(
         **vars(best),
-        kind=step.curve.classify(name, best.z, best.jacobian),
+        kind=name.kind
+        if isinstance(name, OwnTest)
+        else step.curve.classify(name, best.z, best.jacobian),
         test=name,
         value=best.tests[name],
         bracket=(low, high),
@@ -101,10 +103,12 @@ def _refined(step: Step, rough: Point, end: Point) -> Point:
 
 def located(step: Step, end: Point) -> list[SpecialPoint]:
     """Return the special points between the origin of a step and ``end``, in order."""
-    names = sorted(end.tests.keys() & step.origin.tests.keys())
+    # In an order that does not depend on how names are hashed.
+    names = sorted(end.tests.keys() & step.origin.tests.keys(), key=str)
     found = [point for name in names if (point := _locate(step, name, end)) is not None]
     near = SAME_EVENT * step.s(end.z)
-    turns = [point.arclength for point in found if point.test in ("branch_point", "cusp")]
+    meetings = (OwnTest.BRANCH_POINT, OwnTest.CUSP)
+    turns = [point.arclength for point in found if point.test in meetings]
     # Where an impact vanishes with u all that is measured in it may vanish too: that is a grazing.
     tie = SAME_PLACE * step.s(end.z)
     return sorted(

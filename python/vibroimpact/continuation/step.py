@@ -7,12 +7,11 @@ t . (z - z0)/w = s, w the sizes of the unknowns; its tangent t' solves J t' = 0,
 
 import math
 from collections.abc import Callable
-from typing import Literal
 
 import numpy as np
 
 from .newton import Array, NewtonReport, OutsideDomain, balanced, newton
-from .path import Curve, Point
+from .path import Curve, OwnTest, PathEnd, Point
 
 # Corrector: a step that needs more Newton iterations than this is too long.
 MAX_CORRECTIONS = 12
@@ -29,7 +28,7 @@ SAME_POINT = 1e-8
 class Rejected(Exception):
     """A step or trial failed; carries the reason to end with if it cannot be made shorter."""
 
-    def __init__(self, reason: Literal["no convergence", "outside domain"], detail: str) -> None:
+    def __init__(self, reason: PathEnd, detail: str) -> None:
         super().__init__(detail)
         self.reason = reason
         self.detail = detail
@@ -77,7 +76,7 @@ class Step:
         found = self.at(s, guess)
         away = float(np.linalg.norm((found.z - guess) / self.sizes))
         if away > 0.1 * abs(width) + SAME_POINT:
-            raise Rejected("no convergence", f"two solutions at s = {s:.3g}")
+            raise Rejected(PathEnd.NO_CONVERGENCE, f"two solutions at s = {s:.3g}")
         return found
 
     def where(self, index: int, value: float, guess: Array) -> Point:
@@ -103,7 +102,7 @@ class Step:
         off = float(np.linalg.norm((point.z - self.origin.z) / self.sizes - s * mean))
         if s <= 0.0 or angle > max_angle or off > MISFIT * max_angle * s + SAME_POINT:
             raise Rejected(
-                "no convergence",
+                PathEnd.NO_CONVERGENCE,
                 f"the curve turns by {angle:.2g} rad and leaves its tangents by {off:.2g} "
                 f"within s = {s:.2g}",
             )
@@ -116,12 +115,12 @@ class Step:
             with np.errstate(all="ignore"):
                 given = self.curve.tests(z, jacobian, real)
         except OutsideDomain as error:
-            raise Rejected("outside domain", str(error)) from error
+            raise Rejected(PathEnd.OUTSIDE_DOMAIN, str(error)) from error
         tests = {name: float(value) for name, value in given.items() if math.isfinite(value)}
         # Rows are not balanced here: one of them may vanish at a branch point.
         square = np.vstack((jacobian * self.sizes, tangent))
         sign = float(np.linalg.slogdet(square)[0])
-        tests["branch_point"] = sign * float(np.linalg.svd(square, compute_uv=False)[-1])
+        tests[OwnTest.BRANCH_POINT] = sign * float(np.linalg.svd(square, compute_uv=False)[-1])
         n = len(z) - self.curve.free
         return Point(
             u=z[:n],
@@ -147,7 +146,7 @@ class Step:
         if not report.converged:
             outside = report.outcome == "outside domain"
             raise Rejected(
-                "outside domain" if outside else "no convergence",
+                PathEnd.OUTSIDE_DOMAIN if outside else PathEnd.NO_CONVERGENCE,
                 f"{report.outcome} after {report.iterations} Newton iterations at s = "
                 f"{self.s(guess):.3g}",
             )
@@ -159,7 +158,7 @@ class Step:
                 np.vstack((scaled, self.tangent)), np.append(np.zeros(len(scaled)), 1.0)
             )
         except np.linalg.LinAlgError as error:
-            raise Rejected("no convergence", "no tangent: a singular point") from error
+            raise Rejected(PathEnd.NO_CONVERGENCE, "no tangent: a singular point") from error
         return self.point(z, matrix[:-1], tangent / np.linalg.norm(tangent), report)
 
 

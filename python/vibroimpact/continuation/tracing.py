@@ -9,7 +9,7 @@ import numpy as np
 from ..arguments import count, positive, reject
 from ..errors import Interrupted
 from .newton import NOISE, SINGULAR, Array, NewtonReport, Outcome, OutsideDomain, evaluate, newton
-from .path import INTERRUPTED, Curve, Limits, Path, Point, SpecialPoint
+from .path import Curve, Limits, OwnTest, Path, PathEnd, Point, SpecialPoint
 from .special import SMALL_BRACKET, closing, leaving, located
 from .step import MAX_CORRECTIONS, RESOLUTION, SAME_POINT, Rejected, Step
 
@@ -67,7 +67,8 @@ def start_point(curve: Curve, z: Array, tangent: Array | None, direction: int) -
     sizes = curve.scale(z)
 
     def failed(report: NewtonReport) -> Path:
-        end = "outside domain" if report.outcome == "outside domain" else "no convergence"
+        outside = report.outcome == "outside domain"
+        end = PathEnd.OUTSIDE_DOMAIN if outside else PathEnd.NO_CONVERGENCE
         detail = f"start: {report.outcome} after {report.iterations} Newton iterations"
         return Path(points=(), special=(), end=end, detail=detail)
 
@@ -160,7 +161,7 @@ class _End:
     """
 
     point: Point
-    reason: str | None = None
+    reason: PathEnd | None = None
     special: list[SpecialPoint] = field(default_factory=list)
     at_start: list[SpecialPoint] = field(default_factory=list)
 
@@ -177,13 +178,13 @@ def _advance(step: Step, length: float, limits: Limits, max_angle: float) -> _En
     if bound is not None and bound[0] <= length:
         s, index, value = bound
         if s <= RESOLUTION:
-            return _End(step.origin, "bound")
+            return _End(step.origin, PathEnd.BOUND)
         # F may not be defined beyond its bound, so that the bound itself is aimed at. A curve that
         # turns back before it is what the plain step is for.
         try:
             landed = step.where(index, value, step.predict(s))
             step.accept(landed, max_angle)
-            return _End(landed, "bound")
+            return _End(landed, PathEnd.BOUND)
         except Rejected:
             pass
     return _End(step.at(length, step.predict(length)))
@@ -196,15 +197,15 @@ def _take(step: Step, length: float, start: Point, limits: Limits, settings: Ste
         return end
     step.accept(end.point, settings.max_angle)
     if step.origin is not start and (home := closing(step, end.point, start)) is not None:
-        end = _End(home, "closed")
+        end = _End(home, PathEnd.CLOSED)
     found = located(step, end.point)
     if (edge := leaving(step, [*found, end.point], limits)) is not None:
-        end = _End(edge, "bound")
+        end = _End(edge, PathEnd.BOUND)
         found = [event for event in found if event.arclength <= edge.arclength]
     own = 0.0
     if step.origin is start:
         # At a branch point the start's own events can only be located so well.
-        singular = abs(start.tests["branch_point"]) < SINGULAR
+        singular = abs(start.tests[OwnTest.BRANCH_POINT]) < SINGULAR
         own = SMALL_BRACKET * step.s(end.point.z) if singular else SAME_POINT
     for event in found:
         if event.arclength < own:
@@ -212,7 +213,7 @@ def _take(step: Step, length: float, start: Point, limits: Limits, settings: Ste
             continue
         end.special.append(event)
         if event.kind in settings.stop_at:
-            end.point, end.reason = event, f"stopped: {event.test}"
+            end.point, end.reason = event, PathEnd.STOPPED
             break
     return end
 
@@ -234,7 +235,7 @@ def trace(curve: Curve, start: Point | Path, limits: Limits, settings: Steps) ->
     at_start = list[SpecialPoint]()
     length = settings.step
 
-    def path(end: str, detail: str = "") -> Path:
+    def path(end: PathEnd, detail: str = "") -> Path:
         return Path(points=tuple(points), special=tuple(special), end=end, detail=detail)
 
     try:
@@ -252,7 +253,7 @@ def trace(curve: Curve, start: Point | Path, limits: Limits, settings: Steps) ->
             at_start += end.at_start
             if end.point is not step.origin:
                 points.append(end.point)
-            if end.reason == "closed":
+            if end.reason is PathEnd.CLOSED:
                 at_end = end.point.arclength
                 special += [replace(event, arclength=at_end) for event in at_start]
             if end.reason is not None:
@@ -261,6 +262,6 @@ def trace(curve: Curve, start: Point | Path, limits: Limits, settings: Steps) ->
     except KeyboardInterrupt:
         raise Interrupted(
             f"interrupted after {len(points)} points; .result holds the path so far",
-            path(INTERRUPTED),
+            path(PathEnd.INTERRUPTED),
         ) from None
-    return path("points")
+    return path(PathEnd.POINTS)

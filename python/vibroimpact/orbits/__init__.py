@@ -5,11 +5,14 @@ them stands here: Newton's method from simulations (`shooting`), verdicts (`moti
 their bifurcations and borders, borders in two parameters, manifolds of saddles.
 """
 
+from .._core import Border, BorderKind, Condition, Leg, LegEnd, LegKind
+from ..continuation.path import PathEnd
 from .borders import bifurcation_curve
 from .branch import Bifurcation, Branch, Piece
 from .branches import follow_motion, switch_branch
 from .curve import BifurcationCurve, CodimensionTwo
 from .found import MotionSearch, NotFound
+from .kinds import BifurcationKind
 from .manifold import ManifoldSide, UnstableManifold
 from .manifolds import unstable_manifold
 from .motion import PeriodicMotion
@@ -20,11 +23,19 @@ from .shooting import periodic_motion, search_motions
 __all__ = [
     "Bifurcation",
     "BifurcationCurve",
+    "BifurcationKind",
+    "Border",
+    "BorderKind",
     "Branch",
     "CodimensionTwo",
+    "Condition",
+    "Leg",
+    "LegEnd",
+    "LegKind",
     "ManifoldSide",
     "MotionSearch",
     "NotFound",
+    "PathEnd",
     "PeriodicMotion",
     "Piece",
     "StabilityRegion",

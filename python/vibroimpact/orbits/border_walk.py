@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..continuation.follow import follow
-from ..continuation.path import INTERRUPTED, Path, SpecialPoint, path_so_far
+from ..continuation.path import OwnTest, Path, PathEnd, SpecialPoint, path_so_far
 from .borders import CurveSteps, codimension_two, curve_of, curve_problem, follow_way
-from .branch import BORDERS, Bifurcation
+from .branch import Bifurcation
 from .curve import BifurcationCurve, CodimensionTwo
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .doubling import doubled, doubling_near, halving
+from .kinds import BORDERS, BifurcationKind
 from .motion import PeriodicMotion
 from .problem import OrbitProblem
 from .ranges import Bounds
@@ -23,7 +24,19 @@ from .verdict import motion_of
 Array = NDArray[np.float64]
 
 # At which a stable motion ends, along a branch and along the edge of its stability.
-ENDS = ("fold", "saddle_node", "period_doubling", "neimark_sacker", *BORDERS, *RESONANCES)
+ENDS = (
+    OwnTest.FOLD,
+    BifurcationKind.SADDLE_NODE,
+    BifurcationKind.PERIOD_DOUBLING,
+    BifurcationKind.NEIMARK_SACKER,
+    *BORDERS,
+    *RESONANCES,
+)
+# The other curve through a strong resonance on one of Neimark-Sacker points.
+_OTHER = {
+    BifurcationKind.RESONANCE_1_1: BifurcationKind.SADDLE_NODE,
+    BifurcationKind.RESONANCE_1_2: BifurcationKind.PERIOD_DOUBLING,
+}
 # Two ends of curves are one point if they agree to this part of the ranges.
 SAME_CORNER = 1e-6
 # ... and to this part where the equations of a doubled motion become singular.
@@ -98,14 +111,14 @@ class Walk:
             return ""
         problem, u = curve_problem(start, self.names)
         ways = [self._way(problem, u, 1)]
-        if ways[0].end not in ("closed", INTERRUPTED):
+        if ways[0].end not in (PathEnd.CLOSED, PathEnd.INTERRUPTED):
             ways.insert(0, self._way(problem, u, -1))
         curve = curve_of(problem, ways)
         self._after.append(Arc(curve.values, curve))
         back, forth = ways[0], ways[-1]
-        if INTERRUPTED in (back.end, forth.end):
+        if PathEnd.INTERRUPTED in (back.end, forth.end):
             raise KeyboardInterrupt
-        if forth.end == "closed":
+        if forth.end is PathEnd.CLOSED:
             return ""
         aim = curve.values[0]
         try:
@@ -142,7 +155,7 @@ class Walk:
         problem, u = curve_problem(place, self.names)
         for direction in (1, -1):
             probe = self._way(problem, u, direction, most=3)
-            if len(probe.points) < 2 or probe.end == "start":
+            if len(probe.points) < 2 or probe.end is PathEnd.START:
                 continue
             if problem.bounds_stability(probe.points[1].u, probe.points[1].p):
                 path = self._way(problem, u, direction)
@@ -153,24 +166,23 @@ class Walk:
     def _way(self, problem: CurveProblem, u: Array, direction: int, most: int = 0) -> Path:
         steps = replace(self.steps, max_points=most) if most else self.steps
         path = follow_way(problem, u, self.bounds, direction, steps, ENDS)
-        if path.end == INTERRUPTED and most:
+        if path.end is PathEnd.INTERRUPTED and most:
             raise KeyboardInterrupt
         return path
 
     def _place(self, problem: CurveProblem, path: Path) -> Place:
         """Return where a curve has led."""
-        if path.end == INTERRUPTED:
+        if path.end is PathEnd.INTERRUPTED:
             return KeyboardInterrupt()
         last = path.points[-1]
         short = problem.itinerary.periods < self.motion.m
-        if path.end == "bound":
+        if path.end is PathEnd.BOUND:
             at = OnBound(problem.itinerary, last.u, last.p, self._bound_of(last.p))
             return self._doubled(problem, at) if short else at
-        if path.end.startswith("stopped"):
+        if path.stop is not None:
             if short:
-                kind = path.special[-1].kind
-                return Lost(f"the halved motion has a {kind} at {_numbers(last.p)}")
-            return _meeting(problem, path.special[-1])
+                return Lost(f"the halved motion has a {path.stop.kind} at {_numbers(last.p)}")
+            return _meeting(problem, path.stop)
         return Lost(f"{problem.kind} at {_numbers(last.p)}: {path.end} {path.detail}".strip())
 
     def _doubled(self, problem: CurveProblem, at: OnBound) -> OnBound:
@@ -212,7 +224,7 @@ class Walk:
 
     def _end_of(self, problem: OrbitProblem, path: Path, index: int) -> Bifurcation | None:
         """Return the bifurcation at the end of a branch, None on a bound."""
-        if path.end == INTERRUPTED:
+        if path.end is PathEnd.INTERRUPTED:
             raise KeyboardInterrupt
         # A doubled motion ends where its halves become one.
         k = halving(problem, path)
@@ -221,10 +233,10 @@ class Walk:
             found = doubling_near(problem, u, p, self.bounds[index], self.steps.max_step)
             if found is not None:
                 return found
-        if path.end == "bound":
+        if path.end is PathEnd.BOUND:
             return None
-        if path.end.startswith("stopped"):
-            return bifurcation_at(problem, path.special[-1])
+        if path.stop is not None:
+            return bifurcation_at(problem, path.stop)
         at = f"{problem.parameters[0]} = {path.p[-1, 0]:.6g}" if path.points else "the start"
         raise Lost(f"the motion at {at}: {path.end}")
 
@@ -278,7 +290,7 @@ class Walk:
             values = np.empty((len(path.points), 2))
             values[:, place.index] = place.p[place.index]
             values[:, free] = [point.p[0] for point in path.points]
-            if path.end == INTERRUPTED:
+            if path.end is PathEnd.INTERRUPTED:
                 return Arc(values, None), KeyboardInterrupt()
             found = self._end_of(problem, path, free)
             if found is not None:
@@ -297,10 +309,10 @@ def _is_stable(problem: OrbitProblem, u: Array, p: Array) -> bool:
 def _meeting(problem: CurveProblem, special: SpecialPoint) -> CodimensionTwo:
     """Return a point of codimension two as the start of the other curve through it."""
     found = codimension_two(problem, special)
-    if found.kind not in RESONANCES:
+    if found.kind not in _OTHER:
         return found
-    other = {"resonance_1_1": "saddle_node", "resonance_1_2": "period_doubling"}[found.kind]
-    kind = other if problem.kind == "neimark_sacker" else "neimark_sacker"
+    pair = BifurcationKind.NEIMARK_SACKER
+    kind = _OTHER[found.kind] if problem.kind is pair else pair
     return CodimensionTwo(
         kind=kind,
         values=found.values,

@@ -14,26 +14,39 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .._core import Border, BorderKind, Condition
 from ..arguments import count, positive, reject
 from ..continuation.curves import follow_curve
-from ..continuation.path import INTERRUPTED, Path, Point, SpecialPoint, path_so_far
+from ..continuation.path import (
+    TURNING_POINTS,
+    OwnTest,
+    Path,
+    PathEnd,
+    Point,
+    SpecialPoint,
+    path_so_far,
+)
 from ..errors import Interrupted
 from ..interruption import interruptible
-from .branch import BORDERS, NAMES, Bifurcation
+from .branch import Bifurcation
 from .curve import BifurcationCurve, CodimensionTwo
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .friction import with_friction
+from .kinds import BORDERS, BifurcationKind, end_of
 from .problem import OrbitProblem
 from .ranges import LONGEST_STEP, Bounds, two_ranges
-from .resegment import beside, parsed, spared
+from .resegment import beside, spared
 from .verdict import motion_of, primitive
 
 Array = NDArray[np.float64]
 
 # Kinds that can be followed.
-KINDS = ("saddle_node", "period_doubling", "neimark_sacker", *BORDERS)
-# Special points that say nothing of the motion.
-_NO_BIFURCATION = ("turning_point", "neutral_saddle")
+KINDS = (
+    BifurcationKind.SADDLE_NODE,
+    BifurcationKind.PERIOD_DOUBLING,
+    BifurcationKind.NEIMARK_SACKER,
+    *(BifurcationKind(border.value) for border in BorderKind),
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,13 +121,13 @@ def bifurcation_curve(
     for direction in (-1, 1):
         path = follow_way(problem, u, bounds, direction, steps)
         paths.append(path)
-        if path.end in ("closed", INTERRUPTED):
+        if path.end in (PathEnd.CLOSED, PathEnd.INTERRUPTED):
             break
     try:
         curve = curve_of(problem, paths)
     except KeyboardInterrupt:
         raise Interrupted("interrupted at the end of a curve", curve_of(problem, paths)) from None
-    if path.end == INTERRUPTED:
+    if path.end is PathEnd.INTERRUPTED:
         raise Interrupted("interrupted along a curve", curve)
     return curve
 
@@ -125,18 +138,19 @@ def curve_problem(
     """Return the equations of a curve, and the nodes at which it starts."""
     motion, test = bifurcation.motion, bifurcation.test
     system, itinerary, nodes = motion.system, motion.itinerary, motion.nodes
-    if bifurcation.kind == "saddle_node":
-        test = "fold"
-    elif bifurcation.kind == "grazing" and (found := parsed(test))[1] == "u":
+    if bifurcation.kind is BifurcationKind.SADDLE_NODE:
+        test = OwnTest.FOLD
+    elif isinstance(test, Condition) and test.border is Border.APPROACH_VELOCITY:
         problem = OrbitProblem(system, itinerary, names)
         p = np.array([getattr(system, name) for name in names])
-        without = spared(problem, nodes.ravel(), p, found[2])
+        without = spared(problem, nodes.ravel(), p, test.leg)
         if without is not None:
-            itinerary, nodes, test = without
+            itinerary, nodes, flight = without
             shorter, cut = primitive(system, itinerary, nodes)
             if len(cut) < len(nodes):
-                test = f"grazing: flight, leg {parsed(test)[2] % len(cut)}"
+                flight = Condition(flight.border, flight.leg % len(cut))
                 itinerary, nodes = shorter, cut
+            test = flight
     if "friction" in names:
         itinerary, nodes, friction = with_friction(system, itinerary, nodes)
         if friction != system.friction:
@@ -156,6 +170,7 @@ def follow_way(
 
     After Ctrl-C the path ends with ``interrupted``.
     """
+    resonances = RESONANCES if problem.kind is BifurcationKind.NEIMARK_SACKER else ()
     try:
         path = follow_curve(
             problem,
@@ -169,15 +184,15 @@ def follow_way(
             min_step=steps.min_step,
             max_step=steps.max_step,
             max_points=steps.max_points,
-            stop_at=(*BORDERS, *(RESONANCES if problem.kind == "neimark_sacker" else ()), *stop_at),
+            stop_at=(*BORDERS, *resonances, *stop_at),
             # On a curve of saddle-nodes det(I - M) is zero throughout.
-            ignore={"saddle_node"} if problem.test == "fold" else set[str](),
+            ignore=[BifurcationKind.SADDLE_NODE] if problem.test is OwnTest.FOLD else [],
             classify=problem.classify,
         )
     except KeyboardInterrupt as interruption:
         path = path_so_far(interruption)
     if len(path.points) > 1 and _beyond_a_border(problem, path.points[1]):
-        end = INTERRUPTED if path.end == INTERRUPTED else "start"
+        end = PathEnd.INTERRUPTED if path.end is PathEnd.INTERRUPTED else PathEnd.START
         return Path(points=path.points[:1], special=(), end=end)
     return path
 
@@ -187,7 +202,7 @@ def _beyond_a_border(problem: CurveProblem, point: Point) -> bool:
     return any(
         value < -ROUNDING
         for test, value in point.tests.items()
-        if test != problem.test and (test.split(":")[0] in BORDERS or test in RESONANCES)
+        if test != problem.test and (isinstance(test, Condition) or test in RESONANCES)
     )
 
 
@@ -214,9 +229,11 @@ def curve_of(problem: CurveProblem, paths: list[Path]) -> BifurcationCurve:
         points=tuple(
             codimension_two(problem, point)
             for point in special
-            if point.kind not in _NO_BIFURCATION and point.continuous
+            if point.test not in TURNING_POINTS
+            and point.kind != BifurcationKind.NEUTRAL_SADDLE
+            and point.continuous
         ),
-        ends=(_end(back), _end(forth)),
+        ends=(end_of(back), end_of(forth)),
         system=problem.system,
         test=problem.test,
     )
@@ -226,7 +243,7 @@ def codimension_two(problem: CurveProblem, point: SpecialPoint) -> CodimensionTw
     """Return a special point of a curve as users see it."""
     nodes = point.u.reshape(-1, 4)
     return CodimensionTwo(
-        kind=NAMES.get(point.kind, point.kind),
+        kind=BifurcationKind(point.kind),
         values=point.p,
         motion=motion_of(problem.system_at(point.p), problem.itinerary, nodes, whole=True),
         test=point.test,
@@ -237,7 +254,7 @@ def codimension_two(problem: CurveProblem, point: SpecialPoint) -> CodimensionTw
 
 def _beyond(problem: CurveProblem, point: SpecialPoint) -> CodimensionTwo | None:
     """Return where the curve goes on beyond another border."""
-    if problem.kind not in BORDERS or point.kind not in BORDERS:
+    if not (isinstance(problem.test, Condition) and isinstance(point.test, Condition)):
         return None
     found = beside(problem, point, problem.test)
     if found is None:
@@ -250,7 +267,3 @@ def _beyond(problem: CurveProblem, point: SpecialPoint) -> CodimensionTwo | None
         test=test,
         test_value=point.tests.get(problem.test, 0.0),
     )
-
-
-def _end(path: Path) -> str:
-    return path.end.removeprefix("stopped: ").split(":")[0]

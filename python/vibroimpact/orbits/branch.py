@@ -1,5 +1,7 @@
 """A branch of periodic motions over one parameter: its pieces and its located bifurcations."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -7,24 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from .._core import Leg, LegKind
 from ..arguments import close_to, reject
 from ..interruption import interruptible
 from ..system import System
 from ..verbs import verb
+from .kinds import BifurcationKind, BranchEnd, Test
 from .motion import NEUTRAL, PeriodicMotion
 
 Array = NDArray[np.float64]
-
-# Kinds of tests at which a motion ceases to be one with these legs.
-BORDERS = ("grazing", "regime_border", "chatter_onset", "contact_border")
-# All kinds of bifurcations; the last ones have codimension two, and lie on curves alone.
-KINDS = (
-    *("saddle_node", "period_doubling", "neimark_sacker", "neutral_saddle", "branch_point"),
-    *BORDERS,
-    *("cusp", "resonance_1_1", "resonance_1_2", "resonance_1_3", "resonance_1_4"),
-)
-# Names of the kinds of bifurcations as users see them.
-NAMES = {"fold": "saddle_node"}
 
 
 @interruptible
@@ -48,13 +41,13 @@ class Bifurcation:
         At a border: the legs beyond it, ``()`` where the branch ends.
     """
 
-    kind: str
+    kind: BifurcationKind
     parameter: str
     value: float
     motion: PeriodicMotion
-    test: str
+    test: Test
     test_value: float
-    goes_on: tuple[str, ...] = ()
+    goes_on: tuple[Leg, ...] = ()
 
     def __repr__(self) -> str:
         """Kind, place and motion."""
@@ -98,8 +91,8 @@ class Piece:
     def label(self) -> str:
         """The motion in a word, m-n."""
         legs = self.itinerary.legs
-        impacts = sum(leg.startswith("impact") for leg in legs)
-        return f"{self.itinerary.periods}-{'inf' if 'chatter' in legs else impacts}"
+        impacts = sum(leg.kind is LegKind.IMPACT for leg in legs)
+        return f"{self.itinerary.periods}-{'inf' if Leg.CHATTER in legs else impacts}"
 
     def __repr__(self) -> str:
         """Label, range and number of points."""
@@ -121,7 +114,7 @@ class Piece:
     @cached_property
     def impacts(self) -> Array:
         """x1 at the impacts but those of chatter, shape (k, impacts)."""
-        after = [i for i, leg in enumerate(self.itinerary.legs) if leg.startswith("impact")]
+        after = [i for i, leg in enumerate(self.itinerary.legs) if leg.kind is LegKind.IMPACT]
         count = len(self.itinerary.legs)
         return self.nodes[:, [(i + 1) % count for i in after], 0]
 
@@ -152,15 +145,17 @@ class Branch:
         In order along the branch.
     ends
         Why the branch ends, at its first and last point: ``bound``, the kind of a border that it
-        does not pass, ``points``, ``closed``, ``no convergence``, ``outside domain``,
-        ``interrupted``, or a text that begins with ``not a motion:`` and says why a simulation does
-        not confirm the next point.
+        does not pass, ``points``, ``closed``, ``start``, ``no convergence``, ``outside domain``,
+        ``interrupted``, or ``refused``: a simulation does not confirm the next point.
+    why_not
+        Why not, of either end; ``""`` where that is not the reason.
     """
 
     parameter: str
     pieces: tuple[Piece, ...]
     bifurcations: tuple[Bifurcation, ...]
-    ends: tuple[str, str]
+    ends: tuple[BranchEnd, BranchEnd]
+    why_not: tuple[str, str] = ("", "")
 
     @property
     def values(self) -> Array:
@@ -180,9 +175,10 @@ class Branch:
         ParameterError
             If there is no such kind.
         """
-        if not isinstance(kind, str) or kind not in KINDS:
-            hint = close_to(kind, KINDS) if isinstance(kind, str) else ""
-            reject("kind", kind, f"one of {', '.join(KINDS)}{hint}")
+        known = tuple(BifurcationKind)
+        if not isinstance(kind, str) or kind not in known:
+            hint = close_to(kind, known) if isinstance(kind, str) else ""
+            reject("kind", kind, f"one of {', '.join(known)}{hint}")
         return [found for found in self.bifurcations if found.kind == kind]
 
     def __repr__(self) -> str:

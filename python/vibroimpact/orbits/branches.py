@@ -10,13 +10,14 @@ goes on it goes on with another sequence of legs: both sequences have the border
 import numpy as np
 
 from ..arguments import reject
-from ..continuation.path import INTERRUPTED
+from ..continuation.path import PathEnd
 from ..errors import Interrupted
 from ..interruption import interruptible
 from .branch import Bifurcation, Branch
 from .doubling import doubled
 from .following import Half, Settings, follow_half, joined
 from .friction import with_friction
+from .kinds import BifurcationKind
 from .motion import PeriodicMotion
 from .ranges import one_range
 from .resegment import Crossing
@@ -83,9 +84,9 @@ def follow_motion(
     for way in ways:
         half = follow_half(motion.system, start, way, settings)
         halves.append(half)
-        if half.end == INTERRUPTED:
+        if half.end is PathEnd.INTERRUPTED:
             raise Interrupted("interrupted along a branch", joined(name, halves, both))
-        if half.end == "closed":
+        if half.end is PathEnd.CLOSED:
             break
     return joined(name, halves, both)
 
@@ -120,8 +121,9 @@ def switch_branch(
     Interrupted
         After Ctrl-C; ``.result`` is the branch so far.
     """
-    if not isinstance(bifurcation, Bifurcation) or bifurcation.kind != "period_doubling":
-        reject("bifurcation", bifurcation, "a Bifurcation of the kind period_doubling")
+    wanted = BifurcationKind.PERIOD_DOUBLING
+    if not isinstance(bifurcation, Bifurcation) or bifurcation.kind is not wanted:
+        reject("bifurcation", bifurcation, f"a Bifurcation of the kind {wanted}")
     system = bifurcation.motion.system
     name, bounds = one_range(system, parameter)
     settings = Settings.checked(name, bounds, step, max_step, max_points)
@@ -129,6 +131,6 @@ def switch_branch(
     tangent = np.append(shift.ravel(), 0.0)
     start = Crossing(itinerary=itinerary, u=nodes.ravel(), p=getattr(system, name), tangent=tangent)
     half = follow_half(system, start, 1, settings)
-    if half.end == INTERRUPTED:
+    if half.end is PathEnd.INTERRUPTED:
         raise Interrupted("interrupted along a branch", joined(name, [half], False))
     return joined(name, [half], False)

@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from .._core import Leg
 from ..interruption import interruptible
 from ..system import System
 from ..verbs import verb
+from .kinds import BifurcationKind, BranchEnd, Test
 from .motion import PeriodicMotion
 
 if TYPE_CHECKING:
@@ -41,10 +43,10 @@ class CodimensionTwo:
         to be followed by ``bifurcation_curve``; None where it is not known.
     """
 
-    kind: str
+    kind: BifurcationKind
     values: Array
     motion: PeriodicMotion
-    test: str
+    test: Test
     test_value: float
     goes_on: CodimensionTwo | None = None
 
@@ -90,7 +92,7 @@ class BifurcationCurve:
         The function that vanishes along the curve.
     """
 
-    kind: str
+    kind: BifurcationKind
     parameters: tuple[str, str]
     values: Array
     nodes: Array
@@ -98,9 +100,9 @@ class BifurcationCurve:
     multipliers: NDArray[np.complex128]
     bounds_stability: NDArray[np.bool_]
     points: tuple[CodimensionTwo, ...]
-    ends: tuple[str, str]
+    ends: tuple[BranchEnd, BranchEnd]
     system: System
-    test: str
+    test: Test
 
     @property
     def problem(self) -> CurveProblem:
@@ -111,7 +113,7 @@ class BifurcationCurve:
         return problem
 
     @property
-    def legs(self) -> tuple[str, ...]:
+    def legs(self) -> tuple[Leg, ...]:
         """The legs of the motion."""
         return tuple(self.itinerary.legs)
 

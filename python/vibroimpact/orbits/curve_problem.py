@@ -15,12 +15,13 @@ A bifurcation *bounds stability* where the motion there keeps all its other cond
 multipliers lie inside the unit circle and it is a motion.
 """
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from .._core import Border, Condition
 from ..continuation.map_bifurcations import (
     bialternate,
     neimark_sacker_cosine,
@@ -28,6 +29,7 @@ from ..continuation.map_bifurcations import (
     saddle_node,
 )
 from ..system import System
+from .kinds import BifurcationKind, Test
 from .problem import Array, OrbitProblem
 
 # cos theta within this of 1 or -1 belongs to a resonance: multipliers within 1e-2 of 1 or -1. Where
@@ -35,8 +37,15 @@ from .problem import Array, OrbitProblem
 RESONANT = 1e-4
 # A test of a border, or 1 - |l|, above minus this is not below zero: rounding of a point on it.
 ROUNDING = 1e-9
+# How many multipliers are critical on a curve, and where on the unit circle a single one is.
+_CRITICAL = {
+    BifurcationKind.SADDLE_NODE: 1,
+    BifurcationKind.PERIOD_DOUBLING: 1,
+    BifurcationKind.NEIMARK_SACKER: 2,
+}
+_AIM = {BifurcationKind.SADDLE_NODE: 1.0, BifurcationKind.PERIOD_DOUBLING: -1.0}
 # Tests that say where a Neimark-Sacker curve ends.
-RESONANCES = ("resonance_1_1", "resonance_1_2")
+RESONANCES = (BifurcationKind.RESONANCE_1_1, BifurcationKind.RESONANCE_1_2)
 
 
 class CurveProblem(OrbitProblem):
@@ -47,51 +56,56 @@ class CurveProblem(OrbitProblem):
         system: System,
         itinerary: _core.Itinerary,
         parameters: tuple[str, ...],
-        kind: str,
-        test: str,
+        kind: BifurcationKind,
+        test: Test,
     ) -> None:
         super().__init__(system, itinerary, parameters)
         self.kind, self.test = kind, test
         # Where an impact has u = 0 the derivative of the return map is infinite.
-        self.multipliers_watched = not test.startswith("grazing: u")
+        self.multipliers_watched = not (
+            isinstance(test, Condition) and test.border is Border.APPROACH_VELOCITY
+        )
 
-    def tests(self, u: Array, p: Array, jacobian: Array) -> Mapping[str, float]:
-        """Return the test functions by name."""
-        tests = self.border_tests(u, p)
+    def tests(self, u: Array, p: Array, jacobian: Array) -> Mapping[Test, float]:
+        """Return the test functions."""
+        tests = dict[Test, float](self.border_tests(u, p).items())
         if not self.multipliers_watched:
             return tests
         matrix = self.monodromy(u, p)
         if not np.isfinite(matrix).all():
             return tests
         tests |= self.multiplier_tests(matrix)
-        if self.kind != "neimark_sacker":
-            if self.kind != "saddle_node":
-                tests["saddle_node"] = saddle_node(matrix)
+        if self.kind is not BifurcationKind.NEIMARK_SACKER:
+            if self.kind is not BifurcationKind.SADDLE_NODE:
+                tests[BifurcationKind.SADDLE_NODE] = saddle_node(matrix)
             return tests
         c = neimark_sacker_cosine(matrix)
-        tests |= {"resonance_1_1": 1.0 - c, "resonance_1_2": 1.0 + c}
-        tests |= {"resonance_1_3": 0.5 + c, "resonance_1_4": c}
+        tests[BifurcationKind.RESONANCE_1_1] = 1.0 - c
+        tests[BifurcationKind.RESONANCE_1_2] = 1.0 + c
+        tests[BifurcationKind.RESONANCE_1_3] = 0.5 + c
+        tests[BifurcationKind.RESONANCE_1_4] = c
         # The pair's own factors, (1 -+ l)(1 -+ 1/l) = 2 (1 -+ c), are left out.
         if abs(c) < 1.0:
-            tests["saddle_node"] = saddle_node(matrix) / (1.0 - c)
-            tests["period_doubling"] = period_doubling(matrix) / (1.0 + c)
+            tests[BifurcationKind.SADDLE_NODE] = saddle_node(matrix) / (1.0 - c)
+            tests[BifurcationKind.PERIOD_DOUBLING] = period_doubling(matrix) / (1.0 + c)
         else:
-            del tests["period_doubling"]
+            del tests[BifurcationKind.PERIOD_DOUBLING]
         return tests
 
-    def singular_matrices(self, u: Array, p: Array, jacobian: Array) -> Mapping[str, Array]:
+    def singular_matrices(self, u: Array, p: Array, jacobian: Array) -> Mapping[Test, Array]:
         """Return the matrix that is singular along the curve, if one is."""
-        if self.test == "period_doubling":
+        if self.test is BifurcationKind.PERIOD_DOUBLING:
             matrix = self.monodromy(u, p)
             return {self.test: matrix + np.eye(len(matrix))}
-        if self.test == "neimark_sacker":
+        if self.test is BifurcationKind.NEIMARK_SACKER:
             products = bialternate(self.monodromy(u, p))
             return {self.test: np.eye(len(products)) - products}
         return {}
 
-    def classify(self, test: str, u: Array, p: Array, jacobian: Array) -> str:
+    def classify(self, test: Hashable, u: Array, p: Array, jacobian: Array) -> BifurcationKind:
         """Return the kind of a point of codimension two."""
-        if test == "neimark_sacker" and self.kind in ("saddle_node", "period_doubling"):
+        single = (BifurcationKind.SADDLE_NODE, BifurcationKind.PERIOD_DOUBLING)
+        if test is BifurcationKind.NEIMARK_SACKER and self.kind in single:
             c = neimark_sacker_cosine(self.monodromy(u, p))
             if abs(abs(c) - 1.0) < RESONANT:
                 return RESONANCES[0] if c > 0.0 else RESONANCES[1]
@@ -113,13 +127,13 @@ class CurveProblem(OrbitProblem):
         others = self.multipliers(u, p)
         if np.isnan(others).any():
             return False
-        critical = {"saddle_node": 1, "period_doubling": 1, "neimark_sacker": 2}.get(self.kind, 0)
+        critical = _CRITICAL.get(self.kind, 0)
         for _ in range(critical):
-            aim = {"saddle_node": 1.0, "period_doubling": -1.0}.get(self.kind)
+            aim = _AIM.get(self.kind)
             # Of a pair l, 1/l both are left out, wherever on the circle it is.
             off = np.abs(others - aim) if aim is not None else self._off_circle(others)
             others = np.delete(others, int(np.argmin(off)))
-        if self.kind == "neimark_sacker" and abs(self._cosine(u, p)) >= 1.0:
+        if self.kind is BifurcationKind.NEIMARK_SACKER and abs(self._cosine(u, p)) >= 1.0:
             return False
         return bool((np.abs(others) < 1.0 + ROUNDING).all())
 

@@ -4,10 +4,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from .._core import Leg
 from ..continuation.follow import follow
 from ..continuation.newton import OutsideDomain
 from ..continuation.path import Path
 from .branch import Bifurcation
+from .kinds import BifurcationKind
 from .motion import PeriodicMotion
 from .problem import OrbitProblem
 from .special_points import bifurcation_at
@@ -31,7 +33,7 @@ def doubled(motion: PeriodicMotion) -> tuple[_core.Itinerary, Array, Array]:
     its first half and by -d in its second.
     """
     legs, clocks = list(motion.legs), list(motion.clocks)
-    circuit = legs == ["circuit"]
+    circuit = legs == [Leg.CIRCUIT]
     if circuit:
         raise OutsideDomain("a motion without impacts does not double")
     twice = _core.Itinerary(
@@ -93,7 +95,7 @@ def doubling_near(
             max_points=100,
             classify=shorter.classify,
         )
-        doublings = path.of_kind("period_doubling")
+        doublings = path.of_kind(BifurcationKind.PERIOD_DOUBLING)
         if doublings:
             return bifurcation_at(
                 shorter, min(doublings, key=lambda point: abs(point.p[0] - float(p[0])))

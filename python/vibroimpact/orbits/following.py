@@ -5,19 +5,22 @@ with the sequence beyond (`resegment`), or ends. Between, a simulation confirms 
 """
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .._core import Condition
 from ..arguments import count, positive, reject
 from ..continuation.follow import follow
 from ..continuation.newton import solve
-from ..continuation.path import INTERRUPTED, Path, Point, SpecialPoint, path_so_far
+from ..continuation.path import Path, PathEnd, Point, SpecialPoint, path_so_far
 from ..system import System
-from .branch import BORDERS, Bifurcation, Branch, Piece
+from .branch import Bifurcation, Branch, Piece
 from .doubling import MIN_STEP, doubling_near, halving
+from .kinds import BORDERS, BifurcationKind, BranchEnd, end_of
 from .motion import same_orbit
 from .problem import OrbitProblem
 from .ranges import LONGEST_STEP
@@ -99,16 +102,17 @@ class Half:
 
     pieces: list[Piece]
     bifurcations: list[Bifurcation]
-    end: str
+    end: BranchEnd
+    why_not: str = ""
 
 
 def follow_half(system: System, start: Crossing, way: int, settings: Settings) -> Half:
     """Follow one direction; Ctrl-C ends it with what is done."""
-    half = Half([], [], "points")
+    half = Half([], [], PathEnd.POINTS)
     try:
         _extend(half, system, start, way, settings)
     except KeyboardInterrupt:  # Interrupted is one
-        half.end = INTERRUPTED
+        half.end = PathEnd.INTERRUPTED
     return half
 
 
@@ -120,7 +124,8 @@ def joined(name: str, halves: Sequence[Half], both: bool) -> Branch:
             parameter=name,
             pieces=tuple(half.pieces),
             bifurcations=tuple(half.bifurcations),
-            ends=("start", half.end) if not both else (half.end, half.end),
+            ends=(half.end if both else PathEnd.START, half.end),
+            why_not=(half.why_not if both else "", half.why_not),
         )
     back, forth = halves
     reversed_pieces = [
@@ -139,6 +144,7 @@ def joined(name: str, halves: Sequence[Half], both: bool) -> Branch:
         pieces=(*reversed_pieces, *forth.pieces),
         bifurcations=(*reversed(back.bifurcations), *forth.bifurcations),
         ends=(back.end, forth.end),
+        why_not=(back.why_not, forth.why_not),
     )
 
 
@@ -158,30 +164,30 @@ def _extend(half: Half, system: System, start: Crossing, way: int, settings: Set
                 path = _path(problem, at, direction, left, finer)
         except KeyboardInterrupt:
             # The last step may have passed a border unseen.
-            path = replace(path, points=path.points[:-1], end=INTERRUPTED)
+            path = replace(path, points=path.points[:-1], end=PathEnd.INTERRUPTED)
         left -= len(path.points)
-        half.end = path.end.removeprefix("stopped: ")
+        half.end, half.why_not = end_of(path), ""
         halved = halving(problem, path)
         piece, good, reason = _piece(problem, path, halved, settings)
         if piece is None:
-            if reason == INTERRUPTED:
+            if reason is None:
                 raise KeyboardInterrupt
             break
         if continued:
             half.pieces[-1] = _continued(half.pieces[-1], piece)
         else:
             half.pieces.append(piece)
-        last = path.special[-1] if path.end.startswith("stopped") else None
+        last = path.stop
         reached = path.points[good - 1].arclength
         if last is not None and not reason:
             reached = min(reached, last.arclength - SAME_PLACE)
         for special in path.special:
             if special is not last and special.arclength <= reached and _is_zero(special):
                 half.bifurcations.append(bifurcation_at(problem, special))
-        if INTERRUPTED in (path.end, reason):
+        if path.end is PathEnd.INTERRUPTED or reason is None:
             raise KeyboardInterrupt
         if reason:
-            half.end = f"not a motion: {reason}"
+            half.end, half.why_not = PathEnd.REFUSED, reason
             failed = path.points[good].arclength - path.points[good - 1].arclength
             at = _again(problem, path.points[good - 1])
             finer = replace(settings, step=failed / SHORTER, max_step=failed / SHORTER)
@@ -190,7 +196,7 @@ def _extend(half: Half, system: System, start: Crossing, way: int, settings: Set
                 break
             continue
         if halved is not None:
-            half.end = "period_doubling"
+            half.end = BifurcationKind.PERIOD_DOUBLING
             at_halves = path.points[halved]
             doubling = doubling_near(
                 problem, at_halves.u, at_halves.p, settings.bounds, settings.max_step
@@ -217,11 +223,11 @@ def _extend(half: Half, system: System, start: Crossing, way: int, settings: Set
                     keep = borders[first - 1][2]
                 del half.pieces[first:pieces], half.bifurcations[keep:found]
                 half.bifurcations.append(border)
-                half.end = "closed"
+                half.end = PathEnd.CLOSED
                 return
         half.bifurcations.append(border)
         borders.append((border, len(half.pieces), len(half.bifurcations)))
-        half.end = last.kind if at is None else "points"
+        half.end = end_of(path) if at is None else PathEnd.POINTS
 
 
 def _path(
@@ -249,12 +255,15 @@ def _path(
 
 def _piece(
     problem: OrbitProblem, path: Path, halved: int | None, settings: Settings
-) -> tuple[Piece | None, int, str]:
-    """Return the piece, how many points it has, and why a simulation does not confirm the next."""
+) -> tuple[Piece | None, int, str | None]:
+    """Return the piece, how many points it has, and why a simulation does not confirm the next.
+
+    That is ``""`` if there is none, and None after Ctrl-C.
+    """
     multipliers: list[NDArray[np.complex128]] = []
-    reason = ""
+    reason: str | None = ""
     points = path.points if halved is None else path.points[:halved]
-    stops = path.special[-1].test if path.end.startswith("stopped") else ""
+    stops = path.stop.test if path.stop is not None else None
     largest = max((point.tests.get(stops, 0.0) for point in points), default=0.0)
     # All of a path may lie at its border.
     border = max(AT_BORDER * largest, LOCATED)
@@ -263,12 +272,12 @@ def _piece(
             system = problem.system_at(point.p)
             motion = motion_of(system, problem.itinerary, point.u.reshape(-1, 4), whole=True)
         except KeyboardInterrupt:
-            reason = INTERRUPTED
+            reason = None
             break
         # So close to a border a simulation decides by rounding.
         at_border = (
             k == 0
-            or (stops and k == len(path.points) - 1)
+            or (stops is not None and k == len(path.points) - 1)
             or point.tests.get(stops, math.inf) < border
         )
         if not (motion.admissible or at_border or settings.virtual):
@@ -296,7 +305,7 @@ def _passed_a_border(problem: OrbitProblem, path: Path) -> bool:
     shorter orbit at its graze: all its passes graze there together, and one of them may have done
     so just before.
     """
-    if not path.end.startswith("stopped") or len(path.points) < 2:
+    if path.stop is None or len(path.points) < 2:
         return False
     before, border = path.points[-2:]
     for part in (0.5, 0.9):
@@ -305,7 +314,7 @@ def _passed_a_border(problem: OrbitProblem, path: Path) -> bool:
         if not report.converged:
             continue
         tests = problem.tests(found, p, problem.residual(found, p)[1])
-        if any(value < 0.0 for test, value in tests.items() if test.split(":")[0] in BORDERS):
+        if any(value < 0.0 for test, value in tests.items() if isinstance(test, Condition)):
             return True
     return False
 
@@ -320,7 +329,7 @@ def _is_zero(special: SpecialPoint) -> bool:
 
 
 def _same_legs(one: Piece, other: Piece) -> bool:
-    return one.label == other.label and sorted(one.itinerary.legs) == sorted(other.itinerary.legs)
+    return one.label == other.label and Counter(one.itinerary.legs) == Counter(other.itinerary.legs)
 
 
 def _same_border(one: Bifurcation, other: Bifurcation) -> bool:
@@ -328,7 +337,7 @@ def _same_border(one: Bifurcation, other: Bifurcation) -> bool:
     return (
         one.kind == other.kind
         and abs(one.value - other.value) <= SAME_VALUE * max(1.0, abs(one.value))
-        and sorted(one.goes_on) == sorted(other.goes_on)
+        and Counter(one.goes_on) == Counter(other.goes_on)
         and same_orbit(one.motion, other.motion)
     )
 

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from .._core import Leg, LegKind, Regime
 from ..arguments import reject
 from ..continuation.newton import solve
 from ..impacts import impact
 from ..system import System
-from .motion import REGIMES
 from .problem import OrbitProblem
 from .verdict import MAX_EVENTS, motion_of
 
@@ -36,17 +36,17 @@ def with_friction(
     """
     if system.contact == "direct":
         reject("friction", "a range", "no parameter to vary in direct contact, which has none")
-    if system.friction > 0.0 or itinerary.legs == ["circuit"]:
+    if system.friction > 0.0 or itinerary.legs == [Leg.CIRCUIT]:
         return itinerary, nodes, system.friction
     rough = system.replace(friction=SMALL)
     periods, wall = itinerary.periods, itinerary.wall_at_rest
-    if all(leg.startswith("impact") for leg in itinerary.legs):
+    if all(leg.kind is LegKind.IMPACT for leg in itinerary.legs):
         x1, v1, _, v2 = itinerary.before_events(system._compiled, nodes).T
         regimes = impact(rough, x1=x1, v1=v1, v2=v2)["regime"]
         sides = np.ones(len(x1)) if system.law == "paper" else np.sin(x1)
         legs = [
-            f"impact:{REGIMES[regime]}:{_sign(direction)}{_sign(side)}"
-            for regime, direction, side in zip(regimes, v1, sides, strict=True)
+            Leg.impact(Regime(int(regime)), *(int(math.copysign(1.0, x)) for x in signs))
+            for regime, *signs in zip(regimes, v1, sides, strict=True)
         ]
         return _core.Itinerary(legs, periods, itinerary.clocks, wall), nodes, 0.0
     start = motion_of(system, itinerary, nodes, whole=True).initial
@@ -56,8 +56,5 @@ def with_friction(
         if report.converged:
             return found[0], u.reshape(-1, 4), SMALL
         reason = f"Newton's method: {report.outcome}"
-    reject("motion", itinerary.legs, f"one that goes on at a friction of {SMALL}; here {reason}")
-
-
-def _sign(value: float) -> str:
-    return "-" if math.copysign(1.0, value) < 0.0 else "+"
+    given = [str(leg) for leg in itinerary.legs]
+    reject("motion", given, f"one that goes on at a friction of {SMALL}; here {reason}")

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
+from .._core import Leg
 from ..arguments import vector
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
@@ -33,14 +34,6 @@ IMPACT_DTYPE = np.dtype(
         for name in ("time", "x1", "v1_pre", "v1_post", "x2", "v2_pre", "v2_post", "phase")
     ]
     + [("regime", "<i8"), ("approach_velocity", "<f8")]
-)
-REGIMES = (
-    "frictionless",
-    "slip",
-    "reversal_approach",
-    "reversal_restitution",
-    "stick_approach",
-    "stick_restitution",
 )
 # A multiplier this close to the unit circle is on it: those of undamped free motion are, but for
 # rounding.
@@ -83,7 +76,7 @@ class PeriodicMotion(FixedArrays):
     system: System
     m: int
     n: int | float
-    legs: tuple[str, ...]
+    legs: tuple[Leg, ...]
     nodes: Array
     clocks: tuple[int, ...]
     wall_at_rest: bool
@@ -145,7 +138,7 @@ class PeriodicMotion(FixedArrays):
         before = self.itinerary.before_events(self.system._compiled, self.nodes)
         rows = []
         for i, leg in enumerate(self.legs):
-            if not leg.startswith("impact"):
+            if leg.regime is None:
                 continue
             after = (i + 1) % len(self.legs)
             x1, v1, x2, v2 = before[i]
@@ -156,7 +149,7 @@ class PeriodicMotion(FixedArrays):
                 (
                     (self.clocks[after] % self.m) * self.system.drive_period + time,
                     *(x1, v1, v1_post, x2, v2, v2_post, phase % math.tau),
-                    REGIMES.index(leg.split(":")[1]),
+                    int(leg.regime),
                     v1 * slope - v2,
                 )
             )
@@ -209,7 +202,7 @@ class PeriodicMotion(FixedArrays):
         """
         times = vector("t", t)
         period = self.system.drive_period
-        if self.legs[0] == "circuit":
+        if self.legs[0] == Leg.CIRCUIT:
             return np.array([self._in_leg(0, time % (self.m * period)) for time in times])
         starts = self._node_times()
         states = np.empty((len(times), 4))
@@ -225,7 +218,7 @@ class PeriodicMotion(FixedArrays):
         return np.array(self.clocks) * self.system.drive_period + self.nodes[:, 3]
 
     def _in_leg(self, leg: int, time: float) -> tuple[float, float, float, float]:
-        if self.legs[leg] == "chatter" and time > 0.0:
+        if self.legs[leg] == Leg.CHATTER and time > 0.0:
             return self._in_chatter(leg, time)
         state = self.itinerary.state_in_leg(self.system._compiled, self.nodes, leg, time)
         return state or (math.nan,) * 4
@@ -263,7 +256,7 @@ def reduced(matrix: Array, itinerary: _core.Itinerary) -> Array:
     """Leave out a wall at rest: its states, and x1, which cannot vary on it."""
     if not itinerary.wall_at_rest:
         return matrix
-    kept = [0, 1] if itinerary.legs == ["circuit"] else [1, 3]
+    kept = [0, 1] if itinerary.legs == [Leg.CIRCUIT] else [1, 3]
     return matrix[np.ix_(kept, kept)]
 
 

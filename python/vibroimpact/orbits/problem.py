@@ -6,12 +6,13 @@ the motion inside its sequence of legs, and those of its multipliers.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from .._core import Condition, Leg
 from ..continuation.map_bifurcations import (
     bialternate,
     neimark_sacker,
@@ -21,6 +22,7 @@ from ..continuation.map_bifurcations import (
 from ..continuation.newton import OutsideDomain
 from ..errors import ParameterError
 from ..system import System
+from .kinds import BifurcationKind, Test
 from .motion import monodromy, reduced
 
 Array = NDArray[np.float64]
@@ -61,56 +63,60 @@ class OrbitProblem:
         except ParameterError as error:  # drive frequency 0 on the way
             raise OutsideDomain(str(error)) from error
 
-    def tests(self, u: Array, p: Array, jacobian: Array) -> Mapping[str, float]:
-        """Return the test functions by name, ``kind: what, leg``."""
-        tests = self.border_tests(u, p)
+    def tests(self, u: Array, p: Array, jacobian: Array) -> Mapping[Test, float]:
+        """Return the test functions: those of the borders, and of the multipliers."""
+        tests = dict[Test, float](self.border_tests(u, p).items())
         matrix = self.monodromy(u, p)
         if np.isfinite(matrix).all():
             tests |= self.multiplier_tests(matrix)
         return tests
 
-    def border_tests(self, u: Array, p: Array) -> dict[str, float]:
+    def border_tests(self, u: Array, p: Array) -> dict[Condition, float]:
         """Return what holds the motion inside its sequence of legs."""
         found = self.itinerary.tests(self.system_at(p)._compiled, u.reshape(-1, 4))
-        return {f"{kind}: {name}, leg {leg}": value for kind, leg, name, value, _ in found}
+        return {condition: value for condition, value, _ in found}
 
     @staticmethod
-    def multiplier_tests(matrix: Array) -> dict[str, float]:
+    def multiplier_tests(matrix: Array) -> dict[Test, float]:
         """Return the tests of a monodromy matrix but that of a saddle-node."""
         return {
-            "period_doubling": period_doubling(matrix),
-            "neimark_sacker": neimark_sacker(matrix),
+            BifurcationKind.PERIOD_DOUBLING: period_doubling(matrix),
+            BifurcationKind.NEIMARK_SACKER: neimark_sacker(matrix),
         }
 
-    def single_test(self, name: str, u: Array, p: Array) -> float | None:
+    def single_test(self, test: Hashable, u: Array, p: Array) -> float | None:
         """Return one test of a border without the others; None if it is none, NaN if missing."""
-        return self.border_tests(u, p).get(name, math.nan) if ": " in name else None
+        if not isinstance(test, Condition):
+            return None
+        return self.border_tests(u, p).get(test, math.nan)
 
-    def unknowns_of(self, name: str, count: int) -> list[int]:
+    def unknowns_of(self, test: Hashable, count: int) -> list[int]:
         """Return the unknowns on which a test may depend.
 
         The condition of a leg is known from the node at which it starts and the time at which it
         ends, which the next node has.
         """
-        if ": " not in name:
+        if not isinstance(test, Condition):
             return list(range(count))
-        leg = int(name.rsplit(" ", 1)[1])
+        leg = test.leg
         return [*range(4 * leg, 4 * leg + 4), (4 * leg + 7) % count]
 
-    def singular_matrices(self, u: Array, p: Array, jacobian: Array) -> Mapping[str, Array]:
-        """Return the matrices that are singular at bifurcations, by the name of their test."""
+    def singular_matrices(self, u: Array, p: Array, jacobian: Array) -> Mapping[Test, Array]:
+        """Return the matrices that are singular at bifurcations, by their test."""
         matrix = self.monodromy(u, p)
         products = bialternate(matrix)
         return {
-            "period_doubling": matrix + np.eye(len(matrix)),
-            "neimark_sacker": np.eye(len(products)) - products,
+            BifurcationKind.PERIOD_DOUBLING: matrix + np.eye(len(matrix)),
+            BifurcationKind.NEIMARK_SACKER: np.eye(len(products)) - products,
         }
 
-    def classify(self, test: str, u: Array, p: Array, jacobian: Array) -> str:
+    def classify(self, test: Hashable, u: Array, p: Array, jacobian: Array) -> BifurcationKind:
         """Return the kind of a zero of a test."""
-        if test == "neimark_sacker":
-            return neimark_sacker_kind(self.monodromy(u, p))
-        return test.split(":")[0]
+        if isinstance(test, Condition):
+            return BifurcationKind(test.kind)
+        if test is BifurcationKind.NEIMARK_SACKER:
+            return BifurcationKind(neimark_sacker_kind(self.monodromy(u, p)))
+        return BifurcationKind(str(test))
 
     def monodromy(self, u: Array, p: Array) -> Array:
         """Return the derivative of the return map, a wall at rest left out."""
@@ -124,7 +130,7 @@ class OrbitProblem:
         """
         nodes = u.reshape(-1, 4)
         omega = max(self.system.drive_frequency, 1e-3)
-        circuit = self.itinerary.legs == ["circuit"]
+        circuit = self.itinerary.legs == [Leg.CIRCUIT]
         positions, speeds = nodes[:, [0, 3]] if circuit else nodes[:, :1], nodes[:, 1:3]
         length = max(float(np.abs(positions).max()), float(np.abs(speeds).max()) / omega, 1e-3)
         last = length if circuit else 1.0 / omega

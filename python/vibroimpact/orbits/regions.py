@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 
 from ..arguments import reject
 from ..continuation.curves import curve_point
-from ..continuation.path import INTERRUPTED
+from ..continuation.path import OwnTest, PathEnd
 from ..errors import Interrupted
 from ..interruption import interruptible
 from .border_walk import Walk
 from .borders import CurveSteps
 from .branch import Bifurcation
 from .curve import BifurcationCurve
+from .kinds import BifurcationKind
 from .motion import PeriodicMotion
 from .ranges import two_ranges
 from .region import StabilityRegion
@@ -75,7 +76,7 @@ def stability_region(
     try:
         why_not = walk.round()
     except KeyboardInterrupt:  # Interrupted is one
-        region = _region(walk, INTERRUPTED)
+        region = _region(walk, PathEnd.INTERRUPTED)
         raise Interrupted("interrupted along a border of stability", region) from None
     return _region(walk, why_not)
 
@@ -111,6 +112,6 @@ def crossing(arc: BifurcationCurve, k: int, index: int, value: float) -> Bifurca
         parameter=arc.parameters[1 - index],
         value=float(p[1 - index]),
         motion=motion,
-        test="fold" if arc.kind == "saddle_node" else problem.test,
+        test=OwnTest.FOLD if arc.kind is BifurcationKind.SADDLE_NODE else problem.test,
         test_value=left,
     )

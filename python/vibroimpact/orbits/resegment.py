@@ -21,14 +21,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from .._core import Border, BorderKind, Condition, Leg, LegEnd, LegKind, Regime
 from ..continuation.newton import OutsideDomain, solve
 from ..continuation.path import SpecialPoint
-from ..run import Regime
 from ..system import System
 from .problem import OrbitProblem
 from .verdict import MAX_EVENTS, motion_of, primitive
 
 Array = NDArray[np.float64]
+# The legs beyond a border, the nodes there, and the test that grows from zero.
+_New = tuple[_core.Itinerary, Array, Condition]
 
 # Step in units of the sizes by which the direction of a new branch is tried.
 TRIAL = 1e-7
@@ -68,15 +70,15 @@ class Crossing:
 
 def beyond(problem: OrbitProblem, border: SpecialPoint) -> Crossing | None:
     """Return how a branch goes on beyond a border, None if it ends there."""
-    kind, what, leg = parsed(border.test)
+    test: Condition = border.test
     try:
-        if _has_neighbour(problem, border):
+        if _has_neighbour(problem, test):
             found = _neighbour(problem, border)
-        elif kind == "contact_border" and what == "x1' in the slide":
-            found = _stopped(problem, border, leg)
-        elif kind == "contact_border" and _slides_on(problem.itinerary, what, leg):
-            found = _not_stopped(problem, border, leg)
-        elif kind in ("contact_border", "regime_border"):
+        elif test.border is Border.SPEED_IN_SLIDE:
+            found = _stopped(problem, border, test)
+        elif _slides_on(problem.itinerary, test):
+            found = _not_stopped(problem, border, test.leg)
+        elif test.kind in (BorderKind.CONTACT_BORDER, BorderKind.REGIME_BORDER):
             steps = (_by_simulation(problem, border, ahead) for ahead in AHEAD)
             return next((crossing for crossing in steps if crossing is not None), None)
         else:
@@ -86,58 +88,44 @@ def beyond(problem: OrbitProblem, border: SpecialPoint) -> Crossing | None:
         return None
 
 
-def beside(
-    problem: OrbitProblem, corner: SpecialPoint, own: str
-) -> tuple[_core.Itinerary, Array, str] | None:
+def beside(problem: OrbitProblem, corner: SpecialPoint, own: Condition) -> _New | None:
     """Return how a curve of borders goes on where it meets another border.
 
-    Legs and nodes beyond that border, and the name that the curve's own test has there; None where
+    Legs and nodes beyond that border, and the curve's own test there; None where
     another border has no neighbour, or the curve's own condition is not found again.
     """
     try:
-        found = _neighbour(problem, corner) if _has_neighbour(problem, corner) else None
+        known = _has_neighbour(problem, corner.test)
+        found = _neighbour(problem, corner) if known else None
     except OutsideDomain:
         found = None
     if found is None:
         return None
     itinerary, nodes, crossed = found
     new = OrbitProblem(problem.system, itinerary, problem.parameters)
-    mine = parsed(own)[:2]
     values = {
         test: abs(value)
         for test, value in new.border_tests(nodes.ravel(), corner.p).items()
-        if parsed(test)[:2] == mine and test != crossed
+        if test.border is own.border and test != crossed
     }
     same = min(values, key=lambda test: values[test], default=None)
     return (itinerary, nodes, same) if same is not None and values[same] < ON_BORDER else None
 
 
-def parsed(test: str) -> tuple[str, str, int]:
-    """Return kind, what vanishes, and leg of a test."""
-    kind, rest = test.split(": ", 1)
-    what, leg = rest.rsplit(", leg ", 1)
-    return kind, what, int(leg)
-
-
-# The legs beyond a border, the nodes there, and the test that grows from zero.
-_New = tuple[_core.Itinerary, Array, str]
-
-
-def _has_neighbour(problem: OrbitProblem, border: SpecialPoint) -> bool:
+def _has_neighbour(problem: OrbitProblem, test: Condition) -> bool:
     """Whether the legs beyond a border are known: a touch, or an impact of another regime."""
-    kind, _, leg = parsed(border.test)
-    impact = problem.itinerary.legs[leg].startswith("impact")
-    return kind == "grazing" or (kind == "regime_border" and impact)
+    impact = problem.itinerary.legs[test.leg].kind is LegKind.IMPACT
+    return test.kind is BorderKind.GRAZING or (test.kind is BorderKind.REGIME_BORDER and impact)
 
 
 def _neighbour(problem: OrbitProblem, border: SpecialPoint) -> _New | None:
     """The legs beyond a touch, or beyond the edge of an impact's regime."""
-    kind, what, leg = parsed(border.test)
-    if kind == "regime_border":
-        return _other_regime(problem, border, what, leg)
-    if what == "flight":
-        return _struck(problem, border, leg)
-    return spared(problem, border.u, border.p, leg)
+    test: Condition = border.test
+    if test.kind is BorderKind.REGIME_BORDER:
+        return _other_regime(problem, border, test)
+    if test.border is Border.FLIGHT:
+        return _struck(problem, border, test.leg)
+    return spared(problem, border.u, border.p, test.leg)
 
 
 def _struck(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New | None:
@@ -152,7 +140,7 @@ def _struck(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New | Non
         return None
     x1, v1, _, v2 = touch
     legs, clocks = itinerary.legs, itinerary.clocks
-    circuit = legs == ["circuit"]
+    circuit = legs == [Leg.CIRCUIT]
     start = 0.0 if circuit else clocks[leg] * system.drive_period + nodes[leg, 3]
     clock = math.floor((start + hump[0]) / system.drive_period)
     time = start + hump[0] - clock * system.drive_period
@@ -161,25 +149,26 @@ def _struck(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New | Non
     impact = _from_rest(system, touch, time) if rests else _slips(system, x1, v1)
     if circuit:
         new = _core.Itinerary([impact], itinerary.periods, [clock], itinerary.wall_at_rest)
-        return new, node[None, :], "grazing: u, leg 0"
+        return new, node[None, :], Condition(Border.APPROACH_VELOCITY, 0)
     new = _core.Itinerary(
         [*legs[:leg], impact, *legs[leg:]],
         itinerary.periods,
         [*clocks[: leg + 1], clock, *clocks[leg + 1 :]],
         itinerary.wall_at_rest,
     )
-    return new, np.insert(nodes, leg + 1, node, axis=0), f"grazing: u, leg {leg}"
+    touch_test = Condition(Border.APPROACH_VELOCITY, leg)
+    return new, np.insert(nodes, leg + 1, node, axis=0), touch_test
 
 
-def _slips(system: System, x1: float, v1: float, regime: str = "slip") -> str:
+def _slips(system: System, x1: float, v1: float, regime: Regime = Regime.SLIP) -> Leg:
     """The leg to an impact with u = 0, which as a rule slips the way the tip moves."""
     if system.friction == 0.0:
-        return "impact:frictionless"
-    side = "+" if system.law == "paper" or math.sin(x1) > 0.0 else "-"
-    return f"impact:{regime}:{'+' if v1 > 0.0 else '-'}{side}"
+        return Leg.impact(Regime.FRICTIONLESS)
+    side = 1 if system.law == "paper" or math.sin(x1) > 0.0 else -1
+    return Leg.impact(regime, 1 if v1 > 0.0 else -1, side)
 
 
-def _from_rest(system: System, touch: tuple[float, float, float, float], time: float) -> str:
+def _from_rest(system: System, touch: tuple[float, float, float, float], time: float) -> Leg:
     """The leg to an impact with u = 0 in which both bodies are at rest.
 
     Just beyond, both velocities are the accelerations times the time by which it comes before the
@@ -197,7 +186,7 @@ def _from_rest(system: System, touch: tuple[float, float, float, float], time: f
     before = [np.array([value]) for value in (x1, a1 / second, a2 / second)]
     regime = Regime(int(_core.impact(system._compiled, *before)["regime"][0]))
     direction = 1.0 if regime == Regime.SLIP and a1 / second == 0.0 else a1 / second
-    return _slips(system, x1, direction, regime.name.lower())
+    return _slips(system, x1, direction, regime)
 
 
 def spared(problem: OrbitProblem, u: Array, p: Array, leg: int) -> _New | None:
@@ -210,9 +199,9 @@ def spared(problem: OrbitProblem, u: Array, p: Array, leg: int) -> _New | None:
     if count == 1:
         motion = motion_of(system, itinerary, nodes, whole=True)
         x1, v1, x2, v2 = motion.trajectory([0.0])[0]
-        new = _core.Itinerary(["circuit"], 1, [0], itinerary.wall_at_rest)
-        return new, np.array([[x1, v1, v2, x2]]), "grazing: flight, leg 0"
-    if not legs[after].startswith("impact"):
+        new = _core.Itinerary([Leg.CIRCUIT], 1, [0], itinerary.wall_at_rest)
+        return new, np.array([[x1, v1, v2, x2]]), Condition(Border.FLIGHT, 0)
+    if legs[after].kind is not LegKind.IMPACT:
         # What follows is contact or chatter: it has begun with this impact.
         return None
     kept = [i for i in range(count) if i != after]
@@ -220,73 +209,83 @@ def spared(problem: OrbitProblem, u: Array, p: Array, leg: int) -> _New | None:
     new = _core.Itinerary(
         new_legs, itinerary.periods, [clocks[i] for i in kept], itinerary.wall_at_rest
     )
-    return new, nodes[kept], f"grazing: flight, leg {kept.index(leg)}"
+    return new, nodes[kept], Condition(Border.FLIGHT, kept.index(leg))
 
 
-def _other_regime(problem: OrbitProblem, border: SpecialPoint, what: str, leg: int) -> _New | None:
+def _other_regime(problem: OrbitProblem, border: SpecialPoint, test: Condition) -> _New | None:
     """The impact is one of the neighbouring regime."""
     itinerary, system = problem.itinerary, problem.system_at(border.p)
     legs, nodes = itinerary.legs, border.u.reshape(-1, 4)
     angles = itinerary.before_events(system._compiled, nodes)[:, 0]
     # In a symmetric orbit several impacts may be at their borders at once.
     together = [
-        other
-        for kind, other, name, value, _ in itinerary.tests(system._compiled, nodes)
-        if kind == "regime_border"
-        and name == what
+        other.leg
+        for other, value, _ in itinerary.tests(system._compiled, nodes)
+        if other.border is test.border
         and abs(value) <= TOGETHER
-        and legs[other].startswith("impact")
+        and legs[other.leg].kind is LegKind.IMPACT
     ]
     changed = list(legs)
-    for other in {leg, *together}:
-        new_leg = _beyond_edge(legs[other], what, system, float(angles[other]))
+    for other in {test.leg, *together}:
+        new_leg = _beyond_edge(legs[other], test.border, system, float(angles[other]))
         if new_leg is None:
             return None
         changed[other] = new_leg
     new = _core.Itinerary(changed, itinerary.periods, itinerary.clocks, itinerary.wall_at_rest)
-    test = border.test
-    if system.restitution == 0.0 and what.startswith("P* = "):
+    if system.restitution == 0.0 and test.border in _STOPS:
         # Both edges are one: from slip to approach, and back.
-        edge = "P* = (1 + r) P_f" if ":slip:" in changed[leg] else "P* = P_f"
-        test = f"regime_border: {edge}, leg {leg}"
+        slips = changed[test.leg].regime is Regime.SLIP
+        edge = Border.STOP_AT_END_OF_IMPACT if slips else Border.STOP_AT_END_OF_APPROACH
+        test = Condition(edge, test.leg)
     return new, nodes, test
 
 
-def _beyond_edge(leg: str, what: str, system: System, x1: float) -> str | None:
+# Edges at which slip stops.
+_STOPS = (Border.STOP_AT_END_OF_APPROACH, Border.STOP_AT_END_OF_IMPACT)
+# Regimes of a tip that has stopped: it slips back or sticks, in approach or in restitution.
+_REVERSAL = (Regime.REVERSAL_APPROACH, Regime.REVERSAL_RESTITUTION)
+_STICK = (Regime.STICK_APPROACH, Regime.STICK_RESTITUTION)
+_OTHER_STAGE = dict(zip(_REVERSAL + _STICK, _REVERSAL[::-1] + _STICK[::-1], strict=True))
+_OTHER_WAY = dict(zip(_REVERSAL + _STICK, _STICK + _REVERSAL, strict=True))
+
+
+def _beyond_edge(leg: Leg, edge: Border, system: System, x1: float) -> Leg | None:
     """Return the leg to an impact of the neighbouring regime."""
-    _, regime, signs = leg.split(":")
+    regime, direction, side = leg.regime, leg.direction, leg.side
     sticks = abs(math.cos(x1)) <= system.friction * abs(math.sin(x1))
-    bends = "stick" if sticks else "reversal"
-    flipped = {"+": "-", "-": "+"}
-    direction, side = signs[0], signs[1]
-    if what == "sin x1 = 0":
-        side = flipped[side]
-    elif what.startswith("P* = ") and system.restitution == 0.0:
-        regime = f"{bends}_approach" if regime == "slip" else "slip"
-    elif what == "P* = (1 + r) P_f":
-        regime = f"{bends}_restitution" if regime == "slip" else "slip"
-    elif what == "P* = P_f":
-        how, stage = regime.split("_")
-        regime = f"{how}_{'restitution' if stage == 'approach' else 'approach'}"
-    elif what == "|cos x1| = mu |sin x1|":
-        how, stage = regime.split("_")
-        regime = f"{'stick' if how == 'reversal' else 'reversal'}_{stage}"
-    elif what == "x1' = 0 before":
-        direction = flipped[direction]
+    in_approach, in_restitution = _STICK if sticks else _REVERSAL
+    if regime is None:
+        return None
+    if edge is Border.SIDE_OF_IMPACT:
+        side = -side
+    elif edge in _STOPS and system.restitution == 0.0:
+        regime = in_approach if regime is Regime.SLIP else Regime.SLIP
+    elif edge is Border.STOP_AT_END_OF_IMPACT:
+        regime = in_restitution if regime is Regime.SLIP else Regime.SLIP
+    elif edge is Border.STOP_AT_END_OF_APPROACH:
+        regime = _OTHER_STAGE[regime]
+    elif edge is Border.FRICTION_CONE:
+        regime = _OTHER_WAY[regime]
+    elif edge is Border.SLIP_BEFORE:
+        direction = -direction
         if not sticks:
             # From rest the tip slips with s = -sgn(cos x1); the other way it turns round at once.
-            regime = "reversal_approach" if regime == "slip" else "slip"
+            regime = Regime.REVERSAL_APPROACH if regime is Regime.SLIP else Regime.SLIP
     else:
         return None
-    return f"impact:{regime}:{direction}{side}"
+    return Leg.impact(regime, direction, side)
 
 
-def _slides_on(itinerary: _core.Itinerary, what: str, leg: int) -> bool:
+def _slides_on(itinerary: _core.Itinerary, test: Condition) -> bool:
     """Whether a leg of no length is a stick between two slides in the same direction."""
     legs = itinerary.legs
-    before = legs[leg - 1]
-    same = before.endswith(":stop") and legs[leg] == f"stick:{before.removesuffix(':stop')}"
-    return what == "length of the phase" and same and len(legs) > 2
+    before, leg = legs[test.leg - 1], legs[test.leg]
+    same = before.end is LegEnd.STOP and leg == Leg.stick(_SLIDES[before.direction])
+    return test.border is Border.LENGTH and same and len(legs) > 2
+
+
+# How a stick ends in a slide, by the sign of x1'.
+_SLIDES = {1: LegEnd.SLIDE_POSITIVE, -1: LegEnd.SLIDE_NEGATIVE}
 
 
 def _not_stopped(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New:
@@ -303,15 +302,15 @@ def _not_stopped(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New:
         [clocks[i] for i in kept],
         itinerary.wall_at_rest,
     )
-    return new, nodes[kept], f"contact_border: x1' in the slide, leg {kept.index(first)}"
+    return new, nodes[kept], Condition(Border.SPEED_IN_SLIDE, kept.index(first))
 
 
-def _stopped(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New | None:
+def _stopped(problem: OrbitProblem, border: SpecialPoint, test: Condition) -> _New | None:
     """The slide whose x1' touches zero stops there, for no time."""
     itinerary, system = problem.itinerary, problem.system_at(border.p)
     nodes = border.u.reshape(-1, 4)
-    tests = itinerary.tests(system._compiled, nodes)
-    times = [time for _, i, name, _, time in tests if (i, name) == (leg, "x1' in the slide")]
+    tests, leg = itinerary.tests(system._compiled, nodes), test.leg
+    times = [time for other, _, time in tests if other == test]
     state = itinerary.state_in_leg(system._compiled, nodes, leg, times[0]) if times else None
     if state is None:
         return None
@@ -319,25 +318,29 @@ def _stopped(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New | No
     start = clocks[leg] * period + nodes[leg, 3] + times[0]
     clock = math.floor(start / period)
     node = np.array([state[0], 0.0, 0.0, start - clock * period])
-    slide = legs[leg].split(":")[0]
+    direction = legs[leg].direction
+    stop = [Leg.slide(direction, LegEnd.STOP), Leg.stick(_SLIDES[direction])]
     new = _core.Itinerary(
-        [*legs[:leg], f"{slide}:stop", f"stick:{slide}", *legs[leg:]],
+        [*legs[:leg], *stop, *legs[leg:]],
         itinerary.periods,
         [*clocks[: leg + 1], clock, clock, *clocks[leg + 1 :]],
         itinerary.wall_at_rest,
     )
     nodes = np.insert(nodes, [leg + 1, leg + 1], node, axis=0)
-    return new, nodes, f"contact_border: length of the phase, leg {leg + 1}"
+    return new, nodes, Condition(Border.LENGTH, leg + 1)
 
 
 def _oriented(
-    problem: OrbitProblem, border: SpecialPoint, itinerary: _core.Itinerary, nodes: Array, test: str
+    problem: OrbitProblem,
+    border: SpecialPoint,
+    itinerary: _core.Itinerary,
+    nodes: Array,
+    test: Condition,
 ) -> Crossing | None:
     """The tangent of the new branch along which its test grows from zero."""
     shorter, cut = primitive(problem.system_at(border.p), itinerary, nodes)
     if len(cut) < len(nodes):
-        kind, what, leg = parsed(test)
-        itinerary, nodes, test = shorter, cut, f"{kind}: {what}, leg {leg % len(cut)}"
+        itinerary, nodes, test = shorter, cut, Condition(test.border, test.leg % len(cut))
     new = OrbitProblem(problem.system, itinerary, problem.parameters)
     u = nodes.ravel()
     sizes = np.append(new.scale(u), 1.0)
@@ -350,10 +353,8 @@ def _oriented(
     def grown(step: float) -> float:
         z = np.append(u, border.p) + step * tangent
         system = new.system_at(z[-1:])
-        for kind, leg, name, value, _ in itinerary.tests(system._compiled, z[:-1].reshape(-1, 4)):
-            if f"{kind}: {name}, leg {leg}" == test:
-                return value
-        return -math.inf
+        tests = itinerary.tests(system._compiled, z[:-1].reshape(-1, 4))
+        return next((value for other, value, _ in tests if other == test), -math.inf)
 
     forth, back = grown(TRIAL), grown(-TRIAL)
     if forth == back or max(forth, back) <= 0.0:

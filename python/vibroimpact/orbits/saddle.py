@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from .._core import LegKind
 from ..arguments import reject
 from ..simulation import simulate
 from ..system import System
@@ -42,7 +43,7 @@ def eigenvector(motion: PeriodicMotion, time: float) -> Array:
     change = np.zeros(4)
     change[[1, 3] if itinerary.wall_at_rest else slice(None)] = unstable
     leg, passed = _leg_at(motion, time)
-    if not motion.legs[leg].startswith("impact"):
+    if motion.legs[leg].kind is not LegKind.IMPACT:
         reject("section_phase", time * system.drive_frequency, "a phase in a free flight")
     for transfer in itinerary.transfer(system._compiled, motion.nodes)[:leg]:
         change = transfer @ change

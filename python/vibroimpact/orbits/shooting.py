@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
+from .._core import Leg
 from ..arguments import count, reject, state, states
 from ..continuation.newton import solve
 from ..errors import Interrupted
@@ -84,18 +85,19 @@ def periodic_motion(
     if found is None:
         return NotFound(reason=reason)
     itinerary, nodes = found
-    if itinerary.legs == ["circuit"] and periods > 1:
+    if itinerary.legs == [Leg.CIRCUIT] and periods > 1:
         # Without events the motion repeats with the drive; over more periods of an undamped system
         # the conditions may be singular.
-        itinerary = _core.Itinerary(["circuit"], 1, None, itinerary.wall_at_rest)
+        itinerary = _core.Itinerary([Leg.CIRCUIT], 1, None, itinerary.wall_at_rest)
     return solve_orbit(system, itinerary, nodes)
 
 
 def refine(run: Run) -> PeriodicMotion | NotFound:
     """Find the periodic motion that a run has settled on, to rounding; see ``Run.refine``.
 
-    A label can foretell what a run settles on while it is still far from it (``run.period.method``
-    says so): Newton's method may then find another motion, and the run is carried on.
+    A label can foretell what a run settles on while it is still far from it
+    (``run.period.evidence``): Newton's method may then find another motion, and the run is carried
+    on.
     """
     _driven(run.system)
     period, label = run.period, run.label

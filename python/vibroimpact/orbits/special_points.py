@@ -3,8 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from .._core import Leg
 from ..continuation.path import SpecialPoint
-from .branch import NAMES, Bifurcation
+from .branch import Bifurcation
+from .kinds import BifurcationKind
 from .problem import OrbitProblem
 from .verdict import motion_of
 
@@ -12,12 +14,12 @@ Array = NDArray[np.float64]
 
 
 def bifurcation_at(
-    problem: OrbitProblem, special: SpecialPoint, goes_on: tuple[str, ...] = ()
+    problem: OrbitProblem, special: SpecialPoint, goes_on: tuple[Leg, ...] = ()
 ) -> Bifurcation:
     """Return a special point of a path as users see it."""
     nodes = special.u.reshape(-1, 4)
     return Bifurcation(
-        kind=NAMES.get(special.kind, special.kind),
+        kind=BifurcationKind(special.kind),
         parameter=problem.parameters[0],
         value=float(special.p[0]),
         motion=motion_of(problem.system_at(special.p), problem.itinerary, nodes, whole=True),

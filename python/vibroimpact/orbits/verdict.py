@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from .._core import Border, BorderKind, Leg, LegEnd, LegKind
 from ..simulation import simulate
 from ..system import System
 from .motion import NEUTRAL, PeriodicMotion, monodromy, reduced
@@ -57,8 +58,8 @@ def motion_of(
     order = np.lexsort((-multipliers.imag, -np.round(np.abs(multipliers), 13)))
     multipliers = multipliers[order].astype(np.complex128)
     residual, _ = itinerary.residual(system._compiled, nodes)
-    chatters = "chatter" in itinerary.legs
-    impacts = sum(leg.startswith("impact") for leg in itinerary.legs)
+    chatters = Leg.CHATTER in itinerary.legs
+    impacts = sum(leg.kind is LegKind.IMPACT for leg in itinerary.legs)
     for array in (nodes, multipliers):
         array.flags.writeable = False
     fields: dict[str, Any] = {
@@ -92,15 +93,15 @@ def why_not(motion: PeriodicMotion) -> str:
         if not u > 0.0:
             return f"separating before the impact (u = {u:.3g})"
     tests = motion.itinerary.tests(motion.system._compiled, motion.nodes)
-    for kind, leg, name, value, _ in sorted(tests, key=lambda test: test[0] != "grazing"):
+    for test, value, _ in sorted(tests, key=lambda row: row[0].kind is not BorderKind.GRAZING):
         # On a border between regimes the motion is one of both, and of a graze.
-        if value > (0.0 if name == "u" else -ON_BORDER):
+        if value > (0.0 if test.border is Border.APPROACH_VELOCITY else -ON_BORDER):
             continue
-        if name == "u":
+        if test.border is Border.APPROACH_VELOCITY:
             return f"separating before the impact (u = {value:.3g})"
-        if name == "flight":
+        if test.border is Border.FLIGHT:
             return f"the bodies overlap during the flight (gap {-value:.3g})"
-        return f"{kind.replace('_', ' ')}: {name} ({value:.3g}, leg {leg})"
+        return f"{test.kind.replace('_', ' ')}: {test.border} ({value:.3g}, leg {test.leg})"
     return _simulated_otherwise(motion)
 
 
@@ -118,10 +119,10 @@ def _simulated_otherwise(motion: PeriodicMotion) -> str:
     )
     if found is None:
         return f"a simulation of it: {reason}"
-    legs, own = found[0].legs, list(motion.legs)
-    if system.friction == 0.0:
-        legs, own = _without_friction(legs), _without_friction(own)
-    legs, own = _significant(legs), _significant(own)
+    legs, own = (
+        _significant([_told_by(leg, system) for leg in passed if _shows(leg, system)])
+        for passed in (found[0].legs, motion.legs)
+    )
     if not any(legs[i:] + legs[:i] == own for i in range(len(legs))):
         return "a simulation of it passes other events"
     end = simulate(system, initial=start, periods=motion.m, keep=0).final_state
@@ -133,13 +134,21 @@ def _simulated_otherwise(motion: PeriodicMotion) -> str:
     return ""
 
 
-def _without_friction(legs: list[str]) -> list[str]:
-    """Return what is left of legs at mu = 0: neither regimes nor kinds of contact play a part."""
-    return [
-        leg.split(":")[0] if leg.startswith("impact") else leg.split(":")[-1]
-        for leg in legs
-        if not leg.startswith(("stick", "slide")) or leg.endswith(":release")
-    ]
+# What two passages of one orbit must agree in: kinds of legs, and the legs themselves, or at mu = 0
+# how they end.
+_Told = tuple[LegKind, Leg | LegEnd | None]
+
+
+def _shows(leg: Leg, system: System) -> bool:
+    """Whether a leg counts: at mu = 0 stick and slide are one phase of contact, to its release."""
+    return system.friction > 0.0 or leg.end in (None, LegEnd.RELEASE)
+
+
+def _told_by(leg: Leg, system: System) -> _Told:
+    """Return what a leg says: at mu = 0 neither regime nor kind of contact plays a part."""
+    if system.friction > 0.0:
+        return leg.kind, leg
+    return (LegKind.SLIDE if leg.kind is LegKind.STICK else leg.kind), leg.end
 
 
 def _clear_of_events(motion: PeriodicMotion) -> float:
@@ -149,30 +158,30 @@ def _clear_of_events(motion: PeriodicMotion) -> float:
     """
     period = motion.system.drive_period
     if (
-        motion.legs[0] == "circuit"
+        motion.legs[0] == Leg.CIRCUIT
         or np.abs(np.remainder(motion.nodes[:, 3] + 0.5 * period, period) - 0.5 * period).min()
         > NEAR_EVENT * period
     ):
         return 0.0
     starts = motion._node_times()
     lengths = np.append(starts[1:], starts[0] + motion.m * period) - starts
-    flights = [i for i, leg in enumerate(motion.legs) if leg.startswith("impact")]
+    flights = [i for i, leg in enumerate(motion.legs) if leg.kind is LegKind.IMPACT]
     if not flights:
         return 0.0
     longest = max(flights, key=lambda i: float(lengths[i]))
     return float(starts[longest] + 0.5 * lengths[longest])
 
 
-def _significant(legs: list[str]) -> list[str]:
+def _significant(legs: list[_Told]) -> list[_Told]:
     """Leave out the impacts that lead into chatter: how many stand alone is a matter of choice."""
-    kept: list[str] = []
+    kept: list[_Told] = []
     for leg in legs + legs:
-        if leg == "chatter":
-            while kept and kept[-1].startswith("impact"):
+        if leg[0] is LegKind.CHATTER:
+            while kept and kept[-1][0] is LegKind.IMPACT:
                 kept.pop()
         kept.append(leg)
     # The second round alone: the first may begin among such impacts.
-    chatters = [i for i, leg in enumerate(kept) if leg == "chatter"]
+    chatters = [i for i, leg in enumerate(kept) if leg[0] is LegKind.CHATTER]
     if not chatters:
         return legs
     return kept[chatters[0] : chatters[len(chatters) // 2]]
@@ -185,7 +194,7 @@ def primitive(
     legs, count, periods = itinerary.legs, len(itinerary.legs), itinerary.periods
     clocks = itinerary.clocks
     size = np.abs(nodes).max(axis=0) + 1e-3
-    if legs == ["circuit"]:
+    if legs == [Leg.CIRCUIT]:
         return itinerary, nodes
     for repeats in range(count, 1, -1):
         if count % repeats or periods % repeats:
@@ -212,7 +221,7 @@ def _in_order(
     """Begin with the first event of the first drive period."""
     legs, count, periods = itinerary.legs, len(itinerary.legs), itinerary.periods
     nodes = nodes.copy()
-    if legs == ["circuit"]:
+    if legs == [Leg.CIRCUIT]:
         return itinerary, nodes
     # Along a branch a node may have moved into another drive period.
     passed = np.floor(nodes[:, 3] / system.drive_period)

@@ -17,6 +17,7 @@ from matplotlib.colors import to_rgba_array
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from .._core import Regime
 from ..errors import ParameterError
 from .labels import LABEL_STYLES, NO_LABEL_COLOR, UNRESOLVED, label_codes, label_handles
 from .mesh import boxes, spans
@@ -182,7 +183,7 @@ def _colors(diagram: Diagram, section: str, color: str | None) -> tuple[Any, lis
     if color == "regime":
         regime = np.asarray(diagram.regime)
         handles = regime_handles(np.unique(regime).tolist(), shapes=False)
-        return to_rgba_array([style.color for style in REGIME_STYLES])[regime], handles
+        return to_rgba_array([REGIME_STYLES[each].color for each in Regime])[regime], handles
     offset = diagram.offset if section == "impact" else diagram.stroboscopic_offset
     rows = np.diff(offset)
     if color == "label":

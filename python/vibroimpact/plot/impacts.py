@@ -51,7 +51,7 @@ def impact_regimes(
     """
     axes = _new_axes(axes, 3, (7.1, 3.1), shared=False)
     regimes, restitution, energy = axes
-    palette = ListedColormap([_NO_OUTCOME, *(style.color for style in REGIME_STYLES)])
+    palette = ListedColormap([_NO_OUTCOME, *(style.color for style in REGIME_STYLES.values())])
     _map(regimes, result, result.regime, cmap=palette, vmin=-1.5, vmax=5.5)
     regimes.set_title("(a) regime", pad=4)
 
@@ -164,7 +164,7 @@ def impact_agreement(
             textcoords="offset points",
             fontsize=8,
         )
-        for style, line in zip(REGIME_STYLES, lines, strict=True):
+        for style, line in zip(REGIME_STYLES.values(), lines, strict=True):
             if np.isfinite(line).all():
                 ax.plot(
                     step,

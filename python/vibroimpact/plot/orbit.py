@@ -14,6 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from .._core import Leg, LegKind
 from ..arguments import count, reject
 from ..errors import ParameterError
 from ..orbits import PeriodicMotion
@@ -22,6 +23,12 @@ from .style import BLACK, GREY, STATE_SYMBOLS, VERMILLION
 
 Array = NDArray[np.float64]
 
+# How the legs that are no flights are drawn.
+_MODES: dict[LegKind, Mode] = {
+    LegKind.CHATTER: "chatter",
+    LegKind.SLIDE: "slide",
+    LegKind.STICK: "stick",
+}
 # Gaps up to here are rounding.
 _OVERLAP = 1e-10
 # Samples of a stretch of chatter, whose bounces become ever shorter.
@@ -199,21 +206,12 @@ def _sample(motion: PeriodicMotion, points: int) -> _Orbit:
 
 def _spans(motion: PeriodicMotion, end: float) -> list[ContactSpan]:
     """Return the stretches of chatter and lasting contact in one orbit from t = 0."""
-    if motion.legs[0] == "circuit":
+    if motion.legs[0] == Leg.CIRCUIT:
         return []
     times = np.array(motion.clocks) * motion.system.drive_period + motion.nodes[:, 3]
     spans = []
     for leg, start in enumerate(times):
-        name = motion.legs[leg]
-        mode: Mode | None = (
-            "chatter"
-            if name == "chatter"
-            else "slide"
-            if name.startswith("slide")
-            else "stick"
-            if name.startswith("stick")
-            else None
-        )
+        mode = _MODES.get(motion.legs[leg].kind)
         if mode is None:
             continue
         length = (times[(leg + 1) % len(times)] - start) % end

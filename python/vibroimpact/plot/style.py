@@ -17,6 +17,8 @@ from matplotlib.axes import Axes
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
+from .._core import Regime
+
 BLACK = "#000000"
 ORANGE = "#E69F00"
 SKY_BLUE = "#56B4E9"
@@ -34,21 +36,20 @@ CHATTER_COLOR = SKY_BLUE
 class RegimeStyle:
     """How one impact regime is drawn and named."""
 
-    name: str
     text: str
     color: str
     marker: str
 
 
-REGIME_STYLES = (
-    RegimeStyle("frictionless", "frictionless", BLACK, "o"),
-    RegimeStyle("slip", "slip", BLUE, "s"),
-    RegimeStyle("reversal_approach", "reversal in approach", VERMILLION, "^"),
-    RegimeStyle("reversal_restitution", "reversal in restitution", ORANGE, "v"),
-    RegimeStyle("stick_approach", "stick in approach", GREEN, "D"),
-    RegimeStyle("stick_restitution", "stick in restitution", PURPLE, "P"),
-)
-"""Style of each impact regime; the index is the value of `vibroimpact.Regime`."""
+REGIME_STYLES: dict[int, RegimeStyle] = {
+    Regime.FRICTIONLESS: RegimeStyle("frictionless", BLACK, "o"),
+    Regime.SLIP: RegimeStyle("slip", BLUE, "s"),
+    Regime.REVERSAL_APPROACH: RegimeStyle("reversal in approach", VERMILLION, "^"),
+    Regime.REVERSAL_RESTITUTION: RegimeStyle("reversal in restitution", ORANGE, "v"),
+    Regime.STICK_APPROACH: RegimeStyle("stick in approach", GREEN, "D"),
+    Regime.STICK_RESTITUTION: RegimeStyle("stick in restitution", PURPLE, "P"),
+}
+"""Style of each impact regime, by `vibroimpact.Regime`."""
 
 
 @dataclass(frozen=True)

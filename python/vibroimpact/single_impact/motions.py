@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from .._core import Leg, Regime
 from ..arguments import count, number, pair, reject
 from ..errors import Interrupted
 from ..interruption import interruptible
@@ -157,7 +158,7 @@ def _legs(system: System, n: int, state: State) -> tuple[_core.Itinerary, Array]
     time %= system.drive_period
     rest = mbar == 0.0 and system.force_amplitude == 0.0
     nodes = np.array([[x1, v1 - kappa * impulse, v2 + mbar * impulse, time]])
-    return _core.Itinerary(["impact:frictionless"], n, None, rest), nodes
+    return _core.Itinerary([Leg.impact(Regime.FRICTIONLESS)], n, None, rest), nodes
 
 
 def _state(found: Solutions, k: int) -> State:

@@ -17,11 +17,12 @@ import numpy as np
 from flint import arb, ctx
 from numpy.typing import NDArray
 
+from .._core import Regime
 from ..reference.contact import Undecided
 from ..reference.flight import State
 from ..reference.flight import System as ExactSystem
 from ..reference.impact import LAWS
-from ..run import EventKind, Regime
+from ..run import EventKind
 from .motion import DEAD_ENDS, Entry, Pass, pairs
 from .result import (
     CONTACT_DTYPE,

@@ -6,6 +6,7 @@ bodies at rest under friction) are not isolated: all of one label are one *famil
 """
 
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from typing import Any, Literal
 
 import numpy as np
@@ -23,10 +24,14 @@ Kind = Literal["periodic", "quasi-periodic", "chaotic", "family"]
 
 # Sections agree to this part of their size: one periodic orbit.
 SAME = 1e-6
-# Why members of a family are none of their own.
-AT_REST = "at rest under friction: not isolated"
-NOT_ISOLATED = "a multiplier on the unit circle: not isolated"
-FREE = "free motion that never strikes: every start has its own"
+
+
+class Family(StrEnum):
+    """Why the motions of a family are no attractors of their own."""
+
+    AT_REST = "at rest under friction: not isolated"
+    NOT_ISOLATED = "a multiplier on the unit circle: not isolated"
+    FREE = "free motion that never strikes: every start has its own"
 
 
 @interruptible
@@ -51,7 +56,11 @@ class Attractor:
         Whether it is shown to attract: a periodic motion by its multipliers and the simulations of
         its trapping region, another by a long run that stays.
     why_not
-        If not, why.
+        If not, why, in words.
+    orbit
+        m and n of a motion that has a period, n = -1 with complete chatter; else (0, 0).
+    family
+        Of a family, why its motions are none of their own.
     region
         Trapping region, of a confirmed periodic motion.
     cloud
@@ -69,6 +78,8 @@ class Attractor:
     motion: PeriodicMotion | None = None
     confirmed: bool = False
     why_not: str = ""
+    orbit: tuple[int, int] = (0, 0)
+    family: Family | None = None
     region: Region | None = None
     cloud: Cloud | None = None
     rotor: bool = False
@@ -115,9 +126,9 @@ class Attractor:
         if self.system is not None:  # the family of free motions
             free = _both(tails.aperiodic, (tails.counts == 0).all(axis=1))
             return _both(free, never_strike(self.system, tails.sections[:, -1]))
-        alike = (tails.orbits == _orbit(self.label)).all(axis=1)
+        alike = (tails.orbits == self.orbit).all(axis=1)
         if self.kind == "family":
-            return _both(alike, tails.rested == (self.why_not == AT_REST))
+            return _both(alike, tails.rested == (self.family is Family.AT_REST))
         m = len(self.sections)
         size = max(1e-3, float(np.abs(self.sections).max()))
         last = tails.sections[:, -m:]
@@ -172,11 +183,6 @@ def _both(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> NDArray[np.bool_]
     return result
 
 
-def _orbit(label: str) -> tuple[int, int]:
-    m, n = label.split("-")
-    return int(m), -1 if n == "inf" else int(n)
-
-
 def same(new: Attractor, old: Attractor) -> bool:
     """Whether two attractors are one."""
     if (new.kind, new.label) != (old.kind, old.label):
@@ -185,12 +191,12 @@ def same(new: Attractor, old: Attractor) -> bool:
         overlaps = (old.cloud.inside(new.sections).mean(), new.cloud.inside(old.sections).mean())
         return bool(min(overlaps) >= INSIDE)
     if new.kind == "family":
-        return new.why_not == old.why_not
+        return new.family is old.family
     m = len(new.sections)
     one = Tails(
         sections=new.sections[None],
         counts=np.zeros((1, m), dtype=np.int64),
-        orbits=np.array([_orbit(new.label)]),
+        orbits=np.array([new.orbit]),
         rested=np.zeros(1, dtype=bool),
     )
     return bool(old.holds(one)[0])

@@ -11,7 +11,7 @@ from ... import _core, archive
 from ...orbits.motion import PeriodicMotion
 from ...orbits.verdict import motion_of
 from ...system import System
-from .attractors import FREE, Attractor
+from .attractors import Attractor, Family
 from .clouds import Cloud
 from .region import Region
 from .results import Basins, BasinSettings
@@ -75,12 +75,13 @@ def _parts(attractor: Attractor) -> tuple[dict[str, Any], Arrays]:
     """Return what is text or few numbers, and what is an array."""
     words = {
         name: getattr(attractor, name)
-        for name in ("label", "kind", "start", "confirmed", "why_not", "rotor")
+        for name in ("label", "kind", "start", "confirmed", "why_not", "orbit", "family", "rotor")
     }
     arrays: Arrays = {"sections": attractor.sections}
     motion, region, cloud = attractor.motion, attractor.region, attractor.cloud
     if motion is not None:
-        words["motion"] = [motion.legs, motion.m, motion.clocks, motion.wall_at_rest, motion.error]
+        legs = [str(leg) for leg in motion.legs]
+        words["motion"] = [legs, motion.m, motion.clocks, motion.wall_at_rest, motion.error]
         arrays["nodes"] = motion.nodes
     if region is not None:
         words["region"] = [region.counts, region.contraction, region.samples]
@@ -97,7 +98,8 @@ def _attractor(system: System, words: dict[str, Any], arrays: Arrays) -> Attract
     cloud: Cloud | None = None
     if "motion" in words:
         legs, m, clocks, wall_at_rest, error = words.pop("motion")
-        itinerary = _core.Itinerary(legs, m, clocks, wall_at_rest)
+        known = [_core.Leg.from_text(leg) for leg in legs]
+        itinerary = _core.Itinerary(known, m, clocks, wall_at_rest)
         motion = motion_of(system, itinerary, arrays["nodes"], error=error, whole=True)
     if "region" in words:
         counts, contraction, samples = words.pop("region")
@@ -105,6 +107,8 @@ def _attractor(system: System, words: dict[str, Any], arrays: Arrays) -> Attract
     if "cloud" in words:
         covered, rotor = words.pop("cloud")
         cloud = Cloud(arrays["low"], arrays["width"], arrays["boxes"], covered, rotor)
+    family = None if words["family"] is None else Family(words["family"])
+    words |= {"family": family, "orbit": tuple(words["orbit"])}
     words["start"] = tuple(np.asarray(words["start"], dtype=np.float64).tolist())
     return Attractor(
         **words,
@@ -112,5 +116,5 @@ def _attractor(system: System, words: dict[str, Any], arrays: Arrays) -> Attract
         motion=motion,
         region=region,
         cloud=cloud,
-        system=system if words["why_not"] == FREE else None,
+        system=system if family is Family.FREE else None,
     )

@@ -5,6 +5,7 @@ trapping region. A run that neither repeats nor settles is carried on for a long
 transient.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -18,7 +19,7 @@ from ...run import Run
 from ...simulation import simulate
 from ...system import System
 from ..fields import STATUS_NAMES
-from .attractors import AT_REST, FREE, NOT_ISOLATED, Attractor, Kind, Tails, same
+from .attractors import Attractor, Family, Kind, Tails, same
 from .clouds import cloud_of
 from .free_motion import never_strike
 from .region import Follow, is_rotor
@@ -169,7 +170,7 @@ def explore(
         if not len(run.impacts) and run.time_in_contact == 0.0:
             if not never_strike(system, run.stroboscopic[-1:]).all():
                 return None
-            free = _attractor(run, kind="family", why_not=FREE, system=system)
+            free = _attractor(run, **_family(Family.FREE), system=system)
             return _known_or(free, known)
         run = run.resume(periods=LASTING, keep=LOOKED_AT)
     if run.stop_reason not in ("completed", "rest"):
@@ -196,6 +197,10 @@ def _attractor(run: Run, **more: Any) -> Attractor:
     return Attractor(label=label, sections=run.stroboscopic, start=run.initial, **more)
 
 
+def _family(why: Family) -> dict[str, Any]:
+    return {"kind": "family", "family": why, "why_not": str(why)}
+
+
 def _known_or(new: Attractor, known: Sequence[Attractor]) -> Attractor:
     """Return the known attractor that this is, or itself."""
     return next((old for old in known if same(new, old)), new)
@@ -205,16 +210,22 @@ def _periodic(
     run: Run, follow: Follow, known: Sequence[Attractor], workers: int | None
 ) -> Attractor:
     """Return the attractor of a run that has a period, confirmed if it can be."""
-    m = run.period.m
+    m, n = run.period.m, run.period.n
     assert m is not None
+    assert n is not None
     # The period may have been told from more sections than were kept.
     sections = (run.resume(periods=m) if m > len(run.stroboscopic) else run).stroboscopic[-m:]
     rotor = is_rotor(run.system)
     new = Attractor(
-        label=run.label, kind="periodic", sections=sections, start=run.initial, rotor=rotor
+        label=run.label,
+        kind="periodic",
+        sections=sections,
+        start=run.initial,
+        orbit=(m, -1 if math.isinf(n) else int(n)),
+        rotor=rotor,
     )
     if run.stop_reason == "rest" and run.system.friction > 0.0:
-        return _known_or(replace(new, kind="family", why_not=AT_REST), known)
+        return _known_or(replace(new, **_family(Family.AT_REST)), known)
     motion = refine(run)
     if isinstance(motion, PeriodicMotion) and motion.stable:
         new = _known_or(replace(new, sections=motion.sections, motion=motion), known)
@@ -224,7 +235,7 @@ def _periodic(
         why_not = "" if region is not None else "no trapping region was confirmed"
         return replace(new, region=region, confirmed=region is not None, why_not=why_not)
     if abs(largest_multiplier(run.system, sections, follow) - 1.0) <= NEUTRAL:
-        return _known_or(replace(new, kind="family", why_not=NOT_ISOLATED), known)
+        return _known_or(replace(new, **_family(Family.NOT_ISOLATED)), known)
     if isinstance(motion, PeriodicMotion):
         why = motion.why_not or f"unstable, |lambda| = {abs(motion.multipliers[0]):.6g}"
     else:

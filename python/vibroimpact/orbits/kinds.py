@@ -1,0 +1,48 @@
+"""Kinds of bifurcations of periodic motions, and the test functions that find them."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+from .._core import BorderKind, Condition
+from ..continuation.path import OwnTest, Path, PathEnd
+
+
+class BifurcationKind(StrEnum):
+    """A kind of bifurcation; equal to its name, such as ``"period_doubling"``."""
+
+    SADDLE_NODE = "saddle_node"
+    PERIOD_DOUBLING = "period_doubling"
+    NEIMARK_SACKER = "neimark_sacker"
+    NEUTRAL_SADDLE = "neutral_saddle"
+    BRANCH_POINT = "branch_point"
+    # The borders of a sequence of legs, as the core names them.
+    GRAZING = BorderKind.GRAZING.value
+    REGIME_BORDER = BorderKind.REGIME_BORDER.value
+    CHATTER_ONSET = BorderKind.CHATTER_ONSET.value
+    CONTACT_BORDER = BorderKind.CONTACT_BORDER.value
+    # Of codimension two: on curves alone.
+    CUSP = "cusp"
+    RESONANCE_1_1 = "resonance_1_1"
+    RESONANCE_1_2 = "resonance_1_2"
+    RESONANCE_1_3 = "resonance_1_3"
+    RESONANCE_1_4 = "resonance_1_4"
+
+    @classmethod
+    def _missing_(cls, value: object) -> BifurcationKind | None:
+        # What continuation in general calls a fold is a saddle-node of motions.
+        return cls.SADDLE_NODE if value == OwnTest.FOLD else None
+
+
+# At which a motion ceases to be one with these legs.
+BORDERS = frozenset(BifurcationKind(kind.value) for kind in BorderKind)
+# What vanishes at a bifurcation: a condition of a leg, a function of the multipliers named as the
+# bifurcation, or a function of the path itself.
+Test = Condition | BifurcationKind | OwnTest
+# Why a branch or a curve ends: the bifurcation with which its motion ends, or another reason.
+BranchEnd = PathEnd | BifurcationKind
+
+
+def end_of(path: Path) -> BranchEnd:
+    """Return why a path ends, as users see it."""
+    return path.end if path.stop is None else BifurcationKind(path.stop.kind)

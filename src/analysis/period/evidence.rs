@@ -1,0 +1,238 @@
+//! What a verdict on a motion stands on, with the numbers that belong to it.
+
+use std::fmt;
+
+/// Growth of a small perturbation along a motion (lyapunov.rs).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Growth {
+    /// Mean of the logarithmic growth per drive period.
+    pub mean: f64,
+    /// Its standard error, from the means of blocks.
+    pub error: f64,
+    /// Drive periods it was measured over.
+    pub periods: usize,
+}
+
+/// What a verdict stands on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Evidence {
+    /// The sections return to within rounding.
+    Returned {
+        /// Drive periods by which the motion was followed beyond the run to see it; 0 in the run.
+        further: i64,
+    },
+    /// The sections draw together geometrically.
+    Converging {
+        /// Factor by which their extent shrinks per drive period.
+        rate: f64,
+        /// As in `Returned`.
+        further: i64,
+    },
+    /// No return, and a small perturbation grows no faster than a shear.
+    GrowthBounded(Growth),
+    /// No return, and a small perturbation grows exponentially.
+    GrowthExponential(Growth),
+    /// None of these.
+    Undecided {
+        /// Why.
+        why: WhyUndecided,
+        /// A growth that was measured, and is neither bounded nor exponential for certain.
+        growth: Option<Growth>,
+    },
+}
+
+/// The kind of an [`Evidence`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum EvidenceKind {
+    /// The sections return to within rounding.
+    Returned,
+    /// The sections draw together geometrically.
+    Converging,
+    /// A small perturbation grows no faster than a shear.
+    GrowthBounded,
+    /// A small perturbation grows exponentially.
+    GrowthExponential,
+    /// None of these.
+    Undecided,
+}
+
+/// Why a motion is not judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum WhyUndecided {
+    /// Fewer than four sections.
+    TooFewSections,
+    /// A section left the range of numbers.
+    NotFinite,
+    /// The run ended before its time.
+    Incomplete,
+    /// No return in the sections, and no growth was measured.
+    NoReturn,
+    /// No return, and a growth that cannot be measured: the motion ends, or has too many impacts.
+    NotMeasurable,
+    /// No return, and a growth that is neither bounded nor exponential for certain.
+    GrowthUnclear,
+    /// The caller wished no more.
+    Interrupted,
+}
+
+impl EvidenceKind {
+    /// All, in order.
+    pub const ALL: &'static [Self] = &[
+        Self::Returned,
+        Self::Converging,
+        Self::GrowthBounded,
+        Self::GrowthExponential,
+        Self::Undecided,
+    ];
+
+    /// The name used in Python.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Returned => "returned",
+            Self::Converging => "converging",
+            Self::GrowthBounded => "growth_bounded",
+            Self::GrowthExponential => "growth_exponential",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+impl WhyUndecided {
+    /// All, in order.
+    pub const ALL: &'static [Self] = &[
+        Self::TooFewSections,
+        Self::NotFinite,
+        Self::Incomplete,
+        Self::NoReturn,
+        Self::NotMeasurable,
+        Self::GrowthUnclear,
+        Self::Interrupted,
+    ];
+
+    /// The name used in Python.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::TooFewSections => "too_few_sections",
+            Self::NotFinite => "not_finite",
+            Self::Incomplete => "incomplete",
+            Self::NoReturn => "no_return",
+            Self::NotMeasurable => "not_measurable",
+            Self::GrowthUnclear => "growth_unclear",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
+impl Evidence {
+    /// Of a motion that is not judged, for this reason.
+    pub(crate) fn undecided(why: WhyUndecided) -> Self {
+        Self::Undecided { why, growth: None }
+    }
+
+    /// What it is, without its numbers.
+    #[must_use]
+    pub fn kind(&self) -> EvidenceKind {
+        match self {
+            Self::Returned { .. } => EvidenceKind::Returned,
+            Self::Converging { .. } => EvidenceKind::Converging,
+            Self::GrowthBounded(_) => EvidenceKind::GrowthBounded,
+            Self::GrowthExponential(_) => EvidenceKind::GrowthExponential,
+            Self::Undecided { .. } => EvidenceKind::Undecided,
+        }
+    }
+
+    /// Why a motion is not judged.
+    #[must_use]
+    pub fn why(&self) -> Option<WhyUndecided> {
+        match *self {
+            Self::Undecided { why, .. } => Some(why),
+            _ => None,
+        }
+    }
+
+    /// The growth that was measured.
+    #[must_use]
+    pub fn growth(&self) -> Option<Growth> {
+        match *self {
+            Self::GrowthBounded(growth) | Self::GrowthExponential(growth) => Some(growth),
+            Self::Undecided { growth, .. } => growth,
+            _ => None,
+        }
+    }
+
+    /// Factor by which the sections draw together per drive period, where they do.
+    #[must_use]
+    pub fn rate(&self) -> Option<f64> {
+        match *self {
+            Self::Converging { rate, .. } => Some(rate),
+            _ => None,
+        }
+    }
+
+    /// Drive periods by which the motion was followed beyond the run to see it repeat.
+    #[must_use]
+    pub fn further(&self) -> i64 {
+        match *self {
+            Self::Returned { further } | Self::Converging { further, .. } => further,
+            _ => 0,
+        }
+    }
+
+    /// What was seen so many drive periods later.
+    pub(crate) fn later(self, by: i64) -> Self {
+        match self {
+            Self::Returned { further } => Self::Returned { further: further + by },
+            Self::Converging { rate, further } => Self::Converging { rate, further: further + by },
+            other => other,
+        }
+    }
+}
+
+impl fmt::Display for Growth {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { mean, error, periods } = self;
+        write!(f, "{mean:.2e} +- {error:.0e} per drive period over {periods}")
+    }
+}
+
+impl fmt::Display for Evidence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Returned { .. } => write!(f, "the sections return")?,
+            Self::Converging { rate, .. } => {
+                write!(f, "the sections draw together by {rate:.4} per drive period")?;
+            }
+            Self::GrowthBounded(growth) => {
+                write!(f, "no return; perturbations do not grow: {growth}")?;
+            }
+            Self::GrowthExponential(growth) => {
+                write!(f, "no return; perturbations grow exponentially: {growth}")?;
+            }
+            Self::Undecided { why, growth: None } => write!(f, "{why}")?,
+            Self::Undecided { why, growth: Some(growth) } => write!(f, "{why}: {growth}")?,
+        }
+        match self.further() {
+            0 => Ok(()),
+            further => write!(f, ", seen {further} drive periods beyond the run"),
+        }
+    }
+}
+
+impl fmt::Display for WhyUndecided {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::TooFewSections => "too few sections",
+            Self::NotFinite => "the sections are not finite",
+            Self::Incomplete => "the run did not complete",
+            Self::NoReturn => "no return",
+            Self::NotMeasurable => "no return; the growth cannot be measured",
+            Self::GrowthUnclear => "no return; growth unclear",
+            Self::Interrupted => "interrupted",
+        })
+    }
+}

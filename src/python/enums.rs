@@ -1,0 +1,154 @@
+//! Where enums cross: each becomes a Python enum, made once from the core's own list of names.
+
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyDict;
+
+use crate::analysis::{EvidenceKind, WhyUndecided};
+use crate::impact::RegimeKind;
+use crate::model::error::ParameterError;
+use crate::tangent::border::{Border, BorderKind};
+
+/// An enum of the core that Python has too.
+pub(super) trait Enumerated: Copy + PartialEq + Send + Sync + 'static {
+    /// Name of the class in Python.
+    const CLASS: &'static str;
+    /// What it is, for Python's help.
+    const DOC: &'static str;
+    /// All members, in order.
+    const MEMBERS: &'static [Self];
+
+    /// Name of a member; in Python in capitals.
+    fn name(self) -> &'static str;
+
+    /// Its value in a `StrEnum`; `None` makes an `IntEnum` of the places.
+    fn value(self) -> Option<&'static str> {
+        Some(self.name())
+    }
+
+    /// The Python members, in order, once they are made.
+    fn cell() -> &'static PyOnceLock<Vec<Py<PyAny>>>;
+
+    /// The Python members, in order.
+    fn members(py: Python<'_>) -> PyResult<&'static [Py<PyAny>]> {
+        let make = || {
+            let class = Self::class(py)?;
+            class.try_iter()?.map(|member| Ok(member?.unbind())).collect::<PyResult<Vec<_>>>()
+        };
+        Self::cell().get_or_try_init(py, make).map(Vec::as_slice)
+    }
+
+    /// A new Python class; pickled by its name in the compiled core.
+    fn class(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+        let mut base = "IntEnum";
+        let mut pairs = Vec::new();
+        for (place, member) in Self::MEMBERS.iter().enumerate() {
+            let value = if let Some(text) = member.value() {
+                base = "StrEnum";
+                text.into_pyobject(py)?.into_any()
+            } else {
+                place.into_pyobject(py)?.into_any()
+            };
+            pairs.push((member.name().to_uppercase(), value));
+        }
+        let options = PyDict::new(py);
+        options.set_item("module", "vibroimpact._core")?;
+        let class = py.import("enum")?.getattr(base)?.call((Self::CLASS, pairs), Some(&options))?;
+        class.setattr("__doc__", Self::DOC)?;
+        Ok(class)
+    }
+}
+
+/// A member of an enum on its way across.
+#[derive(Clone, Copy)]
+pub(super) struct Member<T>(pub T);
+
+impl<'py, T: Enumerated> IntoPyObject<'py> for Member<T> {
+    type Target = PyAny;
+    type Output = Bound<'py, PyAny>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
+        let place = T::MEMBERS.iter().position(|&one| one == self.0).unwrap_or_default();
+        Ok(T::members(py)?[place].bind(py).clone())
+    }
+}
+
+impl<'py, T: Enumerated> FromPyObject<'_, 'py> for Member<T> {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let members = T::members(given.py())?;
+        for (member, &one) in members.iter().zip(T::MEMBERS) {
+            if given.is(member) {
+                return Ok(Self(one));
+            }
+        }
+        let allowed = format!("a member of {}", T::CLASS);
+        Err(ParameterError::new("member", given.repr()?, allowed).into())
+    }
+}
+
+/// What a leg is, without its data.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum LegKind {
+    Impact,
+    Chatter,
+    Slide,
+    Stick,
+    Circuit,
+}
+
+/// What ends a phase of contact.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum LegEnd {
+    Release,
+    Stop,
+    SlidePositive,
+    SlideNegative,
+}
+
+macro_rules! enumerated {
+    ($($kind:ty, $members:expr, $name:expr, $value:expr, $class:literal, $doc:literal;)+) => {$(
+        impl Enumerated for $kind {
+            const CLASS: &'static str = $class;
+            const DOC: &'static str = $doc;
+            const MEMBERS: &'static [Self] = $members;
+
+            fn name(self) -> &'static str {
+                $name(self)
+            }
+
+            fn value(self) -> Option<&'static str> {
+                $value(self)
+            }
+
+            fn cell() -> &'static PyOnceLock<Vec<Py<PyAny>>> {
+                static CELL: PyOnceLock<Vec<Py<PyAny>>> = PyOnceLock::new();
+                &CELL
+            }
+        }
+    )+};
+}
+
+enumerated! {
+    RegimeKind, RegimeKind::ALL, RegimeKind::name, |_| None,
+        "Regime", "What the contact point did during an impact (docs/theory.md, section 4).";
+    Border, Border::ALL, Border::name, |border: Border| Some(border.text()),
+        "Border", "What vanishes where a leg ceases to be what it is.";
+    BorderKind, BorderKind::ALL, BorderKind::name, |kind: BorderKind| Some(kind.name()),
+        "BorderKind", "What a border tells apart.";
+    EvidenceKind, EvidenceKind::ALL, EvidenceKind::name, |kind: EvidenceKind| Some(kind.name()),
+        "EvidenceKind", "What the verdict on a motion stands on.";
+    WhyUndecided, WhyUndecided::ALL, WhyUndecided::name, |why: WhyUndecided| Some(why.name()),
+        "WhyUndecided", "Why a motion is not judged.";
+    LegKind,
+        &[LegKind::Impact, LegKind::Chatter, LegKind::Slide, LegKind::Stick, LegKind::Circuit],
+        |kind| ["impact", "chatter", "slide", "stick", "circuit"][kind as usize],
+        |kind: LegKind| Some(Enumerated::name(kind)),
+        "LegKind", "What the bodies do during a leg.";
+    LegEnd, &[LegEnd::Release, LegEnd::Stop, LegEnd::SlidePositive, LegEnd::SlideNegative],
+        |end| ["release", "stop", "slide_positive", "slide_negative"][end as usize],
+        |end: LegEnd| Some(Enumerated::name(end)),
+        "LegEnd", "What ends a phase of contact: release, a stop, or slip in one direction.";
+}
