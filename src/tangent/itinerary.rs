@@ -11,7 +11,7 @@ use crate::contact::sustained::ContactMode;
 use crate::flight::FreeMotion;
 use crate::impact::{Regime, RegimeKind};
 use crate::model::error::{ParameterError, SimulationError, StateError};
-use crate::model::parameters::{ImpactLaw, System};
+use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
 use crate::numerics::tolerance::{CLEAR_ENDS, LOW_BOUNCE, MOST_LEGS, STILL_WALL};
 use crate::simulate::event::{Event, ImpactEvent, StopReason};
@@ -132,7 +132,7 @@ impl Leg {
             _ => event.pre.v1,
         };
         // The literal law has no |sin x1|.
-        let side = if system.law == ImpactLaw::Paper { 1.0 } else { event.pre.x1.sin() };
+        let side = if system.law.is_coulomb() { event.pre.x1.sin() } else { 1.0 };
         let sign = |value: f64| 1f64.copysign(value);
         Self::Impact(kind, Signs { direction: sign(direction), side: sign(side) })
     }
