@@ -9,7 +9,7 @@ use crate::flight::Flight;
 use crate::impact::{self, Impact, ImpactFailure, PreImpact, RegimeKind};
 use crate::model::angle::Angle;
 use crate::model::error::SimulationError;
-use crate::model::parameters::{ImpactLaw, System};
+use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::lanes;
@@ -34,7 +34,7 @@ impl Simulation {
             }
             Found::Clear(time) => (time, 0.0),
             // The literal law creates energy without bound.
-            Found::NotFinite | Found::Stalled if self.system.law == ImpactLaw::Paper => {
+            Found::NotFinite | Found::Stalled if !self.system.law.is_coulomb() => {
                 return Some(Ok(self.stop_here(StopReason::LawFailed)));
             }
             Found::NotFinite => return Some(Err(self.fail(false))),

@@ -252,7 +252,7 @@ fn a_motion_out_of_range_is_a_failed_computation() {
     match run(&system, paper_start(), RunOptions::periods(5), &CancelToken::never()) {
         Err(RunError::Simulation { error: SimulationError::NotFinite { state, .. }, done }) => {
             assert_eq!(state, paper_start().to_array());
-            assert_eq!(done.stop_reason, StopReason::Interrupted);
+            assert_eq!(done.stop_reason, StopReason::Failed);
             assert_eq!(done.final_state.state, paper_start());
         }
         other => panic!("{other:?}"),
