@@ -2,6 +2,7 @@
 
 pub(crate) mod angle;
 pub(crate) mod error;
+pub(crate) mod oblique;
 pub(crate) mod parameters;
 pub(crate) mod state;
 

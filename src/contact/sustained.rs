@@ -103,7 +103,13 @@ struct Instant {
 }
 
 impl Instant {
-    /// Rounding of the free gap acceleration.
+    /// The free gap acceleration.
+    fn free(&self) -> f64 {
+        let angle = Angle { sin: self.sin, cos: self.cos };
+        angle.gap_acceleration(self.v1, (self.a1, self.a2))
+    }
+
+    /// Its rounding.
     fn noise(&self) -> f64 {
         let turn = self.v1 * self.v1 * self.sin.abs();
         FORCE_NOISE * EPS * (self.size1 * self.cos.abs() + turn + self.size2)
@@ -112,13 +118,10 @@ impl Instant {
 
 impl System {
     fn instant(&self, phase: Trig, state: &State) -> Instant {
-        let load = phase.cos;
         let Angle { sin, cos } = self.contact.angle(state.x1);
         let State { x1, v1, x2, v2 } = *state;
-        let stiffness = self.frequency_ratio * self.frequency_ratio;
-        let damping = 2.0 * self.pendulum_damping * self.frequency_ratio;
-        let moment = [self.moment_amplitude * load, -damping * v1, -stiffness * x1];
-        let force = [self.force_amplitude * load, -2.0 * self.oscillator_damping * v2, -x2];
+        let moment = self.pendulum().terms(x1, v1, phase.cos);
+        let force = self.oscillator().terms(x2, v2, phase.cos);
         let sum = |terms: [f64; 3]| terms[0] + terms[1] + terms[2];
         let (a1, a2) = (sum(moment), sum(force));
         // The load has the rounding of its phase.
@@ -126,11 +129,6 @@ impl System {
         let size1 = sum(moment.map(f64::abs)) + self.moment_amplitude.abs() * shift;
         let size2 = sum(force.map(f64::abs)) + self.force_amplitude.abs() * shift;
         Instant { a1, a2, sin, cos, v1, size1, size2 }
-    }
-
-    /// Whether body 2 is a wall that will never move.
-    fn wall_at_rest(&self, state: &State) -> bool {
-        self.mass_ratio == 0.0 && self.force_amplitude == 0.0 && state.x2 == 0.0 && state.v2 == 0.0
     }
 
     /// mbar + k cos x1 for slip in direction s; 0 where it is that to rounding, or less.
@@ -159,7 +157,7 @@ impl System {
     /// What the bodies do from a state on the contact with g' = 0, under the forcing `phase`.
     pub(crate) fn land(&self, phase: Trig, state: &State) -> Next {
         let i = self.instant(phase, state);
-        let free = i.a1 * i.cos - i.v1 * i.v1 * i.sin - i.a2;
+        let free = i.free();
         let noise = i.noise();
         let rubs = self.friction > 0.0 && i.sin != 0.0;
         if rubs && i.v1 != 0.0 && self.slip_inertia(i.sin, i.cos, i.v1.signum()) == 0.0 {
@@ -175,7 +173,7 @@ impl System {
         }
         let next = if i.v1 != 0.0 {
             self.slide(&i, i.v1)
-        } else if self.wall_at_rest(state) || (rubs && self.sticks(&i)) || self.balances(&i) {
+        } else if self.is_wall_at_rest(state) || (rubs && self.sticks(&i)) || self.balances(&i) {
             Next::Hold(ContactMode::Stick)
         } else if self.mass_ratio == 0.0 {
             // The tip follows the wall: x1'' cos x1 = a2.
@@ -241,7 +239,7 @@ impl System {
         let direction = mode.direction();
         let friction = self.friction * direction;
         let inertia = self.mass_ratio + (i.cos + friction * i.sin.abs()) * i.cos;
-        let free = i.a1 * i.cos - i.v1 * i.v1 * i.sin - i.a2;
+        let free = i.free();
         let normal = (free / inertia).max(0.0);
         // On sin x1 = 0: the side the tip slides to.
         let side = if i.sin == 0.0 { direction * i.cos } else { i.sin };
@@ -264,16 +262,6 @@ impl System {
         let k = i.cos + friction;
         let impulse = (1.0 + q) * u / ((1.0 - q) * (self.mass_ratio + k * i.cos));
         state.v1 + i.a1 * left - k * impulse
-    }
-
-    /// cos x1, or 1 in direct contact.
-    pub(crate) fn tip_slope(&self, x1: f64) -> f64 {
-        self.contact.angle(x1).cos
-    }
-
-    /// The state on the contact that has this x1 and x1'.
-    pub(crate) fn on_contact(&self, x1: f64, v1: f64) -> State {
-        State { x1, v1, x2: self.tip(x1) - self.gap, v2: v1 * self.tip_slope(x1) }
     }
 
     /// A state with g = 0 to rounding, moved onto the contact so that rounding does not add up.

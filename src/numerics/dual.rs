@@ -3,6 +3,8 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::numerics::elementary;
+
 /// What formulas are written for.
 pub(crate) trait Number:
     Copy
@@ -20,12 +22,16 @@ pub(crate) trait Number:
 }
 
 impl Number for f64 {
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // what calls it is compiled for several instruction sets
     fn constant(value: f64) -> Self {
         value
     }
 
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
     fn sin_cos(self) -> (Self, Self) {
-        self.sin_cos()
+        elementary::sin_cos(self)
     }
 
     fn sqrt(self) -> Self {
@@ -77,7 +83,7 @@ impl<const N: usize> Number for Dual<N> {
     }
 
     fn sin_cos(self) -> (Self, Self) {
-        let (sin, cos) = self.value.sin_cos();
+        let (sin, cos) = elementary::sin_cos(self.value);
         (self.map(sin, cos), self.map(cos, -sin))
     }
 

@@ -4,6 +4,7 @@
 
 use super::{Dual, DualState, Model};
 use crate::impact::RegimeKind;
+use crate::model::angle::Angle;
 use crate::model::parameters::ImpactLaw;
 use crate::numerics::dual::Number;
 use crate::tangent::itinerary::Signs;
@@ -34,7 +35,7 @@ pub(crate) fn strike(
     Signs { direction, side }: Signs,
 ) -> Struck {
     let p = &model.parameters;
-    let (sin, cos) = model.tip_angle(pre.x1);
+    let Angle { sin, cos } = model.angle(pre.x1);
     let rubs = kind != RegimeKind::Frictionless;
     let friction = if rubs { p.friction * (direction * side) * sin } else { Dual::constant(0.0) };
     let k = cos + friction;

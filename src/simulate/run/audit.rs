@@ -200,9 +200,7 @@ impl Auditor<'_> {
             return;
         }
         let (w, m) = (system.frequency_ratio(), system.mass_ratio());
-        let damping = (2.0 * system.pendulum_damping() * w).max(2.0 * system.oscillator_damping());
-        let fastest = w.max(system.drive_frequency()).max(1.0).max(damping);
-        let panels = (length * fastest / AUDIT_ANGLE).ceil().max(1.0);
+        let panels = (length * system.fastest_rate() / AUDIT_ANGLE).ceil().max(1.0);
         let step = length / panels;
         for panel in 0..panels as i64 {
             self.ended = self.ended || !self.caller.goes_on();
