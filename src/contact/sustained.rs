@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::flight::Trig;
 use crate::model::angle::Angle;
+use crate::model::oblique::SecondBody;
 use crate::model::parameters::System;
 use crate::model::state::State;
 use crate::numerics::tolerance::{EPS, FORCE_NOISE, PAINLEVE_LEVEL, REACH_LEVEL, WALL_SLOPE};
@@ -141,12 +142,12 @@ impl System {
 
     fn painleve_level(&self, size: f64) -> f64 {
         // A wall is driven to the end of the tip's reach, cos x1 = 0, where all terms vanish.
-        (PAINLEVE_LEVEL * size).max(if self.mass_ratio == 0.0 { REACH_LEVEL } else { 0.0 })
+        (PAINLEVE_LEVEL * size).max(if self.is_wall() { REACH_LEVEL } else { 0.0 })
     }
 
     /// No contact force fits: a Painleve point, or a wall that jams the pendulum.
     pub(crate) fn stuck(&self) -> Next {
-        if self.mass_ratio == 0.0 { Next::Jammed } else { Next::Painleve }
+        if self.is_wall() { Next::Jammed } else { Next::Painleve }
     }
 
     /// Whether no motion from a state on the contact with g' = 0 fits, or more than one.
@@ -175,11 +176,9 @@ impl System {
             self.slide(&i, i.v1)
         } else if self.is_wall_at_rest(state) || (rubs && self.sticks(&i)) || self.balances(&i) {
             Next::Hold(ContactMode::Stick)
-        } else if self.mass_ratio == 0.0 {
-            // The tip follows the wall: x1'' cos x1 = a2.
-            self.slide(&i, i.a2 * i.cos)
         } else {
-            // s = sgn(a1 - p_s cos x1); without friction this is the sign of x1'' too.
+            // s = sgn(a1 - p_s cos x1); without friction this is the sign of x1'' too. Against a
+            // wall the tip follows it: x1'' cos x1 = a2.
             self.slide(&i, self.mass_ratio * i.a1 + i.a2 * i.cos)
         };
         if free <= noise {
@@ -206,7 +205,7 @@ impl System {
     /// Whether friction can hold the tip at x1' = 0: p_s = -a2/mbar >= 0 in the cone. Multiplied
     /// by mbar.
     fn sticks(&self, i: &Instant) -> bool {
-        self.mass_ratio > 0.0
+        !self.is_wall()
             && i.a2 <= 0.0
             && (self.mass_ratio * i.a1 + i.a2 * i.cos).abs() <= -self.friction * i.a2 * i.sin.abs()
     }
@@ -214,7 +213,7 @@ impl System {
     /// Whether a constant load leaves the bodies where they are, without friction.
     fn balances(&self, i: &Instant) -> bool {
         let unforced = self.moment_amplitude == 0.0 && self.force_amplitude == 0.0;
-        self.mass_ratio > 0.0
+        !self.is_wall()
             && (self.drive_frequency == 0.0 || unforced)
             && self.mass_ratio * i.a1 + i.a2 * i.cos == 0.0
     }
@@ -228,11 +227,14 @@ impl System {
     ) -> ContactForce {
         let i = self.instant(phase, state);
         if mode == ContactMode::Stick {
-            let normal = if self.mass_ratio > 0.0 { -i.a2 / self.mass_ratio } else { i.a1 / i.cos };
-            let tangential = if i.sin == 0.0 || self.mass_ratio == 0.0 {
-                0.0
-            } else {
-                (normal * i.cos - i.a1) / i.sin
+            let (normal, tangential) = match self.second_body() {
+                SecondBody::Wall => (i.a1 / i.cos, 0.0),
+                SecondBody::Free { mass_ratio } => {
+                    let normal = -i.a2 / mass_ratio;
+                    // On sin x1 = 0 friction has no moment.
+                    let held = if i.sin == 0.0 { 0.0 } else { (normal * i.cos - i.a1) / i.sin };
+                    (normal, held)
+                }
             };
             return ContactForce { normal: normal.max(0.0), tangential };
         }
@@ -276,7 +278,7 @@ impl System {
     pub(crate) fn touching_at(&self, state: State) -> (State, Angle) {
         let angle = self.contact.angle(state.x1);
         let tip = self.contact.tip(state.x1, angle);
-        if self.mass_ratio == 0.0 && angle.cos.abs() > WALL_SLOPE {
+        if self.is_wall() && angle.cos.abs() > WALL_SLOPE {
             let x1 = state.x1 - (tip - state.x2 - self.gap) / angle.cos;
             return (State { x1, ..state }, self.contact.angle(x1));
         }
@@ -287,7 +289,7 @@ impl System {
     pub(crate) fn landed(&self, state: State) -> State {
         let state = self.touching(state);
         let slope = self.tip_slope(state.x1);
-        if self.mass_ratio == 0.0 && slope.abs() > WALL_SLOPE {
+        if self.is_wall() && slope.abs() > WALL_SLOPE {
             return State { v1: state.v2 / slope, ..state };
         }
         // As an impact does it: what the impulses of the last bounces have left is small beside the
@@ -296,7 +298,7 @@ impl System {
         let k = slope + if state.v1 == 0.0 { 0.0 } else { friction.copysign(state.v1) };
         let change = k * (state.v1 * slope - state.v2) / (self.mass_ratio + k * slope);
         let small = change.abs() <= 1e-3 * state.v1.abs();
-        let v1 = if self.mass_ratio > 0.0 && small { state.v1 - change } else { state.v1 };
+        let v1 = if !self.is_wall() && small { state.v1 - change } else { state.v1 };
         State { v1, v2: v1 * slope, ..state }
     }
 }

@@ -179,8 +179,8 @@ impl System {
     }
 
     /// g'' without contact.
-    #[must_use]
-    pub fn gap_acceleration(&self, state: &State, cos_psi: f64) -> f64 {
+    #[cfg_attr(not(any(test, feature = "python")), expect(dead_code))]
+    pub(crate) fn gap_acceleration(&self, state: &State, cos_psi: f64) -> f64 {
         let accelerations = self.free_accelerations(state, cos_psi);
         self.contact.angle(state.x1).gap_acceleration(state.v1, accelerations)
     }
