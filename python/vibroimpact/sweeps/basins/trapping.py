@@ -34,11 +34,6 @@ STEP = 1e-6
 USED = 0.5
 
 
-def is_rotor(system: System) -> bool:
-    """Whether the angle x1 counts modulo a turn: no spring tells its turns apart."""
-    return system.frequency_ratio == 0.0 and system.contact == "oblique"
-
-
 def wrapped(offsets: Array, *, rotor: bool) -> Array:
     """Return differences of states, shape (..., 4), with that of a rotor's angle in [-pi, pi]."""
     if rotor:
@@ -232,7 +227,7 @@ class _Cycle:
         # Where the bodies would overlap no start can be; a contact has them on one side.
         if np.count_nonzero(possible) < number // 4:
             return False
-        off = wrapped(ends - center, rotor=is_rotor(self.system))
+        off = wrapped(ends - center, rotor=self.system.is_rotor)
         after = np.linalg.norm(off @ np.linalg.inv(ball).T, axis=1)[possible]
         return bool(
             (after <= slowest * scale[possible]).all() and (passed[possible] == counts).all()
