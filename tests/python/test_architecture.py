@@ -101,6 +101,7 @@ RESULTS = [
 ]
 NOUNS = [
     "errors",
+    "interruption",
     "whole_file",
     "fixed_arrays",
     "verbs",
@@ -109,6 +110,8 @@ NOUNS = [
     "physical",
     "mechanics",
     "system",
+    "continuation.path",
+    "orbits.kinds",
     "orbits.ranges",
     "sweeps.ctrl_c",
     "sweeps.grid",

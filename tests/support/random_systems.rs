@@ -150,7 +150,7 @@ pub fn examine(seed: u64, index: u64, most_events: u64) -> Outcome {
     }
     if !matches!(run.stop_reason, StopReason::Jammed | StopReason::Painleve) {
         // There velocity and force grow beyond all bounds.
-        let audit = run.energy_audit(&CancelToken::never()).unwrap();
+        let audit = run.energy_audit(&CancelToken::never()).expect("nobody cancels it");
         let size = audit.total + audit.energy_start.abs() + audit.energy_end.abs();
         outcome.imbalance = audit.residual().abs() / size.max(f64::MIN_POSITIVE);
     }

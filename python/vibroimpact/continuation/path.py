@@ -6,8 +6,9 @@ from enum import StrEnum
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .newton import Array
+Array = NDArray[np.float64]
 
 
 class PathEnd(StrEnum):
