@@ -1,7 +1,7 @@
 //! Instantaneous planar impact with Coulomb friction (docs/theory.md, section 4;
 //! Han, Jin & Hu (2004), section 2).
 //!
-//! The law stands in contact coordinates (section 12, [`ContactCoordinates`]) and knows no pendulum: with
+//! The law stands in contact coordinates (section 12, model/contact_coordinates.rs) and knows no pendulum: with
 //! the normal impulse P on the contact, dw = -k dP, dv = mobility dP and k = b/h + mu |h| sgn w. The impact
 //! is classified once, into a [`Regime`] with its impulse of switching, and its path followed in closed
 //! form, by single runs, lanes and, with numbers that carry derivatives, by saltation matrices; the laws of

@@ -35,10 +35,12 @@ __all__ = [
     "__version__",
     "_interrupt_at",
     "arrivals",
+    "decay_minus_1",
     "impact",
     "lyapunov_spectrum",
     "simulate",
     "simulate_many",
+    "sin_cos",
     "sweep",
 ]
 
