@@ -33,7 +33,7 @@ SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
 .PHONY: help figures claims gallery errata schematic test reference lint bench instructions instructions-update stress docs ci audit clean
-.PHONY: wheel wheel-test audit-deps fuzz fuzz-python
+.PHONY: quick quick-update thorough wheel wheel-test audit-deps fuzz fuzz-python
 
 help:
 	@echo 'make figures  draw the figures of the paper and write the table of claims into $(OUT)/'
@@ -42,6 +42,9 @@ help:
 	@echo 'make errata   draw the figures of docs/errata.md'
 	@echo 'make schematic  draw the machine, into docs/images'
 	@echo 'make test     all tests: Rust, documentation, Python'
+	@echo 'make quick    those for the change at hand: unit tests in Rust, and what is not slow in Python'
+	@echo 'make quick-update  measure anew which tests are slow (tests/slow.txt)'
+	@echo 'make thorough  make test with all that random tests can draw, then make reference, audit and fuzz'
 	@echo 'make reference  make the reference data anew, in high precision, and compare with what is committed'
 	@echo 'make lint     formatting, lints, types, stubs, purity of the core, documentation'
 	@echo 'make bench    all benchmarks: criterion, the bars, savings, run time against error beside other solvers'
@@ -85,9 +88,19 @@ schematic: $(PACKAGE)
 IN_PARALLEL ?= -n auto --dist loadfile
 
 test: $(INSTALLED)
-	cargo test --locked --all-targets
+	cargo test --locked --lib --tests
 	cargo test --locked --doc
 	$(BIN)/python -m pytest $(IN_PARALLEL) $(PYTEST)
+
+quick: $(INSTALLED)
+	cargo test --locked --lib
+	$(BIN)/python -m pytest --quick $(IN_PARALLEL) $(PYTEST)
+
+quick-update: $(INSTALLED)
+	$(BIN)/python -m pytest --record-slow
+
+thorough: export VIBROIMPACT_THOROUGH := yes
+thorough: test reference audit fuzz
 
 # The supplied data are computed anew, too, and must lie within a unit of their last digits.
 reference: $(INSTALLED)

@@ -20,6 +20,7 @@ mod paper;
 mod setup;
 
 use std::hint::black_box;
+use std::sync::atomic::AtomicUsize;
 
 use impacts::impacts;
 use paper::{paper, start};
@@ -28,8 +29,9 @@ use setup::{Sections, Setup, simulate};
 use vibroimpact::impact::resolve;
 use vibroimpact::search::{Found, Start, Touch, next_contact};
 use vibroimpact::{
-    Cell, Clock, Event, Flight, FreeMotion, Horizon, ImpactEvent, Observer, RunOptions, Simulation,
-    State, SweepStart, System, SystemBuilder, Workers, lyapunov_spectrum, run, sweep,
+    CancelToken, Cell, Clock, Event, Flight, FreeMotion, Horizon, ImpactEvent, Observer,
+    RunOptions, Simulation, State, SweepStart, System, SystemBuilder, Workers, lyapunov_spectrum,
+    run, sweep,
 };
 
 /// Does a kernel's work so many times.
@@ -278,14 +280,17 @@ fn kept() -> Vec<Kernel> {
             let system = system();
             Box::new(move |n| {
                 let kept = options(n as i64).keep(n as i64);
-                black_box(run(&system, start(), kept, &mut || true).unwrap());
+                black_box(run(&system, start(), kept, &CancelToken::never()).unwrap());
             })
         }),
         kernel("tangent, Fig. 5a", "drive period", move || {
-            let settled = run(&system(), start(), options(0).keep(0), &mut || true).unwrap();
+            let settled =
+                run(&system(), start(), options(0).keep(0), &CancelToken::never()).unwrap();
             Box::new(move |n| {
                 let periods = u32::try_from(n).unwrap();
-                black_box(lyapunov_spectrum(&settled, periods, None, &mut || true).unwrap());
+                black_box(
+                    lyapunov_spectrum(&settled, periods, None, &CancelToken::never()).unwrap(),
+                );
             })
         }),
     ];
@@ -318,8 +323,8 @@ fn diagrams() -> Vec<Kernel> {
             let systems = points(POINTS, low, high, builder);
             calls(move || {
                 for system in &systems {
-                    let run = run(black_box(system), start(), kept, &mut || true).unwrap();
-                    black_box(run.return_report());
+                    let run = run(black_box(system), start(), kept, &CancelToken::never()).unwrap();
+                    black_box(run.return_report(&CancelToken::never()));
                 }
             })
         };
@@ -334,7 +339,14 @@ fn diagrams() -> Vec<Kernel> {
                 systems.into_iter().map(|system| Cell { system, initial: start() }).collect();
             let workers = Workers::new(Some(1)).unwrap();
             calls(move || {
-                sweep(black_box(&cells), kept.into(), SweepStart::Fresh, &workers, &mut |_| true)
+                sweep(
+                    black_box(&cells),
+                    kept.into(),
+                    SweepStart::Fresh,
+                    &workers,
+                    &CancelToken::never(),
+                    &AtomicUsize::new(0),
+                )
             })
         };
         let units = u64::from(SWEPT) * PERIODS as u64;

@@ -21,7 +21,8 @@ use vibroimpact::impact::resolve;
 use vibroimpact::search::{Start, next_contact};
 use vibroimpact::tangent::itinerary::Itinerary;
 use vibroimpact::{
-    Clock, Event, Flight, FreeMotion, RunOptions, Simulation, System, SystemBuilder, run,
+    CancelToken, Clock, Event, Flight, FreeMotion, RunOptions, Simulation, System, SystemBuilder,
+    run,
 };
 
 fn paper() -> SystemBuilder {
@@ -114,10 +115,11 @@ fn shooting(c: &mut Criterion) {
         ("1-inf, chatter and slide", damped().drive_frequency(0.3), 1, 13),
     ] {
         let system = builder.build().unwrap();
-        let settled = run(&system, start(), RunOptions::periods(3000), &mut || true).unwrap();
+        let settled =
+            run(&system, start(), RunOptions::periods(3000), &CancelToken::never()).unwrap();
         let state = settled.final_state.state;
         let (legs, nodes) =
-            Itinerary::follow(&system, state, periods, 100_000, &mut || true).unwrap();
+            Itinerary::follow(&system, state, periods, 100_000, &CancelToken::never()).unwrap();
         assert_eq!(legs.legs.len(), count);
         let orbit = Orbit::new(&system, &legs, &nodes).unwrap();
         let parameter = ["drive_frequency".to_owned()];

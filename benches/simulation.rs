@@ -8,13 +8,14 @@
 mod paper;
 
 use std::hint::black_box;
+use std::sync::atomic::AtomicUsize;
 use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use paper::{paper, start};
 use vibroimpact::{
-    Cell, Contact, Horizon, RunOptions, Simulation, State, SweepStart, System, SystemBuilder,
-    Workers, run, sweep,
+    CancelToken, Cell, Contact, Horizon, RunOptions, Simulation, State, SweepStart, System,
+    SystemBuilder, Workers, run, sweep,
 };
 
 const PERIODS: i64 = 600;
@@ -88,12 +89,15 @@ fn kept(c: &mut Criterion) {
         ("everything", RunOptions::periods(PERIODS)),
     ] {
         group.bench_function(name, |b| {
-            b.iter(|| run(black_box(&system), start(), options, &mut || true).unwrap());
+            b.iter(|| run(black_box(&system), start(), options, &CancelToken::never()).unwrap());
         });
     }
     let options = RunOptions::periods(PERIODS).keep(100);
-    let periodic = run(&paper(1.1).build().unwrap(), start(), options, &mut || true).unwrap();
-    group.bench_function("label of a periodic run", |b| b.iter(|| black_box(&periodic).period()));
+    let periodic =
+        run(&paper(1.1).build().unwrap(), start(), options, &CancelToken::never()).unwrap();
+    group.bench_function("label of a periodic run", |b| {
+        b.iter(|| black_box(&periodic).period(&CancelToken::never()))
+    });
     group.finish();
 }
 
@@ -111,7 +115,16 @@ fn sweeps(c: &mut Criterion) {
     ] {
         let workers = Workers::new(Some(threads)).unwrap();
         group.bench_function(name, |b| {
-            b.iter(|| sweep(black_box(&cells), options, begin, &workers, &mut |_| true));
+            b.iter(|| {
+                sweep(
+                    black_box(&cells),
+                    options,
+                    begin,
+                    &workers,
+                    &CancelToken::never(),
+                    &AtomicUsize::new(0),
+                )
+            });
         });
     }
     group.finish();

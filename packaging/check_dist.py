@@ -44,6 +44,8 @@ SDIST = (
     "python/vibroimpact/py.typed",
     "tests/data/*.json",
     "tests/data/README.md",
+    "tests/*.py",
+    "tests/slow.txt",
     "tests/python/*.py",
     "tests/reference/*.py",
     "tests/reference/README.md",

@@ -1,64 +1,34 @@
 //! Instantaneous planar impact with Coulomb friction (docs/theory.md, section 4;
 //! Han, Jin & Hu (2004), section 2).
 //!
-//! With normal impulse P on the contact, s = sgn(x1'), k = cos x1 + mu s |sin x1|:
-//! dx1' = -k dP, dx2' = mbar dP, du = -(mbar + k cos x1) dP for the approach velocity
-//! u = x1' cos x1 - x2'. The impact is classified once, into a [`Regime`] with its impulse of
-//! switching, and then resolved; the laws of restitution differ in where the walk along the
-//! impulse ends. [`incremental`] does the same in many small steps, as an independent check.
+//! The law stands in contact coordinates (section 12, [`ContactCoordinates`]) and knows no pendulum: with
+//! the normal impulse P on the contact, dw = -k dP, dv = mobility dP and k = b/h + mu |h| sgn w. The impact
+//! is classified once, into a [`Regime`] with its impulse of switching, and its path followed in closed
+//! form, by single runs, lanes and, with numbers that carry derivatives, by saltation matrices; the laws of
+//! restitution tell where the path ends. [`incremental`] does the same in many small steps, as an
+//! independent check.
 
 mod incremental;
 mod laws;
 mod outcome;
 mod paper;
+mod path;
 mod regime;
-mod walk;
+#[cfg(test)]
+mod tests;
 
 pub use incremental::{IncrementalError, incremental};
 pub use outcome::{ImpactOutcome, OutcomeError};
-pub(crate) use regime::FirstSlip;
+pub(crate) use path::{PathEnd, follow};
 pub use regime::{Regime, RegimeKind};
-pub(crate) use walk::{slip, straight};
 
-use self::laws::{Energetic, Newton, Poisson};
-use crate::model::angle::Angle;
-use crate::model::parameters::{Contact, ImpactLaw, System};
-use crate::model::state::State;
-use crate::numerics::tolerance::{DEAD_CENTRE, NO_ROOM};
+pub use crate::model::contact_coordinates::PreImpact;
 
-/// Velocities and geometry just before an impact.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PreImpact {
-    /// cos x1 (1 in direct contact).
-    pub cos: f64,
-    /// sin x1 (0 in direct contact).
-    pub sin: f64,
-    /// x1' before.
-    pub v1: f64,
-    /// x2' before.
-    pub v2: f64,
-}
-
-impl PreImpact {
-    /// The state just before an impact, seen in this contact geometry.
-    #[must_use]
-    pub fn new(contact: Contact, state: &State) -> Self {
-        Self::at(contact.angle(state.x1), state)
-    }
-
-    /// The same where sine and cosine of x1 are known.
-    #[inline(always)]
-    #[allow(clippy::inline_always)]
-    pub(crate) fn at(Angle { sin, cos }: Angle, state: &State) -> Self {
-        Self { cos, sin, v1: state.v1, v2: state.v2 }
-    }
-
-    /// Approach velocity u = x1' cos x1 - x2'.
-    #[must_use]
-    pub fn approach_velocity(&self) -> f64 {
-        self.v1 * self.cos - self.v2
-    }
-}
+use self::laws::Law;
+use self::path::without_switch;
+use self::regime::FirstSlip;
+use crate::model::contact_coordinates::ContactCoordinates;
+use crate::model::parameters::System;
 
 /// What an impact does.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,6 +59,24 @@ pub struct Impact {
 }
 
 impl Impact {
+    /// The velocities at the end of the path are x1' and x2'.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn new(regime: Regime, end: &PathEnd<f64>) -> Self {
+        Self {
+            regime,
+            v1_post: end.slip,
+            v2_post: end.parting,
+            approach_velocity: end.approach_velocity,
+            separation_velocity: end.separation_velocity,
+            impulse_approach: end.impulse_approach,
+            impulse_normal: end.impulse_normal,
+            impulse_tangential: end.impulse_tangential,
+            energy_loss: end.energy_loss,
+            friction_loss: end.friction_loss,
+        }
+    }
+
     /// Effective (kinematic) coefficient of restitution -u_post/u_pre.
     #[must_use]
     pub fn effective_restitution(&self) -> f64 {
@@ -131,57 +119,53 @@ pub enum ImpactFailure {
 #[inline(always)]
 #[allow(clippy::inline_always)]
 pub fn resolve(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure> {
-    if no_room(system, pre) {
+    if pre.has_no_room(system) {
         return Err(ImpactFailure::Jammed);
     }
-    if system.law == ImpactLaw::Paper {
-        return paper::resolve(pre, system.mass_ratio, system.restitution, system.friction);
+    let contact = pre.coordinates(system.mass_ratio, system.friction);
+    if system.law.is_coulomb() {
+        resolve_in_contact(&contact, system.restitution, &system.law)
+    } else {
+        paper::resolve(&contact, system.restitution)
     }
-    let &System { mass_ratio, restitution, friction, .. } = system;
-    let regime = if friction == 0.0 {
+}
+
+/// The impact of two bodies in contact coordinates, under any law.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+fn resolve_in_contact(
+    contact: &ContactCoordinates<f64>,
+    restitution: f64,
+    law: &impl Law,
+) -> Result<Impact, ImpactFailure> {
+    let regime = if contact.friction == 0.0 {
         Regime::Frictionless
     } else {
-        regime::classify(pre, mass_ratio, restitution, friction)?
+        regime::classify(contact, restitution)?
     };
-    let end_of_slip = match regime {
-        Regime::Frictionless => {
-            let segment = walk::slip(pre, 0.0, 1.0);
-            return Ok(walk::straight(pre, mass_ratio, restitution, &segment, regime));
-        }
-        Regime::Slip { direction } => {
-            let segment = walk::slip(pre, friction, direction);
-            return Ok(walk::straight(pre, mass_ratio, restitution, &segment, regime));
-        }
-        Regime::ReversalInApproach { switch } => (switch, true, false),
-        Regime::StickInApproach { switch } => (switch, true, true),
-        Regime::ReversalInRestitution { switch } => (switch, false, false),
-        Regime::StickInRestitution { switch } => (switch, false, true),
-    };
-    let bent = match system.law {
-        ImpactLaw::Newton => walk::bent::<Newton>,
-        ImpactLaw::Energetic => walk::bent::<Energetic>,
-        _ => walk::bent::<Poisson>,
-    };
-    Ok(bent(pre, mass_ratio, restitution, friction, regime, end_of_slip))
+    let (direction, switch) = regime.start(contact.slip);
+    let end = follow(contact, (restitution, law), regime.kind(), direction, switch);
+    Ok(Impact::new(regime, &end))
 }
 
-/// A wall that approaches a tip at the end of its reach, which would drive x1' beyond all bounds, or
-/// at dead centre, where hardly any impulse acts on x1'.
-#[inline]
-pub(crate) fn no_room(system: &System, pre: &PreImpact) -> bool {
-    let approaches = system.mass_ratio == 0.0 && pre.v2 < 0.0;
-    let at_end = || pre.sin < 0.0 && pre.cos.abs() <= NO_ROOM;
-    let at_dead_centre = || {
-        pre.sin > 0.0
-            && pre.cos.abs() <= DEAD_CENTRE * (1.0 + system.gap.abs())
-            && -pre.v2 > (pre.v1 * pre.cos).abs()
-    };
-    approaches && (at_end() || at_dead_centre())
+/// The impact whose slip keeps its direction, and whether it does so and is the outcome: without a branch.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+#[allow(clippy::needless_bitwise_bool)] // conditions without jumps, for the lanes
+pub(crate) fn resolve_without_switch(
+    contact: &ContactCoordinates<f64>,
+    restitution: f64,
+) -> (PathEnd<f64>, bool) {
+    let first = FirstSlip::new(contact);
+    let slips = (contact.scale != 0.0) & (contact.slip != 0.0);
+    let continues = slips & first.continues(contact, restitution) & !first.approach_grows();
+    let end = without_switch(contact, restitution, 1f64.copysign(contact.slip));
+    (end, (contact.friction == 0.0) | continues)
 }
 
-/// Whether slip in the direction of x1' cannot stop the approach (mbar + k cos x1 <= 0): a graze
+/// Whether slip in the direction it has before cannot stop the approach (mbar + k cos x1 <= 0): a graze
 /// there has a finite effect and is undecidable (docs/theory.md, section 4).
 pub(crate) fn approach_grows(system: &System, pre: &PreImpact) -> bool {
-    let slip = regime::slip_constant(pre, system.friction, pre.v1);
-    system.friction > 0.0 && pre.v1 != 0.0 && system.mass_ratio + slip * pre.cos <= 0.0
+    let contact = pre.coordinates(system.mass_ratio, system.friction);
+    contact.friction > 0.0 && contact.slip != 0.0 && FirstSlip::new(&contact).approach_grows()
 }

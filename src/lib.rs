@@ -28,15 +28,16 @@
 //!
 //! # Example
 //! ```
-//! use vibroimpact::{Run, RunOptions, State, System, run};
+//! use vibroimpact::{CancelToken, Run, RunOptions, State, System, run};
 //!
 //! let system = System::builder()
 //!     .mass_ratio(0.6).frequency_ratio(2.0).restitution(0.8).gap(0.5)
 //!     .drive_frequency(1.8).moment_amplitude(1.0)
 //!     .build()?;
 //! let start = State::new(0.0, 0.5, 0.0, 0.0)?;
-//! let result: Run = run(&system, start, RunOptions::periods(600).keep(100), &mut || true)?;
-//! assert_eq!(result.period().label(), "1-1");
+//! let never = CancelToken::never();
+//! let result: Run = run(&system, start, RunOptions::periods(600).keep(100), &never)?;
+//! assert_eq!(result.period(&never).label(), "1-1");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -74,6 +75,7 @@ pub use model::{
     Clock, Contact, ImpactLaw, ParameterError, SimulationError, State, StateError, System,
     SystemBuilder,
 };
+pub use numerics::cancel::CancelToken;
 pub use numerics::tolerance;
 pub use search::GapPoint;
 pub use simulate::event::{

@@ -1,6 +1,7 @@
 //! The system: its parameters with their ranges, its states and clocks, and what is refused.
 
 pub(crate) mod angle;
+pub(crate) mod contact_coordinates;
 pub(crate) mod error;
 pub(crate) mod parameters;
 pub(crate) mod state;

@@ -7,6 +7,7 @@
 
 mod arrays;
 mod basin;
+mod cancel;
 mod elementary;
 mod enums;
 mod errors;
@@ -25,6 +26,8 @@ use pyo3::prelude::*;
 mod _core {
     #[pymodule_export]
     use super::basin::{PyArrivals, arrivals};
+    #[pymodule_export]
+    use super::cancel::_interrupt_at;
     #[pymodule_export]
     use super::elementary::{decay_minus_1, sin_cos};
     #[pymodule_export]

@@ -5,7 +5,6 @@
 //! Nothing before the end depends on where the run is asked to end, so a run that is resumed gives
 //! the same bits as one long run.
 
-mod caller;
 mod contact;
 pub(crate) mod event;
 mod flight;
@@ -15,7 +14,6 @@ pub(crate) mod run;
 mod sections;
 mod stop;
 
-pub(crate) use caller::Caller;
 pub(crate) use flight::{followed_by_hops, hops};
 pub(crate) use lockstep::{Traveller, travel};
 pub(crate) use recurrence::Cycle;
@@ -29,6 +27,7 @@ use crate::flight::{Drive, Flight, FreeMotion};
 use crate::model::error::{SimulationError, StateError};
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
+use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::tolerance::{
     DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, EPS, MOST_COUNTED, REST_NOISE,
@@ -63,14 +62,6 @@ pub trait Observer {
     fn skips(&mut self, _clock: Clock, _state: &State) -> bool {
         false
     }
-    /// Asked before every local flight, with or without events; `false` ends the run there with
-    /// [`StopReason::Interrupted`].
-    fn go_on(&mut self) -> bool {
-        true
-    }
-    /// Told after a search that took as long as some thousand flights, for an observer that does not look at
-    /// its caller's wish each time it is asked whether to go on.
-    fn long_search(&mut self) {}
 }
 
 impl Observer for () {
@@ -173,6 +164,8 @@ pub struct Simulation {
     /// Clock of the horizon.
     end: Clock,
     max_events: u64,
+    /// Asked before every local flight.
+    cancel: CancelToken,
     tolerance: f64,
     /// Whether chatter is completed; not while single hops of it are asked for.
     completes: bool,
@@ -236,6 +229,7 @@ impl Simulation {
             motion,
             horizon: Horizon::Impacts { count: u64::MAX, max_time: DEFAULT_MAX_TIME },
             max_events: DEFAULT_MAX_EVENTS,
+            cancel: CancelToken::never(),
             tolerance: DEFAULT_TOLERANCE,
             completes: true,
             section_offset: 0.0,
@@ -279,14 +273,22 @@ impl Simulation {
     }
 
     /// Goes on to a further horizon, also after a stop at the last one.
-    pub(crate) fn go_on_until(&mut self, horizon: Horizon) {
+    pub(crate) fn extend_to(&mut self, horizon: Horizon) {
         let (max_events, tolerance) = (self.max_events, self.tolerance);
         if self.point.stopped.take().is_some() {
             *self = Self::from_checkpoint(&self.system, &self.point)
+                .cancel_with(&self.cancel)
                 .max_events(max_events)
                 .tolerance(tolerance);
         }
         *self = self.clone().until(horizon);
+    }
+
+    /// The run ends with [`StopReason::Interrupted`] once this is cancelled.
+    #[must_use]
+    pub fn cancel_with(mut self, cancel: &CancelToken) -> Self {
+        self.cancel = cancel.clone();
+        self
     }
 
     /// Cap on the number of events; the run then stops with [`StopReason::EventCap`].
@@ -360,7 +362,7 @@ impl Simulation {
                 (clock, state) = (self.clock_after(s, self.point.grazed_rest), grazing);
             }
         }
-        let reason = self.point.stopped.unwrap_or(StopReason::Interrupted);
+        let reason = self.point.stopped.unwrap_or(StopReason::Failed);
         StopEvent { clock, time: self.motion.drive.time(clock), state, reason }
     }
 
@@ -381,7 +383,7 @@ impl Simulation {
             return None;
         }
         loop {
-            let turn = match self.stops_before_leg(observer) {
+            let turn = match self.stops_before_leg() {
                 Some(reason) => Some(Ok(self.stop_here(reason))),
                 None => self.turn(observer),
             };

@@ -11,7 +11,9 @@ use std::f64::consts::PI;
 use crate::support::contact_ode::{Change, Events, contact_phase};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use vibroimpact::{Contact, Event, Horizon, Run, RunOptions, Simulation, State, System, run};
+use vibroimpact::{
+    CancelToken, Contact, Event, Horizon, Run, RunOptions, Simulation, State, System, run,
+};
 
 /// Tolerance of DOP853: with 1e-14 the worst difference is seven times as large, with 1e-16 half.
 const TIGHTEST: f64 = 1e-15;
@@ -108,7 +110,7 @@ impl Case {
 
     fn run(&self, time: f64) -> Run {
         let options = RunOptions::until(Horizon::Time(time));
-        run(&self.system, self.start(), options, &mut || true).unwrap()
+        run(&self.system, self.start(), options, &CancelToken::never()).unwrap()
     }
 }
 

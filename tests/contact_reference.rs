@@ -3,7 +3,9 @@
 //! contact.json (4 scenes, good to about 1e-10).
 
 use serde_json::Value;
-use vibroimpact::{Contact, EventKind, Horizon, Run, RunOptions, State, StopReason, System, run};
+use vibroimpact::{
+    CancelToken, Contact, EventKind, Horizon, Run, RunOptions, State, StopReason, System, run,
+};
 
 /// Allowed error of a state, relative to max(1, |value|): a few hundred roundings, as many as the
 /// impacts of a chatter sequence. The stated amplifications of the scenes are below 8.
@@ -54,7 +56,7 @@ fn go(scene: &Value, system: &System) -> Run {
         Some(periods) => Horizon::Periods(periods),
         None => Horizon::Time(*numbers(&scene["times"]).last().unwrap()),
     };
-    run(system, start, RunOptions::until(horizon), &mut || true).unwrap()
+    run(system, start, RunOptions::until(horizon), &CancelToken::never()).unwrap()
 }
 
 /// What happens at a contact row, in the reference's words.

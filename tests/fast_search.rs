@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
 use crate::support::audit::{self, Draw, Kind, Outcome, judge_flight};
-use crate::support::random_systems;
+use crate::support::{draws, random_systems};
 use rayon::prelude::*;
 use vibroimpact::impact::{PreImpact, resolve};
 use vibroimpact::search::{Found, Start, Touch, next_contact};
@@ -17,8 +17,7 @@ use vibroimpact::{
 
 /// Neither that of the audit nor that of random_systems.rs.
 const SEED: u64 = 5;
-/// Sequences of each kind, and local flights in one.
-const SEQUENCES: u64 = 150;
+/// Local flights in one sequence.
 const FLIGHTS: usize = 16;
 
 /// How the systems of the audit and of random_systems.rs are changed.
@@ -128,12 +127,14 @@ fn next(draw: &Draw) -> Option<Draw> {
 
 #[test]
 fn sequences_of_flights_are_those_of_a_dense_search() {
+    // Of each family.
+    let sequences = draws(40, 150);
     let judged: Vec<(Family, u64, usize, Outcome, String)> = FAMILIES
         .par_iter()
         .flat_map(|&family| {
             // Two in three draws of a family may be refused.
             let starts = (0..).filter_map(move |index| Some((index, start(family, index)?)));
-            let starts: Vec<(u64, Draw)> = starts.take(SEQUENCES as usize).collect();
+            let starts: Vec<(u64, Draw)> = starts.take(sequences).collect();
             starts.into_par_iter().flat_map_iter(move |(index, first)| {
                 let flights = std::iter::successors(Some(first), next);
                 flights.take(FLIGHTS).enumerate().map(move |(number, draw)| {
@@ -155,8 +156,8 @@ fn sequences_of_flights_are_those_of_a_dense_search() {
     // Sequences go on, and rounding decides hardly any flight that was not drawn for that.
     for family in FAMILIES {
         let of = |outcome| counts.get(&(family, outcome)).copied().unwrap_or(0);
-        assert!(of(Outcome::Agree) > 5 * SEQUENCES as usize, "{family:?}");
-        assert!(of(Outcome::Undecided) < SEQUENCES as usize, "{family:?}");
+        assert!(of(Outcome::Agree) > 5 * sequences, "{family:?}");
+        assert!(of(Outcome::Undecided) < sequences, "{family:?}");
     }
 }
 

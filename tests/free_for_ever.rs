@@ -1,7 +1,9 @@
 //! Motions that can never meet are jumped over, by a bound that holds for ever (src/search/scan.rs); what the
 //! bound does not prove is searched.
 
-use vibroimpact::{Clock, FreeMotion, RunOptions, State, StopReason, System, SystemBuilder, run};
+use vibroimpact::{
+    CancelToken, Clock, FreeMotion, RunOptions, State, StopReason, System, SystemBuilder, run,
+};
 
 fn system() -> SystemBuilder {
     System::builder()
@@ -28,10 +30,10 @@ fn highest() -> f64 {
 fn the_bound_is_sharp_without_damping() {
     let options = RunOptions::periods(20_000).keep(0);
     let beyond = system().gap(highest() * (1.0 + 1e-5)).build().unwrap();
-    let free = run(&beyond, start(), options, &mut || true).unwrap();
+    let free = run(&beyond, start(), options, &CancelToken::never()).unwrap();
     assert_eq!((free.evaluations, free.impact_count), (0, 0));
     let within = system().gap(highest() * (1.0 - 1e-3)).build().unwrap();
-    let met = run(&within, start(), options, &mut || true).unwrap();
+    let met = run(&within, start(), options, &CancelToken::never()).unwrap();
     assert!(met.impact_count > 0);
 }
 
@@ -42,7 +44,8 @@ fn steady_responses_that_go_together_are_taken_together() {
     let built = slow().gap(0.3).pendulum_damping(0.05).oscillator_damping(0.05).build().unwrap();
     let settled = |periods| {
         let options = RunOptions::periods(periods).keep(0);
-        run(&built, State::new(0.0, 0.0, 0.0, 0.0).unwrap(), options, &mut || true).unwrap()
+        run(&built, State::new(0.0, 0.0, 0.0, 0.0).unwrap(), options, &CancelToken::never())
+            .unwrap()
     };
     let (short, long) = (settled(100), settled(100_000));
     assert_eq!(short.stop_reason, StopReason::Completed);
@@ -54,7 +57,8 @@ fn steady_responses_that_go_together_are_taken_together() {
 #[test]
 fn sections_of_a_long_flight_are_exact() {
     let free = system().gap(2.0).build().unwrap();
-    let kept = run(&free, start(), RunOptions::periods(30_000).keep(3), &mut || true).unwrap();
+    let kept =
+        run(&free, start(), RunOptions::periods(30_000).keep(3), &CancelToken::never()).unwrap();
     let motion = FreeMotion::new(&free);
     let flight = motion.flight(Clock::START, start());
     for (row, periods) in kept.stroboscopic.iter().zip([29_998, 29_999, 30_000]) {
@@ -68,12 +72,7 @@ fn sections_of_a_long_flight_are_exact() {
 #[test]
 fn the_caller_is_asked_now_and_then() {
     let free = system().gap(2.0).build().unwrap();
-    let mut asked = 0;
-    let mut go_on = || {
-        asked += 1;
-        asked < 3
-    };
     let options = RunOptions::periods(1_000_000_000).keep(0);
-    let cut = run(&free, start(), options, &mut go_on).unwrap();
+    let cut = run(&free, start(), options, &CancelToken::after(3)).unwrap();
     assert_eq!(cut.stop_reason, StopReason::Interrupted);
 }

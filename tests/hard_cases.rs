@@ -2,7 +2,7 @@
 
 use vibroimpact::impact::{PreImpact, RegimeKind, resolve};
 use vibroimpact::{
-    Contact, Event, Horizon, Run, RunOptions, Simulation, State, StopReason, System,
+    CancelToken, Contact, Event, Horizon, Run, RunOptions, Simulation, State, StopReason, System,
 };
 
 fn paper() -> vibroimpact::SystemBuilder {
@@ -18,7 +18,7 @@ fn paper() -> vibroimpact::SystemBuilder {
 fn go(system: &System, start: [f64; 4], options: RunOptions) -> Run {
     let [x1, v1, x2, v2] = start;
     let start = State::new(x1, v1, x2, v2).unwrap();
-    vibroimpact::run(system, start, options, &mut || true).unwrap()
+    vibroimpact::run(system, start, options, &CancelToken::never()).unwrap()
 }
 
 /// Both bodies swing alike, apart by some units in the last place: the gap's hump is so flat that
@@ -75,17 +75,20 @@ fn times_beyond_counting_and_horizons_in_the_past_are_refused() {
     let system = paper().build().unwrap();
     let start = State::new(0.0, 0.5, 0.0, 0.0).unwrap();
     let options = RunOptions::until(Horizon::Time(1e25));
-    assert!(vibroimpact::run(&system, start, options, &mut || true).is_err());
+    assert!(vibroimpact::run(&system, start, options, &CancelToken::never()).is_err());
     let run = go(&system, start.to_array(), RunOptions::periods(10));
-    assert!(run.resume(RunOptions::periods(5), &mut || true).is_err());
-    assert!(run.resume(RunOptions::periods(11), &mut || true).is_ok());
+    assert!(run.resume(RunOptions::periods(5), &CancelToken::never()).is_err());
+    assert!(run.resume(RunOptions::periods(11), &CancelToken::never()).is_ok());
 }
 
 #[test]
 fn a_shifted_section_has_the_same_label() {
     let system = paper().friction(0.5).drive_frequency(1.545).build().unwrap();
     let options = RunOptions { section_phase: 1.0, ..RunOptions::periods(600).keep(100) };
-    assert_eq!(go(&system, [0.0, 0.5, 0.0, 0.0], options).period().label(), "chaotic");
+    assert_eq!(
+        go(&system, [0.0, 0.5, 0.0, 0.0], options).period(&CancelToken::never()).label(),
+        "chaotic"
+    );
 }
 
 #[test]
@@ -93,7 +96,7 @@ fn a_drifting_rotor_far_from_zero_does_not_repeat() {
     let system = paper().frequency_ratio(0.0).gap(5.0).build().unwrap();
     let far = std::f64::consts::TAU * 1e6 - 0.5;
     let run = go(&system, [far, 1e-3, 0.0, 0.0], RunOptions::periods(200).keep(100));
-    assert!(run.return_report().orbit.is_none());
+    assert!(run.return_report(&CancelToken::never()).orbit.is_none());
 }
 
 /// One rounding of a large angle turns g' by more than the last bounces: they must end.
@@ -266,7 +269,7 @@ fn a_gap_at_rounding_level_moves_no_body() {
         [-0.7037332312321618, 0.44500059810107695, -0.7037332312321618, -0.06350521594717984];
     let run = go(&system, start, RunOptions::periods(60));
     assert_eq!(run.stop_reason, StopReason::Completed);
-    let audit = run.energy_audit();
+    let audit = run.energy_audit(&CancelToken::never()).unwrap();
     assert!(audit.residual().abs() < 1e-12 * audit.total, "{audit:?}");
 }
 
@@ -291,6 +294,6 @@ fn a_release_is_told_where_rounding_decides() {
         let before = run.trajectory(&[contact.time - 1e-9]).unwrap()[0];
         assert!((before[0] - contact.x1).abs() < 1e-8, "{before:?} {contact:?}");
     }
-    let audit = run.energy_audit();
+    let audit = run.energy_audit(&CancelToken::never()).unwrap();
     assert!(audit.residual().abs() < 1e-11 * audit.total, "{audit:?}");
 }

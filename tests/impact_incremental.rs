@@ -6,6 +6,7 @@ use vibroimpact::impact::{Impact, ImpactFailure, IncrementalError, Regime, incre
 use vibroimpact::tolerance::MAX_INCREMENTS;
 use vibroimpact::{Contact, ImpactLaw};
 
+use crate::support::draws;
 use crate::support::impacts::{Case, LAWS, sample};
 
 /// |x1'| and |x2'|/(1 + mbar) differ by at most this times (1 + mu) dP. An impulse dP changes them
@@ -57,7 +58,7 @@ fn the_walk_agrees_with_many_small_steps_in_every_regime_under_every_law() {
     let mut counts = [[0; 6]; 3];
     let mut worst = [[0f64; 6]; 3];
     let mut jammed = 0;
-    for case in sample(20_000) {
+    for case in sample(draws(5_000, 20_000)) {
         for (number, law) in LAWS.into_iter().enumerate() {
             let Some((closed, stepped)) = both(&case, law, steps) else {
                 jammed += 1;
@@ -106,7 +107,7 @@ fn the_walk_agrees_with_many_small_steps_in_every_regime_under_every_law() {
 fn the_difference_falls_in_proportion_to_the_step() {
     // The mean over the impacts of a regime: a single difference depends on where in a step the
     // end falls. First order: halving the step halves it, to 10 % (some hundred impacts each).
-    let cases = sample(6_000);
+    let cases = sample(draws(2_000, 6_000));
     for law in LAWS {
         let means = [250u32, 500, 1000, 2000].map(|steps| {
             let (mut sums, mut counts) = ([0.0; 6], [0.0; 6]);

@@ -4,6 +4,7 @@
 //!
 //! Ranges: all angles, |v1| <= 2, u in (0, 2], mbar in [0.01, 10], mu in [0, 5], r in [0, 1].
 
+use crate::support::draws;
 use std::f64::consts::{PI, TAU};
 
 use proptest::prelude::*;
@@ -83,7 +84,7 @@ fn cases() -> impl Strategy<Value = Case> {
 
 fn config() -> ProptestConfig {
     ProptestConfig {
-        cases: 20_000,
+        cases: draws(5_000, 20_000) as u32,
         rng_seed: RngSeed::Fixed(2004),
         failure_persistence: None,
         ..ProptestConfig::default()

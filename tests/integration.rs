@@ -10,6 +10,12 @@ mod support {
     pub mod contact_ode;
     pub mod impacts;
     pub mod random_systems;
+
+    /// How many random cases a test looks at: the first `usual` of those that it looks at under
+    /// `make thorough`.
+    pub fn draws(usual: usize, thorough: usize) -> usize {
+        if std::env::var_os("VIBROIMPACT_THOROUGH").is_some() { thorough } else { usual }
+    }
 }
 
 mod contact_audit;

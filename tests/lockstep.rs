@@ -5,15 +5,15 @@ mod draw;
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use draw::{DRIVEN, Drawer, Family, Place, Traveller};
 use rayon::prelude::*;
 use vibroimpact::analysis::basin::{Arrival, Fate, Target, arrive};
 use vibroimpact::impact::PreImpact;
 use vibroimpact::{
-    Cell, Contact, Horizon, ImpactLaw, PointStatus, Run, RunError, RunOptions, State, StopReason,
-    SweepPoint, SweepStart, System, Workers, arrive_many, run, run_many, sweep,
+    CancelToken, Cell, Contact, Horizon, ImpactLaw, PointStatus, Run, RunError, RunOptions, State,
+    StopReason, SweepPoint, SweepStart, System, Workers, arrive_many, run, run_many, sweep,
 };
 
 /// The point of a cell that runs by itself.
@@ -28,7 +28,7 @@ fn alone(cell: &Cell, options: RunOptions) -> SweepPoint {
         final_state: None,
         contact_fraction: f64::NAN,
     };
-    let run = match run(&cell.system, cell.initial, options, &mut || true) {
+    let run = match run(&cell.system, cell.initial, options, &CancelToken::never()) {
         Ok(run) => run,
         Err(RunError::State(_)) => return SweepPoint { status: PointStatus::Overlap, ..point },
         Err(_) => return point,
@@ -46,7 +46,7 @@ fn alone(cell: &Cell, options: RunOptions) -> SweepPoint {
     }
     point.stroboscopic = run.stroboscopic.clone();
     let at_end = matches!(run.stop_reason, StopReason::Completed | StopReason::Rest);
-    point.period = at_end.then(|| run.section_report());
+    point.period = at_end.then(|| run.section_report(&CancelToken::never()));
     point.final_state = Some(run.final_state.state);
     point.contact_fraction = run.time_in_contact() / (run.final_state.time - run.kept_from());
     point
@@ -58,7 +58,15 @@ fn all(point: &SweepPoint) -> String {
 }
 
 fn together(cells: &[Cell], options: RunOptions, workers: &Workers) -> Vec<SweepPoint> {
-    sweep(cells, options.into(), SweepStart::Fresh, workers, &mut |_| true).unwrap()
+    sweep(
+        cells,
+        options.into(),
+        SweepStart::Fresh,
+        workers,
+        &CancelToken::never(),
+        &AtomicUsize::new(0),
+    )
+    .unwrap()
 }
 
 fn workers() -> [Workers; 3] {
@@ -228,9 +236,10 @@ fn runs_and_basins_from_many_starts_are_the_single_ones() {
         let workers = &workers()[number % 3];
         let apart = |start: &State| first.system.gap_function(start) < -1e-6;
         let fitting: Vec<State> = starts.iter().copied().filter(apart).collect();
-        let alone = |&start: &State| run(&first.system, start, options, &mut || true);
+        let alone = |&start: &State| run(&first.system, start, options, &CancelToken::never());
         let singles: Vec<Result<Run, RunError>> = fitting.par_iter().map(alone).collect();
-        let runs = run_many(&first.system, &fitting, options, workers, &mut || true).unwrap();
+        let runs =
+            run_many(&first.system, &fitting, options, workers, &CancelToken::never()).unwrap();
         assert!(format!("{runs:?}") == format!("{singles:?}"), "{first:?}");
         let Some(Ok(single)) = singles.first() else { continue };
         impacts += single.impacts.len();
@@ -242,10 +251,18 @@ fn runs_and_basins_from_many_starts_are_the_single_ones() {
             std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 5.0 } else { 0.0 }));
         let center = single.final_state.state.to_array();
         let targets = [Target { center, factor, counts: vec![count as u32] }];
-        let cancel = AtomicBool::new(false);
+        let cancel = CancelToken::never();
         let follow = |&start: &State| arrive(&first.system, start, &targets, options, &cancel);
         let singles: Vec<Arrival> = starts.par_iter().map(follow).collect();
-        let all = arrive_many(&first.system, &starts, &targets, options, workers, &mut |_| true);
+        let all = arrive_many(
+            &first.system,
+            &starts,
+            &targets,
+            options,
+            workers,
+            &CancelToken::never(),
+            &AtomicUsize::new(0),
+        );
         assert!(format!("{:?}", all.unwrap()) == format!("{singles:?}"), "{first:?}");
         let fates = singles.iter().map(|arrival| arrival.fate);
         arrived += fates.clone().filter(|fate| matches!(fate, Fate::Arrived { .. })).count();
@@ -288,15 +305,12 @@ fn a_sweep_that_is_cancelled_has_no_wrong_points() {
         for &cell in &bouncing[10..] {
             cells.extend([endless, cell, endless]);
         }
-        let mut counts = vec![0];
-        let points = sweep(&cells, options.into(), SweepStart::Fresh, &workers, &mut |count| {
-            let going = count == 0 || counts.last() != Some(&count);
-            counts.push(count);
-            going
-        })
-        .unwrap();
+        // Long after all lanes are taken by those that never end.
+        let (cancel, count) = (CancelToken::after(300_000), AtomicUsize::new(0));
+        let points =
+            sweep(&cells, options.into(), SweepStart::Fresh, &workers, &cancel, &count).unwrap();
         let done = points.iter().filter(|point| point.status != PointStatus::Pending).count();
-        assert!(done > 0 && counts.last() == Some(&done), "{done} {counts:?}");
+        assert!(done > 0 && count.load(Relaxed) == done, "{done} {count:?}");
         for (cell, point) in cells.iter().zip(&points) {
             let pending = point.status == PointStatus::Pending;
             assert!(pending || *cell != endless);
@@ -328,7 +342,8 @@ fn a_thread_of_the_pool_may_ask_for_runs_while_others_are_free() {
         rayon::scope(|scope| {
             scope.spawn(|_| {
                 let workers = Workers::new(None).unwrap();
-                let runs = run_many(&system, &starts, options, &workers, &mut || true).unwrap();
+                let runs =
+                    run_many(&system, &starts, options, &workers, &CancelToken::never()).unwrap();
                 sender.send(runs.len()).unwrap();
             });
         });

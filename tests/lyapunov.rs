@@ -2,8 +2,8 @@
 //! divergence of nearby orbits, directions that die out.
 
 use vibroimpact::{
-    Horizon, ImpactLaw, ImpactRecord, Run, RunOptions, Spectrum, State, System, SystemBuilder,
-    lyapunov_spectrum, run,
+    CancelToken, Horizon, ImpactLaw, ImpactRecord, Run, RunOptions, Spectrum, State, System,
+    SystemBuilder, lyapunov_spectrum, run,
 };
 
 fn paper(frequency: f64) -> SystemBuilder {
@@ -18,11 +18,11 @@ fn paper(frequency: f64) -> SystemBuilder {
 
 fn settled(system: &System, periods: i64) -> Run {
     let start = State::new(0.0, 0.5, 0.0, 0.0).unwrap();
-    run(system, start, RunOptions::periods(periods).keep(100), &mut || true).unwrap()
+    run(system, start, RunOptions::periods(periods).keep(100), &CancelToken::never()).unwrap()
 }
 
 fn spectrum(run: &Run, periods: u32) -> Spectrum {
-    let spectrum = lyapunov_spectrum(run, periods, None, &mut || true).unwrap();
+    let spectrum = lyapunov_spectrum(run, periods, None, &CancelToken::never()).unwrap();
     assert_eq!(spectrum.error, None);
     spectrum
 }
@@ -78,7 +78,7 @@ fn their_sum_is_that_of_all_contractions() {
             // The window that counts: the first tenth aligns.
             let end = Horizon::Periods(300 + i64::from(periods));
             let options = RunOptions { horizon: end, keep: Some(1800), ..RunOptions::periods(0) };
-            let window = from.resume(options, &mut || true).unwrap();
+            let window = from.resume(options, &CancelToken::never()).unwrap();
             assert_eq!(found.impacts as usize, window.impacts.len());
             assert!(window.contacts.is_empty());
             reversals += window.impacts.iter().filter(|i| i.regime > 1).count();
@@ -105,7 +105,7 @@ fn of_a_periodic_motion_they_are_those_of_its_multipliers() {
             .unwrap(),
     ] {
         let from = settled(&system, 3000);
-        let (report, [exponent, error]) = from.period_and_exponent();
+        let (report, [exponent, error]) = from.period_and_exponent(&CancelToken::never());
         assert!(report.orbit.is_some());
         assert!(error < 1e-6, "{error}");
         let spectrum = spectrum(&from, 20_000);
@@ -149,7 +149,10 @@ fn the_largest_is_the_rate_at_which_nearby_orbits_part() {
     let (mut sum, mut count) = (0.0, 0);
     for k in 0..10_000 {
         let next = |state| {
-            run(&system, state, RunOptions::periods(1), &mut || true).unwrap().final_state.state
+            run(&system, state, RunOptions::periods(1), &CancelToken::never())
+                .unwrap()
+                .final_state
+                .state
         };
         (state, nearby) = (next(state), next(nearby));
         let (a, b) = (state.to_array(), nearby.to_array());
@@ -192,14 +195,15 @@ fn under_a_constant_load_the_steps_are_given() {
         paper(0.0).pendulum_damping(0.1).oscillator_damping(0.1).moment_amplitude(0.1).gap(2.0);
     let system = system.build().unwrap();
     let start = State::new(0.0, 0.1, 0.0, 0.0).unwrap();
-    let from = run(&system, start, RunOptions::until(Horizon::Time(1.0)), &mut || true).unwrap();
-    assert_eq!(lyapunov_spectrum(&from, 10, None, &mut || true).unwrap_err().name, "step");
+    let from =
+        run(&system, start, RunOptions::until(Horizon::Time(1.0)), &CancelToken::never()).unwrap();
+    assert_eq!(lyapunov_spectrum(&from, 10, None, &CancelToken::never()).unwrap_err().name, "step");
     // Steps that do not move the time were taken, and all exponents 0/0; over 5e-324 they were infinite.
     for short in [1e-17, 5e-324, 0.0] {
-        let refused = lyapunov_spectrum(&from, 10, Some(short), &mut || true).unwrap_err();
+        let refused = lyapunov_spectrum(&from, 10, Some(short), &CancelToken::never()).unwrap_err();
         assert_eq!(refused.name, "step");
     }
-    let found = lyapunov_spectrum(&from, 1000, Some(1.0), &mut || true).unwrap();
+    let found = lyapunov_spectrum(&from, 1000, Some(1.0), &CancelToken::never()).unwrap();
     assert!((found.time - 900.0).abs() < 1e-9);
     for (found, exact) in found.exponents.iter().zip([-0.1, -0.1, -0.2, -0.2]) {
         assert!((found - exact).abs() < 1e-3, "{found} {exact}");
@@ -209,12 +213,7 @@ fn under_a_constant_load_the_steps_are_given() {
 #[test]
 fn it_ends_early_with_what_is_done() {
     let from = settled(&paper(1.545).friction(0.5).build().unwrap(), 100);
-    let mut looks = 0;
-    let mut go_on = || {
-        looks += 1;
-        looks < 3
-    };
-    let part = lyapunov_spectrum(&from, 1_000_000, None, &mut go_on).unwrap();
+    let part = lyapunov_spectrum(&from, 1_000_000, None, &CancelToken::after(6_000)).unwrap();
     assert!(part.error.is_some());
     assert!(part.time > 0.0 && part.exponents[0].is_finite() && !part.history.is_empty());
 }
@@ -227,7 +226,7 @@ fn strong_damping_leaves_all_four() {
         let system = system.moment_amplitude(0.3).gap(0.9).build().unwrap();
         let start = State::new(0.0, 0.05, 0.0, 0.0).unwrap();
         let options = RunOptions::periods(50).keep(10);
-        let found = spectrum(&run(&system, start, options, &mut || true).unwrap(), 2000);
+        let found = spectrum(&run(&system, start, options, &CancelToken::never()).unwrap(), 2000);
         assert_eq!(found.impacts, 0);
         let root = (zeta * zeta - 1.0).sqrt();
         let mut exact = [-0.1, -0.1, -3.0 * (zeta - root), -3.0 * (zeta + root)];
@@ -255,7 +254,7 @@ fn slides_that_turn_round_lose_no_further_direction() {
         .unwrap();
     let start = State::new(-0.2, 0.5, 0.1, 0.0).unwrap();
     let options = RunOptions::periods(1500).keep(10);
-    let from = run(&system, start, options, &mut || true).unwrap();
+    let from = run(&system, start, options, &CancelToken::never()).unwrap();
     let mut kinds: Vec<i64> = from.contacts.iter().rev().take(4).map(|c| c.kind).collect();
     kinds.sort_unstable();
     assert_eq!(kinds, [2, 3, 4, 6]);
@@ -285,7 +284,7 @@ fn what_is_lost_before_the_measurement_does_not_count() {
     let start = State::new(-0.2, 0.5, 0.2, 0.0).unwrap();
     let from = |periods| {
         let options = RunOptions::periods(periods).keep(1);
-        run(&system, start, options, &mut || true).unwrap()
+        run(&system, start, options, &CancelToken::never()).unwrap()
     };
     // Contact and stick up to period 14, none later.
     let early = spectrum(&from(1), 4000);
@@ -309,7 +308,7 @@ fn after_a_last_low_impact_the_motion_is_measured() {
         .build()
         .unwrap();
     let start = State::new(-1.29692530708782, -2.0, -1.35096644946936, 0.44705882352941).unwrap();
-    let run = run(&system, start, RunOptions::periods(1), &mut || true).unwrap();
+    let run = run(&system, start, RunOptions::periods(1), &CancelToken::never()).unwrap();
     let spectrum = spectrum(&run, 2_000);
     // A free pendulum, and an overdamped body: -zeta2 -+ sqrt(zeta2^2 - 1).
     let rates = [0.0, 0.0, -1.5 + 1.25f64.sqrt(), -1.5 - 1.25f64.sqrt()];

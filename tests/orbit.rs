@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector, Matrix4};
 use vibroimpact::analysis::shooting::{BorderKind, Orbit};
 use vibroimpact::tangent::itinerary::{Itinerary, ItineraryError, Leg, Node};
-use vibroimpact::{Contact, RunOptions, State, System, run};
+use vibroimpact::{CancelToken, Contact, RunOptions, State, System, run};
 
 fn paper(omega: f64) -> vibroimpact::SystemBuilder {
     System::builder()
@@ -19,8 +19,10 @@ fn paper(omega: f64) -> vibroimpact::SystemBuilder {
 /// A motion of `m` periods by Newton's method from the end of a run.
 fn settled(system: &System, m: i64) -> (Itinerary, Vec<Node>) {
     let start = State::new(0.0, 0.5, 0.0, 0.0).unwrap();
-    let end = run(system, start, RunOptions::periods(3000), &mut || true).unwrap().final_state;
-    let (legs, mut nodes) = Itinerary::follow(system, end.state, m, 100_000, &mut || true).unwrap();
+    let end =
+        run(system, start, RunOptions::periods(3000), &CancelToken::never()).unwrap().final_state;
+    let (legs, mut nodes) =
+        Itinerary::follow(system, end.state, m, 100_000, &CancelToken::never()).unwrap();
     for _ in 0..6 {
         let residual = Orbit::new(system, &legs, &nodes).unwrap().residual(&[]).unwrap();
         let rows = residual.values.len();
@@ -92,8 +94,10 @@ fn the_return_map_of_a_wall_at_rest_is_that_of_the_impact_oscillator() {
         .build()
         .unwrap();
     let start = State::new(0.0, 0.0, 0.0, 0.0).unwrap();
-    let end = run(&system, start, RunOptions::periods(2000), &mut || true).unwrap().final_state;
-    let (legs, nodes) = Itinerary::follow(&system, end.state, 1, 1000, &mut || true).unwrap();
+    let end =
+        run(&system, start, RunOptions::periods(2000), &CancelToken::never()).unwrap().final_state;
+    let (legs, nodes) =
+        Itinerary::follow(&system, end.state, 1, 1000, &CancelToken::never()).unwrap();
     assert!(legs.wall_at_rest);
     let map = Orbit::new(&system, &legs, &nodes).unwrap().transfer()[0];
     let trace = map[(1, 1)] + map[(3, 3)];
@@ -107,10 +111,10 @@ fn the_return_map_of_a_wall_at_rest_is_that_of_the_impact_oscillator() {
 fn bad_input_is_refused() {
     let system = paper(1.8).build().unwrap();
     let start = State::new(0.0, 0.5, 0.0, 0.0).unwrap();
-    assert!(Itinerary::follow(&system, start, 0, 1000, &mut || true).is_err());
+    assert!(Itinerary::follow(&system, start, 0, 1000, &CancelToken::never()).is_err());
     let still = system.with("drive_frequency", 0.0).unwrap();
     assert!(matches!(
-        Itinerary::follow(&still, start, 1, 1000, &mut || true),
+        Itinerary::follow(&still, start, 1, 1000, &CancelToken::never()),
         Err(ItineraryError::Parameter(error)) if error.name == "drive_frequency"
     ));
     let legs = Itinerary::new(vec!["circuit".parse().unwrap()], 1, None, false).unwrap();

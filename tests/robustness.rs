@@ -6,8 +6,7 @@ mod frequencies;
 mod huge_forces;
 mod interrupts;
 
-use std::sync::atomic::AtomicBool;
-
+use crate::support::draws;
 use proptest::num::f64::ANY;
 use proptest::prelude::*;
 use vibroimpact::analysis::basin::{Fate, arrive};
@@ -16,7 +15,7 @@ use vibroimpact::impact::{ImpactOutcome, IncrementalError, PreImpact, incrementa
 use vibroimpact::search::{Found, Start, next_contact};
 use vibroimpact::tangent::itinerary::{Itinerary, Leg, Node};
 use vibroimpact::{
-    Clock, Contact, Event, FreeMotion, Horizon, ImpactLaw, Observer, Run, RunError, RunOptions,
+    CancelToken, Clock, Contact, Event, FreeMotion, Horizon, ImpactLaw, Run, RunError, RunOptions,
     Simulation, State, StateError, StopReason, System, SystemBuilder, Workers, detect_period, run,
     run_many,
 };
@@ -88,7 +87,7 @@ fn is_hectic(system: &System, [x1, v1, x2, v2]: [f64; 4]) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 3000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: draws(1_000, 3_000) as u32, ..ProptestConfig::default() })]
 
     #[test]
     fn every_number_makes_a_system_in_range_or_a_named_error(
@@ -185,7 +184,7 @@ proptest! {
         let [x1, v1, x2, v2] = state;
         let start = State { x1, v1, x2, v2 };
         let options = RunOptions { max_events: 40, tolerance, ..RunOptions::until(horizon) };
-        match run(&system, start, options, &mut || false) {
+        match run(&system, start, options, &CancelToken::after(2048)) {
             Ok(run) => assert_finite(&run),
             Err(error) => prop_assert!(!error.to_string().is_empty()),
         }
@@ -196,7 +195,7 @@ proptest! {
         sections in prop::collection::vec(prop::array::uniform4(number()), 0..60),
         impacts in prop::collection::vec(0u32..3, 60),
     ) {
-        let report = detect_period(&sections, &impacts[..sections.len()]);
+        let report = detect_period(&sections, &impacts[..sections.len()], &CancelToken::never());
         prop_assert_eq!(report.orbit.is_some(), report.evidence.why().is_none());
         if let Some((m, _)) = report.orbit {
             prop_assert!(m <= sections.len() / 4 && !report.residual.is_nan(), "{:?}", report);
@@ -215,17 +214,17 @@ fn a_state_that_is_no_state_is_refused_wherever_it_comes_in() {
         };
         is_named(&Simulation::new(&system, bad).unwrap_err());
         let options = RunOptions::periods(1);
-        match run(&system, bad, options, &mut || true) {
+        match run(&system, bad, options, &CancelToken::never()) {
             Err(RunError::State(error)) => is_named(&error),
             other => panic!("{other:?}"),
         }
         let both = [start(), bad];
-        match run_many(&system, &both, options, &Workers::default(), &mut || true) {
+        match run_many(&system, &both, options, &Workers::default(), &CancelToken::never()) {
             Err(RunError::State(error)) => is_named(&error),
             other => panic!("{other:?}"),
         }
-        assert!(Itinerary::follow(&system, bad, 1, 100, &mut || true).is_err());
-        let arrival = arrive(&system, bad, &[], options, &AtomicBool::new(false));
+        assert!(Itinerary::follow(&system, bad, 1, 100, &CancelToken::never()).is_err());
+        let arrival = arrive(&system, bad, &[], options, &CancelToken::never());
         assert_eq!(arrival.fate, Fate::Overlap);
     }
 }
@@ -236,7 +235,8 @@ fn a_run_that_fails_leaves_those_beside_it() {
     let fast = State { v1: 1e200, ..start() };
     let starts = [start(), fast, start()];
     let workers = Workers::new(Some(1)).unwrap();
-    let runs = run_many(&system, &starts, RunOptions::periods(5), &workers, &mut || true).unwrap();
+    let runs = run_many(&system, &starts, RunOptions::periods(5), &workers, &CancelToken::never())
+        .unwrap();
     assert_eq!(runs.len(), 3);
     assert!(matches!(runs[1], Err(RunError::Simulation { .. })), "{:?}", runs[1]);
     assert!(runs[0].is_ok());
@@ -261,7 +261,7 @@ fn horizons_beyond_counting_are_refused() {
         system,
         start(),
         RunOptions::until(horizon),
-        &mut || false,
+        &CancelToken::after(2048),
     ) {
         Err(RunError::Parameter(error)) => error.name.to_string(),
         other => panic!("{other:?}"),
@@ -364,15 +364,6 @@ fn a_graze_lies_in_the_flight() {
 /// What turns beyond counting in one local flight is not followed for ever.
 #[test]
 fn motions_beyond_following_are_failed_computations() {
-    struct Looks(u32);
-    impl Observer for Looks {
-        const SECTIONS: bool = false;
-        fn section(&mut self, _: i64, _: &State) {}
-        fn go_on(&mut self) -> bool {
-            self.0 += 1;
-            true
-        }
-    }
     let light = System::builder().mass_ratio(2.0).drive_frequency(4.0);
     let whirling = light
         .clone()
@@ -395,11 +386,11 @@ fn motions_beyond_following_are_failed_computations() {
         .unwrap();
     for (system, x2) in [(whirling, -0.4092974268256817), (sliding, 0.1)] {
         let start = State { x1: -2.0, v1: -2.0, x2, v2: -2.0 };
-        let mut simulation = Simulation::new(&system, start).unwrap().periods(1).max_events(60);
-        let mut looks = Looks(0);
-        let last = std::iter::from_fn(|| simulation.advance(&mut looks)).last();
+        let cancel = CancelToken::after(1_000);
+        let simulation = Simulation::new(&system, start).unwrap().periods(1).max_events(60);
+        let last = simulation.cancel_with(&cancel).last();
         assert!(matches!(last, Some(Err(_))), "{last:?}");
-        assert!(looks.0 < 1000, "{} flights and steps", looks.0);
+        assert!(!cancel.is_cancelled(), "a thousand flights and steps");
     }
 }
 
@@ -435,7 +426,7 @@ fn clocks_of_an_itinerary_are_counted() {
     assert_eq!(name(1, most + 1).unwrap_err(), "clocks");
     assert_eq!(name(1, i64::MIN).unwrap_err(), "clocks");
     let system = paper().build().unwrap();
-    assert!(Itinerary::follow(&system, start(), i64::MAX, 100, &mut || true).is_err());
+    assert!(Itinerary::follow(&system, start(), i64::MAX, 100, &CancelToken::never()).is_err());
 }
 
 #[test]

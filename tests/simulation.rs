@@ -12,14 +12,16 @@ mod stops;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use vibroimpact::{Contact, Horizon, Run, RunOptions, State, System, SystemBuilder, run};
+use vibroimpact::{
+    CancelToken, Contact, Horizon, Run, RunOptions, State, System, SystemBuilder, run,
+};
 
 fn state(x1: f64, v1: f64, x2: f64, v2: f64) -> State {
     State::new(x1, v1, x2, v2).unwrap()
 }
 
 fn go(system: &System, start: State, options: RunOptions) -> Run {
-    run(system, start, options, &mut || true).unwrap()
+    run(system, start, options, &CancelToken::never()).unwrap()
 }
 
 fn until(time: f64) -> RunOptions {

@@ -1,9 +1,10 @@
 //! Sweeps over a parameter: the same bits for any number of threads and as single runs, a status
 //! for every point, an early end that keeps what is done.
 
+use std::sync::atomic::AtomicUsize;
 use vibroimpact::{
-    Cell, Measure, PointStatus, RunOptions, State, StopReason, SweepOptions, SweepPoint, SweepRows,
-    SweepStart, System, Workers, lyapunov_spectrum, run, run_many, sweep,
+    CancelToken, Cell, Measure, PointStatus, RunOptions, State, StopReason, SweepOptions,
+    SweepPoint, SweepRows, SweepStart, System, Workers, lyapunov_spectrum, run, run_many, sweep,
 };
 
 fn paper() -> System {
@@ -42,7 +43,15 @@ fn sweep_with(
     threads: Option<usize>,
 ) -> Vec<SweepPoint> {
     let workers = Workers::new(threads).unwrap();
-    sweep(&cells(parameter, values), options().into(), begin, &workers, &mut |_| true).unwrap()
+    sweep(
+        &cells(parameter, values),
+        options().into(),
+        begin,
+        &workers,
+        &CancelToken::never(),
+        &AtomicUsize::new(0),
+    )
+    .unwrap()
 }
 
 /// Bits, so that NaN equals NaN and 0 differs from -0.
@@ -80,7 +89,7 @@ fn a_point_is_the_run_of_its_value() {
     let points = sweep_with("drive_frequency", &frequencies, SweepStart::Fresh, None);
     for (&value, point) in frequencies.iter().zip(&points) {
         let system = paper().with("drive_frequency", value).unwrap();
-        let run = run(&system, start(), options(), &mut || true).unwrap();
+        let run = run(&system, start(), options(), &CancelToken::never()).unwrap();
         assert_eq!(point.stroboscopic, run.stroboscopic);
         assert_eq!(point.final_state, Some(run.final_state.state));
         assert_eq!(point.impact_section.len(), run.impacts.len());
@@ -96,7 +105,7 @@ fn a_point_is_the_run_of_its_value() {
         match point.status {
             PointStatus::Completed { restarted: false } => {
                 assert_eq!(run.stop_reason, StopReason::Completed);
-                assert_eq!(point.period, Some(run.return_report()));
+                assert_eq!(point.period, Some(run.return_report(&CancelToken::never())));
             }
             PointStatus::Stopped(reason) => assert_eq!(reason, run.stop_reason),
             other => panic!("{other:?}"),
@@ -111,7 +120,7 @@ fn a_followed_branch_hands_on_its_last_state() {
     let mut from = start();
     for (&value, point) in frequencies.iter().zip(&forward) {
         let system = paper().with("drive_frequency", value).unwrap();
-        let run = run(&system, from, options(), &mut || true).unwrap();
+        let run = run(&system, from, options(), &CancelToken::never()).unwrap();
         assert_eq!(point.status, PointStatus::Completed { restarted: false });
         assert_eq!(point.stroboscopic, run.stroboscopic);
         from = run.final_state.state;
@@ -133,13 +142,13 @@ fn a_state_that_does_not_fit_the_next_value_restarts_the_branch() {
         .into_iter()
         .find(|&gap| {
             let system = paper().with("gap", gap).unwrap();
-            let run = run(&system, start(), options(), &mut || true).unwrap();
+            let run = run(&system, start(), options(), &CancelToken::never()).unwrap();
             narrow.gap_function(&run.final_state.state) > 0.0
         })
         .unwrap();
     let points = sweep_with("gap", &[wide, 0.01, wide], SweepStart::Forward, None);
     assert_eq!(points[1].status, PointStatus::Completed { restarted: true });
-    let fresh = run(&narrow, start(), options(), &mut || true).unwrap();
+    let fresh = run(&narrow, start(), options(), &CancelToken::never()).unwrap();
     assert_eq!(points[1].stroboscopic, fresh.stroboscopic);
     assert_eq!(points[1].status.name(), "restarted");
 }
@@ -167,7 +176,15 @@ fn a_point_that_fails_or_stops_leaves_the_others_alone() {
     capped.max_events = 5;
     let workers = Workers::default();
     let two = cells("drive_frequency", &[1.8, 2.0]);
-    let points = sweep(&two, capped.into(), SweepStart::Fresh, &workers, &mut |_| true).unwrap();
+    let points = sweep(
+        &two,
+        capped.into(),
+        SweepStart::Fresh,
+        &workers,
+        &CancelToken::never(),
+        &AtomicUsize::new(0),
+    )
+    .unwrap();
     assert!(points.iter().all(|p| p.status == PointStatus::Stopped(StopReason::EventCap)));
     assert!(points.iter().all(|p| p.period.is_none() && p.final_state.is_some()));
 }
@@ -175,14 +192,13 @@ fn a_point_that_fails_or_stops_leaves_the_others_alone() {
 #[test]
 fn values_out_of_range_are_refused_before_any_run() {
     let workers = Workers::default();
-    let mut looks = 0;
-    let mut attempt = |parameter: &str, values: &[f64], options: RunOptions| {
-        let mut look = |_| {
-            looks += 1;
-            true
-        };
+    let never = CancelToken::after(1 << 40);
+    let attempt = |parameter: &str, values: &[f64], options: RunOptions| {
+        let done = AtomicUsize::new(0);
         Cell::along(&paper(), parameter, values, start())
-            .and_then(|cells| sweep(&cells, options.into(), SweepStart::Fresh, &workers, &mut look))
+            .and_then(|cells| {
+                sweep(&cells, options.into(), SweepStart::Fresh, &workers, &never, &done)
+            })
             .unwrap_err()
             .name
             .to_string()
@@ -193,7 +209,7 @@ fn values_out_of_range_are_refused_before_any_run() {
     // Without a drive there are no periods to run.
     assert_eq!(attempt("drive_frequency", &[1.0, 0.0], options()), "periods");
     assert_eq!(attempt("gap", &[0.5], options().keep(61)), "keep");
-    assert_eq!(looks, 0);
+    assert_eq!(never.asks_left(), 1 << 40);
     for threads in [0, 1025, usize::MAX] {
         assert_eq!(Workers::new(Some(threads)).unwrap_err().name, "workers");
     }
@@ -206,13 +222,18 @@ fn a_sweep_that_is_ended_early_keeps_what_is_done() {
     let long = RunOptions::periods(20_000).keep(2);
     let workers = Workers::new(Some(2)).unwrap();
     for begin in [SweepStart::Fresh, SweepStart::Forward, SweepStart::Backward] {
-        let whole = sweep(&cells, long.into(), begin, &workers, &mut |_| true).unwrap();
-        let mut done = 0;
-        let mut look = |count| {
-            done = count;
-            count == 0
-        };
-        let points = sweep(&cells, long.into(), begin, &workers, &mut look).unwrap();
+        let whole = sweep(
+            &cells,
+            long.into(),
+            begin,
+            &workers,
+            &CancelToken::never(),
+            &AtomicUsize::new(0),
+        )
+        .unwrap();
+        let (cancel, count) = (CancelToken::after(60_000), AtomicUsize::new(0));
+        let points = sweep(&cells, long.into(), begin, &workers, &cancel, &count).unwrap();
+        let done = count.into_inner();
         assert_eq!(points.len(), 300);
         let pending = |point: &SweepPoint| point.status == PointStatus::Pending;
         let left = points.iter().filter(|&point| pending(point)).count();
@@ -254,20 +275,31 @@ fn what_is_measured_is_what_the_run_says() {
     let run_options = RunOptions::periods(200).keep(100);
     let with = |measure| {
         let options = SweepOptions { run: run_options, measure, rows: false };
-        sweep(&cells, options, SweepStart::Fresh, &workers, &mut |_| true).unwrap()
+        sweep(
+            &cells,
+            options,
+            SweepStart::Fresh,
+            &workers,
+            &CancelToken::never(),
+            &AtomicUsize::new(0),
+        )
+        .unwrap()
     };
     let [labelled, largest, spectra] =
         [Measure::Label, Measure::LargestExponent, Measure::Spectrum(300)].map(with);
     for (i, cell) in cells.iter().enumerate() {
-        let run = run(&cell.system, cell.initial, run_options, &mut || true).unwrap();
-        let report = run.period();
+        let run = run(&cell.system, cell.initial, run_options, &CancelToken::never()).unwrap();
+        let report = run.period(&CancelToken::never());
         assert_eq!(labelled[i].period, Some(report));
         assert!(labelled[i].exponents.iter().flatten().all(|x| x.is_nan()));
         assert_eq!(largest[i].period, Some(report));
-        assert_eq!((report, largest[i].exponents[0]), run.period_and_exponent());
-        let (_, later) = run.on_attractor();
+        assert_eq!(
+            (report, largest[i].exponents[0]),
+            run.period_and_exponent(&CancelToken::never())
+        );
+        let (_, later) = run.on_attractor(&CancelToken::never());
         let settled = later.as_ref().unwrap_or(&run);
-        let spectrum = lyapunov_spectrum(settled, 300, None, &mut || true).unwrap();
+        let spectrum = lyapunov_spectrum(settled, 300, None, &CancelToken::never()).unwrap();
         assert_eq!(spectra[i].period, Some(report));
         assert_eq!(spectra[i].exponents.map(|[value, _]| value), spectrum.exponents);
         assert_eq!(spectra[i].exponents.map(|[_, error]| error), spectrum.errors);
@@ -280,15 +312,11 @@ fn what_is_measured_is_what_the_run_says() {
 #[test]
 fn a_long_point_is_cut_short() {
     let long = RunOptions::periods(2_000_000_000).keep(1);
-    let mut looks = 0;
     // Motions that do not repeat.
     let three = cells("drive_frequency", &[0.8, 0.85, 0.9]);
     let workers = Workers::new(Some(2)).unwrap();
-    let mut look = |_| {
-        looks += 1;
-        looks < 3
-    };
-    let points = sweep(&three, long.into(), SweepStart::Fresh, &workers, &mut look).unwrap();
+    let (cancel, count) = (CancelToken::after(10_000), AtomicUsize::new(0));
+    let points = sweep(&three, long.into(), SweepStart::Fresh, &workers, &cancel, &count).unwrap();
     assert!(points.iter().all(|point| point.status == PointStatus::Pending));
 }
 
@@ -300,15 +328,17 @@ fn runs_from_many_starts_are_the_single_runs() {
         .collect();
     let many = |threads| {
         let workers = Workers::new(threads).unwrap();
-        run_many(&paper(), &starts, options(), &workers, &mut || true).unwrap()
+        run_many(&paper(), &starts, options(), &workers, &CancelToken::never()).unwrap()
     };
     let runs = many(Some(1));
     assert_eq!(runs, many(Some(2)));
     for (run_, &from) in runs.iter().zip(&starts) {
-        assert_eq!(*run_, run(&paper(), from, options(), &mut || true));
+        assert_eq!(*run_, run(&paper(), from, options(), &CancelToken::never()));
     }
     let bad = [start(), State::new(0.0, 0.0, -1.0, 0.0).unwrap()];
-    assert!(run_many(&paper(), &bad, options(), &Workers::default(), &mut || true).is_err());
+    assert!(
+        run_many(&paper(), &bad, options(), &Workers::default(), &CancelToken::never()).is_err()
+    );
 }
 
 #[test]

@@ -3,7 +3,9 @@
 
 use std::f64::consts::TAU;
 
-use vibroimpact::{Contact, Horizon, Run, RunOptions, State, System, SystemBuilder, run};
+use vibroimpact::{
+    CancelToken, Contact, Horizon, Run, RunOptions, State, System, SystemBuilder, run,
+};
 
 /// A direct impact oscillator against a wall at rest at x1 = gap.
 fn wall(gap: f64, restitution: f64) -> SystemBuilder {
@@ -17,7 +19,7 @@ fn wall(gap: f64, restitution: f64) -> SystemBuilder {
 
 fn go(system: &System, x1: f64, v1: f64, options: RunOptions) -> Run {
     let start = State::new(x1, v1, 0.0, 0.0).unwrap();
-    run(system, start, options, &mut || true).unwrap()
+    run(system, start, options, &CancelToken::never()).unwrap()
 }
 
 /// COCO, hspo demo `impact`: omega0 = omega = 1, zeta1 = 0.05, wall at 1, r = 0.8.
@@ -33,7 +35,7 @@ fn coco(moment: f64) -> System {
 #[test]
 fn the_orbit_of_the_impact_oscillator_of_coco() {
     let run = go(&coco(1.0), 0.0, 0.0, RunOptions::periods(400).keep(100));
-    assert_eq!(run.period().label(), "1-1");
+    assert_eq!(run.period(&CancelToken::never()).label(), "1-1");
     for impact in &run.impacts {
         assert!((impact.v1_pre - 1.695_732_937_594_882).abs() < 1e-14, "{impact:?}");
         assert!((impact.v1_post + 1.356_586_350_075_906).abs() < 1e-14, "{impact:?}");
@@ -45,7 +47,10 @@ fn the_orbit_of_the_impact_oscillator_of_coco() {
 fn the_impact_oscillator_of_coco_grazes_where_its_free_response_reaches_the_wall() {
     // Amplitude f1/(2 zeta1) = 1 at f1 = 0.1.
     let below = go(&coco(0.1 * (1.0 - 1e-9)), 0.0, 0.0, RunOptions::periods(600).keep(100));
-    assert_eq!((below.impact_count, below.period().label().as_str()), (0, "1-0"));
+    assert_eq!(
+        (below.impact_count, below.period(&CancelToken::never()).label().as_str()),
+        (0, "1-0")
+    );
     let above = go(&coco(0.1 * (1.0 + 1e-9)), 0.0, 0.0, RunOptions::periods(600).keep(100));
     assert!(above.impact_count > 0);
 }
@@ -54,7 +59,7 @@ fn the_impact_oscillator_of_coco_grazes_where_its_free_response_reaches_the_wall
 fn the_orbit_of_budd_and_dux_with_one_impact_per_drive_period() {
     let system = wall(0.001, 0.4).drive_frequency(2.0).moment_amplitude(1.0).build().unwrap();
     let run = go(&system, 0.0, 0.0, RunOptions::periods(600).keep(100));
-    assert_eq!(run.period().label(), "1-1");
+    assert_eq!(run.period(&CancelToken::never()).label(), "1-1");
     for impact in &run.impacts {
         assert!((impact.v1_pre - 2.222_212_222_199_72).abs() < 1e-13, "{impact:?}");
     }
@@ -75,7 +80,7 @@ fn phases(gamma: f64) -> Vec<f64> {
     let x2 = -(gamma * gamma - v2 * v2).sqrt();
     let start = State::new(x2, -std::f64::consts::PI + 1e-3, x2, v2).unwrap();
     let options = RunOptions::until(Horizon::Time(3_000.0 * TAU));
-    let run = run(&system, start, options, &mut || true).unwrap();
+    let run = run(&system, start, options, &CancelToken::never()).unwrap();
     let last = &run.impacts[run.impacts.len() - 40..];
     last.iter().map(|impact| (impact.time + 3.0).rem_euclid(TAU)).collect()
 }

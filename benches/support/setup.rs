@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use serde::Deserialize;
 use vibroimpact::{
-    Horizon, Observer, RunOptions, Simulation, State, System, lyapunov_spectrum, run,
+    CancelToken, Horizon, Observer, RunOptions, Simulation, State, System, lyapunov_spectrum, run,
 };
 
 /// What is wanted of a run; each is a computation of its own.
@@ -40,21 +40,26 @@ impl Setup {
         let start = State::new(x1, v1, x2, v2).unwrap();
         let system = black_box(&self.system);
         let kept = |periods: i64, keep: i64| {
-            run(system, start, RunOptions::periods(periods).keep(keep), &mut || true).unwrap()
+            run(system, start, RunOptions::periods(periods).keep(keep), &CancelToken::never())
+                .unwrap()
         };
         match self.wanted {
             Wanted::Events => simulate(system, start, self.periods, &mut ()),
             Wanted::Sections => simulate(system, start, self.periods, &mut Sections),
             Wanted::History => drop(black_box(kept(self.periods, self.keep))),
-            Wanted::Label => drop(black_box(kept(self.periods, self.keep).period())),
+            Wanted::Label => {
+                black_box(kept(self.periods, self.keep).period(&CancelToken::never()));
+            }
             Wanted::Exponents => {
                 // As the call from Python: measured on the orbit to which the motion comes.
                 let before = self.periods - self.keep;
                 let before = kept(before, before.min(100));
-                let (_, later) = before.on_attractor();
+                let (_, later) = before.on_attractor(&CancelToken::never());
                 let settled = later.as_ref().unwrap_or(&before);
                 let steps = u32::try_from(self.keep).unwrap();
-                drop(black_box(lyapunov_spectrum(settled, steps, None, &mut || true).unwrap()));
+                drop(black_box(
+                    lyapunov_spectrum(settled, steps, None, &CancelToken::never()).unwrap(),
+                ));
             }
         }
     }

@@ -10,33 +10,34 @@ pub use memory::execution;
 use std::sync::LazyLock;
 
 use vibroimpact::{
-    Event, EventRecord, ImpactLaw, Observer, Run, RunError, SimulationError, State, System,
+    CancelToken, Event, EventRecord, ImpactLaw, Observer, Run, RunError, SimulationError, State, System,
 };
 
 /// Most events of a run, so that an execution takes about a millisecond.
 pub const MOST_EVENTS: u64 = 60;
 /// Local flights after which a run is asked to end.
-pub const MOST_FLIGHTS: u32 = 100;
+pub const MOST_FLIGHTS: u64 = 100;
 
 /// Most sections in one leg: a local flight lasts two turns of the fastest motion, a rest 256 of them.
 const MOST_SECTIONS: u32 = 1_000;
 
-/// Ends a simulation after [`MOST_FLIGHTS`], and looks at its sections.
-#[derive(Default)]
+/// Ends a simulation after so many flights, and looks at its sections.
 pub struct Limited {
-    /// Local flights so far.
-    pub flights: u32,
+    /// Counts the local flights, and ends them.
+    pub cancel: CancelToken,
     /// A section that is not finite, which a run that comes to its end must not have.
     pub bad_section: Option<State>,
     last: i64,
-    /// Sections since it was asked last.
+    /// Flights left at the last section, and sections since.
+    left: u64,
     unasked: u32,
 }
 
 impl Limited {
     /// With so many local flights left.
-    pub fn to(flights: u32) -> Self {
-        Self { flights: MOST_FLIGHTS.saturating_sub(flights), ..Self::default() }
+    pub fn to(flights: u64) -> Self {
+        let cancel = CancelToken::after(flights);
+        Self { cancel, bad_section: None, last: 0, left: flights, unasked: 0 }
     }
 }
 
@@ -46,17 +47,14 @@ impl Observer for Limited {
     fn section(&mut self, k: i64, state: &State) {
         assert!(k > self.last, "section {k} after {}", self.last);
         self.last = k;
+        if self.left != self.cancel.asks_left() {
+            (self.left, self.unasked) = (self.cancel.asks_left(), 0);
+        }
         self.unasked += 1;
         assert!(self.unasked < MOST_SECTIONS, "the caller is not asked");
         if state.to_array().iter().any(|x| !x.is_finite()) {
             self.bad_section = Some(*state);
         }
-    }
-
-    fn go_on(&mut self) -> bool {
-        self.flights += 1;
-        self.unasked = 0;
-        self.flights < MOST_FLIGHTS
     }
 }
 
@@ -113,9 +111,9 @@ pub fn shown<T: std::fmt::Debug>(drawn: T) -> T {
     drawn
 }
 
-/// Asked for the first time, after some thousand flights, it ends a run.
-pub fn enough() -> bool {
-    false
+/// Ends a run after some thousand flights.
+pub fn enough() -> CancelToken {
+    CancelToken::after(2048)
 }
 
 /// Panics unless all values are finite.

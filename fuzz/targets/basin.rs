@@ -2,7 +2,6 @@
 
 #![no_main]
 
-use std::sync::atomic::AtomicBool;
 
 use libfuzzer_sys::fuzz_target;
 use vibroimpact::CHATTERING;
@@ -40,7 +39,7 @@ fn body(draw: &mut Draw) {
     if is_long(&system, &start, 10.0) || options.check(&system).is_err() {
         return;
     }
-    let arrival = arrive(&system, start, &targets, options, &AtomicBool::new(false));
+    let arrival = arrive(&system, start, &targets, options, &CancelToken::never());
     match arrival.fate {
         Fate::Arrived { target, periods } => {
             assert!(target < targets.len() && periods >= 0, "{arrival:?}");

@@ -3,7 +3,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use vibroimpact::{Kind, PeriodReport, run};
+use vibroimpact::{CancelToken, Kind, PeriodReport, run};
 use vibroimpact_fuzz::{Draw, assert_numbers, enough, execution, is_long, made};
 
 /// Evaluations of the gap above which a run is too slow to be followed over thousands of periods.
@@ -27,24 +27,24 @@ fn check(report: &PeriodReport) {
 fn body(draw: &mut Draw) {
     let Some(system) = draw.system() else { return };
     let start = draw.state(&system);
-    let Some(run) = made(run(&system, start, draw.few_periods(8), &mut enough)) else { return };
-    check(&run.return_report());
+    let Some(run) = made(run(&system, start, draw.few_periods(8), &enough())) else { return };
+    check(&run.return_report(&CancelToken::never()));
     if run.evaluations > CHEAP || is_long(&system, &start, 20.0) {
         return;
     }
     match draw.below(16) {
-        0 => check(&run.period()),
+        0 => check(&run.period(&CancelToken::never())),
         1 => {
-            let (report, [exponent, _]) = run.period_and_exponent();
+            let (report, [exponent, _]) = run.period_and_exponent(&CancelToken::never());
             check(&report);
             assert!(exponent < f64::INFINITY || exponent.is_nan(), "{exponent}");
         }
         2 => {
-            let (report, later) = run.on_attractor();
+            let (report, later) = run.on_attractor(&CancelToken::never());
             check(&report);
             assert!(later.is_none_or(|later| later.final_state.time >= run.final_state.time));
         }
-        _ => check(&run.section_report()),
+        _ => check(&run.section_report(&CancelToken::never())),
     }
 }
 

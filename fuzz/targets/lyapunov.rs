@@ -14,7 +14,7 @@ fn body(draw: &mut Draw) {
         return;
     }
     let options = if draw.below(4) == 3 { draw.options() } else { draw.few_periods(6) };
-    let Some(run) = made(run(&system, start, options, &mut enough)) else { return };
+    let Some(run) = made(run(&system, start, options, &enough())) else { return };
     if run.evaluations > 400 {
         return;
     }
@@ -24,7 +24,7 @@ fn body(draw: &mut Draw) {
         1 => Some(draw.any()),
         _ => Some(draw.within(0.1, 2.0)),
     };
-    match lyapunov_spectrum(&run, steps, step, &mut enough) {
+    match lyapunov_spectrum(&run, steps, step, &enough()) {
         Err(error) => assert!(!error.to_string().is_empty()),
         Ok(spectrum) => {
             if let Some(LyapunovError::Simulation(error)) = &spectrum.error {

@@ -5,7 +5,7 @@
 use libfuzzer_sys::fuzz_target;
 use vibroimpact::tangent::itinerary::{Itinerary, Leg, Node};
 use vibroimpact::analysis::shooting::Orbit;
-use vibroimpact::{State, System};
+use vibroimpact::{CancelToken, State, System};
 use vibroimpact_fuzz::{Draw, MOST_EVENTS, execution, is_long};
 
 const WORDS: [&str; 20] = [
@@ -47,7 +47,7 @@ fn followed(draw: &mut Draw, system: &System) -> Option<(Itinerary, Vec<Node>)> 
     if is_long(system, &start, 7.0) || (4..i64::MAX / 2).contains(&periods) {
         return None;
     }
-    Itinerary::follow(system, start, periods, MOST_EVENTS, &mut || true).ok()
+    Itinerary::follow(system, start, periods, MOST_EVENTS, &CancelToken::never()).ok()
 }
 
 fn anyhow(draw: &mut Draw) -> Option<(Itinerary, Vec<Node>)> {

@@ -3,7 +3,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use vibroimpact::{CHATTERING, ImpactCount, Kind, detect_period};
+use vibroimpact::{CancelToken, CHATTERING, ImpactCount, Kind, detect_period};
 use vibroimpact_fuzz::{Draw, execution};
 
 fn body(draw: &mut Draw) {
@@ -31,7 +31,7 @@ fn body(draw: &mut Draw) {
     if draw.below(16) == 15 {
         counts.pop();
     }
-    let report = detect_period(&sections, &counts);
+    let report = detect_period(&sections, &counts, &CancelToken::never());
     assert!(!report.label().is_empty());
     assert!(!report.evidence.to_string().is_empty());
     assert_eq!(report.orbit.is_some(), report.evidence.why().is_none(), "{report:?}");

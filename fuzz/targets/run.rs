@@ -3,7 +3,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use vibroimpact::{Run, RunError, State, System, run};
+use vibroimpact::{CancelToken, Run, RunError, State, System, run};
 use vibroimpact_fuzz::{
     Draw, assert_finite, check_run, enough, execution, is_hectic, made, numbers,
 };
@@ -31,7 +31,7 @@ fn look(draw: &mut Draw, run: &Run) {
     assert_finite("time in contact", &[run.time_in_contact()]);
     // On a torus the time grows with the square of the sections.
     if run.stroboscopic.len() < 20_000 {
-        assert!(!run.return_report().label().is_empty());
+        assert!(!run.return_report(&CancelToken::never()).label().is_empty());
     }
 }
 
@@ -42,7 +42,7 @@ fn body(draw: &mut Draw) {
         return;
     }
     let options = draw.options();
-    let made = match run(&system, start, options, &mut enough) {
+    let made = match run(&system, start, options, &enough()) {
         Err(RunError::Simulation { done, .. }) => {
             assert_finite("time at the end", &[done.final_state.time]);
             return;
@@ -59,7 +59,7 @@ fn body(draw: &mut Draw) {
             .chain([2.0 * system.oscillator_damping()])
             .fold(0.0, f64::max);
     if turns < 100.0 && draw.below(4) == 0 {
-        let audit = run.energy_audit();
+        let audit = run.energy_audit(&CancelToken::never()).unwrap();
         let sums = [audit.residual(), audit.total, audit.energy_start, audit.energy_end];
         if moderate(&system, &start) || !sums.iter().all(|sum| sum.is_nan()) {
             assert_finite("audit", &sums);
@@ -67,7 +67,7 @@ fn body(draw: &mut Draw) {
     }
     if draw.below(4) == 0 {
         let further = draw.options();
-        if let Ok(next) = run.resume(further, &mut enough) {
+        if let Ok(next) = run.resume(further, &enough()) {
             check_run(&next);
         }
     }

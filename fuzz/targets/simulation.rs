@@ -12,7 +12,8 @@ fn body(draw: &mut Draw) {
     let Some(system) = draw.system() else { return };
     let start = draw.state(&system);
     let mut limits = Limited::to(if is_hectic(&system, &start) { 3 } else { MOST_FLIGHTS });
-    let Ok(mut simulation) = Simulation::new(&system, start) else { return };
+    let Ok(simulation) = Simulation::new(&system, start) else { return };
+    let mut simulation = simulation.cancel_with(&limits.cancel);
     simulation = match draw.below(8) {
         0 => simulation,
         1 => simulation.periods(draw.integer() as u32),

@@ -2,10 +2,11 @@
 
 #![no_main]
 
+use std::sync::atomic::AtomicUsize;
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
-use vibroimpact::{
+use vibroimpact::{CancelToken, 
     Cell, Horizon, Measure, PointStatus, RunOptions, State, StopReason, SweepOptions, SweepStart,
     System, Workers, run_many, sweep,
 };
@@ -34,8 +35,7 @@ fn many(draw: &mut Draw, system: &System) {
     if options.keep.is_none() && matches!(options.horizon, Horizon::Periods(FEW..)) {
         options.keep = Some(FEW);
     }
-    let mut go_on = || false;
-    match run_many(system, &starts, options, &WORKERS, &mut go_on) {
+    match run_many(system, &starts, options, &WORKERS, &CancelToken::after(2048)) {
         Err(error) => assert!(!error.to_string().is_empty()),
         Ok(runs) => {
             assert!(runs.len() <= starts.len());
@@ -58,7 +58,7 @@ fn along(draw: &mut Draw, system: &System) {
         SweepOptions { run: options(draw), measure: Measure::Returns, rows: draw.below(4) > 0 };
     let start = [SweepStart::Fresh, SweepStart::Fresh, SweepStart::Forward, SweepStart::Backward]
         [draw.below(4)];
-    match sweep(&cells, options, start, &WORKERS, &mut |_| false) {
+    match sweep(&cells, options, start, &WORKERS, &CancelToken::after(2048), &AtomicUsize::new(0)) {
         Err(error) => assert!(!error.to_string().is_empty()),
         Ok(points) => {
             assert_eq!(points.len(), cells.len());

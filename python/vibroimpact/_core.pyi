@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from enum import IntEnum, StrEnum
-from typing import Any, ClassVar, Self, final
+from typing import ClassVar, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,7 @@ __all__ = [
     "System",
     "WhyUndecided",
     "__version__",
+    "_interrupt_at",
     "arrivals",
     "impact",
     "lyapunov_spectrum",
@@ -544,7 +545,7 @@ def sweep(
     tolerance: float = ...,
     section_phase: float = 0.0,
     workers: int | None = None,
-    progress: Callable[[int], Any] | None = None,
+    progress: Callable[[int], object] | None = None,
 ) -> Sweep:
     """One run per cell: row i of ``values`` holds its parameters ``names``.
 
@@ -608,11 +609,17 @@ def arrivals(
     max_events: int = ...,
     tolerance: float = ...,
     workers: int | None = None,
-    progress: Callable[[int], bool] | None = None,
+    progress: Callable[[int], object] | None = None,
 ) -> Arrivals:
     """Follow every start until it arrives at one of the attractors, or for ``periods``.
 
     Attractor i is entered where ``|factors[i] @ (X - centers[i])| <= 1`` at a section X, and has
     ``counts[i]`` impacts in the drive periods after ``centers[i]`` (-1: complete chatter).
-    ``progress`` gets the number of starts done, and ends the work by returning False.
+    ``progress`` gets the number of starts done; Ctrl-C ends the work.
+    """
+
+def _interrupt_at(asks: int | None) -> int:
+    """Let the ``asks``-th ask of the calls that follow be Ctrl-C (for tests); None: none.
+
+    Returns how many asks were left.
     """

@@ -4,12 +4,14 @@ import os
 
 from . import archive
 from .arguments import path as checked_path
+from .interruption import interruptible
 from .run import Run
 from .sweeps import RESULTS, Basins, GridResult, open_columns
 from .sweeps.basins.files import basins_from_parts
 from .sweeps.merge import is_refined, open_levels
 
 
+@interruptible
 def load(path: str | os.PathLike[str]) -> Run | GridResult | Basins:
     """Read a result from the file that its ``save`` wrote, or open the Zarr store of a computation.
 

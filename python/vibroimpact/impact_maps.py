@@ -17,6 +17,7 @@ from .arguments import axis, count, reject
 from .errors import Interrupted
 from .impact_results import ImpactAgreement, ImpactRegimes
 from .impacts import MOST_STEPS, impact
+from .interruption import interruptible
 from .system import System
 
 LAWS = ("poisson", "newton", "energetic")
@@ -29,6 +30,7 @@ _WIDEST = 10.0
 _MARGIN = 1.25
 
 
+@interruptible
 def impact_regimes(
     system: System,
     *,
@@ -102,6 +104,7 @@ def _widest_ratio(system: System) -> float:
     return min(_MARGIN * float(border.max()), _WIDEST)
 
 
+@interruptible
 def impact_agreement(
     system: System, *, steps: ArrayLike = (30, 100, 300, 1000, 3000), cells: int = 31
 ) -> ImpactAgreement:

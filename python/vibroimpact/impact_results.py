@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .fixed_arrays import FixedArrays
+from .interruption import interruptible
 from .system import System
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ImpactRegimes(FixedArrays):
     """What every impact of a system does, on a grid; all arrays are read-only.
@@ -67,6 +69,7 @@ class ImpactRegimes(FixedArrays):
         )
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ImpactAgreement(FixedArrays):
     """How far the exact walk and the incremental-impulse integrator are apart; read-only arrays.

@@ -17,12 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from .arguments import array_of, as_floats, optional_count, reject
 from .errors import ParameterError, StateError
+from .interruption import interruptible
 from .system import System
 
 MOST_STEPS = 10**6
 """Most steps of the incremental-impulse integrator; beyond, rounding takes over."""
 
 
+@interruptible
 def impact(
     system: System,
     *,

@@ -21,6 +21,7 @@ from . import _core
 from ._core import EvidenceKind, WhyUndecided
 from .arguments import flag, horizon, optional_count, reject, vector
 from .errors import Interrupted, SimulationError
+from .interruption import interruptible
 from .system import System
 from .verbs import verb
 
@@ -43,6 +44,7 @@ class EventKind(IntEnum):
     STOP = 7
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True)
 class FinalState:
     """The state at the end of a run, after the impact if one falls on that instant.
@@ -77,6 +79,7 @@ class FinalState:
         return self.x1, self.v1, self.x2, self.v2
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
     """What the verdict on a motion stands on, with the numbers that belong to it.
@@ -141,6 +144,7 @@ class PeriodReport:
     label: str
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True)
 class EnergyAudit:
     """The works of all forces in the kept window of a run, in M1 l^2 omega_2^2.
@@ -187,6 +191,7 @@ class EnergyAudit:
     residual: float
 
 
+@interruptible
 class Run:
     """One simulated motion, as ``simulate``, ``Run.resume`` and ``load`` return it."""
 

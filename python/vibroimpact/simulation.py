@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from .arguments import horizon, number, optional_count, positive, reject, states, threads
 from .errors import Interrupted, SimulationError
+from .interruption import interruptible
 from .run import Run, raise_if_interrupted
 from .system import System
 
@@ -60,6 +61,7 @@ def simulate(
 ) -> Any: ...
 
 
+@interruptible
 def simulate(
     system: System,
     *,

@@ -17,6 +17,7 @@ from typing import Any, Self
 from . import _core
 from .arguments import close_to, naming, number, pair, reject
 from .errors import ParameterError
+from .interruption import interruptible
 from .physical import dimensionless
 
 # What each numeric parameter may be, for messages; the compiled core does the checking.
@@ -49,6 +50,7 @@ SYMBOLS = {
 }
 
 
+@interruptible
 @dataclass(frozen=True, init=False, kw_only=True)
 class System:
     """Two bodies that collide obliquely (or head-on): all parameters, dimensionless.

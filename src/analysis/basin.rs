@@ -6,12 +6,12 @@
 //! end hands over the tail of its section, by which it is judged.
 
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use crate::analysis::period::{CHATTERING, PeriodReport, detect_period};
 use crate::model::error::{SimulationError, StateError};
 use crate::model::parameters::{Contact, System};
 use crate::model::state::{Clock, State};
+use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{Event, StopEvent, StopReason};
 use crate::simulate::run::RunOptions;
 use crate::simulate::{Observer, Simulation, Traveller};
@@ -89,7 +89,8 @@ impl Arrival {
 pub(crate) struct Watch<'a> {
     targets: &'a [Target],
     rotor: bool,
-    cancel: &'a AtomicBool,
+    /// Ends the start's own journey, once it has arrived.
+    journey: CancelToken,
     /// Impacts since the last section.
     impacts: u32,
     keep: usize,
@@ -107,12 +108,12 @@ impl<'a> Watch<'a> {
         targets: &'a [Target],
         system: &System,
         options: &RunOptions,
-        cancel: &'a AtomicBool,
+        journey: CancelToken,
     ) -> Self {
         Self {
             targets,
             rotor: system.frequency_ratio() == 0.0 && system.contact() == Contact::Oblique,
-            cancel,
+            journey,
             impacts: 0,
             keep: usize::try_from(options.keep.unwrap_or(0)).unwrap_or(0),
             longest: targets.iter().map(|target| target.counts.len()).max().unwrap_or(0),
@@ -158,6 +159,7 @@ impl Observer for Watch<'_> {
                 let nearer = distance <= before.max(CLOSE);
                 if k == at + cycle && nearer && self.cycled(target) {
                     self.arrived = Some((number, at, state));
+                    self.journey.cancel();
                     return;
                 }
             }
@@ -168,10 +170,6 @@ impl Observer for Watch<'_> {
     fn skips(&mut self, _: Clock, _: &State) -> bool {
         self.impacts = self.impacts.saturating_add(1);
         true
-    }
-
-    fn go_on(&mut self) -> bool {
-        self.arrived.is_none() && !self.cancel.load(Relaxed)
     }
 }
 
@@ -201,7 +199,7 @@ impl<'a> Traveller for Journey<'a> {
 }
 
 impl<'a> Journey<'a> {
-    /// From `initial`; a raised `cancel` leaves it pending.
+    /// From `initial`; `cancel` leaves it pending.
     ///
     /// # Errors
     /// [`StateError`] if the bodies overlap there.
@@ -210,14 +208,16 @@ impl<'a> Journey<'a> {
         initial: State,
         targets: &'a [Target],
         options: RunOptions,
-        cancel: &'a AtomicBool,
+        cancel: &CancelToken,
     ) -> Result<Self, StateError> {
+        let journey = cancel.part();
         let simulation = Simulation::new(system, initial)?
             .until(options.horizon)
             .max_events(options.max_events)
             .tolerance(options.tolerance)
-            .section_phase(options.section_phase);
-        let watch = Watch::new(targets, system, &options, cancel);
+            .section_phase(options.section_phase)
+            .cancel_with(&journey);
+        let watch = Watch::new(targets, system, &options, journey);
         Ok(Self { simulation, watch, end: None, failed: false })
     }
 
@@ -241,13 +241,14 @@ impl<'a> Journey<'a> {
             arrival.tail = watch.sections.into();
             let spare = watch.counts.len().saturating_sub(arrival.tail.len());
             arrival.counts = watch.counts.into_iter().skip(spare).collect();
-            arrival.period = Some(detect_period(&arrival.tail, &arrival.counts));
+            arrival.period =
+                Some(detect_period(&arrival.tail, &arrival.counts, &CancelToken::never()));
         }
         arrival
     }
 }
 
-/// Follows a start until it arrives at one of the targets, or to the end. A raised `cancel` leaves
+/// Follows a start until it arrives at one of the targets, or to the end. `cancel` leaves
 /// it pending.
 #[must_use]
 pub fn arrive(
@@ -255,7 +256,7 @@ pub fn arrive(
     initial: State,
     targets: &[Target],
     options: RunOptions,
-    cancel: &AtomicBool,
+    cancel: &CancelToken,
 ) -> Arrival {
     match Journey::new(system, initial, targets, options, cancel) {
         Ok(journey) => journey.arrive(),
@@ -288,7 +289,7 @@ mod tests {
 
     fn go(system: &System, initial: [f64; 4], targets: &[Target], periods: i64) -> Arrival {
         let options = RunOptions::periods(periods).keep(periods.min(60));
-        arrive(system, state(initial), targets, options, &AtomicBool::new(false))
+        arrive(system, state(initial), targets, options, &CancelToken::never())
     }
 
     /// A ball around the last section of a run that has settled.
@@ -308,11 +309,11 @@ mod tests {
         let options = RunOptions::periods(900).keep(60);
         for initial in [TO_4_5, TO_6_7] {
             let system = coexisting();
-            let run = run(&system, state(initial), options, &mut || true).unwrap();
+            let run = run(&system, state(initial), options, &CancelToken::never()).unwrap();
             let left = go(&system, initial, &[], 900);
             assert_eq!(left.fate, Fate::Elsewhere(StopReason::Completed));
             assert_eq!(left.tail, run.stroboscopic);
-            assert_eq!(left.period, Some(run.return_report()));
+            assert_eq!(left.period, Some(run.return_report(&CancelToken::never())));
             assert_eq!(left.counts.iter().sum::<u32>() as usize, run.impacts.len());
             assert_eq!(left.state, Some(run.final_state.state.to_array()));
         }
@@ -348,11 +349,11 @@ mod tests {
         assert_eq!(go(&system, [1.5, 0.0, 0.0, 0.0], &[], 100).fate, Fate::Overlap);
         let capped = RunOptions { max_events: 3, ..RunOptions::periods(100) };
         let start = state(TO_4_5);
-        let arrival = arrive(&system, start, &[], capped, &AtomicBool::new(false));
+        let arrival = arrive(&system, start, &[], capped, &CancelToken::never());
         assert_eq!(arrival.fate, Fate::Elsewhere(StopReason::EventCap));
         assert!(arrival.tail.is_empty() && arrival.period.is_none());
         let cancelled =
-            arrive(&system, start, &[], RunOptions::periods(100), &AtomicBool::new(true));
+            arrive(&system, start, &[], RunOptions::periods(100), &CancelToken::after(0));
         assert_eq!(cancelled.fate, Fate::Pending);
     }
 

@@ -6,6 +6,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::analysis::lyapunov::{GrowthMeter, exponent_of_orbit};
 use crate::analysis::period::{Evidence, Growth, Kind, PeriodReport, WhyUndecided};
+use crate::numerics::cancel::CancelToken;
 use crate::simulate::Horizon;
 use crate::simulate::run::{Run, RunOptions};
 
@@ -24,86 +25,44 @@ const NO_GROWTH: u32 = 1600;
 /// at most.
 const SAME_RATE: f64 = 0.2;
 
-/// A verdict, unless the caller ends it: from then on `go_on` says no each time, so that what is left comes to its
-/// end soon.
-fn unless_ended<T>(
-    go_on: &mut dyn FnMut() -> bool,
-    verdict: impl FnOnce(&mut dyn FnMut() -> bool) -> (PeriodReport, T),
-) -> (PeriodReport, T) {
-    let mut ended = false;
-    let (report, rest) = verdict(&mut || {
-        ended = ended || !go_on();
-        !ended
-    });
-    (if ended { report.interrupted() } else { report }, rest)
-}
-
 impl Run {
     /// Period and label of the motion in the kept window; measures the growth of a perturbation
-    /// after its end if it does not repeat.
-    #[must_use]
-    pub fn period(&self) -> PeriodReport {
-        self.period_while(&mut || true)
-    }
-
-    /// The same; `go_on` is asked now and then, and `false` ends it with a report that
+    /// after its end if it does not repeat. Once `cancel` has ended it, the report
     /// [is interrupted](PeriodReport::is_interrupted).
     #[must_use]
-    pub fn period_while(&self, go_on: &mut dyn FnMut() -> bool) -> PeriodReport {
-        unless_ended(go_on, |go_on| self.judged(go_on)).0
+    pub fn period(&self, cancel: &CancelToken) -> PeriodReport {
+        self.judged(cancel).0.unless(cancel)
     }
 
-    /// The same with the largest Lyapunov exponent per unit time, and its error: of a periodic
+    /// Period and label with the largest Lyapunov exponent per unit time, and its error: of a periodic
     /// motion from its Floquet multipliers, with the change from one orbit to the next as error,
     /// else from the growth that was measured for its label, with its standard error. NaN where
     /// neither could be computed.
     #[must_use]
-    pub fn period_and_exponent(&self) -> (PeriodReport, [f64; 2]) {
-        self.period_and_exponent_while(&mut || true)
-    }
-
-    pub(crate) fn period_and_exponent_while(
-        &self,
-        go_on: &mut dyn FnMut() -> bool,
-    ) -> (PeriodReport, [f64; 2]) {
-        unless_ended(go_on, |go_on| self.exponent_on_attractor(go_on))
-    }
-
-    fn exponent_on_attractor(&self, go_on: &mut dyn FnMut() -> bool) -> (PeriodReport, [f64; 2]) {
-        let (report, later) = self.settling(go_on);
+    pub fn period_and_exponent(&self, cancel: &CancelToken) -> (PeriodReport, [f64; 2]) {
+        let (report, later) = self.on_attractor(cancel);
         let settled = later.as_ref().unwrap_or(self);
         let per_time = |growth: Growth| {
             let period = self.system.drive_period();
             [growth.mean / period, growth.error / period]
         };
         let exponent = match (report.orbit, report.evidence.growth()) {
-            (Some((m, _)), _) => exponent_of_orbit(settled, m, go_on).or_else(|| {
+            (Some((m, _)), _) => exponent_of_orbit(settled, m, cancel).or_else(|| {
                 // Its end lies among skipped impacts.
-                GrowthMeter::new(settled).over(GROWTH_PERIODS.0, go_on).map(per_time)
+                GrowthMeter::new(settled, cancel).over(GROWTH_PERIODS.0).map(per_time)
             }),
             (None, Some(growth)) => Some(per_time(growth)),
             (None, None) => None,
         };
-        (report, exponent.unwrap_or([f64::NAN; 2]))
+        (report.unless(cancel), exponent.unwrap_or([f64::NAN; 2]))
     }
 
     /// The verdict, and where the motion still had to settle for it, the later run that has.
     #[must_use]
-    pub fn on_attractor(&self) -> (PeriodReport, Option<Run>) {
-        self.on_attractor_while(&mut || true)
-    }
-
-    pub(crate) fn on_attractor_while(
-        &self,
-        go_on: &mut dyn FnMut() -> bool,
-    ) -> (PeriodReport, Option<Run>) {
-        unless_ended(go_on, |go_on| self.settling(go_on))
-    }
-
-    fn settling(&self, go_on: &mut dyn FnMut() -> bool) -> (PeriodReport, Option<Run>) {
-        let (report, later) = self.judged(go_on);
-        let later = self.settled(&report, later, go_on);
-        (report, later)
+    pub fn on_attractor(&self, cancel: &CancelToken) -> (PeriodReport, Option<Run>) {
+        let (report, later) = self.judged(cancel);
+        let later = self.settled(&report, later, cancel);
+        (report.unless(cancel), later)
     }
 
     /// Follows a motion that still approaches its orbit until it has come close, or for as long as a
@@ -112,11 +71,11 @@ impl Run {
         &self,
         report: &PeriodReport,
         later: Option<Run>,
-        go_on: &mut dyn FnMut() -> bool,
+        cancel: &CancelToken,
     ) -> Option<Run> {
         let orbit = report.orbit;
         let arrived = |r: &PeriodReport| r.orbit != orbit || r.residual <= SETTLED;
-        let (found, later) = self.followed(*report, later, arrived, go_on);
+        let (found, later) = self.followed(*report, later, arrived, cancel);
         later.filter(|_| found.orbit == orbit)
     }
 
@@ -127,14 +86,14 @@ impl Run {
         mut report: PeriodReport,
         mut later: Option<Run>,
         arrived: impl Fn(&PeriodReport) -> bool,
-        go_on: &mut dyn FnMut() -> bool,
+        cancel: &CancelToken,
     ) -> (PeriodReport, Option<Run>) {
         let (shortest, longest) = GROWTH_PERIODS;
         // A slow spiral that this window shows, a shorter one need not.
         let mut periods = shortest.max(later.as_ref().unwrap_or(self).kept_periods());
         while report.orbit.is_some() && !arrived(&report) && periods <= longest {
             let run = later.as_ref().unwrap_or(self);
-            let Some(next) = run.later(periods, run.options.section_phase, go_on) else { break };
+            let Some(next) = run.later(periods, run.options.section_phase, cancel) else { break };
             (report, later) = (next.0, Some(next.1));
             periods *= 2;
         }
@@ -142,8 +101,8 @@ impl Run {
     }
 
     /// The verdict, and the run on which it stands if that is a later one.
-    fn judged(&self, go_on: &mut dyn FnMut() -> bool) -> (PeriodReport, Option<Run>) {
-        let (report, later) = self.judged_by_sections(go_on);
+    fn judged(&self, cancel: &CancelToken) -> (PeriodReport, Option<Run>) {
+        let (report, later) = self.judged_by_sections(cancel);
         if !self.stop_reason.reached_the_end() {
             let evidence = Evidence::undecided(WhyUndecided::Incomplete);
             return (PeriodReport { evidence, ..report.unresolved() }, None);
@@ -151,8 +110,8 @@ impl Run {
         if !report.residual.is_finite() {
             return (report, later);
         }
-        self.lasting(report, later, go_on)
-            .unwrap_or_else(|| self.judged_by_growth(report.unresolved(), go_on))
+        self.lasting(report, later, cancel)
+            .unwrap_or_else(|| self.judged_by_growth(report.unresolved(), cancel))
     }
 
     /// The period of a motion whose sections return or draw together, and the run that shows it;
@@ -162,19 +121,19 @@ impl Run {
         &self,
         report: PeriodReport,
         later: Option<Run>,
-        go_on: &mut dyn FnMut() -> bool,
+        cancel: &CancelToken,
     ) -> Option<(PeriodReport, Option<Run>)> {
         let run = later.as_ref().unwrap_or(self);
         let Some(rate) = report.convergence() else {
             return report.orbit.is_some().then_some((report, later));
         };
-        if run.contracts_like(&report, rate, go_on) {
+        if run.contracts_like(&report, rate, cancel) {
             return Some((report, later));
         }
-        let (found, last) = self.followed(report, None, |r| r.convergence().is_none(), go_on);
+        let (found, last) = self.followed(report, None, |r| r.convergence().is_none(), cancel);
         let run = last.as_ref().unwrap_or(self);
         if found.orbit.is_none()
-            || found.convergence().is_some() && run.contraction(&found, go_on).is_none()
+            || found.convergence().is_some() && run.contraction(&found, cancel).is_none()
         {
             return None;
         }
@@ -185,42 +144,33 @@ impl Run {
     }
 
     /// ln|lambda| per drive period of the last orbit, if perturbations shrink along it.
-    fn contraction(&self, report: &PeriodReport, go_on: &mut dyn FnMut() -> bool) -> Option<f64> {
-        let [exponent, _] = exponent_of_orbit(self, report.orbit?.0, go_on)?;
+    fn contraction(&self, report: &PeriodReport, cancel: &CancelToken) -> Option<f64> {
+        let [exponent, _] = exponent_of_orbit(self, report.orbit?.0, cancel)?;
         Some(exponent * self.system.drive_period()).filter(|&log| log < 0.0)
     }
 
     /// Whether perturbations shrink as fast as the sections draw together.
-    fn contracts_like(
-        &self,
-        report: &PeriodReport,
-        rate: f64,
-        go_on: &mut dyn FnMut() -> bool,
-    ) -> bool {
-        self.contraction(report, go_on)
+    fn contracts_like(&self, report: &PeriodReport, rate: f64, cancel: &CancelToken) -> bool {
+        self.contraction(report, cancel)
             .is_some_and(|log| log.is_finite() && (rate.ln() - log).abs() <= SAME_RATE * log.abs())
     }
 
     /// The period from the sections alone. Where an impact falls on the section, rounding puts it
     /// before or after, and the sections of a further stretch elsewhere tell more.
     #[must_use]
-    pub fn section_report(&self) -> PeriodReport {
-        self.section_report_while(&mut || true)
+    pub fn section_report(&self, cancel: &CancelToken) -> PeriodReport {
+        self.judged_by_sections(cancel).0.unless(cancel)
     }
 
-    pub(crate) fn section_report_while(&self, go_on: &mut dyn FnMut() -> bool) -> PeriodReport {
-        unless_ended(go_on, |go_on| self.judged_by_sections(go_on)).0
-    }
-
-    fn judged_by_sections(&self, go_on: &mut dyn FnMut() -> bool) -> (PeriodReport, Option<Run>) {
-        let report = self.returns(go_on);
+    fn judged_by_sections(&self, cancel: &CancelToken) -> (PeriodReport, Option<Run>) {
+        let report = self.return_report(cancel);
         let simple = report.orbit.is_some_and(|(m, _)| m == 1);
         let section = self.options.section_phase / self.system.drive_frequency();
         if simple || !self.stop_reason.reached_the_end() || !self.strikes_at(section) {
             return (report, None);
         }
         let elsewhere = (self.options.section_phase + FRAC_PI_2).rem_euclid(TAU);
-        match self.later(self.kept_periods(), elsewhere, go_on) {
+        match self.later(self.kept_periods(), elsewhere, cancel) {
             Some((moved, later)) if moved.orbit.is_some() => {
                 (self.told_by(&later, moved), Some(later))
             }
@@ -241,14 +191,14 @@ impl Run {
     fn judged_by_growth(
         &self,
         mut report: PeriodReport,
-        go_on: &mut dyn FnMut() -> bool,
+        cancel: &CancelToken,
     ) -> (PeriodReport, Option<Run>) {
         report.evidence = Evidence::undecided(WhyUndecided::NotMeasurable);
         let (mut periods, longest) = GROWTH_PERIODS;
-        let mut meter = GrowthMeter::new(self);
+        let mut meter = GrowthMeter::new(self, cancel);
         let each = self.impacts.len() as f64 / f64::from(self.kept_periods().max(1));
         while periods <= longest && each * f64::from(periods) <= GROWTH_IMPACTS {
-            let Some(growth) = meter.over(periods, go_on) else { break };
+            let Some(growth) = meter.over(periods) else { break };
             report.evidence =
                 Evidence::Undecided { why: WhyUndecided::GrowthUnclear, growth: Some(growth) };
             let total = growth.mean * f64::from(periods);
@@ -265,10 +215,10 @@ impl Run {
                 && total + 2.0 * growth.error * f64::from(periods) < shear + 1.0;
             if shrinks || stays {
                 // It still settles, or has settled late: it will return.
-                let later = self.later(periods, self.options.section_phase, go_on);
+                let later = self.later(periods, self.options.section_phase, cancel);
                 if let Some((found, later)) = later.and_then(|(r, later)| {
                     later
-                        .lasting(r, None, go_on)
+                        .lasting(r, None, cancel)
                         .map(|(found, last)| (self.told_by(&later, found), last.unwrap_or(later)))
                 }) {
                     return (found, Some(later));
@@ -299,7 +249,7 @@ impl Run {
         &self,
         periods: u32,
         section_phase: f64,
-        go_on: &mut dyn FnMut() -> bool,
+        cancel: &CancelToken,
     ) -> Option<(PeriodReport, Run)> {
         let end = self.final_state.clock.period + i64::from(periods);
         let options = RunOptions {
@@ -309,7 +259,7 @@ impl Run {
             section_phase,
             ..self.options
         };
-        let run = self.resume(options, go_on).ok()?;
-        run.stop_reason.reached_the_end().then(|| (run.returns(go_on), run))
+        let run = self.resume(options, cancel).ok()?;
+        run.stop_reason.reached_the_end().then(|| (run.return_report(cancel), run))
     }
 }

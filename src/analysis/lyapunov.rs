@@ -12,11 +12,12 @@ use crate::analysis::period::Growth;
 use crate::flight::{Drive, FreeMotion};
 use crate::model::error::{ParameterError, SimulationError};
 use crate::model::state::Clock;
+use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::tolerance::SHORTEST_MEASURED;
+use crate::simulate::Horizon;
 use crate::simulate::event::StopReason;
 use crate::simulate::run::Run;
-use crate::simulate::{Caller, Horizon};
 
 use along::{Along, Broken};
 
@@ -75,8 +76,8 @@ pub struct Spectrum {
 }
 
 /// The spectrum of the motion that goes on from the end of `run`, over so many steps of one drive
-/// period, or of a time `step` under a constant load. `go_on` is asked every few thousand flights; `false`
-/// ends the measurement with what is done.
+/// period, or of a time `step` under a constant load. `cancel` ends
+/// the measurement with what is done.
 ///
 /// # Errors
 /// [`ParameterError`] without steps or their length, or with steps too short to move the time; what
@@ -85,7 +86,7 @@ pub fn lyapunov_spectrum(
     run: &Run,
     steps: u32,
     step: Option<f64>,
-    go_on: &mut dyn FnMut() -> bool,
+    cancel: &CancelToken,
 ) -> Result<Spectrum, ParameterError> {
     if steps == 0 {
         return Err(ParameterError::new("steps", steps, "a whole number >= 1"));
@@ -102,13 +103,13 @@ pub fn lyapunov_spectrum(
         return Err(ParameterError::new("step", format!("{step:?}"), allowed));
     }
     let step = step.map_or(Step::Periods(1), Step::Time);
-    let mut meter = Meter::new(run, step, 4);
+    let mut meter = Meter::new(run, step, 4, cancel);
     // What has died out while the perturbations were aligned is taken up again.
     let aligned = steps as usize / ALIGNMENT;
-    meter.follow(aligned as u32, go_on);
+    meter.follow(aligned as u32);
     meter.along.take_up_lost();
     meter.align = Some(aligned);
-    meter.follow(steps, go_on);
+    meter.follow(steps);
     Ok(meter.spectrum())
 }
 
@@ -142,12 +143,12 @@ struct Meter {
 }
 
 impl Meter {
-    fn new(run: &Run, step: Step, wanted: usize) -> Self {
+    fn new(run: &Run, step: Step, wanted: usize, cancel: &CancelToken) -> Self {
         let drive = FreeMotion::new(&run.system).drive;
         let from = run.final_state.clock;
         let stopped = !run.stop_reason.reached_the_end();
         Self {
-            along: Along::new(run, Some(wanted)),
+            along: Along::new(run, Some(wanted), cancel),
             drive,
             from,
             step,
@@ -162,7 +163,7 @@ impl Meter {
     }
 
     /// Goes on until so many steps are done.
-    fn follow(&mut self, count: u32, go_on: &mut dyn FnMut() -> bool) {
+    fn follow(&mut self, count: u32) {
         let done = self.ends.len() as u32;
         // Without events a motion is followed to its horizon at once: no further than is wanted.
         let last = end_of_step(&self.drive, self.from, self.step, count);
@@ -172,13 +173,12 @@ impl Meter {
         } else {
             Horizon::Time(self.drive.time(last))
         });
-        let mut watch = Caller::new(go_on);
         for k in done + 1..=count {
             if self.error.is_some() {
                 return;
             }
             let end = end_of_step(&self.drive, self.from, self.step, k);
-            if let Err(broken) = self.along.reach(end, &mut watch) {
+            if let Err(broken) = self.along.reach(end) {
                 self.error = Some(broken.into());
                 return;
             }
@@ -260,14 +260,14 @@ fn end_of_step(drive: &Drive, from: Clock, step: Step, k: u32) -> Clock {
 pub(crate) struct GrowthMeter(Meter);
 
 impl GrowthMeter {
-    pub fn new(run: &Run) -> Self {
-        Self(Meter::new(run, Step::Periods(STRIDE), 1))
+    pub fn new(run: &Run, cancel: &CancelToken) -> Self {
+        Self(Meter::new(run, Step::Periods(STRIDE), 1, cancel))
     }
 
     /// The growth over so many periods from the end of the run; `None` where it cannot be measured.
-    pub fn over(&mut self, periods: u32, go_on: &mut dyn FnMut() -> bool) -> Option<Growth> {
+    pub fn over(&mut self, periods: u32) -> Option<Growth> {
         let meter = &mut self.0;
-        meter.follow(periods / STRIDE, go_on);
+        meter.follow(periods / STRIDE);
         if meter.error.is_some() {
             return None;
         }
@@ -289,12 +289,7 @@ impl GrowthMeter {
 /// Floquet multipliers: ln max|lambda|/(m T), -inf where all are 0; and by how much it changes from
 /// one orbit to the next, as it does while the run still settles. `None` where derivatives cannot be
 /// computed, or the orbit cannot be cut at the end of the run, which lies among skipped impacts.
-pub(crate) fn exponent_of_orbit(
-    run: &Run,
-    m: usize,
-    go_on: &mut dyn FnMut() -> bool,
-) -> Option<[f64; 2]> {
-    let mut watch = Caller::new(go_on);
+pub(crate) fn exponent_of_orbit(run: &Run, m: usize, cancel: &CancelToken) -> Option<[f64; 2]> {
     let m = Step::Periods(u32::try_from(m).ok()?);
     let drive = FreeMotion::new(&run.system).drive;
     let end = run.final_state.clock;
@@ -305,16 +300,16 @@ pub(crate) fn exponent_of_orbit(
     } else {
         end
     };
-    let mut along = Along::new(run, None);
+    let mut along = Along::new(run, None, cancel);
     along.extend(Horizon::Periods(end_of_step(&drive, begin, m, 2).period + 1));
     if begin != end {
-        along.reach(begin, &mut watch).ok()?;
+        along.reach(begin).ok()?;
     }
     let mut exponent_of_next = |turn: u32| {
         let from = along.clock();
         let close = end_of_step(&drive, begin, m, turn);
         along.start_anew(4);
-        along.reach(close, &mut watch).ok()?;
+        along.reach(close).ok()?;
         let multipliers = along.vectors().complex_eigenvalues();
         let largest = multipliers.iter().map(|lambda| lambda.norm()).fold(0.0, f64::max);
         (along.clock() == close).then(|| largest.ln() / drive.until(from, close).value())

@@ -9,6 +9,7 @@ mod evidence;
 
 pub use evidence::{Evidence, EvidenceKind, Growth, WhyUndecided};
 
+use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::EventKind;
 use crate::simulate::run::Run;
 
@@ -94,8 +95,11 @@ impl PeriodReport {
         self.evidence.why() == Some(WhyUndecided::Interrupted)
     }
 
-    /// The report, cut short.
-    pub(crate) fn interrupted(self) -> Self {
+    /// The report, or that it was cut short.
+    pub(crate) fn unless(self, cancel: &CancelToken) -> Self {
+        if !cancel.is_cancelled() {
+            return self;
+        }
         Self { evidence: Evidence::undecided(WhyUndecided::Interrupted), ..self.unresolved() }
     }
 
@@ -127,19 +131,10 @@ fn distance(a: &[f64; 4], b: &[f64; 4]) -> f64 {
 /// Looks for a period in consecutive sections; `counts[k]` are the impacts in the drive period
 /// that ends at section k, [`CHATTERING`] where they are infinitely many. A motion that still moved
 /// early in the window may have settled late in it: if the whole window shows no return, its last
-/// half, quarter ... are tried.
+/// half, quarter ... are tried. Nothing is found once `cancel` has ended it.
 #[must_use]
-pub fn detect_period(sections: &[[f64; 4]], counts: &[u32]) -> PeriodReport {
-    detect_while(sections, counts, &mut || true)
-}
-
-/// The same; `go_on` is asked now and then, and nothing is found once it has said no.
-pub(crate) fn detect_while(
-    sections: &[[f64; 4]],
-    counts: &[u32],
-    go_on: &mut dyn FnMut() -> bool,
-) -> PeriodReport {
-    let whole = detect_in(sections, counts, go_on);
+pub fn detect_period(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> PeriodReport {
+    let whole = detect_in(sections, counts, cancel);
     let kept = sections.len();
     if whole.orbit.is_some() || counts.len() != kept {
         return whole;
@@ -147,16 +142,12 @@ pub(crate) fn detect_while(
     let tails = std::iter::successors(Some(kept / 2), |tail| Some(tail / 2));
     tails
         .take_while(|&tail| tail >= SHORTEST_TAIL)
-        .map(|tail| detect_in(&sections[kept - tail..], &counts[kept - tail..], go_on))
+        .map(|tail| detect_in(&sections[kept - tail..], &counts[kept - tail..], cancel))
         .find(|report| report.orbit.is_some())
         .unwrap_or(whole)
 }
 
-fn detect_in(
-    sections: &[[f64; 4]],
-    counts: &[u32],
-    go_on: &mut dyn FnMut() -> bool,
-) -> PeriodReport {
+fn detect_in(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> PeriodReport {
     let kept = sections.len();
     let mut report = PeriodReport {
         orbit: None,
@@ -181,7 +172,7 @@ fn detect_in(
     let equal_counts = |m: usize| matching[m] == kept - m;
     report.residual = residual(sections, 1);
     for (tried, m) in (1..=kept / 4).filter(|&m| equal_counts(m)).enumerate() {
-        if tried % PERIODS_PER_LOOK == PERIODS_PER_LOOK - 1 && !go_on() {
+        if tried % PERIODS_PER_LOOK == PERIODS_PER_LOOK - 1 && cancel.is_cancelled() {
             break;
         }
         let small = returns(sections, m, negligible);
@@ -348,11 +339,7 @@ fn largest(values: [f64; 4]) -> f64 {
 impl Run {
     /// The period from the kept sections alone, without following a nearby orbit.
     #[must_use]
-    pub fn return_report(&self) -> PeriodReport {
-        self.returns(&mut || true)
-    }
-
-    pub(crate) fn returns(&self, go_on: &mut dyn FnMut() -> bool) -> PeriodReport {
+    pub fn return_report(&self, cancel: &CancelToken) -> PeriodReport {
         let shift = self.options.section_phase / self.system.drive_frequency();
         let mut counts = vec![0u32; self.stroboscopic.len()];
         // Section k lies at k T, or at (k - 1) T + shift; what happens at a section belongs to the
@@ -378,7 +365,7 @@ impl Run {
         // A first interval that begins before the window: its count is not known.
         let cut = shift > 0.0 || self.window.time_in_period > 0.0;
         let known = usize::from(cut).min(counts.len());
-        detect_while(&self.stroboscopic[known..], &counts[known..], go_on)
+        detect_period(&self.stroboscopic[known..], &counts[known..], cancel)
     }
 }
 
@@ -438,7 +425,7 @@ mod tests {
                 sections[place % kept][1] = value;
             }
             let counts: Vec<u32> = (0..kept).map(|k| cycle[k % cycle.len()].1).collect();
-            let found = detect_in(&sections, &counts, &mut || true);
+            let found = detect_in(&sections, &counts, &CancelToken::never());
             prop_assert_eq!(found.orbit.map(|(m, _)| m), by_definition(&sections, &counts));
         }
 
@@ -465,7 +452,7 @@ mod tests {
     #[test]
     fn a_closed_orbit_is_found_with_its_smallest_period() {
         let angle = std::f64::consts::TAU / 5.0;
-        let report = detect_period(&circle(angle, 0.0, 60), &[2; 60]);
+        let report = detect_period(&circle(angle, 0.0, 60), &[2; 60], &CancelToken::never());
         assert_eq!(report.orbit, Some((5, ImpactCount::Finite(10))));
         assert_eq!(report.label(), "5-10");
     }
@@ -474,7 +461,10 @@ mod tests {
     fn unequal_impact_counts_rule_a_period_out() {
         let sections = vec![[1.0, 0.0, 0.0, 0.0]; 40];
         let counts: Vec<u32> = (0..40).map(|k| k % 2).collect();
-        assert_eq!(detect_period(&sections, &counts).orbit, Some((2, ImpactCount::Finite(1))));
+        assert_eq!(
+            detect_period(&sections, &counts, &CancelToken::never()).orbit,
+            Some((2, ImpactCount::Finite(1)))
+        );
     }
 
     #[test]
@@ -488,16 +478,20 @@ mod tests {
                 [1.0 + r * c, r * s, 0.0, 0.0]
             })
             .collect();
-        assert_eq!(detect_period(&spiral, &[1; 100]).orbit, Some((1, ImpactCount::Finite(1))));
+        assert_eq!(
+            detect_period(&spiral, &[1; 100], &CancelToken::never()).orbit,
+            Some((1, ImpactCount::Finite(1)))
+        );
     }
 
     #[test]
     fn slow_geometric_convergence_counts_and_a_torus_does_not() {
         let slow: Vec<[f64; 4]> =
             (0..100).map(|k| [1.0 + 0.1 * 0.95f64.powi(k), 0.0, 0.0, 0.0]).collect();
-        let report = detect_period(&slow, &[1; 100]);
+        let report = detect_period(&slow, &[1; 100], &CancelToken::never());
         assert_eq!(report.orbit, Some((1, ImpactCount::Finite(1))));
         assert!((report.evidence.rate().unwrap() - 0.95).abs() < 1e-3);
-        assert_eq!(detect_period(&circle(1.0, 0.0, 100), &[1; 100]).orbit, None);
+        let torus = detect_period(&circle(1.0, 0.0, 100), &[1; 100], &CancelToken::never());
+        assert_eq!(torus.orbit, None);
     }
 }

@@ -18,8 +18,8 @@
 //!     .drive_frequency(1.8).moment_amplitude(1.0)
 //!     .build()?;
 //! let start = State::new(0.0, 0.5, 0.0, 0.0)?;
-//! let settled = run(&system, start, RunOptions::periods(100), &mut || true)?.final_state.state;
-//! let (legs, mut nodes) = Itinerary::follow(&system, settled, 1, 1000, &mut || true)?;
+//! let settled = run(&system, start, RunOptions::periods(100), &CancelToken::never())?.final_state.state;
+//! let (legs, mut nodes) = Itinerary::follow(&system, settled, 1, 1000, &CancelToken::never())?;
 //! for _ in 0..10 {
 //!     let residual = Orbit::new(&system, &legs, &nodes)?.residual(&[])?;
 //!     let rows = residual.values.len();

@@ -11,7 +11,7 @@ pub use workers::Workers;
 use workers::side_by_side;
 
 use std::cell::RefCell;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use crate::analysis::basin::{Arrival, Fate, Journey, Target};
 use crate::analysis::lyapunov::{LyapunovError, lyapunov_spectrum};
@@ -20,6 +20,7 @@ use crate::impact::PreImpact;
 use crate::model::error::ParameterError;
 use crate::model::parameters::System;
 use crate::model::state::State;
+use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::StopReason;
 use crate::simulate::run::{Run, RunError, RunOptions, run, run_together};
 use crate::simulate::{Simulation, travel};
@@ -221,24 +222,19 @@ impl SweepPoint {
         run: Result<Run, RunError>,
         restarted: bool,
         options: &SweepOptions,
-        go_on: &mut dyn FnMut() -> bool,
+        cancel: &CancelToken,
     ) -> Self {
         match run {
-            Ok(run) => Self::new(run, restarted, options, go_on),
+            Ok(run) => Self::new(run, restarted, options, cancel),
             Err(RunError::State(_)) => Self::empty(PointStatus::Overlap),
             Err(_) => Self::empty(PointStatus::Failed),
         }
     }
 
-    fn new(
-        run: Run,
-        restarted: bool,
-        options: &SweepOptions,
-        go_on: &mut dyn FnMut() -> bool,
-    ) -> Self {
+    fn new(run: Run, restarted: bool, options: &SweepOptions, cancel: &CancelToken) -> Self {
         // What is measured beside the run may take longer than the run; those who travelled
         // together end together.
-        if options.measure != Measure::Returns && !go_on() {
+        if options.measure != Measure::Returns && cancel.is_cancelled() {
             return Self::empty(PointStatus::Pending);
         }
         let status = match run.stop_reason {
@@ -253,12 +249,12 @@ impl SweepPoint {
         };
         if run.stop_reason.reached_the_end() {
             let report = match options.measure {
-                Measure::Returns => run.section_report_while(go_on),
-                Measure::Label => run.period_while(go_on),
+                Measure::Returns => run.section_report(cancel),
+                Measure::Label => run.period(cancel),
                 Measure::Spectrum(periods) => {
-                    let (report, later) = run.on_attractor_while(go_on);
+                    let (report, later) = run.on_attractor(cancel);
                     let settled = later.as_ref().unwrap_or(&run);
-                    if let Ok(spectrum) = lyapunov_spectrum(settled, periods, None, go_on) {
+                    if let Ok(spectrum) = lyapunov_spectrum(settled, periods, None, cancel) {
                         if spectrum.error == Some(LyapunovError::Stopped(StopReason::Interrupted)) {
                             return Self::empty(PointStatus::Pending);
                         }
@@ -268,7 +264,7 @@ impl SweepPoint {
                     report
                 }
                 Measure::LargestExponent => {
-                    let (report, exponent) = run.period_and_exponent_while(go_on);
+                    let (report, exponent) = run.period_and_exponent(cancel);
                     point.exponents[0] = exponent;
                     report
                 }
@@ -296,8 +292,8 @@ impl SweepPoint {
     }
 }
 
-/// Runs every cell. `go_on` gets the number of cells done and ends the sweep by returning `false`;
-/// cells not done are then pending.
+/// Runs every cell, and counts in `done` those that are. `cancel` ends the sweep; cells not done are then
+/// pending.
 ///
 /// # Errors
 /// [`ParameterError`] for a bad option, before any run.
@@ -306,28 +302,27 @@ pub fn sweep(
     options: SweepOptions,
     start: SweepStart,
     workers: &Workers,
-    go_on: &mut dyn FnMut(usize) -> bool,
+    cancel: &CancelToken,
+    done: &AtomicUsize,
 ) -> Result<Vec<SweepPoint>, ParameterError> {
     for cell in cells {
         options.run.check(&cell.system)?;
     }
-    let done = AtomicUsize::new(0);
     let counted = |point: SweepPoint| {
         done.fetch_add(usize::from(point.status != PointStatus::Pending), Relaxed);
         point
     };
-    let points = workers.run(&mut || go_on(done.load(Relaxed)), |cancel| {
+    Ok(workers.install(|| {
         if start == SweepStart::Fresh {
-            let go_on = || !cancel.load(Relaxed);
             let points = side_by_side(cells.len(), &|next, done, in_hand| {
                 let mut next = || {
-                    let place = next().filter(|_| go_on())?;
+                    let place = next().filter(|_| !cancel.is_cancelled())?;
                     Some((place, cells[place].system, cells[place].initial))
                 };
                 let mut done = |place, run| {
-                    done(place, counted(SweepPoint::of(run, false, &options, &mut || go_on())));
+                    done(place, counted(SweepPoint::of(run, false, &options, cancel)));
                 };
-                run_together(&mut next, options.run, &go_on, &mut done, in_hand);
+                run_together(&mut next, options.run, cancel, &mut done, in_hand);
             });
             let pending = || SweepPoint::empty(PointStatus::Pending);
             return points.into_iter().map(|point| point.unwrap_or_else(pending)).collect();
@@ -342,18 +337,15 @@ pub fn sweep(
             points = cells.iter().map(&mut one).collect();
         }
         points
-    });
-    go_on(done.load(Relaxed));
-    Ok(points)
+    }))
 }
 
-fn fresh(cell: &Cell, options: &SweepOptions, restarted: bool, cancel: &AtomicBool) -> SweepPoint {
-    let mut go_on = || !cancel.load(Relaxed);
-    if !go_on() {
+fn fresh(cell: &Cell, options: &SweepOptions, restarted: bool, cancel: &CancelToken) -> SweepPoint {
+    if cancel.is_cancelled() {
         return SweepPoint::empty(PointStatus::Pending);
     }
-    let run = run(&cell.system, cell.initial, options.run, &mut go_on);
-    SweepPoint::of(run, restarted, options, &mut go_on)
+    let run = run(&cell.system, cell.initial, options.run, cancel);
+    SweepPoint::of(run, restarted, options, cancel)
 }
 
 /// From the last state, or from the cell's own where there is none or it does not fit.
@@ -361,7 +353,7 @@ fn follow(
     cell: &Cell,
     last: &mut Option<State>,
     options: &SweepOptions,
-    cancel: &AtomicBool,
+    cancel: &CancelToken,
 ) -> SweepPoint {
     let point = match *last {
         None => fresh(cell, options, false, cancel),
@@ -380,7 +372,7 @@ fn follow(
     point
 }
 
-/// One run per initial state, in parallel. Where `go_on` ends the work early, the runs that were
+/// One run per initial state, in parallel. Where `cancel` ends the work early, the runs that were
 /// begun by then are returned, of the first so many of `initials`; those cut short say so in
 /// their stop reason. A run that fails does not take the others with it.
 ///
@@ -391,27 +383,26 @@ pub fn run_many(
     initials: &[State],
     options: RunOptions,
     workers: &Workers,
-    go_on: &mut dyn FnMut() -> bool,
+    cancel: &CancelToken,
 ) -> Result<Vec<Result<Run, RunError>>, RunError> {
     options.check(system)?;
     for &initial in initials {
         Simulation::new(system, initial)?;
     }
-    let runs = workers.run(go_on, |cancel| {
-        let go_on = || !cancel.load(Relaxed);
+    let runs = workers.install(|| {
         side_by_side(initials.len(), &|next, done, in_hand| {
             let mut next = || {
-                let place = next().filter(|_| go_on())?;
+                let place = next().filter(|_| !cancel.is_cancelled())?;
                 Some((place, *system, initials[place]))
             };
-            run_together(&mut next, options, &go_on, done, in_hand);
+            run_together(&mut next, options, cancel, done, in_hand);
         })
     });
     Ok(runs.into_iter().map_while(|run| run).collect())
 }
 
-/// Follows every start until it arrives at one of the targets. `go_on` gets the number of starts
-/// done and ends the work by returning `false`; starts not reached are then pending.
+/// Follows every start until it arrives at one of the targets, and counts in `count` those that have
+/// come to an end. `cancel` ends the work; starts not reached are then pending.
 ///
 /// # Errors
 /// [`ParameterError`] for a bad option, before any run.
@@ -421,18 +412,18 @@ pub fn arrive_many(
     targets: &[Target],
     options: RunOptions,
     workers: &Workers,
-    go_on: &mut dyn FnMut(usize) -> bool,
+    cancel: &CancelToken,
+    count: &AtomicUsize,
 ) -> Result<Vec<Arrival>, ParameterError> {
     options.check(system)?;
-    let count = AtomicUsize::new(0);
-    let arrivals = workers.run(&mut || go_on(count.load(Relaxed)), |cancel| {
+    let arrivals = workers.install(|| {
         side_by_side(initials.len(), &|next, done, in_hand| {
             let done = RefCell::new(|place, arrival: Arrival| {
                 count.fetch_add(usize::from(arrival.fate != Fate::Pending), Relaxed);
                 done(place, arrival);
             });
             let mut next = || loop {
-                let place = next().filter(|_| !cancel.load(Relaxed))?;
+                let place = next().filter(|_| !cancel.is_cancelled())?;
                 match Journey::new(system, initials[place], targets, options, cancel) {
                     Ok(journey) => return Some((place, journey)),
                     Err(_) => (done.borrow_mut())(place, Arrival::empty(Fate::Overlap)),
@@ -443,7 +434,6 @@ pub fn arrive_many(
             travel(&mut next, &mut arrived, in_hand);
         })
     });
-    go_on(count.load(Relaxed));
     let pending = || Arrival::empty(Fate::Pending);
     Ok(arrivals.into_iter().map(|arrival| arrival.unwrap_or_else(pending)).collect())
 }

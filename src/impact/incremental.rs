@@ -1,20 +1,22 @@
 //! The incremental-impulse integrator: an impact in many small steps of the normal impulse, the
-//! direction of slip judged at each. It knows neither regimes nor closed forms and shares no code
-//! with them: it is the oracle that the walk along the impulse is tested against.
+//! direction of slip judged at each. It knows neither regimes nor closed forms and shares no code with
+//! them but what a law is: it is the oracle that the impulse path is tested against.
 //!
-//! One step, with M1 l^2 = 1 and G the moment of the tangential impulse:
+//! One step in contact coordinates, G the change of w by the tangential impulse:
 //!
 //! ```text
-//! x1' += -cos x1 dP + G,  |G| <= mu |sin x1| dP        x2' += mbar dP
-//! G stops the tip (x1' = 0) if it can, else it opposes what it could not stop
+//! w += -b/h dP + G,  |G| <= mu |h| dP        v += (a - b^2/c) dP
+//! G stops slip (w = 0) if it can, else it opposes what it could not stop
 //! ```
 //!
 //! Source: the incremental impulse method of Han, Jin & Hu (2004), section 2 and reference 30;
 //! docs/theory.md, section 4. The error is of first order in dP.
 
-use super::{Impact, ImpactFailure, PreImpact, Regime, no_room};
+use super::laws::{Approach, Law, Restitution};
+use super::{Impact, ImpactFailure, PreImpact, Regime};
+use crate::model::contact_coordinates::ContactCoordinates;
 use crate::model::error::ParameterError;
-use crate::model::parameters::{ImpactLaw, System};
+use crate::model::parameters::System;
 use crate::numerics::tolerance::MAX_INCREMENTS;
 
 /// Why [`incremental`] has no outcome.
@@ -31,8 +33,8 @@ pub enum IncrementalError {
 
 /// The state of an impact part of the way along the impulse.
 struct Increments {
-    v1: f64,
-    v2: f64,
+    slip: f64,
+    parting: f64,
     u: f64,
     impulse: f64,
     tangential: f64,
@@ -45,17 +47,17 @@ struct Increments {
 
 impl Increments {
     /// One step dP.
-    fn advance(&mut self, system: &System, pre: &PreImpact, step: f64) {
-        let pushed = self.v1 - pre.cos * step;
-        let grip = system.friction * pre.sin.abs() * step;
-        let v1 = if pushed.abs() <= grip { 0.0 } else { pushed - grip.copysign(pushed) };
-        let moment = v1 - pushed;
-        if moment != 0.0 && pre.sin != 0.0 {
-            self.tangential += moment / pre.sin;
-            self.friction_work -= 0.5 * moment * (self.v1 + v1);
+    fn advance(&mut self, contact: &ContactCoordinates<f64>, step: f64) {
+        let pushed = self.slip - contact.coupling * step;
+        let grip = contact.friction * contact.scale.abs() * step;
+        let slip = if pushed.abs() <= grip { 0.0 } else { pushed - grip.copysign(pushed) };
+        let change = slip - pushed;
+        if change != 0.0 && contact.scale != 0.0 {
+            self.tangential += change / contact.scale;
+            self.friction_work -= 0.5 * change * (self.slip + slip);
         }
-        let v2 = self.v2 + system.mass_ratio * step;
-        let u = v1 * pre.cos - v2;
+        let parting = self.parting + contact.mobility * step;
+        let u = slip * contact.coupling - parting;
         let work = 0.5 * step * (self.u + u);
         if self.u > 0.0 && u < 0.0 {
             // The step in which the approach ends belongs to both phases.
@@ -68,7 +70,7 @@ impl Increments {
             self.restitution_work -= work;
         }
         self.impulse += step;
-        (self.v1, self.v2, self.u) = (v1, v2, u);
+        (self.slip, self.parting, self.u) = (slip, parting, u);
     }
 }
 
@@ -104,72 +106,84 @@ pub fn incremental(
     pre: &PreImpact,
     steps: u32,
 ) -> Result<Impact, IncrementalError> {
-    let approach_velocity = pre.v1 * pre.cos - pre.v2;
-    check(system, approach_velocity, steps)?;
-    if no_room(system, pre) {
+    check(system, pre.approach_velocity(), steps)?;
+    if pre.has_no_room(system) {
         return Err(ImpactFailure::Jammed.into());
     }
-    let (law, r) = (system.law, system.restitution);
-    let friction = system.friction * pre.sin.abs();
-    let least =
-        approach_velocity / (system.mass_ratio + pre.cos.abs() * (pre.cos.abs() + friction));
+    let contact = pre.coordinates(system.mass_ratio, system.friction);
+    integrate(&contact, (system.restitution, &system.law), steps)
+}
+
+/// The impact of two bodies in contact coordinates, under any law.
+pub(super) fn integrate(
+    contact: &ContactCoordinates<f64>,
+    (restitution, law): (f64, &impl Law),
+    steps: u32,
+) -> Result<Impact, IncrementalError> {
+    let velocity = contact.slip * contact.coupling - contact.parting;
+    let friction = contact.friction * contact.scale.abs();
+    let coupling = contact.coupling.abs();
+    let least = velocity / (contact.mobility + coupling * (coupling + friction));
     if least.is_nan() || least / f64::from(steps) == 0.0 {
         // The steps would be no numbers, and the impact would never end.
         let allowed = "large enough for so many steps of its impulse";
-        return Err(ParameterError::new("approach_velocity", approach_velocity, allowed).into());
+        return Err(ParameterError::new("approach_velocity", velocity, allowed).into());
     }
     let mut now = Increments {
-        v1: pre.v1,
-        v2: pre.v2,
-        u: approach_velocity,
+        slip: contact.slip,
+        parting: contact.parting,
+        u: velocity,
         impulse: 0.0,
         tangential: 0.0,
         approach_work: 0.0,
         restitution_work: 0.0,
         friction_work: 0.0,
     };
-    let mut approach = None;
+    let mut approach: Option<Approach<f64>> = None;
     let mut stopped = None;
-    let mut slipped = pre.v1;
+    let mut slipped = contact.slip;
     loop {
-        let before = now.v1;
-        now.advance(system, pre, least.max(now.impulse) / f64::from(steps));
+        let before = now.slip;
+        now.advance(contact, least.max(now.impulse) / f64::from(steps));
         if !now.impulse.is_finite() {
             // No impulse ends this approach: k = 0 against a wall.
             return Err(ImpactFailure::Jammed.into());
         }
         if slipped == 0.0 {
-            slipped = now.v1;
+            slipped = now.slip;
         }
-        if stopped.is_none() && (now.v1 == 0.0 || now.v1 * slipped < 0.0) {
-            let switch = if pre.v1 == 0.0 { 0.0 } else { now.impulse };
+        if stopped.is_none() && (now.slip == 0.0 || now.slip * slipped < 0.0) {
+            let switch = if contact.slip == 0.0 { 0.0 } else { now.impulse };
             stopped = Some((switch, now.u > 0.0));
         }
         if now.u <= 0.0 && approach.is_none() {
-            approach = Some(now.impulse);
+            let (impulse, work) = (now.impulse, now.approach_work);
+            approach = Some(Approach { restitution, velocity, impulse, work });
         }
         // Held against a wall: no impulse changes a velocity any more.
-        let held = system.mass_ratio == 0.0 && before == 0.0 && now.v1 == 0.0;
-        let ended = match (approach, law) {
-            (None, _) if held => return Err(ImpactFailure::Jammed.into()),
-            (None, _) => false,
-            (Some(_), ImpactLaw::Newton) => held || now.u <= -r * approach_velocity,
-            (Some(_), ImpactLaw::Energetic) => {
-                (held && now.u == 0.0) || now.restitution_work >= r * r * now.approach_work
-            }
-            (Some(approach), _) => now.impulse >= (1.0 + r) * approach,
+        let held = contact.mobility == 0.0 && before == 0.0 && now.slip == 0.0;
+        let ended = match &approach {
+            None if held => return Err(ImpactFailure::Jammed.into()),
+            None => false,
+            Some(approach) => match law.restitution(approach) {
+                Restitution::Velocity(ratio) => held || now.u <= -ratio * velocity,
+                Restitution::Work(ratio) => {
+                    (held && now.u == 0.0) || now.restitution_work >= ratio * ratio * approach.work
+                }
+                Restitution::Impulse(ratio) => now.impulse >= (1.0 + ratio) * approach.impulse,
+            },
         };
         if ended {
             break;
         }
     }
     Ok(Impact {
-        regime: regime(pre, friction, slipped, stopped),
-        v1_post: now.v1,
-        v2_post: now.v2,
-        approach_velocity,
+        regime: regime(contact, slipped, stopped),
+        v1_post: now.slip,
+        v2_post: now.parting,
+        approach_velocity: velocity,
         separation_velocity: now.u,
-        impulse_approach: approach.unwrap_or(now.impulse),
+        impulse_approach: approach.map_or(now.impulse, |approach| approach.impulse),
         impulse_normal: now.impulse,
         impulse_tangential: now.tangential,
         energy_loss: now.approach_work - now.restitution_work + now.friction_work,
@@ -182,7 +196,7 @@ fn check(system: &System, approach_velocity: f64, steps: u32) -> Result<(), Para
         let allowed = format!("an integer from 1 to {MAX_INCREMENTS}");
         return Err(ParameterError::new("steps", steps, allowed));
     }
-    if system.law == ImpactLaw::Paper {
+    if !system.law.is_coulomb() {
         let allowed = "poisson, newton or energetic for the incremental integrator";
         return Err(ParameterError::new("law", system.law.name(), allowed));
     }
@@ -194,11 +208,12 @@ fn check(system: &System, approach_velocity: f64, steps: u32) -> Result<(), Para
 
 /// What the steps showed: `slipped` is the first velocity of slip, `stopped` where it first ended
 /// and whether in approach.
-fn regime(pre: &PreImpact, friction: f64, slipped: f64, stopped: Option<(f64, bool)>) -> Regime {
+fn regime(contact: &ContactCoordinates<f64>, slipped: f64, stopped: Option<(f64, bool)>) -> Regime {
+    let friction = contact.friction * contact.scale.abs();
     if friction == 0.0 {
         return Regime::Frictionless;
     }
-    let held = pre.cos.abs() <= friction;
+    let held = contact.coupling.abs() <= friction;
     match stopped {
         None => Regime::Slip { direction: 1f64.copysign(slipped) },
         Some((switch, true)) if held => Regime::StickInApproach { switch },

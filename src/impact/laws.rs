@@ -1,131 +1,162 @@
-//! The laws of restitution: where the walk along the impulse ends.
-//!
-//! With P_I the impulse at which u = 0, and u0 the approach velocity:
+//! The laws of restitution: how far the impulse path goes on after the approach has ended.
 //!
 //! ```text
-//! poisson     P = (1 + r) P_I                              impulses
-//! newton      u = -r u0                                    velocities
-//! energetic   -int u dP (restitution) = r^2 int u dP (approach)   works of the normal impulse
+//! poisson     P_II = r P_I                       impulses
+//! newton      u = -r u0                          velocities
+//! energetic   W_II = r^2 W_I                     works -+ int u dP of the normal impulse
 //! ```
 //!
-//! While the tip slips one way u(P) is one straight line, of slope -a1, and all three end at
-//! (1 + r) u0/a1: the regime does not depend on the law, nor does the outcome of `frictionless`
-//! and `slip`. The laws part where slip ends, at P*: u(P) bends there, its slope is -a2 after.
+//! A law names one of the three and its ratio; the path finds where that is reached ([`Restitution`]
+//! here), the incremental integrator sees when it is. While slip keeps its direction u(P) is one straight
+//! line, of slope -a1, and all three end at (1 + r) u0/a1: the regime does not depend on the law, nor does
+//! the outcome of `frictionless` and `slip`, and every law must leave it so. The laws part where slip ends,
+//! at P*: the slope is -a2 after.
 //!
-//! Where a2 = 0 (mbar = 0 and the tip sticks) u changes no more. `newton` then never gets to
-//! -r u0, and `energetic` with u = 0 never returns any work: the walk ends at P*, since no further
-//! impulse changes a velocity.
+//! Where a2 = 0 (a contact that stick leaves no mobility: the pendulum at a wall) u changes no more. A
+//! ratio of velocities is then never reached, nor one of works with u = 0: the path ends at P*, since no
+//! further impulse changes a velocity.
 //!
 //! Source: docs/theory.md, section 4; W. J. Stronge, Impact Mechanics (2000), and Beghin and
 //! Boulanger as quoted by Han, Jin & Hu (2004), section 2.
 
-/// An impact whose slip ends at P*, seen from there.
+use crate::model::parameters::ImpactLaw;
+use crate::numerics::dual::Number;
+
+/// What a law looks at: the phase of approach, u > 0.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Bend {
+#[allow(dead_code)] // the present laws need no more than r
+pub(crate) struct Approach<T> {
     /// r.
-    pub restitution: f64,
-    /// u before the impact.
-    pub approach_velocity: f64,
-    /// x2' before the impact.
-    pub v2: f64,
-    /// P*.
-    pub switch: f64,
-    /// P_I.
-    pub impulse_approach: f64,
-    /// u at P*: not negative in approach, not positive in restitution, but for rounding.
-    pub u: f64,
-    /// a1 = -du/dP before P*.
-    pub slows_before: f64,
-    /// a2 = -du/dP after P*: not negative.
-    pub slows_after: f64,
-    /// Whether P* < P_I.
-    pub in_approach: bool,
-    /// Whether the tip sticks after P* on a body that impacts move (mbar > 0).
-    pub sticks_on_mass: bool,
+    pub restitution: T,
+    /// u0, its velocity at the start.
+    pub velocity: T,
+    /// P_I, the normal impulse at its end.
+    pub impulse: T,
+    /// W_I = int u dP over it.
+    pub work: T,
 }
 
-/// How the walk goes on after P*.
+/// Where restitution ends.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct End {
-    /// Impulse after P*, not negative but for rounding.
-    pub impulse: f64,
-    /// u after the impact where the law knows it better than the difference of the velocities.
-    pub separation: Option<f64>,
-}
-
-impl End {
-    /// The end at -`speed` after so much impulse, or at P* if no finite impulse gets there.
-    fn at(speed: f64, impulse: f64) -> Self {
-        if impulse.is_finite() {
-            Self { impulse: impulse.max(0.0), separation: Some(-speed) }
-        } else {
-            Self { impulse: 0.0, separation: None }
-        }
-    }
+pub(crate) enum Restitution<T> {
+    /// P_II is this part of P_I.
+    Impulse(T),
+    /// -u is this part of u0.
+    Velocity(T),
+    /// W_II is the square of this part of W_I.
+    Work(T),
 }
 
 /// A law of restitution.
-pub(super) trait Restitution {
+pub(crate) trait Law {
+    /// Where restitution ends.
+    fn restitution<T: Number>(&self, approach: &Approach<T>) -> Restitution<T>;
+
     /// Whether an impact under this law may gain energy.
-    const CAN_GAIN: bool;
-
-    /// The end of an impact whose slip ends at P*.
-    fn end(bend: &Bend) -> End;
+    fn may_gain_energy(&self) -> bool;
 }
 
-/// P_II = r P_I.
-pub(super) struct Poisson;
-
-impl Restitution for Poisson {
-    const CAN_GAIN: bool = false;
-
+impl Law for ImpactLaw {
     #[inline]
-    fn end(bend: &Bend) -> End {
-        let impulse = (1.0 + bend.restitution) * bend.impulse_approach - bend.switch;
-        End {
-            impulse: if bend.in_approach { impulse } else { impulse.max(0.0) },
-            // u = -x2' = -mbar (P - P_I) in stick: exactly -r of what it was without slip.
-            separation: (bend.in_approach && bend.sticks_on_mass)
-                .then_some(bend.restitution * bend.v2),
+    fn restitution<T: Number>(&self, approach: &Approach<T>) -> Restitution<T> {
+        let r = approach.restitution;
+        match self {
+            Self::Poisson | Self::Paper => Restitution::Impulse(r),
+            Self::Newton => Restitution::Velocity(r),
+            Self::Energetic => Restitution::Work(r),
         }
     }
-}
 
-/// u_post = -r u.
-pub(super) struct Newton;
-
-impl Restitution for Newton {
-    const CAN_GAIN: bool = true;
-
-    fn end(bend: &Bend) -> End {
-        let speed = bend.restitution * bend.approach_velocity;
-        End::at(speed, (speed + bend.u) / bend.slows_after)
+    fn may_gain_energy(&self) -> bool {
+        matches!(self, Self::Newton | Self::Paper)
     }
 }
 
-/// Work of the normal impulse in restitution = r^2 that in approach.
-pub(super) struct Energetic;
+/// An impact whose slip ends at P*, seen from there.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Switch<T> {
+    /// P*.
+    pub impulse: T,
+    /// u at P*: not negative in approach, not positive in restitution, but for rounding.
+    pub velocity: T,
+    /// u0.
+    pub approach_velocity: T,
+    /// P_I.
+    pub impulse_approach: T,
+    /// v before the impact.
+    pub parting: T,
+    /// a1 = -du/dP before P*.
+    pub slows_before: T,
+    /// a2 = -du/dP after P*: not negative.
+    pub slows_after: T,
+    /// Whether P* < P_I.
+    pub in_approach: bool,
+    /// Whether the contact sticks after P*, and has mobility left.
+    pub sticks_mobile: bool,
+}
 
-impl Restitution for Energetic {
-    const CAN_GAIN: bool = false;
+/// How the path goes on after P*.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct End<T> {
+    /// Impulse after P*, not negative but for rounding.
+    pub impulse: T,
+    /// u after the impact where it is known better than as the difference of the velocities.
+    pub separation: Option<T>,
+}
 
-    fn end(bend: &Bend) -> End {
-        let &Bend { restitution, approach_velocity, switch, u, slows_before, slows_after, .. } =
-            bend;
-        // Products under a root are rooted one by one: their squares could leave the range.
-        if bend.in_approach {
-            // Approach: P* (u0 + u)/2 before P*, u^2/(2 a2) after; restitution: u_post^2/(2 a2).
-            let before = (slows_after * switch).sqrt() * (approach_velocity + u).max(0.0).sqrt();
-            let speed = restitution * u.hypot(before);
-            End::at(speed, (speed + u) / slows_after)
+impl<T: Number> End<T> {
+    /// The end at -`speed` after so much impulse, or at P* if no finite impulse gets there.
+    fn at(speed: T, impulse: T) -> Self {
+        let zero = T::constant(0.0);
+        if impulse.value().is_finite() {
+            Self { impulse: impulse.at_least(zero), separation: Some(-speed) }
         } else {
-            // Approach: u0^2/(2 a1); restitution: u^2/(2 a1) before P*, the rest after.
-            let (reached, whole) = ((-u).max(0.0), restitution * approach_velocity);
-            let lacking = (whole - reached).max(0.0);
-            let ratio = slows_after / slows_before;
-            let after = (ratio * lacking).sqrt() * (whole + reached).sqrt();
-            let speed = reached.hypot(after);
-            End::at(speed, lacking * ((whole + reached) / (speed + reached)) / slows_before)
+            Self { impulse: zero, separation: None }
         }
     }
+}
+
+impl<T: Number> Restitution<T> {
+    /// The end of an impact whose slip ends at P*.
+    #[inline]
+    pub(super) fn end(self, at: &Switch<T>) -> End<T> {
+        let (one, zero) = (T::constant(1.0), T::constant(0.0));
+        match self {
+            Self::Impulse(ratio) => {
+                let impulse = (one + ratio) * at.impulse_approach - at.impulse;
+                End {
+                    impulse: if at.in_approach { impulse } else { impulse.at_least(zero) },
+                    // u = -v = -mobility (P - P_I) in stick: exactly -r of what it was without slip.
+                    separation: (at.in_approach && at.sticks_mobile).then(|| ratio * at.parting),
+                }
+            }
+            Self::Velocity(ratio) => {
+                let speed = ratio * at.approach_velocity;
+                End::at(speed, (speed + at.velocity) / at.slows_after)
+            }
+            Self::Work(ratio) if at.in_approach => {
+                // Approach: P* (u0 + u)/2 before P*, u^2/(2 a2) after; restitution: u_post^2/(2 a2).
+                let sum = (at.approach_velocity + at.velocity).at_least(zero);
+                let speed = ratio * root(at.velocity, at.slows_after * at.impulse, sum);
+                End::at(speed, (speed + at.velocity) / at.slows_after)
+            }
+            Self::Work(ratio) => {
+                // Approach: u0^2/(2 a1); restitution: u^2/(2 a1) before P*, the rest after.
+                let reached = (-at.velocity).at_least(zero);
+                let whole = ratio * at.approach_velocity;
+                let lacking = (whole - reached).at_least(zero);
+                let speed =
+                    root(reached, at.slows_after / at.slows_before * lacking, whole + reached);
+                End::at(speed, lacking * ((whole + reached) / (speed + reached)) / at.slows_before)
+            }
+        }
+    }
+}
+
+/// sqrt(a^2 + x y), whose squares could leave the range of numbers.
+fn root<T: Number>(a: T, x: T, y: T) -> T {
+    let root = (a * a + x * y).sqrt();
+    let (a, x, y) = (a.value(), x.value(), y.value());
+    // Beyond the end of the regime x is negative: derivatives are asked for there too.
+    if x < 0.0 { root } else { root.with_value(a.hypot(x.sqrt() * y.sqrt())) }
 }

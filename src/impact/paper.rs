@@ -3,21 +3,22 @@
 //! create energy (docs/theory.md, errata E1 to E3).
 
 use super::regime::Regime;
-use super::{Impact, ImpactFailure, PreImpact};
+use super::{Impact, ImpactFailure};
+use crate::model::contact_coordinates::ContactCoordinates;
 use crate::numerics::tolerance::{EPS, PAPER_NOISE};
 
 /// The literal law; the stored regime is the paper's own case.
 pub(super) fn resolve(
-    pre: &PreImpact,
-    mass_ratio: f64,
+    contact: &ContactCoordinates<f64>,
     restitution: f64,
-    friction: f64,
 ) -> Result<Impact, ImpactFailure> {
-    let (c, r, m) = (pre.cos, restitution, mass_ratio);
-    let (th, x) = (pre.v1, pre.v2);
-    let u = pre.approach_velocity();
+    // The pendulum's names: cos x1, r, mbar, x1', x2', sin x1, mu.
+    let (c, r, m) = (contact.coupling, restitution, contact.mobility);
+    let (th, x) = (contact.slip, contact.parting);
+    let (sin, friction) = (contact.scale, contact.friction);
+    let u = contact.approach_velocity();
     let sign = if th == 0.0 { 0.0 } else { th.signum() };
-    let (plus, minus) = (c + friction * sign * pre.sin, c - friction * sign * pre.sin);
+    let (plus, minus) = (c + friction * sign * sin, c - friction * sign * sin);
     let b2 = m + c * plus; // (17a)
     let p_f = u / b2; // (9)
     let p_star = th / plus; // (10)
@@ -30,7 +31,7 @@ pub(super) fn resolve(
         (Regime::Frictionless, v1, v2, u / q)
     } else if p_star < p_f {
         // (14), (15): reversal in approach
-        let mu_sin2 = (friction * pre.sin).powi(2);
+        let mu_sin2 = (friction * sin).powi(2);
         let a = mu_sin2 * c - c.powi(3) - m * plus;
         let v1 = -minus / a * (m * th - r * th * c * minus + (1.0 + r) * x * plus);
         let v2 =
@@ -54,8 +55,8 @@ pub(super) fn resolve(
     // Moment balance of body 1: v1 - th = -cos P + sin T.
     let tangential = match regime {
         Regime::Frictionless => 0.0,
-        _ if pre.sin == 0.0 => 0.0,
-        _ => (v1 - th + c * impulse) / pre.sin,
+        _ if sin == 0.0 => 0.0,
+        _ => (v1 - th + c * impulse) / sin,
     };
     // Work of the tangential impulse at the mean slip velocity of the tip, x1' sin x1.
     let friction_loss =

@@ -1,10 +1,10 @@
 //! Regimes of an impact: when slip stops or reverses, relative to approach and restitution.
 //!
-//! P* is the impulse at which x1' = 0, P_f the one at which u = 0, both with the first slip
+//! P* is the impulse at which w = 0, P_f the one at which u = 0, both with the first slip
 //! direction (Han, Jin & Hu (2004), eqs. (9), (10) with |sin x1|).
 //!
-//! Edges: |cos x1| = mu |sin x1| sticks; P* = P_f counts as restitution; P* = (1 + r) P_f is slip;
-//! x1' = 0 at the start sticks, or slips with s = -sgn(cos x1); sin x1 = 0 is frictionless.
+//! Edges: |b| = mu c sticks (the pendulum: |cos x1| = mu |sin x1|); P* = P_f counts as restitution;
+//! P* = (1 + r) P_f is slip; w = 0 at the start sticks, or slips with s = -sgn b; c = 0 is frictionless.
 //! The outcome is continuous across all of them.
 
 #![allow(clippy::inline_always)] // a flight with its impact is compiled for several instruction sets
@@ -12,10 +12,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ImpactFailure, PreImpact};
+use super::ImpactFailure;
+use crate::model::contact_coordinates::ContactCoordinates;
 use crate::numerics::tolerance::SIMULTANEOUS;
 
-/// Regime of an impact with what the walk needs to know of it.
+/// Regime of an impact with what the impulse path needs to know of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Regime {
@@ -78,6 +79,18 @@ impl RegimeKind {
         Self::StickInRestitution,
     ];
 
+    /// Whether slip ends in stick.
+    #[must_use]
+    pub fn sticks(self) -> bool {
+        matches!(self, Self::StickInApproach | Self::StickInRestitution)
+    }
+
+    /// Whether slip ends or reverses while the bodies approach.
+    #[must_use]
+    pub fn switches_in_approach(self) -> bool {
+        matches!(self, Self::StickInApproach | Self::ReversalInApproach)
+    }
+
     /// The name used in Python and in files.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -99,6 +112,18 @@ impl RegimeKind {
 }
 
 impl Regime {
+    /// Direction of slip at first, from w before, and P*; 0 where there is none.
+    pub(super) fn start(&self, slip: f64) -> (f64, f64) {
+        match *self {
+            Self::Frictionless => (1.0, 0.0),
+            Self::Slip { direction } => (direction, 0.0),
+            Self::ReversalInApproach { switch }
+            | Self::ReversalInRestitution { switch }
+            | Self::StickInApproach { switch }
+            | Self::StickInRestitution { switch } => (1f64.copysign(slip), switch),
+        }
+    }
+
     /// The regime without its data.
     #[must_use]
     pub fn kind(&self) -> RegimeKind {
@@ -113,17 +138,11 @@ impl Regime {
     }
 }
 
-/// k = cos x1 + mu s |sin x1|, s the sign of `direction`.
-#[inline(always)]
-pub(super) fn slip_constant(pre: &PreImpact, friction: f64, direction: f64) -> f64 {
-    pre.cos + (friction * pre.sin.abs()).copysign(direction)
-}
-
-/// Slip in the direction of x1' before the impact.
+/// Slip in the direction it has before the impact.
 pub(crate) struct FirstSlip {
     /// k.
     constant: f64,
-    /// mbar + k cos x1: how fast the approach slows.
+    /// a1 = mobility + k b/h: how fast the approach slows.
     slows: f64,
     /// P*; infinite for k = 0.
     switch: f64,
@@ -133,58 +152,56 @@ pub(crate) struct FirstSlip {
 
 impl FirstSlip {
     #[inline(always)]
-    pub fn new(pre: &PreImpact, mass_ratio: f64, friction: f64) -> Self {
-        let constant = slip_constant(pre, friction, pre.v1);
-        let slows = mass_ratio + constant * pre.cos;
-        let end_of_approach = pre.approach_velocity() / slows;
-        Self { constant, slows, switch: pre.v1 / constant, end_of_approach }
+    pub fn new(contact: &ContactCoordinates<f64>) -> Self {
+        let constant = contact.slip_rate(1f64.copysign(contact.slip));
+        let slows = contact.mobility + constant * contact.coupling;
+        let end_of_approach = contact.approach_velocity() / slows;
+        Self { constant, slows, switch: contact.slip / constant, end_of_approach }
     }
 
-    /// Whether it lasts through the whole impact.
+    /// Whether it keeps its direction through the whole impact, unless the approach grows.
     #[inline(always)]
-    pub fn lasts(&self, pre: &PreImpact, restitution: f64) -> bool {
+    pub fn continues(&self, contact: &ContactCoordinates<f64>, restitution: f64) -> bool {
         // By signs, not by the sign of the quotient, which may underflow to zero.
-        let never = (self.constant == 0.0) | ((self.constant > 0.0) != (pre.v1 > 0.0));
+        let never = (self.constant == 0.0) | ((self.constant > 0.0) != (contact.slip > 0.0));
         never | (self.switch >= (1.0 + restitution) * self.end_of_approach)
     }
 
     /// Whether the bodies approach ever faster while it lasts.
     #[inline(always)]
-    pub fn drives_on(&self) -> bool {
+    pub fn approach_grows(&self) -> bool {
         self.slows <= 0.0
     }
 }
 
-/// The regime of an impact with u > 0 under a walk law.
+/// The regime of an impact with u > 0 along the impulse path.
 pub(super) fn classify(
-    pre: &PreImpact,
-    mass_ratio: f64,
+    contact: &ContactCoordinates<f64>,
     restitution: f64,
-    friction: f64,
 ) -> Result<Regime, ImpactFailure> {
-    if friction == 0.0 || pre.sin == 0.0 {
+    if contact.friction == 0.0 || contact.scale == 0.0 {
         return Ok(Regime::Frictionless);
     }
-    let sticks = pre.cos.abs() <= friction * pre.sin.abs();
-    if pre.v1 == 0.0 {
+    let sticks = contact.coupling.abs() <= contact.grip();
+    if contact.slip == 0.0 {
         return if sticks {
-            stick_in_approach(pre, mass_ratio, 0.0)
+            stick_in_approach(contact, 0.0)
         } else {
-            Ok(Regime::Slip { direction: -pre.cos.signum() })
+            Ok(Regime::Slip { direction: -contact.coupling.signum() })
         };
     }
-    let slip = FirstSlip::new(pre, mass_ratio, friction);
+    let slip = FirstSlip::new(contact);
     let FirstSlip { switch, end_of_approach, .. } = slip;
-    if slip.drives_on() {
-        // u grows while the tip slips: it is driven to x1' = 0, where it sticks.
+    if slip.approach_grows() {
+        // Slip is driven to w = 0, where it sticks.
         return if switch.is_finite() {
-            stick_in_approach(pre, mass_ratio, switch)
+            stick_in_approach(contact, switch)
         } else {
             Err(ImpactFailure::Jammed)
         };
     }
-    let regime = if slip.lasts(pre, restitution) {
-        Regime::Slip { direction: 1f64.copysign(pre.v1) }
+    let regime = if slip.continues(contact, restitution) {
+        Regime::Slip { direction: 1f64.copysign(contact.slip) }
     } else if switch >= end_of_approach * (1.0 - SIMULTANEOUS) {
         if sticks {
             Regime::StickInRestitution { switch }
@@ -192,7 +209,7 @@ pub(super) fn classify(
             Regime::ReversalInRestitution { switch }
         }
     } else if sticks {
-        return stick_in_approach(pre, mass_ratio, switch);
+        return stick_in_approach(contact, switch);
     } else {
         Regime::ReversalInApproach { switch }
     };
@@ -200,12 +217,11 @@ pub(super) fn classify(
 }
 
 fn stick_in_approach(
-    pre: &PreImpact,
-    mass_ratio: f64,
+    contact: &ContactCoordinates<f64>,
     switch: f64,
 ) -> Result<Regime, ImpactFailure> {
-    // In stick u = -x2' shrinks by mbar dP only: against a moving wall it never ends.
-    if mass_ratio == 0.0 && pre.v2 < 0.0 {
+    // In stick u = -v shrinks by the mobility dP only: against a moving wall it never ends.
+    if contact.mobility == 0.0 && contact.parting < 0.0 {
         return Err(ImpactFailure::Jammed);
     }
     Ok(Regime::StickInApproach { switch })

@@ -72,6 +72,13 @@ impl ImpactLaw {
         }
     }
 
+    /// Whether slip follows Coulomb's law along the impulse; the formulas of the paper are used as they
+    /// are printed, whatever they imply.
+    #[must_use]
+    pub fn is_coulomb(self) -> bool {
+        self != Self::Paper
+    }
+
     /// The law of this name.
     ///
     /// # Errors

@@ -1,6 +1,8 @@
 //! Numbers that carry their derivatives (forward differentiation): formulas written for a
 //! [`Number`] give values with `f64`, exact derivatives with [`Dual`].
 
+#![allow(clippy::inline_always)] // a flight with its impact is compiled for several instruction sets
+
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// What formulas are written for.
@@ -15,13 +17,36 @@ pub(crate) trait Number:
 {
     /// A number without derivatives.
     fn constant(value: f64) -> Self;
+    /// The number without its derivatives.
+    fn value(self) -> f64;
+    /// This number, its value known better than by the formula that gave its derivatives.
+    fn with_value(self, value: f64) -> Self;
+    /// The bound in place of a number below it: for what only rounding can bring there. A number with
+    /// derivatives stays on the formula, which goes on smoothly beyond its range.
+    fn at_least(self, bound: Self) -> Self;
     fn sin_cos(self) -> (Self, Self);
     fn sqrt(self) -> Self;
 }
 
 impl Number for f64 {
+    #[inline(always)]
     fn constant(value: f64) -> Self {
         value
+    }
+
+    #[inline(always)]
+    fn value(self) -> f64 {
+        self
+    }
+
+    #[inline(always)]
+    fn with_value(self, value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn at_least(self, bound: Self) -> Self {
+        self.max(bound)
     }
 
     fn sin_cos(self) -> (Self, Self) {
@@ -74,6 +99,18 @@ impl<const N: usize> Dual<N> {
 impl<const N: usize> Number for Dual<N> {
     fn constant(value: f64) -> Self {
         Self { value, slope: [0.0; N] }
+    }
+
+    fn value(self) -> f64 {
+        self.value
+    }
+
+    fn with_value(self, value: f64) -> Self {
+        Self { value, ..self }
+    }
+
+    fn at_least(self, _: Self) -> Self {
+        self
     }
 
     fn sin_cos(self) -> (Self, Self) {

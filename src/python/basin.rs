@@ -1,10 +1,13 @@
 //! `_core.Arrivals` and `arrivals`.
 
+use std::sync::atomic::AtomicUsize;
+
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3};
-use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::arrays;
+use super::cancel::{Progress, interruptible};
 use super::system::PySystem;
 use crate::analysis::basin::{Arrival, Fate, Target};
 use crate::analysis::period::{CHATTERING, ImpactCount};
@@ -162,31 +165,10 @@ pub(super) fn arrivals(
         .map(|[x1, v1, x2, v2]| State::new(x1, v1, x2, v2))
         .collect();
     let (starts, system) = (starts?, system.0);
-    let mut raised: Option<PyErr> = None;
-    let mut stopped = false;
-    let arrivals = py.detach(|| {
-        let mut go_on = |done: usize| {
-            if raised.is_none() && !stopped {
-                let asked = Python::attach(|py| {
-                    let wanted = match &progress {
-                        Some(progress) => progress.call1(py, (done,))?.extract::<bool>(py)?,
-                        None => true,
-                    };
-                    py.check_signals()?;
-                    Ok(wanted)
-                });
-                match asked {
-                    Ok(wanted) => stopped = !wanted,
-                    Err(error) => raised = Some(error),
-                }
-            }
-            raised.is_none() && !stopped
-        };
-        arrive_many(&system, &starts, &targets, options, &workers, &mut go_on)
+    let done = AtomicUsize::new(0);
+    let progress = progress.as_ref().map(|tell| Progress { tell, done: &done });
+    let (arrivals, interrupted) = interruptible(py, progress.as_ref(), |cancel| {
+        arrive_many(&system, &starts, &targets, options, &workers, cancel, &done)
     })?;
-    match raised {
-        // Ctrl-C ends the work with what is done, inside the callback as outside it.
-        Some(error) if !error.is_instance_of::<PyKeyboardInterrupt>(py) => Err(error),
-        raised => Ok(PyArrivals { arrivals, interrupted: raised.is_some() || stopped }),
-    }
+    Ok(PyArrivals { arrivals, interrupted })
 }

@@ -2,14 +2,13 @@
 
 use numpy::PyReadonlyArray1;
 use pyo3::PyErr;
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
 use super::arrays;
+use super::cancel::interruptible;
 use super::system::PySystem;
 use crate::impact::{ImpactOutcome, OutcomeError};
-
-/// Steps of the impulse between two looks for Ctrl-C: some tens of milliseconds.
-const BETWEEN_SIGNALS: usize = 1 << 22;
 
 impl From<OutcomeError> for PyErr {
     fn from(error: OutcomeError) -> Self {
@@ -45,17 +44,12 @@ pub(super) fn impact<'py>(
             Some(steps) => ImpactOutcome::incremental(&system, x1, v1, v2, steps),
         }
     };
-    let at_once = (BETWEEN_SIGNALS / steps.map_or(64, |steps| steps.max(1) as usize)).max(1);
-    let mut rows = Vec::with_capacity(x1.len());
-    while rows.len() < x1.len() {
-        let stop = x1.len().min(rows.len() + at_once);
-        py.detach(|| {
-            for index in rows.len()..stop {
-                rows.push(one(index)?);
-            }
-            Ok::<(), OutcomeError>(())
-        })?;
-        py.check_signals()?;
+    let (rows, interrupted) = interruptible(py, None, |cancel| {
+        (0..x1.len()).take_while(|_| !cancel.is_cancelled()).map(one).collect::<Result<Vec<_>, _>>()
+    })?;
+    if interrupted {
+        let message = format!("interrupted after {} of {} impacts", rows.len(), x1.len());
+        return Err(PyKeyboardInterrupt::new_err(message));
     }
     arrays::records(py, &rows)
 }

@@ -4,7 +4,8 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
 use super::arrays;
-use super::run::{PyRun, interruptible};
+use super::cancel::interruptible;
+use super::run::PyRun;
 use crate::analysis::lyapunov::{LyapunovError, Spectrum};
 use crate::model::error::ParameterError;
 use crate::simulate::event::StopReason;
@@ -66,13 +67,13 @@ pub(super) fn lyapunov_spectrum(
     steps: u32,
     step: Option<f64>,
 ) -> PyResult<PySpectrum> {
-    let (spectrum, _) = interruptible::<Spectrum, ParameterError>(py, |go_on| {
-        let (_, later) = run.0.on_attractor_while(go_on);
+    let (spectrum, _) = interruptible::<Spectrum, ParameterError>(py, None, |cancel| {
+        let (_, later) = run.0.on_attractor(cancel);
         crate::analysis::lyapunov::lyapunov_spectrum(
             later.as_ref().unwrap_or(&run.0),
             steps,
             step,
-            go_on,
+            cancel,
         )
     })?;
     Ok(PySpectrum(spectrum))

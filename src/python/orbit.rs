@@ -5,12 +5,14 @@ use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
 use super::arrays;
+use super::cancel::interruptible;
 use super::leg::{PyCondition, PyLeg};
-use super::run::{interruptible, to_state};
+use super::run::to_state;
 use super::system::PySystem;
 use crate::analysis::shooting::Orbit;
 use crate::model::error::ParameterError;
 use crate::model::state::State;
+use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::StopReason;
 use crate::tangent::itinerary::{Itinerary, ItineraryError, Node};
 
@@ -52,10 +54,10 @@ impl PyItinerary {
     ) -> PyResult<(Option<(Self, Matrix<'py>)>, String)> {
         let initial = to_state(initial)?;
         let system = system.0;
-        let follow = |go_on: &mut dyn FnMut() -> bool| {
-            Ok(Itinerary::follow(&system, initial, periods, max_events, go_on))
+        let follow = |cancel: &CancelToken| {
+            Ok(Itinerary::follow(&system, initial, periods, max_events, cancel))
         };
-        match interruptible::<_, ParameterError>(py, follow)?.0 {
+        match interruptible::<_, ParameterError>(py, None, follow)?.0 {
             Err(ItineraryError::Stopped(StopReason::Interrupted)) => {
                 Err(PyKeyboardInterrupt::new_err("interrupted while a motion was followed"))
             }

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
-use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::arrays;
+use super::cancel::interruptible;
 use super::enums::Member;
 use super::system::PySystem;
 use crate::analysis::period::{EvidenceKind, ImpactCount, PeriodReport, WhyUndecided};
@@ -210,9 +211,9 @@ impl PyRun {
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, bool)> {
         let times = arrays::to_vec(&t);
         let width = if forces { 6 } else { 4 };
-        let (flat, interrupted) = interruptible(py, |go_on| {
+        let (flat, interrupted) = interruptible(py, None, |cancel| {
             let mut flat = Vec::with_capacity(width * times.len());
-            let done = self.0.follow(&times, go_on, |state, force| {
+            let done = self.0.follow(&times, cancel, |state, force| {
                 flat.extend(state.to_array());
                 if forces {
                     flat.extend([force.normal, force.tangential]);
@@ -227,14 +228,14 @@ impl PyRun {
     /// Energies and works in the kept window, by name; `None` after Ctrl-C.
     fn energy_audit(&self, py: Python<'_>) -> PyResult<Option<BTreeMap<&'static str, f64>>> {
         let (audit, _) =
-            interruptible::<_, ParameterError>(py, |go_on| Ok(self.0.energy_audit_while(go_on)))?;
+            interruptible::<_, ParameterError>(py, None, |cancel| Ok(self.0.energy_audit(cancel)))?;
         Ok(audit.map(works))
     }
 
     /// Period, impact count and label.
     fn period(&self, py: Python<'_>) -> PyResult<PyPeriodReport> {
         let (report, _) =
-            interruptible::<_, ParameterError>(py, |go_on| Ok(self.0.period_while(go_on)))?;
+            interruptible::<_, ParameterError>(py, None, |cancel| Ok(self.0.period(cancel)))?;
         Ok(PyPeriodReport(report))
     }
 
@@ -273,7 +274,7 @@ impl PyRun {
             max_events: max_events.unwrap_or(self.0.options.max_events),
             ..self.0.options
         };
-        Ok(Self(interruptible(py, |go_on| self.0.resume(options, go_on))?.0))
+        Ok(Self(interruptible(py, None, |cancel| self.0.resume(options, cancel))?.0))
     }
 
     /// Everything but the arrays, as JSON with exact numbers.
@@ -343,31 +344,6 @@ pub(super) fn to_state(initial: [f64; 4]) -> PyResult<State> {
     Ok(State::new(x1, v1, x2, v2)?)
 }
 
-/// Works with the interpreter released; Ctrl-C makes the work end early with what is done, and is
-/// reported beside it. Another exception of a signal handler is raised.
-pub(super) fn interruptible<T: Send, E: Into<PyErr> + Send>(
-    py: Python<'_>,
-    work: impl FnOnce(&mut dyn FnMut() -> bool) -> Result<T, E> + Send,
-) -> PyResult<(T, bool)> {
-    let (result, signal) = py.detach(|| {
-        let mut signal = None;
-        let mut go_on = || {
-            if signal.is_none() {
-                // Not a path: the method is not general enough in its lifetime.
-                #[allow(clippy::redundant_closure_for_method_calls)]
-                let checked = Python::attach(|py| py.check_signals());
-                signal = checked.err();
-            }
-            signal.is_none()
-        };
-        (work(&mut go_on), signal)
-    });
-    match signal {
-        Some(error) if !error.is_instance_of::<PyKeyboardInterrupt>(py) => Err(error),
-        signal => result.map(|done| (done, signal.is_some())).map_err(Into::into),
-    }
-}
-
 /// One run.
 #[pyfunction]
 #[pyo3(signature = (
@@ -391,7 +367,7 @@ pub(super) fn simulate(
     options.check(&system.0)?;
     let initial = to_state(initial)?;
     let system = system.0;
-    Ok(PyRun(interruptible(py, move |go_on| run(&system, initial, options, go_on))?.0))
+    Ok(PyRun(interruptible(py, None, move |cancel| run(&system, initial, options, cancel))?.0))
 }
 
 /// One run per initial state, in parallel, and whether Ctrl-C ended the work.
@@ -421,8 +397,9 @@ pub(super) fn simulate_many(
         arrays::to_states(&initials)?.into_iter().map(to_state).collect();
     let (initials, system) = (initials?, system.0);
     let workers = Workers::new(workers)?;
-    let (runs, interrupted) =
-        interruptible(py, move |go_on| run_many(&system, &initials, options, &workers, go_on))?;
+    let (runs, interrupted) = interruptible(py, None, move |cancel| {
+        run_many(&system, &initials, options, &workers, cancel)
+    })?;
     let mut failure = None;
     let run_or_done = |(place, run): (usize, Result<Run, RunError>)| match run {
         Ok(run) => Ok(PyRun(run)),

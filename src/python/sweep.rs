@@ -1,10 +1,12 @@
 //! `_core.Sweep` and `sweep`.
 
+use std::sync::atomic::AtomicUsize;
+
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
-use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
 use super::arrays;
+use super::cancel::{Progress, interruptible};
 use super::system::PySystem;
 use crate::analysis::period::{ImpactCount, Kind};
 use crate::analysis::sweep::{
@@ -225,27 +227,13 @@ pub(super) fn sweep(
         let system = system_of_cell(system.0, &names, &row.to_vec())?;
         cells.push(Cell { system, initial: State::new(x1, v1, x2, v2)? });
     }
-    let mut raised = None;
-    let (points, rows) = py.detach(|| {
-        let mut go_on = |done: usize| {
-            if raised.is_none() {
-                raised = Python::attach(|py| {
-                    if let Some(progress) = &progress {
-                        progress.call1(py, (done,))?;
-                    }
-                    py.check_signals()
-                })
-                .err();
-            }
-            raised.is_none()
-        };
-        let points = crate::analysis::sweep::sweep(&cells, options, start, &workers, &mut go_on)?;
+    let done = AtomicUsize::new(0);
+    let progress = progress.as_ref().map(|tell| Progress { tell, done: &done });
+    let ((points, rows), interrupted) = interruptible(py, progress.as_ref(), |cancel| {
+        let points =
+            crate::analysis::sweep::sweep(&cells, options, start, &workers, cancel, &done)?;
         let rows = SweepRows::of(&points, &workers);
-        PyResult::Ok((points, rows))
+        Ok::<_, ParameterError>((points, rows))
     })?;
-    match raised {
-        // Ctrl-C ends the sweep with what is done, inside the callback as outside it.
-        Some(error) if !error.is_instance_of::<PyKeyboardInterrupt>(py) => Err(error),
-        raised => PySweep::new(py, points, rows, raised.is_some()),
-    }
+    PySweep::new(py, points, rows, interrupted)
 }

@@ -159,7 +159,9 @@ pub enum StopReason {
     Jammed,
     /// law = paper gave no admissible outcome.
     LawFailed,
-    /// The caller asked for the end; or the computation failed, of what it has done up to there.
+    /// A number left the range of floats, or no contact could be decided: of what was done up to there.
+    Failed,
+    /// The caller wished it, and nothing else.
     Interrupted,
 }
 
@@ -182,6 +184,7 @@ impl StopReason {
             Self::UndecidableGraze => "undecidable_graze",
             Self::Jammed => "jammed",
             Self::LawFailed => "law_failed",
+            Self::Failed => "failed",
             Self::Interrupted => "interrupted",
         }
     }

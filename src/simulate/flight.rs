@@ -9,13 +9,12 @@ use crate::flight::Flight;
 use crate::impact::{self, Impact, ImpactFailure, PreImpact, RegimeKind};
 use crate::model::angle::Angle;
 use crate::model::error::SimulationError;
-use crate::model::parameters::{ImpactLaw, System};
+use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::lanes;
 use crate::numerics::tolerance::{
-    CHATTER_LEADING_RTOL, EPS, LOOSEST_COMPLETION, SEARCH_PATIENCE, STANDSTILL_EVENTS,
-    STANDSTILL_TIME,
+    CHATTER_LEADING_RTOL, EPS, LOOSEST_COMPLETION, STANDSTILL_EVENTS, STANDSTILL_TIME,
 };
 use crate::search::first_contact::{Found, Start, Touch, first_contact};
 use crate::simulate::event::{Event, GrazeEvent, ImpactEvent, StopReason};
@@ -28,14 +27,14 @@ impl Simulation {
 
     #[inline(always)]
     fn fly_and_strike<O: Observer>(&mut self, takeoff: Takeoff, observer: &mut O) -> Turn {
-        let found = self.search(takeoff, observer);
+        let found = self.search(takeoff);
         let (time, offset) = match found {
             Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch) => {
                 (touch.time, touch.offset)
             }
             Found::Clear(time) => (time, 0.0),
             // The literal law creates energy without bound.
-            Found::NotFinite | Found::Stalled if self.system.law == ImpactLaw::Paper => {
+            Found::NotFinite | Found::Stalled if !self.system.law.is_coulomb() => {
                 return Some(Ok(self.stop_here(StopReason::LawFailed)));
             }
             Found::NotFinite => return Some(Err(self.fail(false))),
@@ -105,16 +104,13 @@ impl Simulation {
     }
 
     #[inline(always)]
-    fn search<O: Observer>(&mut self, takeoff: Takeoff, observer: &mut O) -> Found {
+    fn search(&mut self, takeoff: Takeoff) -> Found {
         if let Some(found) = self.found {
             return found;
         }
         let start = self.start(takeoff);
         let report = first_contact(&self.motion, &self.flight, start, self.motion.span);
         self.evaluations += report.evaluations;
-        if report.evaluations >= SEARCH_PATIENCE {
-            observer.long_search();
-        }
         self.made_sure(report.found)
     }
 

@@ -20,7 +20,7 @@ use super::{Observer, Phase, Simulation};
 use crate::flight::Flight;
 use crate::impact::{self, Impact, ImpactFailure, PreImpact};
 use crate::model::error::SimulationError;
-use crate::model::parameters::{Contact, ImpactLaw, System};
+use crate::model::parameters::{Contact, System};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::lanes::{self, LANES};
 use crate::search::first_contact::{Found, Outlook, Start, carefully};
@@ -227,11 +227,11 @@ impl<T: Traveller> Company<'_, T> {
         encounters.meet::<G>();
         encounters.strike::<G>();
         for j in ready.iter() {
-            if let (Some(pre), Some(traveller)) = (encounters.bends(j), &mut self.crew[j])
+            if let (Some(pre), Some(traveller)) = (encounters.switches(j), &mut self.crew[j])
                 && let Ok(impact) = resolve_alone(&traveller.parts().0.system, &pre)
                 && !impact.ends_at_rest()
             {
-                encounters.bend(j, &impact);
+                encounters.set_switched(j, &impact);
             }
         }
         encounters.depart::<G>();
@@ -246,7 +246,7 @@ impl<T: Traveller> Company<'_, T> {
             leaving[j] = u64::from(self.end_flight(j));
         }
         let Work { encounters, afloat, .. } = &mut *self.lanes;
-        encounters.go_on(&leaving);
+        encounters.proceed(&leaving);
         *afloat = leaving;
     }
 
@@ -309,9 +309,9 @@ impl<T: Traveller> Company<'_, T> {
     fn depart<G: Geometry>(&mut self, j: usize, scanning: &mut Seats, ready: &mut Seats) {
         loop {
             let Some(traveller) = &mut self.crew[j] else { return };
-            let (simulation, watch) = traveller.parts();
+            let (simulation, _) = traveller.parts();
             let stopped = simulation.point.stopped.is_some();
-            let reason = if stopped { None } else { simulation.stops_before_leg(watch) };
+            let reason = if stopped { None } else { simulation.stops_before_leg() };
             if stopped || reason.is_some() {
                 self.alight(j, reason);
                 continue;
@@ -406,7 +406,7 @@ impl<G: Geometry, T: Traveller> pulp::NullaryFnOnce for Round<'_, '_, G, T> {
 impl Simulation {
     /// Whether the usual flight of this system, and its impacts, can be done in a lane.
     fn is_plain(&self) -> bool {
-        self.motion.swings_or_beats() && self.system.law != ImpactLaw::Paper
+        self.motion.swings_or_beats() && self.system.law.is_coulomb()
     }
 
     /// How the present flight starts, if it is to be scanned.
@@ -456,6 +456,6 @@ impl Simulation {
     /// Whether a wall leaves the bodies no room at the contact in lane `j`.
     #[inline(always)]
     fn has_no_room(&self, j: usize, encounters: &Encounters) -> bool {
-        self.system.mass_ratio == 0.0 && impact::no_room(&self.system, &encounters.meeting(j))
+        self.system.mass_ratio == 0.0 && encounters.meeting(j).has_no_room(&self.system)
     }
 }

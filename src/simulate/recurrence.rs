@@ -194,13 +194,13 @@ impl Simulation {
 #[cfg(test)]
 mod tests {
     use crate::model::state::State;
+    use crate::numerics::cancel::CancelToken;
     use crate::simulate::{Horizon, Observer, Simulation};
     use crate::{Event, System};
 
-    /// Counts local flights and sections.
+    /// Collects sections.
     #[derive(Default)]
     struct Counter {
-        flights: u32,
         sections: Vec<[f64; 4]>,
     }
 
@@ -210,16 +210,15 @@ mod tests {
         fn section(&mut self, _: i64, state: &State) {
             self.sections.push(state.to_array());
         }
-
-        fn go_on(&mut self) -> bool {
-            self.flights += 1;
-            true
-        }
     }
 
-    fn run(system: &System, passes: bool) -> (u32, Vec<[f64; 4]>, u64, Vec<Event>) {
+    fn run(system: &System, passes: bool) -> (u64, Vec<[f64; 4]>, u64, Vec<Event>) {
         let start = State::new(0.0, 0.5, 0.0, 0.0).unwrap();
-        let mut simulation = Simulation::new(system, start).unwrap().until(Horizon::Periods(600));
+        let cancel = CancelToken::after(1 << 32);
+        let mut simulation = Simulation::new(system, start)
+            .unwrap()
+            .until(Horizon::Periods(600))
+            .cancel_with(&cancel);
         simulation.sections_from(501);
         if passes {
             simulation.passes_until(500);
@@ -232,7 +231,7 @@ mod tests {
                 last.push(event);
             }
         }
-        (counter.flights, counter.sections, simulation.impact_count(), last)
+        ((1 << 32) - cancel.asks_left(), counter.sections, simulation.impact_count(), last)
     }
 
     #[test]

@@ -16,11 +16,12 @@ use crate::flight::FreeMotion;
 use crate::model::error::{ParameterError, SimulationError, StateError};
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
+use crate::numerics::cancel::CancelToken;
 use crate::numerics::tolerance::DEFAULT_MAX_EVENTS;
 use crate::simulate::event::{
     ContactRecord, Event, EventKind, EventRecord, GrazeRecord, ImpactRecord, StopEvent, StopReason,
 };
-use crate::simulate::{Anchor, Caller, Checkpoint, Cycle, Observer, Simulation, Traveller, travel};
+use crate::simulate::{Anchor, Checkpoint, Cycle, Observer, Simulation, Traveller, travel};
 
 /// Why a run could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -37,7 +38,7 @@ pub enum RunError {
     Simulation {
         /// What failed, where.
         error: SimulationError,
-        /// The run up to there; its stop reason is [`StopReason::Interrupted`].
+        /// The run up to there; its stop reason is [`StopReason::Failed`].
         done: Box<Run>,
     },
 }
@@ -97,21 +98,20 @@ pub struct Run {
 /// Most records for which there is room from the start: one impact per period is usual.
 const MOST_EXPECTED: usize = 1024;
 
-/// Most events, and sections, that are copied between two such looks.
+/// Most events, and sections, that are copied between two looks at the token.
 const MOST_COPIED: u64 = 1 << 16;
 
-/// Collects sections, passes over what comes before the window, and asks the caller now and then.
-struct Collector<G> {
+/// Collects sections, and passes over what comes before the window.
+pub(crate) struct Collector {
     sections: Vec<[f64; 4]>,
     /// Start of the window, and whether what happens there belongs to it.
     window: Clock,
     inclusive: bool,
     /// The leg in which the window begins.
     anchor: Anchor,
-    caller: Caller<G>,
 }
 
-impl<G: FnMut() -> bool> Observer for Collector<G> {
+impl Observer for Collector {
     const SECTIONS: bool = true;
 
     fn section(&mut self, _: i64, state: &State) {
@@ -125,17 +125,9 @@ impl<G: FnMut() -> bool> Observer for Collector<G> {
         }
         skipped
     }
-
-    fn go_on(&mut self) -> bool {
-        self.caller.goes_on()
-    }
-
-    fn long_search(&mut self) {
-        self.caller.ask_next();
-    }
 }
 
-impl<G> Collector<G> {
+impl Collector {
     /// The last so many sections again.
     fn repeat(&mut self, sections: usize) {
         debug_assert!(sections <= self.sections.len(), "{sections} of {}", self.sections.len());
@@ -149,7 +141,7 @@ impl<G> Collector<G> {
     }
 }
 
-/// Makes a run. `go_on` is asked every few thousand flights; `false` ends it with what is done.
+/// Makes a run, which `cancel` ends with what is done.
 ///
 /// # Errors
 /// [`RunError`]: a bad option or start before any work, or a failed computation.
@@ -157,10 +149,10 @@ pub fn run(
     system: &System,
     initial: State,
     options: RunOptions,
-    go_on: &mut dyn FnMut() -> bool,
+    cancel: &CancelToken,
 ) -> Result<Run, RunError> {
     options.check(system)?;
-    Collection::new(system, initial, options, go_on)?.into_run()
+    Collection::new(system, initial, options, cancel)?.into_run()
 }
 
 /// Makes runs, at most so many at a time: `next` gives their systems and starts, `done` gets each with
@@ -168,41 +160,41 @@ pub fn run(
 pub(crate) fn run_together(
     next: &mut dyn FnMut() -> Option<(usize, System, State)>,
     options: RunOptions,
-    go_on: &(dyn Fn() -> bool + Sync),
+    cancel: &CancelToken,
     done: &mut dyn FnMut(usize, Result<Run, RunError>),
     most: usize,
 ) {
     let done = std::cell::RefCell::new(done);
     let mut next = || loop {
         let (place, system, initial) = next()?;
-        match Collection::new(&system, initial, options, go_on) {
+        match Collection::new(&system, initial, options, cancel) {
             Ok(collection) => return Some((place, collection)),
             Err(error) => (done.borrow_mut())(place, Err(error.into())),
         }
     };
-    let mut made = |(place, collection): (usize, Collection<_>)| {
+    let mut made = |(place, collection): (usize, Collection)| {
         (done.borrow_mut())(place, collection.into_run());
     };
     travel(&mut next, &mut made, most);
 }
 
 /// A run in the making.
-struct Collection<G> {
+struct Collection {
     system: System,
     options: RunOptions,
     window: Clock,
     first_section: i64,
     simulation: Simulation,
-    collector: Collector<G>,
+    collector: Collector,
     kept: Kept,
     end: Option<StopEvent>,
     failure: Option<SimulationError>,
 }
 
-impl<G: FnMut() -> bool> Traveller for Collection<G> {
-    type Watch = Collector<G>;
+impl Traveller for Collection {
+    type Watch = Collector;
 
-    fn parts(&mut self) -> (&mut Simulation, &mut Collector<G>) {
+    fn parts(&mut self) -> (&mut Simulation, &mut Collector) {
         (&mut self.simulation, &mut self.collector)
     }
 
@@ -224,25 +216,19 @@ impl<G: FnMut() -> bool> Traveller for Collection<G> {
     }
 }
 
-impl<G: FnMut() -> bool> Collection<G> {
+impl Collection {
     fn new(
         system: &System,
         initial: State,
         options: RunOptions,
-        go_on: G,
+        cancel: &CancelToken,
     ) -> Result<Self, StateError> {
-        let simulation = Simulation::new(system, initial)?;
+        let simulation = Simulation::new(system, initial)?.cancel_with(cancel);
         let window = Clock::new(options.window(), 0.0);
-        Ok(Self::of(simulation, system, options, window, go_on))
+        Ok(Self::of(simulation, system, options, window))
     }
 
-    fn of(
-        simulation: Simulation,
-        system: &System,
-        options: RunOptions,
-        window: Clock,
-        go_on: G,
-    ) -> Self {
+    fn of(simulation: Simulation, system: &System, options: RunOptions, window: Clock) -> Self {
         let mut simulation = simulation
             .until(options.horizon)
             .max_events(options.max_events)
@@ -258,7 +244,6 @@ impl<G: FnMut() -> bool> Collection<G> {
             window,
             inclusive: window <= simulation.clock(),
             anchor: simulation.checkpoint().anchor,
-            caller: Caller::new(go_on),
         };
         Self {
             system: *system,
@@ -285,7 +270,6 @@ impl<G: FnMut() -> bool> Collection<G> {
             self.collector.repeat(sections);
         }
         self.simulation.repeat(cycle, times);
-        self.collector.caller.ask_next();
     }
 
     /// Goes on to the end, and makes the run of what was kept.
@@ -338,11 +322,7 @@ impl Run {
     ///
     /// # Errors
     /// [`RunError`]: bad options, a run that ended for good, or a failed computation.
-    pub fn resume(
-        &self,
-        options: RunOptions,
-        go_on: &mut dyn FnMut() -> bool,
-    ) -> Result<Run, RunError> {
+    pub fn resume(&self, options: RunOptions, cancel: &CancelToken) -> Result<Run, RunError> {
         options.check(&self.system)?;
         let resumable = matches!(
             self.stop_reason,
@@ -356,7 +336,7 @@ impl Run {
             let allowed = "a run that completed, was interrupted or met a cap";
             return Err(ParameterError::new("stop_reason", self.stop_reason.name(), allowed).into());
         }
-        let simulation = self.resumed().until(options.horizon);
+        let simulation = self.resumed().until(options.horizon).cancel_with(cancel);
         let here = self.final_state.clock;
         if simulation.horizon_clock() < here {
             let value = format!("{:?}", options.horizon);
@@ -364,7 +344,7 @@ impl Run {
         }
         let kept = Clock::new(options.window(), 0.0);
         let window = if options.keep.is_some() && kept > here { kept } else { here };
-        Collection::of(simulation, &self.system, options, window, go_on).into_run()
+        Collection::of(simulation, &self.system, options, window).into_run()
     }
 
     /// The simulation at the end of the run, ready to go on. The caps on events count from there.

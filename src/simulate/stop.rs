@@ -1,6 +1,6 @@
 //! How a simulation ends: at its horizon, at a cap, where the motion does, or with an error.
 
-use super::{Horizon, Observer, Simulation, Turn};
+use super::{Horizon, Simulation, Turn};
 use crate::flight::Flight;
 use crate::model::error::SimulationError;
 use crate::model::state::{Clock, State};
@@ -10,13 +10,13 @@ impl Simulation {
     /// Why it stops before the next leg, if it does.
     #[inline(always)]
     #[allow(clippy::inline_always)] // looked at before every flight
-    pub(super) fn stops_before_leg<O: Observer>(&self, observer: &mut O) -> Option<StopReason> {
+    pub(super) fn stops_before_leg(&self) -> Option<StopReason> {
         match self.horizon {
             Horizon::Impacts { count, .. } if self.point.impacts >= count => {
                 Some(StopReason::Completed)
             }
             _ if self.point.events >= self.max_events => Some(StopReason::EventCap),
-            _ if !observer.go_on() => Some(StopReason::Interrupted),
+            _ if self.cancel.is_cancelled() => Some(StopReason::Interrupted),
             _ => None,
         }
     }
@@ -69,7 +69,7 @@ impl Simulation {
         let Flight { clock, state, .. } = self.flight;
         let (time, impacts) = (self.motion.drive.time(clock), self.point.impacts);
         let state = state.to_array();
-        self.point.stopped = Some(StopReason::Interrupted);
+        self.point.stopped = Some(StopReason::Failed);
         if stalled {
             SimulationError::SearchStalled { time, impacts, state }
         } else {

@@ -13,9 +13,10 @@ use crate::flight::FreeMotion;
 use crate::model::error::{ParameterError, SimulationError, StateError};
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
+use crate::numerics::cancel::CancelToken;
 use crate::numerics::tolerance::{CLEAR_ENDS, LOW_BOUNCE, MOST_LEGS, STILL_WALL};
+use crate::simulate::Simulation;
 use crate::simulate::event::{Event, StopReason};
-use crate::simulate::{Caller, Simulation};
 
 /// Where a leg starts: just after an event, on the contact. Body 2 is where g = 0 has it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,8 +128,7 @@ impl Itinerary {
     }
 
     /// Follows a motion from t = 0 for two cycles of `periods` drive periods and reads off the legs
-    /// of one cycle, with the nodes at their starts. `go_on` is asked every few thousand flights; `false`
-    /// ends it.
+    /// of one cycle, with the nodes at their starts. `cancel` ends it.
     ///
     /// # Errors
     /// [`ItineraryError`]
@@ -137,7 +137,7 @@ impl Itinerary {
         initial: State,
         periods: i64,
         max_events: u64,
-        go_on: &mut dyn FnMut() -> bool,
+        cancel: &CancelToken,
     ) -> Result<(Self, Vec<Node>), ItineraryError> {
         if system.drive_frequency == 0.0 {
             return Err(ParameterError::new("drive_frequency", 0.0, "> 0 for a period").into());
@@ -149,7 +149,7 @@ impl Itinerary {
         };
         let initial = with_wall_at_rest(system, initial);
         let wall_at_rest = is_wall_at_rest(system, &initial);
-        let marks = marks(system, initial, whole, max_events, go_on)?;
+        let marks = marks(system, initial, whole, max_events, cancel)?;
         if marks.is_empty() {
             let node = Node { x1: initial.x1, v1: initial.v1, v2: initial.v2, time: initial.x2 };
             let legs = Self { legs: vec![Leg::Circuit], periods, clocks: vec![0], wall_at_rest };
@@ -282,13 +282,15 @@ fn marks(
     initial: State,
     periods: u32,
     max_events: u64,
-    go_on: &mut dyn FnMut() -> bool,
+    cancel: &CancelToken,
 ) -> Result<Vec<Mark>, ItineraryError> {
     let mut marks: Vec<Mark> = Vec::new();
     let mut reader = LegReader { mode: None };
-    let mut watch = Caller::new(go_on);
-    let mut simulation = Simulation::new(system, initial)?.periods(periods).max_events(max_events);
-    while let Some(event) = simulation.advance(&mut watch) {
+    let mut simulation = Simulation::new(system, initial)?
+        .periods(periods)
+        .max_events(max_events)
+        .cancel_with(cancel);
+    while let Some(event) = simulation.advance(&mut ()) {
         let event = event?;
         match reader.read(system, &event) {
             Reading::Ends(leg, clock, state) => {

@@ -1,10 +1,9 @@
-//! An impact in a given regime, with its derivatives, and the functions that change sign where the
-//! regime ends. The formulas are those of the walk along the impulse (docs/theory.md, section 4),
-//! with the signs of x1' and sin x1 held fixed: k = cos x1 + mu s sgn(sin x1) sin x1.
+//! An impact in a given regime, with its derivatives: the impulse path (impact/path.rs) with the signs of
+//! x1' and sin x1 held fixed; and the functions that change sign where the regime ends.
 
 use super::{Dual, DualState, Model};
-use crate::impact::RegimeKind;
-use crate::model::parameters::ImpactLaw;
+use crate::impact::{RegimeKind, follow};
+use crate::model::contact_coordinates::ContactCoordinates;
 use crate::numerics::dual::Number;
 use crate::tangent::border::{Border, BorderValue};
 use crate::tangent::itinerary::Signs;
@@ -24,72 +23,40 @@ pub(crate) struct Struck {
 pub(crate) fn strike(model: &Model, pre: &DualState, kind: RegimeKind, signs: Signs) -> Struck {
     let (direction, side) = (signs.direction.value(), signs.side.value());
     let p = &model.parameters;
-    let (sin, cos) = model.tip_angle(pre.x1);
-    let rubs = kind != RegimeKind::Frictionless;
-    let friction = if rubs { p.friction * (direction * side) * sin } else { Dual::constant(0.0) };
-    let k = cos + friction;
-    let u = pre.v1 * cos - pre.v2;
-    let slows = p.mass_ratio + k * cos;
-    let one_and_r = p.restitution + Dual::constant(1.0);
-    let in_approach = matches!(kind, RegimeKind::ReversalInApproach | RegimeKind::StickInApproach);
-    let sticks = matches!(kind, RegimeKind::StickInApproach | RegimeKind::StickInRestitution);
+    let law = &model.system.law;
+    let angle = model.tip_angle(pre.x1);
+    let contact =
+        ContactCoordinates::at_tip(angle, (pre.v1, pre.v2), p.mass_ratio, p.friction, side);
+    let switch = contact.slip / contact.slip_rate(direction);
+    let end = follow(&contact, (p.restitution, law), kind, direction, switch);
     let mut borders = Vec::new();
     let mut border = |border, value: Dual| borders.push(BorderValue { border, value: value.value });
-    let literal = model.system.law == ImpactLaw::Paper;
-    if rubs && !literal {
-        border(Border::SideOfImpact, sin * side);
-        border(Border::SlipBefore, pre.v1 * direction);
-    }
-    let (v1, v2) = if matches!(kind, RegimeKind::Frictionless | RegimeKind::Slip) {
-        let impulse = one_and_r * u / slows;
-        let v1 = pre.v1 - k * impulse;
-        if rubs && !literal {
-            border(Border::StopAtEndOfImpact, v1 * direction);
-        }
-        (v1, pre.v2 + p.mass_ratio * impulse)
-    } else {
-        // x1' = 0 at P*.
-        let switch = pre.v1 / k;
-        let v2 = pre.v2 + p.mass_ratio * switch;
-        let u_switch = -v2;
-        let k_after = if sticks { Dual::constant(0.0) } else { cos - friction };
-        let slows_after = p.mass_ratio + k_after * cos;
-        let approach = if in_approach { switch + u_switch / slows_after } else { u / slows };
-        let r = p.restitution;
-        let remaining = if slows_after.value == 0.0 {
-            // A resting wall: no further impulse changes a velocity.
-            Dual::constant(0.0)
+    if kind != RegimeKind::Frictionless && law.is_coulomb() {
+        border(Border::SideOfImpact, contact.scale * side);
+        border(Border::SlipBefore, contact.slip * direction);
+        if kind == RegimeKind::Slip {
+            border(Border::StopAtEndOfImpact, end.slip * direction);
         } else {
-            match model.system.law {
-                ImpactLaw::Poisson | ImpactLaw::Paper => one_and_r * approach - switch,
-                ImpactLaw::Newton => (r * u + u_switch) / slows_after,
-                ImpactLaw::Energetic => {
-                    let square = u_switch * u_switch;
-                    // r stands before the root: it may be 0.
-                    let speed = if in_approach {
-                        r * (square + slows_after * switch * (u + u_switch)).sqrt()
-                    } else {
-                        (square + slows_after / slows * (r * r * u * u - square)).sqrt()
-                    };
-                    (speed + u_switch) / slows_after
-                }
-            }
-        };
-        if !literal {
             if !model.wall_at_rest {
                 // Against a wall at rest both are equal by an identity.
+                let parting = contact.parting + contact.mobility * switch;
                 border(
                     Border::StopAtEndOfApproach,
-                    u_switch * if in_approach { 1.0 } else { -1.0 },
+                    if kind.switches_in_approach() { -parting } else { parting },
                 );
             }
-            if !in_approach {
-                border(Border::StopAtEndOfImpact, remaining);
+            if !kind.switches_in_approach() {
+                let whole = (Dual::constant(1.0) + p.restitution) * end.impulse_approach;
+                border(Border::StopAtEndOfImpact, whole - switch);
             }
-            let grips = p.friction * side * sin - cos * 1f64.copysign(cos.value);
-            border(Border::FrictionCone, if sticks { grips } else { -grips });
+            let coupling = contact.coupling * 1f64.copysign(contact.coupling.value);
+            let grips = contact.grip() - coupling;
+            border(Border::FrictionCone, if kind.sticks() { grips } else { -grips });
         }
-        (-k_after * remaining, v2 + p.mass_ratio * remaining)
-    };
-    Struck { post: DualState { v1, v2, ..*pre }, approach_velocity: u, borders }
+    }
+    Struck {
+        post: DualState { v1: end.slip, v2: end.parting, ..*pre },
+        approach_velocity: end.approach_velocity,
+        borders,
+    }
 }

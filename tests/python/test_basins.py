@@ -257,7 +257,7 @@ def test_ctrl_c_within_a_chunk(coexisting):
         coexisting, (0.0,) * 4, Follow(10**6, 8, 10**9, 1e-12), (), Grid(PLANE | {"v1": [0.5]})
     )
     with ctrl_c(0.3):
-        part = task.compute(0, 24, workers=2, go_on=None)
+        part = task.compute(0, 24, workers=2, progress=None)
     assert part.interrupted
     assert (part.columns["attractor"] == -1).all()
     assert set(part.columns["status"].tolist()) <= {
@@ -304,7 +304,7 @@ def test_a_task_can_be_sent_to_another_process(coexisting, found):
     follow = found.settings.follow
     task = ArrivalTask(coexisting, (0.0,) * 4, follow, light, Grid(PLANE))
     again = pickle.loads(pickle.dumps(task))
-    result = again.compute(100, 140, workers=1, go_on=None)
+    result = again.compute(100, 140, workers=1, progress=None)
     assert np.array_equal(result.columns["attractor"], found.attractor.ravel()[100:140])
 
 

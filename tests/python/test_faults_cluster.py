@@ -106,7 +106,7 @@ def lost(monkeypatch):
             if not number.left:
                 raise vi.ClusterError("the cluster was lost (test)")
             number.left -= 1
-            yield index, task.compute(*tiling.cells(index), workers=1, go_on=None)
+            yield index, task.compute(*tiling.cells(index), workers=1, progress=None)
 
     monkeypatch.setattr(cluster, "on_cluster", on_cluster)
     monkeypatch.setattr(cluster, "check_client", lambda client: None)

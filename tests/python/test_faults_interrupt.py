@@ -1,25 +1,24 @@
 """Ctrl-C, as a signal of the system, in the middle of every long call of the package."""
 
-import faulthandler
 import inspect
 import os
 import signal
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
 
 import vibroimpact as vi
-from after_work import AfterWork
+from ctrl_c import ctrl_c_at, ctrl_c_in
 from systems import ROUGH
 from test_orbits_interrupt import Count, settled
 from vibroimpact import _core, impact_maps
 from vibroimpact.orbits import manifolds, shooting
+from vibroimpact.orbits.problem import OrbitProblem
 from vibroimpact.single_impact import motions
 from vibroimpact.sweeps.store import Store
 from vibroimpact.sweeps.store_check import Chunks
+from vibroimpact.verification.motion import _Followed
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="a process cannot interrupt itself")
 START = (0.0, 0.5, 0.0, 0.0)
@@ -27,33 +26,6 @@ START = (0.0, 0.5, 0.0, 0.0)
 FOR_EVER = {"periods": 10**9, "keep": 20, "max_events": 10**15}
 FREQUENCIES = np.linspace(1.2, 2.0, 100_000)
 SYSTEM = ROUGH.replace(friction=0.0)
-
-
-@contextmanager
-def interrupted() -> Iterator[pytest.ExceptionInfo[KeyboardInterrupt]]:
-    """Expect Interrupted; a bare KeyboardInterrupt fails the test, and does not end all of them."""
-    with pytest.raises(KeyboardInterrupt) as caught:
-        yield caught
-    assert caught.errisinstance(vi.Interrupted)
-
-
-@contextmanager
-def a_signal(after: float = 0.2) -> Iterator[None]:
-    """Send SIGINT to this process soon; end it should a call never return."""
-    # Once more much later, should Python lose the first one (see below).
-    timers = [
-        AfterWork(wait, lambda: os.kill(os.getpid(), signal.SIGINT)) for wait in (after, after + 20)
-    ]
-    faulthandler.dump_traceback_later(120, exit=True)
-    for timer in timers:
-        timer.start()
-    try:
-        yield
-    finally:
-        for timer in timers:
-            timer.cancel()
-            timer.join()
-        faulthandler.cancel_dump_traceback_later()
 
 
 def _motion():
@@ -145,6 +117,8 @@ LONG = {
     ),
     "verify": (_verify, vi.Verification),
 }
+# Asks of the core before Ctrl-C comes.
+ASKS = dict.fromkeys(LONG, 100_000) | {"impact_agreement": 50}
 # A moment's work: a table of impacts (a plain KeyboardInterrupt ends a huge one), one orbit by
 # Newton's method, one file.
 SHORT = {"impact", "impact_regimes", "periodic_motion", "load"}
@@ -155,22 +129,32 @@ def test_every_function_of_the_package_is_long_or_short():
     assert functions == {*LONG} | SHORT
 
 
-# Python loses an exception within a callback of a weak reference or of the garbage collector, and
-# says so.
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+# Where Ctrl-C comes: at an ask of the core, or in a call of a function that works in Python.
+IN_PYTHON = {
+    "motion_map": (sys.modules[vi.MotionMap.__module__], "_rows", 2),
+    "periodic_motions": (motions, "solve_many", 1),
+    "follow_motion": (OrbitProblem, "residual", 30),
+    "switch_branch": (OrbitProblem, "residual", 30),
+    "bifurcation_curve": (OrbitProblem, "residual", 30),
+    "stability_region": (OrbitProblem, "residual", 30),
+    "unstable_manifold": (manifolds, "first_piece", 1),
+    "verify": (_Followed, "_tell", 3),
+}
+
+
 @pytest.mark.parametrize("name", LONG)
-def test_ctrl_c_in_the_middle_of(name):
+def test_ctrl_c_in_the_middle_of(name, monkeypatch):
     prepare, kind = LONG[name]
     call = prepare()
-    # The longest search of all motions takes less than half a second.
-    with a_signal(0.05 if name == "periodic_motions" else 0.2), interrupted() as caught:
+    place = ctrl_c_in(monkeypatch, *IN_PYTHON[name]) if name in IN_PYTHON else ctrl_c_at(ASKS[name])
+    with place as caught:
         call()
     assert isinstance(caught.value.result, kind)
     assert repr(caught.value.result)
 
 
 def test_ctrl_c_before_a_spectrum_is_measured():
-    with a_signal(), interrupted() as caught:
+    with ctrl_c_at(50_000) as caught:
         vi.lyapunov_spectrum(ROUGH, initial=START, **FOR_EVER)
     run = caught.value.result
     assert isinstance(run, vi.Run)
@@ -180,35 +164,40 @@ def test_ctrl_c_before_a_spectrum_is_measured():
 def test_ctrl_c_while_the_period_of_a_run_is_looked_for():
     # A torus: the time grows with the square of the sections kept.
     torus = SYSTEM.replace(gap=3.0, frequency_ratio=2**0.5)
-    run = vi.simulate(torus, initial=START, periods=1_000_000)
-    with a_signal(), interrupted() as caught:
+    run = vi.simulate(torus, initial=START, periods=100_000)
+    with ctrl_c_at(3) as caught:
         _ = run.label
     assert caught.value.result is run
 
 
-def test_ctrl_c_along_a_trajectory():
+@pytest.mark.parametrize("forces", [False, True])
+@pytest.mark.parametrize("asks", [2, 1_000, 9_999])
+def test_ctrl_c_along_a_trajectory(forces, asks):
     run = vi.simulate(SYSTEM, initial=START, periods=100)
-    times = np.linspace(0, run.final_state.time, 20_000_000)
-    for forces in (False, True):
-        with a_signal(0.6), interrupted() as caught:
-            run.trajectory(times, forces=forces)
-        rows = caught.value.result
-        assert 0 < len(rows) < len(times) // 2
-        place = len(rows) - 1
-        whole = run.trajectory(times[place : place + 1], forces=forces)
-        np.testing.assert_array_equal(rows[place], whole[0])
+    times = np.linspace(0, run.final_state.time, 10_000)
+    whole = run.trajectory(times, forces=forces)
+    with ctrl_c_at(asks) as caught:
+        run.trajectory(times, forces=forces)
+    rows = caught.value.result
+    # One ask for each time, the last of which is not answered.
+    assert len(rows) == asks - 1
+    np.testing.assert_array_equal(rows, whole[: asks - 1])
 
 
 def test_ctrl_c_while_works_are_added_up():
-    run = vi.simulate(SYSTEM, initial=START, periods=500_000)
-    with a_signal(), interrupted() as caught:
+    run = vi.simulate(SYSTEM, initial=START, periods=500)
+    with ctrl_c_at(300) as caught:
         run.energy_audit()
     assert caught.value.result is run
 
 
 def test_ctrl_c_while_a_motion_is_followed():
-    with a_signal(), pytest.raises(KeyboardInterrupt, match="followed"):
-        _core.Itinerary.follow(SYSTEM.replace(restitution=1.0)._compiled, START, 10**9, 10**15)
+    _core._interrupt_at(4_000)
+    try:
+        with pytest.raises(KeyboardInterrupt, match="followed"):
+            _core.Itinerary.follow(SYSTEM.replace(restitution=1.0)._compiled, START, 10**9, 10**15)
+    finally:
+        _core._interrupt_at(None)
 
 
 def test_ctrl_c_while_a_store_is_made_or_looked_through(monkeypatch, tmp_path):
@@ -234,7 +223,7 @@ def test_ctrl_c_while_a_store_is_made_or_looked_through(monkeypatch, tmp_path):
 
 def test_an_interrupted_map_of_motions(monkeypatch):
     values = np.linspace(1.2, 2.0, 11)
-    module = sys.modules[vi.MotionMap.__module__]
+    module = sys.modules["vibroimpact.single_impact.motion_map"]
     monkeypatch.setattr(module, "BATCH", 4)
     count = Count(monkeypatch, (module, "_rows"))
 

@@ -1,37 +1,26 @@
 """Ctrl-C ends a long call early and hands over what was done by then."""
 
-import _thread
+import enum
+import functools
+import inspect
 import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
+import sys
 
 import numpy as np
 import pytest
 
 import vibroimpact as vi
-from after_work import AfterWork
+from ctrl_c import asks_of, ctrl_c_at, ctrl_c_in, interrupted
+from vibroimpact import _core
+from vibroimpact.interruption import is_covered
+from vibroimpact.sweeps import engine
 
-# Some twenty seconds of work: long beside the fraction of a second after which Ctrl-C comes, short
-# enough to end should Ctrl-C be lost.
+# Much more work than is done before Ctrl-C comes.
 LONG = {"periods": 5_000_000, "keep": 1, "max_events": 10**9}
 
 
-@contextmanager
-def ctrl_c(after: float) -> Iterator[None]:
-    """Simulate Ctrl-C in the main thread after so many seconds of work."""
-    timer = AfterWork(after, _thread.interrupt_main)
-    timer.start()
-    try:
-        yield
-    except KeyboardInterrupt:  # Interrupted is caught further in
-        pytest.fail("Ctrl-C came out as a plain KeyboardInterrupt")
-    finally:
-        timer.cancel()
-        timer.join()
-
-
 def test_an_interrupted_run_can_be_looked_at_and_resumed(system, initial):
-    with ctrl_c(0.2), pytest.raises(vi.Interrupted) as caught:
+    with ctrl_c_at(20_000) as caught:
         vi.simulate(system, initial=initial, **LONG)
     run = caught.value.result
     assert isinstance(run, vi.Run)
@@ -44,21 +33,21 @@ def test_an_interrupted_run_can_be_looked_at_and_resumed(system, initial):
 
 
 def test_a_motion_without_events_can_be_interrupted(system, initial):
-    with ctrl_c(0.2), pytest.raises(vi.Interrupted) as caught:
+    with ctrl_c_at(20_000) as caught:
         vi.simulate(system.replace(gap=5.0), initial=initial, periods=10**11, keep=0)
     assert caught.value.result.impact_count == 0
 
 
 def test_an_interrupted_resume(system, initial):
     run = vi.simulate(system, initial=initial, periods=3)
-    with ctrl_c(0.2), pytest.raises(vi.Interrupted) as caught:
+    with ctrl_c_at(20_000) as caught:
         run.resume(**LONG)
     assert caught.value.result.final_state.period > 3
 
 
 def test_interrupted_runs_come_as_a_list(system, initial):
     initials = np.tile(initial, (5, 1))
-    with ctrl_c(0.2), pytest.raises(vi.Interrupted) as caught:
+    with ctrl_c_at(20_000) as caught:
         vi.simulate(system, initial=initials, **LONG, workers=1)
     runs = caught.value.result
     assert 1 <= len(runs) <= 5
@@ -68,18 +57,18 @@ def test_interrupted_runs_come_as_a_list(system, initial):
 
 
 def test_a_diagram_of_long_runs_can_be_interrupted(system, initial):
-    with ctrl_c(0.2), pytest.raises(vi.Interrupted) as caught:
+    with ctrl_c_at(20_000) as caught:
         vi.bifurcation_diagram(system, initial=initial, **LONG, workers=2, gap=[0.5, 0.6])
     assert len(caught.value.result) == 2
 
 
 @pytest.mark.parametrize("start", ["fresh", "forward", "backward"])
 def test_an_interrupted_diagram_keeps_the_points_it_reached(system, initial, start):
-    # A tenth of a second of work per handful of points, a minute for all of them.
-    values = np.linspace(1.2, 2.0, 100_000)
-    options = {"initial": initial, "periods": 600, "keep": 2, "start": start, "workers": 2}
-    with ctrl_c(0.5), pytest.raises(vi.Interrupted, match="of 100000 cells") as caught:
+    values = np.linspace(1.2, 2.0, 300)
+    options = {"initial": initial, "periods": 600, "keep": 2, "start": start, "workers": 1}
+    with ctrl_c_at(60_000) as caught:
         vi.bifurcation_diagram(system, **options, drive_frequency=values)
+    assert "of 300 cells" in str(caught.value)
     diagram = caught.value.result
     assert diagram.parameter.tolist() == values.tolist()
     pending = diagram.status == "pending"
@@ -100,16 +89,23 @@ def test_an_interrupted_diagram_keeps_the_points_it_reached(system, initial, sta
     assert diagram.final_states[few].tobytes() == again.final_states.tobytes()
 
 
-def test_ctrl_c_is_not_lost_in_a_progress_bar(system, initial):
+def test_ctrl_c_is_not_lost_in_a_progress_bar(system, initial, monkeypatch):
     values = np.linspace(0.4, 0.6, 1000)
-    with ctrl_c(0.3), pytest.raises(vi.Interrupted) as caught:
+    told = []
+
+    def tell(bar, before, done):
+        told.append(done)
+        if len(told) == 3:
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(engine, "_advance", tell)
+    with interrupted() as caught:
         vi.bifurcation_diagram(
-            system, initial=initial, periods=20_000, keep=1, progress=True, gap=values
+            system, initial=initial, periods=600, keep=1, progress=True, chunk=128, gap=values
         )
     done = np.asarray(caught.value.result.status) != "pending"
-    assert np.count_nonzero(done) < len(values) - 128
     # Nothing is begun after the chunk in which it came.
-    assert not done[np.flatnonzero(~done)[0] + 128 :].any()
+    assert not done[3 * 128 :].any()
 
 
 def test_another_exception_of_a_signal_handler_is_raised(system, initial):
@@ -119,14 +115,27 @@ def test_another_exception_of_a_signal_handler_is_raised(system, initial):
     def ring(*_):
         raise Alarm
 
-    before = signal.signal(signal.SIGALRM, ring)
+    before = signal.signal(signal.SIGINT, ring)
+    _core._interrupt_at(20_000)
     try:
-        signal.setitimer(signal.ITIMER_REAL, 0.2)
         with pytest.raises(Alarm):
             vi.simulate(system, initial=initial, **LONG)
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        _core._interrupt_at(None)
+        signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.parametrize("asks", [1, 17, 4_321])
+def test_the_same_ask_gives_the_same_part(system, initial, asks):
+    parts = []
+    for _ in range(2):
+        with ctrl_c_at(asks) as caught:
+            vi.simulate(system, initial=initial, **LONG)
+        parts.append(caught.value.result)
+    one, other = parts
+    assert one.final_state == other.final_state
+    assert one.impact_count == other.impact_count
+    assert asks_of(lambda: one.resume(periods=3)) == asks_of(lambda: other.resume(periods=3)) > 1
 
 
 def test_interrupted_is_a_keyboard_interrupt():
@@ -134,7 +143,7 @@ def test_interrupted_is_a_keyboard_interrupt():
 
 
 def test_an_interrupted_measurement_of_exponents(system, initial):
-    with ctrl_c(0.4), pytest.raises(vi.Interrupted) as caught:
+    with ctrl_c_at(200_000) as caught:
         vi.lyapunov_spectrum(system, initial=initial, periods=5_000_100, keep=5_000_000)
     spectrum = caught.value.result
     assert isinstance(spectrum, vi.LyapunovSpectrum)
@@ -144,7 +153,7 @@ def test_an_interrupted_measurement_of_exponents(system, initial):
 
 
 def test_an_interrupted_refinement(system, initial):
-    with ctrl_c(0.4), pytest.raises(vi.Interrupted) as caught:
+    with ctrl_c_at(200_000) as caught:
         vi.bifurcation_diagram(
             system,
             initial=initial,
@@ -159,7 +168,7 @@ def test_an_interrupted_refinement(system, initial):
 
 
 def test_an_interrupted_grid_of_spectra(system, initial):
-    with ctrl_c(0.4), pytest.raises(vi.Interrupted) as caught:
+    with ctrl_c_at(200_000) as caught:
         vi.lyapunov_spectrum(
             system, initial=initial, periods=4000, drive_frequency=np.linspace(1.5, 1.6, 5000)
         )
@@ -169,3 +178,43 @@ def test_an_interrupted_grid_of_spectra(system, initial):
     assert 0 < np.count_nonzero(done) < len(sweep)
     assert np.isfinite(sweep.exponents[done]).all()
     assert np.isnan(sweep.exponents[~done]).all()
+
+
+def public_members():
+    """Give every public function, and every public member of a class, by name."""
+    for name in vi.__all__:
+        found = getattr(vi, name)
+        if inspect.isfunction(found):
+            yield name, found
+        elif inspect.isclass(found) and not issubclass(found, BaseException | enum.Enum):
+            for base in found.__mro__:
+                if base.__module__.startswith("vibroimpact."):
+                    for member, value in vars(base).items():
+                        kinds = property | classmethod | staticmethod | functools.cached_property
+                        works = inspect.isfunction(value) or isinstance(value, kinds)
+                        if works and not member.startswith("_"):
+                            yield f"{base.__name__}.{member}", value
+
+
+def test_every_public_call_is_covered():
+    members = dict(public_members())
+    assert len(members) > 100
+    assert [name for name, member in members.items() if not is_covered(member)] == []
+
+
+@pytest.mark.parametrize("name", ["horizon", "states", "threads", "positive"])
+def test_ctrl_c_while_arguments_are_checked(system, initial, monkeypatch, name):
+    with ctrl_c_in(monkeypatch, sys.modules["vibroimpact.simulation"], name) as caught:
+        vi.simulate(system, initial=initial, periods=3)
+    assert caught.value.result is None
+
+
+def test_ctrl_c_while_an_array_is_built(system, initial, monkeypatch):
+    run = vi.simulate(system, initial=initial, periods=3)
+    module = sys.modules[vi.Run.__module__]
+    with ctrl_c_in(monkeypatch, module, "vector") as caught:
+        run.trajectory([0.0, 1.0])
+    assert caught.value.result is None
+    with ctrl_c_in(monkeypatch, np, "flatnonzero") as caught:
+        run.trajectory([0.0, 1.0])
+    assert caught.value.result is None

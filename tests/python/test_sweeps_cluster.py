@@ -3,7 +3,6 @@
 import os
 import signal
 import sys
-import threading
 
 import dask
 import numpy as np
@@ -44,7 +43,7 @@ def expected():
 
 
 def after_writes(monkeypatch, n, call, *arguments):
-    """Let something happen soon after the n-th chunk was collected, while others are under way."""
+    """Let something happen when the n-th chunk is collected, while others are under way."""
     writes = []
     for sink in (Memory, Store):
 
@@ -52,7 +51,7 @@ def after_writes(monkeypatch, n, call, *arguments):
             plain(self, index, result)
             writes.append(index)
             if len(writes) == n:
-                threading.Timer(0.02, call, arguments).start()
+                call(*arguments)
 
         monkeypatch.setattr(sink, "write", write)
 

@@ -65,7 +65,7 @@ class Toy:
         return {"system": {"name": "logistic", "start": 0.3}, "steps": self.steps, **self.extra}
 
     def compute(
-        self, first: int, last: int, *, workers: int | None, go_on: Callable[[int], bool] | None
+        self, first: int, last: int, *, workers: int | None, progress: Callable[[int], bool] | None
     ) -> ChunkResult:
         time.sleep(self.seconds)
         done = last - first
@@ -74,8 +74,8 @@ class Toy:
         result = self._iterate(first, first + done)
         if done < last - first:
             result = padded(result, last - first)
-        if go_on is not None:
-            go_on(done)
+        if progress is not None:
+            progress(done)
         return result
 
     def _burn(self) -> bool:

@@ -1,8 +1,8 @@
 //! Nothing comes after the end of a run, and its caller can end it anywhere.
 
 use vibroimpact::{
-    Contact, Event, Horizon, ImpactLaw, Observer, Run, RunOptions, Simulation, State, StopReason,
-    System, run,
+    CancelToken, Contact, Event, Horizon, ImpactLaw, Observer, Run, RunOptions, Simulation, State,
+    StopReason, System, run,
 };
 
 use super::paper;
@@ -51,7 +51,7 @@ fn a_graze_just_after_the_end_belongs_to_what_follows() {
     let (system, start) = thrown_off();
     let go = |periods| {
         let options = RunOptions { max_events: 57, ..RunOptions::periods(periods) };
-        run(&system, start, options, &mut || true).unwrap()
+        run(&system, start, options, &CancelToken::never()).unwrap()
     };
     let whole = go(6);
     assert_in_order(&whole);
@@ -59,7 +59,7 @@ fn a_graze_just_after_the_end_belongs_to_what_follows() {
     for periods in 1..6 {
         let part = go(periods);
         assert_in_order(&part);
-        let rest = part.resume(RunOptions::periods(6), &mut || true).unwrap();
+        let rest = part.resume(RunOptions::periods(6), &CancelToken::never()).unwrap();
         assert_in_order(&rest);
         assert_eq!([&part.grazes[..], &rest.grazes].concat(), whole.grazes, "{periods}");
         assert_eq!(rest.final_state, whole.final_state);
@@ -74,13 +74,14 @@ fn a_run_may_end_at_any_event() {
     let strikes = paper().drive_frequency(2.6).build().unwrap();
     for (system, time) in [(slides, 120.0), (strikes, 60.0)] {
         let options = |time| RunOptions::until(Horizon::Time(time));
-        let whole = run(&system, super::start(), options(time), &mut || true).unwrap();
+        let whole = run(&system, super::start(), options(time), &CancelToken::never()).unwrap();
         assert!(whole.events.len() > 10, "{}", whole.events.len());
         for event in &whole.events[..whole.events.len() - 1] {
             for end in [event.time.next_down(), event.time, event.time.next_up()] {
-                let part = run(&system, super::start(), options(end), &mut || true).unwrap();
+                let part =
+                    run(&system, super::start(), options(end), &CancelToken::never()).unwrap();
                 assert_in_order(&part);
-                let rest = part.resume(options(time), &mut || true).unwrap();
+                let rest = part.resume(options(time), &CancelToken::never()).unwrap();
                 assert_in_order(&rest);
                 // One at the end to rounding is told there.
                 assert_eq!(part.impacts.len() + rest.impacts.len(), whole.impacts.len());
@@ -105,12 +106,12 @@ fn a_run_of_no_length_has_no_event_after_it() {
         .build()
         .unwrap();
     let start = State { x1: 0.0, v1: -2.0, x2: 0.0, v2: -2.0 };
-    let whole = run(&system, start, RunOptions::periods(1), &mut || true).unwrap();
+    let whole = run(&system, start, RunOptions::periods(1), &CancelToken::never()).unwrap();
     for horizon in [Horizon::Periods(0), Horizon::Time(0.0), Horizon::Time(1e-15)] {
-        let none = run(&system, start, RunOptions::until(horizon), &mut || true).unwrap();
+        let none = run(&system, start, RunOptions::until(horizon), &CancelToken::never()).unwrap();
         assert_in_order(&none);
         assert_eq!(none.stop_reason, StopReason::Completed);
-        let rest = none.resume(RunOptions::periods(1), &mut || true).unwrap();
+        let rest = none.resume(RunOptions::periods(1), &CancelToken::never()).unwrap();
         assert_in_order(&rest);
         assert_eq!([&none.contacts[..], &rest.contacts].concat(), whole.contacts);
         assert_eq!(rest.final_state, whole.final_state);
@@ -135,7 +136,9 @@ fn a_stop_at_an_impact_has_its_clock() {
     let start = State { x1: -2.0, v1: -2.0, x2: -3.0, v2: -2.0 };
     for count in 1..40 {
         let horizon = Horizon::Impacts { count, max_time: 1e3 };
-        assert_in_order(&run(&system, start, RunOptions::until(horizon), &mut || true).unwrap());
+        assert_in_order(
+            &run(&system, start, RunOptions::until(horizon), &CancelToken::never()).unwrap(),
+        );
     }
 }
 
@@ -155,13 +158,13 @@ fn a_search_that_begins_again_does_so_after_the_graze() {
         .unwrap();
     let start = State { x1: 0.0, v1: 0.0, x2: 0.0, v2: 0.0 };
     let options = RunOptions { max_events: 60, ..RunOptions::periods(6) };
-    assert_in_order(&run(&system, start, options, &mut || true).unwrap());
+    assert_in_order(&run(&system, start, options, &CancelToken::never()).unwrap());
 }
 
-/// Ends a simulation when it is asked for the hundredth time.
-#[derive(Default)]
+/// Counts the sections between two asks of the token, which ends the simulation with the hundredth.
 struct Patience {
-    asked: u32,
+    cancel: CancelToken,
+    left: u64,
     sections: u64,
     most: u64,
     since: u64,
@@ -171,15 +174,19 @@ impl Observer for Patience {
     const SECTIONS: bool = true;
 
     fn section(&mut self, k: i64, _: &State) {
+        if self.left != self.cancel.asks_left() {
+            (self.left, self.since) = (self.cancel.asks_left(), 0);
+        }
         self.sections += 1;
         self.since += 1;
         self.most = self.most.max(self.since);
         assert_eq!(k.unsigned_abs(), self.sections);
     }
+}
 
-    fn go_on(&mut self) -> bool {
-        (self.asked, self.since) = (self.asked + 1, 0);
-        self.asked < 100
+impl Default for Patience {
+    fn default() -> Self {
+        Self { cancel: CancelToken::after(100), left: 100, sections: 0, most: 0, since: 0 }
     }
 }
 
@@ -211,7 +218,8 @@ fn no_step_is_so_long_that_the_caller_cannot_end_it() {
     for (system, start) in cases {
         let mut patience = Patience::default();
         let horizon = Horizon::Periods(1_000_000_000);
-        let mut simulation = Simulation::new(&system, start).unwrap().until(horizon);
+        let mut simulation =
+            Simulation::new(&system, start).unwrap().until(horizon).cancel_with(&patience.cancel);
         let last = std::iter::from_fn(|| simulation.advance(&mut patience)).last();
         match last {
             Some(Ok(Event::Stop(stop))) => {
@@ -244,7 +252,7 @@ fn a_graze_that_is_no_number_is_not_waited_for() {
         .unwrap();
     let start = State { x1: 1.9932860303654536, v1: 2.0, x2: 3.457991912718395, v2: 0.0 };
     let mut patience = Patience::default();
-    let mut simulation = Simulation::new(&system, start).unwrap();
+    let mut simulation = Simulation::new(&system, start).unwrap().cancel_with(&patience.cancel);
     let last = std::iter::from_fn(|| simulation.advance(&mut patience)).last();
     assert!(last.is_some());
     assert!(patience.most < 600, "{} sections in one step", patience.most);
@@ -274,7 +282,7 @@ fn chatter_does_not_end_before_its_last_bounce() {
     {
         let options = RunOptions { max_events: 300, ..RunOptions::until(Horizon::Time(30.0)) };
         let start = State { x1, v1, x2, v2 };
-        let run = run(&builder.build().unwrap(), start, options, &mut || true).unwrap();
+        let run = run(&builder.build().unwrap(), start, options, &CancelToken::never()).unwrap();
         assert!(!run.grazes.is_empty() && !run.contacts.is_empty(), "{:?}", run.events);
         assert_in_order(&run);
     }

@@ -1,6 +1,6 @@
 //! The ends of the range of frequencies: zero, the least and the largest ones.
 
-use vibroimpact::{Clock, FreeMotion, RunOptions, State, run};
+use vibroimpact::{CancelToken, Clock, FreeMotion, RunOptions, State, run};
 
 use super::{assert_finite, paper, start};
 
@@ -17,7 +17,8 @@ fn minus_zero_is_zero() {
 #[test]
 fn a_drive_too_fast_to_reckon_with_is_refused() {
     let fastest = paper().pendulum_damping(1.5).oscillator_damping(1.5).drive_frequency(1e50);
-    let run = run(&fastest.build().unwrap(), start(), RunOptions::periods(200), &mut || true);
+    let run =
+        run(&fastest.build().unwrap(), start(), RunOptions::periods(200), &CancelToken::never());
     assert_finite(&run.unwrap());
     let error = paper().drive_frequency(1e51).build().unwrap_err();
     assert_eq!((&*error.name, &*error.allowed), ("drive_frequency", "a number in [0, 1e50]"));
@@ -34,7 +35,7 @@ fn frequency_ratios_whose_squares_underflow_count_as_zero() {
     }
     let system = rotor.with("frequency_ratio", 1e-150).unwrap();
     assert_eq!(system.frequency_ratio(), 1e-150);
-    let go = |system| run(system, start(), RunOptions::periods(20), &mut || true).unwrap();
+    let go = |system| run(system, start(), RunOptions::periods(20), &CancelToken::never()).unwrap();
     let (slow, none) = (go(&system), go(&rotor));
     assert_finite(&slow);
     assert_eq!(slow.impacts.len(), none.impacts.len());

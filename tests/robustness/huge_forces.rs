@@ -1,9 +1,10 @@
 //! Forces near the end of the range of floats: errors or numbers, in all that a run hands out.
 
+use crate::support::draws;
 use proptest::prelude::*;
 use vibroimpact::{
-    Contact, Event, Horizon, ImpactLaw, Run, RunError, RunOptions, Simulation, SimulationError,
-    State, StopReason, System, SystemBuilder, run,
+    CancelToken, Contact, Event, Horizon, ImpactLaw, Run, RunError, RunOptions, Simulation,
+    SimulationError, State, StopReason, System, SystemBuilder, run,
 };
 
 use super::{assert_finite, contact, law, paper, start};
@@ -11,13 +12,13 @@ use super::{assert_finite, contact, law, paper, start};
 #[test]
 fn a_run_that_stops_in_a_state_out_of_range_has_failed() {
     let system = paper().force_amplitude(f64::MAX).build().unwrap();
-    match run(&system, start(), RunOptions::periods(5), &mut || true) {
+    match run(&system, start(), RunOptions::periods(5), &CancelToken::never()) {
         Err(RunError::Simulation { error: SimulationError::NotFinite { .. }, .. }) => {}
         other => panic!("{other:?}"),
     }
     // Of no events there is its start.
     let options = RunOptions { max_events: 0, ..RunOptions::periods(5) };
-    let none = run(&system, start(), options, &mut || true).unwrap();
+    let none = run(&system, start(), options, &CancelToken::never()).unwrap();
     assert_eq!((none.stop_reason, none.final_state.state), (StopReason::EventCap, start()));
 }
 
@@ -37,7 +38,7 @@ fn a_run_of_no_length_is_where_it_starts() {
         .build()
         .unwrap();
     let start = State { x1: 2.0, v1: 2.0, x2: 2f64.sin() - 1.0, v2: -2.0 };
-    let run = run(&system, start, RunOptions::periods(0), &mut || true).unwrap();
+    let run = run(&system, start, RunOptions::periods(0), &CancelToken::never()).unwrap();
     let end = run.final_state.state.to_array();
     assert_eq!(run.trajectory(&[0.0]), Some(vec![end]));
 }
@@ -54,7 +55,7 @@ fn a_drive_beyond_counting_moves_bodies_by_numbers() {
         for damping in [0.0, 0.3, 1.0, 1.3] {
             let system = swings(damping, frequency).unwrap();
             let options = RunOptions { max_events: 23, ..RunOptions::periods(84) };
-            let run = run(&system, start, options, &mut || true).unwrap();
+            let run = run(&system, start, options, &CancelToken::never()).unwrap();
             look(&run);
             // Accelerations of some 10 have hardly had time to act.
             let time = 84.0 * system.drive_period();
@@ -83,14 +84,14 @@ fn look(run: &Run) {
         numbers(&[force.normal, force.tangential]);
     }
     numbers(&[run.time_in_contact()]);
-    let audit = run.energy_audit();
+    let audit = run.energy_audit(&CancelToken::never()).unwrap();
     let sums = [audit.energy_start, audit.energy_end, audit.moment, audit.total, audit.residual()];
     let whole = sums.iter().all(|x| x.is_finite());
     assert!(whole || sums.iter().all(|x| x.is_nan()), "{audit:?}");
 }
 
 fn whole_or_failed(system: &System, start: State, options: RunOptions) -> Option<SimulationError> {
-    match run(system, start, options, &mut || false) {
+    match run(system, start, options, &CancelToken::after(2048)) {
         Ok(run) => {
             look(&run);
             None
@@ -157,7 +158,7 @@ fn a_slide_past_the_end_of_the_reach_is_still_a_painleve_point() {
         .unwrap();
     let x1 = -1.2f64;
     let start = State { x1, v1: -1.0, x2: x1.sin(), v2: -x1.cos() };
-    let run = run(&system, start, RunOptions::periods(1), &mut || true).unwrap();
+    let run = run(&system, start, RunOptions::periods(1), &CancelToken::never()).unwrap();
     assert_eq!(run.stop_reason, StopReason::Painleve);
     look(&run);
 }
@@ -245,7 +246,7 @@ fn huge() -> impl Strategy<Value = f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 3000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: draws(1_000, 3_000) as u32, ..ProptestConfig::default() })]
 
     #[test]
     fn every_huge_force_gives_numbers_or_an_error(

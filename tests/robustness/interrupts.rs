@@ -2,30 +2,21 @@
 
 use vibroimpact::tangent::itinerary::{Itinerary, ItineraryError};
 use vibroimpact::{
-    ImpactLaw, Kind, RunError, RunOptions, SimulationError, State, StopReason, System, run,
+    CancelToken, ImpactLaw, Kind, RunError, RunOptions, SimulationError, State, StopReason, System,
+    run,
 };
 
 use super::{paper, start};
 
-/// Counts how often it is asked, and ends what asks at the end of its patience.
-fn patience(most: u32) -> (impl FnMut() -> bool, std::rc::Rc<std::cell::Cell<u32>>) {
-    let asked = std::rc::Rc::new(std::cell::Cell::new(0));
-    let count = asked.clone();
-    let go_on = move || {
-        count.set(count.get() + 1);
-        count.get() < most
-    };
-    (go_on, asked)
-}
+/// More asks than any of these calls makes.
+const MANY: u64 = 1 << 40;
 
 /// On a torus the time to look for a period grows with the square of its sections: minutes for a million.
 #[test]
 fn the_search_for_a_period_can_be_ended() {
     let torus = paper().gap(3.0).frequency_ratio(2f64.sqrt()).build().unwrap();
-    let run = run(&torus, start(), RunOptions::periods(1_000_000), &mut || true).unwrap();
-    let (mut go_on, asked) = patience(3);
-    let report = run.period_while(&mut go_on);
-    assert_eq!(asked.get(), 3);
+    let run = run(&torus, start(), RunOptions::periods(1_000_000), &CancelToken::never()).unwrap();
+    let report = run.period(&CancelToken::after(3));
     assert!(report.is_interrupted() && report.orbit.is_none());
     assert_eq!((report.kind, report.label().as_str()), (Kind::Unresolved, "unresolved"));
 }
@@ -33,25 +24,26 @@ fn the_search_for_a_period_can_be_ended() {
 #[test]
 fn the_measurement_of_a_growth_can_be_ended() {
     let chaotic = paper().drive_frequency(2.6).restitution(1.0).build().unwrap();
-    let run = run(&chaotic, start(), RunOptions::periods(2_000).keep(20), &mut || true).unwrap();
-    let whole = run.period();
+    let run =
+        run(&chaotic, start(), RunOptions::periods(2_000).keep(20), &CancelToken::never()).unwrap();
+    let whole = run.period(&CancelToken::never());
     assert!(!whole.is_interrupted());
-    let (mut all, asked) = patience(u32::MAX);
-    assert_eq!(run.period_while(&mut all), whole);
-    for most in 1..=asked.get() {
-        let (mut go_on, asked) = patience(most);
-        assert!(run.period_while(&mut go_on).is_interrupted());
-        assert_eq!(asked.get(), most);
+    let counted = CancelToken::after(MANY);
+    assert_eq!(run.period(&counted), whole);
+    let asks = MANY - counted.asks_left();
+    assert!(asks > 100, "{asks}");
+    for part in 1..=20 {
+        assert!(run.period(&CancelToken::after(asks * part / 20)).is_interrupted());
     }
+    assert_eq!(run.period(&CancelToken::after(asks + 1)), whole);
 }
 
 #[test]
 fn a_motion_that_is_followed_can_be_left() {
     let lossless = paper().restitution(1.0).build().unwrap();
-    let (mut go_on, asked) = patience(2);
-    let followed = Itinerary::follow(&lossless, start(), 1_000_000, 1_000_000_000, &mut go_on);
+    let cancel = CancelToken::after(4_000);
+    let followed = Itinerary::follow(&lossless, start(), 1_000_000, 1_000_000_000, &cancel);
     assert_eq!(followed.unwrap_err(), ItineraryError::Stopped(StopReason::Interrupted));
-    assert_eq!(asked.get(), 2);
 }
 
 /// The tip slides on a wall that comes to rest at x1 = 0: once both lie within rounding of the line where friction
@@ -71,12 +63,8 @@ fn a_slide_that_dies_on_the_line_of_friction_goes_on() {
         .build()
         .unwrap();
     let start = State { x1: -1.0, v1: 0.654_491_906_403_750_7, x2: 0.5, v2: 0.1 };
-    let mut asked = 0;
-    let mut patience = || {
-        asked += 1;
-        asked < 100
-    };
-    let run = run(&system, start, RunOptions::periods(40), &mut patience).unwrap();
+    let cancel = CancelToken::after(200_000);
+    let run = run(&system, start, RunOptions::periods(40), &cancel).unwrap();
     assert_eq!(run.stop_reason, StopReason::Completed);
 }
 
@@ -98,12 +86,13 @@ fn a_growth_is_measured_over_a_million_impacts_at_most() {
         .build()
         .unwrap();
     let start = State { x1: 0.0, v1: 0.5, x2: 1.0, v2: 0.0 };
-    let run = run(&system, start, RunOptions::periods(8), &mut || true).unwrap();
+    let run = run(&system, start, RunOptions::periods(8), &CancelToken::never()).unwrap();
     assert!(run.impact_count > 14_000 && run.stop_reason == StopReason::Completed);
-    let (mut go_on, asked) = patience(u32::MAX);
-    let report = run.period_while(&mut go_on);
-    // Each time after two thousand flights: the growth over 400 periods, and a return looked for.
-    assert!((100..1_500).contains(&asked.get()), "{}", asked.get());
+    let counted = CancelToken::after(MANY);
+    let report = run.period(&counted);
+    // One for each flight: the growth over 400 periods, and a return looked for.
+    let asks = MANY - counted.asks_left();
+    assert!((200_000..3_000_000).contains(&asks), "{asks}");
     // It shrinks, and the motion returns 400 periods later: 1-1800.
     assert_eq!(report.evidence.further(), 400);
     assert_eq!(report.orbit.unwrap().0, 1, "{report:?}");
@@ -126,11 +115,13 @@ fn moves_without_an_end_are_a_stalled_search() {
         .build()
         .unwrap();
     let start = State { x1: -1e154, v1: std::f64::consts::PI, x2: 3.01331437259e-312, v2: -1.5 };
-    let (mut go_on, asked) = patience(100);
-    let failure = run(&system, start, RunOptions::periods(1), &mut go_on).unwrap_err();
-    let RunError::Simulation { error, .. } = failure else { panic!("{failure}") };
+    let cancel = CancelToken::after(200_000);
+    let failure = run(&system, start, RunOptions::periods(1), &cancel).unwrap_err();
+    let RunError::Simulation { error, done } = failure else { panic!("{failure}") };
     assert!(matches!(error, SimulationError::SearchStalled { time, .. } if time < 1e-6), "{error}");
-    assert!(asked.get() < 100, "{}", asked.get());
+    // Not at anybody's wish.
+    assert_eq!(done.stop_reason, StopReason::Failed);
+    assert!(!cancel.is_cancelled());
 }
 
 /// A free rotor under a load of period 1e5 turns 1e5 times in a unit of time: a search of seconds for each of its
@@ -147,9 +138,8 @@ fn a_search_that_crawls_can_be_ended() {
         .build()
         .unwrap();
     let start = State { x1: -2.0, v1: 2e4, x2: 1.0, v2: 0.0 };
-    let (mut go_on, asked) = patience(3);
-    let run = run(&system, start, RunOptions::periods(1), &mut go_on).unwrap();
-    assert_eq!((run.stop_reason, asked.get()), (StopReason::Interrupted, 3));
-    // Three searches, not three times two thousand.
+    let run = run(&system, start, RunOptions::periods(1), &CancelToken::after(4)).unwrap();
+    assert_eq!(run.stop_reason, StopReason::Interrupted);
+    // Three searches.
     assert!(run.evaluations < 300_000, "{}", run.evaluations);
 }

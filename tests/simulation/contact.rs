@@ -2,8 +2,8 @@
 //! every way it can end (docs/theory.md, section 5). Its numbers: tests/contact_reference.rs.
 
 use vibroimpact::{
-    Contact, ContactMode, ContactRecord, Event, EventKind, ImpactLaw, Run, RunOptions, Simulation,
-    State, StopReason, System, Workers, run_many,
+    CancelToken, Contact, ContactMode, ContactRecord, Event, EventKind, ImpactLaw, Run, RunOptions,
+    Simulation, State, StopReason, System, Workers, run_many,
 };
 
 use super::{ball, chattering, go, paper, paper_start, state, until};
@@ -144,7 +144,7 @@ fn sections_and_resumed_runs_inside_contact_are_those_of_one_run() {
     ends.retain(|&end| end < whole.final_state.time);
     for end in ends {
         let part = go(&system, paper_start(), until(end));
-        let rest = part.resume(RunOptions::periods(4), &mut || true).unwrap();
+        let rest = part.resume(RunOptions::periods(4), &CancelToken::never()).unwrap();
         assert_eq!(rest.final_state, whole.final_state, "{end}");
         let contacts: Vec<ContactRecord> =
             part.contacts.iter().chain(&rest.contacts).copied().collect();
@@ -180,7 +180,7 @@ fn a_cap_between_two_events_of_one_instant_loses_none() {
             capped.max_events = cap;
             let part = go(&system, start, capped);
             assert_eq!(part.stop_reason, StopReason::EventCap);
-            let rest = part.resume(options, &mut || true).unwrap();
+            let rest = part.resume(options, &CancelToken::never()).unwrap();
             let kinds = |run: &Run| run.events.iter().map(|e| (e.kind, e.time)).collect::<Vec<_>>();
             let mut both = kinds(&part);
             both.pop();
@@ -215,7 +215,7 @@ fn chattering_motions_are_labelled() {
     for (omega, label) in [(0.21, "1-inf"), (0.25, "1-inf"), (0.3, "1-inf"), (0.45, "1-inf")] {
         let system = chattering(omega).build().unwrap();
         let run = go(&system, paper_start(), RunOptions::periods(300).keep(100));
-        assert_eq!(run.period().label(), label, "omega = {omega}");
+        assert_eq!(run.period(&CancelToken::never()).label(), label, "omega = {omega}");
     }
     // At rest for ever: no impacts in the window.
     let system = paper(1.0).mass_ratio(0.0).contact(Contact::Direct).restitution(0.3).gap(0.0);
@@ -275,8 +275,13 @@ fn a_plastic_impact_after_which_flight_and_stick_both_fit_is_a_painleve_point() 
     let last = run.impacts.last().unwrap();
     assert_eq!((last.v1_post, last.time), (0.0, run.final_state.time));
     // The same in the lanes.
-    let many =
-        run_many(&system, &[start; 5], RunOptions::periods(12), &Workers::default(), &mut || true);
+    let many = run_many(
+        &system,
+        &[start; 5],
+        RunOptions::periods(12),
+        &Workers::default(),
+        &CancelToken::never(),
+    );
     for other in many.unwrap() {
         assert_eq!(other.unwrap().events, run.events);
     }

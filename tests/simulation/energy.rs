@@ -1,7 +1,7 @@
 //! Energy audit: the works of forcing, damping, impacts, friction and contact sum to the change of
 //! energy.
 
-use vibroimpact::{Contact, ImpactLaw, Run, RunOptions, StopReason, System};
+use vibroimpact::{CancelToken, Contact, ImpactLaw, Run, RunOptions, StopReason, System};
 
 use super::{Draw, ball, chattering, go, paper_start, state, until};
 
@@ -9,7 +9,7 @@ use super::{Draw, ball, chattering, go, paper_start, state, until};
 const RESIDUAL: f64 = 1e-12;
 
 fn check(run: &Run) -> f64 {
-    let audit = run.energy_audit();
+    let audit = run.energy_audit(&CancelToken::never()).unwrap();
     let residual = audit.residual().abs() / audit.total;
     // A wall that drives the tip to the end of its reach, cos x1 = 0, leaves no digits.
     if run.stop_reason == StopReason::Jammed {
@@ -32,7 +32,7 @@ fn the_works_of_random_runs_sum_to_the_change_of_energy() {
             let start = draw.start(&system);
             let run = go(&system, start, RunOptions::periods(40));
             worst = worst.max(check(&run));
-            let impacts = run.energy_audit();
+            let impacts = run.energy_audit(&CancelToken::never()).unwrap();
             assert!(impacts.impact_friction <= 0.0);
         }
     }
@@ -52,15 +52,16 @@ fn chatter_and_contact_are_audited_too() {
                 let system = system.force_amplitude(force).gap(gap).build().unwrap();
                 let run = go(&system, paper_start(), RunOptions::periods(6));
                 worst = worst.max(check(&run));
-                let audit = run.energy_audit();
+                let audit = run.energy_audit(&CancelToken::never()).unwrap();
                 in_contact += usize::from(!run.contacts.is_empty());
                 assert_eq!(run.stop_reason, StopReason::Completed);
                 assert_eq!(audit.wall != 0.0, mass_ratio == 0.0);
                 // The window's works add up: first half and second half.
                 let half = go(&system, paper_start(), RunOptions::periods(3));
-                let rest = half.resume(RunOptions::periods(6), &mut || true).unwrap();
+                let rest = half.resume(RunOptions::periods(6), &CancelToken::never()).unwrap();
                 worst = worst.max(check(&rest));
-                let sum = half.energy_audit().moment + rest.energy_audit().moment;
+                let sum = half.energy_audit(&CancelToken::never()).unwrap().moment
+                    + rest.energy_audit(&CancelToken::never()).unwrap().moment;
                 assert!((sum - audit.moment).abs() <= 1e-12 * audit.total);
             }
         }
@@ -71,7 +72,9 @@ fn chatter_and_contact_are_audited_too() {
 
 #[test]
 fn a_ball_loses_all_its_energy_in_its_bounces() {
-    let audit = go(&ball(9.8, 0.5), state(-1.0, 0.0, 0.0, 0.0), until(2.0)).energy_audit();
+    let audit = go(&ball(9.8, 0.5), state(-1.0, 0.0, 0.0, 0.0), until(2.0))
+        .energy_audit(&CancelToken::never())
+        .unwrap();
     assert!((audit.moment - 9.8).abs() < 1e-14);
     assert!((audit.restitution + 9.8).abs() < 1e-12, "{audit:?}");
     assert_eq!((audit.damping, audit.force, audit.wall), (0.0, 0.0, 0.0));

@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use vibroimpact::{
-    Contact, Event, Horizon, ImpactRecord, Observer, Run, RunOptions, Simulation, State,
-    StopReason, System, Workers, run_many,
+    CancelToken, Contact, Event, Horizon, ImpactRecord, Observer, Run, RunOptions, Simulation,
+    State, StopReason, System, Workers, run_many,
 };
 
 use super::{Draw, ball, chattering, go, paper, paper_start, state, until};
@@ -143,7 +143,7 @@ fn in_parts(system: &System, start: State, ends: &[RunOptions]) -> Vec<Run> {
         let next = match parts.last() {
             None => go(system, start, options),
             Some(run) if run.stop_reason == StopReason::Completed => {
-                run.resume(options, &mut || true).unwrap()
+                run.resume(options, &CancelToken::never()).unwrap()
             }
             Some(_) => break,
         };
@@ -173,7 +173,7 @@ fn a_resumed_run_has_the_bits_of_one_long_run() {
         let mut run = go(&system, start, options);
         while run.stop_reason == StopReason::EventCap {
             options.max_events += 3;
-            run = run.resume(options, &mut || true).unwrap();
+            run = run.resume(options, &CancelToken::never()).unwrap();
         }
         assert_eq!((run.final_state, run.stop_reason), (whole.final_state, whole.stop_reason));
     }
@@ -208,12 +208,12 @@ fn a_resumed_window_and_trajectory_begin_where_the_run_ended() {
     let system = paper(1.1).build().unwrap();
     let whole = go(&system, paper_start(), RunOptions::periods(80));
     let first = go(&system, paper_start(), RunOptions::periods(33));
-    let rest = first.resume(RunOptions::periods(80), &mut || true).unwrap();
+    let rest = first.resume(RunOptions::periods(80), &CancelToken::never()).unwrap();
     let from = 33.0 * system.drive_period();
     assert!((rest.kept_from() - from).abs() < 1e-12);
     let times: Vec<f64> = (1..200).map(|i| from + 0.13 * f64::from(i)).collect();
     assert_same_motion(&rest, &whole, &times);
-    let last = first.resume(RunOptions::periods(80).keep(10), &mut || true).unwrap();
+    let last = first.resume(RunOptions::periods(80).keep(10), &CancelToken::never()).unwrap();
     assert_eq!(last.stroboscopic, whole.stroboscopic[70..]);
 }
 
@@ -224,10 +224,10 @@ fn a_run_that_ended_for_good_cannot_be_resumed() {
     let jams = jams.moment_amplitude(0.0).build().unwrap();
     let ended = go(&jams, state(1.2, 0.0, 1.2f64.sin(), 0.0), until(2.0));
     assert_eq!(ended.stop_reason, StopReason::Jammed);
-    assert!(ended.resume(until(3.0), &mut || true).is_err());
+    assert!(ended.resume(until(3.0), &CancelToken::never()).is_err());
     // One at rest goes on resting.
     let resting = go(&ball(9.8, 0.5), state(-1.0, 0.0, 0.0, 0.0), until(2.0));
-    let later = resting.resume(until(3.0), &mut || true).unwrap();
+    let later = resting.resume(until(3.0), &CancelToken::never()).unwrap();
     assert_eq!((later.stop_reason, later.final_state.time), (StopReason::Rest, 3.0));
 }
 
@@ -343,8 +343,13 @@ fn a_run_that_moves_on_over_its_repetitions_is_the_end_of_the_whole_run() {
         let times: Vec<f64> =
             (0..500).map(|i| run.kept_from() + period * (0.01 * f64::from(i))).collect();
         assert_same_motion(&run, &whole, &times);
-        let many =
-            run_many(&system, &[paper_start(); 3], options, &Workers::default(), &mut || true);
+        let many = run_many(
+            &system,
+            &[paper_start(); 3],
+            options,
+            &Workers::default(),
+            &CancelToken::never(),
+        );
         for other in many.unwrap() {
             assert!(other.unwrap() == run, "{omega}");
         }

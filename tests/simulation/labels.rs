@@ -3,30 +3,31 @@
 //! A motion that is still a chaotic transient after N periods and settles later cannot have its
 //! final label from N periods; those are what remains.
 
-use vibroimpact::RunOptions;
+use crate::support::draws;
 use vibroimpact::StopReason::Completed;
+use vibroimpact::{CancelToken, RunOptions};
 
 use super::{Draw, go, paper, paper_start};
 
 const PERIODS: i64 = 600;
 const KEEP: i64 = 200;
-const SYSTEMS: u32 = 600;
-/// Of 1,200 random systems (seeds 30 to 35) 20 differ, 1.7 %; which ones hangs on roundings, the motions
-/// being chaotic. Of 600 it is 10 with a standard deviation of 3; three of these more are allowed.
-const MISMATCHES: usize = 19;
+/// Of 1,200 random systems (seeds 30 to 35) 20 differ; which ones hangs on roundings, the motions being
+/// chaotic. Three standard deviations more are allowed: 11 of 300, 19 of 600.
+const MISMATCHES: f64 = 20.0 / 1_200.0;
 
 #[test]
 fn labels_hold_with_twice_the_periods() {
     let mut draw = Draw::new(30);
     let (mut mismatches, mut repeating, mut completed) = (0, 0, 0);
-    for i in 0..SYSTEMS {
+    let systems = draws(300, 600);
+    for i in 0..systems {
         let system = draw.system();
         let start = draw.start(&system);
         let once = go(&system, start, RunOptions::periods(PERIODS).keep(KEEP));
         let twice = go(&system, start, RunOptions::periods(2 * PERIODS).keep(2 * KEEP));
         assert_eq!((once.stop_reason, twice.stop_reason), (Completed, Completed));
         completed += 1;
-        let (a, b) = (once.period(), twice.period());
+        let (a, b) = (once.period(&CancelToken::never()), twice.period(&CancelToken::never()));
         repeating += usize::from(b.orbit.is_some());
         if a.label() != b.label() {
             mismatches += 1;
@@ -39,8 +40,9 @@ fn labels_hold_with_twice_the_periods() {
         }
     }
     println!("{mismatches} mismatches among {completed} completed, {repeating} of them periodic");
-    assert!(mismatches <= MISMATCHES);
-    assert!(completed > 450 && repeating > 270);
+    let expected = MISMATCHES * systems as f64;
+    assert!(f64::from(mismatches) <= expected + 3.0 * expected.sqrt());
+    assert!(4 * completed > 3 * systems && 20 * repeating > 9 * systems);
 }
 
 #[test]
@@ -50,7 +52,11 @@ fn the_label_of_a_settled_motion_does_not_depend_on_how_much_is_kept() {
         let system = paper(drive_frequency).build().unwrap();
         for keep in [50, 100, 300, 600] {
             let run = go(&system, paper_start(), RunOptions::periods(600).keep(keep));
-            assert_eq!(run.period().label(), label, "omega = {drive_frequency}, keep = {keep}");
+            assert_eq!(
+                run.period(&CancelToken::never()).label(),
+                label,
+                "omega = {drive_frequency}, keep = {keep}"
+            );
         }
     }
 }
@@ -67,10 +73,10 @@ fn a_motion_that_strikes_at_its_section_has_its_label() {
                 .build()
                 .unwrap();
             let run = go(&system, paper_start(), RunOptions::periods(600).keep(100));
-            let report = run.period();
+            let report = run.period(&CancelToken::never());
             assert_eq!(report.label(), "1-1", "{drive_frequency} {moment_amplitude}");
-            assert_eq!(run.section_report().label(), "1-1");
-            let (_, [exponent, error]) = run.period_and_exponent();
+            assert_eq!(run.section_report(&CancelToken::never()).label(), "1-1");
+            let (_, [exponent, error]) = run.period_and_exponent(&CancelToken::never());
             assert!(exponent < -0.05 && error < 1e-3, "{exponent} {error}");
         }
     }
@@ -88,10 +94,14 @@ fn a_passage_along_a_saddle_is_no_period() {
             .build()
             .unwrap();
         let run = go(&system, paper_start(), RunOptions::periods(400).keep(100));
-        let (report, [exponent, error]) = run.period_and_exponent();
-        println!("{i} {j} {:?} {} {exponent}", run.section_report().orbit, report.label());
+        let (report, [exponent, error]) = run.period_and_exponent(&CancelToken::never());
+        println!(
+            "{i} {j} {:?} {} {exponent}",
+            run.section_report(&CancelToken::never()).orbit,
+            report.label()
+        );
         assert!(report.orbit.is_none() || exponent < 2.0 * error, "{}", report.label());
-        drawn_together += usize::from(run.section_report().orbit.is_some());
+        drawn_together += usize::from(run.section_report(&CancelToken::never()).orbit.is_some());
     }
     assert!(drawn_together >= 3, "{drawn_together}");
 }

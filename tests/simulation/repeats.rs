@@ -2,8 +2,8 @@
 //! the motion computed event by event.
 
 use vibroimpact::{
-    ContactRecord, Event, GrazeRecord, Horizon, ImpactRecord, Observer, Run, RunOptions,
-    Simulation, State, StopReason, System, Workers, run, run_many,
+    CancelToken, ContactRecord, Event, GrazeRecord, Horizon, ImpactRecord, Observer, Run,
+    RunOptions, Simulation, State, StopReason, System, Workers, run, run_many,
 };
 
 use super::{Draw, chattering, go, paper, paper_start};
@@ -139,7 +139,7 @@ fn what_is_copied_has_the_bits_of_what_is_computed() {
             let starts = [paper_start(); 9];
             let options = RunOptions::periods(600).keep(keep);
             let workers = Workers::new(Some(1)).unwrap();
-            let runs = run_many(system, &starts, options, &workers, &mut || true).unwrap();
+            let runs = run_many(system, &starts, options, &workers, &CancelToken::never()).unwrap();
             let alone = go(system, paper_start(), options);
             for run in runs {
                 let run = run.unwrap();
@@ -157,20 +157,18 @@ fn what_is_copied_can_be_resumed_and_ended() {
         let system = damped(place);
         let all = computed(&system, paper_start(), RunOptions::periods(900));
         let first = go(&system, paper_start(), RunOptions::periods(437));
-        let rest = first.resume(RunOptions::periods(900), &mut || true).unwrap();
+        let rest = first.resume(RunOptions::periods(900), &CancelToken::never()).unwrap();
         let impacts: Vec<_> = first.impacts.iter().chain(&rest.impacts).copied().collect();
         let sections: Vec<_> = first.stroboscopic.iter().chain(&rest.stroboscopic).collect();
         assert!(impacts == all.impacts && sections.into_iter().eq(&all.sections));
         assert_eq!(rest.final_state.state, all.end);
         assert_in_order(&rest);
         // So long that it is copied in parts, between which the caller may end it.
-        let mut looks = 0;
-        let mut some = || {
-            looks += 1;
-            looks < 3
-        };
+        let counted = CancelToken::after(1 << 40);
+        run(&system, paper_start(), RunOptions::periods(900), &counted).unwrap();
+        let cancel = CancelToken::after((1 << 40) - counted.asks_left() + 3);
         let long = RunOptions { max_events: u64::MAX, ..RunOptions::periods(1 << 40) };
-        let ended = run(&system, paper_start(), long, &mut some).unwrap();
+        let ended = run(&system, paper_start(), long, &cancel).unwrap();
         assert_eq!(ended.stop_reason, StopReason::Interrupted);
         assert_in_order(&ended);
     }

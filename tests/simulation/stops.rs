@@ -2,8 +2,8 @@
 
 use vibroimpact::impact::RegimeKind;
 use vibroimpact::{
-    Contact, Event, Horizon, ImpactLaw, RunError, RunOptions, Simulation, SimulationError, State,
-    StateError, StopReason, System, run,
+    CancelToken, Contact, Event, Horizon, ImpactLaw, RunError, RunOptions, Simulation,
+    SimulationError, State, StateError, StopReason, System, run,
 };
 
 use super::{ball, go, paper, paper_start, state, until};
@@ -11,7 +11,7 @@ use super::{ball, go, paper, paper_start, state, until};
 fn refused(start: State) -> StateError {
     let system = paper(1.8).build().unwrap();
     let error = Simulation::new(&system, start).unwrap_err();
-    let by_run = run(&system, start, RunOptions::periods(1), &mut || true);
+    let by_run = run(&system, start, RunOptions::periods(1), &CancelToken::never());
     assert_eq!(by_run.unwrap_err(), RunError::State(error.clone()));
     error
 }
@@ -104,7 +104,7 @@ fn zero_periods_is_a_run_that_ends_where_it_starts() {
 fn a_constant_load_has_no_periods() {
     let system = ball(9.8, 0.9);
     let start = state(-1.0, 0.0, 0.0, 0.0);
-    match run(&system, start, RunOptions::periods(3), &mut || true).unwrap_err() {
+    match run(&system, start, RunOptions::periods(3), &CancelToken::never()).unwrap_err() {
         RunError::Parameter(error) => assert_eq!(error.name, "periods"),
         other => panic!("{other:?}"),
     }
@@ -121,7 +121,7 @@ fn options_that_make_no_sense_are_named() {
     let with = |change: fn(&mut RunOptions)| {
         let mut options = RunOptions::periods(10);
         change(&mut options);
-        match run(&system, paper_start(), options, &mut || true) {
+        match run(&system, paper_start(), options, &CancelToken::never()) {
             Err(RunError::Parameter(error)) => error.name.to_string(),
             other => panic!("{other:?}"),
         }
@@ -139,18 +139,16 @@ fn options_that_make_no_sense_are_named() {
 fn the_caller_can_end_a_run_and_keeps_what_is_done() {
     // Without losses it never repeats.
     let system = paper(1.8).restitution(1.0).build().unwrap();
-    let mut asked = 0;
     let options = RunOptions::periods(100_000);
-    let ended = run(&system, paper_start(), options, &mut || {
-        asked += 1;
-        asked < 3
-    })
-    .unwrap();
-    assert_eq!((asked, ended.stop_reason), (3, StopReason::Interrupted));
+    let end_after = |asks| run(&system, paper_start(), options, &CancelToken::after(asks)).unwrap();
+    let ended = end_after(6_000);
+    assert_eq!(ended.stop_reason, StopReason::Interrupted);
     assert!((100..20_000).contains(&ended.impacts.len()), "{}", ended.impacts.len());
+    assert_eq!(ended, end_after(6_000));
+    assert!(end_after(6_001).final_state.time > ended.final_state.time);
     // It goes on as if nothing had happened.
     let whole = go(&system, paper_start(), RunOptions::periods(20_000));
-    let rest = ended.resume(RunOptions::periods(20_000), &mut || true).unwrap();
+    let rest = ended.resume(RunOptions::periods(20_000), &CancelToken::never()).unwrap();
     assert_eq!(ended.impacts.len() + rest.impacts.len(), whole.impacts.len());
     assert_eq!(rest.final_state, whole.final_state);
 }
@@ -192,7 +190,7 @@ fn a_graze_where_slip_cannot_stop_the_approach_is_undecidable() {
         assert_eq!(open.stop_reason, StopReason::UndecidableGraze);
         assert!((open.final_state.time - time).abs() < 1e-7);
         assert_eq!((open.grazes.len(), open.impacts.len()), (0, 0));
-        assert!(open.resume(until(2.0), &mut || true).is_err());
+        assert!(open.resume(until(2.0), &CancelToken::never()).is_err());
     }
 }
 
@@ -251,10 +249,10 @@ fn the_literal_law_takes_plastic_impacts() {
 #[test]
 fn a_motion_out_of_range_is_a_failed_computation() {
     let system = paper(1.8).moment_amplitude(1e308).build().unwrap();
-    match run(&system, paper_start(), RunOptions::periods(5), &mut || true) {
+    match run(&system, paper_start(), RunOptions::periods(5), &CancelToken::never()) {
         Err(RunError::Simulation { error: SimulationError::NotFinite { state, .. }, done }) => {
             assert_eq!(state, paper_start().to_array());
-            assert_eq!(done.stop_reason, StopReason::Interrupted);
+            assert_eq!(done.stop_reason, StopReason::Failed);
             assert_eq!(done.final_state.state, paper_start());
         }
         other => panic!("{other:?}"),

@@ -4,6 +4,7 @@
 //! [0, 1]; every eighth mass ratio is 0, half of these walls are at rest; every tenth contact is
 //! direct.
 
+use crate::support::draws;
 use std::f64::consts::PI;
 
 use proptest::prelude::*;
@@ -66,7 +67,7 @@ pub fn cases() -> impl Strategy<Value = Case> {
 
 pub fn config() -> ProptestConfig {
     ProptestConfig {
-        cases: 20_000,
+        cases: draws(5_000, 20_000) as u32,
         rng_seed: RngSeed::Fixed(2004),
         failure_persistence: None,
         ..ProptestConfig::default()

@@ -11,7 +11,7 @@ use std::fmt;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use vibroimpact::{Contact, EventKind, RunOptions, State, StopReason, System, run};
+use vibroimpact::{CancelToken, Contact, EventKind, RunOptions, State, StopReason, System, run};
 
 /// Drive periods of a run.
 pub const PERIODS: i64 = 50;
@@ -124,7 +124,7 @@ pub fn examine(seed: u64, index: u64, most_events: u64) -> Outcome {
         imbalance: 0.0,
         finite: true,
     };
-    let run = match run(&system, start, options, &mut || true) {
+    let run = match run(&system, start, options, &CancelToken::never()) {
         Ok(run) => run,
         Err(error) => {
             outcome.end = error.to_string().split(" after ").next().unwrap_or_default().into();
@@ -150,7 +150,7 @@ pub fn examine(seed: u64, index: u64, most_events: u64) -> Outcome {
     }
     if !matches!(run.stop_reason, StopReason::Jammed | StopReason::Painleve) {
         // There velocity and force grow beyond all bounds.
-        let audit = run.energy_audit();
+        let audit = run.energy_audit(&CancelToken::never()).unwrap();
         let size = audit.total + audit.energy_start.abs() + audit.energy_end.abs();
         outcome.imbalance = audit.residual().abs() / size.max(f64::MIN_POSITIVE);
     }

@@ -27,6 +27,7 @@ from ..continuation.path import (
     path_so_far,
 )
 from ..errors import Interrupted
+from ..interruption import interruptible
 from .branch import Bifurcation
 from .curve import BifurcationCurve, CodimensionTwo
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
@@ -72,6 +73,7 @@ class CurveSteps:
         )
 
 
+@interruptible
 def bifurcation_curve(
     bifurcation: Bifurcation | CodimensionTwo,
     *,

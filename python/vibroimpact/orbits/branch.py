@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from .. import _core
 from .._core import Leg, LegKind
 from ..arguments import close_to, reject
+from ..interruption import interruptible
 from ..system import System
 from ..verbs import verb
 from .kinds import BifurcationKind, BranchEnd, Test
@@ -19,6 +20,7 @@ from .motion import NEUTRAL, PeriodicMotion
 Array = NDArray[np.float64]
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Bifurcation:
     """A located bifurcation of a periodic motion.
@@ -128,6 +130,7 @@ class Piece:
         return np.array([motion.sections[:, 0] for motion in motions])
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Branch:
     """A branch of periodic motions over one parameter.

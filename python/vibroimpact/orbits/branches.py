@@ -12,6 +12,7 @@ import numpy as np
 from ..arguments import reject
 from ..continuation.path import PathEnd
 from ..errors import Interrupted
+from ..interruption import interruptible
 from .branch import Bifurcation, Branch
 from .doubling import doubled
 from .following import Half, Settings, follow_half, joined
@@ -22,6 +23,7 @@ from .ranges import one_range
 from .resegment import Crossing
 
 
+@interruptible
 def follow_motion(
     motion: PeriodicMotion,
     *,
@@ -89,6 +91,7 @@ def follow_motion(
     return joined(name, halves, both)
 
 
+@interruptible
 def switch_branch(
     bifurcation: Bifurcation,
     *,

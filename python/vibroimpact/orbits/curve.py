@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from .._core import Leg
+from ..interruption import interruptible
 from ..system import System
 from ..verbs import verb
 from .kinds import BifurcationKind, BranchEnd, Test
@@ -55,6 +56,7 @@ class CodimensionTwo:
         return f"<{self.kind} of {self.motion.label} at ({a:.12g}, {b:.12g})>"
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BifurcationCurve:
     """A curve of bifurcations of one kind in the plane of two parameters.

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..interruption import interruptible
 from .motion import PeriodicMotion
 
 Array = NDArray[np.float64]
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True)
 class NotFound:
     """No periodic motion was found; counts as False.
@@ -29,6 +31,7 @@ class NotFound:
         return False
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MotionSearch:
     """Periodic motions reached from many starts.

@@ -6,11 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fixed_arrays import FixedArrays
+from ..interruption import interruptible
 from .motion import PeriodicMotion, same_orbit
 
 Array = NDArray[np.float64]
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ManifoldSide(FixedArrays):
     """One side of an unstable manifold.
@@ -63,6 +65,7 @@ class ManifoldSide(FixedArrays):
         )
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UnstableManifold(FixedArrays):
     """The unstable manifold of a saddle on a stroboscopic section.

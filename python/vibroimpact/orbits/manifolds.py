@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from ..arguments import count, number, positive, reject
 from ..errors import Interrupted
+from ..interruption import interruptible
 from ..system import System
 from .manifold import ManifoldSide, UnstableManifold, same_attractor
 from .manifold_growth import Curve, Limits, first_piece
@@ -31,6 +32,7 @@ from .saddle import attractor_of, eigenvector, unstable_multiplier
 Array = NDArray[np.float64]
 
 
+@interruptible
 def unstable_manifold(
     motion: PeriodicMotion,
     *,

@@ -21,6 +21,7 @@ from .. import _core
 from .._core import Leg
 from ..arguments import vector
 from ..fixed_arrays import FixedArrays
+from ..interruption import interruptible
 from ..system import System
 from ..verbs import verb
 
@@ -39,6 +40,7 @@ IMPACT_DTYPE = np.dtype(
 NEUTRAL = 1e-12
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PeriodicMotion(FixedArrays):
     """A solution of the conditions of periodicity, and whether it is a motion.

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import array_of, as_floats, number, reject
+from ..interruption import interruptible
 from ..verbs import verb
 from .branch import Bifurcation
 from .curve import BifurcationCurve
@@ -17,6 +18,7 @@ from .ranges import Bounds
 Array = NDArray[np.float64]
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StabilityRegion:
     """A region of two parameters in which a periodic motion with given legs is stable.

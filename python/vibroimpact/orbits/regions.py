@@ -20,6 +20,7 @@ from ..arguments import reject
 from ..continuation.curves import curve_point
 from ..continuation.path import OwnTest, PathEnd
 from ..errors import Interrupted
+from ..interruption import interruptible
 from .border_walk import Walk
 from .borders import CurveSteps
 from .branch import Bifurcation
@@ -33,6 +34,7 @@ from .verdict import motion_of
 Array = NDArray[np.float64]
 
 
+@interruptible
 def stability_region(
     motion: PeriodicMotion,
     *,

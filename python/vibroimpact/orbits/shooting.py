@@ -18,6 +18,7 @@ from .._core import Leg
 from ..arguments import count, reject, state, states
 from ..continuation.newton import solve
 from ..errors import Interrupted
+from ..interruption import interruptible
 from ..run import Run
 from ..simulation import simulate
 from ..system import System
@@ -51,6 +52,7 @@ def solve_orbit(
     return motion_of(system, itinerary, found.reshape(-1, 4), error=report.error)
 
 
+@interruptible
 def periodic_motion(
     system: System, *, initial: ArrayLike, periods: int
 ) -> PeriodicMotion | NotFound:
@@ -124,6 +126,7 @@ def _distance(motion: PeriodicMotion, state: ArrayLike) -> float:
     return float(np.abs(motion.sections - np.asarray(state)).max(axis=1).min()) / size
 
 
+@interruptible
 def search_motions(
     system: System,
     *,

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import axis, count, reject
 from ..errors import Interrupted, ParameterError
+from ..interruption import interruptible
 from ..orbits.motion import NEUTRAL, PeriodicMotion
 from ..system import NUMERIC_RANGES, System
 from .algebraic import Conditions, Parameters, conditions
@@ -31,6 +32,7 @@ BATCH = 4000
 MAX_POINTS = 10_000_000
 
 
+@interruptible
 def motion_map(
     system: System,
     n: int = 1,

@@ -14,6 +14,7 @@ from .. import _core
 from .._core import Leg, Regime
 from ..arguments import count, number, pair, reject
 from ..errors import Interrupted
+from ..interruption import interruptible
 from ..orbits.motion import PeriodicMotion
 from ..orbits.shooting import solve_orbit
 from ..orbits.verdict import motion_of
@@ -32,6 +33,7 @@ State = tuple[float, float, float, float]
 SLACK = 256.0 * float(np.finfo(float).eps)
 
 
+@interruptible
 def periodic_motions(
     system: System, n: int = 1, *, within: tuple[float, float] | None = None
 ) -> PeriodicMotions:

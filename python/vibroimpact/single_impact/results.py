@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 from ..arguments import number, reject
 from ..errors import ParameterError
 from ..fixed_arrays import FixedArrays
+from ..interruption import interruptible
 from ..orbits.motion import PeriodicMotion
 from ..system import System
 
 Array = NDArray[np.float64]
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True)
 class Undecided:
     """An interval of x1 in which double precision does not tell how many solutions there are.
@@ -33,6 +35,7 @@ class Undecided:
     reason: str
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PeriodicMotions(Sequence[PeriodicMotion]):
     """All period n-1 solutions of a system, a sequence in order of x1.
@@ -104,6 +107,7 @@ SOLUTION_DTYPE = np.dtype(
 )
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MotionMap(FixedArrays):
     """All period n-1 solutions over a grid of one or two parameters.

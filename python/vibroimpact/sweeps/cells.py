@@ -178,7 +178,12 @@ class CellTask:
         }
 
     def compute(
-        self, first: int, last: int, *, workers: int | None, go_on: Callable[[int], bool] | None
+        self,
+        first: int,
+        last: int,
+        *,
+        workers: int | None,
+        progress: Callable[[int], object] | None,
     ) -> ChunkResult:
         """Run the cells first ... last - 1."""
         values = self.grid.values(first, last)
@@ -190,7 +195,7 @@ class CellTask:
             measure=self.measure,
             measured=self.measured,
             workers=workers,
-            go_on=go_on,
+            progress=progress,
         )
         columns = label_columns(sweep, self.measure)
         return ChunkResult(columns, interrupted=sweep.interrupted)
@@ -207,7 +212,7 @@ def run_cells(
     start: str = "fresh",
     rows: bool = False,
     workers: int | None,
-    go_on: Callable[[int], bool] | None,
+    progress: Callable[[int], object] | None,
 ) -> _core.Sweep:
     """Run cells with these values of parameters and of coordinates of the initial state."""
     initials = np.tile(np.array(run.initial), (cells, 1))
@@ -218,10 +223,6 @@ def run_cells(
     parameters = np.empty((cells, len(names)))
     for place, name in enumerate(names):
         parameters[:, place] = values[name]
-
-    def progress(done: int) -> None:
-        if go_on is not None and not go_on(done):
-            raise KeyboardInterrupt
 
     return _core.sweep(
         system._compiled,

@@ -117,4 +117,4 @@ def _compute(task: Task, version: str, first: int, last: int, workers: int) -> C
         raise SimulationError(
             f"a worker has vibroimpact {_core.__version__}, the client has {version}"
         )
-    return task.compute(first, last, workers=workers, go_on=None)
+    return task.compute(first, last, workers=workers, progress=None)

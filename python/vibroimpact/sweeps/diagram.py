@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _core
 from ..arguments import count, flag, optional_count, reject, state, states, threads
 from ..errors import ClusterError, Interrupted
+from ..interruption import interruptible
 from ..system import NUMERIC_RANGES, System
 from .cells import (
     IMPACT_ROWS,
@@ -63,7 +64,12 @@ class DiagramTask(CellTask):
         return {"system": self.system.to_dict(), **settings}
 
     def compute(
-        self, first: int, last: int, *, workers: int | None, go_on: Callable[[int], bool] | None
+        self,
+        first: int,
+        last: int,
+        *,
+        workers: int | None,
+        progress: Callable[[int], object] | None,
     ) -> ChunkResult:
         """Run the points first ... last - 1, which may belong to several branches."""
         name = [*self.grid.axes][-1]
@@ -73,7 +79,7 @@ class DiagramTask(CellTask):
             begin = max(first, branch * length)
             end = min(last, (branch + 1) * length)
             stopped = bool(parts) and parts[-1].interrupted
-            advance = None if go_on is None else _after(begin - first, go_on)
+            advance = None if progress is None else _after(begin - first, progress)
             parts.append(
                 self._pending(end - begin)
                 if stopped
@@ -88,7 +94,7 @@ class DiagramTask(CellTask):
         last: int,
         name: str,
         workers: int | None,
-        go_on: Callable[[int], bool] | None,
+        progress: Callable[[int], object] | None,
     ) -> ChunkResult:
         values = {name: self.grid.values(first, last)[name]}
         run = dataclasses.replace(self.run, initial=self.initials[branch])
@@ -101,7 +107,7 @@ class DiagramTask(CellTask):
             start=self.starts[branch],
             rows=True,
             workers=workers,
-            go_on=go_on,
+            progress=progress,
         )
         impacts = dict(zip(_IMPACT_COLUMNS, sweep.impact_section, strict=True))
         rows = {
@@ -124,8 +130,8 @@ class DiagramTask(CellTask):
 _IMPACT_COLUMNS = ("x1", "v1", "v2", "impact_phase", "approach_velocity", "energy_loss")
 
 
-def _after(before: int, go_on: Callable[[int], bool]) -> Callable[[int], bool]:
-    return lambda done: go_on(before + done)
+def _after(before: int, progress: Callable[[int], object]) -> Callable[[int], object]:
+    return lambda done: progress(before + done)
 
 
 def _joined(parts: Sequence[ChunkResult]) -> ChunkResult:
@@ -147,6 +153,7 @@ def _joined(parts: Sequence[ChunkResult]) -> ChunkResult:
     return ChunkResult(columns, rows, any(part.interrupted for part in parts))
 
 
+@interruptible
 def bifurcation_diagram(
     system: System,
     *,

@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..interruption import interruptible
 from ..run import read_only
 from .columns import Columns
 from .results import GridResult
@@ -18,6 +19,7 @@ from .results import GridResult
 Start = Literal["fresh", "forward", "backward"]
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True)
 class DiagramSettings:
     """The arguments a diagram was computed with; meanings as in ``bifurcation_diagram``.
@@ -36,6 +38,7 @@ class DiagramSettings:
     section_phase: float
 
 
+@interruptible
 class Diagram(GridResult):
     """A bifurcation diagram of n points; all arrays are read-only.
 

@@ -150,12 +150,11 @@ def _one_by_one(
     for index in todo:
         first, last = tiling.cells(index)
         advance = None if bar is None else partial(_advance, bar, bar.n)
-        yield index, task.compute(first, last, workers=workers, go_on=advance)
+        yield index, task.compute(first, last, workers=workers, progress=advance)
 
 
-def _advance(bar: Any, before: int, done: int) -> bool:
+def _advance(bar: Any, before: int, done: int) -> None:
     bar.update(before + done - bar.n)
-    return True
 
 
 @contextmanager

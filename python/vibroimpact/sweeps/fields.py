@@ -173,12 +173,12 @@ class Task(Protocol):
         last: int,
         *,
         workers: int | None,
-        go_on: Callable[[int], bool] | None,
+        progress: Callable[[int], object] | None,
     ) -> ChunkResult:
         """Compute the cells first ... last - 1 on ``workers`` threads (None: all cores).
 
-        ``go_on`` is told now and then how many of them are done; on False the work ends there, and
-        on Ctrl-C, as ``interrupted``.
+        ``progress`` is told now and then how many of them are done; Ctrl-C ends the work there, as
+        ``interrupted``.
         """
         ...
 

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from .. import _core
 from ..arguments import count, flag, kept_periods, positive, reject, state, threads
 from ..errors import Interrupted, SimulationError
+from ..interruption import interruptible
 from ..simulation import simulate
 from ..system import System
 from .cells import CellTask, RunSettings, checked_axes
@@ -31,6 +32,7 @@ _LEAST = 20
 _STEPS = 1000
 
 
+@interruptible
 def lyapunov_spectrum(
     system: System,
     *,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..fixed_arrays import FixedArrays
+from ..interruption import interruptible
 from ..system import System
 from .columns import need_xarray
 from .results import GridResult
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     import xarray
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LyapunovSpectrum(FixedArrays):
     """The four Lyapunov exponents of a motion, per unit time, natural logarithm; read-only arrays.
@@ -109,6 +111,7 @@ class LyapunovSpectrum(FixedArrays):
         return f"<LyapunovSpectrum of a motion {self.label}: {', '.join(texts)}>"
 
 
+@interruptible
 class LyapunovSweep(GridResult):
     """Lyapunov spectra over a grid; arrays have the shape of the grid before their own."""
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from .. import _core, archive
 from ..arguments import path as checked_path
+from ..interruption import interruptible
 from ..run import read_only
 from ..system import System
 from .columns import Columns, Memory, to_dataset
@@ -24,6 +25,7 @@ MOTIONS = _core.MOTION_NAMES
 _COMPLETED = [STATUS_NAMES.index(name) for name in ("completed", "restarted", "rest")]
 
 
+@interruptible
 class GridResult:
     """Result of a computation over a grid of cells; arrays are read-only, in C order of the axes.
 

@@ -8,6 +8,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from ..arguments import flag
+from ..interruption import interruptible
 from ..system import NUMERIC_RANGES, System
 from .cells import CellTask, RunSettings, checked_axes
 from .engine import compute
@@ -15,6 +16,7 @@ from .grid import Grid
 from .sweep_results import Chart, Sweep
 
 
+@interruptible
 def sweep(
     system: System,
     *,
@@ -90,6 +92,7 @@ def sweep(
     )
 
 
+@interruptible
 def chart(
     system: System,
     *,

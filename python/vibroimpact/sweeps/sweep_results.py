@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..interruption import interruptible
 from .results import GridResult
 
 
+@interruptible
 class Sweep(GridResult):
     """A label for each cell of a grid, and its largest Lyapunov exponent if asked for.
 
@@ -44,6 +46,7 @@ class Sweep(GridResult):
         return self._exponents("exponent_error")
 
 
+@interruptible
 class Chart(Sweep):
     """A sweep over two axes: arrays have the shape (values of the first, of the second)."""
 

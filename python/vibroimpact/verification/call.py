@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..arguments import count, flag, reject
 from ..errors import Interrupted
+from ..interruption import interruptible
 from ..run import Run
 from .result import Verification
 from .stretches import Stretches, only_kept, stretches
@@ -34,6 +35,7 @@ def need_flint() -> None:
         ) from error
 
 
+@interruptible
 def verify(
     run: Run,
     *,

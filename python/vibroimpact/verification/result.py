@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fixed_arrays import FixedArrays
+from ..interruption import interruptible
 
 #: Numbers of an impact that are verified, besides its regime: of the motion, and what follows.
 MOTION_NUMBERS = ("time", "x1", "v1_pre", "v1_post", "x2", "v2_pre", "v2_post")
@@ -64,6 +65,7 @@ FINAL_DTYPE = np.dtype(
 MISSED_DTYPE = np.dtype([("time", "f8"), ("jump", "f8"), ("graze", "i8"), *_JUDGED])
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True)
 class Disagreement:
     """The first event at which a run does not have the digits asked for.
@@ -91,6 +93,7 @@ class Disagreement:
     reason: str
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Verification(FixedArrays):
     """A run beside the exact motion of its system and start, as ``verify`` returns it.

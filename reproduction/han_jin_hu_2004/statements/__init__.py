@@ -26,7 +26,7 @@ from . import (
     undamped,
     undecided,
 )
-from .statement import Statement
+from .statement import STATEMENTS, Statement
 
 
 def _of(*modules: ModuleType) -> tuple[Statement, ...]:
@@ -55,10 +55,7 @@ GROUPS: dict[str, tuple[Statement, ...]] = {
     "What cannot be decided": _of(undecided),
 }
 """The statements by what they are about, in the order of the page."""
-STATEMENTS: dict[str, Statement] = {
-    item.id: item for statements in GROUPS.values() for item in statements
-}
-"""The statements by their id."""
+STATEMENTS.update((item.id, item) for statements in GROUPS.values() for item in statements)
 
 
 def chosen(ids: Iterable[str]) -> Sequence[Statement]:

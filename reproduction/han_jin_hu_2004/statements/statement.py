@@ -153,3 +153,7 @@ def mended(
 def _rough(value: float) -> str:
     """Return one digit, and no exponent for a number above 1."""
     return f"{value:.0f}" if value > 1.0 else f"{value:.1g}"
+
+
+STATEMENTS: dict[str, Statement] = {}
+"""The statements by their id, in the order of the page; the package fills it."""

@@ -2,13 +2,11 @@
 
 from ..parameters import TRANSITIONS, Transition
 from .diagrams import NO_IMPACTS, diagram, kinds
-from .statement import Finding, Statement, stated
+from .statement import STATEMENTS, Finding, Statement, stated
 
 
 def _no_data(figure: int) -> str:
     """Say why the look of a figure is left open, and which statements on it are judged."""
-    from . import STATEMENTS
-
     judged = [
         name
         for name, item in STATEMENTS.items()

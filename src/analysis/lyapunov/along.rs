@@ -17,12 +17,13 @@ use crate::impact::RegimeKind;
 use crate::model::error::SimulationError;
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
+use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
 use crate::numerics::tolerance::LOW_BOUNCE;
 use crate::simulate::event::{Event, StopReason};
 use crate::simulate::run::{FinalState, Run};
-use crate::simulate::{Horizon, Observer, Simulation};
+use crate::simulate::{Horizon, Simulation};
 use crate::tangent::itinerary::{Leg, LegReader, Reading, is_wall_at_rest, with_wall_at_rest};
 use crate::tangent::{
     Dual, DualState, END, Model, Moment, fly, on_contact, slide, to_event, traverse,
@@ -122,12 +123,12 @@ pub(crate) struct Along {
 impl Along {
     /// The motion that goes on from the end of `run`, with `wanted` perturbations, kept orthonormal,
     /// or all four unit vectors, as they come.
-    pub fn new(run: &Run, wanted: Option<usize>) -> Self {
+    pub fn new(run: &Run, wanted: Option<usize>, cancel: &CancelToken) -> Self {
         let system = &run.system;
         let FinalState { state, clock, mode, .. } = run.final_state;
         let still = is_wall_at_rest(system, &with_wall_at_rest(system, state));
         let model = Model::new(system, &[], still);
-        let simulation = run.resumed();
+        let simulation = run.resumed().cancel_with(cancel);
         let waits = simulation.checkpoint().skips();
         let mut along = Self {
             simulation,
@@ -159,7 +160,7 @@ impl Along {
     /// Lets the motion be followed up to `horizon`.
     pub fn extend(&mut self, horizon: Horizon) {
         self.pending = self.pending.take().filter(|event| !matches!(event, Event::Stop(_)));
-        self.simulation.go_on_until(horizon);
+        self.simulation.extend_to(horizon);
     }
 
     /// Number of directions there are: a wall at rest has none.
@@ -224,11 +225,11 @@ impl Along {
 
     /// Goes on to the instant `end`, or where that falls into skipped impacts, to the next one that
     /// does not.
-    pub fn reach<O: Observer>(&mut self, end: Clock, observer: &mut O) -> Result<(), Broken> {
+    pub fn reach(&mut self, end: Clock) -> Result<(), Broken> {
         loop {
             let event = match self.pending.take() {
                 Some(event) => event,
-                None => match self.simulation.advance(observer) {
+                None => match self.simulation.advance(&mut ()) {
                     Some(event) => event.map_err(Broken::Failed)?,
                     None => return Err(Broken::Stopped(StopReason::Completed)),
                 },

@@ -1,8 +1,6 @@
 //! The threads that share the work of a sweep.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
-use std::sync::mpsc;
-use std::time::Duration;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use rayon::prelude::*;
 
@@ -10,8 +8,6 @@ use crate::model::error::ParameterError;
 
 /// More threads than any machine has use for; some systems hang rather than refuse them.
 const MOST_THREADS: usize = 1024;
-/// Time between two looks at the caller's wish to go on.
-const LOOK: Duration = Duration::from_millis(50);
 
 /// The threads that share the work.
 #[derive(Debug, Default)]
@@ -41,30 +37,6 @@ impl Workers {
             Some(pool) => pool.install(work),
             None => work(),
         }
-    }
-
-    /// Does `work` on the threads while this one asks `go_on` now and then; once that says no,
-    /// `work` sees its flag raised and should end.
-    pub(super) fn run<T: Send>(
-        &self,
-        go_on: &mut dyn FnMut() -> bool,
-        work: impl FnOnce(&AtomicBool) -> T + Send,
-    ) -> T {
-        let cancel = AtomicBool::new(false);
-        std::thread::scope(|scope| {
-            let (working, worked) = mpsc::channel::<()>();
-            let cancel = &cancel;
-            let task = scope.spawn(move || {
-                let _working = working; // dropped at the end, which wakes the watch
-                self.install(|| work(cancel))
-            });
-            while let Err(mpsc::RecvTimeoutError::Timeout) = worked.recv_timeout(LOOK) {
-                if !go_on() {
-                    cancel.store(true, Relaxed);
-                }
-            }
-            task.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-        })
     }
 }
 

@@ -8,7 +8,7 @@
 
 use super::motions::{Flights, Motions, Systems};
 use crate::flight::{BodyFlight, Flight, FreeMotion, Trig, state_past};
-use crate::impact::{self, FirstSlip, Impact, PreImpact, Regime, RegimeKind};
+use crate::impact::{self, Impact, PreImpact, Regime, RegimeKind};
 use crate::model::angle::Angle;
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
@@ -87,10 +87,10 @@ struct Impacts {
     met: [u64; LANES],
     /// What the scans of the flights after the impacts start from, where the forced motions are steady.
     outsets: Outsets,
-    /// 1 where the impact is straight: without friction, or with slip in one direction to its end.
-    straight: [u64; LANES],
+    /// 1 where the impact is resolved without a switch: no friction, or slip in one direction to its end.
+    unswitched: [u64; LANES],
     /// Impacts of other regimes.
-    bent: [Option<Impact>; LANES],
+    switched: [Option<Impact>; LANES],
 }
 
 impl Encounters {
@@ -127,7 +127,7 @@ impl Encounters {
 
     /// The flights after the impacts are the present ones, in lanes for which `which` is 1.
     #[inline(always)]
-    pub fn go_on(&mut self, which: &[u64; LANES]) {
+    pub fn proceed(&mut self, which: &[u64; LANES]) {
         let Flights { time_in_period, residual, angles, phases, pendulums, oscillators } =
             &mut self.flights;
         let after = &self.impacts.flights;
@@ -237,20 +237,16 @@ impl Encounters {
             let angle = angle(x1);
             let Angle { sin, cos } = angle;
             let pre = PreImpact { cos, sin, v1: contacts.v1[j], v2: contacts.v2[j] };
-            let slip = FirstSlip::new(&pre, mass_ratio, friction);
-            let rubs = (sin != 0.0) & (pre.v1 != 0.0);
-            let lasts = rubs & slip.lasts(&pre, restitution) & !slip.drives_on();
-            let segment = impact::slip(&pre, friction, pre.v1);
-            let impact =
-                impact::straight(&pre, mass_ratio, restitution, &segment, Regime::Frictionless);
+            let contact = pre.coordinates(mass_ratio, friction);
+            let (impact, without_switch) = impact::resolve_without_switch(&contact, restitution);
             let met = (impact.approach_velocity > 0.0)
                 & (on_wall | (mass_ratio > 0.0))
                 & (x1.abs() <= MOST_TURNED);
-            let straight = ((friction == 0.0) | lasts) & impact.is_finite();
+            let unswitched = without_switch & impact.is_finite();
             (impacts.pre_x1[j], impacts.pre_x2[j]) = (x1, x2);
             after.angles.set(j, &angle);
-            impacts.v1_post[j] = impact.v1_post;
-            impacts.v2_post[j] = impact.v2_post;
+            impacts.v1_post[j] = impact.slip;
+            impacts.v2_post[j] = impact.parting;
             impacts.approach[j] = impact.approach_velocity;
             impacts.separation[j] = impact.separation_velocity;
             impacts.impulse_approach[j] = impact.impulse_approach;
@@ -259,25 +255,26 @@ impl Encounters {
             impacts.energy_loss[j] = impact.energy_loss;
             impacts.friction_loss[j] = impact.friction_loss;
             impacts.met[j] = u64::from(met);
-            impacts.straight[j] = u64::from(met & straight);
+            impacts.unswitched[j] = u64::from(met & unswitched);
         }
     }
 
     /// Whether the impact in lane `j` is of another regime, to be resolved by itself: the state before it.
     #[inline(always)]
-    pub fn bends(&mut self, j: usize) -> Option<PreImpact> {
+    pub fn switches(&mut self, j: usize) -> Option<PreImpact> {
         let Self { contacts, impacts, .. } = self;
-        impacts.bent[j] = None;
-        let bends = contacts.certain[j] == 1 && impacts.met[j] == 1 && impacts.straight[j] == 0;
-        bends.then(|| self.meeting(j))
+        impacts.switched[j] = None;
+        let switches =
+            contacts.certain[j] == 1 && impacts.met[j] == 1 && impacts.unswitched[j] == 0;
+        switches.then(|| self.meeting(j))
     }
 
     /// Sets the impact in lane `j`.
-    pub fn bend(&mut self, j: usize, impact: &Impact) {
+    pub fn set_switched(&mut self, j: usize, impact: &Impact) {
         if impact.is_finite() {
             self.impacts.v1_post[j] = impact.v1_post;
             self.impacts.v2_post[j] = impact.v2_post;
-            self.impacts.bent[j] = Some(*impact);
+            self.impacts.switched[j] = Some(*impact);
         }
     }
 
@@ -392,7 +389,7 @@ impl Encounters {
     /// Whether the impact in lane `j` is resolved.
     #[inline(always)]
     pub fn is_resolved(&self, j: usize) -> bool {
-        self.impacts.straight[j] == 1 || self.impacts.bent[j].is_some()
+        self.impacts.unswitched[j] == 1 || self.impacts.switched[j].is_some()
     }
 
     /// The state before the impact in lane `j`.
@@ -413,7 +410,7 @@ impl Encounters {
     /// Regime of the impact in lane `j`.
     #[inline(always)]
     fn regime(&self, j: usize) -> Regime {
-        match &self.impacts.bent[j] {
+        match &self.impacts.switched[j] {
             Some(impact) => impact.regime,
             None if self.systems.friction[j] == 0.0 => Regime::Frictionless,
             None => Regime::Slip { direction: 1f64.copysign(self.contacts.v1[j]) },
@@ -423,8 +420,9 @@ impl Encounters {
     /// Kind of regime and approach velocity of the impact in lane `j`.
     #[inline(always)]
     pub fn approach(&self, j: usize) -> (RegimeKind, f64) {
-        let straight = self.impacts.approach[j];
-        let approach = self.impacts.bent[j].as_ref().map_or(straight, |i| i.approach_velocity);
+        let unswitched = self.impacts.approach[j];
+        let approach =
+            self.impacts.switched[j].as_ref().map_or(unswitched, |i| i.approach_velocity);
         (self.regime(j).kind(), approach)
     }
 
@@ -432,7 +430,7 @@ impl Encounters {
     #[inline(always)]
     pub fn impact(&self, j: usize) -> Impact {
         let impacts = &self.impacts;
-        impacts.bent[j].unwrap_or_else(|| Impact {
+        impacts.switched[j].unwrap_or_else(|| Impact {
             regime: self.regime(j),
             v1_post: impacts.v1_post[j],
             v2_post: impacts.v2_post[j],

@@ -13,11 +13,12 @@ use crate::flight::FreeMotion;
 use crate::impact::{Impact, PreImpact, resolve};
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
+use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::quadrature::{PANEL, POINTS};
 use crate::numerics::tolerance::AUDIT_ANGLE;
 use crate::simulate::event::ImpactEvent;
-use crate::simulate::{Caller, followed_by_hops};
+use crate::simulate::followed_by_hops;
 
 /// Works of all forces on the system in the kept window of a run, in M1 l^2 omega_2^2: positive
 /// what enters. All are NaN where one of them leaves the range of floats: velocities beyond 1e154 have
@@ -88,28 +89,21 @@ struct Auditor<'a> {
     motion: &'a FreeMotion,
     nodes: [(f64, f64); POINTS],
     audit: EnergyAudit,
-    caller: Caller<&'a mut dyn FnMut() -> bool>,
-    /// By the caller.
-    ended: bool,
+    cancel: &'a CancelToken,
 }
 
 impl Run {
-    /// Works of all forces in the kept window, and the change of energy they should explain.
+    /// Works of all forces in the kept window, and the change of energy they should explain; `None` once
+    /// `cancel` has ended it.
     #[must_use]
-    pub fn energy_audit(&self) -> EnergyAudit {
-        self.energy_audit_while(&mut || true).unwrap_or_default()
-    }
-
-    /// The same; `go_on` is asked now and then, and `false` ends it without a result.
-    pub fn energy_audit_while(&self, go_on: &mut dyn FnMut() -> bool) -> Option<EnergyAudit> {
+    pub fn energy_audit(&self, cancel: &CancelToken) -> Option<EnergyAudit> {
         let motion = FreeMotion::new(&self.system);
         let mut auditor = Auditor {
             system: &self.system,
             motion: &motion,
             nodes: *PANEL,
             audit: EnergyAudit::default(),
-            caller: Caller::new(go_on),
-            ended: false,
+            cancel,
         };
         let legs = self.legs();
         let starts =
@@ -122,7 +116,7 @@ impl Run {
                 auditor.audit.energy_start = auditor.energy(&state);
             }
             auditor.leg(self, leg, from);
-            if auditor.ended {
+            if cancel.is_cancelled() {
                 return None;
             }
         }
@@ -180,7 +174,10 @@ impl Auditor<'_> {
                 let state = run.system.on_contact(x1, v1);
                 (state, run.system.contact_force(drive.trig_at(clock), &state, mode))
             });
-            if end == leg.end || self.ended || !slide.advance(run, self.motion, mode) {
+            if end == leg.end
+                || self.cancel.is_cancelled()
+                || !slide.advance(run, self.motion, mode)
+            {
                 return;
             }
         }
@@ -205,8 +202,7 @@ impl Auditor<'_> {
         let panels = (length * fastest / AUDIT_ANGLE).ceil().max(1.0);
         let step = length / panels;
         for panel in 0..panels as i64 {
-            self.ended = self.ended || !self.caller.goes_on();
-            if self.ended {
+            if self.cancel.is_cancelled() {
                 return;
             }
             let mut works = [0.0; 7];
@@ -277,7 +273,7 @@ impl Auditor<'_> {
         };
         for ImpactEvent { clock: next, pre, post, impact, .. } in impacts {
             flight(self, clock, state, next);
-            if self.ended {
+            if self.cancel.is_cancelled() {
                 return;
             }
             if next > from {

@@ -5,9 +5,10 @@ use super::Run;
 use crate::contact::sustained::{ContactForce, ContactMode, SlideStep};
 use crate::flight::{Flight, FreeMotion};
 use crate::model::state::{Clock, State};
+use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
 use crate::simulate::event::EventKind;
-use crate::simulate::{Anchor, Caller, Phase, Takeoff, hops};
+use crate::simulate::{Anchor, Phase, Takeoff, hops};
 
 /// What the bodies do between two events.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,7 +88,7 @@ impl Run {
     #[must_use]
     pub fn trajectory(&self, times: &[f64]) -> Option<Vec<[f64; 4]>> {
         let mut states = Vec::with_capacity(times.len());
-        self.follow(times, &mut || true, |state, _| states.push(state.to_array()))?;
+        self.follow(times, &CancelToken::never(), |state, _| states.push(state.to_array()))?;
         Some(states)
     }
 
@@ -96,28 +97,27 @@ impl Run {
     #[must_use]
     pub fn contact_forces(&self, times: &[f64]) -> Option<Vec<ContactForce>> {
         let mut forces = Vec::with_capacity(times.len());
-        self.follow(times, &mut || true, |_, force| forces.push(force))?;
+        self.follow(times, &CancelToken::never(), |_, force| forces.push(force))?;
         Some(forces)
     }
 
-    /// Hands over state and force at one time after the other, until `go_on`, asked now and then, says no.
+    /// Hands over state and force at one time after the other, until `cancel` ends it.
     /// `None` for a time outside the kept window.
     pub(crate) fn follow(
         &self,
         times: &[f64],
-        go_on: &mut dyn FnMut() -> bool,
+        cancel: &CancelToken,
         mut hand_over: impl FnMut(&State, ContactForce),
     ) -> Option<()> {
         let motion = FreeMotion::new(&self.system);
         let (from, to) = (motion.drive.time(self.window), self.final_state.time);
         let legs = self.legs();
-        let mut caller = Caller::new(go_on);
         let mut follower: Option<(usize, Follower)> = None;
         for &time in times {
             if !(from..=to).contains(&time) {
                 return None;
             }
-            if !caller.goes_on() {
+            if cancel.is_cancelled() {
                 break;
             }
             // The last leg that begins not later than this.

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use crate::impact::{Regime, RegimeKind};
 use crate::model::error::ParameterError;
-use crate::model::parameters::{ImpactLaw, System};
+use crate::model::parameters::System;
 use crate::simulate::event::ImpactEvent;
 
 /// A sign.
@@ -167,7 +167,7 @@ impl Leg {
     /// The leg that an impact ends.
     pub(super) fn to_impact(system: &System, event: &ImpactEvent) -> Self {
         // The literal law has no |sin x1|.
-        let sin = if system.law == ImpactLaw::Paper { 1.0 } else { event.pre.x1.sin() };
+        let sin = if system.law.is_coulomb() { event.pre.x1.sin() } else { 1.0 };
         let regime = event.impact.regime;
         Self::Impact(regime.kind(), Signs::of(regime, event.pre.v1, sin))
     }

@@ -33,6 +33,7 @@ from ...arguments import (
     threads,
 )
 from ...errors import Interrupted
+from ...interruption import interruptible
 from ...system import System
 from ..cells import COORDINATES
 from ..cluster import check_client
@@ -123,7 +124,7 @@ class ArrivalTask:
         last: int,
         *,
         workers: int | None,
-        go_on: Callable[[int], bool] | None,
+        progress: Callable[[int], object] | None,
     ) -> ChunkResult:
         """Follow the cells first ... last - 1."""
         columns = {
@@ -137,7 +138,7 @@ class ArrivalTask:
                 self.attractors,
                 self.follow,
                 workers=workers,
-                progress=None if go_on is None else _shifted(go_on, start - first),
+                progress=None if progress is None else _shifted(progress, start - first),
             )
             block = slice(start - first, start - first + len(numbers))
             columns["status"][block] = np.where(ends.attractor >= 0, COMPLETED, ends.status)
@@ -148,14 +149,15 @@ class ArrivalTask:
         return ChunkResult(columns)
 
 
-def _shifted(go_on: Callable[[int], bool], before: int) -> Callable[[int], bool]:
-    return lambda done: go_on(before + done)
+def _shifted(progress: Callable[[int], object], before: int) -> Callable[[int], object]:
+    return lambda done: progress(before + done)
 
 
 def _digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+@interruptible
 def basins(
     system: System,
     *,

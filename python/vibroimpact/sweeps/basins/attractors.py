@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...interruption import interruptible
 from ...orbits.motion import PeriodicMotion
 from ...system import System
 from .clouds import INSIDE, Cloud
@@ -33,6 +34,7 @@ class Family(StrEnum):
     FREE = "free motion that never strikes: every start has its own"
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Attractor:
     """Where motions end up.

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...fixed_arrays import FixedArrays
+from ...interruption import interruptible
 from ...run import read_only
 from ...system import System
 from ...verbs import verb
@@ -49,6 +50,7 @@ class BasinSettings:
         return Follow(self.periods, self.keep, self.max_events, self.tolerance)
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Basins(FixedArrays):
     """Basins of attraction over a grid of a x b initial states; all arrays are read-only.

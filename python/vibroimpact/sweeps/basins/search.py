@@ -73,7 +73,7 @@ def follow_all(
     follow: Follow,
     *,
     workers: int | None = None,
-    progress: Callable[[int], bool] | None = None,
+    progress: Callable[[int], object] | None = None,
 ) -> Ends:
     """Follow starts, shape (n, 4), until they arrive at attractors; judge the others by tails."""
     trapping = [k for k, attractor in enumerate(attractors) if attractor.region is not None]

@@ -42,7 +42,7 @@ def arrive(
     follow: Follow,
     *,
     workers: int | None = None,
-    progress: Callable[[int], bool] | None = None,
+    progress: Callable[[int], object] | None = None,
 ) -> _core.Arrivals:
     """Follow every start, shape (n, 4), until it arrives in one of the regions, or to the end."""
     caps = {} if follow.max_events is None else {"max_events": follow.max_events}

@@ -1,0 +1,65 @@
+"""Ctrl-C anywhere in a public call is `Interrupted`: the one place that sees to it.
+
+A call that knows what is done by then raises `Interrupted` with it. While arguments are checked
+nothing is done yet, and an array that is half built is nothing: there the decorator of this module
+raises it, with nothing.
+"""
+
+import enum
+import functools
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from .errors import Interrupted
+
+Target = TypeVar("Target", bound=Callable[..., Any])
+
+
+def interruptible(target: Target) -> Target:
+    """Let Ctrl-C in a function, or in what a class has that is public, be `Interrupted`."""
+    if not isinstance(target, type):
+        return _call(target)  # type: ignore[return-value]
+    for name, member in list(vars(target).items()):
+        if not name.startswith("_"):
+            covered = _member(member)
+            if covered is not member:
+                setattr(target, name, covered)
+    return target
+
+
+def is_covered(member: Any) -> bool:
+    """Whether a function, or what stands in a class, has been decorated."""
+    for name in ("__func__", "fget", "func"):
+        member = getattr(member, name, member)
+    return hasattr(member, "__ctrl_c__")
+
+
+def _call(function: Callable[..., Any]) -> Callable[..., Any]:
+    @functools.wraps(function)
+    def covered(*arguments: Any, **options: Any) -> Any:
+        try:
+            return function(*arguments, **options)
+        except Interrupted:
+            raise
+        except KeyboardInterrupt as error:
+            said = str(error) or f"interrupted in {function.__qualname__}"
+            raise Interrupted(f"{said}; .result holds nothing") from None
+
+    covered.__ctrl_c__ = True  # type: ignore[attr-defined]
+    return covered
+
+
+def _member(member: Any) -> Any:
+    match member:
+        case classmethod() | staticmethod():
+            return type(member)(_call(member.__func__))
+        case property(fget=getter) if getter is not None:
+            return property(_call(getter), member.fset, member.fdel, member.__doc__)
+        case functools.cached_property():
+            member.func = _call(member.func)
+            return member
+        case type() | enum.Enum():
+            return member
+        case _ if callable(member):
+            return _call(member)
+    return member

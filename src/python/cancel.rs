@@ -1,0 +1,105 @@
+//! The one bridge from Ctrl-C to the core's cancellation token.
+//!
+//! Only Python's main thread sees signals, and only while it holds the interpreter. So the work goes to a
+//! thread of its own, without the interpreter, while the calling thread waits for it, looks for signals
+//! and reports progress.
+
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
+use std::sync::mpsc;
+use std::time::Duration;
+
+use pyo3::exceptions::PyKeyboardInterrupt;
+use pyo3::prelude::*;
+
+use crate::numerics::cancel::CancelToken;
+
+/// Time between two looks for signals.
+const LOOK: Duration = Duration::from_millis(25);
+/// Asks that are left until the work behaves as after Ctrl-C, over calls; `u64::MAX` if it never does.
+static ASKS: AtomicU64 = AtomicU64::new(u64::MAX);
+
+/// Lets the `asks`-th ask of the calls that follow behave as Ctrl-C at that place; None: none. For tests, with
+/// one worker thread. Returns how many asks were left.
+#[pyfunction]
+pub(super) fn _interrupt_at(asks: Option<u64>) -> u64 {
+    ASKS.swap(asks.unwrap_or(u64::MAX), Relaxed)
+}
+
+/// Who is told how much is done.
+pub(super) struct Progress<'a> {
+    pub tell: &'a Py<PyAny>,
+    pub done: &'a AtomicUsize,
+}
+
+/// Works with the interpreter released. Ctrl-C makes the work end early with what is done, and is
+/// reported beside it, also where it comes while progress is told; another exception is raised.
+pub(super) fn interruptible<T: Send, E: Into<PyErr> + Send>(
+    py: Python<'_>,
+    progress: Option<&Progress>,
+    work: impl FnOnce(&CancelToken) -> Result<T, E> + Send,
+) -> PyResult<(T, bool)> {
+    let token = CancelToken::after(ASKS.load(Relaxed));
+    let mut raised = None;
+    let tell = |py: Python<'_>| match progress {
+        Some(Progress { tell, done }) => tell.call1(py, (done.load(Relaxed),)).map(drop),
+        None => Ok(()),
+    };
+    let main = is_main_thread(py)?;
+    let result = if main || progress.is_some() {
+        py.detach(|| {
+            beside(
+                || work(&token),
+                || {
+                    if raised.is_none() {
+                        let look = |py: Python<'_>| tell(py).and_then(|()| py.check_signals());
+                        raised = Python::attach(look).err();
+                    }
+                    if raised.is_some() {
+                        token.cancel();
+                    }
+                },
+            )
+        })
+    } else {
+        py.detach(|| work(&token))
+    };
+    let counted = ASKS.load(Relaxed) != u64::MAX;
+    let mut interrupted = token.asks_left() == 0;
+    if counted {
+        ASKS.store(if interrupted { u64::MAX } else { token.asks_left() }, Relaxed);
+        if interrupted && main && raised.is_none() {
+            let signal = py.import("signal")?;
+            raised = signal.call_method1("raise_signal", (signal.getattr("SIGINT")?,)).err();
+        }
+    }
+    if raised.is_none() {
+        raised = tell(py).err();
+        interrupted |= raised.is_some();
+    }
+    match raised {
+        Some(error) if !error.is_instance_of::<PyKeyboardInterrupt>(py) => Err(error),
+        _ => result.map(|done| (done, interrupted)).map_err(Into::into),
+    }
+}
+
+/// Does the work on another thread, and looks now and then until it is done.
+fn beside<T: Send>(work: impl FnOnce() -> T + Send, mut look: impl FnMut()) -> T {
+    std::thread::scope(|scope| {
+        let (working, worked) = mpsc::channel::<()>();
+        let task = scope.spawn(move || {
+            let _working = working; // dropped at the end, which wakes the wait
+            work()
+        });
+        while let Err(mpsc::RecvTimeoutError::Timeout) = worked.recv_timeout(LOOK) {
+            look();
+        }
+        task.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}
+
+/// Whether signals may come to this thread.
+fn is_main_thread(py: Python<'_>) -> PyResult<bool> {
+    let threading = py.import("threading")?;
+    let here = threading.call_method0("current_thread")?;
+    Ok(here.is(&threading.call_method0("main_thread")?))
+}
