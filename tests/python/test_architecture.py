@@ -106,6 +106,8 @@ NOUNS = [
     "archive",
     "physical",
     "system",
+    "continuation.names",
+    "orbits.kinds",
     "orbits.ranges",
     "sweeps.ctrl_c",
     "sweeps.grid",
