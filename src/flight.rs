@@ -20,6 +20,7 @@ pub(crate) use resonance::{Beat, Beats};
 pub(crate) use table::{LEVELS, Point, States, Table, Weights};
 
 use crate::model::angle::Angle;
+use crate::model::oblique::Body;
 use crate::model::parameters::{Contact, System};
 use crate::model::state::{Clock, State};
 use crate::numerics::double_double::DoubleDouble;
@@ -53,16 +54,13 @@ impl FreeMotion {
     #[must_use]
     pub fn new(system: &System) -> Self {
         let omega = system.drive_frequency;
-        let fastest = system.frequency_ratio.max(omega).max(1.0);
-        let span = CHUNK_TURNS * std::f64::consts::TAU / fastest;
+        let span = CHUNK_TURNS * std::f64::consts::TAU / system.highest_frequency();
         // The first pass looks a little further.
         let longest = SCAN_STEPS * span;
-        let body = |natural, damping, amplitude| {
+        let body = |Body { natural, damping, amplitude }: Body<f64>| {
             Oscillator::new(natural, damping, amplitude, omega, longest)
         };
-        let pendulum =
-            body(system.frequency_ratio, system.pendulum_damping, system.moment_amplitude);
-        let oscillator = body(1.0, system.oscillator_damping, system.force_amplitude);
+        let (pendulum, oscillator) = (body(system.pendulum()), body(system.oscillator()));
         let plain_from = pendulum.swings_from().max(oscillator.swings_from());
         let tables = table::Tables::new(span);
         let cube = tables.steps[0] * tables.steps[0] * tables.steps[0];

@@ -3,6 +3,7 @@
 pub(crate) mod angle;
 pub(crate) mod contact_coordinates;
 pub(crate) mod error;
+pub(crate) mod oblique;
 pub(crate) mod parameters;
 pub(crate) mod state;
 

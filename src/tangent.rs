@@ -26,7 +26,8 @@ use contact::stick_condition;
 use strike::strike;
 
 use crate::flight::{FreeMotion, Trig};
-use crate::model::parameters::{Contact, Parameters, System};
+use crate::model::angle::Angle;
+use crate::model::parameters::{Parameters, System};
 use crate::model::state::{Clock, State};
 use crate::numerics::dual::{self, Number};
 
@@ -97,20 +98,14 @@ impl Model {
         Self { system: *system, motion, parameters, period, wall_at_rest }
     }
 
-    /// sin x1 and cos x1; 0 and 1 in direct contact.
-    pub fn tip_angle(&self, x1: Dual) -> (Dual, Dual) {
-        match self.system.contact {
-            Contact::Oblique => x1.sin_cos(),
-            Contact::Direct => (Dual::constant(0.0), Dual::constant(1.0)),
-        }
+    /// Sine and cosine of x1; 0 and 1 in direct contact.
+    pub fn angle(&self, x1: Dual) -> Angle<Dual> {
+        self.parameters.contact.angle(x1)
     }
 
     /// Position of the tip along the normal.
     fn tip(&self, x1: Dual) -> Dual {
-        match self.system.contact {
-            Contact::Oblique => x1.sin_cos().0,
-            Contact::Direct => x1,
-        }
+        self.parameters.contact.tip(x1, self.angle(x1))
     }
 
     /// g.
@@ -125,7 +120,7 @@ impl Model {
 
     /// u = g'.
     pub fn approach_velocity(&self, state: &DualState) -> Dual {
-        state.v1 * self.tip_angle(state.x1).1 - state.v2
+        self.angle(state.x1).gap_rate(state.v1, state.v2)
     }
 
     /// Cosine and sine of the forcing phase.
@@ -150,13 +145,10 @@ impl Model {
 
     /// Free accelerations of both bodies.
     pub fn free_accelerations(&self, state: &DualState, moment: &Moment) -> (Dual, Dual) {
-        let p = &self.parameters;
         let (cos_psi, _) = self.load(moment);
-        let w = p.frequency_ratio;
-        let a1 = p.moment_amplitude * cos_psi
-            - p.pendulum_damping * w * 2.0 * state.v1
-            - w * w * state.x1;
-        let a2 = p.force_amplitude * cos_psi - p.oscillator_damping * 2.0 * state.v2 - state.x2;
-        (a1, a2)
+        (
+            self.parameters.pendulum().acceleration(state.x1, state.v1, cos_psi),
+            self.parameters.oscillator().acceleration(state.x2, state.v2, cos_psi),
+        )
     }
 }

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 
 use crate::analysis::period::{CHATTERING, PeriodReport, detect_period};
 use crate::model::error::{SimulationError, StateError};
-use crate::model::parameters::{Contact, System};
+use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{Event, StopEvent, StopReason};
@@ -112,7 +112,7 @@ impl<'a> Watch<'a> {
     ) -> Self {
         Self {
             targets,
-            rotor: system.frequency_ratio() == 0.0 && system.contact() == Contact::Oblique,
+            rotor: system.is_rotor(),
             journey,
             impacts: 0,
             keep: usize::try_from(options.keep.unwrap_or(0)).unwrap_or(0),

@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::flight::Trig;
 use crate::model::angle::Angle;
+use crate::model::oblique::SecondBody;
 use crate::model::parameters::System;
 use crate::model::state::State;
 use crate::numerics::tolerance::{EPS, FORCE_NOISE, PAINLEVE_LEVEL, REACH_LEVEL, WALL_SLOPE};
@@ -103,7 +104,13 @@ struct Instant {
 }
 
 impl Instant {
-    /// Rounding of the free gap acceleration.
+    /// The free gap acceleration.
+    fn free(&self) -> f64 {
+        let angle = Angle { sin: self.sin, cos: self.cos };
+        angle.gap_acceleration(self.v1, (self.a1, self.a2))
+    }
+
+    /// Its rounding.
     fn noise(&self) -> f64 {
         let turn = self.v1 * self.v1 * self.sin.abs();
         FORCE_NOISE * EPS * (self.size1 * self.cos.abs() + turn + self.size2)
@@ -112,13 +119,10 @@ impl Instant {
 
 impl System {
     fn instant(&self, phase: Trig, state: &State) -> Instant {
-        let load = phase.cos;
         let Angle { sin, cos } = self.contact.angle(state.x1);
         let State { x1, v1, x2, v2 } = *state;
-        let stiffness = self.frequency_ratio * self.frequency_ratio;
-        let damping = 2.0 * self.pendulum_damping * self.frequency_ratio;
-        let moment = [self.moment_amplitude * load, -damping * v1, -stiffness * x1];
-        let force = [self.force_amplitude * load, -2.0 * self.oscillator_damping * v2, -x2];
+        let moment = self.pendulum().terms(x1, v1, phase.cos);
+        let force = self.oscillator().terms(x2, v2, phase.cos);
         let sum = |terms: [f64; 3]| terms[0] + terms[1] + terms[2];
         let (a1, a2) = (sum(moment), sum(force));
         // The load has the rounding of its phase.
@@ -126,11 +130,6 @@ impl System {
         let size1 = sum(moment.map(f64::abs)) + self.moment_amplitude.abs() * shift;
         let size2 = sum(force.map(f64::abs)) + self.force_amplitude.abs() * shift;
         Instant { a1, a2, sin, cos, v1, size1, size2 }
-    }
-
-    /// Whether body 2 is a wall that will never move.
-    fn wall_at_rest(&self, state: &State) -> bool {
-        self.mass_ratio == 0.0 && self.force_amplitude == 0.0 && state.x2 == 0.0 && state.v2 == 0.0
     }
 
     /// mbar + k cos x1 for slip in direction s; 0 where it is that to rounding, or less.
@@ -143,12 +142,12 @@ impl System {
 
     fn painleve_level(&self, size: f64) -> f64 {
         // A wall is driven to the end of the tip's reach, cos x1 = 0, where all terms vanish.
-        (PAINLEVE_LEVEL * size).max(if self.mass_ratio == 0.0 { REACH_LEVEL } else { 0.0 })
+        (PAINLEVE_LEVEL * size).max(if self.is_wall() { REACH_LEVEL } else { 0.0 })
     }
 
     /// No contact force fits: a Painleve point, or a wall that jams the pendulum.
     pub(crate) fn stuck(&self) -> Next {
-        if self.mass_ratio == 0.0 { Next::Jammed } else { Next::Painleve }
+        if self.is_wall() { Next::Jammed } else { Next::Painleve }
     }
 
     /// Whether no motion from a state on the contact with g' = 0 fits, or more than one.
@@ -159,7 +158,7 @@ impl System {
     /// What the bodies do from a state on the contact with g' = 0, under the forcing `phase`.
     pub(crate) fn land(&self, phase: Trig, state: &State) -> Next {
         let i = self.instant(phase, state);
-        let free = i.a1 * i.cos - i.v1 * i.v1 * i.sin - i.a2;
+        let free = i.free();
         let noise = i.noise();
         let rubs = self.friction > 0.0 && i.sin != 0.0;
         if rubs && i.v1 != 0.0 && self.slip_inertia(i.sin, i.cos, i.v1.signum()) == 0.0 {
@@ -175,13 +174,11 @@ impl System {
         }
         let next = if i.v1 != 0.0 {
             self.slide(&i, i.v1)
-        } else if self.wall_at_rest(state) || (rubs && self.sticks(&i)) || self.balances(&i) {
+        } else if self.is_wall_at_rest(state) || (rubs && self.sticks(&i)) || self.balances(&i) {
             Next::Hold(ContactMode::Stick)
-        } else if self.mass_ratio == 0.0 {
-            // The tip follows the wall: x1'' cos x1 = a2.
-            self.slide(&i, i.a2 * i.cos)
         } else {
-            // s = sgn(a1 - p_s cos x1); without friction this is the sign of x1'' too.
+            // s = sgn(a1 - p_s cos x1); without friction this is the sign of x1'' too. Against a
+            // wall the tip follows it: x1'' cos x1 = a2.
             self.slide(&i, self.mass_ratio * i.a1 + i.a2 * i.cos)
         };
         if free <= noise {
@@ -208,7 +205,7 @@ impl System {
     /// Whether friction can hold the tip at x1' = 0: p_s = -a2/mbar >= 0 in the cone. Multiplied
     /// by mbar.
     fn sticks(&self, i: &Instant) -> bool {
-        self.mass_ratio > 0.0
+        !self.is_wall()
             && i.a2 <= 0.0
             && (self.mass_ratio * i.a1 + i.a2 * i.cos).abs() <= -self.friction * i.a2 * i.sin.abs()
     }
@@ -216,7 +213,7 @@ impl System {
     /// Whether a constant load leaves the bodies where they are, without friction.
     fn balances(&self, i: &Instant) -> bool {
         let unforced = self.moment_amplitude == 0.0 && self.force_amplitude == 0.0;
-        self.mass_ratio > 0.0
+        !self.is_wall()
             && (self.drive_frequency == 0.0 || unforced)
             && self.mass_ratio * i.a1 + i.a2 * i.cos == 0.0
     }
@@ -230,18 +227,21 @@ impl System {
     ) -> ContactForce {
         let i = self.instant(phase, state);
         if mode == ContactMode::Stick {
-            let normal = if self.mass_ratio > 0.0 { -i.a2 / self.mass_ratio } else { i.a1 / i.cos };
-            let tangential = if i.sin == 0.0 || self.mass_ratio == 0.0 {
-                0.0
-            } else {
-                (normal * i.cos - i.a1) / i.sin
+            let (normal, tangential) = match self.second_body() {
+                SecondBody::Wall => (i.a1 / i.cos, 0.0),
+                SecondBody::Free { mass_ratio } => {
+                    let normal = -i.a2 / mass_ratio;
+                    // On sin x1 = 0 friction has no moment.
+                    let held = if i.sin == 0.0 { 0.0 } else { (normal * i.cos - i.a1) / i.sin };
+                    (normal, held)
+                }
             };
             return ContactForce { normal: normal.max(0.0), tangential };
         }
         let direction = mode.direction();
         let friction = self.friction * direction;
         let inertia = self.mass_ratio + (i.cos + friction * i.sin.abs()) * i.cos;
-        let free = i.a1 * i.cos - i.v1 * i.v1 * i.sin - i.a2;
+        let free = i.free();
         let normal = (free / inertia).max(0.0);
         // On sin x1 = 0: the side the tip slides to.
         let side = if i.sin == 0.0 { direction * i.cos } else { i.sin };
@@ -266,16 +266,6 @@ impl System {
         state.v1 + i.a1 * left - k * impulse
     }
 
-    /// cos x1, or 1 in direct contact.
-    pub(crate) fn tip_slope(&self, x1: f64) -> f64 {
-        self.contact.angle(x1).cos
-    }
-
-    /// The state on the contact that has this x1 and x1'.
-    pub(crate) fn on_contact(&self, x1: f64, v1: f64) -> State {
-        State { x1, v1, x2: self.tip(x1) - self.gap, v2: v1 * self.tip_slope(x1) }
-    }
-
     /// A state with g = 0 to rounding, moved onto the contact so that rounding does not add up.
     /// What a wall (mbar = 0) does is not touched.
     pub(crate) fn touching(&self, state: State) -> State {
@@ -288,7 +278,7 @@ impl System {
     pub(crate) fn touching_at(&self, state: State) -> (State, Angle) {
         let angle = self.contact.angle(state.x1);
         let tip = self.contact.tip(state.x1, angle);
-        if self.mass_ratio == 0.0 && angle.cos.abs() > WALL_SLOPE {
+        if self.is_wall() && angle.cos.abs() > WALL_SLOPE {
             let x1 = state.x1 - (tip - state.x2 - self.gap) / angle.cos;
             return (State { x1, ..state }, self.contact.angle(x1));
         }
@@ -299,7 +289,7 @@ impl System {
     pub(crate) fn landed(&self, state: State) -> State {
         let state = self.touching(state);
         let slope = self.tip_slope(state.x1);
-        if self.mass_ratio == 0.0 && slope.abs() > WALL_SLOPE {
+        if self.is_wall() && slope.abs() > WALL_SLOPE {
             return State { v1: state.v2 / slope, ..state };
         }
         // As an impact does it: what the impulses of the last bounces have left is small beside the
@@ -308,7 +298,7 @@ impl System {
         let k = slope + if state.v1 == 0.0 { 0.0 } else { friction.copysign(state.v1) };
         let change = k * (state.v1 * slope - state.v2) / (self.mass_ratio + k * slope);
         let small = change.abs() <= 1e-3 * state.v1.abs();
-        let v1 = if self.mass_ratio > 0.0 && small { state.v1 - change } else { state.v1 };
+        let v1 = if !self.is_wall() && small { state.v1 - change } else { state.v1 };
         State { v1, v2: v1 * slope, ..state }
     }
 }

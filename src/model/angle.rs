@@ -4,15 +4,15 @@
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
 use crate::model::parameters::Contact;
-use crate::numerics::elementary;
+use crate::numerics::dual::Number;
 use crate::numerics::lanes::lanes_of;
 
 /// Sine and cosine of the pendulum's angle, as far as the geometry looks at it: of 0 in direct
 /// contact.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Angle {
-    pub sin: f64,
-    pub cos: f64,
+pub(crate) struct Angle<T = f64> {
+    pub sin: T,
+    pub cos: T,
 }
 
 lanes_of! {
@@ -23,17 +23,17 @@ lanes_of! {
 impl Contact {
     /// Sine and cosine of x1 in oblique contact, of 0 in direct contact.
     #[inline(always)]
-    pub(crate) fn angle(self, x1: f64) -> Angle {
+    pub(crate) fn angle<T: Number>(self, x1: T) -> Angle<T> {
         let (sin, cos) = match self {
-            Self::Oblique => elementary::sin_cos(x1),
-            Self::Direct => (0.0, 1.0),
+            Self::Oblique => x1.sin_cos(),
+            Self::Direct => (T::constant(0.0), T::constant(1.0)),
         };
         Angle { sin, cos }
     }
 
     /// Position of the tip along the normal: sin x1, or x1.
     #[inline(always)]
-    pub(crate) fn tip(self, x1: f64, angle: Angle) -> f64 {
+    pub(crate) fn tip<T: Number>(self, x1: T, angle: Angle<T>) -> T {
         match self {
             Self::Oblique => angle.sin,
             Self::Direct => x1,

@@ -185,16 +185,20 @@ macro_rules! numeric_parameters {
             }
         }
 
-        /// The numeric parameters as numbers that may carry derivatives.
+        /// The numeric parameters as numbers that may carry derivatives, and the contact geometry.
         #[derive(Debug, Clone, Copy)]
         pub(crate) struct Parameters<T> {
             $(pub $name: T,)*
+            pub contact: Contact,
         }
 
         impl System {
             /// The numeric parameters, each as `number` makes it from name and value.
             pub(crate) fn parameters<T>(&self, number: impl Fn(&str, f64) -> T) -> Parameters<T> {
-                Parameters { $($name: number(stringify!($name), self.$name),)* }
+                Parameters {
+                    $($name: number(stringify!($name), self.$name),)*
+                    contact: self.contact,
+                }
             }
         }
 

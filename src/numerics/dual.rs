@@ -5,6 +5,8 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::numerics::elementary;
+
 /// What formulas are written for.
 pub(crate) trait Number:
     Copy
@@ -50,7 +52,7 @@ impl Number for f64 {
     }
 
     fn sin_cos(self) -> (Self, Self) {
-        self.sin_cos()
+        elementary::sin_cos(self)
     }
 
     fn sqrt(self) -> Self {
@@ -114,7 +116,7 @@ impl<const N: usize> Number for Dual<N> {
     }
 
     fn sin_cos(self) -> (Self, Self) {
-        let (sin, cos) = self.value.sin_cos();
+        let (sin, cos) = elementary::sin_cos(self.value);
         (self.map(sin, cos), self.map(cos, -sin))
     }
 

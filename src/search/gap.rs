@@ -389,25 +389,8 @@ impl FreeMotion {
 }
 
 impl System {
-    /// Position of the pendulum's tip along the contact normal: sin x1, or x1 in direct contact.
-    pub(crate) fn tip(&self, x1: f64) -> f64 {
-        self.contact.tip(x1, self.contact.angle(x1))
-    }
-
-    /// Gap function g = tip - x2 - delta of a state: negative while the bodies are apart.
-    #[must_use]
-    pub fn gap_function(&self, state: &State) -> f64 {
-        self.tip(state.x1) - state.x2 - self.gap
-    }
-
     /// Rounding level of [`System::gap_function`] there.
     pub(crate) fn gap_noise(&self, state: &State) -> f64 {
         noise(self.tip(state.x1), state.x2, self.gap)
-    }
-
-    /// Approach velocity u = g' = v1 cos x1 - v2.
-    #[must_use]
-    pub fn approach_velocity(&self, state: &State) -> f64 {
-        state.v1 * self.contact.angle(state.x1).cos - state.v2
     }
 }

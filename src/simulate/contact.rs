@@ -250,11 +250,7 @@ impl Simulation {
                 let next = self.system.land(self.motion.drive.trig_at(clock), &state);
                 self.go_over(clock, state, next, true)
             }
-            SlideEnd::Painleve => {
-                let next =
-                    if self.system.mass_ratio() > 0.0 { Next::Painleve } else { Next::Jammed };
-                self.go_over(clock, state, next, true)
-            }
+            SlideEnd::Painleve => self.go_over(clock, state, self.system.stuck(), true),
         }
     }
 

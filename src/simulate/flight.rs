@@ -291,13 +291,13 @@ impl Simulation {
         let drive = &self.motion.drive;
         let clock = drive.advance(self.flight.clock, DoubleDouble::new(limit.time));
         let mut error = limit.error + limit.rounding(post, second);
-        let state = if self.system.mass_ratio() > 0.0 {
-            self.system.on_contact(limit.x1, limit.v1)
-        } else {
+        let state = if self.system.is_wall() {
             // The wall's own motion, which x1' = x2'/cos x1 magnifies.
             error /= self.system.tip_slope(limit.x1).powi(2);
             let free = self.motion.state_at(&self.flight, limit.time);
             self.system.landed(State { x1: limit.x1, v1: limit.v1, ..free })
+        } else {
+            self.system.on_contact(limit.x1, limit.v1)
         };
         let resolution = EPS * clock.time_in_period.max(1.0);
         Completion {

@@ -456,6 +456,6 @@ impl Simulation {
     /// Whether a wall leaves the bodies no room at the contact in lane `j`.
     #[inline(always)]
     fn has_no_room(&self, j: usize, encounters: &Encounters) -> bool {
-        self.system.mass_ratio == 0.0 && encounters.meeting(j).has_no_room(&self.system)
+        self.system.is_wall() && encounters.meeting(j).has_no_room(&self.system)
     }
 }

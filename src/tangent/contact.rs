@@ -3,7 +3,7 @@
 
 use super::{Dual, DualState, Model, Moment};
 use crate::contact::sustained::{ContactMode, SlideEnd, SlideStep};
-use crate::model::parameters::Contact;
+use crate::model::angle::Angle;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
 use crate::tangent::border::{Border, BorderValue, note_least};
@@ -21,13 +21,12 @@ pub(crate) fn slide(
     moment: &Moment,
     s: Dual,
 ) -> Option<DualState> {
-    let contact = model.system.contact;
     let (mut x1, mut v1, mut at, mut left) = (state.x1, state.v1, *moment, s);
     for _ in 0..STEPS {
         let values = model.system.on_contact(x1.value, v1.value);
         let step =
             SlideStep::new(&model.system, model.motion.drive.trig_at(at.clock()), &values, mode);
-        let series = step.with_derivatives(&model.parameters, contact, model.load(&at), x1, v1);
+        let series = step.with_derivatives(&model.parameters, model.load(&at), x1, v1);
         // The friction's side changes at sin x1 = 0, where friction vanishes: no jump in the
         // equation, none in the derivatives.
         let length = match step.end() {
@@ -129,8 +128,7 @@ fn minimum(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
 
 /// The state on the contact with this x1 and x1'.
 pub(crate) fn on_contact(model: &Model, x1: Dual, v1: Dual) -> DualState {
-    let (_, cos) = model.tip_angle(x1);
-    let v2 = if model.wall_at_rest { Dual::constant(0.0) } else { v1 * cos };
+    let v2 = if model.wall_at_rest { Dual::constant(0.0) } else { v1 * model.angle(x1).cos };
     DualState { x1, v1, x2: model.contact_place(x1), v2 }
 }
 
@@ -138,13 +136,7 @@ pub(crate) fn on_contact(model: &Model, x1: Dual, v1: Dual) -> DualState {
 pub(crate) fn free_gap_acceleration(model: &Model, state: &DualState, moment: &Moment) -> Dual {
     let (a1, a2) = model.free_accelerations(state, moment);
     let a2 = if model.wall_at_rest { Dual::constant(0.0) } else { a2 };
-    match model.system.contact {
-        Contact::Oblique => {
-            let (sin, cos) = state.x1.sin_cos();
-            a1 * cos - state.v1 * state.v1 * sin - a2
-        }
-        Contact::Direct => a1 - a2,
-    }
+    model.angle(state.x1).gap_acceleration(state.v1, (a1, a2))
 }
 
 /// Conditions of a stick: all positive while it lasts; the one that ends it, and the least values of
@@ -206,9 +198,9 @@ fn stick_limits(
     moment: &Moment,
 ) -> Vec<(StickEnd, Border, Dual)> {
     let p = &model.parameters;
-    let (sin, cos) = model.tip_angle(state.x1);
+    let Angle { sin, cos } = model.angle(state.x1);
     let (a1, a2) = model.free_accelerations(state, moment);
-    if model.system.mass_ratio() == 0.0 {
+    if model.system.is_wall() {
         // A wall at rest: p = a1/cos x1.
         return vec![(StickEnd::Release, Border::ForceInStick, a1 * cos)];
     }

@@ -14,6 +14,7 @@
 
 use super::{Dual, DualState, Model, Moment};
 use crate::flight::{BodyFlight, Oscillator, Trig};
+use crate::model::oblique::Body;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
 use crate::numerics::quadrature::{PANEL, SHORT_PANEL};
@@ -23,25 +24,15 @@ use crate::numerics::tolerance::AUDIT_ANGLE;
 /// are given no derivatives by a parameter.
 const MOST_PANELS: f64 = 10_000.0;
 
-/// Parameters of one body.
-struct Body {
-    w: Dual,
-    zeta: Dual,
-    f: Dual,
-}
-
 /// State after time `s` of free flight from `moment`.
 pub(crate) fn fly(model: &Model, state: &DualState, moment: &Moment, s: Dual) -> DualState {
     let p = &model.parameters;
-    let pendulum = Body { w: p.frequency_ratio, zeta: p.pendulum_damping, f: p.moment_amplitude };
     let (x1, v1) =
-        fly_body(model, &model.motion.pendulum, &pendulum, (state.x1, state.v1), moment, s);
+        fly_body(model, &model.motion.pendulum, &p.pendulum(), (state.x1, state.v1), moment, s);
     let (x2, v2) = if model.wall_at_rest {
         (Dual::constant(0.0), Dual::constant(0.0))
     } else {
-        let one = Dual::constant(1.0);
-        let body = Body { w: one, zeta: p.oscillator_damping, f: p.force_amplitude };
-        fly_body(model, &model.motion.oscillator, &body, (state.x2, state.v2), moment, s)
+        fly_body(model, &model.motion.oscillator, &p.oscillator(), (state.x2, state.v2), moment, s)
     };
     DualState { x1, v1, x2, v2 }
 }
@@ -49,7 +40,7 @@ pub(crate) fn fly(model: &Model, state: &DualState, moment: &Moment, s: Dual) ->
 fn fly_body(
     model: &Model,
     oscillator: &Oscillator,
-    body: &Body,
+    body: &Body<Dual>,
     (x, v): (Dual, Dual),
     moment: &Moment,
     s: Dual,
@@ -60,11 +51,11 @@ fn fly_body(
     let turn = drive.turned_far(start, elapsed);
     let flight = oscillator.flight(x.value, v.value, start);
     let (end, rate) = oscillator.after(&flight, x.value, elapsed, &turn);
-    let (w, zeta, f) = (body.w.value, body.zeta.value, body.f.value);
-    let acceleration = f * turn.phase.cos - 2.0 * zeta * w * rate - w * w * end;
+    let values = values(body);
+    let acceleration = values.acceleration(end, rate, turn.phase.cos);
     let [[xx, xv], [vx, vv]] = oscillator.transition(elapsed);
     // The steady response to -f sin psi, from rest.
-    let (shift, shift_rate) = if angle.is_constant() || f == 0.0 {
+    let (shift, shift_rate) = if angle.is_constant() || values.amplitude == 0.0 {
         (0.0, 0.0)
     } else {
         let ahead = Trig { cos: -start.sin, sin: start.cos };
@@ -72,11 +63,11 @@ fn fly_body(
         oscillator.after(&from_rest, 0.0, elapsed, &drive.turned_far(ahead, elapsed))
     };
     let omega = model.parameters.drive_frequency;
-    let varied = [body.w, body.zeta, body.f, omega];
+    let varied = [body.natural, body.damping, body.amplitude, omega];
     let [of_w, of_zeta, of_f, of_omega] = if varied.iter().all(Dual::is_constant) {
         [[0.0; 2]; 4]
     } else {
-        parameter_derivatives(model, oscillator, body, &flight, (x.value, start), s.value)
+        parameter_derivatives(model, oscillator, &values, &flight, (x.value, start), s.value)
     };
     let chain = |value: f64, i: usize, [to_x, to_v, to_s, to_angle]: [f64; 4]| {
         Dual::chain(
@@ -86,9 +77,9 @@ fn fly_body(
                 (to_v, v),
                 (to_s, s),
                 (to_angle, angle),
-                (of_w[i], body.w),
-                (of_zeta[i], body.zeta),
-                (of_f[i], body.f),
+                (of_w[i], body.natural),
+                (of_zeta[i], body.damping),
+                (of_f[i], body.amplitude),
                 (of_omega[i], omega),
             ],
         )
@@ -96,18 +87,23 @@ fn fly_body(
     (chain(end, 0, [xx, xv, rate, shift]), chain(rate, 1, [vx, vv, acceleration, shift_rate]))
 }
 
+fn values(body: &Body<Dual>) -> Body<f64> {
+    let &Body { natural, damping, amplitude } = body;
+    Body { natural: natural.value, damping: damping.value, amplitude: amplitude.value }
+}
+
 /// Derivatives of displacement and rate after `time` with respect to w, zeta, f, omega.
 fn parameter_derivatives(
     model: &Model,
     oscillator: &Oscillator,
-    body: &Body,
+    body: &Body<f64>,
     flight: &BodyFlight,
     (x, start): (f64, Trig),
     time: f64,
 ) -> [[f64; 2]; 4] {
     let drive = &model.motion.drive;
-    let (w, zeta, f) = (body.w.value, body.zeta.value, body.f.value);
-    let fastest = drive.omega.max(w * (1.0 + 2.0 * zeta)).max(1.0);
+    let &Body { natural: w, damping: zeta, amplitude: f } = body;
+    let fastest = drive.omega.max(body.fastest_rate()).max(1.0);
     let panels = (time * fastest / AUDIT_ANGLE).ceil().max(1.0);
     if panels > MOST_PANELS {
         return [[f64::NAN; 2]; 4];

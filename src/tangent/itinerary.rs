@@ -148,7 +148,7 @@ impl Itinerary {
             return Err(ParameterError::new("periods", periods, "a whole number >= 1").into());
         };
         let initial = with_wall_at_rest(system, initial);
-        let wall_at_rest = is_wall_at_rest(system, &initial);
+        let wall_at_rest = system.is_wall_at_rest(&initial);
         let marks = marks(system, initial, whole, max_events, cancel)?;
         if marks.is_empty() {
             let node = Node { x1: initial.x1, v1: initial.v1, v2: initial.v2, time: initial.x2 };
@@ -208,17 +208,12 @@ impl Itinerary {
 /// A wall (mbar = 0) that nothing drives comes to rest, if it is damped: what is left of its motion
 /// must not decide between contact that slides and contact that sticks.
 pub(crate) fn with_wall_at_rest(system: &System, state: State) -> State {
-    let decays = system.mass_ratio == 0.0
+    let decays = system.is_wall()
         && system.force_amplitude == 0.0
         && system.oscillator_damping > 0.0
         && state.x2.abs().max(state.v2.abs()) <= STILL_WALL;
     let still = State { x2: 0.0, v2: 0.0, ..state };
     if decays && system.gap_function(&still) <= 0.0 { still } else { state }
-}
-
-/// Whether body 2 is a wall that never moves: it is left out of the unknowns.
-pub(crate) fn is_wall_at_rest(system: &System, state: &State) -> bool {
-    system.mass_ratio == 0.0 && system.force_amplitude == 0.0 && state.x2 == 0.0 && state.v2 == 0.0
 }
 
 /// What an event says of the legs.

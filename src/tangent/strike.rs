@@ -3,6 +3,7 @@
 
 use super::{Dual, DualState, Model};
 use crate::impact::{RegimeKind, follow};
+use crate::model::angle::Angle;
 use crate::model::contact_coordinates::ContactCoordinates;
 use crate::numerics::dual::Number;
 use crate::tangent::border::{Border, BorderValue};
@@ -24,9 +25,9 @@ pub(crate) fn strike(model: &Model, pre: &DualState, kind: RegimeKind, signs: Si
     let (direction, side) = (signs.direction.value(), signs.side.value());
     let p = &model.parameters;
     let law = &model.system.law;
-    let angle = model.tip_angle(pre.x1);
+    let Angle { sin, cos } = model.angle(pre.x1);
     let contact =
-        ContactCoordinates::at_tip(angle, (pre.v1, pre.v2), p.mass_ratio, p.friction, side);
+        ContactCoordinates::at_tip((sin, cos), (pre.v1, pre.v2), p.mass_ratio, p.friction, side);
     let switch = contact.slip / contact.slip_rate(direction);
     let end = follow(&contact, (p.restitution, law), kind, direction, switch);
     let mut borders = Vec::new();

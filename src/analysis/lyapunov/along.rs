@@ -15,7 +15,6 @@ use nalgebra::{Matrix4, Vector4};
 use crate::contact::sustained::ContactMode;
 use crate::impact::RegimeKind;
 use crate::model::error::SimulationError;
-use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
@@ -24,7 +23,7 @@ use crate::numerics::tolerance::LOW_BOUNCE;
 use crate::simulate::event::{Event, StopReason};
 use crate::simulate::run::{FinalState, Run};
 use crate::simulate::{Horizon, Simulation};
-use crate::tangent::itinerary::{Leg, LegReader, Reading, is_wall_at_rest, with_wall_at_rest};
+use crate::tangent::itinerary::{Leg, LegReader, Reading, with_wall_at_rest};
 use crate::tangent::{
     Dual, DualState, END, Model, Moment, fly, on_contact, slide, to_event, traverse,
 };
@@ -126,7 +125,7 @@ impl Along {
     pub fn new(run: &Run, wanted: Option<usize>, cancel: &CancelToken) -> Self {
         let system = &run.system;
         let FinalState { state, clock, mode, .. } = run.final_state;
-        let still = is_wall_at_rest(system, &with_wall_at_rest(system, state));
+        let still = system.is_wall_at_rest(&with_wall_at_rest(system, state));
         let model = Model::new(system, &[], still);
         let simulation = run.resumed().cancel_with(cancel);
         let waits = simulation.checkpoint().skips();
@@ -150,7 +149,7 @@ impl Along {
             hop: 0.0,
             orthonormal: wanted.is_some(),
             impacts: 0,
-            fastest_decay: fastest_decay(system),
+            fastest_decay: system.fastest_decay(),
         };
         along.start_anew(wanted.unwrap_or(4));
         along.lose_to_contact();
@@ -449,12 +448,4 @@ impl Along {
             self.here.rank = self.here.rank.min(self.directions().saturating_sub(lost));
         }
     }
-}
-
-/// Fastest rate at which a free motion of either body decays: w (zeta + sqrt(zeta^2 - 1)), or w zeta
-/// below critical damping.
-fn fastest_decay(system: &System) -> f64 {
-    let rate = |w: f64, zeta: f64| w * (zeta + (zeta * zeta - 1.0).max(0.0).sqrt());
-    rate(system.frequency_ratio(), system.pendulum_damping())
-        .max(rate(1.0, system.oscillator_damping()))
 }

@@ -65,11 +65,11 @@ fn in_chunk<G: Geometry>(
 ) -> Option<(f64, f64)> {
     let gap = GapFlight::<G>::new(&model.motion, flight, touching);
     let at = |s: f64| gap.at(s).0;
-    let system = &model.system;
-    let natural = system.frequency_ratio.max(system.drive_frequency).max(1.0);
     let turning = model.motion.bounds(flight).0.0[0];
     #[allow(clippy::cast_sign_loss)] // at least 1
-    let steps = (span * (natural + turning) / HUMP_ANGLE).ceil().clamp(1.0, 1e4) as usize;
+    let steps = (span * (model.system.highest_frequency() + turning) / HUMP_ANGLE)
+        .ceil()
+        .clamp(1.0, 1e4) as usize;
     let mut highest: Option<(f64, f64)> = None;
     let (mut from, mut before) = (0.0, at(0.0));
     for step in 1..=steps {

@@ -12,6 +12,7 @@ use std::f64::consts::PI;
 
 use super::ContactMode;
 use crate::flight::Trig;
+use crate::model::angle::Angle;
 use crate::model::parameters::{Contact, Parameters, System};
 use crate::model::state::State;
 use crate::numerics::dual::Number;
@@ -87,7 +88,6 @@ fn product<T: Number>(a: &Series<T>, b: &Series<T>, n: usize) -> T {
 /// The equation of a slide, with or without derivatives.
 struct Equation<'a, T> {
     parameters: &'a Parameters<T>,
-    contact: Contact,
     /// s sgn(sin x1): k = cos x1 + mu s |sin x1|.
     slip: f64,
     unit: f64,
@@ -96,14 +96,10 @@ struct Equation<'a, T> {
 impl<T: Number> Equation<'_, T> {
     /// The series from a forcing phase (its cosine and sine), x1 and x1'.
     fn series(&self, (cos_psi, sin_psi): (T, T), x1: T, v1: T) -> SlideSeries<T> {
-        let &Self { parameters: p, contact, slip, unit } = self;
-        let oblique = contact == Contact::Oblique;
-        let square_unit = unit * unit;
-        let (f1, f2) = (p.moment_amplitude * square_unit, p.force_amplitude * square_unit);
-        let w = p.frequency_ratio;
-        let stiffness = w * w * square_unit;
-        let damping = p.pendulum_damping * 2.0 * w * unit;
-        let other_damping = p.oscillator_damping * 2.0 * unit;
+        let &Self { parameters: p, slip, unit } = self;
+        let oblique = p.contact == Contact::Oblique;
+        let (pendulum, oscillator) =
+            (p.pendulum().in_units_of(unit), p.oscillator().in_units_of(unit));
         let omega = p.drive_frequency * unit;
         let friction = p.friction * slip;
         let zero = [T::constant(0.0); ORDER + 1];
@@ -111,8 +107,7 @@ impl<T: Number> Equation<'_, T> {
         let (mut a1, mut k, mut square) = (zero, zero, zero);
         let (mut free, mut inertia, mut force) = (zero, zero, zero);
         (x[0], x[1], v[0]) = (x1, v1 * unit, v1 * unit);
-        (sin[0], cos[0]) =
-            if oblique { x1.sin_cos() } else { (T::constant(0.0), T::constant(1.0)) };
+        Angle { sin: sin[0], cos: cos[0] } = p.contact.angle(x1);
         // Coefficients of cos psi by (cos psi)'' = -omega^2 cos psi.
         let (mut load, mut next_load) = (cos_psi, -omega * sin_psi);
         for n in 0..=FORCED {
@@ -129,8 +124,8 @@ impl<T: Number> Equation<'_, T> {
             };
             let tip = if oblique { sin[n] } else { x[n] };
             let place = if n == 0 { tip - p.gap } else { tip };
-            a1[n] = f1 * load - damping * v[n] - stiffness * x[n];
-            let a2 = f2 * load - other_damping * tip_rate - place * square_unit;
+            a1[n] = pendulum.acceleration(x[n], v[n], load);
+            let a2 = oscillator.acceleration(place, tip_rate, load);
             k[n] = cos[n] + friction * sin[n];
             let slope = product(&k, &cos, n);
             inertia[n] = if n == 0 { p.mass_ratio + slope } else { slope };
@@ -159,15 +154,12 @@ impl<T: Number> SlideSeries<T> {
 
 impl SlideStep {
     pub fn new(system: &System, phase: Trig, state: &State, mode: ContactMode) -> Self {
+        let fastest = system.fastest_rate();
         let oblique = system.contact == Contact::Oblique;
-        let w = system.frequency_ratio;
-        let fastest = (1.0 + 2.0 * system.oscillator_damping)
-            .max(w * (1.0 + 2.0 * system.pendulum_damping))
-            .max(system.drive_frequency);
         let turning = if oblique { state.v1.abs() } else { 0.0 };
         let unit = (-(fastest + turning).log2().ceil()).exp2();
         let square_unit = unit * unit;
-        let (sin0, cos0) = if oblique { state.x1.sin_cos() } else { (0.0, 1.0) };
+        let Angle { sin: sin0, cos: cos0 } = system.contact.angle(state.x1);
         let rubs = system.friction > 0.0;
         let side = if !rubs {
             0.0
@@ -180,7 +172,7 @@ impl SlideStep {
         };
         let slip = mode.direction() * side;
         let parameters = system.parameters(|_, value| value);
-        let equation = Equation { parameters: &parameters, contact: system.contact, slip, unit };
+        let equation = Equation { parameters: &parameters, slip, unit };
         let series = equation.series((phase.cos, phase.sin), state.x1, state.v1);
         let (v, free, k, inertia) = (series.v, series.free, series.k, series.inertia);
         let omega = system.drive_frequency * unit;
@@ -239,13 +231,12 @@ impl SlideStep {
     pub fn with_derivatives<T: Number>(
         &self,
         parameters: &Parameters<T>,
-        contact: Contact,
         phase: (T, T),
         x1: T,
         v1: T,
     ) -> SlideSeries<T> {
         let slip = self.mode.direction() * self.side;
-        Equation { parameters, contact, slip, unit: self.series.unit }.series(phase, x1, v1)
+        Equation { parameters, slip, unit: self.series.unit }.series(phase, x1, v1)
     }
 
     /// x1 and x1' at local time s.

@@ -5,7 +5,9 @@
 
 use super::{ContactMode, Next};
 use crate::flight::{Drive, Trig};
-use crate::model::parameters::{Contact, System};
+use crate::model::angle::Angle;
+use crate::model::oblique::SecondBody;
+use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
 use crate::numerics::tolerance::{EPS, FORCE_NOISE};
 
@@ -19,19 +21,15 @@ struct Limit {
 }
 
 fn limits(system: &System, state: &State) -> Vec<Limit> {
-    let (sin, cos) = match system.contact {
-        Contact::Oblique => state.x1.sin_cos(),
-        Contact::Direct => (0.0, 1.0),
-    };
+    let Angle { sin, cos } = system.contact.angle(state.x1);
     let (f1, f2) = (system.moment_amplitude, system.force_amplitude);
     // a1 = A1 + f1 cos psi, a2 = -x2 + f2 cos psi.
-    let pull = -system.frequency_ratio * system.frequency_ratio * state.x1;
-    let m = system.mass_ratio;
-    if m == 0.0 {
+    let (pull, _) = system.free_accelerations(&State { v1: 0.0, v2: 0.0, ..*state }, 0.0);
+    let SecondBody::Free { mass_ratio: m } = system.second_body() else {
         // A wall at rest: p = a1/cos x1.
         let (alpha, beta) = (-pull * cos, -f1 * cos);
         return vec![Limit { alpha, beta, size: alpha.abs() + beta.abs(), then: Next::Release }];
-    }
+    };
     let slip = |direction: f64| {
         // s (mbar a1 + a2 k) <= 0 holds the tip against slip in direction s.
         let k = cos + system.friction * sin.abs() * direction;

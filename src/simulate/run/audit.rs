@@ -11,6 +11,7 @@ use super::legs::{Follower, Kind, Leg, Slide};
 use crate::contact::sustained::ContactForce;
 use crate::flight::FreeMotion;
 use crate::impact::{Impact, PreImpact, resolve};
+use crate::model::oblique::SecondBody;
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
@@ -144,8 +145,10 @@ impl Auditor<'_> {
         let State { x1, v1, x2, v2 } = *state;
         let w = self.system.frequency_ratio();
         let first = 0.5 * (v1 * v1 + w * w * x1 * x1);
-        let m = self.system.mass_ratio();
-        if m > 0.0 { first + 0.5 * (v2 * v2 + x2 * x2) / m } else { first }
+        match self.system.second_body() {
+            SecondBody::Free { mass_ratio } => first + 0.5 * (v2 * v2 + x2 * x2) / mass_ratio,
+            SecondBody::Wall => first,
+        }
     }
 
     fn leg(&mut self, run: &Run, leg: &Leg, from: Clock) {
@@ -196,10 +199,8 @@ impl Auditor<'_> {
         if length <= 0.0 {
             return;
         }
-        let (w, m) = (system.frequency_ratio(), system.mass_ratio());
-        let damping = (2.0 * system.pendulum_damping() * w).max(2.0 * system.oscillator_damping());
-        let fastest = w.max(system.drive_frequency()).max(1.0).max(damping);
-        let panels = (length * fastest / AUDIT_ANGLE).ceil().max(1.0);
+        let (w, body) = (system.frequency_ratio(), system.second_body());
+        let panels = (length * system.fastest_rate() / AUDIT_ANGLE).ceil().max(1.0);
         let step = length / panels;
         for panel in 0..panels as i64 {
             if self.cancel.is_cancelled() {
@@ -212,7 +213,10 @@ impl Auditor<'_> {
                 let (state, contact) = at(clock);
                 let load = drive.trig_at(clock).cos;
                 let State { x1, v1, v2, .. } = state;
-                let part = |share: f64| if m > 0.0 { share / m } else { 0.0 };
+                let part = |share: f64| match body {
+                    SecondBody::Free { mass_ratio } => share / mass_ratio,
+                    SecondBody::Wall => 0.0,
+                };
                 let powers = [
                     system.moment_amplitude() * load * v1,
                     part(system.force_amplitude() * load * v2),
@@ -221,7 +225,7 @@ impl Auditor<'_> {
                     0.0,
                     0.0,
                     contact.tangential * v1 * x1.sin(),
-                    if m == 0.0 { -contact.normal * v2 } else { 0.0 },
+                    if body == SecondBody::Wall { -contact.normal * v2 } else { 0.0 },
                 ];
                 for (work, power) in works.iter_mut().zip(powers) {
                     *work += weight * step * power;
@@ -251,7 +255,7 @@ impl Auditor<'_> {
     fn impact(&mut self, pre: &State, energy_loss: f64, impulse: f64) {
         let outcome = resolve(self.system, &PreImpact::new(self.system.contact(), pre));
         let friction = outcome.map_or(0.0, |impact: Impact| impact.friction_loss);
-        let wall = if self.system.mass_ratio() == 0.0 { -pre.v2 * impulse } else { 0.0 };
+        let wall = if self.system.is_wall() { -pre.v2 * impulse } else { 0.0 };
         self.add([0.0, 0.0, 0.0, friction - energy_loss, -friction, 0.0, wall]);
     }
 
