@@ -77,6 +77,44 @@ class System:
     def drive_period(self) -> float:
         """2 pi / drive_frequency; infinite for a constant load."""
 
+    @property
+    def is_wall(self) -> bool:
+        """Whether impacts do not act on body 2."""
+
+    @property
+    def is_rotor(self) -> bool:
+        """Whether the angle counts modulo a turn."""
+
+    def tip(self, x1: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Positions of the tip along the normal."""
+
+    def slope(self, x1: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Their derivatives by x1."""
+
+    def gap_function(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Gap function of states (n, 4)."""
+
+    def gap_rate(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Rate g' of states (n, 4)."""
+
+    def gap_acceleration(
+        self, states: NDArray[np.float64], phase: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Free g'' of states (n, 4), each at its phase of the drive."""
+
+    def accelerations(
+        self, states: NDArray[np.float64], phase: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Free x1'' and x2'', (n, 2), of states (n, 4), each at its phase of the drive."""
+
+    def free_flight(
+        self,
+        state: tuple[float, float, float, float],
+        times: NDArray[np.float64],
+        phase: float,
+    ) -> NDArray[np.float64]:
+        """States (n, 4) at times >= 0 after a state, without contact, from a phase of the drive."""
+
 # The enums are made by the core from its own lists of names; stubtest compares the members.
 
 class Regime(IntEnum):

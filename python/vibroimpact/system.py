@@ -11,13 +11,12 @@ import dataclasses
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Self
 
-from . import _core
 from .arguments import close_to, naming, number, pair, reject
 from .errors import ParameterError
 from .interruption import interruptible
+from .mechanics import Mechanics
 from .physical import dimensionless
 
 # What each numeric parameter may be, for messages; the compiled core does the checking.
@@ -52,7 +51,7 @@ SYMBOLS = {
 
 @interruptible
 @dataclass(frozen=True, init=False, kw_only=True)
-class System:
+class System(Mechanics):
     """Two bodies that collide obliquely (or head-on): all parameters, dimensionless.
 
     Immutable, comparable, hashable, picklable; ``eval(repr(system)) == system``.
@@ -160,11 +159,6 @@ class System:
             object.__setattr__(self, name, choice)
         self._compiled  # noqa: B018  builds the compiled form, which checks the ranges
 
-    @cached_property
-    def _compiled(self) -> _core.System:
-        # Lives in __dict__ only: no field, so no part of equality, hash, repr or pickle.
-        return _core.System(**self.to_dict())
-
     @classmethod
     @naming
     def from_physical(
@@ -239,11 +233,6 @@ class System:
     def damping(self) -> tuple[float, float]:
         """Both damping ratios, (pendulum_damping, oscillator_damping)."""
         return self.pendulum_damping, self.oscillator_damping
-
-    @property
-    def drive_period(self) -> float:
-        """Drive period 2 pi/drive_frequency; infinite for a constant load."""
-        return self._compiled.drive_period
 
     def replace(self, **changes: Any) -> Self:
         """Return a system with some parameters changed; ``damping=`` works here too."""

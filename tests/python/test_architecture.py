@@ -25,12 +25,14 @@ PACKAGE = ROOT / "python" / "vibroimpact"
 # A folder or file uses only those before it. `__init__` is the front door, the public interface.
 PYTHON = [
     "errors",
+    "interruption",
     "whole_file",
     "fixed_arrays",
     "verbs",
     "arguments",
     "archive",
     "physical",
+    "mechanics",
     "system",
     "run",
     "simulation",
@@ -105,6 +107,7 @@ NOUNS = [
     "arguments",
     "archive",
     "physical",
+    "mechanics",
     "system",
     "continuation.names",
     "orbits.kinds",

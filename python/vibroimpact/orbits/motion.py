@@ -143,14 +143,13 @@ class PeriodicMotion(FixedArrays):
             after = (i + 1) % len(self.legs)
             x1, v1, x2, v2 = before[i]
             _, v1_post, v2_post, time = self.nodes[after]
-            slope = math.cos(x1) if self.system.contact == "oblique" else 1.0
             phase = math.fmod(self.system.drive_frequency * time + self.system.phase, math.tau)
             rows.append(
                 (
                     (self.clocks[after] % self.m) * self.system.drive_period + time,
                     *(x1, v1, v1_post, x2, v2, v2_post, phase % math.tau),
                     int(leg.regime),
-                    v1 * slope - v2,
+                    float(self.system.gap_rate(before[i])),
                 )
             )
         rows.sort()

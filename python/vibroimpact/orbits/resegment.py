@@ -174,13 +174,10 @@ def _from_rest(system: System, touch: tuple[float, float, float, float], time: f
     Just beyond, both velocities are the accelerations times the time by which it comes before the
     touch: x1'/u = a1/g'' decides the regime, not the sign of x1'.
     """
-    x1, v1, x2, v2 = touch
-    load = math.cos(system.drive_frequency * time + system.phase)
-    w = system.frequency_ratio
-    a1 = system.moment_amplitude * load - 2.0 * system.pendulum_damping * w * v1 - w * w * x1
-    a2 = system.force_amplitude * load - 2.0 * system.oscillator_damping * v2 - x2
-    slope = 1.0 if system.contact == "direct" else math.cos(x1)
-    second = a1 * slope - a2
+    x1, v1, _, _ = touch
+    phase = system.drive_frequency * time + system.phase
+    a1, a2 = system.accelerations(touch, phase)
+    second = system.gap_acceleration(touch, phase)
     if system.friction == 0.0 or second >= 0.0:
         return _slips(system, x1, v1)
     before = [np.array([value]) for value in (x1, a1 / second, a2 / second)]

@@ -14,9 +14,6 @@ from .shooting import refine
 
 Array = NDArray[np.float64]
 
-# A gap beyond which bodies that swing by 1 never meet.
-APART = 1e6
-
 
 def unstable_multiplier(motion: PeriodicMotion) -> float:
     """Return the multiplier outside the unit circle, of a motion that has exactly one."""
@@ -48,14 +45,9 @@ def eigenvector(motion: PeriodicMotion, time: float) -> Array:
     for transfer in itinerary.transfer(system._compiled, motion.nodes)[:leg]:
         change = transfer @ change
     x1, v1, v2, clock = motion.nodes[leg]
-    oblique = system.contact == "oblique"
-    x2 = (math.sin(x1) if oblique else x1) - system.gap
-    drive = math.cos(system.drive_frequency * clock + system.phase)
-    damping = 2.0 * system.pendulum_damping * system.frequency_ratio
-    a1 = system.moment_amplitude * drive - damping * v1 - system.frequency_ratio**2 * x1
-    a2 = system.force_amplitude * drive - 2.0 * system.oscillator_damping * v2 - x2
-    slope = math.cos(x1) if oblique else 1.0
-    moved = np.array([change[0], change[1], slope * change[0], change[2]])
+    touch = np.array([x1, v1, system.tip(x1) - system.gap, v2])
+    a1, a2 = system.accelerations(touch, system.drive_frequency * clock + system.phase)
+    moved = np.array([change[0], change[1], system.slope(x1) * change[0], change[2]])
     moved -= change[3] * np.array([v1, a1, v2, a2])
     if itinerary.wall_at_rest:
         moved[2:] = 0.0
@@ -95,9 +87,6 @@ def _leg_at(motion: PeriodicMotion, time: float) -> tuple[int, float]:
 
 def _free_flow(system: System, time: float) -> Array:
     """Return the derivative of a free flight of this time, shape (4, 4)."""
-    if time == 0.0:
-        return np.eye(4)
     # Without load it is the flow itself, which is linear.
-    free = system.replace(moment_amplitude=0.0, force_amplitude=0.0, gap=APART)
-    runs = simulate(free, initial=np.eye(4), time=time)
-    return np.array([run.final_state.state for run in runs]).T
+    free = system.replace(moment_amplitude=0.0, force_amplitude=0.0)
+    return np.column_stack([free.free_flight(unit, [time])[0] for unit in np.eye(4)])

@@ -255,8 +255,7 @@ def _random_starts(system: System, number: int, seed: int) -> Array:
     kept = np.empty((0, 4))
     for _ in range(1000):
         drawn = random.uniform(-1.0, 1.0, (2 * number, 4)) * START_BOX
-        tip = np.sin(drawn[:, 0]) if system.contact == "oblique" else drawn[:, 0]
-        kept = np.concatenate([kept, drawn[tip - drawn[:, 2] - system.gap < 0.0]])
+        kept = np.concatenate([kept, drawn[system.gap_function(drawn) < 0.0]])
         if len(kept) >= number:
             return kept[:number]
     reject("gap", system.gap, "a gap that leaves room for the bodies around x1 = x2 = 0")

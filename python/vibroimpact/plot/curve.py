@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from ..run import Run
+    from ..system import System
 
 Array = NDArray[np.float64]
 
@@ -75,14 +76,9 @@ def sample(
     return Curve(time[order], state[order], inside)
 
 
-def reach(run: Run, x1: Array) -> Array:
-    """Return the position of the pendulum's tip along the normal: sin x1; direct: x1."""
-    return np.sin(x1) if run.system.contact == "oblique" else x1
-
-
-def reach_symbol(run: Run) -> str:
-    """Return the symbol of `reach`, without dollar signs."""
-    return r"\sin x_1" if run.system.contact == "oblique" else "x_1"
+def tip_symbol(system: System) -> str:
+    """Return the symbol of the tip's position along the normal, without dollar signs."""
+    return r"\sin x_1" if system.contact == "oblique" else "x_1"
 
 
 def times_within(times: Array, window: tuple[float, float]) -> Array:

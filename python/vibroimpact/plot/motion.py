@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from matplotlib.axes import Axes
 
-from .curve import reach, reach_symbol, sample
+from .curve import sample, tip_symbol
 from .marks import mark_contact_path, mark_contact_times, mark_regimes
 from .style import (
     BLACK,
@@ -55,17 +55,17 @@ def time_history(
     curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
     mark_contact_times(ax, run, (curve.time[0], curve.time[-1]))
     system = run.system
-    face = reach(run, curve.state[:, 0]) - system.gap
+    face = system.tip(curve.state[:, 0]) - system.gap
     drive = np.cos(system.drive_frequency * curve.time + system.phase)
     ax.plot(curve.time, drive, color=GREY, lw=0.6, ls=(0, (4, 2)), label=r"$\cos\omega t$")
     ax.plot(curve.time, curve.state[:, 2], color=BLACK, lw=1.4, label=r"$x_2$")
-    ax.plot(curve.time, face, color=BLACK, lw=0.6, label=rf"${reach_symbol(run)}-\delta$")
+    ax.plot(curve.time, face, color=BLACK, lw=0.6, label=rf"${tip_symbol(run.system)}-\delta$")
     if color == "regime":
         hits = run.impacts[curve.impacts]
         mark_regimes(ax, run, hits["time"], hits["x2"], curve.impacts)
     ax.set_xlim(curve.time[0], curve.time[-1])
     ax.set_xlabel(r"$t$")
-    ax.set_ylabel(rf"$x_2,\ {reach_symbol(run)}-\delta$")
+    ax.set_ylabel(rf"$x_2,\ {tip_symbol(run.system)}-\delta$")
     return ax
 
 
@@ -180,7 +180,7 @@ def gap_history(
     """
     ax = new_axes(ax)
     curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
-    gap = reach(run, curve.state[:, 0]) - curve.state[:, 2] - run.system.gap
+    gap = run.system.gap_function(curve.state)
     mark_contact_times(ax, run, (curve.time[0], curve.time[-1]))
     ax.axhline(0.0, color=GREY, lw=0.6)
     ax.plot(curve.time, gap, color=BLACK, lw=0.6)
@@ -189,7 +189,7 @@ def gap_history(
         mark_regimes(ax, run, hits["time"], np.zeros(len(hits)), curve.impacts)
     ax.set_xlim(curve.time[0], curve.time[-1])
     ax.set_xlabel(r"$t$")
-    ax.set_ylabel(rf"${reach_symbol(run)}-x_2-\delta$")
+    ax.set_ylabel(rf"${tip_symbol(run.system)}-x_2-\delta$")
     return ax
 
 

@@ -18,6 +18,7 @@ from .._core import Leg, LegKind
 from ..arguments import count, reject
 from ..errors import ParameterError
 from ..orbits import PeriodicMotion
+from .curve import tip_symbol
 from .marks import ContactSpan, Mode, draw_bands, draw_path, draw_regimes
 from .style import BLACK, GREY, STATE_SYMBOLS, VERMILLION
 
@@ -119,7 +120,7 @@ def _history(
     ax: Axes, motion: PeriodicMotion, curve: _Orbit, separating: NDArray[np.bool_]
 ) -> None:
     hits = motion.impacts
-    tip = r"\sin x_1" if motion.system.contact == "oblique" else "x_1"
+    tip = tip_symbol(motion.system)
     draw_bands(ax, curve.spans)
     ax.plot(curve.time, curve.state[:, 2], color=BLACK, lw=1.4, label=r"$x_2$")
     ax.plot(curve.time, curve.face, color=BLACK, lw=0.6, label=rf"${tip}-\delta$")
@@ -200,8 +201,7 @@ def _sample(motion: PeriodicMotion, points: int) -> _Orbit:
     )
     order = np.argsort(time, kind="stable")
     time, state = time[order], state[order]
-    tip = np.sin(state[:, 0]) if motion.system.contact == "oblique" else state[:, 0]
-    return _Orbit(time, state, tip - motion.system.gap, spans)
+    return _Orbit(time, state, motion.system.tip(state[:, 0]) - motion.system.gap, spans)
 
 
 def _spans(motion: PeriodicMotion, end: float) -> list[ContactSpan]:

@@ -68,6 +68,12 @@ class Parameters:
         """Number of systems."""
         return len(self.gap)
 
+    def tip_jet(self, x1: Array) -> tuple[Array, Array, Array]:
+        """Return the tip's position along the normal and its first two derivatives by x1."""
+        if self.oblique:
+            return np.sin(x1), np.cos(x1), -np.sin(x1)
+        return x1, np.ones_like(x1), np.zeros_like(x1)
+
 
 @dataclass(frozen=True)
 class Conditions:

@@ -151,7 +151,7 @@ def motion_at(system: System, n: int, state: State) -> PeriodicMotion:
 def _legs(system: System, n: int, state: State) -> tuple[_core.Itinerary, Array]:
     """Return the one leg of a motion, and its node just after the impact."""
     x1, v1, v2, phase = state
-    kappa = math.cos(x1) if system.contact == "oblique" else 1.0
+    kappa = float(system.slope(x1))
     mbar = system.mass_ratio
     impulse = (1.0 + system.restitution) * (kappa * v1 - v2) / (mbar + kappa**2)
     time = math.fmod((phase - system.phase) / system.drive_frequency, system.drive_period)

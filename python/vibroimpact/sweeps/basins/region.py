@@ -6,14 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system import System
-
 Array = NDArray[np.float64]
-
-
-def is_rotor(system: System) -> bool:
-    """Whether the angle x1 counts modulo a turn: no spring tells its turns apart."""
-    return system.frequency_ratio == 0.0 and system.contact == "oblique"
 
 
 def wrapped(offsets: Array, *, rotor: bool) -> Array:

@@ -22,7 +22,7 @@ from ..fields import STATUS_NAMES
 from .attractors import Attractor, Family, Kind, Tails, same
 from .clouds import cloud_of
 from .free_motion import never_strike
-from .region import Follow, is_rotor
+from .region import Follow
 from .trapping import arrive, largest_multiplier, trapping_region
 
 Array = NDArray[np.float64]
@@ -179,7 +179,7 @@ def explore(
         return _periodic(run, follow, known, workers)
     if run.label not in ("chaotic", "quasi-periodic"):
         return None
-    cloud = cloud_of(run.stroboscopic, rotor=is_rotor(system))
+    cloud = cloud_of(run.stroboscopic, rotor=system.is_rotor)
     if cloud is None:
         return None
     kind: Kind = "chaotic" if run.label == "chaotic" else "quasi-periodic"
@@ -215,7 +215,7 @@ def _periodic(
     assert n is not None
     # The period may have been told from more sections than were kept.
     sections = (run.resume(periods=m) if m > len(run.stroboscopic) else run).stroboscopic[-m:]
-    rotor = is_rotor(run.system)
+    rotor = run.system.is_rotor
     new = Attractor(
         label=run.label,
         kind="periodic",

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ... import _core
 from ...system import System
 from ..fields import STATUS_NAMES
-from .region import Follow, Region, is_rotor, wrapped
+from .region import Follow, Region, wrapped
 
 Array = NDArray[np.float64]
 
@@ -181,7 +181,7 @@ class _Cycle:
         # Where the bodies would overlap no start can be; a contact has them on one side.
         if np.count_nonzero(possible) < number // 4:
             return False
-        off = wrapped(ends - center, rotor=is_rotor(self.system))
+        off = wrapped(ends - center, rotor=self.system.is_rotor)
         after = np.linalg.norm(off @ np.linalg.inv(ball).T, axis=1)[possible]
         return bool(
             (after <= slowest * scale[possible]).all() and (passed[possible] == counts).all()
