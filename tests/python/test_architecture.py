@@ -101,6 +101,7 @@ RESULTS = [
 ]
 NOUNS = [
     "errors",
+    "interruption",
     "whole_file",
     "fixed_arrays",
     "verbs",

@@ -17,6 +17,7 @@ ALLOWED = {
     "cli/__init__.py": (3, "words of a command line; a hint for Python left out of a message"),
     "cli/exit_codes.py": (1, "lines of a help text"),
     "cli/options.py": (1, "a comma of a message"),
+    "interruption.py": (1, "underscore of names in Python"),
     "sweeps/basins/files.py": (2, "names of arrays in a file"),
     "sweeps/merge.py": (1, "names of folders of a store"),
     "sweeps/store_layout.py": (2, "names of dimensions and settings of a store"),
