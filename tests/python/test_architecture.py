@@ -110,7 +110,7 @@ NOUNS = [
     "physical",
     "mechanics",
     "system",
-    "continuation.path",
+    "continuation.names",
     "orbits.kinds",
     "orbits.ranges",
     "sweeps.ctrl_c",

@@ -31,6 +31,7 @@ def _results() -> dict[str, Any]:
         run(),
         run().final_state,
         run().period,
+        run().period.evidence,
         run().energy_audit(),
         vi.Regime.SLIP,
         vi.EventKind.STICK,

@@ -131,7 +131,7 @@ def test_every_function_of_the_package_is_long_or_short():
 
 # Where Ctrl-C comes: at an ask of the core, or in a call of a function that works in Python.
 IN_PYTHON = {
-    "motion_map": (sys.modules[vi.MotionMap.__module__], "_rows", 2),
+    "motion_map": (sys.modules[vi.motion_map.__module__], "_rows", 2),
     "periodic_motions": (motions, "solve_many", 1),
     "follow_motion": (OrbitProblem, "residual", 30),
     "switch_branch": (OrbitProblem, "residual", 30),

@@ -112,7 +112,10 @@ print(*sorted({"asyncio", "difflib", "tempfile", "unittest", "zipfile"} & new))
 """
     packages, modules, slow = _run(code, strip=False).splitlines()
     assert packages == "numpy vibroimpact"
-    assert modules == "_core arguments errors impacts physical run simulation system verbs"
+    assert (
+        modules
+        == "_core arguments errors impacts interruption physical run simulation system verbs"
+    )
     assert slow == ""
 
 

@@ -15,7 +15,7 @@ from vibroimpact.continuation.map_bifurcations import (
     neimark_sacker_kind,
     period_doubling,
 )
-from vibroimpact.continuation.path import PathEnd
+from vibroimpact.continuation.names import PathEnd
 
 # Tests of the problem
 

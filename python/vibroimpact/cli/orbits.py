@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..continuation.path import PathEnd
+from ..continuation.names import PathEnd
 from ..errors import ParameterError
 from ..orbits import Branch, NotFound, PeriodicMotion, follow_motion, search_motions
 from ..orbits.ranges import range_around

@@ -34,8 +34,9 @@ from numpy.typing import ArrayLike
 from ..arguments import positive, reject, vector
 from ..errors import ParameterError
 from .follow import Classify, checked_bounds, checked_direction
+from .names import TURNING_POINTS, OwnTest, PathEnd
 from .newton import Array, OutsideDomain, Problem, evaluate, newton, sizes_of
-from .path import TURNING_POINTS, OwnTest, Path, PathEnd
+from .path import Path
 from .tracing import Steps, start_point, trace
 
 # Step of the central differences, in units of the sizes. The errors, of second order in the step

@@ -34,8 +34,9 @@ from numpy.typing import ArrayLike
 from ..arguments import positive, reject, vector
 from ..errors import ParameterError
 from .branching import directions
+from .names import OwnTest
 from .newton import Array, NewtonReport, OutsideDomain, Problem, parameters_of, sizes_of, solve
-from .path import OwnTest, Path, Point, SpecialPoint
+from .path import Path, Point, SpecialPoint
 from .tracing import Steps, start_point, trace
 
 __all__ = [

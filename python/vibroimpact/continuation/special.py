@@ -11,8 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from .branching import directions, refine_branch_point
+from .names import TURNING_POINTS, OwnTest, PathEnd
 from .newton import NewtonReport
-from .path import TURNING_POINTS, Limits, OwnTest, PathEnd, Point, SpecialPoint
+from .path import Limits, Point, SpecialPoint
 from .step import RESOLUTION, SAME_POINT, Rejected, Step, bracket
 
 # A branch point is bracketed to this part of the step only, since Newton's matrix is singular

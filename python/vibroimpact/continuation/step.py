@@ -10,8 +10,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from .names import OwnTest, PathEnd
 from .newton import Array, NewtonReport, OutsideDomain, balanced, newton
-from .path import Curve, OwnTest, PathEnd, Point
+from .path import Curve, Point
 
 # Corrector: a step that needs more Newton iterations than this is too long.
 MAX_CORRECTIONS = 12

@@ -8,8 +8,9 @@ import numpy as np
 
 from ..arguments import count, positive, reject
 from ..errors import Interrupted
+from .names import OwnTest, PathEnd
 from .newton import NOISE, SINGULAR, Array, NewtonReport, Outcome, OutsideDomain, evaluate, newton
-from .path import Curve, Limits, OwnTest, Path, PathEnd, Point, SpecialPoint
+from .path import Curve, Limits, Path, Point, SpecialPoint
 from .special import SMALL_BRACKET, closing, leaving, located
 from .step import MAX_CORRECTIONS, RESOLUTION, SAME_POINT, Rejected, Step
 

@@ -6,7 +6,7 @@ their bifurcations and borders, borders in two parameters, manifolds of saddles.
 """
 
 from .._core import Border, BorderKind, Condition, Leg, LegEnd, LegKind
-from ..continuation.path import PathEnd
+from ..continuation.names import PathEnd
 from .borders import bifurcation_curve
 from .branch import Bifurcation, Branch, Piece
 from .branches import follow_motion, switch_branch

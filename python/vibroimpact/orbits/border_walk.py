@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..continuation.follow import follow
-from ..continuation.path import OwnTest, Path, PathEnd, SpecialPoint, path_so_far
+from ..continuation.names import OwnTest, PathEnd
+from ..continuation.path import Path, SpecialPoint, path_so_far
 from .borders import CurveSteps, codimension_two, curve_of, curve_problem, follow_way
 from .branch import Bifurcation
 from .curve import BifurcationCurve, CodimensionTwo

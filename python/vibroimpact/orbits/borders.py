@@ -17,25 +17,19 @@ from numpy.typing import NDArray
 from .._core import Border, BorderKind, Condition
 from ..arguments import count, positive, reject
 from ..continuation.curves import follow_curve
-from ..continuation.path import (
-    TURNING_POINTS,
-    OwnTest,
-    Path,
-    PathEnd,
-    Point,
-    SpecialPoint,
-    path_so_far,
-)
+from ..continuation.names import TURNING_POINTS, OwnTest, PathEnd
+from ..continuation.path import Path, Point, SpecialPoint, path_so_far
 from ..errors import Interrupted
 from ..interruption import interruptible
 from .branch import Bifurcation
 from .curve import BifurcationCurve, CodimensionTwo
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .friction import with_friction
-from .kinds import BORDERS, BifurcationKind, end_of
+from .kinds import BORDERS, BifurcationKind
 from .problem import OrbitProblem
 from .ranges import LONGEST_STEP, Bounds, two_ranges
 from .resegment import beside, spared
+from .special_points import end_of
 from .verdict import motion_of, primitive
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ goes on it goes on with another sequence of legs: both sequences have the border
 import numpy as np
 
 from ..arguments import reject
-from ..continuation.path import PathEnd
+from ..continuation.names import PathEnd
 from ..errors import Interrupted
 from ..interruption import interruptible
 from .branch import Bifurcation, Branch

@@ -15,17 +15,18 @@ from numpy.typing import NDArray
 from .._core import Condition
 from ..arguments import count, positive, reject
 from ..continuation.follow import follow
+from ..continuation.names import PathEnd
 from ..continuation.newton import solve
-from ..continuation.path import Path, PathEnd, Point, SpecialPoint, path_so_far
+from ..continuation.path import Path, Point, SpecialPoint, path_so_far
 from ..system import System
 from .branch import Bifurcation, Branch, Piece
 from .doubling import MIN_STEP, doubling_near, halving
-from .kinds import BORDERS, BifurcationKind, BranchEnd, end_of
+from .kinds import BORDERS, BifurcationKind, BranchEnd
 from .motion import same_orbit
 from .problem import OrbitProblem
 from .ranges import LONGEST_STEP
 from .resegment import Crossing, beyond
-from .special_points import bifurcation_at
+from .special_points import bifurcation_at, end_of
 from .verdict import motion_of
 
 # Sequences of legs that one direction of a branch may pass.

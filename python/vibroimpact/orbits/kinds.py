@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 from .._core import BorderKind, Condition
-from ..continuation.path import OwnTest, Path, PathEnd
+from ..continuation.names import OwnTest, PathEnd
 
 
 class BifurcationKind(StrEnum):
@@ -41,8 +41,3 @@ BORDERS = frozenset(BifurcationKind(kind.value) for kind in BorderKind)
 Test = Condition | BifurcationKind | OwnTest
 # Why a branch or a curve ends: the bifurcation with which its motion ends, or another reason.
 BranchEnd = PathEnd | BifurcationKind
-
-
-def end_of(path: Path) -> BranchEnd:
-    """Return why a path ends, as users see it."""
-    return path.end if path.stop is None else BifurcationKind(path.stop.kind)

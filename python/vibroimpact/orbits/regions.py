@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..arguments import reject
 from ..continuation.curves import curve_point
-from ..continuation.path import OwnTest, PathEnd
+from ..continuation.names import OwnTest, PathEnd
 from ..errors import Interrupted
 from ..interruption import interruptible
 from .border_walk import Walk

@@ -1,12 +1,12 @@
-"""A special point of a path of solutions as a bifurcation of a motion."""
+"""Special points and ends of a path of solutions, as users see them."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Leg
-from ..continuation.path import SpecialPoint
+from ..continuation.path import Path, SpecialPoint
 from .branch import Bifurcation
-from .kinds import BifurcationKind
+from .kinds import BifurcationKind, BranchEnd
 from .problem import OrbitProblem
 from .verdict import motion_of
 
@@ -27,3 +27,8 @@ def bifurcation_at(
         test_value=special.value,
         goes_on=goes_on,
     )
+
+
+def end_of(path: Path) -> BranchEnd:
+    """Return why a path ends, as users see it."""
+    return path.end if path.stop is None else BifurcationKind(path.stop.kind)
