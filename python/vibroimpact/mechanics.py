@@ -4,6 +4,8 @@ The formulas are those of the compiled core (docs/theory.md, section 1). Lengths
 pendulum's length l, times in 1/omega_2; see docs/notation.md.
 """
 
+from __future__ import annotations
+
 from functools import cached_property
 from typing import Any
 

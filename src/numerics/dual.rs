@@ -21,7 +21,8 @@ pub(crate) trait Number:
     fn constant(value: f64) -> Self;
     /// The number without its derivatives.
     fn value(self) -> f64;
-    /// This number, its value known better than by the formula that gave its derivatives.
+    /// This number, its value known better than by its formula. A number with derivatives stays on the
+    /// formula: value and derivatives belong together.
     fn with_value(self, value: f64) -> Self;
     /// The bound in place of a number below it: for what only rounding can bring there. A number with
     /// derivatives stays on the formula, which goes on smoothly beyond its range.
@@ -107,8 +108,8 @@ impl<const N: usize> Number for Dual<N> {
         self.value
     }
 
-    fn with_value(self, value: f64) -> Self {
-        Self { value, ..self }
+    fn with_value(self, _: f64) -> Self {
+        self
     }
 
     fn at_least(self, _: Self) -> Self {

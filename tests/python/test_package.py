@@ -114,7 +114,7 @@ print(*sorted({"asyncio", "difflib", "tempfile", "unittest", "zipfile"} & new))
     assert packages == "numpy vibroimpact"
     assert (
         modules
-        == "_core arguments errors impacts interruption physical run simulation system verbs"
+        == "_core arguments errors impacts interruption mechanics physical run simulation system verbs"
     )
     assert slow == ""
 

@@ -95,8 +95,6 @@ def test_the_impact_oscillator_of_coco():
     assert motion.multipliers.shape == (2,)
     known = -0.584295314342 + 0.005600351492j
     assert np.abs(motion.multipliers - [known, known.conjugate()]).max() <= 1e-12
-    assert motion.paper_eigenvalues is None
-    assert motion.paper_stable is None
 
 
 def test_the_orbit_of_budd_and_dux():

@@ -49,7 +49,10 @@ def dangers(source: str) -> list[str]:
             # A module of the package itself: relative to its own name.
             case ast.Call(
                 func=ast.Attribute(attr="import_module"),
-                args=[ast.JoinedStr(values=[ast.Constant(value="."), *_]), ast.Name(id="__name__")],
+                args=[
+                    ast.JoinedStr(values=[ast.Constant(value="."), *_]),
+                    ast.Name(id="__name__" | "__package__"),
+                ],
             ):
                 pass
             case ast.Call(func=ast.Attribute(attr="import_module")):
