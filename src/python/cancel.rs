@@ -41,20 +41,30 @@ pub(super) fn interruptible<T: Send, E: Into<PyErr> + Send>(
     let token = CancelToken::after(ASKS.load(Relaxed));
     let mut raised = None;
     let tell = |py: Python<'_>| match progress {
-        Some(Progress { tell, done }) => tell.call1(py, (done.load(Relaxed),)).map(drop),
-        None => Ok(()),
+        // False ends the work, anything else lets it go on.
+        Some(Progress { tell, done }) => {
+            let answer = tell.call1(py, (done.load(Relaxed),))?;
+            Ok(answer.bind(py).extract::<bool>().unwrap_or(true))
+        }
+        None => PyResult::Ok(true),
     };
+    let mut ended = false;
     let main = is_main_thread(py)?;
     let result = if main || progress.is_some() {
         py.detach(|| {
             beside(
                 || work(&token),
                 || {
-                    if raised.is_none() {
-                        let look = |py: Python<'_>| tell(py).and_then(|()| py.check_signals());
-                        raised = Python::attach(look).err();
+                    if raised.is_none() && !ended {
+                        let look = |py: Python<'_>| {
+                            let wanted = tell(py)?;
+                            py.check_signals().map(|()| wanted)
+                        };
+                        let looked = Python::attach(look);
+                        ended = !matches!(looked, Ok(true));
+                        raised = looked.err();
                     }
-                    if raised.is_some() {
+                    if ended {
                         token.cancel();
                     }
                 },
@@ -73,8 +83,9 @@ pub(super) fn interruptible<T: Send, E: Into<PyErr> + Send>(
         }
     }
     if raised.is_none() {
-        raised = tell(py).err();
-        interrupted |= raised.is_some();
+        let told = tell(py);
+        interrupted |= ended || !matches!(told, Ok(true));
+        raised = told.err();
     }
     match raised {
         Some(error) if !error.is_instance_of::<PyKeyboardInterrupt>(py) => Err(error),

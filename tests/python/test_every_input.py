@@ -22,6 +22,13 @@ CALLS = calls()
 # Functions that are not called here, and why.
 ELSEWHERE = {
     "Attractor.holds": "takes the tails of runs that basins keep, which no caller has",
+    **dict.fromkeys(
+        (
+            *("System.tip", "System.slope", "System.gap_function", "System.gap_rate"),
+            *("System.gap_acceleration", "System.accelerations", "System.free_flight"),
+        ),
+        "test_mechanics.py",
+    ),
 }
 # What is raised where an argument is out of range, and where a computation leaves that of floats.
 REFUSALS = (vi.ParameterError, vi.StateError)

@@ -134,8 +134,9 @@ class Interval:
 
     @property
     def middle(self) -> Array:
-        """A number of the interval near its middle."""
-        return np.clip(0.5 * (self.lo + self.hi), self.lo, self.hi)
+        """A number of the interval near its middle; NaN for everything."""
+        with np.errstate(invalid="ignore"):
+            return np.clip(0.5 * (self.lo + self.hi), self.lo, self.hi)
 
     @property
     def width(self) -> Array:
