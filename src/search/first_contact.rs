@@ -13,12 +13,12 @@
 
 #![allow(clippy::inline_always)] // the usual way through a search is compiled for several instruction sets
 
-mod outlook;
+mod first_pass;
 mod release;
 
-pub(crate) use outlook::{Outlook, few_digits};
+pub(crate) use first_pass::{FirstPass, short_time};
 
-use outlook::outlook;
+use first_pass::first_pass;
 
 use crate::flight::{Flight, FreeMotion, Motion};
 use crate::model::angle::Angle;
@@ -107,7 +107,7 @@ pub fn next_contact(
         return ContactReport { found: Found::Clear(0.0), evaluations: 0 };
     }
     let span = span.min(motion.span);
-    let mut report = lanes::narrow(Job { motion, flight, start, span });
+    let mut report = lanes::narrow(SearchJob { motion, flight, start, span });
     match report.found {
         Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch)
             if !touch.state.is_finite() || !touch.local_time().is_finite() =>
@@ -121,14 +121,14 @@ pub fn next_contact(
 }
 
 /// A search, compiled for each kind of vector instructions.
-struct Job<'a> {
+struct SearchJob<'a> {
     motion: &'a FreeMotion,
     flight: &'a Flight,
     start: Start,
     span: f64,
 }
 
-impl pulp::NullaryFnOnce for Job<'_> {
+impl pulp::NullaryFnOnce for SearchJob<'_> {
     type Output = ContactReport;
 
     #[inline(always)]
@@ -158,19 +158,19 @@ fn search<G: Geometry>(
     start: Start,
     span: f64,
 ) -> ContactReport {
-    let (outlook, mut scanned) = outlook::<G>(motion, flight, start, span);
-    let clear = match outlook {
-        Outlook::Clear(time) => {
+    let (first_pass, mut scanned) = first_pass::<G>(motion, flight, start, span);
+    let clear = match first_pass {
+        FirstPass::Clear(time) => {
             return ContactReport { found: Found::Clear(time), evaluations: scanned };
         }
-        Outlook::Ahead { near, after, bounds } => {
+        FirstPass::Ahead { near, after, bounds } => {
             let touching = start == Start::Touching;
             let gap = GapFlight::<G>::within(motion, flight, touching, bounds);
             let mut search = Search { gap, begin: 0.0, span: span.max(near), evaluations: scanned };
             let (touch, settled) = search.meet(near, 0.0);
             scanned = search.evaluations;
             if touch.local_time() < 0.0 {
-                return carefully::<G>(motion, flight, start, span, 0.0, scanned);
+                return careful_search::<G>(motion, flight, start, span, 0.0, scanned);
             }
             if settled && touch.gap.rate > 0.0 {
                 return ContactReport { found: Found::Contact(touch), evaluations: scanned };
@@ -180,14 +180,14 @@ fn search<G: Geometry>(
             }
             after
         }
-        Outlook::Unsure(time) => time,
+        FirstPass::Unsure(time) => time,
     };
-    carefully::<G>(motion, flight, start, span, clear, scanned)
+    careful_search::<G>(motion, flight, start, span, clear, scanned)
 }
 
 /// The careful search, from local time `clear` < `span` on.
 #[inline(never)]
-pub(crate) fn carefully<G: Geometry>(
+pub(crate) fn careful_search<G: Geometry>(
     motion: &FreeMotion,
     flight: &Flight,
     start: Start,

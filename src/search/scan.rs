@@ -38,7 +38,7 @@ pub(crate) enum Scan {
     /// No contact up to this local time, which may be several spans.
     Clear(f64),
     /// The first contact, a simple root, lies on a step.
-    Rise(Rise),
+    RisingStep(RisingStep),
     /// The first contact is the end of a short hop, near this local time.
     Hop(f64),
     /// No contact up to this local time; on from there with care.
@@ -47,7 +47,7 @@ pub(crate) enum Scan {
 
 /// A step on which the gap rises through zero, once.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Rise {
+pub(crate) struct RisingStep {
     /// Local time of its start.
     pub after: f64,
     /// Its length.
@@ -58,8 +58,8 @@ pub(crate) struct Rise {
 }
 
 lanes_of! {
-    /// Several rises.
-    Rises of Rise {
+    /// Several rising steps.
+    RisingSteps of RisingStep {
         after: after,
         h: h,
         start_value: start.value,
@@ -71,7 +71,7 @@ lanes_of! {
     }
 }
 
-impl Rise {
+impl RisingStep {
     /// Local time near the contact.
     #[inline(always)]
     pub fn near(&self) -> f64 {
@@ -98,14 +98,14 @@ struct Samples {
 
 /// What a scan starts from: the jet there, and bounds of the gap's derivatives.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Outset {
+pub(crate) struct ScanStart {
     start: Jet,
     pub bounds: GapBounds,
 }
 
 lanes_of! {
     /// What several scans start from.
-    Outsets of Outset {
+    ScanStarts of ScanStart {
         value: start.value,
         rate: start.rate,
         second: start.second,
@@ -117,7 +117,7 @@ lanes_of! {
     }
 }
 
-impl Outsets {
+impl ScanStarts {
     /// Their bounds.
     #[inline(always)]
     pub fn bounds(&self) -> GapBoundsLanes {
@@ -132,7 +132,7 @@ impl Outsets {
     }
 }
 
-impl Outset {
+impl ScanStart {
     #[inline(always)]
     pub fn new<G: Geometry>(motion: &FreeMotion, flight: &Flight) -> Self {
         let equations = (&motion.pendulum.equation, &motion.oscillator.equation);
@@ -177,16 +177,16 @@ impl Outset {
 pub(crate) fn scan<G: Geometry>(
     motion: &FreeMotion,
     flight: &Flight,
-    outset: &Outset,
+    scan_start: &ScanStart,
     touching: bool,
     span: f64,
 ) -> (Scan, u64) {
     let mut scanner = Scanner::default();
-    let begun = scanner.begin::<G>(motion, flight, outset, touching, span);
+    let begun = scanner.begin::<G>(motion, flight, scan_start, touching, span);
     let found = begun.unwrap_or_else(|| {
         loop {
-            let batch = scanner.batch::<G>(motion);
-            if let Some(found) = scanner.judge(motion, &batch) {
+            let stride = scanner.stride::<G>(motion);
+            if let Some(found) = scanner.judge(motion, &stride) {
                 return found;
             }
         }
@@ -219,7 +219,7 @@ pub(crate) struct Scanner {
 
 /// Eight steps on: states and jets, and the first step that is not proven free.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Batch {
+pub(crate) struct Stride {
     states: States,
     samples: Samples,
     unsure: usize,
@@ -232,11 +232,11 @@ impl Scanner {
         &mut self,
         motion: &FreeMotion,
         flight: &Flight,
-        outset: &Outset,
+        scan_start: &ScanStart,
         touching: bool,
         span: f64,
     ) -> Option<Scan> {
-        let &Outset { mut start, bounds } = outset;
+        let &ScanStart { mut start, bounds } = scan_start;
         let rate = bounds.rate;
         let state = &flight.state;
         let place = state.x1.abs() + state.x2.abs() + motion.gap.abs();
@@ -289,7 +289,7 @@ impl Scanner {
 
     /// The next eight steps. Nothing in it depends on what is found, so that several scans overlap.
     #[inline(always)]
-    pub fn batch<G: Geometry>(&mut self, motion: &FreeMotion) -> Batch {
+    pub fn stride<G: Geometry>(&mut self, motion: &FreeMotion) -> Stride {
         self.evaluations += LANES as u64;
         let table = motion.table(self.level);
         let states = table.states(&self.point);
@@ -301,13 +301,13 @@ impl Scanner {
             self.slack,
             self.touching,
         );
-        Batch { states, samples, unsure }
+        Stride { states, samples, unsure }
     }
 
-    /// What follows from a batch: the outcome, or `None` if another batch is needed.
+    /// What follows from a stride: the outcome, or `None` if another stride is needed.
     #[inline(always)]
-    pub fn judge(&mut self, motion: &FreeMotion, batch: &Batch) -> Option<Scan> {
-        let Batch { states, samples, unsure: j } = batch;
+    pub fn judge(&mut self, motion: &FreeMotion, stride: &Stride) -> Option<Scan> {
+        let Stride { states, samples, unsure: j } = stride;
         let j = *j;
         let h = motion.step(self.level);
         if j == LANES {
@@ -332,18 +332,19 @@ impl Scanner {
         }
         let next = samples.jet(j);
         let weights = &motion.table(self.level).weights;
-        if !self.touching && rises(&self.start, &next, weights, self.remainder, self.slack) {
-            let rise = Rise { after: s, h, start: self.start, end: next };
+        if !self.touching && is_rising_step(&self.start, &next, weights, self.remainder, self.slack)
+        {
+            let rise = RisingStep { after: s, h, start: self.start, end: next };
             let left = self.reach - s;
             if left >= h {
-                return Some(Scan::Rise(rise));
+                return Some(Scan::RisingStep(rise));
             }
             // The step ends beyond: on which side of `reach` the contact lies says the sign of the gap
             // there, and not the interpolant's root, which may be off by a good part of a coarse step.
             let there = Quintic::new(&rise.start, &rise.end, h).value(left / h);
             let doubt = self.remainder + self.slack;
             if there > doubt {
-                return Some(Scan::Rise(rise));
+                return Some(Scan::RisingStep(rise));
             }
             if there < -doubt {
                 return Some(Scan::Clear(self.reach));
@@ -454,7 +455,7 @@ fn smaller(a: f64, b: f64) -> f64 {
 /// sqrt(5)/30000 |g^(6)| h^5 (Agarwal & Wong (1993), Error Inequalities in Polynomial
 /// Interpolation, section 1.2), here from `remainder` = |g^(6)| h^6/14400.
 #[inline(always)]
-fn rises(start: &Jet, end: &Jet, w: &Weights, remainder: f64, slack: f64) -> bool {
+fn is_rising_step(start: &Jet, end: &Jet, w: &Weights, remainder: f64, slack: f64) -> bool {
     const PART: f64 = 0.214_663;
     let (first, last) = (w.fifth * start.rate, w.fifth * end.rate);
     let (bend, last_bend) = (2.0 * w.fortieth * start.second, 2.0 * w.fortieth * end.second);

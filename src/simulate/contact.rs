@@ -1,6 +1,6 @@
 //! Lasting contact: the end of chatter, landings, slides, sticks and releases.
 
-use super::{Completion, Horizon, Observer, Phase, Simulation, Takeoff, Turn};
+use super::{Completion, FlightStart, Horizon, Observer, Phase, Simulation, Turn};
 use crate::contact::chatter::Limit;
 use crate::contact::sustained::{
     ContactForce, ContactMode, Next, SlideEnd, SlideStep, next_change,
@@ -136,8 +136,8 @@ impl Simulation {
         let (time, phase) = (self.motion.drive.time(clock), self.motion.drive.phase_at(clock));
         let (mode, leg) = match next {
             Next::Hold(mode) => (Some(mode), Phase::Contact(mode)),
-            Next::Separate => (None, Phase::Flight(Takeoff::Touching)),
-            Next::Release => (None, Phase::Flight(Takeoff::Released)),
+            Next::Separate => (None, Phase::Flight(FlightStart::Touching)),
+            Next::Release => (None, Phase::Flight(FlightStart::Released)),
             Next::Painleve => return Some(Ok(self.stop(clock, time, state, StopReason::Painleve))),
             Next::Jammed => return Some(Ok(self.stop(clock, time, state, StopReason::Jammed))),
         };
@@ -209,12 +209,12 @@ impl Simulation {
         if !step.is_finite() {
             // Either the force grows beyond all bounds where the tip's reach ends, or the loads do.
             if step.is_at_reach() {
-                return self.go_over(clock, state, self.system.stuck(), true);
+                return self.go_over(clock, state, self.system.no_force_fits(), true);
             }
             return Some(Err(self.fail(false)));
         }
         let (reached, cause) = step.end();
-        let over = self.ends_by(reached, 0.0, false);
+        let over = self.horizon_before(reached, 0.0, false);
         let state_at = |this: &Self, s: DoubleDouble| {
             let (x1, v1) = step.at(s.value());
             this.system.on_contact(x1, v1)
@@ -250,7 +250,7 @@ impl Simulation {
                 let next = self.system.land(self.motion.drive.trig_at(clock), &state);
                 self.go_over(clock, state, next, true)
             }
-            SlideEnd::Painleve => self.go_over(clock, state, self.system.stuck(), true),
+            SlideEnd::Painleve => self.go_over(clock, state, self.system.no_force_fits(), true),
         }
     }
 
@@ -267,7 +267,7 @@ impl Simulation {
         }
         // A rest for ever goes on in pieces, so that the caller is asked now and then.
         let reached = change.map_or(REST_TURNS * self.motion.span, |(time, _)| time);
-        let over = self.ends_by(reached, 0.0, false);
+        let over = self.horizon_before(reached, 0.0, false);
         let last = over.unwrap_or(DoubleDouble::new(reached));
         self.pass_sections(last, over.is_some(), observer, |_, _| state);
         if over.is_some() {
