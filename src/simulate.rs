@@ -23,6 +23,7 @@ use serde::{Deserialize, Serialize};
 use self::recurrence::Recurrence;
 use crate::contact::chatter::ChatterMonitor;
 use crate::contact::sustained::ContactMode;
+use crate::flight::Found;
 use crate::flight::{Drive, Flight, FreeMotion};
 use crate::model::error::{SimulationError, StateError};
 use crate::model::parameters::System;
@@ -30,9 +31,9 @@ use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::tolerance::{
-    DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, EPS, MOST_COUNTED, REST_NOISE,
+    DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, EPS, MOST_COUNTED,
 };
-use crate::search::first_contact::Found;
+use crate::search::tolerances::REST_NOISE;
 use crate::simulate::event::{Event, StopEvent, StopReason};
 
 /// How far a simulation goes.

@@ -12,13 +12,13 @@ use proptest::prelude::*;
 use vibroimpact::analysis::basin::{Fate, arrive};
 use vibroimpact::analysis::shooting::Orbit;
 use vibroimpact::impact::{ImpactOutcome, IncrementalError, PreImpact, incremental};
-use vibroimpact::search::{Found, Start, next_contact};
 use vibroimpact::tangent::itinerary::{Itinerary, Leg, Node};
 use vibroimpact::{
     CancelToken, Clock, Contact, Event, FreeMotion, Horizon, ImpactLaw, Run, RunError, RunOptions,
     Simulation, State, StateError, StopReason, System, SystemBuilder, Workers, detect_period, run,
     run_many,
 };
+use vibroimpact::{Found, Start, next_contact};
 
 fn paper() -> SystemBuilder {
     System::builder()

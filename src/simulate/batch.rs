@@ -18,14 +18,18 @@ use self::impacts::{ImpactLanes, Nearby};
 use self::sections::pass_sections;
 use super::{Observer, Phase, Simulation};
 use crate::flight::Flight;
+use crate::flight::gap::TipGap;
+use crate::flight::{Found, Point, States};
 use crate::impact::{self, Impact, ImpactFailure, PreImpact};
 use crate::model::error::SimulationError;
 use crate::model::parameters::{Contact, System};
+use crate::model::tip::{Direct, Oblique, Tip};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::lanes::{self, LANES};
-use crate::search::first_contact::{FirstPass, Found, Start, careful_search};
-use crate::search::gap::{Direct, Geometry, Oblique};
-use crate::search::scan::{Scan, ScanStart, Scanner, Stride};
+use crate::search::Start;
+use crate::search::first_contact::{FirstPass, careful_search};
+use crate::search::gap::SteppedGap;
+use crate::search::scan::{Scan, Scanner, Stride};
 use crate::simulate::event::{Event, StopReason};
 
 /// A simulation for a lane, with its observer and with what takes its events.
@@ -107,8 +111,8 @@ struct Batch<'a, T> {
 /// The numbers of all lanes.
 #[derive(Default)]
 struct LaneData {
-    scanners: [Scanner; LANES],
-    strides: [Stride; LANES],
+    scanners: [Scanner<Point>; LANES],
+    strides: [Stride<States>; LANES],
     impacts: ImpactLanes,
     /// 1 where the present flight began in the lane: the lane alone then has the bodies' constants and
     /// the start of the scan.
@@ -200,7 +204,7 @@ impl<T: Job> Batch<'_, T> {
     /// The next impact of each lane. All lanes take one stride before any result is read, so that no lane
     /// waits for a result.
     #[inline(always)]
-    fn round<G: Geometry>(&mut self) {
+    fn round<G: Tip>(&mut self) {
         let (mut scanning, mut ready) = (LaneSet::default(), LaneSet::default());
         for j in 0..LANES {
             self.begin_flight::<G>(j, &mut scanning, &mut ready);
@@ -209,7 +213,7 @@ impl<T: Job> Batch<'_, T> {
             let LaneData { scanners, strides, .. } = &mut *self.lanes;
             for j in scanning.iter() {
                 if let Some(job) = &mut self.jobs[j] {
-                    strides[j] = scanners[j].stride::<G>(&job.parts().0.motion);
+                    strides[j] = scanners[j].stride(&job.parts().0.tip_gap::<G>());
                 }
             }
             let before = std::mem::take(&mut scanning);
@@ -303,7 +307,7 @@ impl<T: Job> Batch<'_, T> {
 
     /// Begins flights in lane `j` until one has to be scanned or has a contact ahead, or no job is left.
     #[inline(always)]
-    fn begin_flight<G: Geometry>(&mut self, j: usize, scanning: &mut LaneSet, ready: &mut LaneSet) {
+    fn begin_flight<G: Tip>(&mut self, j: usize, scanning: &mut LaneSet, ready: &mut LaneSet) {
         loop {
             let Some(job) = &mut self.jobs[j] else { return };
             let (simulation, _) = job.parts();
@@ -317,22 +321,23 @@ impl<T: Job> Batch<'_, T> {
             if let Some(start) = simulation.scanned_from() {
                 let touching = start == Start::Touching;
                 let (motion, flight) = (&simulation.motion, &simulation.flight);
+                let gap = simulation.tip_gap::<G>();
                 let scan_start = if in_lane[j] == 1 {
                     impacts.scan_start(j)
                 } else {
-                    let scan_start = ScanStart::new::<G>(motion, flight);
+                    let scan_start = gap.scan_start();
                     impacts.load::<G>(j, flight, &scan_start.bounds, touching);
                     scan_start
                 };
                 let scanner = &mut scanners[j];
-                match scanner.begin::<G>(motion, flight, &scan_start, touching, motion.span) {
+                match scanner.begin(&gap, &scan_start, touching, motion.span) {
                     None => return scanning.push(j),
                     Some(Scan::Hop(near)) => {
                         impacts.set_nearby(j, &Nearby::Near(near), scanner.evaluations);
                         return ready.push(j);
                     }
                     Some(scan) => {
-                        self.step_outside::<G>(j, Some(FirstPass::new(scan, scan_start.bounds)))
+                        self.step_outside::<G>(j, Some(FirstPass::new(scan, scan_start.bounds)));
                     }
                 }
             } else {
@@ -343,11 +348,11 @@ impl<T: Job> Batch<'_, T> {
 
     /// Reads the result of the last stride of lane `j`.
     #[inline(never)]
-    fn read_stride<G: Geometry>(&mut self, j: usize) -> Scanned {
+    fn read_stride<G: Tip>(&mut self, j: usize) -> Scanned {
         let LaneData { scanners, strides, impacts, .. } = &mut *self.lanes;
         let Some(job) = &mut self.jobs[j] else { return Scanned::Single };
         let scanner = &mut scanners[j];
-        let Some(scan) = scanner.judge(&job.parts().0.motion, &strides[j]) else {
+        let Some(scan) = scanner.judge(&job.parts().0.tip_gap::<G>(), &strides[j]) else {
             return Scanned::Continues;
         };
         if let Scan::RisingStep(rise) = scan {
@@ -361,7 +366,7 @@ impl<T: Job> Batch<'_, T> {
 
     /// One leg of lane `j` outside of the lane, after the first pass if there was one.
     #[inline(never)]
-    fn step_outside<G: Geometry>(&mut self, j: usize, first_pass: Option<FirstPass>) {
+    fn step_outside<G: Tip>(&mut self, j: usize, first_pass: Option<FirstPass>) {
         self.lanes.write_back(j, &mut self.jobs[j]);
         let Some(job) = &mut self.jobs[j] else { return };
         let (simulation, watch) = job.parts();
@@ -393,7 +398,7 @@ enum Scanned {
 /// A round, compiled for each kind of vector instructions.
 struct Round<'a, 'b, G, T>(&'a mut Batch<'b, T>, PhantomData<G>);
 
-impl<G: Geometry, T: Job> pulp::NullaryFnOnce for Round<'_, '_, G, T> {
+impl<G: Tip, T: Job> pulp::NullaryFnOnce for Round<'_, '_, G, T> {
     type Output = ();
 
     #[inline(always)]
@@ -406,6 +411,11 @@ impl Simulation {
     /// Whether lanes can hold the usual flights and impacts of this system.
     fn fits_a_lane(&self) -> bool {
         self.motion.swings_or_beats() && self.system.law.is_coulomb()
+    }
+
+    #[inline(always)]
+    fn tip_gap<T: Tip>(&self) -> TipGap<'_, T> {
+        TipGap::new(&self.motion, &self.flight)
     }
 
     /// How the present flight starts, if a scan is its next step.
@@ -421,7 +431,7 @@ impl Simulation {
     /// Stores the result of the first pass for the next turn. A contact ahead is not stored: the turn
     /// finds it.
     #[inline(never)]
-    fn store_first_pass<G: Geometry>(&mut self, first_pass: FirstPass, evaluations: u64) {
+    fn store_first_pass<G: Tip>(&mut self, first_pass: FirstPass, evaluations: u64) {
         let Phase::Flight(began) = self.point.anchor.phase else { return };
         match first_pass {
             FirstPass::Ahead { .. } => {}
@@ -430,9 +440,9 @@ impl Simulation {
                 self.found = Some(Found::Clear(time));
             }
             FirstPass::Unsure(clear) => {
-                let (motion, flight) = (&self.motion, &self.flight);
-                let (start, span) = (self.start(began), motion.span);
-                let report = careful_search::<G>(motion, flight, start, span, clear, evaluations);
+                let gap = self.tip_gap::<G>();
+                let (start, span) = (self.start(began), self.motion.span);
+                let report = careful_search(&gap, start, span, clear, evaluations);
                 self.evaluations += report.evaluations;
                 self.found = Some(self.checked_against_graze(report.found));
             }

@@ -5,14 +5,15 @@ use crate::contact::chatter::Limit;
 use crate::contact::sustained::{
     ContactForce, ContactMode, Next, SlideEnd, SlideStep, next_change,
 };
+use crate::flight::Touch;
 use crate::model::error::SimulationError;
 use crate::model::state::{Clock, State};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::tolerance::{
-    CHATTER_NOISE, DEFAULT_TOLERANCE, EPS, MOST_MOVES, RELEASE_PROBE, SHORTEST_MOVE,
-    STANDSTILL_EVENTS, STANDSTILL_TIME,
+    CHATTER_NOISE, DEFAULT_TOLERANCE, EPS, MOST_MOVES, SHORTEST_MOVE, STANDSTILL_EVENTS,
+    STANDSTILL_TIME,
 };
-use crate::search::first_contact::Touch;
+use crate::search::tolerances::RELEASE_PROBE;
 use crate::simulate::event::{ChatterEvent, ContactEvent, Event, StopReason};
 
 impl Simulation {

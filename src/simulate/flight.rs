@@ -6,6 +6,8 @@ use super::{Anchor, Checkpoint, Completion, FlightStart, Observer, Phase, Simula
 use crate::contact::chatter::Limit;
 use crate::contact::sustained::Next;
 use crate::flight::Flight;
+use crate::flight::gap::first_contact;
+use crate::flight::{Found, Touch};
 use crate::impact::{self, Impact, ImpactFailure, PreImpact, RegimeKind};
 use crate::model::angle::Angle;
 use crate::model::error::SimulationError;
@@ -16,7 +18,7 @@ use crate::numerics::lanes;
 use crate::numerics::tolerance::{
     CHATTER_LEADING_RTOL, EPS, LOOSEST_COMPLETION, STANDSTILL_EVENTS, STANDSTILL_TIME,
 };
-use crate::search::first_contact::{Found, Start, Touch, first_contact};
+use crate::search::Start;
 use crate::simulate::event::{Event, GrazeEvent, ImpactEvent, StopReason};
 
 impl Simulation {

@@ -1,11 +1,10 @@
-//! What the first pass (src/scan.rs) tells of a flight.
+//! What the first pass (src/search/scan.rs) tells of a flight.
 
 #![allow(clippy::inline_always)] // the usual way through a search is compiled for several instruction sets
 
 use super::Start;
-use crate::flight::{Flight, FreeMotion};
-use crate::search::gap::{GapBounds, Geometry};
-use crate::search::scan::{Scan, ScanStart, scan};
+use crate::search::gap::{GapBounds, SteppedGap};
+use crate::search::scan::{Scan, scan};
 
 /// What the first pass tells of a flight.
 #[derive(Clone, Copy)]
@@ -20,18 +19,12 @@ pub(crate) enum FirstPass {
 
 /// The first pass, and its evaluations of the gap.
 #[inline(always)]
-pub(super) fn first_pass<G: Geometry>(
-    motion: &FreeMotion,
-    flight: &Flight,
-    start: Start,
-    span: f64,
-) -> (FirstPass, u64) {
+pub(super) fn first_pass<G: SteppedGap>(gap: &G, start: Start, span: f64) -> (FirstPass, u64) {
     if !matches!(start, Start::Apart | Start::Touching) {
         return (FirstPass::Unsure(0.0), 0);
     }
-    let scan_start = ScanStart::new::<G>(motion, flight);
-    let (found, evaluations) =
-        scan::<G>(motion, flight, &scan_start, start == Start::Touching, span);
+    let scan_start = gap.scan_start();
+    let (found, evaluations) = scan(gap, &scan_start, start == Start::Touching, span);
     (FirstPass::new(found, scan_start.bounds), evaluations)
 }
 

@@ -6,21 +6,22 @@
 #![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
 
 use super::motions::{Flights, Motions, Systems};
+use crate::flight::Touch;
+use crate::flight::gap::{change_of, higher_of, scan_start, start_of};
 use crate::flight::{BodyFlight, Flight, FreeMotion, Trig, state_past};
 use crate::impact::{self, Impact, PreImpact, Regime, RegimeKind};
 use crate::model::angle::Angle;
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
+use crate::model::tip::Tip;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary::{self, MOST_TURNED};
 use crate::numerics::lanes::{self, LANES, Lanes};
-use crate::numerics::tolerance::{SETTLE_PART, WALL_SLOPE};
-use crate::search::first_contact::{Touch, short_time};
-use crate::search::gap::{
-    GapBounds, GapBoundsLanes, GapPoints, Geometry, flight_noise, gap_after, gap_higher,
-    gap_remainder, noise,
-};
+use crate::numerics::tolerance::WALL_SLOPE;
+use crate::search::first_contact::short_time;
+use crate::search::gap::{GapBounds, GapBoundsLanes, GapPoint, GapPoints, noise};
 use crate::search::scan::{RisingStep, RisingSteps, ScanStart, ScanStarts};
+use crate::search::tolerances::SETTLE_PART;
 
 /// Where the first pass has found a contact.
 #[derive(Clone, Copy)]
@@ -100,13 +101,7 @@ impl ImpactLanes {
 
     /// The present flight of lane `j`, with bounds of its derivatives; `touching`: it started on the contact.
     #[inline(always)]
-    pub fn load<G: Geometry>(
-        &mut self,
-        j: usize,
-        flight: &Flight,
-        bounds: &GapBounds,
-        touching: bool,
-    ) {
+    pub fn load<G: Tip>(&mut self, j: usize, flight: &Flight, bounds: &GapBounds, touching: bool) {
         let to = &mut self.flights;
         to.time_in_period[j] = flight.clock.time_in_period;
         to.residual[j] = flight.clock.residual;
@@ -118,9 +113,8 @@ impl ImpactLanes {
         (self.start[j], self.start_noise[j]) = if touching {
             (0.0, 0.0)
         } else {
-            let State { x1, x2, .. } = flight.state;
-            let (tip, gap) = (G::tip(x1, flight.angle), self.systems.gap[j]);
-            (tip - x2 - gap, noise(tip, x2, gap))
+            let (start, size) = start_of::<G>(&flight.state, flight.angle, self.systems.gap[j]);
+            (start, noise(size))
         };
     }
 
@@ -169,7 +163,7 @@ impl ImpactLanes {
     /// The contacts: the exact motion near each, and the Taylor polynomial from there
     /// (as in src/search/first_contact.rs).
     #[inline(always)]
-    pub fn find_contacts<G: Geometry>(&mut self) {
+    pub fn find_contacts<G: Tip>(&mut self) {
         let Self {
             systems, flights, rising_steps, on_step, near, bounds, motions, contacts, ..
         } = self;
@@ -194,12 +188,13 @@ impl ImpactLanes {
             } else {
                 elementary::STRAIGHT
             };
-            let (gap, angle) = gap_after::<G>(start[j], flights.angles.get(j), turned, &p, &o);
-            let higher = gap_higher::<G>((&pendulum, &oscillator), angle, &(p, o));
+            let (change, angle) = change_of::<G>(flights.angles.get(j), turned, &(p, o));
+            let gap = GapPoint { value: start[j] + change.value, ..change };
+            let higher = higher_of::<G>((&pendulum, &oscillator), angle, &(p, o));
             let (offset, holds) = gap.rise_by_series(higher);
             let limits = bounds.get(j);
-            let left = gap_remainder(limits.fourth, limits.fifth, limits.sixth, offset);
-            let level = start_noise[j] + flight_noise(limits.rate, (s + offset).max(0.0));
+            let left = limits.remainder(offset);
+            let level = start_noise[j] + limits.noise((s + offset).max(0.0));
             let later = gap.later(offset);
             let certain = (undecayed[j] == 1)
                 & holds
@@ -217,7 +212,7 @@ impl ImpactLanes {
 
     /// The impacts (as in src/simulate/flight.rs).
     #[inline(always)]
-    pub fn resolve<G: Geometry>(&mut self) {
+    pub fn resolve<G: Tip>(&mut self) {
         let Self { systems, contacts, impacts, .. } = self;
         let after = &mut impacts.flights;
         for j in 0..LANES {
@@ -231,7 +226,7 @@ impl ImpactLanes {
             let friction = systems.friction[j];
             // The state is moved onto the contact.
             let before = angle(x1);
-            let tip = G::tip(x1, before);
+            let tip = G::position(x1, before);
             let on_wall = (mass_ratio == 0.0) & (before.cos.abs() > WALL_SLOPE);
             let x1 = if on_wall { x1 - (tip - x2 - gap) / before.cos } else { x1 };
             let x2 = if on_wall { x2 } else { tip - gap };
@@ -281,7 +276,7 @@ impl ImpactLanes {
 
     /// The flights after the impacts.
     #[inline(always)]
-    pub fn start_flights<G: Geometry>(&mut self) {
+    pub fn start_flights<G: Tip>(&mut self) {
         let Self { systems, flights, near, contacts, impacts, .. } = self;
         let after = &mut impacts.flights;
         for j in 0..LANES {
@@ -315,7 +310,7 @@ impl ImpactLanes {
             let state = State { x1: pre_x1[j], v1: v1_post[j], x2: pre_x2[j], v2: v2_post[j] };
             let (angle, cos_psi) = (angles.get(j), phases.cos[j]);
             let scan_start =
-                ScanStart::within::<G>(equations, systems.gap[j], &state, angle, cos_psi, bounds);
+                scan_start::<G>(equations, systems.gap[j], &state, angle, cos_psi, bounds);
             scan_starts.set(j, &scan_start);
         }
         systems.beats[0].start(&systems.pendulums, pre_x1, v1_post, phases, pendulums);
