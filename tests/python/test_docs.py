@@ -166,7 +166,7 @@ def test_notation_names_every_parameter(run):
 
 @pytest.mark.parametrize(
     ("section", "table"),
-    [("Impacts", "impacts"), ("Grazes", "grazes"), ("Lasting contact", "contacts")],
+    [("Impacts", "impacts"), ("Grazes", "grazes"), ("Sustained contact", "contacts")],
 )
 def test_notation_names_every_column(run, section, table):
     assert first_column(section) == list(getattr(run, table).dtype.names)
