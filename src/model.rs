@@ -8,5 +8,5 @@ pub(crate) mod parameters;
 pub(crate) mod state;
 
 pub use error::{ParameterError, SimulationError, StateError};
-pub use parameters::{Contact, ImpactLaw, System, SystemBuilder};
+pub use parameters::{Contact, ImpactLaw, Parameter, System, SystemBuilder};
 pub use state::{Clock, State};
