@@ -217,7 +217,7 @@ def _call(function: Callable[..., object], *arguments: Any) -> Callable[[], obje
 
 def _numbers(system: vi.System) -> dict[str, float]:
     given = system.to_dict()
-    return {name: float(given[name]) for name in [*SYMBOLS.values(), "phase"]}
+    return {name: float(given[name]) for name in SYMBOLS.values()}
 
 
 def _error(case: Case, peer: Any) -> float:

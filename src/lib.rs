@@ -72,8 +72,8 @@ pub use analysis::{
 pub use contact::{ContactForce, ContactMode};
 pub use flight::{ContactReport, Flight, Found, FreeMotion, Touch, next_contact};
 pub use model::{
-    Clock, Contact, ImpactLaw, ParameterError, SimulationError, State, StateError, System,
-    SystemBuilder,
+    Clock, Contact, ImpactLaw, Parameter, ParameterError, SimulationError, State, StateError,
+    System, SystemBuilder,
 };
 pub use numerics::cancel::CancelToken;
 pub use numerics::tolerance;

@@ -9,5 +9,5 @@ pub(crate) mod state;
 pub(crate) mod tip;
 
 pub use error::{ParameterError, SimulationError, StateError};
-pub use parameters::{Contact, ImpactLaw, System, SystemBuilder};
+pub use parameters::{Contact, ImpactLaw, Parameter, System, SystemBuilder};
 pub use state::{Clock, State};

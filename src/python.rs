@@ -43,14 +43,16 @@ mod _core {
     #[pymodule_export]
     use super::sweep::{PySweep, sweep};
     #[pymodule_export]
-    use super::system::PySystem;
+    use super::system::{PyParameter, PySystem};
 
     use super::arrays::Record;
     use super::enums::{Enumerated, LegEnd, LegKind};
+    use super::system::parameters;
     use crate::analysis::period::Kind;
     use crate::analysis::sweep::PointStatus;
     use crate::analysis::{EvidenceKind, WhyUndecided};
     use crate::impact::{ImpactOutcome, RegimeKind};
+    use crate::model::parameters::{Contact, ImpactLaw};
     use crate::simulate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
     use crate::tangent::border::{Border, BorderKind};
     use pyo3::prelude::*;
@@ -62,6 +64,11 @@ mod _core {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add("STATUS_NAMES", PyTuple::new(py, PointStatus::NAMES)?)?;
         module.add("MOTION_NAMES", PyTuple::new(py, Kind::NAMES)?)?;
+        module.add("PARAMETERS", parameters(py)?)?;
+        module.add("CONTACTS", PyTuple::new(py, Contact::ALL.iter().map(|one| one.name()))?)?;
+        module.add("LAWS", PyTuple::new(py, ImpactLaw::ALL.iter().map(|one| one.name()))?)?;
+        let coulomb = ImpactLaw::ALL.iter().filter(|law| law.is_coulomb()).map(|law| law.name());
+        module.add("COULOMB_LAWS", PyTuple::new(py, coulomb.collect::<Vec<_>>())?)?;
         module.add("IMPACT_DTYPE", ImpactRecord::dtype(py)?)?;
         module.add("OUTCOME_DTYPE", ImpactOutcome::dtype(py)?)?;
         module.add("EVENT_DTYPE", EventRecord::dtype(py)?)?;

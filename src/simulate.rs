@@ -167,7 +167,7 @@ pub struct Simulation {
     max_events: u64,
     /// Asked before every local flight.
     cancel: CancelToken,
-    tolerance: f64,
+    chatter_tolerance: f64,
     /// Whether chatter is completed; not while single hops of it are asked for.
     completes: bool,
     /// Section time in the period.
@@ -231,7 +231,7 @@ impl Simulation {
             horizon: Horizon::Impacts { count: u64::MAX, max_time: DEFAULT_MAX_TIME },
             max_events: DEFAULT_MAX_EVENTS,
             cancel: CancelToken::never(),
-            tolerance: DEFAULT_TOLERANCE,
+            chatter_tolerance: DEFAULT_TOLERANCE,
             completes: true,
             section_offset: 0.0,
             point: *point,
@@ -275,12 +275,12 @@ impl Simulation {
 
     /// Goes on to a further horizon, also after a stop at the last one.
     pub(crate) fn extend_to(&mut self, horizon: Horizon) {
-        let (max_events, tolerance) = (self.max_events, self.tolerance);
+        let (max_events, chatter_tolerance) = (self.max_events, self.chatter_tolerance);
         if self.point.stopped.take().is_some() {
             *self = Self::from_checkpoint(&self.system, &self.point)
                 .cancel_with(&self.cancel)
                 .max_events(max_events)
-                .tolerance(tolerance);
+                .chatter_tolerance(chatter_tolerance);
         }
         *self = self.clone().until(horizon);
     }
@@ -302,8 +302,8 @@ impl Simulation {
     /// Absolute tolerance in time and state where something is approximated (the completion of
     /// chatter).
     #[must_use]
-    pub fn tolerance(mut self, tolerance: f64) -> Self {
-        self.tolerance = tolerance;
+    pub fn chatter_tolerance(mut self, chatter_tolerance: f64) -> Self {
+        self.chatter_tolerance = chatter_tolerance;
         self
     }
 

@@ -178,12 +178,12 @@ proptest! {
             (any::<u64>(), number())
                 .prop_map(|(count, max_time)| Horizon::Impacts { count, max_time }),
         ],
-        tolerance in prop_oneof![4 => Just(1e-12), 1 => number()],
+        chatter_tolerance in prop_oneof![4 => Just(1e-12), 1 => number()],
     ) {
         prop_assume!(!is_hectic(&system, state));
         let [x1, v1, x2, v2] = state;
         let start = State { x1, v1, x2, v2 };
-        let options = RunOptions { max_events: 40, tolerance, ..RunOptions::until(horizon) };
+        let options = RunOptions { max_events: 40, chatter_tolerance, ..RunOptions::until(horizon) };
         match run(&system, start, options, &CancelToken::after(2048)) {
             Ok(run) => assert_finite(&run),
             Err(error) => prop_assert!(!error.to_string().is_empty()),

@@ -60,7 +60,7 @@ def _case(rng: np.random.Generator) -> list[Row]:
 
 def _run(system: vi.System, initial: tuple[float, ...], tolerance: float) -> vi.Run:
     return vi.simulate(
-        system, initial=initial, periods=PERIODS, tolerance=tolerance, max_events=20_000
+        system, initial=initial, periods=PERIODS, chatter_tolerance=tolerance, max_events=20_000
     )
 
 

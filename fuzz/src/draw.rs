@@ -194,7 +194,7 @@ impl<'a> Draw<'a> {
             options.max_events = crate::MOST_EVENTS;
         }
         if self.below(6) == 5 {
-            options.tolerance = self.any();
+            options.chatter_tolerance = self.any();
         }
         if self.below(4) == 3 {
             options.section_phase = self.number(0.0, 6.28);

@@ -77,7 +77,7 @@ fn body(draw: &mut Draw) {
             if let Err(error) = &checked {
                 assert!(!error.to_string().is_empty());
             } else {
-                assert!(options.tolerance > 0.0 && options.section_phase >= 0.0);
+                assert!(options.chatter_tolerance > 0.0 && options.section_phase >= 0.0);
             }
             if let Ok(text) = serde_json::to_string(&options)
                 && let Ok(back) = serde_json::from_str::<RunOptions>(&text)

@@ -21,7 +21,7 @@ fn body(draw: &mut Draw) {
     };
     simulation = simulation.max_events(u64::from(draw.byte()) % MOST_EVENTS + 1);
     if draw.below(6) == 5 {
-        simulation = simulation.tolerance(draw.any());
+        simulation = simulation.chatter_tolerance(draw.any());
     }
     if draw.below(4) == 3 {
         simulation = simulation.section_phase(draw.number(0.0, 6.28));

@@ -2,18 +2,23 @@
 
 from collections.abc import Callable, Sequence
 from enum import IntEnum, StrEnum
+from types import MappingProxyType
 from typing import ClassVar, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "CONTACTS",
     "CONTACT_DTYPE",
+    "COULOMB_LAWS",
     "EVENT_DTYPE",
     "GRAZE_DTYPE",
     "IMPACT_DTYPE",
+    "LAWS",
     "MOTION_NAMES",
     "OUTCOME_DTYPE",
+    "PARAMETERS",
     "STATUS_NAMES",
     "Arrivals",
     "Border",
@@ -25,6 +30,7 @@ __all__ = [
     "Leg",
     "LegEnd",
     "LegKind",
+    "Parameter",
     "PeriodReport",
     "Regime",
     "Run",
@@ -48,6 +54,10 @@ __version__: str
 
 STATUS_NAMES: tuple[str, ...]
 MOTION_NAMES: tuple[str, ...]
+PARAMETERS: MappingProxyType[str, Parameter]
+CONTACTS: tuple[str, ...]
+LAWS: tuple[str, ...]
+COULOMB_LAWS: tuple[str, ...]
 IMPACT_DTYPE: np.dtype[np.void]
 EVENT_DTYPE: np.dtype[np.void]
 GRAZE_DTYPE: np.dtype[np.void]
@@ -55,26 +65,34 @@ OUTCOME_DTYPE: np.dtype[np.void]
 CONTACT_DTYPE: np.dtype[np.void]
 
 @final
+class Parameter:
+    """What a numeric parameter is."""
+
+    @property
+    def symbol(self) -> str:
+        """Its symbol in plain text, as reference data name it."""
+
+    @property
+    def latex(self) -> str:
+        """Its symbol in LaTeX."""
+
+    @property
+    def meaning(self) -> str:
+        """What it is, in one line."""
+
+    @property
+    def allowed(self) -> str:
+        """The allowed range, in words."""
+
+    @property
+    def default(self) -> float | None:
+        """The value where none is given; None: one must be given."""
+
+@final
 class System:
     """Validated parameters; raises ParameterError naming the parameter, its value and range."""
 
-    def __new__(
-        cls,
-        *,
-        mass_ratio: float,
-        frequency_ratio: float,
-        restitution: float,
-        gap: float,
-        drive_frequency: float,
-        pendulum_damping: float = 0.0,
-        oscillator_damping: float = 0.0,
-        moment_amplitude: float = 0.0,
-        force_amplitude: float = 0.0,
-        friction: float = 0.0,
-        phase: float = 0.0,
-        contact: str = "oblique",
-        law: str = "poisson",
-    ) -> Self: ...
+    def __new__(cls, *, contact: str, law: str, **numbers: float) -> Self: ...
     @property
     def drive_period(self) -> float:
         """2 pi / drive_frequency; infinite for a constant load."""
@@ -552,7 +570,7 @@ def simulate(
     time: float | None = None,
     keep: int | None = None,
     max_events: int = ...,
-    tolerance: float = ...,
+    chatter_tolerance: float = ...,
     section_phase: float = 0.0,
 ) -> Run: ...
 def simulate_many(
@@ -563,7 +581,7 @@ def simulate_many(
     time: float | None = None,
     keep: int | None = None,
     max_events: int = ...,
-    tolerance: float = ...,
+    chatter_tolerance: float = ...,
     section_phase: float = 0.0,
     workers: int | None = None,
 ) -> tuple[list[Run], bool, str | None]:
@@ -582,7 +600,7 @@ def sweep(
     measured: int = 0,
     rows: bool = True,
     max_events: int = ...,
-    tolerance: float = ...,
+    chatter_tolerance: float = ...,
     section_phase: float = 0.0,
     workers: int | None = None,
     progress: Callable[[int], object] | None = None,
@@ -647,7 +665,7 @@ def arrivals(
     periods: int,
     keep: int,
     max_events: int = ...,
-    tolerance: float = ...,
+    chatter_tolerance: float = ...,
     workers: int | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> Arrivals:

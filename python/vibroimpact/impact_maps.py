@@ -12,16 +12,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._core import Regime
+from ._core import COULOMB_LAWS, Regime
 from .arguments import axis, count, reject
 from .errors import Interrupted
 from .impact_results import ImpactAgreement, ImpactRegimes
 from .impacts import MOST_STEPS, impact
 from .interruption import interruptible
 from .system import System
-
-LAWS = ("poisson", "newton", "energetic")
-"""The laws that walk along the impulse; the incremental-impulse integrator knows them, too."""
 
 # Cells of a map along each axis. Even: no column has sin x1 = 0, no row x1' = 0, where the
 # regimes are others than on either side.
@@ -116,7 +113,7 @@ def impact_agreement(
     Parameters
     ----------
     system
-        The system; the laws compared are those of ``LAWS``.
+        The system; the laws compared are those of ``vibroimpact._core.COULOMB_LAWS``.
     steps
         At least two different numbers of steps.
     cells
@@ -146,11 +143,13 @@ def impact_agreement(
     middles = (2.0 * np.arange(cells) + 1.0 - cells) / cells
     x1, v1 = np.pi / 2 * middles, _widest_ratio(system) * middles[:, np.newaxis]
     v2 = v1 * (np.ones(cells) if system.contact == "direct" else np.cos(x1)) - 1.0
-    difference: NDArray[np.float64] = np.full((len(LAWS), len(Regime), len(numbers)), np.nan)
+    difference: NDArray[np.float64] = np.full(
+        (len(COULOMB_LAWS), len(Regime), len(numbers)), np.nan
+    )
     counts = np.zeros(len(Regime), np.int64)
     interrupted = False
     try:
-        for row, law in enumerate(LAWS):
+        for row, law in enumerate(COULOMB_LAWS):
             under = system.replace(law=law)
             exact = impact(under, x1=x1, v1=v1, v2=v2)
             counts = np.array([np.count_nonzero(exact["regime"] == regime) for regime in Regime])
@@ -164,7 +163,7 @@ def impact_agreement(
         interrupted = True
     result = ImpactAgreement(
         system=system,
-        laws=LAWS,
+        laws=COULOMB_LAWS,
         steps=np.array(numbers),
         difference=difference,
         impacts=counts,

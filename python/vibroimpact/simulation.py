@@ -25,7 +25,7 @@ def simulate(
     time: float | None = ...,
     keep: int | None = ...,
     max_events: int | None = ...,
-    tolerance: float = ...,
+    chatter_tolerance: float = ...,
     section_phase: float = ...,
     workers: int | None = ...,
 ) -> Run: ...
@@ -40,7 +40,7 @@ def simulate(
     time: float | None = ...,
     keep: int | None = ...,
     max_events: int | None = ...,
-    tolerance: float = ...,
+    chatter_tolerance: float = ...,
     section_phase: float = ...,
     workers: int | None = ...,
 ) -> list[Run]: ...
@@ -55,7 +55,7 @@ def simulate(
     time: float | None = ...,
     keep: int | None = ...,
     max_events: int | None = ...,
-    tolerance: float = ...,
+    chatter_tolerance: float = ...,
     section_phase: float = ...,
     workers: int | None = ...,
 ) -> Any: ...
@@ -70,7 +70,7 @@ def simulate(
     time: float | None = None,
     keep: int | None = None,
     max_events: int | None = None,
-    tolerance: float = 1e-12,
+    chatter_tolerance: float = 1e-12,
     section_phase: float = 0.0,
     workers: int | None = None,
 ) -> Run | list[Run]:
@@ -96,7 +96,7 @@ def simulate(
     max_events
         Cap on the events of a run since t = 0, which ends it with the stop reason ``event_cap``;
         10 million unless given.
-    tolerance
+    chatter_tolerance
         Absolute tolerance on time and state where chatter is completed; flights and impacts are
         exact, and lasting contact is integrated to rounding.
     section_phase
@@ -130,7 +130,7 @@ def simulate(
         "periods": span.periods,
         "time": span.time,
         "keep": span.keep,
-        "tolerance": positive("tolerance", tolerance),
+        "chatter_tolerance": positive("chatter_tolerance", chatter_tolerance),
         "section_phase": number("section_phase", section_phase),
     }
     if optional_count("max_events", max_events, least=1) is not None:

@@ -13,40 +13,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
+from ._core import PARAMETERS
 from .arguments import close_to, naming, number, pair, reject
 from .errors import ParameterError
 from .interruption import interruptible
 from .mechanics import Mechanics
 from .physical import dimensionless
 
-# What each numeric parameter may be, for messages; the compiled core does the checking.
-NUMERIC_RANGES = {
-    "mass_ratio": "a finite number >= 0",
-    "frequency_ratio": "a finite number >= 0",
-    "restitution": "a number in [0, 1]",
-    "gap": "a finite number",
-    "drive_frequency": "a number in [0, 1e50]",
-    "pendulum_damping": "a finite number >= 0",
-    "oscillator_damping": "a finite number >= 0",
-    "moment_amplitude": "a finite number",
-    "force_amplitude": "a finite number",
-    "friction": "a finite number >= 0",
-    "phase": "a finite number",
-}
-
-# The paper's symbols, as reference data name them, with the names in code (docs/notation.md).
-SYMBOLS = {
-    "mbar": "mass_ratio",
-    "omega0": "frequency_ratio",
-    "r": "restitution",
-    "delta": "gap",
-    "omega": "drive_frequency",
-    "zeta1": "pendulum_damping",
-    "zeta2": "oscillator_damping",
-    "f1": "moment_amplitude",
-    "f2": "force_amplitude",
-    "mu": "friction",
-}
+# Names in code of the symbols in reference data.
+SYMBOLS = {parameter.symbol: name for name, parameter in PARAMETERS.items()}
 
 
 @interruptible
@@ -99,14 +74,14 @@ class System(Mechanics):
     restitution: float
     gap: float
     drive_frequency: float
-    pendulum_damping: float = 0.0
-    oscillator_damping: float = 0.0
-    moment_amplitude: float = 0.0
-    force_amplitude: float = 0.0
-    friction: float = 0.0
-    phase: float = 0.0
-    contact: str = "oblique"
-    law: str = "poisson"
+    pendulum_damping: float
+    oscillator_damping: float
+    moment_amplitude: float
+    force_amplitude: float
+    friction: float
+    phase: float
+    contact: str
+    law: str
 
     # Written out rather than generated: an InitVar would leave ``system.damping`` as None.
     @naming
@@ -133,7 +108,7 @@ class System(Mechanics):
                 ("pendulum_damping", pendulum_damping),
                 ("oscillator_damping", oscillator_damping),
             ):
-                if number(name, value, NUMERIC_RANGES[name]) != 0.0:
+                if number(name, value, PARAMETERS[name].allowed) != 0.0:
                     reject("damping", damping, f"None beside {name} = {value!r}")
             wanted = "a pair (pendulum_damping, oscillator_damping)"
             pendulum_damping, oscillator_damping = pair("damping", damping, wanted)
@@ -151,7 +126,7 @@ class System(Mechanics):
             "phase": phase,
         }
         for name, value in numbers.items():
-            object.__setattr__(self, name, number(name, value, NUMERIC_RANGES[name]))
+            object.__setattr__(self, name, number(name, value, PARAMETERS[name].allowed))
         for name, choice in (("contact", contact), ("law", law)):
             # Some characters are none: half of a pair cannot be handed to the core.
             if not isinstance(choice, str) or not choice.isascii():
@@ -257,13 +232,12 @@ class System(Mechanics):
         """
         if not isinstance(fields, Mapping):
             reject("fields", fields, "a mapping of parameter names to values")
-        known = dataclasses.fields(cls)
-        names = [field.name for field in known]
+        names = [field.name for field in dataclasses.fields(cls)]
         unknown = sorted(map(str, set(fields) - set(names)))
         if unknown:
             hint = close_to(unknown[0], names)
             raise ParameterError(f"unknown system parameters: {', '.join(unknown)}{hint}")
-        required = {field.name for field in known if field.default is dataclasses.MISSING}
+        required = {name for name in PARAMETERS if PARAMETERS[name].default is None}
         missing = sorted(required - set(fields))
         if missing:
             raise ParameterError(f"missing system parameters: {', '.join(missing)}")

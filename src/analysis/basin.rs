@@ -214,7 +214,7 @@ impl<'a> Journey<'a> {
         let simulation = Simulation::new(system, initial)?
             .until(options.horizon)
             .max_events(options.max_events)
-            .tolerance(options.tolerance)
+            .chatter_tolerance(options.chatter_tolerance)
             .section_phase(options.section_phase)
             .cancel_with(&journey);
         let watch = Watch::new(targets, system, &options, journey);

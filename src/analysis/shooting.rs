@@ -42,7 +42,7 @@ mod hump;
 use nalgebra::Matrix4;
 
 use crate::model::error::ParameterError;
-use crate::model::parameters::System;
+use crate::model::parameters::{System, unknown};
 use crate::model::state::State;
 use crate::numerics::dual::Number;
 use crate::numerics::tolerance::EPS;
@@ -227,8 +227,7 @@ impl<'a> Orbit<'a> {
         }
         for name in free {
             if !System::NUMERIC.contains(&name.as_str()) {
-                let allowed = format!("one of {}", System::NUMERIC.join(", "));
-                return Err(ParameterError::new("parameter", name, allowed));
+                return Err(unknown(name));
             }
         }
         Ok(Model::new(&self.system, free, self.itinerary.wall_at_rest))

@@ -19,6 +19,9 @@ pub enum Contact {
 }
 
 impl Contact {
+    /// All geometries, the default first.
+    pub const ALL: &'static [Self] = &[Self::Oblique, Self::Direct];
+
     /// The name used in Python and in files.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -33,10 +36,7 @@ impl Contact {
     /// # Errors
     /// [`ParameterError`] for an unknown name.
     pub fn from_name(name: &str) -> Result<Self, ParameterError> {
-        [Self::Oblique, Self::Direct]
-            .into_iter()
-            .find(|c| c.name() == name)
-            .ok_or_else(|| ParameterError::new("contact", name, "one of oblique, direct"))
+        chosen("contact", name, Self::ALL, Self::name)
     }
 }
 
@@ -61,6 +61,9 @@ pub enum ImpactLaw {
 }
 
 impl ImpactLaw {
+    /// All laws, the default first.
+    pub const ALL: &'static [Self] = &[Self::Poisson, Self::Newton, Self::Energetic, Self::Paper];
+
     /// The name used in Python and in files.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -84,13 +87,44 @@ impl ImpactLaw {
     /// # Errors
     /// [`ParameterError`] for an unknown name.
     pub fn from_name(name: &str) -> Result<Self, ParameterError> {
-        [Self::Poisson, Self::Newton, Self::Energetic, Self::Paper]
-            .into_iter()
-            .find(|l| l.name() == name)
-            .ok_or_else(|| {
-                ParameterError::new("law", name, "one of poisson, newton, energetic, paper")
-            })
+        chosen("law", name, Self::ALL, Self::name)
     }
+}
+
+/// The choice that has a name, or an error with the names of all choices.
+fn chosen<T: Copy>(
+    parameter: &'static str,
+    given: &str,
+    all: &[T],
+    name: fn(T) -> &'static str,
+) -> Result<T, ParameterError> {
+    all.iter().copied().find(|&one| name(one) == given).ok_or_else(|| {
+        let names: Vec<_> = all.iter().map(|&one| name(one)).collect();
+        ParameterError::new(parameter, given, format!("one of {}", names.join(", ")))
+    })
+}
+
+/// The refusal of a name that no numeric parameter has.
+pub(crate) fn unknown(name: &str) -> ParameterError {
+    ParameterError::new("parameter", name, format!("one of {}", System::NUMERIC.join(", ")))
+}
+
+/// What a numeric parameter is, for messages, command lines, figures and pages.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Parameter {
+    /// Its name in code and files.
+    pub name: &'static str,
+    /// Its symbol in plain text, as reference data name it.
+    pub symbol: &'static str,
+    /// Its symbol in LaTeX.
+    pub latex: &'static str,
+    /// What it is, in one line.
+    pub meaning: &'static str,
+    /// The allowed range, in words.
+    pub allowed: &'static str,
+    /// The value where none is given; `None`: one must be given.
+    pub default: Option<f64>,
 }
 
 /// Parameters of the system, dimensionless and validated. Build one with [`System::builder`].
@@ -125,7 +159,7 @@ enum Range {
 }
 
 impl Range {
-    fn words(self) -> &'static str {
+    const fn words(self) -> &'static str {
         match self {
             Self::Any => "a finite number",
             Self::NotNegative => "a finite number >= 0",
@@ -145,13 +179,35 @@ impl Range {
     }
 }
 
+macro_rules! default {
+    () => {
+        None
+    };
+    ($value:literal) => {
+        Some($value)
+    };
+}
+
 macro_rules! numeric_parameters {
-    ($($(#[$doc:meta])* $name:ident: $range:ident $(= $default:expr)?;)*) => {
+    ($(
+        #[doc = $meaning:literal]
+        $name:ident ($symbol:literal, $latex:literal): $range:ident $(= $default:literal)?;
+    )*) => {
         impl System {
-            /// Names of the numeric parameters, any of which can be swept.
+            /// The numeric parameters, any of which can be swept.
+            pub const PARAMETERS: &'static [Parameter] = &[$(Parameter {
+                name: stringify!($name),
+                symbol: $symbol,
+                latex: $latex,
+                meaning: $meaning.trim_ascii(),
+                allowed: Range::$range.words(),
+                default: default!($($default)?),
+            }),*];
+
+            /// Their names.
             pub const NUMERIC: &'static [&'static str] = &[$(stringify!($name)),*];
 
-            $($(#[$doc])* #[must_use] pub fn $name(&self) -> f64 { self.$name })*
+            $(#[doc = concat!($symbol, ":", $meaning, ".")] #[must_use] pub fn $name(&self) -> f64 { self.$name })*
 
             /// This system with one numeric parameter changed.
             ///
@@ -160,8 +216,7 @@ macro_rules! numeric_parameters {
             pub fn with(mut self, name: &str, value: f64) -> Result<Self, ParameterError> {
                 match name {
                     $(stringify!($name) => self.$name = value,)*
-                    _ => return Err(ParameterError::new(
-                        "parameter", name, format!("one of {}", Self::NUMERIC.join(", ")))),
+                    _ => return Err(unknown(name)),
                 }
                 self.validated()
             }
@@ -212,10 +267,22 @@ macro_rules! numeric_parameters {
         }
 
         impl SystemBuilder {
-            $($(#[$doc])* #[must_use] pub fn $name(mut self, value: f64) -> Self {
+            $(#[doc = concat!($symbol, ":", $meaning, ".")] #[must_use] pub fn $name(mut self, value: f64) -> Self {
                 self.$name = Some(value);
                 self
             })*
+
+            /// One numeric parameter by name.
+            ///
+            /// # Errors
+            /// [`ParameterError`] for an unknown name.
+            pub fn with(mut self, name: &str, value: f64) -> Result<Self, ParameterError> {
+                match name {
+                    $(stringify!($name) => self.$name = Some(value),)*
+                    _ => return Err(unknown(name)),
+                }
+                Ok(self)
+            }
 
             /// Contact geometry; oblique unless told otherwise.
             #[must_use]
@@ -237,7 +304,7 @@ macro_rules! numeric_parameters {
             /// [`ParameterError`] names the first parameter that is missing or out of range.
             pub fn build(self) -> Result<System, ParameterError> {
                 System {
-                    $($name: self.$name$(.or(Some($default)))?.ok_or_else(|| ParameterError::new(
+                    $($name: self.$name.or(default!($($default)?)).ok_or_else(|| ParameterError::new(
                         stringify!($name), "missing", Range::$range.words()))?,)*
                     contact: self.contact,
                     law: self.law,
@@ -249,28 +316,28 @@ macro_rules! numeric_parameters {
 }
 
 numeric_parameters! {
-    /// mbar = M1/M2 >= 0; 0: impacts do not act on body 2.
-    mass_ratio: NotNegative;
-    /// omega0 = omega_1/omega_2 >= 0; 0: free rotor, and so is what is below 1e-150.
-    frequency_ratio: NotNegative;
-    /// r, the coefficient of restitution of the impact law, in [0, 1].
-    restitution: Unit;
-    /// delta = Delta/l.
-    gap: Any;
-    /// omega = Omega/omega_2 in [0, 1e50]; 0: constant load.
-    drive_frequency: Drive;
-    /// zeta1 >= 0.
-    pendulum_damping: NotNegative = 0.0;
-    /// zeta2 >= 0.
-    oscillator_damping: NotNegative = 0.0;
-    /// f1, amplitude of the moment on the pendulum.
-    moment_amplitude: Any = 0.0;
-    /// f2, amplitude of the force on the oscillator.
-    force_amplitude: Any = 0.0;
-    /// mu >= 0, Coulomb's coefficient of friction.
-    friction: NotNegative = 0.0;
-    /// phi, phase of the forcing at t = 0.
-    phase: Any = 0.0;
+    /// M1/M2; 0: impacts do not act on body 2
+    mass_ratio ("mbar", r"\bar m"): NotNegative;
+    /// omega_1/omega_2, omega_1 = sqrt(K1/(M1 l^2)); 0, or below 1e-150: free rotor
+    frequency_ratio ("omega0", r"\omega_0"): NotNegative;
+    /// coefficient of restitution of the impact law; Poisson's: P_II = r P_I
+    restitution ("r", "r"): Unit;
+    /// Delta/l, distance between the bodies at rest
+    gap ("delta", r"\delta"): Any;
+    /// Omega/omega_2; 0: constant load
+    drive_frequency ("omega", r"\omega"): Drive;
+    /// damping ratio C1/(2 sqrt(M1 K1 l^2)) of body 1
+    pendulum_damping ("zeta1", r"\zeta_1"): NotNegative = 0.0;
+    /// damping ratio C2/(2 sqrt(M2 K2)) of body 2
+    oscillator_damping ("zeta2", r"\zeta_2"): NotNegative = 0.0;
+    /// f10/(M1 l^2 omega_2^2), amplitude of the moment on body 1
+    moment_amplitude ("f1", "f_1"): Any = 0.0;
+    /// f20/(K2 l), amplitude of the force on body 2
+    force_amplitude ("f2", "f_2"): Any = 0.0;
+    /// Coulomb's coefficient; 0 with direct contact
+    friction ("mu", r"\mu"): NotNegative = 0.0;
+    /// phase of the drive at t = 0, in radians
+    phase ("phi", r"\varphi"): Any = 0.0;
 }
 
 impl Serialize for System {

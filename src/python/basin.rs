@@ -139,7 +139,7 @@ fn targets(
 #[pyfunction]
 #[pyo3(signature = (
     system, initials, *, centers, factors, counts, periods, keep,
-    max_events = DEFAULT_MAX_EVENTS, tolerance = DEFAULT_TOLERANCE, workers = None,
+    max_events = DEFAULT_MAX_EVENTS, chatter_tolerance = DEFAULT_TOLERANCE, workers = None,
     progress = None,
 ))]
 #[allow(clippy::too_many_arguments)]
@@ -153,11 +153,12 @@ pub(super) fn arrivals(
     periods: i64,
     keep: i64,
     max_events: u64,
-    tolerance: f64,
+    chatter_tolerance: f64,
     workers: Option<usize>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<PyArrivals> {
-    let options = RunOptions { max_events, tolerance, ..RunOptions::periods(periods).keep(keep) };
+    let options =
+        RunOptions { max_events, chatter_tolerance, ..RunOptions::periods(periods).keep(keep) };
     let workers = Workers::new(workers)?;
     let targets = targets(&centers, &factors, counts)?;
     let starts: Result<Vec<State>, StateError> = arrays::to_states(&initials)?

@@ -348,7 +348,7 @@ pub(super) fn to_state(initial: [f64; 4]) -> PyResult<State> {
 #[pyfunction]
 #[pyo3(signature = (
     system, initial, *, periods = None, time = None, keep = None,
-    max_events = DEFAULT_MAX_EVENTS, tolerance = DEFAULT_TOLERANCE, section_phase = 0.0,
+    max_events = DEFAULT_MAX_EVENTS, chatter_tolerance = DEFAULT_TOLERANCE, section_phase = 0.0,
 ))]
 #[allow(clippy::too_many_arguments)]
 pub(super) fn simulate(
@@ -359,11 +359,11 @@ pub(super) fn simulate(
     time: Option<f64>,
     keep: Option<i64>,
     max_events: u64,
-    tolerance: f64,
+    chatter_tolerance: f64,
     section_phase: f64,
 ) -> PyResult<PyRun> {
     let horizon = horizon(periods, time)?;
-    let options = RunOptions { horizon, keep, max_events, tolerance, section_phase };
+    let options = RunOptions { horizon, keep, max_events, chatter_tolerance, section_phase };
     options.check(&system.0)?;
     let initial = to_state(initial)?;
     let system = system.0;
@@ -374,7 +374,7 @@ pub(super) fn simulate(
 #[pyfunction]
 #[pyo3(signature = (
     system, initials, *, periods = None, time = None, keep = None,
-    max_events = DEFAULT_MAX_EVENTS, tolerance = DEFAULT_TOLERANCE, section_phase = 0.0,
+    max_events = DEFAULT_MAX_EVENTS, chatter_tolerance = DEFAULT_TOLERANCE, section_phase = 0.0,
     workers = None,
 ))]
 #[allow(clippy::too_many_arguments)]
@@ -386,12 +386,12 @@ pub(super) fn simulate_many(
     time: Option<f64>,
     keep: Option<i64>,
     max_events: u64,
-    tolerance: f64,
+    chatter_tolerance: f64,
     section_phase: f64,
     workers: Option<usize>,
 ) -> PyResult<(Vec<PyRun>, bool, Option<String>)> {
     let horizon = horizon(periods, time)?;
-    let options = RunOptions { horizon, keep, max_events, tolerance, section_phase };
+    let options = RunOptions { horizon, keep, max_events, chatter_tolerance, section_phase };
     options.check(&system.0)?;
     let initials: PyResult<Vec<State>> =
         arrays::to_states(&initials)?.into_iter().map(to_state).collect();

@@ -183,7 +183,7 @@ fn system_of_cell(
 #[pyfunction]
 #[pyo3(signature = (
     system, names, values, initials, *, periods, keep, start = "fresh", measure = "returns",
-    measured = 0, rows = true, max_events = DEFAULT_MAX_EVENTS, tolerance = DEFAULT_TOLERANCE,
+    measured = 0, rows = true, max_events = DEFAULT_MAX_EVENTS, chatter_tolerance = DEFAULT_TOLERANCE,
     section_phase = 0.0, workers = None, progress = None,
 ))]
 #[allow(clippy::too_many_arguments)]
@@ -200,7 +200,7 @@ pub(super) fn sweep(
     measured: u32,
     rows: bool,
     max_events: u64,
-    tolerance: f64,
+    chatter_tolerance: f64,
     section_phase: f64,
     workers: Option<usize>,
     progress: Option<Py<PyAny>>,
@@ -209,7 +209,7 @@ pub(super) fn sweep(
         horizon: Horizon::Periods(periods),
         keep: Some(keep),
         max_events,
-        tolerance,
+        chatter_tolerance,
         section_phase,
     };
     let options = SweepOptions { run, measure: measure_from(measure, measured)?, rows };

@@ -1,15 +1,64 @@
 //! `_core.System`.
 
+use std::collections::HashMap;
+
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyMappingProxy};
 
 use super::arrays;
 use crate::flight::FreeMotion;
 use crate::model::error::StateError;
-use crate::model::parameters::{Contact, ImpactLaw, System};
+use crate::model::parameters::{Contact, ImpactLaw, Parameter, System};
 use crate::model::state::{Clock, State};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary;
+
+/// What a numeric parameter is.
+#[pyclass(name = "Parameter", module = "vibroimpact._core", frozen)]
+pub(super) struct PyParameter(Parameter);
+
+#[pymethods]
+impl PyParameter {
+    /// Its symbol in plain text, as reference data name it.
+    #[getter]
+    fn symbol(&self) -> &'static str {
+        self.0.symbol
+    }
+
+    /// Its symbol in LaTeX.
+    #[getter]
+    fn latex(&self) -> &'static str {
+        self.0.latex
+    }
+
+    /// What it is, in one line.
+    #[getter]
+    fn meaning(&self) -> &'static str {
+        self.0.meaning
+    }
+
+    /// The allowed range, in words.
+    #[getter]
+    fn allowed(&self) -> &'static str {
+        self.0.allowed
+    }
+
+    /// The value where none is given; None: one must be given.
+    #[getter]
+    fn default(&self) -> Option<f64> {
+        self.0.default
+    }
+}
+
+/// The numeric parameters by name, read-only.
+pub(super) fn parameters(py: Python<'_>) -> PyResult<Bound<'_, PyMappingProxy>> {
+    let table = PyDict::new(py);
+    for &parameter in System::PARAMETERS {
+        table.set_item(parameter.name, PyParameter(parameter).into_pyobject(py)?)?;
+    }
+    Ok(PyMappingProxy::new(py, table.as_mapping()))
+}
 
 /// Validated parameters.
 #[pyclass(name = "System", module = "vibroimpact._core", frozen)]
@@ -18,44 +67,14 @@ pub(super) struct PySystem(pub System);
 #[pymethods]
 impl PySystem {
     #[new]
-    #[pyo3(signature = (
-        *, mass_ratio, frequency_ratio, restitution, gap, drive_frequency,
-        pendulum_damping = 0.0, oscillator_damping = 0.0, moment_amplitude = 0.0,
-        force_amplitude = 0.0, friction = 0.0, phase = 0.0,
-        contact = "oblique", law = "poisson",
-    ))]
-    #[allow(clippy::too_many_arguments)]
-    fn new(
-        mass_ratio: f64,
-        frequency_ratio: f64,
-        restitution: f64,
-        gap: f64,
-        drive_frequency: f64,
-        pendulum_damping: f64,
-        oscillator_damping: f64,
-        moment_amplitude: f64,
-        force_amplitude: f64,
-        friction: f64,
-        phase: f64,
-        contact: &str,
-        law: &str,
-    ) -> PyResult<Self> {
-        let system = System::builder()
-            .mass_ratio(mass_ratio)
-            .frequency_ratio(frequency_ratio)
-            .restitution(restitution)
-            .gap(gap)
-            .drive_frequency(drive_frequency)
-            .pendulum_damping(pendulum_damping)
-            .oscillator_damping(oscillator_damping)
-            .moment_amplitude(moment_amplitude)
-            .force_amplitude(force_amplitude)
-            .friction(friction)
-            .phase(phase)
-            .contact(Contact::from_name(contact)?)
-            .law(ImpactLaw::from_name(law)?)
-            .build()?;
-        Ok(Self(system))
+    #[pyo3(signature = (*, contact, law, **numbers))]
+    fn new(contact: &str, law: &str, numbers: Option<HashMap<String, f64>>) -> PyResult<Self> {
+        let mut builder =
+            System::builder().contact(Contact::from_name(contact)?).law(ImpactLaw::from_name(law)?);
+        for (name, value) in numbers.into_iter().flatten() {
+            builder = builder.with(&name, value)?;
+        }
+        Ok(Self(builder.build()?))
     }
 
     /// 2 pi / drive_frequency; infinite for a constant load.

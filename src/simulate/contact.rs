@@ -76,7 +76,7 @@ impl Simulation {
             let limit =
                 Limit { time, x1: state.x1 + state.v1 * time, v1, ratio, error: time * time };
             let mut completion = self.completion(&limit, &state, second);
-            if completion.error > self.tolerance.max(DEFAULT_TOLERANCE) {
+            if completion.error > self.chatter_tolerance.max(DEFAULT_TOLERANCE) {
                 // g'' so small that the accumulation point is not certain: bounces as low as this
                 // are contact already.
                 let size = state.to_array().iter().fold(0.0, |most: f64, c| most.max(c.abs()));

@@ -285,7 +285,7 @@ impl Simulation {
             return None;
         }
         let completion = self.completion(&limit, &post, gap.second);
-        if completion.error > self.tolerance.min(LOOSEST_COMPLETION) {
+        if completion.error > self.chatter_tolerance.min(LOOSEST_COMPLETION) {
             return None;
         }
         let phase = self.motion.drive.trig_at(completion.clock);

@@ -232,7 +232,7 @@ impl Collection {
         let mut simulation = simulation
             .until(options.horizon)
             .max_events(options.max_events)
-            .tolerance(options.tolerance)
+            .chatter_tolerance(options.chatter_tolerance)
             .section_phase(options.section_phase);
         simulation.sections_from(window.period + 1);
         simulation.skips_repeats_until(window.period);
@@ -353,7 +353,7 @@ impl Run {
         point.stopped = None;
         Simulation::from_checkpoint(&self.system, &point)
             .max_events(point.events.saturating_add(DEFAULT_MAX_EVENTS))
-            .tolerance(self.options.tolerance)
+            .chatter_tolerance(self.options.chatter_tolerance)
     }
 
     /// Start of the kept window.

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 import vibroimpact as vi
+from vibroimpact._core import PARAMETERS
 from vibroimpact.orbits.curve import CodimensionTwo
 from vibroimpact.sweeps import STATUS_NAMES, BasinEntropy, GridResult, UncertaintyExponent
-from vibroimpact.system import NUMERIC_RANGES
 
 ENDED = [STATUS_NAMES.index(name) for name in ("completed", "restarted", "rest")]
 # Of a motion whose legs could not be followed there are no multipliers; it says so.
@@ -67,7 +67,7 @@ def _(array: np.ndarray) -> None:
 
 @assert_complete.register
 def _(system: vi.System) -> None:
-    assert_finite([getattr(system, name) for name in NUMERIC_RANGES], repr(system))
+    assert_finite([getattr(system, name) for name in PARAMETERS], repr(system))
     assert 0 <= system.restitution <= 1
     assert vi.System.from_json(system.to_json()) == system
 

@@ -18,7 +18,7 @@ from any_values import NOT_TRIED, TAKES, VALUES
 from complete_results import assert_complete
 from systems import PAPER, ROUGH, STICKY
 from valid_calls import Call, calls
-from vibroimpact.system import NUMERIC_RANGES
+from vibroimpact._core import PARAMETERS
 
 # What may come of a call beside a result; OSError and ValueError of files alone.
 ENDS = (vi.ParameterError, vi.StateError, vi.SimulationError)
@@ -75,7 +75,7 @@ class Bytes:
         """Return a system in range, a few of whose parameters are any numbers."""
         fields: dict[str, Any] = self.one_of((PAPER, ROUGH, STICKY)).to_dict()
         for _ in range(self.below(6)):
-            name = self.one_of([*NUMERIC_RANGES])
+            name = self.one_of([*PARAMETERS])
             value = self.finite()
             fields[name] = value if name in SIGNED else abs(value)
         fields["restitution"] = min(fields["restitution"], 1.0)

@@ -392,7 +392,7 @@ def test_by_default_a_short_search_keeps_all_its_sections(system):
         ({"keep": 7}, "keep = 7"),
         ({"scouts": 0}, "scouts = 0"),
         ({"rounds": -1}, "rounds = -1"),
-        ({"tolerance": 0.0}, r"tolerance = 0\.0"),
+        ({"chatter_tolerance": 0.0}, r"chatter_tolerance = 0\.0"),
         ({"max_events": 0}, "max_events = 0"),
         ({"workers": 0}, "workers = 0"),
         ({"chunk": 0}, "chunk = 0"),

@@ -29,7 +29,7 @@ SEARCH = ORBITS + " --search 2"
         (SIMULATE.replace("--keep 100", "--keep 601"), "keep = 601"),
         (SIMULATE.replace("--periods 600", ""), "exactly one of periods= and time="),
         (SIMULATE + " --max-events 0", "max_events = 0"),
-        (SIMULATE + " --tolerance inf", "tolerance = inf"),
+        (SIMULATE + " --chatter-tolerance inf", "chatter_tolerance = inf"),
         (SIMULATE + " --law wishful", "law"),
         (SIMULATE + " --plot a.xyz", "allowed endings"),
         (SIMULATE + " --save missing/a.npz", "there is no folder missing"),

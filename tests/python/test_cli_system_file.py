@@ -91,17 +91,27 @@ def test_physical_quantities_and_flags_on_top(saved):
 
 
 def test_all_options_of_a_run_can_stand_in_the_file(saved):
-    text = example_file() + "max_events = 90\ntolerance = 1e-10\nsection_phase = 0.5\n"
+    text = example_file() + "max_events = 90\nchatter_tolerance = 1e-10\nsection_phase = 0.5\n"
     initial = (0.0, 0.5, 0.0, 0.0)
     run = saved(text.replace("periods = 600\nkeep = 100", "periods = 60"))
     expected = vi.simulate(
-        run.system, initial=initial, periods=60, max_events=90, tolerance=1e-10, section_phase=0.5
+        run.system,
+        initial=initial,
+        periods=60,
+        max_events=90,
+        chatter_tolerance=1e-10,
+        section_phase=0.5,
     )
     assert run.stroboscopic.tobytes() == expected.stroboscopic.tobytes()
     assert run.stroboscopic[0].tolist() != list(initial)
-    assert set(RUN_KEYS) == {"initial", "periods", "time", "keep", "max_events", "tolerance"} | {
-        "section_phase"
-    }
+    assert set(RUN_KEYS) == {
+        "initial",
+        "periods",
+        "time",
+        "keep",
+        "max_events",
+        "chatter_tolerance",
+    } | {"section_phase"}
 
 
 def test_a_swept_parameter_need_not_stand_in_the_file(run_command, tmp_path, monkeypatch):

@@ -131,7 +131,7 @@ def test_skipped_hops_are_those_that_a_finer_tolerance_computes():
     name = "fig7c_omega_0.25"
     options = {"initial": STARTS[name], "periods": 1}
     fine = vi.simulate(SYSTEMS[name], **options)
-    coarse = vi.simulate(SYSTEMS[name], **options, tolerance=1e-6)
+    coarse = vi.simulate(SYSTEMS[name], **options, chatter_tolerance=1e-6)
     (chatter,) = coarse.contacts[coarse.contacts["kind"] == EventKind.CHATTER]
     begin, end = chatter["time"] - chatter["time_jump"], chatter["time"]
     computed = fine.impacts["time"]

@@ -92,7 +92,7 @@ def test_settings_are_recorded(diagram, system, initial):
         labels=True,
         exponents=False,
         max_events=None,
-        tolerance=1e-12,
+        chatter_tolerance=1e-12,
         section_phase=0.0,
     )
 
@@ -240,7 +240,7 @@ def test_progress_counts_every_point(system, initial, frequencies, capsys):
         ({"gap": [0.5], "keep": "all"}, "keep = 'all'"),
         ({"gap": [0.5], "periods": 50, "keep": 51}, "keep = 51 .* from 0 to 50"),
         ({"gap": [0.5], "start": "sideways"}, "start = 'sideways'"),
-        ({"gap": [0.5], "tolerance": -1.0}, "tolerance = -1.0"),
+        ({"gap": [0.5], "chatter_tolerance": -1.0}, "chatter_tolerance = -1.0"),
         ({"gap": [0.5], "section_phase": None}, "section_phase = None"),
         ({"gap": [0.5], "max_events": 0}, "max_events = 0"),
         ({"gap": [0.5], "workers": 0}, "workers = 0"),

@@ -15,7 +15,7 @@ import pytest
 import repository
 import vibroimpact as vi
 from systems import PAPER
-from vibroimpact._core import EvidenceKind
+from vibroimpact._core import CONTACTS, LAWS, PARAMETERS, EvidenceKind
 from vibroimpact.orbits import BifurcationKind
 from vibroimpact.single_impact.results import SOLUTION_DTYPE
 
@@ -162,6 +162,25 @@ def run():
 
 def test_notation_names_every_parameter(run):
     assert first_column("Parameters") == list(run.system.to_dict())
+
+
+@pytest.mark.parametrize(("name", "parameter"), PARAMETERS.items(), ids=PARAMETERS)
+def test_the_table_of_parameters_is_that_of_the_core(name, parameter):
+    default = "" if parameter.default is None else f"{parameter.default:g}"
+    (row,) = re.findall(rf"^\| `{name}` \|(.*)\|$", NOTATION, re.M)[:1]
+    symbol, meaning, allowed, _, value = (cell.strip() for cell in row.split(" |"))
+    assert (symbol, meaning, allowed, value) == (
+        parameter.symbol,
+        parameter.meaning,
+        parameter.allowed,
+        default,
+    )
+
+
+@pytest.mark.parametrize(("name", "choices"), [("contact", CONTACTS), ("law", LAWS)])
+def test_the_table_of_parameters_names_the_choices(name, choices):
+    (row,) = re.findall(rf"^\| `{name}` \|(.*)\|$", NOTATION, re.M)
+    assert re.findall(r"`(\w+)`", row) == [*choices, choices[0]]
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from any_values import VALUES
 from complete_results import assert_complete
 from drawn_calls import ENDS, SIGNED, SPECIAL, execute, is_short
 from systems import PAPER, ROUGH
-from vibroimpact.system import NUMERIC_RANGES
+from vibroimpact._core import PARAMETERS
 
 # Of huge numbers, which are drawn too.
 pytestmark = pytest.mark.filterwarnings("ignore:Generating overly large repr")
@@ -48,14 +48,14 @@ LARGEST = {"restitution": 1.0, "drive_frequency": 1e50}
 
 
 def _allowed(fields: dict) -> vi.System:
-    for name in NUMERIC_RANGES:
+    for name in PARAMETERS:
         if name not in SIGNED:
             fields[name] = min(abs(fields[name]), LARGEST.get(name, np.inf))
     return vi.System(**fields | ({"friction": 0.0} if fields["contact"] == "direct" else {}))
 
 
 allowed_systems = st.fixed_dictionaries(
-    dict.fromkeys(NUMERIC_RANGES, finite)
+    dict.fromkeys(PARAMETERS, finite)
     | {"restitution": st.floats(0, 1)}
     | {"contact": st.sampled_from(["oblique", "oblique", "direct"])}
     | {"law": st.sampled_from(["poisson", "newton", "energetic", "paper"])}
@@ -63,7 +63,7 @@ allowed_systems = st.fixed_dictionaries(
 
 
 @settings(QUICK)
-@given(fields=st.fixed_dictionaries(dict.fromkeys(NUMERIC_RANGES, any_number)))
+@given(fields=st.fixed_dictionaries(dict.fromkeys(PARAMETERS, any_number)))
 def test_a_system_of_any_numbers_is_in_range_or_refused(fields):
     try:
         system = vi.System(**fields)
@@ -76,7 +76,7 @@ def test_a_system_of_any_numbers_is_in_range_or_refused(fields):
 
 
 @settings(QUICK)
-@given(name=st.sampled_from([*NUMERIC_RANGES]), value=any_float)
+@given(name=st.sampled_from([*PARAMETERS]), value=any_float)
 def test_one_number_out_of_range_is_named_with_its_value(name, value):
     low = -np.inf if name in SIGNED else 0.0
     if np.isfinite(value) and low <= value <= LARGEST.get(name, np.inf):

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 import vibroimpact as vi
 from changed import with_columns
+from vibroimpact._core import PARAMETERS
 from vibroimpact.plot.labels import LABEL_STYLES, UNRESOLVED, label_handles
 from vibroimpact.plot.style import PARAMETER_SYMBOLS, legend_above
-from vibroimpact.system import NUMERIC_RANGES
 
 
 @pytest.fixture(scope="module")
@@ -193,7 +193,7 @@ def test_styles_are_those_of_the_regimes_and_all_differ():
 
 
 def test_every_parameter_has_its_symbol():
-    assert set(PARAMETER_SYMBOLS) == set(NUMERIC_RANGES)
+    assert set(PARAMETER_SYMBOLS) == set(PARAMETERS)
 
 
 def test_without_axes_a_new_figure_is_made_and_not_shown(diagram, monkeypatch):

@@ -193,10 +193,13 @@ def test_event_cap_is_an_outcome(system, initial):
         ({"keep": 1.0, "periods": 5}, "keep = 1.0 is not allowed; allowed: an integer from 0 to 5"),
         ({"max_events": 0}, "max_events = 0 is not allowed; allowed: an integer >= 1"),
         ({"max_events": 1e6}, "max_events = 1000000.0 is not allowed; allowed: an integer >= 1"),
-        ({"tolerance": 0.0}, "tolerance = 0.0 is not allowed; allowed: a finite number > 0"),
         (
-            {"tolerance": "small"},
-            "tolerance = 'small' is not allowed; allowed: a finite number > 0",
+            {"chatter_tolerance": 0.0},
+            "chatter_tolerance = 0.0 is not allowed; allowed: a finite number > 0",
+        ),
+        (
+            {"chatter_tolerance": "small"},
+            "chatter_tolerance = 'small' is not allowed; allowed: a finite number > 0",
         ),
         (
             {"section_phase": math.nan},

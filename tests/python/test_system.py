@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 
 import vibroimpact as vi
-from vibroimpact.system import NUMERIC_RANGES
+from vibroimpact._core import CONTACTS, LAWS, PARAMETERS
 
 REQUIRED = {
     "mass_ratio": 0.6,
@@ -45,7 +45,7 @@ NOT_NEGATIVE = (
 _any = st.floats(-1e3, 1e3)
 _not_negative = st.floats(0.0, 1e3)
 _oblique = st.fixed_dictionaries(
-    dict.fromkeys(NUMERIC_RANGES, _any)
+    dict.fromkeys(PARAMETERS, _any)
     | dict.fromkeys(NOT_NEGATIVE, _not_negative)
     | {
         "restitution": st.floats(0.0, 1.0),
@@ -75,13 +75,26 @@ def test_every_round_trip_gives_an_equal_system(system):
         assert trip.to_dict() == system.to_dict()
 
 
-@given(systems, st.sampled_from(sorted(NUMERIC_RANGES)), st.floats(0.0, 1.0))
+@given(systems, st.sampled_from(sorted(PARAMETERS)), st.floats(0.0, 1.0))
 def test_replace_changes_one_field_only(system, name, value):
     if name == "friction" and system.contact == "direct":
         value = 0.0
     changed = system.replace(**{name: value})
     assert changed.to_dict() == system.to_dict() | {name: value}
     assert (changed == system) == (getattr(system, name) == value)
+
+
+def test_signatures_have_the_defaults_of_the_core():
+    for function in (vi.System, vi.System.from_physical):
+        signature = inspect.signature(function).parameters
+        for name, parameter in PARAMETERS.items():
+            if name in signature and (function is vi.System or parameter.default is not None):
+                empty = inspect.Parameter.empty
+                wanted = empty if parameter.default is None else parameter.default
+                assert signature[name].default == wanted
+        assert signature["contact"].default == CONTACTS[0]
+        assert signature["law"].default == LAWS[0]
+    assert set(PARAMETERS) < set(inspect.signature(vi.System).parameters)
 
 
 def test_defaults():
@@ -125,7 +138,7 @@ def test_negative_zero_is_zero():
     assert math.copysign(1.0, system.phase) == 1.0
 
 
-@pytest.mark.parametrize("name", sorted(NUMERIC_RANGES))
+@pytest.mark.parametrize("name", sorted(PARAMETERS))
 @pytest.mark.parametrize(
     "value",
     ["1.0", None, True, 1j, [1.0], np.array([1.0]), math.nan, math.inf, -math.inf, 10**400],
@@ -136,7 +149,7 @@ def test_what_is_no_finite_number_is_rejected(name, value):
         vi.System(**REQUIRED | {name: value})
     message = str(caught.value)
     assert message.startswith(f"{name} = {value!r} ")
-    assert message.endswith(NUMERIC_RANGES[name])
+    assert message.endswith(PARAMETERS[name].allowed)
 
 
 @pytest.mark.parametrize(
@@ -149,7 +162,7 @@ def test_range_borders_and_their_words(name, value):
         vi.System(**REQUIRED | {name: value})
     message = str(caught.value)
     assert message.startswith(f"{name} = ")
-    assert message.endswith(NUMERIC_RANGES[name])
+    assert message.endswith(PARAMETERS[name].allowed)
     assert float(message.split()[2]) == value
     inside = 1.0 if value > 1.0 else 0.0
     assert getattr(vi.System(**REQUIRED | {name: inside}), name) == inside

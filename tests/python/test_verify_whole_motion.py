@@ -109,7 +109,7 @@ def made_as_a_whole(run, system, **options):
 @pytest.mark.parametrize("system", [CHAOTIC, STICKY, PAPER], ids=["chaotic", "sticky", "periodic"])
 @pytest.mark.parametrize("phase", [0.0, 1.0])
 def test_what_a_run_has_not_kept_is_made_again_to_the_same_bits(system, phase, tmp_path):
-    options = {"section_phase": phase, "tolerance": 1e-9}
+    options = {"section_phase": phase, "chatter_tolerance": 1e-9}
     run = simulated(system, periods=9, keep=4, **options)
     made_as_a_whole(run, system, periods=9, **options)
     run.save(tmp_path / "run.npz")

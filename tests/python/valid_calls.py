@@ -17,7 +17,7 @@ import numpy as np
 
 import vibroimpact as vi
 from systems import PAPER, ROUGH
-from vibroimpact.system import NUMERIC_RANGES
+from vibroimpact._core import PARAMETERS
 
 START = (0.0, 0.5, 0.0, 0.0)
 
@@ -110,7 +110,7 @@ _SYSTEM = {
     "system": "object",
     "initial": "state",
     "max_events": "whole number or none",
-    "tolerance": "number > 0",
+    "chatter_tolerance": "number > 0",
 }
 _ENGINE = {
     "progress": "true or false",
@@ -128,7 +128,7 @@ _CELLS = {
     "exponents": "true or false",
 }
 _FIELDS = {
-    **dict.fromkeys(NUMERIC_RANGES, "number >= 0"),
+    **dict.fromkeys(PARAMETERS, "number >= 0"),
     **dict.fromkeys(("gap", "moment_amplitude", "force_amplitude", "phase"), "number"),
     "restitution": "part of 1",
     "contact": "a word of a list",
@@ -162,7 +162,7 @@ def _saved(result: Any, **arguments: Any) -> None:
 @cache
 def calls() -> dict[str, Call]:
     """Return the calls by name; what stands behind a colon tells calls of one function apart."""
-    fields = dict.fromkeys(NUMERIC_RANGES, 0.25) | {"drive_frequency": 1.8, "gap": 0.5}
+    fields = dict.fromkeys(PARAMETERS, 0.25) | {"drive_frequency": 1.8, "gap": 0.5}
     start = {"system": ROUGH, "initial": START}
     two = {"system": PAPER, "n": 1, "within": (0.3, 0.4)}
     grow = {"length": 0.01, "spacing": 0.01, "max_points": 2, "settle": 16}

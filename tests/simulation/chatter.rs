@@ -188,7 +188,7 @@ fn a_run_without_an_end_stops_at_rest() {
 fn worst_ratio(system: &System, start: State, periods: i64, tolerance: f64) -> (f64, usize) {
     let with = |tolerance: f64| {
         let mut options = RunOptions::periods(periods);
-        options.tolerance = tolerance;
+        options.chatter_tolerance = tolerance;
         go(system, start, options)
     };
     let (loose, exact) = (with(tolerance), with(1e-18));

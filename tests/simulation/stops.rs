@@ -131,7 +131,7 @@ fn options_that_make_no_sense_are_named() {
     assert_eq!(with(|o| o.horizon = Horizon::Time(-1.0)), "time");
     assert_eq!(with(|o| o.keep = Some(11)), "keep");
     assert_eq!(with(|o| o.keep = Some(-1)), "keep");
-    assert_eq!(with(|o| o.tolerance = 0.0), "tolerance");
+    assert_eq!(with(|o| o.chatter_tolerance = 0.0), "chatter_tolerance");
     assert_eq!(with(|o| o.section_phase = 7.0), "section_phase");
 }
 

@@ -60,9 +60,9 @@ file, or both: flags win. The file of the examples, fig5b.toml:
   periods = 600
   keep = 100
 
-[run] may also hold time, max_events, tolerance, section_phase; each command
-takes what it has a use for. Instead of [system], a table [physical] takes SI
-units, by the names of vibroimpact.System.from_physical.
+[run] may also hold time, max_events, chatter_tolerance, section_phase; each
+command takes what it has a use for. Instead of [system], a table [physical]
+takes SI units, by the names of vibroimpact.System.from_physical.
 
 {exit_codes.table()}"""
 

@@ -90,7 +90,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     plane = shared.grid(options.vary, axes=2, names=COORDINATES)
     system = request.system()
     values = request.values(
-        *("max_events", "tolerance"),
+        *("max_events", "chatter_tolerance"),
         own=("periods", "keep", "scouts", "rounds"),
         initial=(0.0, 0.0, 0.0, 0.0),
     )

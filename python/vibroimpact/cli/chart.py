@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     swept = shared.grid(options.vary, axes=2)
     system = request.system(**{name: float(values[0]) for name, values in swept.items()})
     values = request.values(
-        *("initial", "periods", "keep", "max_events", "tolerance", "section_phase")
+        *("initial", "periods", "keep", "max_events", "chatter_tolerance", "section_phase")
     )
     outputs.check(options)
     with engine(options) as computing:

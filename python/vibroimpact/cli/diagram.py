@@ -96,7 +96,15 @@ def run(options: argparse.Namespace) -> ExitCode:
     swept = shared.grid(options.vary, axes=1)
     system = request.system(**{name: float(values[0]) for name, values in swept.items()})
     values = request.values(
-        *("initial", "periods", "keep", "max_events", "tolerance", "section_phase", "refine")
+        *(
+            "initial",
+            "periods",
+            "keep",
+            "max_events",
+            "chatter_tolerance",
+            "section_phase",
+            "refine",
+        )
     )
     outputs.check(options)
     values |= {

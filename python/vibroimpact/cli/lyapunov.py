@@ -88,7 +88,9 @@ def run(options: argparse.Namespace) -> ExitCode:
     request = shared.Request.of(options)
     swept = shared.grid(options.vary, axes=1) if options.vary else {}
     system = request.system(**{name: float(values[0]) for name, values in swept.items()})
-    values = request.values("initial", "time", "max_events", "tolerance", own=("periods", "keep"))
+    values = request.values(
+        "initial", "time", "max_events", "chatter_tolerance", own=("periods", "keep")
+    )
     outputs.check(options)
     with engine(options) as computing:
         result, interrupted = outputs.as_far_as_it_got(

@@ -9,9 +9,10 @@ from typing import Any, Self
 
 import numpy as np
 
+from .._core import CONTACTS, LAWS, PARAMETERS, Parameter
 from ..arguments import close_to
 from ..errors import ParameterError
-from ..system import NUMERIC_RANGES, System
+from ..system import System
 from .system_file import SystemFile, read
 
 UNITS = """\
@@ -19,22 +20,8 @@ All quantities are dimensionless: time in 1/omega_2, length in the pendulum's
 length l, mass in M1, angles in radians (docs/notation.md). omega_2 is the
 natural frequency of body 2; a drive period is 2 pi/(drive frequency)."""
 
-# One line each, for --help; the ranges are those of system.NUMERIC_RANGES.
-PARAMETERS = {
-    "mass_ratio": "M1/M2 >= 0; 0: impacts do not move body 2",
-    "frequency_ratio": "omega_1/omega_2 >= 0; 0: free rotor",
-    "restitution": "coefficient of restitution, 0 to 1",
-    "gap": "Delta/l, distance of the bodies at rest, any sign",
-    "drive_frequency": "Omega/omega_2 >= 0; 0: constant load",
-    "pendulum_damping": "damping ratio of body 1, >= 0 (default: 0)",
-    "oscillator_damping": "damping ratio of body 2, >= 0 (default: 0)",
-    "moment_amplitude": "f10/(M1 l^2 omega_2^2), on body 1 (default: 0)",
-    "force_amplitude": "f20/(K2 l), on body 2 (default: 0)",
-    "friction": "Coulomb's coefficient >= 0 (default: 0)",
-    "phase": "of the drive at t = 0, radians (default: 0)",
-}
 HelpFormatter = functools.partial(argparse.RawDescriptionHelpFormatter, max_help_position=28)
-_NAMES = (*NUMERIC_RANGES, "contact", "law")
+_NAMES = (*PARAMETERS, "contact", "law")
 _RANGE = ("NAME", "FIRST", "LAST", "COUNT")
 
 
@@ -61,10 +48,11 @@ def add_system(command: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--system", type=Path, metavar="FILE.toml", help="system file; see vibroimpact --help"
     )
-    for name, text in PARAMETERS.items():
-        group.add_argument(_flag(name), type=float, metavar="X", help=text)
-    group.add_argument("--contact", help="oblique (default) or direct")
-    group.add_argument("--law", help="impact law: poisson (default), newton, energetic, paper")
+    for name, parameter in PARAMETERS.items():
+        group.add_argument(_flag(name), type=float, metavar="X", help=_explained(parameter))
+    for name, what, choices in (("contact", "geometry", CONTACTS), ("law", "impact law", LAWS)):
+        text = f"{what}: {', '.join(choices)} (default: {choices[0]})"
+        group.add_argument(_flag(name), help=text)
     group.add_argument(
         "--initial",
         type=float,
@@ -100,7 +88,7 @@ def add_limits(group: argparse._ArgumentGroup, *, section: bool) -> None:
         "--max-events", type=int, metavar="N", help="stop a run after N events (default: 10^7)"
     )
     group.add_argument(
-        "--tolerance",
+        "--chatter-tolerance",
         type=float,
         metavar="X",
         help="absolute, on time and state where chatter is completed (default: 1e-12)",
@@ -136,7 +124,7 @@ def add_quiet(command: argparse.ArgumentParser) -> None:
 
 
 def grid(
-    vary: Sequence[Sequence[str]], *, axes: int, names: Collection[str] = tuple(NUMERIC_RANGES)
+    vary: Sequence[Sequence[str]], *, axes: int, names: Collection[str] = tuple(PARAMETERS)
 ) -> dict[str, Any]:
     """Return the values of what varies by name, in the order given: so many of `names`."""
     if len(vary) != axes:
@@ -160,7 +148,7 @@ def grid(
     return values
 
 
-def chosen_name(flag: str, word: str, names: Collection[str] = tuple(NUMERIC_RANGES)) -> str:
+def chosen_name(flag: str, word: str, names: Collection[str] = tuple(PARAMETERS)) -> str:
     """Return the name in Python from the word given for it."""
     name = word.replace("-", "_")
     if name not in names:
@@ -218,6 +206,11 @@ class Request:
 
 def _flag(name: str) -> str:
     return f"--{name.replace('_', '-')}"
+
+
+def _explained(parameter: Parameter) -> str:
+    text = f"{parameter.meaning}: {parameter.allowed}"
+    return text if parameter.default is None else f"{text} (default: {parameter.default:g})"
 
 
 def _counted(text: str, default: object) -> str:

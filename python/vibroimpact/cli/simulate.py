@@ -75,7 +75,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     request = shared.Request.of(options)
     system = request.system()
     values = request.values(
-        *("initial", "periods", "time", "keep", "max_events", "tolerance", "section_phase")
+        *("initial", "periods", "time", "keep", "max_events", "chatter_tolerance", "section_phase")
     )
     outputs.check(options)
     if options.verify is not None:

@@ -17,7 +17,15 @@ from ..arguments import close_to
 from ..errors import ParameterError
 from ..system import System
 
-RUN_KEYS = ("initial", "periods", "time", "keep", "max_events", "tolerance", "section_phase")
+RUN_KEYS = (
+    "initial",
+    "periods",
+    "time",
+    "keep",
+    "max_events",
+    "chatter_tolerance",
+    "section_phase",
+)
 # A word after an equals sign, and the words that TOML has a meaning for.
 _BARE_WORD = re.compile(r"^\s*([\w-]+)\s*=\s*([A-Za-z][\w-]*)\s*(?:#.*)?$", re.M)
 _TOML_WORDS = ("true", "false", "inf", "nan")

@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
+from .._core import PARAMETERS
 from ..arguments import number, pair, reject
 from ..errors import ParameterError
-from ..system import NUMERIC_RANGES, System
+from ..system import System
 
 # Ends of a range at the most: their products and squares are to be floats.
 WIDEST = 1e100
@@ -37,8 +38,8 @@ def two_ranges(system: System, parameters: Mapping[str, Any]) -> tuple[tuple[str
 
 def range_around(system: System, name: str, bounds: Any) -> Range:
     """Check a range of a parameter that contains its value."""
-    if name not in NUMERIC_RANGES:
-        reject("parameter", name, f"one of {', '.join(NUMERIC_RANGES)}")
+    if name not in PARAMETERS:
+        reject("parameter", name, f"one of {', '.join(PARAMETERS)}")
     value = getattr(system, name)
     allowed = f"a range (low, high) around {value}, within +-{WIDEST:g}"
     low, high = pair(name, bounds, allowed)

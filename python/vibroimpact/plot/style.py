@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
-from .._core import Regime
+from .._core import PARAMETERS, Regime
 
 BLACK = "#000000"
 ORANGE = "#E69F00"
@@ -98,19 +98,7 @@ BIFURCATION_STYLES = {
 White ones have a black outline; a curve of grazings is black.
 """
 
-PARAMETER_SYMBOLS = {
-    "mass_ratio": r"$\bar m$",
-    "frequency_ratio": r"$\omega_0$",
-    "restitution": r"$r$",
-    "gap": r"$\delta$",
-    "pendulum_damping": r"$\zeta_1$",
-    "oscillator_damping": r"$\zeta_2$",
-    "moment_amplitude": r"$f_1$",
-    "force_amplitude": r"$f_2$",
-    "drive_frequency": r"$\omega$",
-    "friction": r"$\mu$",
-    "phase": r"$\varphi$",
-}
+PARAMETER_SYMBOLS = {name: f"${parameter.latex}$" for name, parameter in PARAMETERS.items()}
 
 STATE_SYMBOLS = {
     "x1": r"$x_1$",

@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._core import PARAMETERS
 from ..arguments import axis, count, reject
 from ..errors import Interrupted, ParameterError
 from ..interruption import interruptible
 from ..orbits.motion import NEUTRAL, PeriodicMotion
-from ..system import NUMERIC_RANGES, System
+from ..system import System
 from .algebraic import Conditions, Parameters, conditions
 from .fixed_flight import multipliers
 from .motions import check_system, limits_of, motion_at, motions_in
@@ -117,10 +118,10 @@ def motion_map(
 
 
 def _grid(parameters: Mapping[str, Any]) -> dict[str, Array]:
-    if not 1 <= len(parameters) <= 2 or not set(parameters) <= set(NUMERIC_RANGES):
+    if not 1 <= len(parameters) <= 2 or not set(parameters) <= set(PARAMETERS):
         given = ", ".join(parameters) or "nothing"
         raise ParameterError(
-            f"the varied parameters must be one or two of {', '.join(NUMERIC_RANGES)}; got {given}"
+            f"the varied parameters must be one or two of {', '.join(PARAMETERS)}; got {given}"
         )
     grid = {name: axis(name, values) for name, values in parameters.items()}
     size = int(np.prod([len(values) for values in grid.values()]))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
+from .._core import PARAMETERS
 from ..arguments import (
     axis,
     count,
@@ -20,7 +21,7 @@ from ..arguments import (
     state,
     swept,
 )
-from ..system import NUMERIC_RANGES, System
+from ..system import System
 from .fields import STATUS, ChunkResult, Field, RowGroup
 from .grid import Grid
 
@@ -77,7 +78,7 @@ class RunSettings:
     periods: int
     keep: int
     max_events: int | None = None
-    tolerance: float = 1e-12
+    chatter_tolerance: float = 1e-12
     section_phase: float = 0.0
 
     @classmethod
@@ -88,7 +89,7 @@ class RunSettings:
         periods: Any,
         keep: Any,
         max_events: Any,
-        tolerance: Any,
+        chatter_tolerance: Any,
         section_phase: Any,
     ) -> "RunSettings":
         """Return the settings of valid arguments; ParameterError or StateError for others."""
@@ -98,7 +99,7 @@ class RunSettings:
             periods=periods,
             keep=kept_periods(keep, periods, usual=USUAL_KEEP),
             max_events=optional_count("max_events", max_events, least=1),
-            tolerance=positive("tolerance", tolerance),
+            chatter_tolerance=positive("chatter_tolerance", chatter_tolerance),
             section_phase=number("section_phase", section_phase),
         )
 
@@ -114,7 +115,7 @@ def checked_axes(
     system: System,
     axes: Mapping[str, ArrayLike],
     *,
-    allowed: Sequence[str] = (*NUMERIC_RANGES, *COORDINATES),
+    allowed: Sequence[str] = (*PARAMETERS, *COORDINATES),
     exactly: int | None = None,
 ) -> dict[str, NDArray[np.float64]]:
     """Return the axes of a function's grid: fields of System, coordinates of the initial state.
@@ -131,7 +132,7 @@ def checked_axes(
     checked = {}
     for name, values in axes.items():
         checked[name] = axis(name, values)
-        if name in NUMERIC_RANGES:
+        if name in PARAMETERS:
             for value in (checked[name].min(), checked[name].max()):
                 system.replace(**{name: float(value)})
     frequencies = checked.get("drive_frequency", np.array([system.drive_frequency]))

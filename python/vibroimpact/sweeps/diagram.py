@@ -12,11 +12,12 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._core import PARAMETERS
 from ..arguments import count, flag, optional_count, reject, state, states, threads
 from ..errors import ClusterError, Interrupted
 from ..interruption import interruptible
 from ..simulation import refuse_overlap
-from ..system import NUMERIC_RANGES, System
+from ..system import System
 from .cells import (
     IMPACT_ROWS,
     STROBOSCOPIC_ROWS,
@@ -165,7 +166,7 @@ def bifurcation_diagram(
     exponents: bool = False,
     refine: int = 0,
     max_events: int | None = None,
-    tolerance: float = 1e-12,
+    chatter_tolerance: float = 1e-12,
     section_phase: float = 0.0,
     progress: bool = False,
     workers: int | None = None,
@@ -196,7 +197,7 @@ def bifurcation_diagram(
     refine
         So many times, halve the steps across which the label of a fresh branch changes. The values
         of the result are then in increasing order, each once.
-    max_events, tolerance, section_phase
+    max_events, chatter_tolerance, section_phase
         As in ``simulate``.
     progress, workers, chunk, client, store
         As in ``sweep``. A followed branch is one task, never cut. With ``refine`` a store has a
@@ -221,9 +222,7 @@ def bifurcation_diagram(
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
-    axes = checked_axes(
-        bifurcation_diagram, system, parameter, allowed=[*NUMERIC_RANGES], exactly=1
-    )
+    axes = checked_axes(bifurcation_diagram, system, parameter, allowed=[*PARAMETERS], exactly=1)
     ((name, values),) = axes.items()
     kinds = _starts(start)
     refinements = count("refine", refine, least=0, most=_MOST_REFINEMENTS)
@@ -235,7 +234,7 @@ def bifurcation_diagram(
         periods=periods,
         keep=keep,
         max_events=max_events,
-        tolerance=tolerance,
+        chatter_tolerance=chatter_tolerance,
         section_phase=section_phase,
     )
     _check_overlap(system, name, values, initials)

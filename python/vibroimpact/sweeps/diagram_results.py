@@ -34,7 +34,7 @@ class DiagramSettings:
     labels: bool
     exponents: bool
     max_events: int | None
-    tolerance: float
+    chatter_tolerance: float
     section_phase: float
 
 

@@ -41,7 +41,7 @@ def lyapunov_spectrum(
     keep: int | None = None,
     time: float | None = None,
     max_events: int | None = None,
-    tolerance: float = 1e-12,
+    chatter_tolerance: float = 1e-12,
     progress: bool = False,
     workers: int | None = None,
     chunk: int | None = None,
@@ -66,7 +66,7 @@ def lyapunov_spectrum(
     time
         In place of periods, under a constant load (drive frequency 0) and without axes: time in
         all; the last three quarters are measured.
-    max_events, tolerance
+    max_events, chatter_tolerance
         As in ``simulate``.
     progress, workers, chunk, client, store
         As in ``sweep``; the last three for a grid only.
@@ -100,21 +100,23 @@ def lyapunov_spectrum(
     if time is not None:
         if axes or periods is not None or keep is not None or system.drive_frequency > 0.0:
             reject("time", time, "None, but for a single motion under a constant load")
-        return _single(system, initial, positive("time", time), None, 0, max_events, tolerance)
+        return _single(
+            system, initial, positive("time", time), None, 0, max_events, chatter_tolerance
+        )
     periods = count("periods", 2000 if periods is None else periods, least=_LEAST)
     usual = max(-(-3 * periods // 4), _LEAST)
     measured = kept_periods(keep, periods, usual=usual, least=_LEAST)
     if not axes:
         if system.drive_frequency == 0.0:
             reject("time", time, "a number > 0: without a drive there are no periods")
-        return _single(system, initial, None, periods, measured, max_events, tolerance)
+        return _single(system, initial, None, periods, measured, max_events, chatter_tolerance)
     before = periods - measured
     run = RunSettings.checked(
         initial=initial,
         periods=max(before, 1),
         keep=min(before, _LOOKED_AT),
         max_events=max_events,
-        tolerance=tolerance,
+        chatter_tolerance=chatter_tolerance,
         section_phase=0.0,
     )
     task = CellTask(
@@ -147,7 +149,7 @@ def _single(
     periods: int | None,
     measured: int,
     max_events: int | None,
-    tolerance: float,
+    chatter_tolerance: float,
 ) -> LyapunovSpectrum:
     if time is None:
         assert periods is not None
@@ -158,7 +160,11 @@ def _single(
         length = {"time": 0.25 * time}
         steps, step = _STEPS, 0.75 * time / _STEPS
     run = simulate(
-        system, initial=state(initial), max_events=max_events, tolerance=tolerance, **length
+        system,
+        initial=state(initial),
+        max_events=max_events,
+        chatter_tolerance=chatter_tolerance,
+        **length,
     )
     found = _core.lyapunov_spectrum(run._core, steps, step)
     flow = None

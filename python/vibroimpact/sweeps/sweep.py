@@ -7,9 +7,10 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from .._core import PARAMETERS
 from ..arguments import flag
 from ..interruption import interruptible
-from ..system import NUMERIC_RANGES, System
+from ..system import System
 from .cells import CellTask, RunSettings, checked_axes
 from .engine import compute
 from .grid import Grid
@@ -25,7 +26,7 @@ def sweep(
     keep: int | None = None,
     exponents: bool = False,
     max_events: int | None = None,
-    tolerance: float = 1e-12,
+    chatter_tolerance: float = 1e-12,
     section_phase: float = 0.0,
     progress: bool = False,
     workers: int | None = None,
@@ -47,7 +48,7 @@ def sweep(
         default, or all of fewer.
     exponents
         Compute the largest Lyapunov exponent, too.
-    max_events, tolerance, section_phase
+    max_events, chatter_tolerance, section_phase
         As in ``simulate``.
     progress
         Show a progress bar with rate and time left.
@@ -83,7 +84,7 @@ def sweep(
         periods=periods,
         keep=keep,
         max_events=max_events,
-        tolerance=tolerance,
+        chatter_tolerance=chatter_tolerance,
         section_phase=section_phase,
     )
     task = _task(Sweep, system, grid, run, exponents=exponents)
@@ -101,7 +102,7 @@ def chart(
     keep: int | None = None,
     exponents: bool = True,
     max_events: int | None = None,
-    tolerance: float = 1e-12,
+    chatter_tolerance: float = 1e-12,
     section_phase: float = 0.0,
     progress: bool = False,
     workers: int | None = None,
@@ -114,7 +115,7 @@ def chart(
 
     Parameters
     ----------
-    system, initial, periods, keep, exponents, max_events, tolerance, section_phase
+    system, initial, periods, keep, exponents, max_events, chatter_tolerance, section_phase
         As in ``sweep``.
     progress, workers, chunk, client, store
         As in ``sweep``.
@@ -133,13 +134,13 @@ def chart(
     ParameterError, Interrupted
         As in ``sweep``.
     """
-    grid = Grid(checked_axes(chart, system, axes, allowed=[*NUMERIC_RANGES], exactly=2))
+    grid = Grid(checked_axes(chart, system, axes, allowed=[*PARAMETERS], exactly=2))
     run = RunSettings.checked(
         initial=initial,
         periods=periods,
         keep=keep,
         max_events=max_events,
-        tolerance=tolerance,
+        chatter_tolerance=chatter_tolerance,
         section_phase=section_phase,
     )
     task = _task(Chart, system, grid, run, exponents=exponents)

@@ -115,7 +115,7 @@ def _made_again(run: Run, options: dict[str, Any], most: int) -> Run:
             initial=run.initial,
             **length,
             max_events=min(options["max_events"], _most_events(most)),
-            tolerance=options["tolerance"],
+            chatter_tolerance=options["chatter_tolerance"],
             section_phase=options["section_phase"],
         )
     except SimulationError as error:

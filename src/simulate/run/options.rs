@@ -19,7 +19,7 @@ pub struct RunOptions {
     pub max_events: u64,
     /// Absolute tolerance in time and state where something is approximated (the completion of
     /// chatter).
-    pub tolerance: f64,
+    pub chatter_tolerance: f64,
     /// The stroboscopic section lies at omega t = this (mod 2 pi), in [0, 2 pi).
     pub section_phase: f64,
 }
@@ -38,7 +38,7 @@ impl RunOptions {
             horizon,
             keep: None,
             max_events: DEFAULT_MAX_EVENTS,
-            tolerance: DEFAULT_TOLERANCE,
+            chatter_tolerance: DEFAULT_TOLERANCE,
             section_phase: 0.0,
         }
     }
@@ -97,8 +97,12 @@ impl RunOptions {
             }
             _ => {}
         }
-        if !(self.tolerance.is_finite() && self.tolerance > 0.0) {
-            return error("tolerance", self.tolerance.to_string(), "a finite number > 0");
+        if !(self.chatter_tolerance.is_finite() && self.chatter_tolerance > 0.0) {
+            return error(
+                "chatter_tolerance",
+                self.chatter_tolerance.to_string(),
+                "a finite number > 0",
+            );
         }
         if !(0.0..std::f64::consts::TAU).contains(&self.section_phase) {
             return error("section_phase", self.section_phase.to_string(), "in [0, 2 pi)");

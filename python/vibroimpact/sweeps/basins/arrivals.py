@@ -167,7 +167,7 @@ def basins(
     scouts: int = 1000,
     rounds: int = 2,
     max_events: int | None = None,
-    tolerance: float = 1e-12,
+    chatter_tolerance: float = 1e-12,
     progress: bool = False,
     workers: int | None = None,
     chunk: int | None = None,
@@ -195,7 +195,7 @@ def basins(
         About so many cells, evenly spread, are searched for attractors beforehand.
     rounds
         How often what is left over is followed again, each time for twice as long.
-    max_events, tolerance
+    max_events, chatter_tolerance
         As in ``simulate``.
     progress
         Show progress bars.
@@ -235,7 +235,7 @@ def basins(
         scouts=count("scouts", scouts, least=1, most=1_000_000),
         rounds=count("rounds", rounds, least=0, most=20),
         max_events=optional_count("max_events", max_events, least=1),
-        tolerance=positive("tolerance", tolerance),
+        chatter_tolerance=positive("chatter_tolerance", chatter_tolerance),
     )
     threads(workers)
     optional_count("chunk", chunk, least=1)

@@ -53,4 +53,4 @@ class Follow:
     periods: int
     keep: int
     max_events: int | None
-    tolerance: float
+    chatter_tolerance: float

@@ -42,12 +42,12 @@ class BasinSettings:
     scouts: int
     rounds: int
     max_events: int | None
-    tolerance: float
+    chatter_tolerance: float
 
     @property
     def follow(self) -> Follow:
         """How a cell is followed at first."""
-        return Follow(self.periods, self.keep, self.max_events, self.tolerance)
+        return Follow(self.periods, self.keep, self.max_events, self.chatter_tolerance)
 
 
 @interruptible

@@ -164,7 +164,7 @@ def explore(
         periods=follow.periods,
         keep=follow.keep,
         max_events=follow.max_events,
-        tolerance=follow.tolerance,
+        chatter_tolerance=follow.chatter_tolerance,
     )
     if run.stop_reason in ("completed", "rest") and run.period.m is None:
         if not len(run.impacts) and run.time_in_contact == 0.0:

@@ -54,7 +54,7 @@ def arrive(
         counts=[list(region.counts) for region in regions],
         periods=follow.periods,
         keep=follow.keep,
-        tolerance=follow.tolerance,
+        chatter_tolerance=follow.chatter_tolerance,
         workers=workers,
         progress=progress,
         **caps,
@@ -76,7 +76,7 @@ def trapping_region(
     """
     size = _size(sections)
     m = len(sections)
-    cycle = _Cycle(system, Follow(m, m, follow.max_events, follow.tolerance), workers)
+    cycle = _Cycle(system, Follow(m, m, follow.max_events, follow.chatter_tolerance), workers)
     tried = np.unique(np.linspace(0, m - 1, min(m, max(1, MOST_PERIODS // m))).round().astype(int))
     found = [cycle.region(sections[place], size) for place in tried]
     regions = [region for region in found if region is not None]
@@ -88,7 +88,7 @@ def trapping_region(
 def largest_multiplier(system: System, sections: Array, follow: Follow) -> float:
     """Return the largest modulus of a multiplier of a periodic motion, from simulations alone."""
     m = len(sections)
-    cycle = _Cycle(system, Follow(m, m, follow.max_events, follow.tolerance), 1)
+    cycle = _Cycle(system, Follow(m, m, follow.max_events, follow.chatter_tolerance), 1)
     matrix = cycle.derivative(sections[-1], _size(sections))
     return float(np.abs(np.linalg.eigvals(matrix)).max()) if matrix is not None else math.nan
 
