@@ -29,7 +29,7 @@ use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary;
 use crate::numerics::lanes::{self, LANES, Lanes};
 use crate::numerics::tolerance::CHUNK_TURNS;
-use crate::search::scan::sextic_remainder;
+use crate::search::steps::sextic_remainder;
 use crate::search::tolerances::{FREE_SPANS, SCAN_SPANS, SCAN_STEPS};
 
 /// What a system's flights have in common, worked out once.

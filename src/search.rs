@@ -3,8 +3,11 @@
 pub(crate) mod first_contact;
 pub(crate) mod gap;
 pub(crate) mod scan;
-
+pub(crate) mod steps;
 pub(crate) mod tolerances;
+
+#[cfg(test)]
+mod coupled_oscillators;
 
 pub use first_contact::Start;
 pub use gap::GapPoint;

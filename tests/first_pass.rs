@@ -4,10 +4,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::support::audit::dense::Place;
+use crate::support::audit::dense::{DenseSearch, ExactMotion, Place};
 use crate::support::audit::double_double::Dd;
-use crate::support::audit::exact_motion::DenseFlight;
-use crate::support::audit::rounding::Level;
+use crate::support::audit::exact_motion::{DenseFlight, Point};
+use crate::support::audit::judge::{Level, Measured};
+use crate::support::audit::rounding;
 use crate::support::audit::{Draw, Kind, Outcome, judge_flight};
 use crate::support::draws;
 use rand::{RngExt, SeedableRng};
@@ -108,7 +109,7 @@ impl Hop {
         let system = plain.with("gap", tip[0] - x2).unwrap();
         let state = State { x1, v1, x2, v2 };
         let span = FreeMotion::new(&system).span();
-        let speed = 0.5 * second * length / Level::new(&system, &state, true, span).rate_bound;
+        let speed = 0.5 * second * length / rounding::level(&system, &state, true, span).rate_bound;
         let draw = Draw { kind: Kind::Impact, system, state };
         // Slower ones are at rest, to rounding.
         (speed > 1e-12).then_some(Self { draw, turns, bend: length * third / second, speed })
@@ -192,7 +193,7 @@ struct Far {
     system: System,
     start: State,
     exact: DenseFlight,
-    contact: Place,
+    contact: Place<Point>,
     level: Level,
     /// Its time in local flights.
     spans: f64,
@@ -213,7 +214,7 @@ impl Far {
         let start = State { x1, v1, x2, v2: v1 * slope + leaving };
         let span = FreeMotion::new(&system).span();
         let mut exact = DenseFlight::new(&system, &start, touching, 8.0 * span);
-        let level = Level::new(&system, &start, touching, 8.0 * span);
+        let level = rounding::level(&system, &start, touching, 8.0 * span);
         // No hump is so close to the contact that rounding decides about it.
         let seen = exact.search(|s| 1e6 * level.at(s));
         let contact = seen.contact.filter(|_| seen.humps.is_empty())?;

@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use crate::support::audit::rounding::{self, Level};
+use crate::support::audit::rounding;
 use serde_json::Value;
 use vibroimpact::{
     Clock, Contact, Event, Found, FreeMotion, Horizon, Simulation, Start, State, System,
@@ -128,7 +128,7 @@ impl Case {
             (state, self.system.with("phase", phase).unwrap())
         };
         let touching = self.touching && chunk == 0.0;
-        let level = Level::new(&system, &state, touching, span);
+        let level = rounding::level(&system, &state, touching, span);
         level.undecided(self.hump_time - chunk * span)
     }
 }

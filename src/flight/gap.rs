@@ -13,10 +13,8 @@ use crate::model::tip::{Direct, Oblique, Tip};
 use crate::numerics::elementary::{self, MOST_TURNED};
 use crate::numerics::lanes::{self, LANES};
 use crate::search::first_contact::{self, Start};
-use crate::search::gap::{
-    BoundedGap, Gap, GapBounds, GapPoint, Higher, Jet, Jets, SteppedGap, noise,
-};
-use crate::search::scan::{ScanStart, Weights};
+use crate::search::gap::{BoundedGap, Gap, GapBounds, GapPoint, Higher, noise};
+use crate::search::steps::{Jet, Jets, ScanStart, SteppedGap, Weights};
 use crate::search::tolerances::{BOUND_MARGIN, SCAN_SPANS};
 
 /// A contact of this machine, or the top of a graze.

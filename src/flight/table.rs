@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 use super::drive::{Drive, Trig, Turn};
 use super::oscillator::Oscillator;
 use crate::numerics::lanes::{LANES, Lanes};
-use crate::search::scan::{LEVELS, Weights};
+use crate::search::steps::{LEVELS, Weights};
 use crate::search::tolerances::SCAN_STEPS;
 
 /// State of both bodies and the forcing phase at one instant.

@@ -22,7 +22,8 @@ use first_pass::first_pass;
 
 use crate::numerics::EPS;
 use crate::numerics::majorant::first_root;
-use crate::search::gap::{BoundedGap, Gap, GapPoint, SteppedGap};
+use crate::search::gap::{BoundedGap, Gap, GapPoint};
+use crate::search::steps::SteppedGap;
 use crate::search::tolerances::{
     FLIGHT_NOISE, GRAZE_NOISE, LEAST_PROGRESS, PAUSE_NOISE, SEARCH_PATIENCE, SEARCH_STEPS,
     SETTLE_PART, SETTLE_STEPS, TAYLOR_PART,

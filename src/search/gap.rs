@@ -1,6 +1,6 @@
 //! The gap function along one flight, as the search for its first root sees it: g < 0 while the bodies are
 //! apart, g = 0 in contact. What the bodies are, and what the gap measures, is the model's business: it
-//! implements [`Gap`] (jets and bounds) and [`SteppedGap`] (many jets at once, for the first pass).
+//! implements [`Gap`], and for the first pass `SteppedGap` (steps.rs).
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
@@ -10,8 +10,7 @@ pub use taylor::GapPoint;
 pub(crate) use taylor::{GapPoints, Higher};
 
 use crate::numerics::EPS;
-use crate::numerics::lanes::{Lanes, lanes_of};
-use crate::search::scan::{ScanStart, Weights};
+use crate::numerics::lanes::lanes_of;
 use crate::search::tolerances::{FLIGHT_NOISE, GAP_NOISE, REST_NOISE};
 
 /// A gap function along one flight, in local time s from its start.
@@ -33,42 +32,6 @@ pub(crate) trait Gap {
     fn state(&self, instant: &Self::Instant, h: f64) -> Self::State;
 }
 
-/// A gap whose jets at equal steps are cheap, eight at a time: what the first pass asks besides. Each
-/// level of steps has half the length of the one before; steps start anywhere.
-pub(crate) trait SteppedGap: Gap {
-    /// The bodies where a scan stands.
-    type Place: Copy + Default;
-    /// The bodies at the ends of eight steps.
-    type Places: Default;
-
-    /// The jet at the start, and bounds that hold up to [`Self::bounds_hold`].
-    fn scan_start(&self) -> ScanStart;
-    /// Local time up to which the bounds of the scan's start hold.
-    fn bounds_hold(&self) -> f64;
-    /// Longest local time at which a contact is met; a later one belongs to a local flight of its own.
-    fn reach(&self) -> f64;
-    /// Size of the bodies' coordinates at the start, which sets the rounding of the steps.
-    fn extent(&self) -> f64;
-    /// Whether the steps are good while no coordinate moves further than this.
-    fn steps_hold(&self, moved: f64) -> bool;
-    /// Whether the bodies stay apart by more than `slack` for ever.
-    fn never_meets(&self, slack: f64) -> bool;
-    /// The third and fourth derivative at the start.
-    fn higher_at_start(&self) -> (f64, f64);
-    /// Remainder of the interpolant on a step of level 0, per unit sixth derivative.
-    fn remainder_factor(&self) -> f64;
-    /// The bodies at the start.
-    fn place(&self) -> Self::Place;
-    /// Length of the steps of a level.
-    fn step(&self, level: usize) -> f64;
-    /// Weights that belong to that length.
-    fn weights(&self, level: usize) -> &Weights;
-    /// The bodies and the jets at the ends of eight steps.
-    fn eight_steps(&self, level: usize, from: &Self::Place) -> (Self::Places, Jets);
-    /// The bodies `j + 1` steps on.
-    fn place_after(places: &Self::Places, j: usize) -> Self::Place;
-}
-
 /// Bounds of derivatives over a local flight.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct GapBounds {
@@ -86,30 +49,6 @@ lanes_of! {
     /// Several bounds.
     GapBoundsLanes of GapBounds {
         slope_noise: slope_noise, rate: rate, fourth: fourth, fifth: fifth, sixth: sixth
-    }
-}
-
-/// Gap function and its first two derivatives.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Jet {
-    pub value: f64,
-    pub rate: f64,
-    pub second: f64,
-}
-
-/// The jets at h ... 8h.
-#[derive(Debug, Clone, Default)]
-#[repr(align(64))]
-pub(crate) struct Jets {
-    pub value: Lanes,
-    pub rate: Lanes,
-    pub second: Lanes,
-}
-
-impl Jets {
-    #[inline(always)]
-    pub fn get(&self, j: usize) -> Jet {
-        Jet { value: self.value[j], rate: self.rate[j], second: self.second[j] }
     }
 }
 

@@ -20,11 +20,8 @@ use quintic::{Quintic, root};
 use short_hop::short_hop;
 
 use crate::numerics::lanes::{LANES, Lanes, lanes_of};
-use crate::search::gap::{GapBounds, GapBoundsLanes, Jet, Jets, SteppedGap};
+use crate::search::steps::{Jet, Jets, LEVELS, ScanStart, SteppedGap, Weights};
 use crate::search::tolerances::{FREE_SPANS, SCAN_REMAINDER, SCAN_REST, SCAN_SLACK, SCAN_SPANS};
-
-/// Step lengths, each half the one before; the first is nearly an eighth of a local flight.
-pub(crate) const LEVELS: usize = 12;
 
 /// Halvings by which an unsure step is cut into eight.
 const CUT: usize = 3;
@@ -73,42 +70,6 @@ impl RisingStep {
     #[inline(always)]
     pub fn near(&self) -> f64 {
         self.after + self.h * root(&self.start, &self.end, self.h)
-    }
-}
-
-/// What a scan starts from: the jet there, and bounds of the gap's derivatives.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct ScanStart {
-    pub start: Jet,
-    pub bounds: GapBounds,
-}
-
-lanes_of! {
-    /// What several scans start from.
-    ScanStarts of ScanStart {
-        value: start.value,
-        rate: start.rate,
-        second: start.second,
-        slope_noise: bounds.slope_noise,
-        rate_bound: bounds.rate,
-        fourth: bounds.fourth,
-        fifth: bounds.fifth,
-        sixth: bounds.sixth,
-    }
-}
-
-impl ScanStarts {
-    /// Their bounds.
-    #[inline(always)]
-    pub fn bounds(&self) -> GapBoundsLanes {
-        let Self { slope_noise, rate_bound, fourth, fifth, sixth, .. } = self;
-        GapBoundsLanes {
-            slope_noise: *slope_noise,
-            rate: *rate_bound,
-            fourth: *fourth,
-            fifth: *fifth,
-            sixth: *sixth,
-        }
     }
 }
 
@@ -289,36 +250,6 @@ impl<P: Copy + Default> Scanner<P> {
         self.remainder *= 1.0 / 262_144.0;
         None
     }
-}
-
-/// Weights of rate and second derivative in Bernstein coefficients of degree 6 on a step: h/6, h/3, h^2/30,
-/// h/5, h^2/40.
-#[derive(Debug, Clone)]
-pub(crate) struct Weights {
-    sixth: f64,
-    third: f64,
-    thirtieth: f64,
-    fifth: f64,
-    fortieth: f64,
-}
-
-impl Weights {
-    /// For steps of length `h`.
-    pub fn new(h: f64) -> Self {
-        Self {
-            sixth: h / 6.0,
-            third: h / 3.0,
-            thirtieth: h * h / 30.0,
-            fifth: h / 5.0,
-            fortieth: h * h / 40.0,
-        }
-    }
-}
-
-/// Remainder of the interpolant on a step of length `h`, per unit sixth derivative: h^6/14400.
-pub(crate) fn sextic_remainder(h: f64) -> f64 {
-    let cube = h * h * h;
-    cube * cube / 14_400.0
 }
 
 /// What the Bernstein coefficients of a step take from one of its ends: the largest of the three

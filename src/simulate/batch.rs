@@ -28,8 +28,8 @@ use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::lanes::{self, LANES};
 use crate::search::Start;
 use crate::search::first_contact::{FirstPass, careful_search};
-use crate::search::gap::SteppedGap;
 use crate::search::scan::{Scan, Scanner, Stride};
+use crate::search::steps::SteppedGap;
 use crate::simulate::event::{Event, StopReason};
 
 /// A simulation for a lane, with its observer and with what takes its events.

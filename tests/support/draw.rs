@@ -9,9 +9,9 @@ use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
 use vibroimpact::{Clock, Contact, FreeMotion, State, System};
 
-use super::dense::Place;
+use super::dense::{DenseSearch, ExactMotion, Place};
 use super::double_double::Dd;
-use super::exact_motion::DenseFlight;
+use super::exact_motion::{DenseFlight, Point};
 use super::rounding;
 
 /// How a flight starts.
@@ -88,7 +88,7 @@ fn admissible(draw: &Draw) -> bool {
     let (system, state) = (&draw.system, &draw.state);
     if draw.kind.touching() {
         let flight = DenseFlight::new(system, state, true, 1.0);
-        return flight.start_gap().rate.is_negative();
+        return flight.gap(&flight.start()).rate.is_negative();
     }
     let noise = 4.0 * f64::EPSILON * rounding::size(system, state);
     system.gap_function(state) < -noise
@@ -201,7 +201,7 @@ impl Drawer<'_> {
         }
     }
 
-    fn some_hump(&mut self, draw: &Draw) -> Option<Place> {
+    fn some_hump(&mut self, draw: &Draw) -> Option<Place<Point>> {
         let humps = humps(draw);
         (!humps.is_empty()).then(|| humps[self.0.random_range(0..humps.len())])
     }
@@ -252,7 +252,7 @@ impl Drawer<'_> {
     }
 }
 
-fn humps(draw: &Draw) -> Vec<Place> {
+fn humps(draw: &Draw) -> Vec<Place<Point>> {
     let span = FreeMotion::new(&draw.system).span();
     DenseFlight::new(&draw.system, &draw.state, draw.kind.touching(), span).record_humps()
 }

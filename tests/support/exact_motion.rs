@@ -7,7 +7,9 @@
 
 use vibroimpact::{Contact, State, System};
 
+use super::dense::{ExactMotion, Gap, Sample};
 use super::double_double::Dd;
+use super::judge::Measured;
 
 /// Samples over a flight at least; more where the pendulum turns fast.
 const STEPS: f64 = 256.0;
@@ -15,8 +17,6 @@ const STEPS: f64 = 256.0;
 const LARGEST_TURN: f64 = 0.1;
 /// Steps are halved at most so often.
 const LEVELS: usize = 16;
-/// The first steps after a start in contact are halved at least so often.
-const START_HALVINGS: i32 = 12;
 
 /// Displacements, rates and drive at one instant.
 #[derive(Debug, Clone, Copy)]
@@ -27,19 +27,11 @@ pub struct Point {
     sin: Dd,
 }
 
-/// Gap function and its first two derivatives.
-#[derive(Debug, Clone, Copy)]
-pub struct Gap {
-    pub value: Dd,
-    pub rate: Dd,
-    pub second: Dd,
-}
-
 /// A flight that is exact to about 30 digits.
 #[derive(Debug, Clone)]
 pub struct DenseFlight {
     direct: bool,
-    pub touching: bool,
+    touching: bool,
     delta: Dd,
     omega: Dd,
     /// w^2, 2 zeta w and f of both bodies.
@@ -56,17 +48,6 @@ pub struct DenseFlight {
 struct Propagator {
     rows: [[[Dd; 4]; 2]; 2],
     turn: [Dd; 2],
-}
-
-/// A sampled instant.
-#[derive(Debug, Clone, Copy)]
-pub struct Sample {
-    pub time: Dd,
-    pub point: Point,
-    /// g, double-double where it is near 0, and g', g''.
-    pub gap: Dd,
-    pub rate: f64,
-    pub second: f64,
 }
 
 impl DenseFlight {
@@ -97,13 +78,47 @@ impl DenseFlight {
         }
     }
 
-    /// Gap function at the start.
-    pub fn start_gap(&self) -> Gap {
-        self.gap(&self.start)
+    fn propagator(&mut self, level: usize) -> Propagator {
+        if let Some(known) = self.propagators[level] {
+            return known;
+        }
+        let h = Dd::new(self.step(level));
+        let (zero, one) = ([Dd::ZERO; 2], [Dd::ONE; 2]);
+        let unit = |x, v, cos, sin| self.later(&Point { x, v, cos, sin }, h);
+        let columns = [
+            unit(one, zero, Dd::ZERO, Dd::ZERO),
+            unit(zero, one, Dd::ZERO, Dd::ZERO),
+            unit(zero, zero, Dd::ONE, Dd::ZERO),
+            unit(zero, zero, Dd::ZERO, Dd::ONE),
+        ];
+        let rows = std::array::from_fn(|i| [columns.map(|c| c.x[i]), columns.map(|c| c.v[i])]);
+        let made = Propagator { rows, turn: [columns[2].cos, columns[2].sin] };
+        self.propagators[level] = Some(made);
+        made
     }
 
-    /// `point` a short time h later (either sign), by its Taylor series.
-    pub fn later(&self, point: &Point, h: Dd) -> Point {
+    fn step(&self, level: usize) -> f64 {
+        self.span / STEPS / f64::from(1u32 << level)
+    }
+}
+
+impl ExactMotion for DenseFlight {
+    type Point = Point;
+
+    fn touching(&self) -> bool {
+        self.touching
+    }
+
+    fn start(&self) -> Point {
+        self.start
+    }
+
+    fn first_step(&self) -> f64 {
+        self.step(0)
+    }
+
+    /// By its Taylor series.
+    fn later(&self, point: &Point, h: Dd) -> Point {
         let mut term = *point;
         let mut sum = *point;
         let mut small = 0;
@@ -138,31 +153,7 @@ impl DenseFlight {
         sum
     }
 
-    fn propagator(&mut self, level: usize) -> Propagator {
-        if let Some(known) = self.propagators[level] {
-            return known;
-        }
-        let h = Dd::new(self.step(level));
-        let (zero, one) = ([Dd::ZERO; 2], [Dd::ONE; 2]);
-        let unit = |x, v, cos, sin| self.later(&Point { x, v, cos, sin }, h);
-        let columns = [
-            unit(one, zero, Dd::ZERO, Dd::ZERO),
-            unit(zero, one, Dd::ZERO, Dd::ZERO),
-            unit(zero, zero, Dd::ONE, Dd::ZERO),
-            unit(zero, zero, Dd::ZERO, Dd::ONE),
-        ];
-        let rows = std::array::from_fn(|i| [columns.map(|c| c.x[i]), columns.map(|c| c.v[i])]);
-        let made = Propagator { rows, turn: [columns[2].cos, columns[2].sin] };
-        self.propagators[level] = Some(made);
-        made
-    }
-
-    fn step(&self, level: usize) -> f64 {
-        self.span / STEPS / f64::from(1u32 << level)
-    }
-
-    /// g, g', g'' in double-double.
-    pub fn gap(&self, point: &Point) -> Gap {
+    fn gap(&self, point: &Point) -> Gap {
         let Point { x, v, cos, .. } = *point;
         let a: [Dd; 2] = std::array::from_fn(|i| {
             self.forcing[i] * cos - self.damping[i] * v[i] - self.stiffness[i] * x[i]
@@ -176,14 +167,7 @@ impl DenseFlight {
         Gap { value: value - x[1] - self.delta, rate: rate - v[1], second: second - a[1] }
     }
 
-    /// |tip| + |x2| + |delta|.
-    pub fn size(&self, point: &Point) -> f64 {
-        let x1 = point.x[0].hi;
-        let tip = if self.direct { x1 } else { x1.sin() };
-        tip.abs() + point.x[1].hi.abs() + self.delta.hi.abs()
-    }
-
-    pub fn sample(&self, time: Dd, point: Point) -> Sample {
+    fn sample(&self, time: Dd, point: Point) -> Sample<Point> {
         let Point { x, v, cos, .. } = point;
         let a: [f64; 2] = std::array::from_fn(|i| {
             self.forcing[i].hi * cos.hi
@@ -203,8 +187,7 @@ impl DenseFlight {
         Sample { time, point, gap, rate, second }
     }
 
-    /// The sample after this one, at most at the end of the flight.
-    pub fn next(&mut self, from: &Sample) -> Option<Sample> {
+    fn next(&mut self, from: &Sample<Point>) -> Option<Sample<Point>> {
         let left = Dd::new(self.span) - from.time;
         // The sum of the steps misses the span by rounding.
         if left.hi <= 1e-14 * self.span {
@@ -231,27 +214,22 @@ impl DenseFlight {
         };
         Some(self.sample(from.time + Dd::new(h), point))
     }
+}
 
-    /// The samples before the first regular one: none, or from a start in contact geometrically
-    /// growing steps, the first of which is still on the way apart.
-    pub fn first_samples(&self) -> Vec<Sample> {
-        let start = self.sample(Dd::ZERO, self.start);
-        if !self.touching {
-            return vec![start];
-        }
-        let at = |k: i32| {
-            let h = Dd::new(self.step(0)).scale(2f64.powi(-k));
-            self.sample(h, self.later(&self.start, h))
-        };
-        let mut samples: Vec<Sample> = (0..=START_HALVINGS).map(at).collect();
-        while let Some(last) = samples.last() {
-            let apart = last.gap.is_negative() && last.rate < 0.0;
-            if apart || samples.len() > 200 {
-                break;
-            }
-            samples.push(at(samples.len() as i32));
-        }
-        samples.reverse();
-        samples
+impl Measured for DenseFlight {
+    type State = State;
+
+    /// |tip| + |x2| + |delta|.
+    fn size(&self, point: &Point) -> f64 {
+        let x1 = point.x[0].hi;
+        let tip = if self.direct { x1 } else { x1.sin() };
+        tip.abs() + point.x[1].hi.abs() + self.delta.hi.abs()
+    }
+
+    fn off(&self, point: &Point, told: &State) -> (f64, f64, f64) {
+        let off = |exact: Dd, told: f64| (exact - Dd::new(told)).hi.abs();
+        let displacement = off(point.x[0], told.x1).max(off(point.x[1], told.x2));
+        let velocity = off(point.v[0], told.v1).max(off(point.v[1], told.v2));
+        (displacement, velocity, point.x[0].hi.abs())
     }
 }

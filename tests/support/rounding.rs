@@ -2,13 +2,8 @@
 //! docs/contact-detection.md for use in tests:
 //! e(s) = EPS (4 (|tip| + |x2| + |delta|) + 6 V s), V >= |g'|; without the first part after an impact.
 
+use super::judge::Level;
 use vibroimpact::{Contact, State, System};
-
-const EPS: f64 = f64::EPSILON;
-/// The factors 4 and 6 above, and that of e up to which a hump is a graze.
-const GAP_NOISE: f64 = 4.0;
-const FLIGHT_NOISE: f64 = 6.0;
-const GRAZE_NOISE: f64 = 4.0;
 
 /// |tip| + |x2| + |delta|: the terms of the gap function.
 pub fn size(system: &System, state: &State) -> f64 {
@@ -46,28 +41,7 @@ pub fn rate_bound(system: &System, state: &State, span: f64) -> f64 {
     ) + body(1.0, system.oscillator_damping(), system.force_amplitude(), state.x2, state.v2)
 }
 
-/// Rounding level e(s) of a flight.
-#[derive(Debug, Clone, Copy)]
-pub struct Level {
-    start: f64,
-    /// V.
-    pub rate_bound: f64,
-}
-
-impl Level {
-    pub fn new(system: &System, state: &State, touching: bool, span: f64) -> Self {
-        let start = if touching { 0.0 } else { GAP_NOISE * EPS * size(system, state) };
-        Self { start, rate_bound: rate_bound(system, state, span) }
-    }
-
-    /// e(s).
-    pub fn at(&self, s: f64) -> f64 {
-        self.start + FLIGHT_NOISE * EPS * self.rate_bound * s
-    }
-
-    /// A hump of true height within this of zero may be told as a graze, a contact or nothing:
-    /// the search decides at GRAZE_NOISE e(s), from a height that is itself wrong by e(s).
-    pub fn undecided(&self, s: f64) -> f64 {
-        (GRAZE_NOISE + 1.0) * self.at(s)
-    }
+/// Rounding level of a flight of at most `span`.
+pub fn level(system: &System, state: &State, touching: bool, span: f64) -> Level {
+    Level::new(size(system, state), rate_bound(system, state, span), touching)
 }

@@ -3,8 +3,9 @@
 #![allow(clippy::inline_always)] // the usual way through a search is compiled for several instruction sets
 
 use super::Start;
-use crate::search::gap::{GapBounds, SteppedGap};
+use crate::search::gap::GapBounds;
 use crate::search::scan::{Scan, scan};
+use crate::search::steps::SteppedGap;
 
 /// What the first pass tells of a flight.
 #[derive(Clone, Copy)]

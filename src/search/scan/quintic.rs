@@ -2,7 +2,7 @@
 
 #![allow(clippy::inline_always)] // a scan is compiled for several instruction sets
 
-use crate::search::gap::Jet;
+use crate::search::steps::Jet;
 
 /// The quintic Hermite interpolant of a step: coefficients of the powers of a part t of it.
 pub(super) struct Quintic([f64; 6]);

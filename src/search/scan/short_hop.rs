@@ -2,7 +2,7 @@
 
 #![allow(clippy::inline_always)] // all of a scan must be compiled with the same instructions
 
-use crate::search::gap::SteppedGap;
+use crate::search::steps::SteppedGap;
 use crate::search::tolerances::HOP_BEND;
 
 /// About the time at which a short hop ends, the contact that a flight leaves with g' < 0 and g'' > 0, as

@@ -20,7 +20,8 @@ use crate::numerics::lanes::{self, LANES, Lanes};
 use crate::numerics::tolerance::WALL_SLOPE;
 use crate::search::first_contact::short_time;
 use crate::search::gap::{GapBounds, GapBoundsLanes, GapPoint, GapPoints, noise};
-use crate::search::scan::{RisingStep, RisingSteps, ScanStart, ScanStarts};
+use crate::search::scan::{RisingStep, RisingSteps};
+use crate::search::steps::{ScanStart, ScanStarts};
 use crate::search::tolerances::SETTLE_PART;
 
 /// Where the first pass has found a contact.
