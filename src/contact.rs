@@ -2,5 +2,6 @@
 
 pub(crate) mod chatter;
 pub(crate) mod sustained;
+pub(crate) mod tip;
 
 pub use sustained::{ContactForce, ContactMode};

@@ -9,16 +9,21 @@
 //! (Neville's scheme), with an error O(u^n) for n samples. The larger one of the last two
 //! differences between orders, with a factor of safety, is the stated error.
 //!
-//! Where slip reverses in each impact they are not smooth (x1'/u has a ratio of its own): such
+//! Where slip reverses in each impact they are not smooth (w/u has a ratio of its own): such
 //! sequences are followed bounce by bounce.
+//!
+//! Nothing here knows the bodies: an impact is seen in contact coordinates, and what else is to be
+//! carried to the limit is a list of numbers.
 
 use serde::{Deserialize, Serialize};
 
 use crate::flight::Drive;
-use crate::impact::{Impact, RegimeKind};
-use crate::model::state::{Clock, State};
+use crate::impact::RegimeKind;
+use crate::model::state::Clock;
+use crate::numerics::EPS;
+use crate::numerics::extrapolation::at_zero;
 use crate::numerics::tolerance::{
-    CHATTER_IMPACTS, CHATTER_NOISE, CHATTER_RATIO_RTOL, CHATTER_SAFETY, CHATTER_SPACING, EPS,
+    CHATTER_IMPACTS, CHATTER_NOISE, CHATTER_RATIO_RTOL, CHATTER_SAFETY, CHATTER_SPACING,
 };
 
 /// Most samples, and so the highest order of the extrapolation.
@@ -26,7 +31,10 @@ const MOST: usize = 8;
 /// Fewest, so that three orders can be compared and all mean something.
 const FEWEST: usize = 4;
 
-/// What tells sequences of different kinds apart: regime, direction of slip, side of sin x1 = 0.
+/// Numbers carried to the limit beside the time and the velocity of slip.
+const OTHERS: usize = 2;
+
+/// What tells sequences of different kinds apart: regime, direction of slip, side of h = 0.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Character {
     regime: RegimeKind,
@@ -34,14 +42,30 @@ struct Character {
     upper: bool,
 }
 
-/// Time and state just after an impact with separation velocity `u`.
+/// What an impact leaves behind.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-struct Sample {
-    u: f64,
-    clock: Clock,
-    x1: f64,
-    v1: f64,
-    v2: f64,
+pub(crate) struct Bounce {
+    pub regime: RegimeKind,
+    /// u just after it, positive.
+    pub separation: f64,
+    pub clock: Clock,
+    /// w.
+    pub slip: f64,
+    /// Whether h > 0.
+    pub upper: bool,
+    /// What else is to be known in the limit.
+    pub others: [f64; OTHERS],
+}
+
+impl Bounce {
+    fn character(&self) -> Character {
+        let frictional = self.regime != RegimeKind::Frictionless;
+        Character {
+            regime: self.regime,
+            forward: frictional && self.slip > 0.0,
+            upper: frictional && self.upper,
+        }
+    }
 }
 
 /// Memory of the last impacts.
@@ -51,10 +75,10 @@ pub(crate) struct ChatterMonitor {
     last: f64,
     ratio: f64,
     kept: u32,
-    /// Whether the tip stopped during the last impact.
+    /// Whether slip stopped during the last impact.
     pub stopped: bool,
     character: Option<Character>,
-    samples: [Option<Sample>; MOST],
+    samples: [Option<Bounce>; MOST],
 }
 
 /// What of the memory decides about the next impacts.
@@ -71,9 +95,9 @@ pub(crate) struct ChatterKey {
 pub(crate) struct Limit {
     /// Time from the last impact to the accumulation point.
     pub time: f64,
-    /// x1 and x1' there.
-    pub x1: f64,
-    pub v1: f64,
+    /// w there, and the others.
+    pub slip: f64,
+    pub others: [f64; OTHERS],
     /// Ratio by which u shrinks.
     pub ratio: f64,
     /// Error of time and state, without rounding.
@@ -81,12 +105,9 @@ pub(crate) struct Limit {
 }
 
 impl Limit {
-    /// Rounding of the limit, and of the time it takes from a separation velocity that has the
-    /// rounding of the velocities: T = 2 u/(g''(1 - q)).
-    pub fn rounding(&self, state: &State, second: f64) -> f64 {
-        let size = state.to_array().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
-        // A rounded x1 turns x1' cos x1 by |x1 x1'| roundings.
-        let speed = state.v1.abs() * (1.0 + state.x1.abs()) + state.v2.abs();
+    /// Rounding of the limit, where coordinates have this size and the separation velocity is the
+    /// difference of velocities of this `speed`: T = 2 u/(g''(1 - q)).
+    pub fn rounding(&self, size: f64, speed: f64, second: f64) -> f64 {
         CHATTER_NOISE * EPS * (size + speed / (second * (1.0 - self.ratio)))
     }
 }
@@ -128,85 +149,55 @@ impl ChatterMonitor {
         (self.kept > 0 && continues).then_some(self.ratio)
     }
 
-    /// Samples the state just after an impact of a sequence that keeps its ratio, and extrapolates
-    /// it; `None` while there are too few samples.
-    pub fn extrapolate(
-        &mut self,
-        drive: &Drive,
-        clock: Clock,
-        state: &State,
-        impact: &Impact,
-    ) -> Option<Limit> {
-        let frictional = impact.regime.kind() != RegimeKind::Frictionless;
-        let character = Some(Character {
-            regime: impact.regime.kind(),
-            forward: frictional && state.v1 > 0.0,
-            upper: frictional && state.x1.sin() > 0.0,
-        });
-        let u = -impact.separation_velocity;
-        if matches!(
-            impact.regime.kind(),
-            RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution
-        ) {
+    /// Samples an impact of a sequence that keeps its ratio, and extrapolates to u = 0; `None` while
+    /// there are too few samples.
+    pub fn extrapolate(&mut self, drive: &Drive, bounce: &Bounce) -> Option<Limit> {
+        let (regime, character) = (bounce.regime, Some(bounce.character()));
+        if matches!(regime, RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution) {
             return None;
         }
         if character != self.character || self.kept == CHATTER_IMPACTS {
             self.character = character;
             self.samples = [None; MOST];
         }
-        let spaced = self.samples[0].is_none_or(|newest| u <= CHATTER_SPACING * newest.u);
+        let u = bounce.separation;
+        let spaced = self.samples[0].is_none_or(|newest| u <= CHATTER_SPACING * newest.separation);
         if !spaced || u <= 0.0 {
             return None;
         }
         self.samples.rotate_right(1);
-        self.samples[0] = Some(Sample { u, clock, x1: state.x1, v1: state.v1, v2: state.v2 });
+        self.samples[0] = Some(*bounce);
         let count = self.samples.iter().flatten().count();
         if count < FEWEST {
             return None;
         }
         let mut nodes = [0.0; MOST];
-        let mut values = [[0.0; 4]; MOST];
+        let mut values = [[0.0; OTHERS + 2]; MOST];
         for (i, sample) in self.samples.iter().flatten().enumerate() {
-            nodes[i] = sample.u;
-            let time = drive.until(clock, sample.clock).value();
+            nodes[i] = sample.separation;
+            let time = drive.until(bounce.clock, sample.clock).value();
             // Differences from the newest sample: their rounding is that of the state.
-            values[i] = [time, sample.x1 - state.x1, sample.v1 - state.v1, sample.v2 - state.v2];
+            let [first, second] = [0, 1].map(|c| sample.others[c] - bounce.others[c]);
+            values[i] = [time, sample.slip - bounce.slip, first, second];
         }
-        let high = at_zero(&nodes[..count], &values);
-        let low = at_zero(&nodes[..count - 1], &values);
-        let lower = at_zero(&nodes[..count - 2], &values);
-        let difference = |a: &[f64; 4], b: &[f64; 4]| {
+        let through = |count: usize| at_zero(&nodes[..count], values);
+        let (high, low, lower) = (through(count), through(count - 1), through(count - 2));
+        let difference = |a: &[f64; OTHERS + 2], b: &[f64; OTHERS + 2]| {
             a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
         };
-        let sliding = matches!(impact.regime.kind(), RegimeKind::Frictionless | RegimeKind::Slip);
+        let slides = matches!(regime, RegimeKind::Frictionless | RegimeKind::Slip);
+        let [time, slip, others @ ..] = high;
         let limit = Limit {
-            time: high[0],
-            x1: state.x1 + high[1],
-            // A tip that stopped during the impacts is at rest in the limit.
-            v1: if sliding { state.v1 + high[2] } else { 0.0 },
+            time,
+            // Slip that stopped during the impacts is at rest in the limit.
+            slip: if slides { bounce.slip + slip } else { 0.0 },
+            others: [0, 1].map(|c| bounce.others[c] + others[c]),
             ratio: self.ratio,
             error: CHATTER_SAFETY * difference(&high, &low).max(difference(&low, &lower)),
         };
-        // Slip must go on to the end: x1' keeps its sign, and the tip its side of sin x1 = 0.
-        let keeps = impact.regime.kind() != RegimeKind::Slip
-            || (limit.v1 * state.v1 > 0.0
-                && high[2].abs() < limit.v1.abs()
-                && (limit.x1.sin() > 0.0) == (state.x1.sin() > 0.0));
+        // Slip must go on to the end: w keeps its sign.
+        let keeps = regime != RegimeKind::Slip
+            || (limit.slip * bounce.slip > 0.0 && slip.abs() < limit.slip.abs());
         (limit.time > 0.0 && keeps).then_some(limit)
     }
-}
-
-/// The polynomials through (u_i, y_i), newest first, at u = 0 (Neville's scheme).
-fn at_zero(nodes: &[f64], values: &[[f64; 4]; MOST]) -> [f64; 4] {
-    let mut table = *values;
-    for level in 1..nodes.len() {
-        for i in 0..nodes.len() - level {
-            let (near, far) = (nodes[i], nodes[i + level]);
-            let (upper, lower) = (table[i], table[i + 1]);
-            // y + (y - y_far) u_near/(u_far - u_near).
-            let weight = near / (far - near);
-            table[i] = std::array::from_fn(|c| upper[c] + (upper[c] - lower[c]) * weight);
-        }
-    }
-    table[0]
 }

@@ -1,32 +1,31 @@
-//! Sustained contact on g = 0: sliding, sticking, and what follows a landing (docs/theory.md,
-//! section 5).
+//! Sustained contact on g = 0: slip, stick, and what follows a landing, in contact coordinates
+//! (model/contact_coordinates.rs) and whatever the bodies are (docs/theory.md, sections 5 and 12).
 //!
-//! With x2 = sin x1 - delta (direct: x1 - delta) and the free accelerations
-//! a1 = f1 cos psi - 2 zeta1 omega0 x1' - omega0^2 x1, a2 = f2 cos psi - 2 zeta2 x2' - x2,
-//! k = cos x1 + mu s |sin x1|, s = sgn(x1'):
+//! With the free accelerations w' = alpha, v' = beta and g'' = gamma, the coupling b/h, the mobility m,
+//! k = b/h + mu |h| s and s = sgn w:
 //!
-//! * slide: p = (a1 cos x1 - x1'^2 sin x1 - a2)/(mbar + k cos x1), x1'' = a1 - k p;
-//! * stick: x1' = 0, p = -a2/mbar, as long as |a1 - p cos x1| <= mu p |sin x1|;
+//! * slip: p = gamma/(m + k b/h), w' = alpha - k p;
+//! * stick: w = 0, p = -beta/m, as long as |alpha - p b/h| <= mu p |h|;
 //! * release where p falls through 0.
 //!
-//! mbar + k cos x1 <= 0 is a Painleve point. Against a wall at rest (mbar = 0) p = a1/cos x1.
+//! m + k b/h <= 0 is a Painleve point. Against a wall at rest (m = 0) p = alpha/(b/h). What the pendulum
+//! and body 2 answer when they are asked for these numbers is in contact/tip.rs.
 
 mod slide;
 mod stick;
 
-pub(crate) use slide::{SlideEnd, SlideStep};
-pub(crate) use stick::next_change;
+pub(crate) use slide::{
+    ORDER, Series, SlideEnd, SlideSeries, SlideStep, SlideTerm, Sliding, product,
+};
+pub(crate) use stick::Stick;
 
 use serde::{Deserialize, Serialize};
 
-use crate::flight::Trig;
-use crate::model::angle::Angle;
-use crate::model::oblique::SecondBody;
-use crate::model::parameters::System;
-use crate::model::state::State;
-use crate::numerics::tolerance::{EPS, FORCE_NOISE, PAINLEVE_LEVEL, REACH_LEVEL, WALL_SLOPE};
+use crate::model::contact_coordinates::ContactCoordinates;
+use crate::numerics::dual::Number;
+use crate::numerics::tolerance::{PAINLEVE_LEVEL, REACH_LEVEL};
 
-/// What the tip does while contact lasts.
+/// What the bodies do along the contact while it lasts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -51,7 +50,8 @@ impl ContactMode {
         }
     }
 
-    fn slide(direction: f64) -> Self {
+    /// Slip in this direction.
+    pub(crate) fn slide(direction: f64) -> Self {
         if direction > 0.0 { Self::SlidePositive } else { Self::SlideNegative }
     }
 
@@ -90,215 +90,154 @@ pub(crate) enum Next {
     Jammed,
 }
 
-/// Free accelerations and geometry at one instant of the contact.
+/// A contact with g = g' = 0, and the accelerations without a force in it.
 #[derive(Debug, Clone, Copy)]
-struct Instant {
-    a1: f64,
-    a2: f64,
-    sin: f64,
-    cos: f64,
-    v1: f64,
-    /// Sizes of the terms of a1 and a2, whose rounding they have.
-    size1: f64,
-    size2: f64,
+pub(crate) struct ClosedContact<T = f64> {
+    pub at: ContactCoordinates<T>,
+    /// w'.
+    pub slip_acceleration: T,
+    /// v'.
+    pub parting_acceleration: T,
+    /// g''.
+    pub gap_acceleration: T,
 }
 
-impl Instant {
-    /// The free gap acceleration.
-    fn free(&self) -> f64 {
-        let angle = Angle { sin: self.sin, cos: self.cos };
-        angle.gap_acceleration(self.v1, (self.a1, self.a2))
-    }
-
-    /// Its rounding.
-    fn noise(&self) -> f64 {
-        let turn = self.v1 * self.v1 * self.sin.abs();
-        FORCE_NOISE * EPS * (self.size1 * self.cos.abs() + turn + self.size2)
+impl<T: Number> ClosedContact<T> {
+    /// m w' of a tip at rest under the force that keeps v' = 0, with the friction of slip in direction
+    /// s, or without any (s = 0): with the sign of s the tip slips that way.
+    pub fn slip_drive(&self, direction: f64) -> T {
+        let Self { at, slip_acceleration, parting_acceleration, .. } = *self;
+        at.mobility * slip_acceleration + parting_acceleration * at.slip_rate(direction)
     }
 }
 
-impl System {
-    fn instant(&self, phase: Trig, state: &State) -> Instant {
-        let Angle { sin, cos } = self.contact.angle(state.x1);
-        let State { x1, v1, x2, v2 } = *state;
-        let moment = self.pendulum().terms(x1, v1, phase.cos);
-        let force = self.oscillator().terms(x2, v2, phase.cos);
-        let sum = |terms: [f64; 3]| terms[0] + terms[1] + terms[2];
-        let (a1, a2) = (sum(moment), sum(force));
-        // The load has the rounding of its phase.
-        let shift = phase.sin.abs();
-        let size1 = sum(moment.map(f64::abs)) + self.moment_amplitude.abs() * shift;
-        let size2 = sum(force.map(f64::abs)) + self.force_amplitude.abs() * shift;
-        Instant { a1, a2, sin, cos, v1, size1, size2 }
-    }
+/// A closed contact at one instant, with all that decides what follows.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ContactInstant {
+    pub contact: ClosedContact,
+    /// Rounding of the free g'', of w', and of h.
+    pub gap_noise: f64,
+    pub slip_noise: f64,
+    pub scale_noise: f64,
+    /// Rounding of the instant itself.
+    pub clock_noise: f64,
+    /// dh/dt at w = 1.
+    pub scale_slope: f64,
+    /// A bound of the rates at which the motion turns or decays, and at which slip turns the contact.
+    pub fastest: f64,
+    pub turning: f64,
+    /// The other body is a wall that will never move.
+    pub wall_at_rest: bool,
+    /// No load changes with time.
+    pub constant_loads: bool,
+}
 
-    /// mbar + k cos x1 for slip in direction s; 0 where it is that to rounding, or less.
-    fn slip_inertia(&self, sin: f64, cos: f64, direction: f64) -> f64 {
-        let friction = self.friction * sin.abs() * direction;
-        let inertia = self.mass_ratio + (cos + friction) * cos;
-        let size = self.mass_ratio + (cos.abs() + friction.abs()) * cos.abs();
-        if inertia <= self.painleve_level(size) { 0.0 } else { inertia }
-    }
+/// No contact force fits: a Painleve point, or a moving wall against which the bodies jam.
+pub(crate) fn no_force_fits<T: Number>(at: &ContactCoordinates<T>) -> Next {
+    if at.is_against_wall() { Next::Jammed } else { Next::Painleve }
+}
 
-    fn painleve_level(&self, size: f64) -> f64 {
-        // A wall is driven to the end of the tip's reach, cos x1 = 0, where all terms vanish.
-        (PAINLEVE_LEVEL * size).max(if self.is_wall() { REACH_LEVEL } else { 0.0 })
-    }
+/// m + k b/h for slip in direction s; 0 where it is that to rounding, or less.
+fn slip_inertia(at: &ContactCoordinates<f64>, direction: f64) -> f64 {
+    let inertia = at.mobility + at.slip_rate(direction) * at.coupling;
+    if inertia <= painleve_level(at) { 0.0 } else { inertia }
+}
 
-    /// No contact force fits: a Painleve point, or a wall that jams the pendulum.
-    pub(crate) fn no_force_fits(&self) -> Next {
-        if self.is_wall() { Next::Jammed } else { Next::Painleve }
-    }
+/// The inertia below which slip meets a Painleve point.
+fn painleve_level(at: &ContactCoordinates<f64>) -> f64 {
+    let size = at.mobility + (at.coupling.abs() + at.grip()) * at.coupling.abs();
+    // Against a wall all terms vanish where the reach of the tip ends.
+    (PAINLEVE_LEVEL * size).max(if at.is_against_wall() { REACH_LEVEL } else { 0.0 })
+}
 
-    /// Whether no motion from a state on the contact with g' = 0 fits, or more than one.
-    pub(crate) fn has_no_contact_force(&self, phase: Trig, state: &State) -> bool {
-        matches!(self.land(phase, state), Next::Painleve | Next::Jammed)
-    }
-
-    /// What the bodies do from a state on the contact with g' = 0, under the forcing `phase`.
-    pub(crate) fn land(&self, phase: Trig, state: &State) -> Next {
-        let i = self.instant(phase, state);
-        let free = i.free();
-        let noise = i.noise();
-        let rubs = self.friction > 0.0 && i.sin != 0.0;
-        if rubs && i.v1 != 0.0 && self.slip_inertia(i.sin, i.cos, i.v1.signum()) == 0.0 {
+impl ContactInstant {
+    /// What the bodies do from here; `falls`: whether in this mode a contact force of 0 falls.
+    pub fn land(&self, falls: impl FnOnce(ContactMode) -> bool) -> Next {
+        let Self { contact, gap_noise, .. } = self;
+        let (at, free) = (&contact.at, contact.gap_acceleration);
+        let rubs = at.friction > 0.0 && at.scale != 0.0;
+        if rubs && at.slip != 0.0 && slip_inertia(at, at.slip.signum()) == 0.0 {
             // Pressed together no force fits; pulled apart, flight and contact do.
-            return self.no_force_fits();
+            return no_force_fits(at);
         }
-        if free < -noise {
+        if free < -gap_noise {
             let ambiguous = rubs
-                && i.v1 == 0.0
-                && self.slip_inertia(i.sin, i.cos, -i.cos.signum()) == 0.0
-                && self.sticks(&i);
-            return if ambiguous { self.no_force_fits() } else { Next::Separate };
+                && at.slip == 0.0
+                && slip_inertia(at, -at.coupling.signum()) == 0.0
+                && self.sticks();
+            return if ambiguous { no_force_fits(at) } else { Next::Separate };
         }
-        let next = if i.v1 != 0.0 {
-            self.slide(&i, i.v1)
-        } else if self.is_wall_at_rest(state) || (rubs && self.sticks(&i)) || self.balances(&i) {
+        let next = if at.slip != 0.0 {
+            self.slide(at.slip)
+        } else if self.wall_at_rest || (rubs && self.sticks()) || self.balances() {
             Next::Hold(ContactMode::Stick)
         } else {
-            // s = sgn(a1 - p_s cos x1); without friction this is the sign of x1'' too. Against a
-            // wall the tip follows it: x1'' cos x1 = a2.
-            self.slide(&i, self.mass_ratio * i.a1 + i.a2 * i.cos)
+            // s = sgn(alpha - p_s b/h); without friction this is the sign of w' too. Against a wall the
+            // tip follows it.
+            self.slide(contact.slip_drive(0.0))
         };
-        if free <= noise {
+        match next {
             // p = 0 to rounding: its growth decides.
-            let falls = match next {
-                Next::Hold(ContactMode::Stick) => stick::falls(self, phase, state),
-                Next::Hold(mode) => SlideStep::new(self, phase, state, mode).falls(),
-                _ => false,
-            };
-            if falls {
-                return Next::Release;
-            }
+            Next::Hold(mode) if free <= *gap_noise && falls(mode) => Next::Release,
+            next => next,
         }
-        next
     }
 
-    fn slide(&self, i: &Instant, direction: f64) -> Next {
-        if self.slip_inertia(i.sin, i.cos, direction.signum()) == 0.0 {
-            return self.no_force_fits();
+    fn slide(&self, direction: f64) -> Next {
+        let at = &self.contact.at;
+        if slip_inertia(at, direction.signum()) == 0.0 {
+            return no_force_fits(at);
         }
         Next::Hold(ContactMode::slide(direction))
     }
 
-    /// Whether friction can hold the tip at x1' = 0: p_s = -a2/mbar >= 0 in the cone. Multiplied
-    /// by mbar.
-    fn sticks(&self, i: &Instant) -> bool {
-        !self.is_wall()
-            && i.a2 <= 0.0
-            && (self.mass_ratio * i.a1 + i.a2 * i.cos).abs() <= -self.friction * i.a2 * i.sin.abs()
+    /// Whether friction can hold the tip at w = 0: p_s = -beta/m >= 0 in the cone. Multiplied by m.
+    fn sticks(&self) -> bool {
+        let ClosedContact { at, parting_acceleration, .. } = &self.contact;
+        let cone = -at.friction * parting_acceleration * at.scale.abs();
+        !at.is_against_wall()
+            && *parting_acceleration <= 0.0
+            && self.contact.slip_drive(0.0).abs() <= cone
     }
 
-    /// Whether a constant load leaves the bodies where they are, without friction.
-    fn balances(&self, i: &Instant) -> bool {
-        let unforced = self.moment_amplitude == 0.0 && self.force_amplitude == 0.0;
-        !self.is_wall()
-            && (self.drive_frequency == 0.0 || unforced)
-            && self.mass_ratio * i.a1 + i.a2 * i.cos == 0.0
+    /// Whether constant loads leave the bodies where they are, without friction.
+    fn balances(&self) -> bool {
+        !self.contact.at.is_against_wall()
+            && self.constant_loads
+            && self.contact.slip_drive(0.0) == 0.0
     }
 
     /// Contact force in a mode.
-    pub(crate) fn contact_force(
-        &self,
-        phase: Trig,
-        state: &State,
-        mode: ContactMode,
-    ) -> ContactForce {
-        let i = self.instant(phase, state);
+    pub fn force(&self, mode: ContactMode) -> ContactForce {
+        let ClosedContact { at, slip_acceleration, parting_acceleration, gap_acceleration } =
+            &self.contact;
         if mode == ContactMode::Stick {
-            let (normal, tangential) = match self.second_body() {
-                SecondBody::Wall => (i.a1 / i.cos, 0.0),
-                SecondBody::Free { mass_ratio } => {
-                    let normal = -i.a2 / mass_ratio;
-                    // On sin x1 = 0 friction has no moment.
-                    let held = if i.sin == 0.0 { 0.0 } else { (normal * i.cos - i.a1) / i.sin };
-                    (normal, held)
-                }
+            let (normal, tangential) = if at.is_against_wall() {
+                (slip_acceleration / at.coupling, 0.0)
+            } else {
+                let normal = -parting_acceleration / at.mobility;
+                // Where h = 0 friction does not act on w.
+                let held = (normal * at.coupling - slip_acceleration) / at.scale;
+                (normal, if at.scale == 0.0 { 0.0 } else { held })
             };
             return ContactForce { normal: normal.max(0.0), tangential };
         }
         let direction = mode.direction();
-        let friction = self.friction * direction;
-        let inertia = self.mass_ratio + (i.cos + friction * i.sin.abs()) * i.cos;
-        let free = i.free();
-        let normal = (free / inertia).max(0.0);
-        // On sin x1 = 0: the side the tip slides to.
-        let side = if i.sin == 0.0 { direction * i.cos } else { i.sin };
+        let inertia = at.mobility + at.slip_rate(direction) * at.coupling;
+        let normal = (gap_acceleration / inertia).max(0.0);
+        // Where h = 0: the side the tip slides to.
+        let side = if at.scale == 0.0 { direction * self.scale_slope } else { at.scale };
+        let friction = at.friction * direction;
         let tangential = if friction == 0.0 { 0.0 } else { -friction * side.signum() * normal };
         ContactForce { normal, tangential }
     }
 
-    /// x1' at the accumulation point of bounces that slide, to leading order, time `left` after an
-    /// impact with separation velocity u: x1' + a1 T - k S, S = (1 + q) u/((1 - q)(mbar + k cos x1)).
-    pub(crate) fn after_bounces(
-        &self,
-        phase: Trig,
-        state: &State,
-        u: f64,
-        q: f64,
-        left: f64,
-    ) -> f64 {
-        let i = self.instant(phase, state);
-        let friction = (self.friction * i.sin.abs()).copysign(i.v1);
-        let k = i.cos + friction;
-        let impulse = (1.0 + q) * u / ((1.0 - q) * (self.mass_ratio + k * i.cos));
-        state.v1 + i.a1 * left - k * impulse
-    }
-
-    /// A state with g = 0 to rounding, moved onto the contact so that rounding does not add up.
-    /// What a wall (mbar = 0) does is not touched.
-    pub(crate) fn touching(&self, state: State) -> State {
-        self.touching_at(state).0
-    }
-
-    /// The same with sine and cosine of its x1.
-    #[inline(always)]
-    #[allow(clippy::inline_always)]
-    pub(crate) fn touching_at(&self, state: State) -> (State, Angle) {
-        let angle = self.contact.angle(state.x1);
-        let tip = self.contact.tip(state.x1, angle);
-        if self.is_wall() && angle.cos.abs() > WALL_SLOPE {
-            let x1 = state.x1 - (tip - state.x2 - self.gap) / angle.cos;
-            return (State { x1, ..state }, self.contact.angle(x1));
-        }
-        (State { x2: tip - self.gap, ..state }, angle)
-    }
-
-    /// The same with g' = 0.
-    pub(crate) fn landed(&self, state: State) -> State {
-        let state = self.touching(state);
-        let slope = self.tip_slope(state.x1);
-        if self.is_wall() && slope.abs() > WALL_SLOPE {
-            return State { v1: state.v2 / slope, ..state };
-        }
-        // As an impact does it: what the impulses of the last bounces have left is small beside the
-        // motion, but not beside its rounding.
-        let friction = self.friction * self.contact.angle(state.x1).sin.abs();
-        let k = slope + if state.v1 == 0.0 { 0.0 } else { friction.copysign(state.v1) };
-        let change = k * (state.v1 * slope - state.v2) / (self.mass_ratio + k * slope);
-        let small = change.abs() <= 1e-3 * state.v1.abs();
-        let v1 = if !self.is_wall() && small { state.v1 - change } else { state.v1 };
-        State { v1, v2: v1 * slope, ..state }
+    /// w at the accumulation point of bounces that slip, to leading order, time `left` after an impact
+    /// with separation velocity u: w + alpha T - k S, S = (1 + q) u/((1 - q)(m + k b/h)).
+    pub fn slip_after_bounces(&self, u: f64, q: f64, left: f64) -> f64 {
+        let ClosedContact { at, slip_acceleration, .. } = &self.contact;
+        let k = at.slip_rate(1f64.copysign(at.slip));
+        let impulse = (1.0 + q) * u / ((1.0 - q) * (at.mobility + k * at.coupling));
+        at.slip + slip_acceleration * left - k * impulse
     }
 }

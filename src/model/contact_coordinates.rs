@@ -92,6 +92,12 @@ impl<T: Number> ContactCoordinates<T> {
         self.slip * self.coupling - self.parting
     }
 
+    /// Whether the other body is a wall: m = 0.
+    #[inline(always)]
+    pub(crate) fn is_against_wall(&self) -> bool {
+        self.mobility.value() == 0.0
+    }
+
     /// mu |h|: -dw/dP by friction.
     #[inline(always)]
     pub(crate) fn grip(&self) -> T {

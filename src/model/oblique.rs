@@ -9,9 +9,11 @@
 //! Formulas that are needed with derivatives too are generic in the number.
 
 use crate::model::angle::Angle;
+use crate::model::contact_coordinates::{ContactCoordinates, PreImpact};
 use crate::model::parameters::{Contact, Parameters, System};
 use crate::model::state::State;
 use crate::numerics::dual::Number;
+use crate::numerics::tolerance::WALL_SLOPE;
 
 /// One body between contacts: x'' = f cos psi - 2 zeta w x' - w^2 x.
 #[derive(Debug, Clone, Copy)]
@@ -188,6 +190,47 @@ impl System {
     /// The state on the contact that has this x1 and x1'.
     pub(crate) fn on_contact(&self, x1: f64, v1: f64) -> State {
         State { x1, v1, x2: self.tip(x1) - self.gap, v2: v1 * self.tip_slope(x1) }
+    }
+
+    /// A state with g = 0 to rounding, moved onto the contact so that rounding does not add up.
+    /// What a wall (mbar = 0) does is not touched.
+    pub(crate) fn touching(&self, state: State) -> State {
+        self.touching_at(state).0
+    }
+
+    /// As [`System::touching`], with sine and cosine of its x1.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn touching_at(&self, state: State) -> (State, Angle) {
+        let angle = self.contact.angle(state.x1);
+        let tip = self.contact.tip(state.x1, angle);
+        if self.is_wall() && angle.cos.abs() > WALL_SLOPE {
+            let x1 = state.x1 - (tip - state.x2 - self.gap) / angle.cos;
+            return (State { x1, ..state }, self.contact.angle(x1));
+        }
+        (State { x2: tip - self.gap, ..state }, angle)
+    }
+
+    /// A state with g = g' = 0 to rounding, moved onto the contact with g' = 0.
+    pub(crate) fn landed(&self, state: State) -> State {
+        let state = self.touching(state);
+        let slope = self.tip_slope(state.x1);
+        if self.is_wall() && slope.abs() > WALL_SLOPE {
+            return State { v1: state.v2 / slope, ..state };
+        }
+        // As an impact does it: what the impulses of the last bounces have left is small beside the
+        // motion, but not beside its rounding.
+        let at = self.tip_contact(&state);
+        let k = at.slip_rate(if at.slip == 0.0 { 0.0 } else { at.slip.signum() });
+        let change = k * at.approach_velocity() / (at.mobility + k * at.coupling);
+        let small = change.abs() <= 1e-3 * state.v1.abs();
+        let v1 = if !self.is_wall() && small { state.v1 - change } else { state.v1 };
+        State { v1, v2: v1 * slope, ..state }
+    }
+
+    /// The contact of the tip with body 2 in a state.
+    pub(crate) fn tip_contact(&self, state: &State) -> ContactCoordinates<f64> {
+        PreImpact::new(self.contact, state).coordinates(self.mass_ratio, self.friction)
     }
 }
 

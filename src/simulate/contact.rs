@@ -2,9 +2,7 @@
 
 use super::{Completion, FlightStart, Horizon, Observer, Phase, Simulation, Turn};
 use crate::contact::chatter::Limit;
-use crate::contact::sustained::{
-    ContactForce, ContactMode, Next, SlideEnd, SlideStep, next_change,
-};
+use crate::contact::sustained::{ContactForce, ContactMode, Next, SlideEnd};
 use crate::flight::Touch;
 use crate::model::error::SimulationError;
 use crate::model::state::{Clock, State};
@@ -71,10 +69,10 @@ impl Simulation {
             let v1 = if self.point.monitor.stopped {
                 0.0
             } else {
-                self.system.after_bounces(phase, &state, u, ratio, time)
+                self.system.slip_after_bounces(phase, &state, (u, ratio), time)
             };
-            let limit =
-                Limit { time, x1: state.x1 + state.v1 * time, v1, ratio, error: time * time };
+            let others = [state.x1 + state.v1 * time, state.v2];
+            let limit = Limit { time, slip: v1, others, ratio, error: time * time };
             let mut completion = self.completion(&limit, &state, second);
             if completion.error > self.chatter_tolerance.max(DEFAULT_TOLERANCE) {
                 // g'' so small that the accumulation point is not certain: bounces as low as this
@@ -203,14 +201,14 @@ impl Simulation {
 
     fn slide<O: Observer>(&mut self, mode: ContactMode, observer: &mut O) -> Turn {
         let super::Anchor { clock, state, .. } = self.point.anchor;
-        let step = SlideStep::new(&self.system, self.motion.drive.trig_at(clock), &state, mode);
+        let step = self.system.slide(self.motion.drive.trig_at(clock), &state, mode);
         if step.stalls(self.motion.span) {
             return Some(Err(self.fail(true)));
         }
         if !step.is_finite() {
             // Either the force grows beyond all bounds where the tip's reach ends, or the loads do.
             if step.is_at_reach() {
-                return self.go_over(clock, state, self.system.no_force_fits(), true);
+                return self.go_over(clock, state, self.system.no_force_fits(&state), true);
             }
             return Some(Err(self.fail(false)));
         }
@@ -251,13 +249,15 @@ impl Simulation {
                 let next = self.system.land(self.motion.drive.trig_at(clock), &state);
                 self.go_over(clock, state, next, true)
             }
-            SlideEnd::Painleve => self.go_over(clock, state, self.system.no_force_fits(), true),
+            SlideEnd::Painleve => {
+                self.go_over(clock, state, self.system.no_force_fits(&state), true)
+            }
         }
     }
 
     fn stick<O: Observer>(&mut self, observer: &mut O) -> Turn {
         let super::Anchor { clock, state, .. } = self.point.anchor;
-        let change = next_change(&self.system, &self.motion.drive, clock, &state);
+        let change = self.system.stick(&state).next_change(self.motion.drive.trig_at(clock));
         if change.is_none() && matches!(self.horizon, Horizon::Impacts { .. }) {
             return Some(Ok(self.stop(
                 clock,

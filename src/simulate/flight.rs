@@ -3,7 +3,7 @@
 #![allow(clippy::inline_always)] // a flight is compiled for several instruction sets
 
 use super::{Anchor, Checkpoint, Completion, FlightStart, Observer, Phase, Simulation, Turn};
-use crate::contact::chatter::Limit;
+use crate::contact::chatter::{Bounce, Limit};
 use crate::contact::sustained::Next;
 use crate::flight::Flight;
 use crate::flight::gap::first_contact;
@@ -274,7 +274,19 @@ impl Simulation {
     fn chatter_ahead(&mut self, clock: Clock, impact: &Impact) -> Option<Completion> {
         let post = self.point.anchor.state;
         let drive = &self.motion.drive;
-        let limit = self.point.monitor.extrapolate(drive, clock, &post, impact)?;
+        let upper = |x1: f64| self.system.contact.angle(x1).sin > 0.0;
+        let bounce = Bounce {
+            regime: impact.regime.kind(),
+            separation: -impact.separation_velocity,
+            clock,
+            slip: post.v1,
+            upper: upper(post.x1),
+            others: [post.x1, post.v2],
+        };
+        let limit = self.point.monitor.extrapolate(drive, &bounce)?;
+        if bounce.regime == RegimeKind::Slip && upper(limit.others[0]) != bounce.upper {
+            return None;
+        }
         let gap = self.motion.contact_gap(&self.flight);
         if gap.second <= 0.0 {
             return None;
@@ -297,14 +309,18 @@ impl Simulation {
     pub(super) fn completion(&self, limit: &Limit, post: &State, second: f64) -> Completion {
         let drive = &self.motion.drive;
         let clock = drive.advance(self.flight.clock, DoubleDouble::new(limit.time));
-        let mut error = limit.error + limit.rounding(post, second);
+        let size = post.to_array().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+        // A rounded x1 turns x1' cos x1 by |x1 x1'| roundings.
+        let speed = post.v1.abs() * (1.0 + post.x1.abs()) + post.v2.abs();
+        let mut error = limit.error + limit.rounding(size, speed, second);
+        let (x1, v1) = (limit.others[0], limit.slip);
         let state = if self.system.is_wall() {
             // The wall's own motion, which x1' = x2'/cos x1 magnifies.
-            error /= self.system.tip_slope(limit.x1).powi(2);
+            error /= self.system.tip_slope(x1).powi(2);
             let free = self.motion.state_at(&self.flight, limit.time);
-            self.system.landed(State { x1: limit.x1, v1: limit.v1, ..free })
+            self.system.landed(State { x1, v1, ..free })
         } else {
-            self.system.on_contact(limit.x1, limit.v1)
+            self.system.on_contact(x1, v1)
         };
         let resolution = EPS * clock.time_in_period.max(1.0);
         Completion {

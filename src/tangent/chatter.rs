@@ -2,7 +2,7 @@
 //!
 //! Time and state just after the impacts of one sequence are smooth functions of the separation
 //! velocity u. The bounces are followed one by one, with their derivatives, and extrapolated to
-//! u = 0 by Neville's scheme (chatter.rs) written for numbers that carry derivatives: the derivative
+//! u = 0 by the same polynomials for numbers that carry derivatives: the derivative
 //! of the extrapolated value, which converges as the value does.
 
 use super::border::{BorderValue, note_least};
@@ -13,6 +13,7 @@ use crate::impact::{PreImpact, RegimeKind, resolve};
 use crate::model::state::{Clock, State};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
+use crate::numerics::extrapolation::at_zero;
 use crate::numerics::tolerance::{CHATTER_SPACING, EPS};
 use crate::search::Start;
 use crate::tangent::itinerary::Signs;
@@ -65,7 +66,9 @@ pub(crate) fn accumulate(
             samples.push((u, [passed, state.x1 - start.x1, state.v1 - start.v1]));
             let newest = &samples[samples.len().saturating_sub(MOST)..];
             if newest.len() >= 4 {
-                let (limit, lower) = (at_zero(newest), at_zero(&newest[1..]));
+                let (nodes, values): (Vec<_>, Vec<_>) = newest.iter().rev().copied().unzip();
+                let through = |count: usize| at_zero(&nodes[..count], values.clone());
+                let (limit, lower) = (through(nodes.len()), through(nodes.len() - 1));
                 let differences = limit.iter().zip(&lower).map(|(a, b)| (a.value - b.value).abs());
                 let difference = differences.fold(0.0, f64::max);
                 if best.is_none_or(|(least, _)| difference < least) {
@@ -166,18 +169,4 @@ fn next_touch(model: &Model, mut state: State, mut clock: Clock) -> Option<(f64,
         before += passed;
     }
     None
-}
-
-/// The polynomials through the samples at u = 0 (Neville's scheme).
-fn at_zero(samples: &[Sample]) -> [Dual; 3] {
-    let mut table: Vec<[Dual; 3]> = samples.iter().map(|sample| sample.1).collect();
-    for level in 1..samples.len() {
-        for i in 0..samples.len() - level {
-            let (far, near) = (samples[i].0, samples[i + level].0);
-            let weight = near / (far - near);
-            let (older, newer) = (table[i], table[i + 1]);
-            table[i] = std::array::from_fn(|c| newer[c] + (newer[c] - older[c]) * weight);
-        }
-    }
-    table[0]
 }

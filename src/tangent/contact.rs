@@ -3,7 +3,7 @@
 
 use super::{Dual, DualState, Model, Moment};
 use crate::contact::sustained::{ContactMode, SlideEnd, SlideStep};
-use crate::model::angle::Angle;
+use crate::contact::tip::slide_with_derivatives;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
 use crate::tangent::border::{Border, BorderValue, note_least};
@@ -24,9 +24,8 @@ pub(crate) fn slide(
     let (mut x1, mut v1, mut at, mut left) = (state.x1, state.v1, *moment, s);
     for _ in 0..STEPS {
         let values = model.system.on_contact(x1.value, v1.value);
-        let step =
-            SlideStep::new(&model.system, model.motion.drive.trig_at(at.clock()), &values, mode);
-        let series = step.with_derivatives(&model.parameters, model.load(&at), x1, v1);
+        let step = model.system.slide(model.motion.drive.trig_at(at.clock()), &values, mode);
+        let series = slide_with_derivatives(&step, &model.parameters, model.load(&at), (x1, v1));
         // The friction's side changes at sin x1 = 0, where friction vanishes: no jump in the
         // equation, none in the derivatives.
         let length = match step.end() {
@@ -67,7 +66,7 @@ pub(crate) fn least_in_slide(
     let mut before: Option<(SlideStep, f64)> = None;
     for _ in 0..STEPS {
         let start = model.system.on_contact(x1, v1);
-        let step = SlideStep::new(&model.system, model.motion.drive.trig_at(clock), &start, mode);
+        let step = model.system.slide(model.motion.drive.trig_at(clock), &start, mode);
         let end = match step.end() {
             (time, SlideEnd::Side) => time,
             _ => step.length(),
@@ -197,22 +196,20 @@ fn stick_limits(
     state: &DualState,
     moment: &Moment,
 ) -> Vec<(StickEnd, Border, Dual)> {
-    let p = &model.parameters;
-    let Angle { sin, cos } = model.angle(state.x1);
-    let (a1, a2) = model.free_accelerations(state, moment);
-    if model.system.is_wall() {
+    let angle = model.angle(state.x1);
+    let accelerations = model.free_accelerations(state, moment);
+    let (velocities, side) = ((state.v1, state.v2), 1f64.copysign(angle.sin.value));
+    let contact = model.parameters.closed_contact(angle, velocities, accelerations, side);
+    if contact.at.is_against_wall() {
         // A wall at rest: p = a1/cos x1.
-        return vec![(StickEnd::Release, Border::ForceInStick, a1 * cos)];
+        let force = contact.slip_acceleration * contact.at.coupling;
+        return vec![(StickEnd::Release, Border::ForceInStick, force)];
     }
-    let side = 1f64.copysign(sin.value);
     // s (mbar a1 + a2 k) < 0 holds the tip against slip in direction s.
-    let held = |direction: f64| {
-        let k = cos + p.friction * (direction * side) * sin;
-        (p.mass_ratio * a1 + a2 * k) * -direction
-    };
+    let held = |direction: f64| contact.slip_drive(direction) * -direction;
     vec![
         (StickEnd::SlipPositive, Border::HoldPositive, held(1.0)),
         (StickEnd::SlipNegative, Border::HoldNegative, held(-1.0)),
-        (StickEnd::Release, Border::ForceInStick, -a2),
+        (StickEnd::Release, Border::ForceInStick, -contact.parting_acceleration),
     ]
 }

@@ -1,42 +1,54 @@
 //! Sliding on the contact: one step of the one-dimensional equation of motion by its Taylor series,
 //! and the first event in it.
 //!
-//! Equations of `contact/sustained.rs`; the coefficients follow by the recursions of automatic differentiation
-//! (Jorba & Zou (2005), Exp. Math. 14, 99), sums of products and one quotient. The series is the
-//! dense output too: on it the events are found by the majorant search of the contact detection,
-//! which cannot step over a root. The side of sin x1 = 0 and the direction of slip are constants of
-//! a step, so that |sin x1| and sgn x1' have no kink in it. docs/contact-phase.md measures all this
-//! against a general integrator.
+//! Equations of `contact/sustained.rs`; the coefficients follow by the recursions of automatic
+//! differentiation (Jorba & Zou (2005), Exp. Math. 14, 99), sums of products and one quotient. Those of
+//! the free accelerations come from the model ([`Sliding`]). The series is the dense output too: on it
+//! the events are found by the majorant search of the contact detection, which cannot step over a root.
+//! The side of h = 0 and the direction of slip are constants of a step, so that |h| and sgn w have no
+//! kink in it. docs/contact-phase.md measures all this against a general integrator.
 
-use std::f64::consts::PI;
-
-use super::ContactMode;
-use crate::flight::Trig;
-use crate::model::angle::Angle;
-use crate::model::parameters::{Contact, Parameters, System};
-use crate::model::state::State;
+use super::{ContactInstant, ContactMode, painleve_level};
+use crate::model::contact_coordinates::ContactCoordinates;
+use crate::numerics::EPS;
 use crate::numerics::dual::Number;
 use crate::numerics::majorant::first_root;
-use crate::numerics::tolerance::{CONTACT_ANGLE, EPS, FORCE_NOISE, LEAST_STEP, REACH_LEVEL};
+use crate::numerics::tolerance::{CONTACT_ANGLE, LEAST_STEP, REACH_LEVEL};
 
-/// Order of the series of x1.
-pub(super) const ORDER: usize = 24;
+/// Order of the series of the displacement along the contact.
+pub(crate) const ORDER: usize = 24;
 /// Order of the series of the force, two derivatives less.
 const FORCED: usize = ORDER - 2;
 
-type Series<T> = [T; ORDER + 1];
+pub(crate) type Series<T> = [T; ORDER + 1];
+
+/// Coefficients of one order: of w' and g'' without a contact force, of b/h and of h.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SlideTerm<T> {
+    pub slip_acceleration: T,
+    pub gap_acceleration: T,
+    pub coupling: T,
+    pub scale: T,
+}
+
+/// Bodies that slide along one another on g = 0, in a unit of time of their own.
+pub(crate) trait Sliding<T> {
+    /// Coefficients n along a slide whose displacement x and velocity w are known up to n. Asked in turn
+    /// for n = 0, 1, ...
+    fn term(&mut self, n: usize, x: &Series<T>, w: &Series<T>) -> SlideTerm<T>;
+}
 
 /// The series of a step, in time over `unit`, in which the motion is of order one: in plain time
 /// the coefficients of a tip driven to the end of its reach overflow.
 #[derive(Debug, Clone)]
 pub(crate) struct SlideSeries<T> {
     x: Series<T>,
-    v: Series<T>,
-    /// sin x1 (direct: 0).
-    sin: Series<T>,
-    /// p (mbar + k cos x1): the free gap acceleration.
+    w: Series<T>,
+    /// h.
+    scale: Series<T>,
+    /// p (m + k b/h): the free g''.
     free: Series<T>,
-    /// mbar + k cos x1.
+    /// m + k b/h.
     inertia: Series<T>,
     /// k at the start.
     k: T,
@@ -51,11 +63,12 @@ pub(crate) struct SlideStep {
     /// Length of the step, in `unit`.
     reach: f64,
     mode: ContactMode,
-    /// sgn(sin x1), 0 where friction plays no part.
+    /// sgn h, 0 where friction plays no part.
     side: f64,
-    /// Rounding of `free` and of x1''.
+    /// Rounding of `free`, of w' and of h.
     noise: f64,
     acceleration_noise: f64,
+    scale_noise: f64,
     least_inertia: f64,
 }
 
@@ -66,11 +79,11 @@ pub(crate) enum SlideEnd {
     Continues,
     /// p falls through 0.
     Released,
-    /// x1' reaches 0 (with friction only).
+    /// w reaches 0 (with friction only).
     Stopped,
-    /// sin x1 = 0: the friction's side changes.
+    /// h = 0: the friction's side changes.
     Side,
-    /// mbar + k cos x1 reaches 0.
+    /// m + k b/h reaches 0.
     Painleve,
 }
 
@@ -82,119 +95,89 @@ impl SlideEnd {
 }
 
 /// Coefficient n of a product.
-fn product<T: Number>(a: &Series<T>, b: &Series<T>, n: usize) -> T {
+pub(crate) fn product<T: Number>(a: &Series<T>, b: &Series<T>, n: usize) -> T {
     (0..=n).fold(T::constant(0.0), |sum, j| sum + a[j] * b[n - j])
-}
-/// The equation of a slide, with or without derivatives.
-struct Equation<'a, T> {
-    parameters: &'a Parameters<T>,
-    /// s sgn(sin x1): k = cos x1 + mu s |sin x1|.
-    slip: f64,
-    unit: f64,
-}
-
-impl<T: Number> Equation<'_, T> {
-    /// The series from a forcing phase (its cosine and sine), x1 and x1'.
-    fn series(&self, (cos_psi, sin_psi): (T, T), x1: T, v1: T) -> SlideSeries<T> {
-        let &Self { parameters: p, slip, unit } = self;
-        let oblique = p.contact == Contact::Oblique;
-        let (pendulum, oscillator) =
-            (p.pendulum().in_units_of(unit), p.oscillator().in_units_of(unit));
-        let omega = p.drive_frequency * unit;
-        let friction = p.friction * slip;
-        let zero = [T::constant(0.0); ORDER + 1];
-        let (mut x, mut v, mut sin, mut cos) = (zero, zero, zero, zero);
-        let (mut a1, mut k, mut square) = (zero, zero, zero);
-        let (mut free, mut inertia, mut force) = (zero, zero, zero);
-        (x[0], x[1], v[0]) = (x1, v1 * unit, v1 * unit);
-        Angle { sin: sin[0], cos: cos[0] } = p.contact.angle(x1);
-        // Coefficients of cos psi by (cos psi)'' = -omega^2 cos psi.
-        let (mut load, mut next_load) = (cos_psi, -omega * sin_psi);
-        for n in 0..=FORCED {
-            let order = (n + 1) as f64;
-            let over = |numerator: T, divisor: f64| numerator / T::constant(divisor);
-            // (n + 1) sin_(n+1): the rate of the tip, x2' too.
-            let tip_rate = if oblique {
-                let rate = product(&cos, &v, n);
-                cos[n + 1] = over(-product(&sin, &v, n), order);
-                sin[n + 1] = over(rate, order);
-                rate
-            } else {
-                v[n]
-            };
-            let tip = if oblique { sin[n] } else { x[n] };
-            let place = if n == 0 { tip - p.gap } else { tip };
-            a1[n] = pendulum.acceleration(x[n], v[n], load);
-            let a2 = oscillator.acceleration(place, tip_rate, load);
-            k[n] = cos[n] + friction * sin[n];
-            let slope = product(&k, &cos, n);
-            inertia[n] = if n == 0 { p.mass_ratio + slope } else { slope };
-            square[n] = product(&v, &v, n);
-            let (pull, turn) = (product(&a1, &cos, n), product(&square, &sin, n));
-            free[n] = pull - turn - a2;
-            let earlier = (1..=n).fold(T::constant(0.0), |sum, j| sum + inertia[j] * force[n - j]);
-            force[n] = (free[n] - earlier) / inertia[0];
-            let acceleration = a1[n] - product(&k, &force, n);
-            v[n + 1] = over(acceleration, order);
-            x[n + 2] = over(v[n + 1], order + 1.0);
-            (load, next_load) = (next_load, over(-omega * omega * load, order * (order + 1.0)));
-        }
-        SlideSeries { x, v, sin, free, inertia, k: k[0], unit }
-    }
 }
 
 impl<T: Number> SlideSeries<T> {
-    /// x1 and x1' at local time s.
+    /// The slide of `bodies` from x and w on: w' = alpha - k p; `slip`: s sgn h, in k = b/h + mu s |h|.
+    fn new(
+        mut bodies: impl Sliding<T>,
+        at: &ContactCoordinates<T>,
+        slip: f64,
+        unit: f64,
+        start: T,
+    ) -> Self {
+        let friction = at.friction * slip;
+        let zero = [T::constant(0.0); ORDER + 1];
+        let (mut x, mut w, mut coupling, mut scale) = (zero, zero, zero, zero);
+        let (mut k, mut free, mut inertia, mut force) = (zero, zero, zero, zero);
+        (x[0], x[1], w[0]) = (start, at.slip * unit, at.slip * unit);
+        for n in 0..=FORCED {
+            let order = (n + 1) as f64;
+            let over = |numerator: T, divisor: f64| numerator / T::constant(divisor);
+            let term = bodies.term(n, &x, &w);
+            (coupling[n], scale[n], free[n]) = (term.coupling, term.scale, term.gap_acceleration);
+            k[n] = coupling[n] + friction * scale[n];
+            let slope = product(&k, &coupling, n);
+            inertia[n] = if n == 0 { at.mobility + slope } else { slope };
+            let earlier = (1..=n).fold(T::constant(0.0), |sum, j| sum + inertia[j] * force[n - j]);
+            force[n] = (free[n] - earlier) / inertia[0];
+            let acceleration = term.slip_acceleration - product(&k, &force, n);
+            w[n + 1] = over(acceleration, order);
+            x[n + 2] = over(w[n + 1], order + 1.0);
+        }
+        Self { x, w, scale, free, inertia, k: k[0], unit }
+    }
+
+    /// x and w at local time s.
     pub fn at(&self, s: T) -> (T, T) {
         let unit = T::constant(self.unit);
         let s = s / unit;
-        (value(&self.x, s), value(&self.v, s) / unit)
+        (value(&self.x, s), value(&self.w, s) / unit)
     }
 }
 
 impl SlideStep {
-    pub fn new(system: &System, phase: Trig, state: &State, mode: ContactMode) -> Self {
-        let fastest = system.fastest_rate();
-        let oblique = system.contact == Contact::Oblique;
-        let turning = if oblique { state.v1.abs() } else { 0.0 };
-        let unit = (-(fastest + turning).log2().ceil()).exp2();
+    /// From the displacement `start`; `bodies`: in a unit of time.
+    pub fn new<S: Sliding<f64>>(
+        now: &ContactInstant,
+        mode: ContactMode,
+        start: f64,
+        bodies: impl FnOnce(f64) -> S,
+    ) -> Self {
+        let (at, fastest) = (&now.contact.at, now.fastest);
+        let unit = (-(fastest + now.turning).log2().ceil()).exp2();
         let square_unit = unit * unit;
-        let Angle { sin: sin0, cos: cos0 } = system.contact.angle(state.x1);
-        let rubs = system.friction > 0.0;
-        let side = if !rubs {
+        let side = if at.friction == 0.0 {
             0.0
-        } else if near_kink(state.x1, sin0) {
-            // On the line: the side the tip slides to. Its velocity may be against the mode by rounding.
-            let velocity = if state.v1 == 0.0 { mode.direction() } else { state.v1 };
-            1f64.copysign(velocity * cos0)
+        } else if at.scale.abs() <= now.scale_noise {
+            // On h = 0: the side the tip slides to. Its velocity may be against the mode by rounding.
+            let velocity = if at.slip == 0.0 { mode.direction() } else { at.slip };
+            1f64.copysign(velocity * now.scale_slope)
         } else {
-            1f64.copysign(sin0)
+            1f64.copysign(at.scale)
         };
         let slip = mode.direction() * side;
-        let parameters = system.parameters(|_, value| value);
-        let equation = Equation { parameters: &parameters, slip, unit };
-        let series = equation.series((phase.cos, phase.sin), state.x1, state.v1);
-        let (v, free, k, inertia) = (series.v, series.free, series.k, series.inertia);
-        let omega = system.drive_frequency * unit;
-        // The phase is rounded: the instant itself is known to this.
-        let instant_noise = if omega > 0.0 { 2.0 * PI * EPS / omega } else { 0.0 };
-        let instant = system.instant(phase, state);
-        let friction = system.friction * slip;
-        let terms = system.mass_ratio + (cos0.abs() + friction.abs() * sin0.abs()) * cos0.abs();
+        let series = SlideSeries::new(bodies(unit), at, slip, unit, start);
+        let (w, free, k, inertia) = (&series.w, &series.free, series.k, &series.inertia);
+        let instant_noise = now.clock_noise / unit;
+        let gap_noise = now.gap_noise * square_unit;
         Self {
-            reach: reach(&series.x, &v, fastest * unit),
+            reach: reach(&series.x, w, fastest * unit),
             mode,
             side,
-            noise: instant.noise() * square_unit + instant_noise * free[1].abs(),
-            acceleration_noise: FORCE_NOISE * EPS * instant.size1 * square_unit
-                + (k / inertia[0]).abs() * instant.noise() * square_unit
-                + instant_noise * 2.0 * v[2].abs(),
-            least_inertia: system.painleve_level(terms),
+            noise: gap_noise + instant_noise * free[1].abs(),
+            acceleration_noise: now.slip_noise * square_unit
+                + (k / inertia[0]).abs() * gap_noise
+                + instant_noise * 2.0 * w[2].abs(),
+            scale_noise: now.scale_noise,
+            least_inertia: painleve_level(at),
             series,
         }
     }
 
-    /// The free gap acceleration p (mbar + k cos x1) at local time s.
+    /// The free gap acceleration p (m + k b/h) at local time s.
     pub fn free_acceleration(&self, s: f64) -> f64 {
         let unit = self.series.unit;
         value(&self.series.free[..=FORCED], s / unit) / (unit * unit)
@@ -202,11 +185,11 @@ impl SlideStep {
 
     /// Whether its series is made of numbers: of a tip that turns or is pressed beyond counting it is not.
     pub fn is_finite(&self) -> bool {
-        self.series.x.iter().chain(&self.series.v).all(|c| c.is_finite())
+        self.series.x.iter().chain(&self.series.w).all(|c| c.is_finite())
     }
 
-    /// Whether mbar + k cos x1 is so small, or negative, that x1 may not resolve what happens: beside a tip at the end of
-    /// its reach body 2 is a wall.
+    /// Whether m + k b/h is so small, or negative, that x may not resolve what happens: beside a tip at
+    /// the end of its reach the other body is a wall.
     pub fn is_at_reach(&self) -> bool {
         self.series.inertia[0] <= REACH_LEVEL
     }
@@ -226,20 +209,19 @@ impl SlideStep {
         self.reach * self.series.unit
     }
 
-    /// The same step with derivatives: cosine and sine of the forcing phase, x1 and x1' at its
-    /// start must have the values it was made with.
-    pub fn with_derivatives<T: Number>(
+    /// The same step with derivatives: `bodies` makes them in this step's unit of time; contact and
+    /// displacement at the start must have the values it was made with.
+    pub fn with_derivatives<T: Number, S: Sliding<T>>(
         &self,
-        parameters: &Parameters<T>,
-        phase: (T, T),
-        x1: T,
-        v1: T,
+        bodies: impl FnOnce(f64) -> S,
+        at: &ContactCoordinates<T>,
+        start: T,
     ) -> SlideSeries<T> {
-        let slip = self.mode.direction() * self.side;
-        Equation { parameters, slip, unit: self.series.unit }.series(phase, x1, v1)
+        let (unit, slip) = (self.series.unit, self.mode.direction() * self.side);
+        SlideSeries::new(bodies(unit), at, slip, unit, start)
     }
 
-    /// x1 and x1' at local time s.
+    /// x and w at local time s.
     pub fn at(&self, s: f64) -> (f64, f64) {
         self.series.at(s)
     }
@@ -268,14 +250,8 @@ impl SlideStep {
         if self.side != 0.0 {
             let direction = self.mode.direction();
             let noise = self.acceleration_noise * self.reach;
-            consider(&self.series.v, ORDER - 1, -direction, noise, SlideEnd::Stopped);
-            consider(
-                &self.series.sin,
-                FORCED,
-                -self.side,
-                kink_noise(self.series.x[0]),
-                SlideEnd::Side,
-            );
+            consider(&self.series.w, ORDER - 1, -direction, noise, SlideEnd::Stopped);
+            consider(&self.series.scale, FORCED, -self.side, self.scale_noise, SlideEnd::Side);
         }
         let mut margin = self.series.inertia;
         margin[0] -= self.least_inertia;
@@ -284,31 +260,22 @@ impl SlideStep {
     }
 }
 
-/// Whether x1 is a multiple of pi to rounding.
-fn near_kink(x1: f64, sin: f64) -> bool {
-    sin.abs() <= kink_noise(x1)
-}
-
-fn kink_noise(x1: f64) -> f64 {
-    2.0 * EPS * x1.abs().max(PI)
-}
-
-/// Step length at which the last two terms of the series of x1 and x1' are below rounding of the
+/// Step length at which the last two terms of the series of x and w are below rounding of the
 /// motion's size, which the first four terms give (Jorba & Zou (2005), section 3.2); by iteration
-/// from the longest step. The terms of x1' are n/h times those of x1: where x1'' changes fast, and
-/// the step is short, they bound it.
-fn reach(x: &Series<f64>, v: &Series<f64>, fastest: f64) -> f64 {
+/// from the longest step. The terms of w are n/h times those of x: where w' changes fast, and the
+/// step is short, they bound it.
+fn reach(x: &Series<f64>, w: &Series<f64>, fastest: f64) -> f64 {
     let size =
         |c: &Series<f64>, s: f64| value(&[c[0].abs(), c[1].abs(), c[2].abs(), c[3].abs()], s);
     let mut step = CONTACT_ANGLE / fastest;
     for _ in 0..4 {
         let displacement = size(x, step);
-        let speed = displacement * fastest + size(v, step);
+        let speed = displacement * fastest + size(w, step);
         for (n, last, scale) in [
             (ORDER, x[ORDER], displacement),
             (ORDER - 1, x[ORDER - 1], displacement),
-            (ORDER - 1, v[ORDER - 1], speed),
-            (ORDER - 2, v[ORDER - 2], speed),
+            (ORDER - 1, w[ORDER - 1], speed),
+            (ORDER - 2, w[ORDER - 2], speed),
         ] {
             if last != 0.0 {
                 step = step.min((EPS * scale / last.abs()).powf(1.0 / n as f64));

@@ -3,13 +3,19 @@
 //! In stick both bodies rest, so cone and contact force are A + B cos psi: the first time at which
 //! one of them falls through its limit is an arc cosine.
 
-use super::{ContactMode, Next};
-use crate::flight::{Drive, Trig};
-use crate::model::angle::Angle;
-use crate::model::oblique::SecondBody;
-use crate::model::parameters::System;
-use crate::model::state::{Clock, State};
-use crate::numerics::tolerance::{EPS, FORCE_NOISE};
+use super::{ClosedContact, ContactMode, Next, no_force_fits, slip_inertia};
+use crate::flight::Trig;
+use crate::numerics::EPS;
+use crate::numerics::tolerance::FORCE_NOISE;
+
+/// Bodies that stick.
+pub(crate) struct Stick {
+    /// The contact where no load acts, and where nothing but loads of cos psi = 1 act.
+    pub unloaded: ClosedContact,
+    pub loads: ClosedContact,
+    /// Of the loads.
+    pub frequency: f64,
+}
 
 /// What must stay negative, alpha + beta cos psi, and what follows where it does not.
 struct Limit {
@@ -20,60 +26,62 @@ struct Limit {
     then: Next,
 }
 
-fn limits(system: &System, state: &State) -> Vec<Limit> {
-    let Angle { sin, cos } = system.contact.angle(state.x1);
-    let (f1, f2) = (system.moment_amplitude, system.force_amplitude);
-    // a1 = A1 + f1 cos psi, a2 = -x2 + f2 cos psi.
-    let (pull, _) = system.free_accelerations(&State { v1: 0.0, v2: 0.0, ..*state }, 0.0);
-    let SecondBody::Free { mass_ratio: m } = system.second_body() else {
-        // A wall at rest: p = a1/cos x1.
-        let (alpha, beta) = (-pull * cos, -f1 * cos);
-        return vec![Limit { alpha, beta, size: alpha.abs() + beta.abs(), then: Next::Release }];
-    };
-    let slip = |direction: f64| {
-        // s (mbar a1 + a2 k) <= 0 holds the tip against slip in direction s.
-        let k = cos + system.friction * sin.abs() * direction;
-        let then = if system.slip_inertia(sin, cos, direction) == 0.0 {
-            system.no_force_fits()
-        } else {
-            Next::Hold(ContactMode::slide(direction))
-        };
-        Limit {
-            alpha: direction * (m * pull - state.x2 * k),
-            beta: direction * (m * f1 + f2 * k),
-            size: m * (pull.abs() + f1.abs()) + (state.x2.abs() + f2.abs()) * k.abs(),
-            then,
+impl Stick {
+    fn limits(&self) -> Vec<Limit> {
+        let Self { unloaded, loads, .. } = self;
+        let at = &unloaded.at;
+        if at.is_against_wall() {
+            // A wall at rest: p = alpha/(b/h).
+            let (alpha, beta) =
+                (-unloaded.slip_acceleration * at.coupling, -loads.slip_acceleration * at.coupling);
+            return vec![Limit {
+                alpha,
+                beta,
+                size: alpha.abs() + beta.abs(),
+                then: Next::Release,
+            }];
         }
-    };
-    // p_s = -a2/mbar >= 0.
-    let size = state.x2.abs() + f2.abs();
-    let force = Limit { alpha: -state.x2, beta: f2, size, then: Next::Release };
-    vec![slip(1.0), slip(-1.0), force]
-}
-
-/// Time until the stick ends, and what follows; `None` if it never does.
-pub(crate) fn next_change(
-    system: &System,
-    drive: &Drive,
-    clock: Clock,
-    state: &State,
-) -> Option<(f64, Next)> {
-    let phase = drive.trig_at(clock);
-    limits(system, state)
-        .into_iter()
-        .filter_map(|limit| Some((limit.crossing(drive.omega, phase)?, limit.then)))
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-}
-
-/// Whether a contact force of 0 (a wall at rest, or a2 = 0) falls.
-pub(super) fn falls(system: &System, phase: Trig, state: &State) -> bool {
-    if system.drive_frequency == 0.0 {
-        return false;
+        let size = |of: fn(&ClosedContact) -> f64| of(unloaded).abs() + of(loads).abs();
+        let parting = size(|contact| contact.parting_acceleration);
+        let slip = |direction: f64| Limit {
+            alpha: direction * unloaded.slip_drive(direction),
+            beta: direction * loads.slip_drive(direction),
+            size: at.mobility * size(|contact| contact.slip_acceleration)
+                + parting * at.slip_rate(direction).abs(),
+            then: if slip_inertia(at, direction) == 0.0 {
+                no_force_fits(at)
+            } else {
+                Next::Hold(ContactMode::slide(direction))
+            },
+        };
+        // p_s = -beta/m >= 0.
+        let force = Limit {
+            alpha: unloaded.parting_acceleration,
+            beta: loads.parting_acceleration,
+            size: parting,
+            then: Next::Release,
+        };
+        vec![slip(1.0), slip(-1.0), force]
     }
-    limits(system, state).iter().filter(|limit| limit.then == Next::Release).any(|limit| {
-        let rate = -limit.beta * phase.sin;
-        rate > 0.0 || (rate == 0.0 && -limit.beta * phase.cos > 0.0)
-    })
+
+    /// Time until the stick ends, and what follows; `None` if it never does.
+    pub fn next_change(&self, phase: Trig) -> Option<(f64, Next)> {
+        self.limits()
+            .into_iter()
+            .filter_map(|limit| Some((limit.crossing(self.frequency, phase)?, limit.then)))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// Whether a contact force of 0 falls.
+    pub fn falls(&self, phase: Trig) -> bool {
+        if self.frequency == 0.0 {
+            return false;
+        }
+        self.limits().iter().filter(|limit| limit.then == Next::Release).any(|limit| {
+            let rate = -limit.beta * phase.sin;
+            rate > 0.0 || (rate == 0.0 && -limit.beta * phase.cos > 0.0)
+        })
+    }
 }
 
 impl Limit {

@@ -179,7 +179,7 @@ impl Slide {
         state: &State,
         mode: ContactMode,
     ) -> Option<Self> {
-        let step = SlideStep::new(&run.system, motion.drive.trig_at(clock), state, mode);
+        let step = run.system.slide(motion.drive.trig_at(clock), state, mode);
         (!step.stalls(motion.span) && step.is_finite()).then_some(Self { clock, step })
     }
 
