@@ -7,6 +7,7 @@ pub(crate) mod lyapunov;
 pub(crate) mod period;
 pub mod shooting;
 pub(crate) mod sweep;
+pub(crate) mod tolerances;
 
 pub use lyapunov::{LyapunovError, Spectrum, lyapunov_spectrum};
 pub use period::{

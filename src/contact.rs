@@ -3,5 +3,6 @@
 pub(crate) mod chatter;
 pub(crate) mod sustained;
 pub(crate) mod tip;
+pub(crate) mod tolerances;
 
 pub use sustained::{ContactForce, ContactMode};

@@ -11,6 +11,7 @@ pub(crate) mod gap;
 mod oscillator;
 mod resonance;
 mod table;
+pub(crate) mod tolerances;
 
 pub(crate) use drive::{Drive, Drives, Trig, Trigs, Turn, turn_within};
 pub use gap::{ContactReport, Found, Touch, next_contact};
@@ -21,6 +22,7 @@ pub(crate) use oscillator::{
 pub(crate) use resonance::{Beat, Beats};
 pub(crate) use table::{Point, States, Table};
 
+use crate::flight::tolerances::CHUNK_TURNS;
 use crate::model::angle::Angle;
 use crate::model::oblique::Body;
 use crate::model::parameters::{Contact, System};
@@ -28,7 +30,6 @@ use crate::model::state::{Clock, State};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary;
 use crate::numerics::lanes::{self, LANES, Lanes};
-use crate::numerics::tolerance::CHUNK_TURNS;
 use crate::search::steps::sextic_remainder;
 use crate::search::tolerances::{FREE_SPANS, SCAN_SPANS, SCAN_STEPS};
 

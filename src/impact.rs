@@ -16,6 +16,7 @@ mod path;
 mod regime;
 #[cfg(test)]
 mod tests;
+pub(crate) mod tolerances;
 
 pub use incremental::{IncrementalError, MAX_INCREMENTS, incremental};
 pub use outcome::{ImpactOutcome, OutcomeError};

@@ -76,7 +76,6 @@ pub use model::{
     System, SystemBuilder,
 };
 pub use numerics::cancel::CancelToken;
-pub use numerics::tolerance;
 pub use search::{GapPoint, Start};
 pub use simulate::event::{
     ChatterEvent, ContactEvent, ContactRecord, Event, EventKind, EventRecord, GrazeEvent,

@@ -7,6 +7,7 @@ pub(crate) mod oblique;
 pub(crate) mod parameters;
 pub(crate) mod state;
 pub(crate) mod tip;
+pub(crate) mod tolerances;
 
 pub use error::{ParameterError, SimulationError, StateError};
 pub use parameters::{Contact, ImpactLaw, Parameter, System, SystemBuilder};

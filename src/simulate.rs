@@ -13,6 +13,7 @@ mod recurrence;
 pub(crate) mod run;
 mod sections;
 mod stop;
+pub(crate) mod tolerances;
 
 pub(crate) use batch::{Job, run_batch};
 pub(crate) use flight::{hops, impacts_hop_by_hop};
@@ -28,13 +29,14 @@ use crate::flight::{Drive, Flight, FreeMotion};
 use crate::model::error::{SimulationError, StateError};
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
+use crate::numerics::EPS;
 use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
-use crate::numerics::tolerance::{
-    DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, EPS, MOST_COUNTED,
-};
 use crate::search::tolerances::REST_NOISE;
 use crate::simulate::event::{Event, StopEvent, StopReason};
+use crate::simulate::tolerances::{
+    DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, MOST_COUNTED,
+};
 
 /// How far a simulation goes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -14,6 +14,7 @@ mod flight;
 pub mod itinerary;
 mod leg;
 mod strike;
+pub(crate) mod tolerances;
 
 pub(crate) use contact::{
     free_gap_acceleration, least_in_slide, on_contact, slide, slip_from_rest,

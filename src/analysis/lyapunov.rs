@@ -9,12 +9,12 @@
 mod along;
 
 use crate::analysis::period::Growth;
+use crate::analysis::tolerances::SHORTEST_MEASURED;
 use crate::flight::{Drive, FreeMotion};
 use crate::model::error::{ParameterError, SimulationError};
 use crate::model::state::Clock;
 use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
-use crate::numerics::tolerance::SHORTEST_MEASURED;
 use crate::simulate::Horizon;
 use crate::simulate::event::StopReason;
 use crate::simulate::run::Run;

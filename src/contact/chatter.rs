@@ -17,14 +17,14 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::contact::tolerances::{
+    CHATTER_IMPACTS, CHATTER_NOISE, CHATTER_RATIO_RTOL, CHATTER_SAFETY, CHATTER_SPACING,
+};
 use crate::flight::Drive;
 use crate::impact::RegimeKind;
 use crate::model::state::Clock;
 use crate::numerics::EPS;
 use crate::numerics::extrapolation::at_zero;
-use crate::numerics::tolerance::{
-    CHATTER_IMPACTS, CHATTER_NOISE, CHATTER_RATIO_RTOL, CHATTER_SAFETY, CHATTER_SPACING,
-};
 
 /// Most samples, and so the highest order of the extrapolation.
 const MOST: usize = 8;

@@ -21,9 +21,9 @@ pub(crate) use stick::Stick;
 
 use serde::{Deserialize, Serialize};
 
+use crate::contact::tolerances::{PAINLEVE_LEVEL, REACH_LEVEL};
 use crate::model::contact_coordinates::ContactCoordinates;
 use crate::numerics::dual::Number;
-use crate::numerics::tolerance::{PAINLEVE_LEVEL, REACH_LEVEL};
 
 /// What the bodies do along the contact while it lasts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]

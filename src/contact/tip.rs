@@ -7,6 +7,7 @@ use super::sustained::{
     ClosedContact, ContactForce, ContactInstant, ContactMode, Next, ORDER, Series, SlideSeries,
     SlideStep, SlideTerm, Sliding, Stick, no_force_fits, product,
 };
+use crate::contact::tolerances::FORCE_NOISE;
 use crate::flight::Trig;
 use crate::model::angle::Angle;
 use crate::model::contact_coordinates::ContactCoordinates;
@@ -15,7 +16,6 @@ use crate::model::parameters::{Contact, Parameters, System};
 use crate::model::state::State;
 use crate::numerics::EPS;
 use crate::numerics::dual::Number;
-use crate::numerics::tolerance::FORCE_NOISE;
 
 impl<T: Number> Parameters<T> {
     /// The closed contact at an angle and velocities under these free accelerations.

@@ -18,10 +18,10 @@ use nalgebra::Complex;
 
 use super::drive::{Trig, Turn, turn};
 use super::resonance::{Beat, RestResponse};
+use crate::flight::tolerances::{LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary::{self, decay_minus_1};
 use crate::numerics::lanes::lanes_of;
-use crate::numerics::tolerance::{LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE};
 
 /// How a free oscillation decays.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -13,10 +13,10 @@
 use nalgebra::Complex;
 
 use super::drive::Trig;
+use crate::flight::tolerances::SERIES_SPREAD;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary::{self, decay_minus_1};
 use crate::numerics::lanes::lanes_of;
-use crate::numerics::tolerance::SERIES_SPREAD;
 
 type C64 = Complex<f64>;
 

@@ -4,8 +4,9 @@
 
 use super::regime::Regime;
 use super::{Impact, ImpactFailure};
+use crate::impact::tolerances::PAPER_NOISE;
 use crate::model::contact_coordinates::ContactCoordinates;
-use crate::numerics::tolerance::{EPS, PAPER_NOISE};
+use crate::numerics::EPS;
 
 /// The literal law; the stored regime is the paper's own case.
 pub(super) fn resolve(

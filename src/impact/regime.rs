@@ -13,8 +13,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::ImpactFailure;
+use crate::impact::tolerances::SIMULTANEOUS;
 use crate::model::contact_coordinates::ContactCoordinates;
-use crate::numerics::tolerance::SIMULTANEOUS;
 
 /// Regime of an impact with what the impulse path needs to know of it.
 #[derive(Debug, Clone, Copy, PartialEq)]

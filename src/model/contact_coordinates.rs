@@ -24,8 +24,8 @@
 use crate::model::angle::Angle;
 use crate::model::parameters::{Contact, System};
 use crate::model::state::State;
+use crate::model::tolerances::{DEAD_CENTRE, NO_ROOM};
 use crate::numerics::dual::Number;
-use crate::numerics::tolerance::{DEAD_CENTRE, NO_ROOM};
 
 /// Contact coordinates just before an impact, and the numbers of the contact.
 #[derive(Debug, Clone, Copy, PartialEq)]

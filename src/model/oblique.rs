@@ -12,8 +12,8 @@ use crate::model::angle::Angle;
 use crate::model::contact_coordinates::{ContactCoordinates, PreImpact};
 use crate::model::parameters::{Contact, Parameters, System};
 use crate::model::state::State;
+use crate::model::tolerances::WALL_SLOPE;
 use crate::numerics::dual::Number;
-use crate::numerics::tolerance::WALL_SLOPE;
 
 /// One body between contacts: x'' = f cos psi - 2 zeta w x' - w^2 x.
 #[derive(Debug, Clone, Copy)]

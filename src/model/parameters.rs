@@ -4,7 +4,7 @@ use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::model::error::ParameterError;
-use crate::numerics::tolerance::LEAST_FREQUENCY;
+use crate::model::tolerances::LEAST_FREQUENCY;
 
 /// Geometry of the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]

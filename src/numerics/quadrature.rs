@@ -2,8 +2,11 @@
 
 use std::sync::LazyLock;
 
-/// Points on each panel: they integrate a sine of twice [`crate::numerics::tolerance::AUDIT_ANGLE`] to
-/// rounding.
+/// Panels of the energy audit's quadrature, as an angle of the fastest motion: [`POINTS`] integrate a sine
+/// of twice that angle to rounding.
+pub(crate) const PANEL_ANGLE: f64 = 1.5;
+
+/// Points on each panel.
 pub(crate) const POINTS: usize = 16;
 
 /// Fewer, for panels of at most a sixth of that angle.

@@ -14,8 +14,8 @@ use crate::analysis::period::{CHATTERING, ImpactCount};
 use crate::analysis::sweep::{PointStatus, Workers, arrive_many};
 use crate::model::error::StateError;
 use crate::model::state::State;
-use crate::numerics::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 use crate::simulate::run::RunOptions;
+use crate::simulate::tolerances::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 
 /// Where each of n starts ended up.
 #[pyclass(name = "Arrivals", module = "vibroimpact._core", frozen)]

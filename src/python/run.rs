@@ -15,10 +15,10 @@ use crate::analysis::sweep::{Workers, run_many};
 use crate::contact::sustained::ContactMode;
 use crate::model::error::ParameterError;
 use crate::model::state::State;
-use crate::numerics::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 use crate::simulate::Horizon;
 use crate::simulate::event::StopReason;
 use crate::simulate::run::{EnergyAudit, FinalState, Run, RunError, RunOptions, run};
+use crate::simulate::tolerances::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 
 /// State at the end of a run.
 #[pyclass(name = "FinalState", module = "vibroimpact._core", frozen)]

@@ -15,9 +15,9 @@ use crate::analysis::sweep::{
 use crate::model::error::ParameterError;
 use crate::model::parameters::System;
 use crate::model::state::State;
-use crate::numerics::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 use crate::simulate::Horizon;
 use crate::simulate::run::RunOptions;
+use crate::simulate::tolerances::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 
 /// Result of sweep: a column for each quantity; the rows of both sections are ragged, their numbers
 /// per cell in the columns of counts.

@@ -3,16 +3,17 @@
 use super::{Completion, FlightStart, Horizon, Observer, Phase, Simulation, Turn};
 use crate::contact::chatter::Limit;
 use crate::contact::sustained::{ContactForce, ContactMode, Next, SlideEnd};
+use crate::contact::tolerances::CHATTER_NOISE;
 use crate::flight::Touch;
 use crate::model::error::SimulationError;
 use crate::model::state::{Clock, State};
+use crate::numerics::EPS;
 use crate::numerics::double_double::DoubleDouble;
-use crate::numerics::tolerance::{
-    CHATTER_NOISE, DEFAULT_TOLERANCE, EPS, MOST_MOVES, SHORTEST_MOVE, STANDSTILL_EVENTS,
-    STANDSTILL_TIME,
-};
 use crate::search::tolerances::RELEASE_PROBE;
 use crate::simulate::event::{ChatterEvent, ContactEvent, Event, StopReason};
+use crate::simulate::tolerances::{
+    DEFAULT_TOLERANCE, MOST_MOVES, SHORTEST_MOVE, STANDSTILL_EVENTS, STANDSTILL_TIME,
+};
 
 impl Simulation {
     /// Carries a chatter sequence to its accumulation point.

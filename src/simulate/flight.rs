@@ -13,13 +13,14 @@ use crate::model::angle::Angle;
 use crate::model::error::SimulationError;
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
+use crate::numerics::EPS;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::lanes;
-use crate::numerics::tolerance::{
-    CHATTER_LEADING_RTOL, EPS, LOOSEST_COMPLETION, STANDSTILL_EVENTS, STANDSTILL_TIME,
-};
 use crate::search::Start;
 use crate::simulate::event::{Event, GrazeEvent, ImpactEvent, StopReason};
+use crate::simulate::tolerances::{
+    CHATTER_LEADING_RTOL, LOOSEST_COMPLETION, STANDSTILL_EVENTS, STANDSTILL_TIME,
+};
 
 impl Simulation {
     /// One local flight, and the impact that ends it.

@@ -17,10 +17,10 @@ use crate::model::error::{ParameterError, SimulationError, StateError};
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
-use crate::numerics::tolerance::DEFAULT_MAX_EVENTS;
 use crate::simulate::event::{
     ContactRecord, Event, EventKind, EventRecord, GrazeRecord, ImpactRecord, StopEvent, StopReason,
 };
+use crate::simulate::tolerances::DEFAULT_MAX_EVENTS;
 use crate::simulate::{Anchor, Checkpoint, Cycle, Job, Observer, Simulation, run_batch};
 
 /// Why a run could not be made.

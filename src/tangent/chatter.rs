@@ -8,13 +8,14 @@
 use super::border::{BorderValue, note_least};
 use super::contact::on_contact;
 use super::{Dual, DualState, Model, Moment, fly, free_gap_acceleration, strike};
+use crate::contact::tolerances::CHATTER_SPACING;
 use crate::flight::{Found, next_contact};
 use crate::impact::{PreImpact, RegimeKind, resolve};
 use crate::model::state::{Clock, State};
+use crate::numerics::EPS;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
 use crate::numerics::extrapolation::at_zero;
-use crate::numerics::tolerance::{CHATTER_SPACING, EPS};
 use crate::search::Start;
 use crate::tangent::itinerary::Signs;
 

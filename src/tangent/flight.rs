@@ -17,8 +17,8 @@ use crate::flight::{BodyFlight, Oscillator, Trig};
 use crate::model::oblique::Body;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
+use crate::numerics::quadrature::PANEL_ANGLE;
 use crate::numerics::quadrature::{PANEL, SHORT_PANEL};
-use crate::numerics::tolerance::AUDIT_ANGLE;
 
 /// Most panels of the quadrature of one flight: bodies so strongly overdamped that more were needed
 /// are given no derivatives by a parameter.
@@ -104,14 +104,14 @@ fn parameter_derivatives(
     let drive = &model.motion.drive;
     let &Body { natural: w, damping: zeta, amplitude: f } = body;
     let fastest = drive.omega.max(body.fastest_rate()).max(1.0);
-    let panels = (time * fastest / AUDIT_ANGLE).ceil().max(1.0);
+    let panels = (time * fastest / PANEL_ANGLE).ceil().max(1.0);
     if panels > MOST_PANELS {
         return [[f64::NAN; 2]; 4];
     }
     #[allow(clippy::cast_sign_loss)] // at least 1
     let panels = panels as usize;
     let length = time / panels as f64;
-    let short = time * fastest <= AUDIT_ANGLE / 6.0;
+    let short = time * fastest <= PANEL_ANGLE / 6.0;
     let quadrature: &[(f64, f64)] = if short { &*SHORT_PANEL } else { &*PANEL };
     let mut sums = [[0.0; 2]; 4];
     for panel in 0..panels {

@@ -14,9 +14,9 @@ use crate::model::error::{ParameterError, SimulationError, StateError};
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
-use crate::numerics::tolerance::{CLEAR_ENDS, LOW_BOUNCE, MOST_LEGS, STILL_WALL};
 use crate::simulate::Simulation;
 use crate::simulate::event::{Event, StopReason};
+use crate::tangent::tolerances::{CLEAR_ENDS, LOW_BOUNCE, MOST_LEGS, STILL_WALL};
 
 /// Where a leg starts: just after an event, on the contact. Body 2 is where g = 0 has it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -19,11 +19,11 @@ use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
-use crate::numerics::tolerance::LOW_BOUNCE;
 use crate::simulate::event::{Event, StopReason};
 use crate::simulate::run::{FinalState, Run};
 use crate::simulate::{Horizon, Simulation};
 use crate::tangent::itinerary::{Leg, LegReader, Reading, with_wall_at_rest};
+use crate::tangent::tolerances::LOW_BOUNCE;
 use crate::tangent::{
     Dual, DualState, END, Model, Moment, fly, on_contact, slide, to_event, traverse,
 };

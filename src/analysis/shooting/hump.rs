@@ -2,12 +2,12 @@
 //! grazes. It is sampled closely; this describes a flight, the guarantee that a motion does not
 //! penetrate is the contact search's.
 
+use crate::analysis::tolerances::{END_LEVEL, END_OF_FLIGHT, HUMP_ANGLE};
 use crate::flight::Flight;
 use crate::flight::gap::TipGap;
 use crate::model::parameters::Contact;
 use crate::model::tip::{Direct, Oblique, Tip};
 use crate::numerics::double_double::DoubleDouble;
-use crate::numerics::tolerance::{END_LEVEL, END_OF_FLIGHT, HUMP_ANGLE};
 use crate::search::gap::GapPoint;
 use crate::tangent::{DualState, Model, Moment};
 

@@ -9,11 +9,11 @@
 //! kink in it. docs/contact-phase.md measures all this against a general integrator.
 
 use super::{ContactInstant, ContactMode, painleve_level};
+use crate::contact::tolerances::{CONTACT_ANGLE, LEAST_STEP, REACH_LEVEL};
 use crate::model::contact_coordinates::ContactCoordinates;
 use crate::numerics::EPS;
 use crate::numerics::dual::Number;
 use crate::numerics::majorant::first_root;
-use crate::numerics::tolerance::{CONTACT_ANGLE, LEAST_STEP, REACH_LEVEL};
 
 /// Order of the series of the displacement along the contact.
 pub(crate) const ORDER: usize = 24;

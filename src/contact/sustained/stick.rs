@@ -4,9 +4,9 @@
 //! one of them falls through its limit is an arc cosine.
 
 use super::{ClosedContact, ContactMode, Next, no_force_fits, slip_inertia};
+use crate::contact::tolerances::FORCE_NOISE;
 use crate::flight::Trig;
 use crate::numerics::EPS;
-use crate::numerics::tolerance::FORCE_NOISE;
 
 /// Bodies that stick.
 pub(crate) struct Stick {

@@ -7,10 +7,10 @@
 use super::{BodyFlight, BodyFlights, Motion};
 use crate::flight::drive::{Trig, Trigs, Turn};
 use crate::flight::resonance::Beat;
+use crate::flight::tolerances::{DECAYED, SHORT_ORDERS};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary::{decay, decay_minus_1};
 use crate::numerics::lanes::{LANES, Lanes, lanes_of};
-use crate::numerics::tolerance::{DECAYED, SHORT_ORDERS};
 
 /// Highest order of the Taylor series.
 const MOST_TERMS: usize = SHORT_ORDERS[SHORT_ORDERS.len() - 1].1;

@@ -16,8 +16,8 @@ use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::quadrature::PANEL_ANGLE;
 use crate::numerics::quadrature::{PANEL, POINTS};
-use crate::numerics::tolerance::AUDIT_ANGLE;
 use crate::simulate::event::ImpactEvent;
 use crate::simulate::impacts_hop_by_hop;
 
@@ -200,7 +200,7 @@ impl Auditor<'_> {
             return;
         }
         let (w, body) = (system.frequency_ratio(), system.second_body());
-        let panels = (length * system.fastest_rate() / AUDIT_ANGLE).ceil().max(1.0);
+        let panels = (length * system.fastest_rate() / PANEL_ANGLE).ceil().max(1.0);
         let step = length / panels;
         for panel in 0..panels as i64 {
             if self.cancel.is_cancelled() {

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::error::ParameterError;
 use crate::model::parameters::System;
-use crate::numerics::tolerance::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE, MOST_COUNTED};
 use crate::simulate::Horizon;
+use crate::simulate::tolerances::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE, MOST_COUNTED};
 
 /// How a run is made and what is kept of it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -1,0 +1,27 @@
+//! The tolerances of a flight: what each means, and why it has its value.
+
+/// A local flight lasts so many turns of the fastest of the two bodies and the drive.
+/// Angles then stay below 4 pi and lose no more than two bits to rounding.
+pub const CHUNK_TURNS: f64 = 2.0;
+
+/// The steady response is used where it exceeds the true forced motion of a local flight at
+/// most by this factor, else one that stays finite (more work per evaluation).
+pub const RESONANCE_LOSS: f64 = 1.0;
+
+/// After a decay by exp(-this) a free motion is no longer computed as an increment from its start,
+/// whose rounding would then exceed its own twentyfold.
+pub const DECAYED: f64 = 3.0;
+
+/// Damping ratios below this count as zero.
+pub const LEAST_DAMPING: f64 = 1e-100;
+
+/// Spread of the exponents times time below which divided differences are summed as series.
+pub const SERIES_SPREAD: f64 = 1.0;
+
+/// Below this angle of the fastest of free motion, decay and drive, a flight is summed as a
+/// Taylor series,
+pub const SHORT_ANGLE: f64 = 1.0 / 4.0;
+
+/// of the order that belongs to the first of these parts of `SHORT_ANGLE` which it stays below: the next
+/// term is then below angle^order/order! = 5e-20 of the first.
+pub const SHORT_ORDERS: [(f64, usize); 4] = [(0.007, 6), (0.057, 8), (0.2, 10), (1.0, 14)];

@@ -1,0 +1,20 @@
+//! The tolerances of the model: what each means, and why it has its value.
+
+use crate::numerics::EPS;
+
+/// Frequency ratios below this count as zero.
+pub const LEAST_FREQUENCY: f64 = 1e-150;
+
+/// With |cos x1| below this the tip has no room left before sin x1 = -1: 1 - |sin x1| is below
+/// rounding. A wall (mbar = 0) that still approaches then jams it; its impacts would drive
+/// x1' beyond all bounds.
+pub const NO_ROOM: f64 = 1e-7;
+
+/// With |cos x1| below this, in units of 1 + |gap|, a wall that approaches a tip at sin x1 = 1 meets
+/// it at dead centre: thrown aside at u/cos x1 it would be back before the gap has changed by more
+/// than its rounding, and no number says what follows.
+pub const DEAD_CENTRE: f64 = 64.0 * EPS;
+
+/// With |cos x1| above this, x1 follows a wall (mbar = 0) on the contact; below, where x1 would
+/// magnify the wall's rounding, the wall is moved by rounding instead.
+pub const WALL_SLOPE: f64 = 0.1;
