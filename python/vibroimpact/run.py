@@ -26,7 +26,7 @@ from .system import System
 from .verbs import verb
 
 if TYPE_CHECKING:
-    from .verbs import NotFound, PeriodicMotion
+    from .verb_types import NotFound, PeriodicMotion
 
 _T = TypeVar("_T", bound=np.generic)
 

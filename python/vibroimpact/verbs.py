@@ -2,21 +2,16 @@
 
 A result holds numbers and imports nothing that computes or draws; yet ``run.refine()`` is what a
 user writes. Such a method asks this table for its function, which is imported when it is first
-called. The types in the signatures of such methods come from here, too, and exist for type checkers
-only. `tests/python/test_architecture.py` checks that every entry leads to a function, and that no
-other module imports by name.
+called. The types in the signatures of such methods are in `verb_types`.
+`tests/python/test_architecture.py` checks that every entry leads to a function, and that no other
+module imports by name.
 """
 
 from __future__ import annotations
 
 import importlib
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final, Literal
-
-if TYPE_CHECKING:
-    from .orbits.curve_problem import CurveProblem as CurveProblem
-    from .orbits.found import NotFound as NotFound
-    from .orbits.motion import PeriodicMotion as PeriodicMotion
+from typing import Any, Final, Literal
 
 Verb = Literal[
     "crossing", "curve_problem", "motion_of", "read_basins", "refine", "simulate", "write_basins"

@@ -29,6 +29,7 @@ PYTHON = [
     "whole_file",
     "fixed_arrays",
     "verbs",
+    "verb_types",
     "arguments",
     "archive",
     "physical",
@@ -75,8 +76,10 @@ REPRODUCTION = [
 # Arrows that run back up all the same, each with its reason.
 PERMITTED: dict[tuple[str, str], str] = {}
 
-# The one module whose arrows run back up by declaration: methods of results that need a solver.
+# The one exception whose arrows run back up by declaration: methods of results that need a solver,
+# and the types in their signatures.
 REGISTRY = "verbs"
+TYPES_OF_REGISTRY = "verb_types"
 # Modules that import by name: the registry, and doors that load their parts on first use.
 BY_NAME = [REGISTRY, "__init__"]
 # What is handed back: it imports nouns and other results, nothing that computes or draws.
@@ -105,6 +108,7 @@ NOUNS = [
     "whole_file",
     "fixed_arrays",
     "verbs",
+    "verb_types",
     "arguments",
     "archive",
     "physical",
@@ -221,7 +225,7 @@ def arrows_of(module: str, path: Path) -> Iterator[Arrow]:
 
 
 ARROWS = [arrow for module, path in MODULES.items() for arrow in arrows_of(module, path)]
-CHECKED = [arrow for arrow in ARROWS if arrow.source != REGISTRY]
+CHECKED = [arrow for arrow in ARROWS if arrow.source not in (REGISTRY, TYPES_OF_REGISTRY)]
 
 
 def entry_of(module: str) -> str:
@@ -289,7 +293,8 @@ def test_no_arrow_runs_back_up():
 
 
 def test_no_imports_run_in_a_circle():
-    ring = circle(arrow for arrow in CHECKED if not is_permitted(arrow))
+    # Types of the registry included: only its strings are left out.
+    ring = circle(arrow for arrow in ARROWS if arrow.source != REGISTRY and not is_permitted(arrow))
     assert not ring, "a circle:\n" + "\n".join(map(str, ring))
 
 

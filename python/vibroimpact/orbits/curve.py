@@ -17,7 +17,7 @@ from .kinds import BifurcationKind, BranchEnd, Test
 from .motion import PeriodicMotion
 
 if TYPE_CHECKING:
-    from ..verbs import CurveProblem
+    from ..verb_types import CurveProblem
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,8 @@
+"""Types in the signatures of methods that `verbs` provides; for type checkers only."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .orbits.curve_problem import CurveProblem as CurveProblem
+    from .orbits.found import NotFound as NotFound
+    from .orbits.motion import PeriodicMotion as PeriodicMotion
