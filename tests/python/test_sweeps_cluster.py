@@ -24,7 +24,7 @@ from vibroimpact.sweeps.store import Store
 def client():
     # Some time after a worker was killed, a local cluster gives it up for good should it be away
     # just then, for having been killed once more: not here. A test that is left without any worker
-    # ends after so long that no slow machine starts none, before pytest takes it for one that hangs.
+    # ends, after longer than any slow machine takes to start one, before pytest ends all of them.
     patience = {
         "distributed.deploy.lost-worker-timeout": "1 hour",
         "distributed.scheduler.no-workers-timeout": "20 minutes",
