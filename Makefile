@@ -84,13 +84,22 @@ errata: $(PACKAGE) $(REPRODUCTION)
 schematic: $(PACKAGE)
 	$(BIN)/python examples/schematic.py --out docs/images/schematic.png
 
-# In as many processes as there are processors; those of one file stay together, to share fixtures.
-IN_PARALLEL ?= -n auto --dist loadfile
+# In as many processes as there are processors, each with a part of the files, so that tests of one
+# file share fixtures; a process that has done its part takes over some of another's.
+IN_PARALLEL ?= -n auto --dist worksteal
+# Or each of the interpreters that tests start would compile the package anew.
+test quick quick-update: export PYTHONDONTWRITEBYTECODE :=
 
-test: $(INSTALLED)
+test: | rust-tests-begun $(INSTALLED)
 	cargo test --locked --lib --tests
 	cargo test --locked --doc
 	$(BIN)/python -m pytest $(IN_PARALLEL) $(PYTEST)
+
+# The tests in Rust are built while the environment is: pip waits for the network, and the linker of
+# the extension uses one processor. A later cargo waits for this one, and prints what it has to say.
+.PHONY: rust-tests-begun
+rust-tests-begun: | check-tools
+	@cargo test --locked --lib --tests --no-run >/dev/null 2>&1 &
 
 quick: $(INSTALLED)
 	cargo test --locked --lib

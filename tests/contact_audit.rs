@@ -9,7 +9,7 @@ const SEED: u64 = 2;
 
 #[test]
 fn no_contact_is_missed_or_invented() {
-    let flights = draws(5_000, 20_000) as u64;
+    let flights = draws(2_500, 20_000) as u64;
     let tally = audit(SEED, flights, 10);
     println!("{tally}");
     assert!(tally.disagreements.is_empty(), "{tally}");

@@ -129,7 +129,7 @@ fn next(draw: &Draw) -> Option<Draw> {
 #[test]
 fn sequences_of_flights_are_those_of_a_dense_search() {
     // Of each family.
-    let sequences = draws(40, 150);
+    let sequences = draws(15, 150);
     let judged: Vec<(Family, u64, usize, Outcome, String)> = FAMILIES
         .par_iter()
         .flat_map(|&family| {

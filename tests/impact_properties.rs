@@ -121,7 +121,7 @@ fn table(case: &Case) -> Vec<(RegimeKind, f64)> {
 }
 
 proptest! {
-    #![proptest_config(random_cases(5_000, 20_000))]
+    #![proptest_config(random_cases(2_000, 20_000))]
 
     #[test]
     fn energy_never_grows_and_the_loss_is_its_drop(case in cases()) {

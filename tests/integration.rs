@@ -30,6 +30,7 @@ mod support {
     }
 }
 
+mod batch;
 mod contact_audit;
 mod contact_integrator;
 mod contact_reference;
@@ -43,7 +44,6 @@ mod impact_incremental;
 mod impact_law;
 mod impact_properties;
 mod impact_restitution;
-mod lockstep;
 mod lyapunov;
 mod near_grazes;
 mod oracle;

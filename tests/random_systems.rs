@@ -9,7 +9,7 @@ const MOST_EVENTS: u64 = 50_000;
 #[test]
 fn random_systems_run_to_their_end() {
     // Of the hundred thousand that are recorded in docs/robustness.md the seed is 1.
-    let sample = draws(800, 3_000) as u64;
+    let sample = draws(400, 3_000) as u64;
     let tally = random_systems::examine_all(2, sample, MOST_EVENTS);
     println!("{tally}");
     assert!(tally.failed.is_empty(), "{tally}");

@@ -87,7 +87,7 @@ fn is_hectic(system: &System, [x1, v1, x2, v2]: [f64; 4]) -> bool {
 }
 
 proptest! {
-    #![proptest_config(random_cases(1_000, 3_000))]
+    #![proptest_config(random_cases(400, 3_000))]
 
     #[test]
     fn every_number_makes_a_system_in_range_or_a_named_error(

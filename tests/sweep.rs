@@ -219,7 +219,7 @@ fn values_out_of_range_are_refused_before_any_run() {
 #[test]
 fn a_sweep_that_is_ended_early_keeps_what_is_done() {
     let cells = cells("drive_frequency", &values(0.6, 4.0, 300));
-    let long = RunOptions::periods(20_000).keep(2);
+    let long = RunOptions::periods(6_000).keep(2);
     let workers = Workers::new(Some(2)).unwrap();
     for begin in [SweepStart::Fresh, SweepStart::Forward, SweepStart::Backward] {
         let whole = sweep(

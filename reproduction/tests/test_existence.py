@@ -17,9 +17,19 @@ def computed():
     return existence.compute(2, 29)
 
 
-def test_the_figure_is_refuted_by_its_counts(computed):
+@pytest.fixture(scope="module")
+def judged(computed):
+    return existence.judge(computed)
+
+
+@pytest.fixture(scope="module")
+def page(computed, judged):
+    return existence.draw(computed, judged)
+
+
+def test_the_figure_is_refuted_by_its_counts(computed, judged):
     # Of the kind of errata E5, whose grid is another: 118 stable ones, 1 of them right, 210 missed.
-    claim, *_ = existence.judge(computed)
+    claim, *_ = judged
     rows = computed.map.solutions
     paper, real = computed.stable_by_45, rows["admissible"] & rows["stable"]
     assert claim.paper_says == f"{paper.sum()} stable 1-1 motions"
@@ -50,9 +60,9 @@ def test_without_confirmation_the_verdict_is_open(computed):
     assert claim.reference["label"] == f"{existence.SAMPLE - 1} of {existence.SAMPLE} return"
 
 
-def test_the_quoted_solution_is_no_motion(computed):
+def test_the_quoted_solution_is_no_motion(judged):
     # Errata E4.
-    claim = existence.judge(computed)[1]
+    claim = judged[1]
     assert (claim.id, claim.verdict) == ("2 quoted", "refuted")
     assert claim.paper_says == "stable 1-1 at x10 = 0.5369"
     assert "separating before the impact (u = -0.234)" in claim.evidence
@@ -60,10 +70,10 @@ def test_the_quoted_solution_is_no_motion(computed):
     assert "separate without an impact" in claim.evidence
 
 
-def test_the_motions_of_figure_5_are_stable_against_the_criterion(computed):
+def test_the_motions_of_figure_5_are_stable_against_the_criterion(judged):
     # Errata E5, its numbers.
     known = {"5a by (45)": (1.88, 0.985), "5b by (45)": (1.43, 0.959)}
-    found = {claim.id: claim for claim in existence.judge(computed)[2:]}
+    found = {claim.id: claim for claim in judged[2:]}
     assert found.keys() == known.keys()
     for name, (paper, true) in known.items():
         claim = found[name]
@@ -74,9 +84,7 @@ def test_the_motions_of_figure_5_are_stable_against_the_criterion(computed):
         assert claim.reference["factor"] == pytest.approx(true, abs=1e-3)
 
 
-def test_the_page_shows_both_and_the_claims_fit_the_tables(computed):
-    judged = existence.judge(computed)
-    page = existence.draw(computed, judged)
+def test_the_page_shows_both_and_the_claims_fit_the_tables(judged, page):
     texts = [text.get_text() for text in page.figure.findobj(mpl.text.Text)]
     assert {"(c)  $f_1 = 0.5$", "quoted", "Fig. 5a", "Fig. 5b"} <= set(texts)
     axes = page.figure.get_axes() or [ax for part in page.figure.subfigs for ax in part.get_axes()]
@@ -95,9 +103,8 @@ def test_the_page_shows_both_and_the_claims_fit_the_tables(computed):
     assert claims.to_json(judged).count('"figure": 2') == len(judged)
 
 
-def test_drawn_branches_have_no_gaps_where_they_turn(computed):
+def test_drawn_branches_have_no_gaps_where_they_turn(computed, page):
     coarse = computed.map.at(moment_amplitude=1.0)
-    page = existence.draw(computed, existence.judge(computed))
     left, _ = page.figure.subfigs[2 + existence.SLICES[2].index(1.0)].get_axes()
     drawn = np.concatenate([np.column_stack(line.get_data()) for line in left.get_lines()])
     known = np.column_stack([coarse.parameter("drive_frequency"), coarse.solutions["x1"]])
@@ -110,8 +117,8 @@ def test_drawn_branches_have_no_gaps_where_they_turn(computed):
     assert np.ptp(end[:, 1]) < 0.5 * np.ptp(before[before[:, 0] == before[:, 0].max()][:, 1])
 
 
-def test_the_commands_give_the_numbers_again(computed):
-    count, quoted, *_ = existence.judge(computed)
+def test_the_commands_give_the_numbers_again(computed, judged):
+    count, quoted, *_ = judged
     for claim, text in ((count, f"{len(computed.map.solutions)} solutions"), (quoted, "0.5369")):
         code = claim.command.removeprefix('python -c "').removesuffix('"')
         done = subprocess.run(

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import repository
+import sizes
 from han_jin_hu_2004.claims import Claim
 from han_jin_hu_2004.statements import (
     GROUPS,
@@ -26,7 +27,13 @@ from vibroimpact import cli
 
 DOCS = repository.root() / "docs"
 PAGE = (DOCS / "claims.md").read_text(encoding="utf-8")
-QUICK = [name for name, statement in STATEMENTS.items() if not statement.slow]
+# Each takes seconds.
+LONGEST = {"one-two", "eq48b"}
+QUICK = [
+    name
+    for name, statement in STATEMENTS.items()
+    if not statement.slow and (sizes.THOROUGH or name not in LONGEST)
+]
 
 
 def shown(cell: str) -> str:

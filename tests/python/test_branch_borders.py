@@ -220,7 +220,8 @@ def test_a_free_motion_grazes_a_body_at_rest(friction):
             system.replace(drive_frequency=2.2), initial=(0.0, 0.5, 0.0, 0.0), periods=2000
         ).refine()
         assert struck.label == "1-1"
-        for options in ({}, {"max_step": 0.001, "max_points": 20_000}):
+        small = {"max_step": sizes.either(0.005, 0.001), "max_points": 20_000}
+        for options in ({}, small):
             branches.append(vi.follow_motion(struck, drive_frequency=(2.1, 2.8), **options))
     for branch in branches:
         (grazing,) = (found for found in branch.bifurcations if found.kind == "grazing")

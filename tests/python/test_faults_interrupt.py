@@ -98,7 +98,7 @@ LONG = {
         vi.Basins,
     ),
     "motion_map": (
-        lambda: lambda: vi.motion_map(SYSTEM, drive_frequency=FREQUENCIES),
+        lambda: lambda: vi.motion_map(SYSTEM, drive_frequency=FREQUENCIES[:300]),
         vi.MotionMap,
     ),
     "periodic_motions": (
@@ -145,6 +145,7 @@ IN_PYTHON = {
 @pytest.mark.parametrize("name", LONG)
 def test_ctrl_c_in_the_middle_of(name, monkeypatch):
     prepare, kind = LONG[name]
+    monkeypatch.setattr(sys.modules[vi.motion_map.__module__], "BATCH", 100)
     call = prepare()
     place = ctrl_c_in(monkeypatch, *IN_PYTHON[name]) if name in IN_PYTHON else ctrl_c_at(ASKS[name])
     with place as caught:

@@ -7,11 +7,14 @@ confirmation of a point, instead of after a time.
 import numpy as np
 import pytest
 
+import sizes
 import vibroimpact as vi
 from vibroimpact.orbits import following
 from vibroimpact.orbits.curve_problem import CurveProblem
 from vibroimpact.orbits.problem import OrbitProblem
 
+# How many places of a call are looked at.
+PLACES = sizes.either(5, 12)
 PLANE = {"drive_frequency": (1.1, 1.6), "moment_amplitude": (0.7, 1.3)}
 
 
@@ -80,7 +83,7 @@ def test_a_branch(monkeypatch, place):
     def follow():
         return vi.follow_motion(motion, both=False, drive_frequency=(1.57, 1.58))
 
-    whole, places = count.places(follow, 12)
+    whole, places = count.places(follow, PLACES)
     assert len(whole.pieces) > 1
     lengths = []
     for at in places:
@@ -123,7 +126,7 @@ def test_a_curve(monkeypatch, name):
             bifurcation, drive_frequency=(1.4, 1.85), moment_amplitude=(0.8, 1.2)
         )
 
-    whole, places = count.places(follow, 12)
+    whole, places = count.places(follow, PLACES)
     lengths = []
     for at in places:
         curve = count.interrupted(follow, at)
@@ -144,7 +147,7 @@ def test_a_region(monkeypatch):
     def walk():
         return vi.stability_region(motion, **PLANE)
 
-    whole, places = count.places(walk, 10)
+    whole, places = count.places(walk, PLACES)
     assert whole.closed
     lengths = []
     for at in places:

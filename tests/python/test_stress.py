@@ -14,6 +14,7 @@ import pytest
 from matplotlib.image import imread
 
 import repository
+import sizes
 import vibroimpact as vi
 
 ROOT = repository.root()
@@ -22,6 +23,8 @@ PAGE = (ROOT / "docs" / "stress.md").read_text(encoding="utf-8")
 PICTURES = ROOT / "docs" / "images" / "stress"
 # A page should not take long to load.
 LARGEST_PICTURE = 60_000
+# Random cases of each range.
+CASES = sizes.either(1, 4)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -37,7 +40,7 @@ class Quick:
 def quick_run(tmp_path_factory) -> Quick:
     """A quick run."""
     out = tmp_path_factory.mktemp("stress")
-    command = [sys.executable, str(FOLDER), "--quick", "--out", str(out)]
+    command = [sys.executable, str(FOLDER), "--quick", "--cases", str(CASES), "--out", str(out)]
     done = subprocess.run(
         command, capture_output=True, text=True, env=os.environ | {"MPLBACKEND": "Agg"}
     )
@@ -88,11 +91,12 @@ def test_every_row_is_written(quick):
         return list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
 
     for path in quick.glob("*.png"):
-        assert len(read(path.with_suffix(".csv"))) >= 2
+        assert read(path.with_suffix(".csv"))
     rows = read(quick / "resonance.csv")
-    assert [row["outcome"] for row in rows] == 4 * ["within"]
+    assert [row["outcome"] for row in rows] == CASES * ["within"]
     assert all(0 <= float(row["units"]) <= 1 for row in rows)
-    assert float(rows[0]["value"]) == 0
+    # The ladder of values begins there, if it has several.
+    assert CASES == 1 or float(rows[0]["value"]) == 0
 
 
 @pytest.fixture(scope="module")

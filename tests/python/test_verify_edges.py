@@ -205,14 +205,14 @@ def test_the_bound_of_the_time_is_one(bench):
     ids=["free", "poisson", "newton", "energetic", "paper", "paper wall", "wall", "direct"],
 )
 def test_phase_impulses_and_energy_are_compared(system):
-    run = simulated(system, periods=8)
+    run = simulated(system, periods=4)
     found = vi.verify(run, digits=12)
     assert found.holds, str(found)
     for name in FURTHER_NUMBERS:
         assert (found.impacts[f"error_{name}"] < 1e-12).all(), name
         rows = run.impacts.copy()
         rows[name][1] += 1e-6
-        fake = simulated(system, periods=8)
+        fake = simulated(system, periods=4)
         fake.__dict__["impacts"] = rows
         wrong = vi.verify(fake)
         assert (wrong.horizon.number, wrong.horizon.reason) == (2, "digits")

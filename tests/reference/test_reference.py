@@ -382,7 +382,7 @@ def test_wall_at_rest_and_jamming() -> None:
 def test_runs_reproduce_every_printed_digit(name: str) -> None:
     scenes = load(name)
     scenes = list(scenes.values() if isinstance(scenes, dict) else scenes)
-    for scene in scenes[:: sizes.either(3, 1)]:
+    for scene in scenes[:: sizes.either(6, 1)]:
         _, worst = compare(scene)
         assert worst < LARGEST_UNITS, scene["params"]
 

@@ -264,7 +264,7 @@ fn huge() -> impl Strategy<Value = f64> {
 }
 
 proptest! {
-    #![proptest_config(random_cases(1_000, 3_000))]
+    #![proptest_config(random_cases(400, 3_000))]
 
     #[test]
     fn every_huge_force_gives_numbers_or_an_error(

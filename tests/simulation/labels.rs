@@ -19,7 +19,7 @@ const MISMATCHES: f64 = 20.0 / 1_200.0;
 fn labels_hold_with_twice_the_periods() {
     let mut draw = Draw::new(30);
     let (mut mismatches, mut repeating, mut completed) = (0, 0, 0);
-    let systems = draws(300, 600);
+    let systems = draws(150, 600);
     for i in 0..systems {
         let system = draw.system();
         let start = draw.start(&system);

@@ -66,7 +66,7 @@ pub fn cases() -> impl Strategy<Value = Case> {
 }
 
 pub fn config() -> ProptestConfig {
-    random_cases(5_000, 20_000)
+    random_cases(2_000, 20_000)
 }
 
 /// The first `count` cases that [`config`] draws.

@@ -1,4 +1,4 @@
-//! Random systems of every kind, and who travels together.
+//! Random systems of every kind, and which of them share a batch.
 
 use std::f64::consts::PI;
 
@@ -48,7 +48,7 @@ pub enum Place {
 }
 
 #[derive(Debug, Clone, Copy)]
-pub struct Traveller {
+pub struct Job {
     pub family: Family,
     pub place: Place,
     pub cell: Cell,
@@ -94,7 +94,7 @@ impl Drawer {
         }
     }
 
-    pub fn traveller(&mut self, family: Family) -> Traveller {
+    pub fn job(&mut self, family: Family) -> Job {
         use Family::*;
         let direct = family != Rough && self.once_in(4);
         let frequency_ratio = match family {
@@ -177,23 +177,23 @@ impl Drawer {
             _ => self.uniform(-1.0, 1.0),
         };
         let initial = State::new(x1, v1, x2, v2).unwrap();
-        Traveller { family, place, cell: Cell { system, initial } }
+        Job { family, place, cell: Cell { system, initial } }
     }
 
-    pub fn travellers(&mut self, families: &[Family], count: usize) -> Vec<Traveller> {
-        (0..count).map(|i| self.traveller(families[i % families.len()])).collect()
+    pub fn jobs(&mut self, families: &[Family], count: usize) -> Vec<Job> {
+        (0..count).map(|i| self.job(families[i % families.len()])).collect()
     }
 
-    /// `travellers`, by their numbers, in companies of 1 ... 40.
-    pub fn companies(&mut self, travellers: usize) -> Vec<Vec<usize>> {
-        let mut order: Vec<usize> = (0..travellers).collect();
+    /// `jobs`, by their numbers, in batches of 1 ... 40.
+    pub fn batches(&mut self, jobs: usize) -> Vec<Vec<usize>> {
+        let mut order: Vec<usize> = (0..jobs).collect();
         order.shuffle(&mut self.0);
-        let (mut companies, mut left) = (Vec::new(), &order[..]);
+        let (mut batches, mut left) = (Vec::new(), &order[..]);
         while !left.is_empty() {
-            let (company, rest) = left.split_at(self.0.random_range(1..=40).min(left.len()));
-            companies.push(company.to_vec());
+            let (batch, rest) = left.split_at(self.0.random_range(1..=40).min(left.len()));
+            batches.push(batch.to_vec());
             left = rest;
         }
-        companies
+        batches
     }
 }
