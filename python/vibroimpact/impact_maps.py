@@ -66,10 +66,9 @@ def impact_regimes(
         ratios = _cells(_widest_ratio(system))
     else:
         ratios = axis("velocity_ratio", velocity_ratio)
-    cos = np.ones_like(angles) if system.contact == "direct" else np.cos(angles)
     v1 = ratios[:, np.newaxis]
-    table = impact(system, x1=angles, v1=v1, v2=v1 * cos - 1.0, steps=steps)
-    if system.mass_ratio > 0.0:
+    table = impact(system, x1=angles, v1=v1, v2=v1 * system.slope(angles) - 1.0, steps=steps)
+    if not system.is_wall:
         before = 0.5 * table["v1_pre"] ** 2 + 0.5 * table["v2_pre"] ** 2 / system.mass_ratio
         loss = table["energy_loss"] / before
     else:
@@ -95,8 +94,9 @@ def _widest_ratio(system: System) -> float:
     There P* = (1 + r) P_f means x1'/u = (1 + r) k/(mbar + k cos x1), k = cos x1 + mu |sin x1|.
     """
     x1 = np.linspace(0.0, np.pi / 2, 200)
-    k = np.cos(x1) + system.friction * np.sin(x1)
-    slows = system.mass_ratio + k * np.cos(x1)
+    slope = system.slope(x1)
+    k = slope + system.friction * system.tip(x1)
+    slows = system.mass_ratio + k * slope
     border = np.minimum((1.0 + system.restitution) * k, _WIDEST * slows) / slows
     return min(_MARGIN * float(border.max()), _WIDEST)
 
@@ -142,7 +142,7 @@ def impact_agreement(
     # An odd number of cells puts the middle of one at 0.
     middles = (2.0 * np.arange(cells) + 1.0 - cells) / cells
     x1, v1 = np.pi / 2 * middles, _widest_ratio(system) * middles[:, np.newaxis]
-    v2 = v1 * (np.ones(cells) if system.contact == "direct" else np.cos(x1)) - 1.0
+    v2 = v1 * system.slope(x1) - 1.0
     difference: NDArray[np.float64] = np.full(
         (len(COULOMB_LAWS), len(Regime), len(numbers)), np.nan
     )

@@ -77,7 +77,7 @@ def verdict(motion: PeriodicMotion) -> tuple[str, float]:
 
 
 def _is_wall_at_rest(system: System) -> bool:
-    return system.mass_ratio == 0.0 and system.force_amplitude == 0.0
+    return system.is_wall and system.force_amplitude == 0.0
 
 
 def _eigenvalues(

@@ -43,7 +43,7 @@ def with_friction(
     if all(leg.kind is LegKind.IMPACT for leg in itinerary.legs):
         x1, v1, _, v2 = itinerary.before_events(system._compiled, nodes).T
         regimes = impact(rough, x1=x1, v1=v1, v2=v2)["regime"]
-        sides = np.ones(len(x1)) if system.law == "paper" else np.sin(x1)
+        sides = np.ones(len(x1)) if system.law == "paper" else system.tip(x1)
         legs = [
             Leg.impact(Regime(int(regime)), *(int(math.copysign(1.0, x)) for x in signs))
             for regime, *signs in zip(regimes, v1, sides, strict=True)

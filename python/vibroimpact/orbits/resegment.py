@@ -164,7 +164,7 @@ def _slips(system: System, x1: float, v1: float, regime: Regime = Regime.SLIP) -
     """The leg to an impact with u = 0, which as a rule slips the way the tip moves."""
     if system.friction == 0.0:
         return Leg.impact(Regime.FRICTIONLESS)
-    side = 1 if system.law == "paper" or math.sin(x1) > 0.0 else -1
+    side = 1 if system.law == "paper" or system.tip(x1) > 0.0 else -1
     return Leg.impact(regime, 1 if v1 > 0.0 else -1, side)
 
 

@@ -21,7 +21,11 @@ numerators Nc, Ns; cos^2 + sin^2 = 1 leaves the one equation
 
     F(x1) = Nc^2 + Ns^2 - D^2 = 0,    D = d(kappa),    N = x1 p(kappa) + y q(kappa),
 
-d, p, q quadratic. This is (35) with its poles multiplied out, for any damping, both forces, both
+d, p, q quadratic.
+
+These equations belong to this machine alone: for other equations of motion, another law or another
+geometry of the contact they are others. They are written out here, and not asked of the compiled
+core, because a proof needs them in interval arithmetic. This is (35) with its poles multiplied out, for any damping, both forces, both
 contacts and a wall; and nothing is divided by, so that it holds at resonance as well.
 """
 
@@ -47,6 +51,7 @@ class Parameters:
 
     n: int
     oblique: bool
+    is_wall: NDArray[np.bool_]
     mass_ratio: Array
     frequency_ratio: Array
     restitution: Array
@@ -196,12 +201,11 @@ def conditions(parameters: Parameters) -> Conditions:
     ones = np.ones(len(par))
     second = flight(par.n, ones, par.oscillator_damping, par.force_amplitude, omega)
     # A wall at rest stays where it is.
-    at_rest = (par.mass_ratio == 0.0) & (par.force_amplitude == 0.0)
+    at_rest = par.is_wall & (par.force_amplitude == 0.0)
     second = rigid_wall(second, at_rest)
     one, zero = Interval(ones), Interval(0.0 * ones)
     mbar, r = Interval(par.mass_ratio), Interval(par.restitution)
     rho = r / (1.0 + r)
-    immovable = par.mass_ratio == 0.0
 
     def columns(body: Flight) -> dict[str, tuple[Interval, Interval]]:
         return {
@@ -238,9 +242,9 @@ def conditions(parameters: Parameters) -> Conditions:
         quadratic = of_v + rho * free
         # A wall takes no notice of P, and kappa P takes its place: D and N lose a factor kappa.
         return (
-            choose(immovable, linear, constant),
-            choose(immovable, quadratic, linear),
-            choose(immovable, zero, quadratic),
+            choose(par.is_wall, linear, constant),
+            choose(par.is_wall, quadratic, linear),
+            choose(par.is_wall, zero, quadratic),
         )
 
     return Conditions(

@@ -1,4 +1,7 @@
-"""Floquet multipliers of period n-1 solutions, many at once.
+"""Floquet multipliers of period n-1 solutions, of many systems at once.
+
+The formulas are special to this machine without friction. The general way, `Itinerary.transfer` of
+the compiled core, takes one system at a time.
 
 D is the derivative by Y = (x1, x1', x2', psi) just before the impact of (x1, x1', x2, x2') after
 the impact and a flight of *fixed* length n drive periods. The return map also changes the time of
@@ -24,7 +27,7 @@ def _fixed_flight(equations: Conditions, which: NDArray[np.int64], state: Array)
         column[which] for column in (par.drive_frequency, par.mass_ratio, par.restitution)
     )
     one, zero = np.ones_like(x1), np.zeros_like(x1)
-    kappa, bend = (np.cos(x1), -np.sin(x1)) if par.oblique else (one, zero)
+    _, kappa, bend = par.tip_jet(x1)
     # Han, Jin & Hu (2004), (20) and (44).
     q = mbar + kappa**2
     r1, r2 = (mbar - r * kappa**2) / q, (1.0 + r) * kappa / q
@@ -52,8 +55,8 @@ def multipliers(
     par = equations.parameters
     derivative = _fixed_flight(equations, which, state)
     x1, v1, v2, phase = state.T
-    y = (np.sin(x1) if par.oblique else x1) - par.gap[which]
-    kappa = np.cos(x1) if par.oblique else np.ones_like(x1)
+    tip, kappa, _ = par.tip_jet(x1)
+    y = tip - par.gap[which]
     omega0, zeta1, zeta2 = (
         column[which]
         for column in (par.frequency_ratio, par.pendulum_damping, par.oscillator_damping)

@@ -153,7 +153,7 @@ def reach_of(equations: Conditions) -> list[Reach]:
         # A moving wall: kappa P = (p2'/kappa - p1')/s1, and |kappa| is bounded if its tip is.
         height = np.abs(par.gap) + p2
         wall = np.where(height < 1.0, (p1 + p2 / np.sqrt(1.0 - height**2)) / s1, np.inf)
-        weighed = np.where((par.mass_ratio == 0.0) & ~still, wall, weighed)
+        weighed = np.where(par.is_wall & ~still, wall, weighed)
         limited = (1.0 + height) / (a2.smallest * par.mass_ratio)
         # A resonant body 2 is stopped by the impulse that the drive feeds into it in n periods.
         fed = np.where(second.returns, second.gv.largest / par.mass_ratio, np.inf)
@@ -197,7 +197,7 @@ def _without_solutions(equations: Conditions, k: int) -> str:
     # Over whole turns a body keeps what an impact gives it, unless resonance takes it away.
     if equations.first.returns[k] and (moment == 0.0 or par.frequency_ratio[k] != omega):
         return "no isolated solutions: the undamped pendulum swings a whole number of times"
-    resonant = force != 0.0 and omega == 1.0 and par.mass_ratio[k] > 0.0
+    resonant = force != 0.0 and omega == 1.0 and not par.is_wall[k]
     if equations.second.returns[k] and not resonant:
         return "no isolated solutions: the undamped body 2 swings a whole number of times"
     if par.frequency_ratio[k] == 0.0 and not par.oblique:

@@ -173,7 +173,7 @@ def uncertain() -> Finding:
             )
             start = np.array(motion.initial)
             off = _disturbed(system, by, random)
-            gap = float(np.sin(start[0]) - start[2] - off.gap)
+            gap = float(off.gap_function(start))
             tried[name] += 1
             if gap <= 0.0:
                 run = simulate(off, initial=start, periods=2000, keep=KEEP)
