@@ -27,12 +27,12 @@ use paper::{paper, start};
 use serde::Serialize;
 use setup::{Sections, Setup, simulate};
 use vibroimpact::impact::resolve;
-use vibroimpact::search::{Found, Start, Touch, next_contact};
 use vibroimpact::{
     CancelToken, Cell, Clock, Event, Flight, FreeMotion, Horizon, ImpactEvent, Observer,
     RunOptions, Simulation, State, SweepStart, System, SystemBuilder, Workers, lyapunov_spectrum,
     run, sweep,
 };
+use vibroimpact::{Found, Start, Touch, next_contact};
 
 /// Does a kernel's work so many times.
 type Work = Box<dyn FnMut(u64)>;

@@ -18,12 +18,12 @@ use impacts::impacts;
 use paper::start;
 use vibroimpact::analysis::shooting::Orbit;
 use vibroimpact::impact::resolve;
-use vibroimpact::search::{Start, next_contact};
 use vibroimpact::tangent::itinerary::Itinerary;
 use vibroimpact::{
     CancelToken, Clock, Event, Flight, FreeMotion, RunOptions, Simulation, System, SystemBuilder,
     run,
 };
+use vibroimpact::{Start, next_contact};
 
 fn paper() -> SystemBuilder {
     paper::paper(1.545)

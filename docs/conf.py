@@ -41,6 +41,8 @@ nitpick_ignore = [
         "sweeps.basins.region.Follow",
         "sweeps.basins.region.Region",
         "orbits.curve_problem.CurveProblem",
+        "continuation.names.OwnTest",
+        "sweeps.basins.attractors.Family",
     )
 ]
 

@@ -38,7 +38,6 @@ SDIST = (
     "benches/*.rs",
     "examples/*.rs",
     "tests/*.rs",
-    "tests/*.proptest-regressions",
     "python/vibroimpact/*.py",
     "python/vibroimpact/*.pyi",
     "python/vibroimpact/py.typed",

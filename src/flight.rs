@@ -7,17 +7,19 @@
 //! [`FreeMotion::state_after_periods`] with angles reduced in double-double, and go on as a new local flight.
 
 mod drive;
+pub(crate) mod gap;
 mod oscillator;
 mod resonance;
 mod table;
 
 pub(crate) use drive::{Drive, Drives, Trig, Trigs, Turn, turn_within};
+pub use gap::{ContactReport, Found, Touch, next_contact};
 pub(crate) use oscillator::{
     BodyFlight, BodyFlights, Bounds, Equation, Equations, Motion, MotionLanes, Oscillator,
     SeriesLanes,
 };
 pub(crate) use resonance::{Beat, Beats};
-pub(crate) use table::{LEVELS, Point, States, Table, Weights};
+pub(crate) use table::{Point, States, Table};
 
 use crate::model::angle::Angle;
 use crate::model::oblique::Body;
@@ -26,7 +28,9 @@ use crate::model::state::{Clock, State};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary;
 use crate::numerics::lanes::{self, LANES, Lanes};
-use crate::numerics::tolerance::{CHUNK_TURNS, FREE_SPANS, SCAN_SPANS, SCAN_STEPS};
+use crate::numerics::tolerance::CHUNK_TURNS;
+use crate::search::scan::sextic_remainder;
+use crate::search::tolerances::{FREE_SPANS, SCAN_SPANS, SCAN_STEPS};
 
 /// What a system's flights have in common, worked out once.
 #[derive(Debug, Clone)]
@@ -36,6 +40,8 @@ pub struct FreeMotion {
     pub(crate) oscillator: Oscillator,
     /// Longest local flight.
     pub(crate) span: f64,
+    /// Remainder of an interpolant on the longest steps, per unit sixth derivative.
+    remainder_factor: f64,
     pub(crate) contact: Contact,
     pub(crate) gap: f64,
     /// Longest time after its start at which a contact of a local flight is met.
@@ -44,8 +50,6 @@ pub struct FreeMotion {
     pub(crate) far: f64,
     /// Local time from which on `plain_at` holds: infinite where a body creeps or is near resonance.
     plain_from: f64,
-    /// Remainder of an interpolant on the steps of level 0, per unit sixth derivative (src/scan.rs).
-    pub(crate) remainder_factor: f64,
     tables: table::Tables,
 }
 
@@ -63,7 +67,6 @@ impl FreeMotion {
         let (pendulum, oscillator) = (body(system.pendulum()), body(system.oscillator()));
         let plain_from = pendulum.swings_from().max(oscillator.swings_from());
         let tables = table::Tables::new(span);
-        let cube = tables.steps[0] * tables.steps[0] * tables.steps[0];
         Self {
             drive: Drive::new(omega, system.phase),
             pendulum,
@@ -72,9 +75,9 @@ impl FreeMotion {
             span,
             reach: if plain_from.is_finite() { SCAN_SPANS * span } else { span },
             far: if plain_from.is_finite() { FREE_SPANS * span } else { span },
+            remainder_factor: sextic_remainder(tables.steps[0]),
             contact: system.contact,
             gap: system.gap,
-            remainder_factor: cube * cube / 14_400.0,
             tables,
         }
     }

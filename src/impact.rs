@@ -17,7 +17,7 @@ mod regime;
 #[cfg(test)]
 mod tests;
 
-pub use incremental::{IncrementalError, incremental};
+pub use incremental::{IncrementalError, MAX_INCREMENTS, incremental};
 pub use outcome::{ImpactOutcome, OutcomeError};
 pub(crate) use path::{PathEnd, follow};
 pub use regime::{Regime, RegimeKind};

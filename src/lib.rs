@@ -19,7 +19,7 @@
 //! # Numerics
 //! * Flights are exact: closed forms for every damping, resonance and zero frequency, finite in all
 //!   neighbourhoods; drive periods are counted, so the millionth is as accurate as the first.
-//! * The first contact is found with a guarantee ([`search`]): no double crossing is missed.
+//! * The first contact is found with a guarantee ([`next_contact`]): no double crossing is missed.
 //! * Complete chatter is carried to its accumulation point with a stated error, and runs go on
 //!   through sustained contact ([`ContactMode`]): slide, stick, release.
 //! * Expected outcomes are values ([`StopReason`]); bad input and failed computations are typed
@@ -60,7 +60,7 @@ mod flight;
 pub mod impact;
 mod model;
 mod numerics;
-pub mod search;
+mod search;
 mod simulate;
 pub mod tangent;
 
@@ -70,14 +70,14 @@ pub use analysis::{
     WhyUndecided, Workers, arrive_many, detect_period, lyapunov_spectrum, run_many, sweep,
 };
 pub use contact::{ContactForce, ContactMode};
-pub use flight::{Flight, FreeMotion};
+pub use flight::{ContactReport, Flight, Found, FreeMotion, Touch, next_contact};
 pub use model::{
     Clock, Contact, ImpactLaw, Parameter, ParameterError, SimulationError, State, StateError,
     System, SystemBuilder,
 };
 pub use numerics::cancel::CancelToken;
 pub use numerics::tolerance;
-pub use search::GapPoint;
+pub use search::{GapPoint, Start};
 pub use simulate::event::{
     ChatterEvent, ContactEvent, ContactRecord, Event, EventKind, EventRecord, GrazeEvent,
     GrazeRecord, ImpactEvent, ImpactRecord, StopEvent, StopReason,

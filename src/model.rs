@@ -6,6 +6,7 @@ pub(crate) mod error;
 pub(crate) mod oblique;
 pub(crate) mod parameters;
 pub(crate) mod state;
+pub(crate) mod tip;
 
 pub use error::{ParameterError, SimulationError, StateError};
 pub use parameters::{Contact, ImpactLaw, Parameter, System, SystemBuilder};

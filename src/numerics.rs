@@ -9,3 +9,6 @@ pub(crate) mod lanes;
 pub(crate) mod majorant;
 pub(crate) mod quadrature;
 pub mod tolerance;
+
+/// Spacing of floats at 1, twice the unit roundoff.
+pub(crate) const EPS: f64 = f64::EPSILON;

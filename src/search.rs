@@ -4,5 +4,7 @@ pub(crate) mod first_contact;
 pub(crate) mod gap;
 pub(crate) mod scan;
 
-pub use first_contact::{ContactReport, Found, Start, Touch, next_contact};
+pub(crate) mod tolerances;
+
+pub use first_contact::Start;
 pub use gap::GapPoint;

@@ -5,17 +5,17 @@
 //! Nothing before the end depends on where the run is asked to end, so a run that is resumed gives
 //! the same bits as one long run.
 
+mod batch;
 mod contact;
 pub(crate) mod event;
 mod flight;
-mod lockstep;
 mod recurrence;
 pub(crate) mod run;
 mod sections;
 mod stop;
 
-pub(crate) use flight::{followed_by_hops, hops};
-pub(crate) use lockstep::{Traveller, travel};
+pub(crate) use batch::{Job, run_batch};
+pub(crate) use flight::{hops, impacts_hop_by_hop};
 pub(crate) use recurrence::Cycle;
 
 use serde::{Deserialize, Serialize};
@@ -23,6 +23,7 @@ use serde::{Deserialize, Serialize};
 use self::recurrence::Recurrence;
 use crate::contact::chatter::ChatterMonitor;
 use crate::contact::sustained::ContactMode;
+use crate::flight::Found;
 use crate::flight::{Drive, Flight, FreeMotion};
 use crate::model::error::{SimulationError, StateError};
 use crate::model::parameters::System;
@@ -30,9 +31,9 @@ use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::tolerance::{
-    DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, EPS, MOST_COUNTED, REST_NOISE,
+    DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, EPS, MOST_COUNTED,
 };
-use crate::search::first_contact::Found;
+use crate::search::tolerances::REST_NOISE;
 use crate::simulate::event::{Event, StopEvent, StopReason};
 
 /// How far a simulation goes.
@@ -73,7 +74,7 @@ impl Observer for () {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) enum Phase {
     /// Free flight.
-    Flight(Takeoff),
+    Flight(FlightStart),
     /// On the contact and approaching: an impact at once (a start only).
     Strike,
     /// On the contact with g' = 0: contact or flight follows, as the forces say.
@@ -84,7 +85,7 @@ pub(crate) enum Phase {
 
 /// How a flight began.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(crate) enum Takeoff {
+pub(crate) enum FlightStart {
     /// Apart.
     Apart,
     /// On the contact, g' < 0 or g' = 0 and g'' < 0.
@@ -200,14 +201,14 @@ impl Simulation {
             return Err(StateError::Penetrating { gap, x1, x2 });
         }
         let anchor = if gap < -noise {
-            Anchor { clock: Clock::START, state: initial, phase: Phase::Flight(Takeoff::Apart) }
+            Anchor { clock: Clock::START, state: initial, phase: Phase::Flight(FlightStart::Apart) }
         } else {
             let approach = system.approach_velocity(&initial);
             let rest = REST_NOISE * EPS * (v1.abs() + v2.abs());
             let phase = if approach > rest {
                 Phase::Strike
             } else if approach < -rest {
-                Phase::Flight(Takeoff::Touching)
+                Phase::Flight(FlightStart::Touching)
             } else {
                 Phase::Landing
             };
@@ -397,7 +398,7 @@ impl Simulation {
     fn turn<O: Observer>(&mut self, observer: &mut O) -> Turn {
         match self.point.anchor.phase {
             Phase::Flight(_) if self.point.completion.is_some() => self.complete(observer),
-            Phase::Flight(takeoff) => self.fly(takeoff, observer),
+            Phase::Flight(began) => self.fly(began, observer),
             Phase::Contact(mode) => self.hold(mode, observer),
             Phase::Landing => self.land(observer),
             Phase::Strike => self.strike_at_start(observer),
@@ -455,7 +456,7 @@ impl Anchor {
     /// The flight after an impact.
     #[inline]
     pub fn after_impact(clock: Clock, state: State) -> Self {
-        Self { clock, state, phase: Phase::Flight(Takeoff::Touching) }
+        Self { clock, state, phase: Phase::Flight(FlightStart::Touching) }
     }
 }
 

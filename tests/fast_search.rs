@@ -9,11 +9,12 @@ use crate::support::audit::{self, Draw, Kind, Outcome, judge_flight};
 use crate::support::{draws, random_systems};
 use rayon::prelude::*;
 use vibroimpact::impact::{PreImpact, resolve};
-use vibroimpact::search::{Found, Start, Touch, next_contact};
-use vibroimpact::tolerance::EPS;
 use vibroimpact::{
-    Clock, Contact, Event, FreeMotion, Horizon, Simulation, State, System, SystemBuilder,
+    Clock, Contact, Event, Found, FreeMotion, Horizon, Simulation, Start, State, System,
+    SystemBuilder, Touch, next_contact,
 };
+
+const EPS: f64 = f64::EPSILON;
 
 /// Neither that of the audit nor that of random_systems.rs.
 const SEED: u64 = 5;

@@ -13,11 +13,12 @@ use crate::support::draws;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use vibroimpact::search::{ContactReport, Found, Start, next_contact};
-use vibroimpact::tolerance::EPS;
 use vibroimpact::{
-    Clock, Contact, Event, FreeMotion, Horizon, Simulation, State, System, SystemBuilder,
+    Clock, Contact, ContactReport, Event, Found, FreeMotion, Horizon, Simulation, Start, State,
+    System, SystemBuilder, next_contact,
 };
+
+const EPS: f64 = f64::EPSILON;
 
 struct Drawer(ChaCha8Rng);
 

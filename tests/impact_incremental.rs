@@ -2,8 +2,8 @@
 //! code with it (docs/theory.md, section 4): for every law and every regime both agree to a
 //! multiple of the step, and the difference falls in proportion to it.
 
+use vibroimpact::impact::MAX_INCREMENTS;
 use vibroimpact::impact::{Impact, ImpactFailure, IncrementalError, Regime, incremental};
-use vibroimpact::tolerance::MAX_INCREMENTS;
 use vibroimpact::{Contact, ImpactLaw};
 
 use crate::support::draws;

@@ -4,11 +4,10 @@
 //!
 //! Ranges: all angles, |v1| <= 2, u in (0, 2], mbar in [0.01, 10], mu in [0, 5], r in [0, 1].
 
-use crate::support::draws;
+use crate::support::random_cases;
 use std::f64::consts::{PI, TAU};
 
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 use vibroimpact::impact::{Impact, PreImpact, RegimeKind, resolve};
 use vibroimpact::{Contact, State, System};
 
@@ -82,15 +81,6 @@ fn cases() -> impl Strategy<Value = Case> {
     )
 }
 
-fn config() -> ProptestConfig {
-    ProptestConfig {
-        cases: draws(5_000, 20_000) as u32,
-        rng_seed: RngSeed::Fixed(2004),
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
-}
-
 /// k for a slip direction.
 fn k(pre: &PreImpact, friction: f64, direction: f64) -> f64 {
     pre.cos + friction * direction.signum() * pre.sin.abs()
@@ -131,7 +121,7 @@ fn table(case: &Case) -> Vec<(RegimeKind, f64)> {
 }
 
 proptest! {
-    #![proptest_config(config())]
+    #![proptest_config(random_cases(5_000, 20_000))]
 
     #[test]
     fn energy_never_grows_and_the_loss_is_its_drop(case in cases()) {

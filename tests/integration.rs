@@ -11,10 +11,22 @@ mod support {
     pub mod impacts;
     pub mod random_systems;
 
+    use proptest::test_runner::{Config, RngSeed};
+
     /// How many random cases a test looks at: the first `usual` of those that it looks at under
     /// `make thorough`.
     pub fn draws(usual: usize, thorough: usize) -> usize {
         if std::env::var_os("VIBROIMPACT_THOROUGH").is_some() { thorough } else { usual }
+    }
+
+    /// So many cases, the same in every run. One that fails becomes a test with a name, not a file.
+    pub fn random_cases(usual: usize, thorough: usize) -> Config {
+        Config {
+            cases: draws(usual, thorough) as u32,
+            rng_seed: RngSeed::Fixed(2004),
+            failure_persistence: None,
+            ..Config::default()
+        }
     }
 }
 

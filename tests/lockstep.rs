@@ -5,6 +5,7 @@ mod draw;
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
+use std::sync::Barrier;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use draw::{DRIVEN, Drawer, Family, Place, Traveller};
@@ -332,24 +333,32 @@ fn a_sweep_that_is_cancelled_has_no_wrong_points() {
 
 #[test]
 fn a_thread_of_the_pool_may_ask_for_runs_while_others_are_free() {
-    if rayon::current_num_threads() < 2 {
-        return; // nobody is free while it waits
-    }
-    let (system, starts) = few();
-    let options = RunOptions::periods(20);
-    let (sender, receiver) = std::sync::mpsc::channel();
-    std::thread::spawn(move || {
-        rayon::scope(|scope| {
-            scope.spawn(|_| {
-                let workers = Workers::new(None).unwrap();
-                let runs =
-                    run_many(&system, &starts, options, &workers, &CancelToken::never()).unwrap();
-                sender.send(runs.len()).unwrap();
-            });
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+    assert_eq!(pool.install(four_runs), 4);
+}
+
+#[test]
+fn a_thread_of_the_pool_may_ask_for_runs_while_others_are_busy() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    let (begun, ended) = (Barrier::new(2), Barrier::new(2));
+    let runs = pool.scope(|scope| {
+        scope.spawn(|_| {
+            begun.wait();
+            ended.wait();
         });
+        begun.wait(); // the other thread has taken it
+        let runs = four_runs();
+        ended.wait();
+        runs
     });
-    // Not a matter of speed: it would never end.
-    assert_eq!(receiver.recv_timeout(std::time::Duration::from_secs(60)), Ok(4));
+    assert_eq!(runs, 4);
+}
+
+fn four_runs() -> usize {
+    let (system, starts) = few();
+    let workers = Workers::new(None).unwrap();
+    let options = RunOptions::periods(20);
+    run_many(&system, &starts, options, &workers, &CancelToken::never()).unwrap().len()
 }
 
 /// The system of Fig. 5(a) and four starts.

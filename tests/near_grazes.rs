@@ -6,9 +6,12 @@ use std::path::Path;
 
 use crate::support::audit::rounding::{self, Level};
 use serde_json::Value;
-use vibroimpact::search::{Found, Start, next_contact};
-use vibroimpact::tolerance::EPS;
-use vibroimpact::{Clock, Contact, Event, FreeMotion, Horizon, Simulation, State, System};
+use vibroimpact::{
+    Clock, Contact, Event, Found, FreeMotion, Horizon, Simulation, Start, State, System,
+    next_contact,
+};
+
+const EPS: f64 = f64::EPSILON;
 
 /// Allowed error of a contact's time, in units of eps max(1, t)/min(1, u).
 const ALLOWED: f64 = 100.0;

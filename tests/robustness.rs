@@ -6,19 +6,19 @@ mod frequencies;
 mod huge_forces;
 mod interrupts;
 
-use crate::support::draws;
+use crate::support::random_cases;
 use proptest::num::f64::ANY;
 use proptest::prelude::*;
 use vibroimpact::analysis::basin::{Fate, arrive};
 use vibroimpact::analysis::shooting::Orbit;
 use vibroimpact::impact::{ImpactOutcome, IncrementalError, PreImpact, incremental};
-use vibroimpact::search::{Found, Start, next_contact};
 use vibroimpact::tangent::itinerary::{Itinerary, Leg, Node};
 use vibroimpact::{
     CancelToken, Clock, Contact, Event, FreeMotion, Horizon, ImpactLaw, Run, RunError, RunOptions,
     Simulation, State, StateError, StopReason, System, SystemBuilder, Workers, detect_period, run,
     run_many,
 };
+use vibroimpact::{Found, Start, next_contact};
 
 fn paper() -> SystemBuilder {
     System::builder()
@@ -87,7 +87,7 @@ fn is_hectic(system: &System, [x1, v1, x2, v2]: [f64; 4]) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: draws(1_000, 3_000) as u32, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(1_000, 3_000))]
 
     #[test]
     fn every_number_makes_a_system_in_range_or_a_named_error(

@@ -1,4 +1,4 @@
-"""Chatter and lasting contact: the low frequencies of Fig. 7(c), and the time spent in contact.
+"""Chatter and sustained contact: the low frequencies of Fig. 7(c), and the time spent in contact.
 
 Run ``python examples/gallery/contact_fraction.py [--quick] [--out contact_fraction.png]``.
 """

@@ -3,7 +3,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use vibroimpact::search::{Found, Start, next_contact};
+use vibroimpact::{Found, Start, next_contact};
 use vibroimpact::{Clock, FreeMotion};
 use vibroimpact_fuzz::{Draw, assert_finite, execution, is_hectic, numbers};
 

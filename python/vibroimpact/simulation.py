@@ -159,6 +159,12 @@ def simulate(
     return runs
 
 
+def refuse_overlap(system: System, initial: Sequence[float]) -> None:
+    """Raise StateError for a start that does not fit: by a run of no length."""
+    if _core.simulate(system._compiled, initial, time=0.0).interrupted:
+        raise KeyboardInterrupt
+
+
 def _wrap(core: _core.Run, system: System, initial: NDArray[np.float64]) -> Run:
     x1, v1, x2, v2 = initial.tolist()
     return Run(core, system, (x1, v1, x2, v2))

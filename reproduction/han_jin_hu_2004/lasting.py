@@ -1,4 +1,4 @@
-"""Lasting contact in Fig. 7(c), which the paper's section 3 has no room for (docs/theory.md, E8).
+"""Sustained contact in Fig. 7(c), which the paper's section 3 has no room for (docs/theory.md, E8).
 
 Its model is impacts and free flights. At low drive frequencies the impacts accumulate in every
 drive period, infinitely many in a finite time, and contact lasts after them (section 5).
@@ -71,7 +71,7 @@ def observe(
 
 
 def contact_share(run: Run) -> float:
-    """Return the part of the kept time in lasting contact."""
+    """Return the part of the kept time in sustained contact."""
     return run.time_in_contact / (run.final_state.time - run.kept_from)
 
 
@@ -128,7 +128,7 @@ def evaluate(observed: LastingContact) -> Claim:
             f"drive periods in which a complete chatter ends: {listed}; "
             f"{edge} (every label from {observed.frequencies[0]:g} on is 1-inf; "
             f"{len(observed.frequencies)} frequencies, step {step:g}); part of the drive period in "
-            f"lasting contact: {shares}; bound of the error of a completed chatter: "
+            f"sustained contact: {shares}; bound of the error of a completed chatter: "
             f"{max(errors):.1g}"
         ),
         command=_command(transition),

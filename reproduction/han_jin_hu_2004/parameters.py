@@ -3,7 +3,7 @@
 All share mass ratio 0.6, frequency ratio 2, restitution 0.8, gap 0.5, the initial state
 (0, 0.5, 0, 0), and 600 drive periods of which the last 100 are kept (section 4 of the paper). The
 drive is cos(omega t). The paper states no ranges for its diagrams: those here are ours, and so are
-the low frequencies at which Fig. 7(c) is looked at for lasting contact.
+the low frequencies at which Fig. 7(c) is looked at for sustained contact.
 """
 
 from dataclasses import dataclass

@@ -49,7 +49,7 @@ _TAILS = (0.003, 0.997)
 class Enlargement:
     """A part of a diagram on a finer grid; `window` is None for a range fixed beforehand.
 
-    `example` is a motion with lasting contact inside it.
+    `example` is a motion with sustained contact inside it.
     """
 
     diagram: Diagram
@@ -107,7 +107,7 @@ def draw(figure: int, panels: Sequence[tuple[Transition, Diagram]], color: Color
     """Draw a page with one row for each panel: impact section left, stroboscopic section right.
 
     Where the motion has complete chatter over a range of frequencies, panels beneath show the time
-    in lasting contact: over all frequencies left, over that range right.
+    in sustained contact: over all frequencies left, over that range right.
     """
     first = panels[0][1]
     heights = [_DOUBLE_HEIGHT if _chatters(diagram) else _HEIGHT for _, diagram in panels]
@@ -128,7 +128,7 @@ def draw(figure: int, panels: Sequence[tuple[Transition, Diagram]], color: Color
             left, right, whole, low = page.double_row(heading, _RATIO)
             plot.contact_fraction(diagram, ax=whole)
             plot.contact_fraction(diagram, ax=low)
-            whole.set_title("time in lasting contact", loc="left", pad=3)
+            whole.set_title("time in sustained contact", loc="left", pad=3)
             low.set_title("the same, low frequencies", loc="left", pad=3)
             low.set_xlim(diagram.parameter[0], 1.25 * diagram.parameter[diagram.n == -1].max())
         _pair(left, right, diagram, color, 0.25, _OPACITY)
@@ -144,7 +144,7 @@ def _chatters(diagram: Diagram) -> bool:
 def draw_enlargements(transition: Transition, parts: Sequence[Enlargement], color: Color) -> Page:
     """Draw the enlarged parts of a diagram: fixed ranges in full width, windows three in a row.
 
-    Beneath a range with an example of lasting contact: the time in contact, and that motion.
+    Beneath a range with an example of sustained contact: the time in contact, and that motion.
     """
     ranges = [part for part in parts if part.window is None]
     windows = [part for part in parts if part.window is not None]
@@ -170,7 +170,7 @@ def draw_enlargements(transition: Transition, parts: Sequence[Enlargement], colo
         else:
             left, right, beneath, motion = page.double_row(heading, _RATIO)
             plot.contact_fraction(part.diagram, ax=beneath)
-            beneath.set_title("time in lasting contact", loc="left", pad=3)
+            beneath.set_title("time in sustained contact", loc="left", pad=3)
             _example(motion, part.example)
             examples += motion.get_legend_handles_labels()[0]
         _pair(left, right, part.diagram, color, 0.4, _OPACITY_ENLARGED)

@@ -14,7 +14,7 @@ use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{Event, StopEvent, StopReason};
 use crate::simulate::run::RunOptions;
-use crate::simulate::{Observer, Simulation, Traveller};
+use crate::simulate::{Job, Observer, Simulation};
 
 /// This close to the attractor, as part of the region's radius, rounding may decide what is nearer.
 const CLOSE: f64 = 1e-3;
@@ -181,7 +181,7 @@ pub(crate) struct Journey<'a> {
     failed: bool,
 }
 
-impl<'a> Traveller for Journey<'a> {
+impl<'a> Job for Journey<'a> {
     type Watch = Watch<'a>;
 
     fn parts(&mut self) -> (&mut Simulation, &mut Watch<'a>) {

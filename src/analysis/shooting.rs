@@ -9,17 +9,18 @@
 //!
 //! ```
 //! use nalgebra::{DMatrix, DVector};
-//! use vibroimpact::itinerary::{Itinerary, Node};
-//! use vibroimpact::orbit::Orbit;
-//! use vibroimpact::{RunOptions, State, System, run};
+//! use vibroimpact::analysis::shooting::Orbit;
+//! use vibroimpact::tangent::itinerary::{Itinerary, Node};
+//! use vibroimpact::{CancelToken, RunOptions, State, System, run};
 //!
 //! let system = System::builder()
 //!     .mass_ratio(0.6).frequency_ratio(2.0).restitution(0.8).gap(0.5)
 //!     .drive_frequency(1.8).moment_amplitude(1.0)
 //!     .build()?;
 //! let start = State::new(0.0, 0.5, 0.0, 0.0)?;
-//! let settled = run(&system, start, RunOptions::periods(100), &CancelToken::never())?.final_state.state;
-//! let (legs, mut nodes) = Itinerary::follow(&system, settled, 1, 1000, &CancelToken::never())?;
+//! let never = CancelToken::never();
+//! let settled = run(&system, start, RunOptions::periods(100), &never)?.final_state.state;
+//! let (legs, mut nodes) = Itinerary::follow(&system, settled, 1, 1000, &never)?;
 //! for _ in 0..10 {
 //!     let residual = Orbit::new(&system, &legs, &nodes)?.residual(&[])?;
 //!     let rows = residual.values.len();

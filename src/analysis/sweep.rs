@@ -23,7 +23,7 @@ use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::StopReason;
 use crate::simulate::run::{Run, RunError, RunOptions, run, run_together};
-use crate::simulate::{Simulation, travel};
+use crate::simulate::{Simulation, run_batch};
 
 /// Where each value of the parameter starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -431,7 +431,7 @@ pub fn arrive_many(
             };
             let mut arrived =
                 |(place, journey): (usize, Journey)| (done.borrow_mut())(place, journey.arrive());
-            travel(&mut next, &mut arrived, in_hand);
+            run_batch(&mut next, &mut arrived, in_hand);
         })
     });
     let pending = || Arrival::empty(Fate::Pending);

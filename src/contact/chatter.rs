@@ -59,7 +59,7 @@ pub(crate) struct ChatterMonitor {
 
 /// What of the memory decides about the next impacts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Rhythm {
+pub(crate) struct ChatterKey {
     last: u64,
     ratio: u64,
     kept: u32,
@@ -112,8 +112,8 @@ impl ChatterMonitor {
     }
 
     /// What decides about the next impacts; `None` within a sequence, where its samples do too.
-    pub fn rhythm(&self) -> Option<Rhythm> {
-        (self.kept < CHATTER_IMPACTS).then_some(Rhythm {
+    pub fn chatter_key(&self) -> Option<ChatterKey> {
+        (self.kept < CHATTER_IMPACTS).then_some(ChatterKey {
             last: self.last.to_bits(),
             ratio: self.ratio.to_bits(),
             kept: self.kept,

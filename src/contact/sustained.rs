@@ -146,12 +146,12 @@ impl System {
     }
 
     /// No contact force fits: a Painleve point, or a wall that jams the pendulum.
-    pub(crate) fn stuck(&self) -> Next {
+    pub(crate) fn no_force_fits(&self) -> Next {
         if self.is_wall() { Next::Jammed } else { Next::Painleve }
     }
 
     /// Whether no motion from a state on the contact with g' = 0 fits, or more than one.
-    pub(crate) fn is_stuck(&self, phase: Trig, state: &State) -> bool {
+    pub(crate) fn has_no_contact_force(&self, phase: Trig, state: &State) -> bool {
         matches!(self.land(phase, state), Next::Painleve | Next::Jammed)
     }
 
@@ -163,14 +163,14 @@ impl System {
         let rubs = self.friction > 0.0 && i.sin != 0.0;
         if rubs && i.v1 != 0.0 && self.slip_inertia(i.sin, i.cos, i.v1.signum()) == 0.0 {
             // Pressed together no force fits; pulled apart, flight and contact do.
-            return self.stuck();
+            return self.no_force_fits();
         }
         if free < -noise {
             let ambiguous = rubs
                 && i.v1 == 0.0
                 && self.slip_inertia(i.sin, i.cos, -i.cos.signum()) == 0.0
                 && self.sticks(&i);
-            return if ambiguous { self.stuck() } else { Next::Separate };
+            return if ambiguous { self.no_force_fits() } else { Next::Separate };
         }
         let next = if i.v1 != 0.0 {
             self.slide(&i, i.v1)
@@ -197,7 +197,7 @@ impl System {
 
     fn slide(&self, i: &Instant, direction: f64) -> Next {
         if self.slip_inertia(i.sin, i.cos, direction.signum()) == 0.0 {
-            return self.stuck();
+            return self.no_force_fits();
         }
         Next::Hold(ContactMode::slide(direction))
     }

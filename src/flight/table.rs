@@ -10,10 +10,8 @@ use std::sync::OnceLock;
 use super::drive::{Drive, Trig, Turn};
 use super::oscillator::Oscillator;
 use crate::numerics::lanes::{LANES, Lanes};
-use crate::numerics::tolerance::SCAN_STEPS;
-
-/// Step lengths, each half the one before; the first is nearly an eighth of a local flight.
-pub(crate) const LEVELS: usize = 12;
+use crate::search::scan::{LEVELS, Weights};
+use crate::search::tolerances::SCAN_STEPS;
 
 /// State of both bodies and the forcing phase at one instant.
 #[derive(Debug, Clone, Copy, Default)]
@@ -38,17 +36,6 @@ struct Response {
     v_of_cos: Lanes,
     x_of_sin: Lanes,
     v_of_sin: Lanes,
-}
-
-/// Weights of rate and second derivative in Bernstein coefficients of degree 6 on a step
-/// (src/scan.rs): h/6, h/3, h^2/30, h/5, h^2/40.
-#[derive(Debug, Clone)]
-pub(crate) struct Weights {
-    pub sixth: f64,
-    pub third: f64,
-    pub thirtieth: f64,
-    pub fifth: f64,
-    pub fortieth: f64,
 }
 
 /// The table of one step length h. No lanes of it lie on two cache lines.
@@ -104,15 +91,8 @@ impl Table {
     pub fn new(step: f64, drive: &Drive, pendulum: &Oscillator, oscillator: &Oscillator) -> Self {
         let times = std::array::from_fn(|j| step * (j + 1) as f64);
         let turns = times.map(|s| drive.turned(Trig::ONE, s));
-        let weights = Weights {
-            sixth: step / 6.0,
-            third: step / 3.0,
-            thirtieth: step * step / 30.0,
-            fifth: step / 5.0,
-            fortieth: step * step / 40.0,
-        };
         Self {
-            weights,
+            weights: Weights::new(step),
             pendulum: Response::new(pendulum, &times, &turns),
             oscillator: Response::new(oscillator, &times, &turns),
             cos: turns.map(|turn| turn.phase.cos),

@@ -17,7 +17,10 @@ use super::{Impact, ImpactFailure, PreImpact, Regime};
 use crate::model::contact_coordinates::ContactCoordinates;
 use crate::model::error::ParameterError;
 use crate::model::parameters::System;
-use crate::numerics::tolerance::MAX_INCREMENTS;
+
+/// Most steps of the incremental-impulse integrator: with more, the sum of their roundings would
+/// approach the error of the steps themselves.
+pub const MAX_INCREMENTS: u32 = 1_000_000;
 
 /// Why [`incremental`] has no outcome.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -1,7 +1,13 @@
 //! First root of a quartic that bounds a function from above: the step that cannot pass a root
 //! (docs/contact-detection.md).
 
-use crate::numerics::tolerance::{QUARTIC_RTOL, QUARTIC_STEPS};
+/// The search solves its quartic to this relative accuracy; the next evaluation of the gap
+/// starts afresh from there. Values from 1e-3 to 1e-9 cost and err alike on average, and every
+/// reference is met with each of them: the steps only need to be safe.
+const QUARTIC_RTOL: f64 = 1e-4;
+
+/// Steps of the solver of the quartic; it may stop anywhere, every iterate is a safe step.
+const QUARTIC_STEPS: usize = 24;
 
 /// A number at or just below (to rounding) the first positive root of
 /// c0 + c1 h + c2 h^2 + c3 h^3 + c4 h^4 in (0, limit], or `limit` if there is none; c0 < 0 and

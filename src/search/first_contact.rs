@@ -13,24 +13,20 @@
 
 #![allow(clippy::inline_always)] // the usual way through a search is compiled for several instruction sets
 
-mod outlook;
+mod first_pass;
 mod release;
 
-pub(crate) use outlook::{Outlook, few_digits};
+pub(crate) use first_pass::{FirstPass, short_time};
 
-use outlook::outlook;
+use first_pass::first_pass;
 
-use crate::flight::{Flight, FreeMotion, Motion};
-use crate::model::angle::Angle;
-use crate::model::parameters::Contact;
-use crate::model::state::State;
-use crate::numerics::lanes;
+use crate::numerics::EPS;
 use crate::numerics::majorant::first_root;
-use crate::numerics::tolerance::{
-    EPS, FLIGHT_NOISE, GRAZE_NOISE, LEAST_PROGRESS, PAUSE_NOISE, SEARCH_PATIENCE, SEARCH_STEPS,
+use crate::search::gap::{BoundedGap, Gap, GapPoint, SteppedGap};
+use crate::search::tolerances::{
+    FLIGHT_NOISE, GRAZE_NOISE, LEAST_PROGRESS, PAUSE_NOISE, SEARCH_PATIENCE, SEARCH_STEPS,
     SETTLE_PART, SETTLE_STEPS, TAYLOR_PART,
 };
-use crate::search::gap::{Direct, GapFlight, GapPoint, Geometry, Oblique};
 
 /// How a local flight starts, as far as the contact is concerned.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,17 +43,17 @@ pub enum Start {
 
 /// What the search found.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Found {
+pub enum Found<S> {
     /// g = 0 with g' > 0, for the first time.
-    Contact(Touch),
+    Contact(Touch<S>),
     /// The gap rises to zero within rounding and falls again: no impulse.
-    Graze(Touch),
+    Graze(Touch<S>),
     /// No contact up to this local time: the end of the local flight or later; earlier only after
     /// very many evaluations. The search goes on as a new local flight, with bounds of its own.
     Clear(f64),
     /// The bodies are on the contact without separating (g = g' = 0 to rounding, g'' >= 0), as a
     /// rule at the start of the flight: contact lasts.
-    Resting(Touch),
+    Resting(Touch<S>),
     /// The gap is not a finite number.
     NotFinite,
     /// The step budget is used up.
@@ -67,18 +63,18 @@ pub enum Found {
 /// A contact or the top of a graze. The instant is `time + offset`: kept apart, because the root
 /// lies between two neighbouring numbers and velocity times that spacing is not negligible.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Touch {
+pub struct Touch<S> {
     /// Local time of the last evaluation.
     pub time: f64,
     /// From there to the instant; so short that Taylor polynomials are exact to rounding.
     pub offset: f64,
     /// Gap function at the instant.
     pub gap: GapPoint,
-    /// State of both bodies at the instant.
-    pub state: State,
+    /// State at the instant.
+    pub state: S,
 }
 
-impl Touch {
+impl<S> Touch<S> {
     /// The local time as one number.
     #[must_use]
     pub fn local_time(&self) -> f64 {
@@ -88,89 +84,34 @@ impl Touch {
 
 /// Outcome and cost of one search.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ContactReport {
+pub struct ContactReport<S> {
     /// What was found.
-    pub found: Found,
+    pub found: Found<S>,
     /// Evaluations of the gap function.
     pub evaluations: u64,
 }
 
-/// First contact of `flight` in (0, `span`], `span` at most that of the motion; none where that is empty.
-#[must_use]
-pub fn next_contact(
-    motion: &FreeMotion,
-    flight: &Flight,
-    start: Start,
-    span: f64,
-) -> ContactReport {
-    if span.is_nan() || span <= 0.0 {
-        return ContactReport { found: Found::Clear(0.0), evaluations: 0 };
-    }
-    let span = span.min(motion.span);
-    let mut report = lanes::narrow(Job { motion, flight, start, span });
-    match report.found {
-        Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch)
-            if !touch.state.is_finite() || !touch.local_time().is_finite() =>
-        {
-            report.found = Found::NotFinite;
-        }
-        Found::Contact(touch) if touch.local_time() > span => report.found = Found::Clear(span),
-        _ => {}
-    }
-    report
-}
-
-/// A search, compiled for each kind of vector instructions.
-struct Job<'a> {
-    motion: &'a FreeMotion,
-    flight: &'a Flight,
-    start: Start,
-    span: f64,
-}
-
-impl pulp::NullaryFnOnce for Job<'_> {
-    type Output = ContactReport;
-
-    #[inline(always)]
-    fn call(self) -> ContactReport {
-        first_contact(self.motion, self.flight, self.start, self.span)
-    }
-}
-
-/// [`next_contact`], for callers that are compiled for several instruction sets themselves.
+/// First contact of a flight in (0, `span`]: the first pass, and the careful search where it stays unsure.
 #[inline(always)]
-pub(crate) fn first_contact(
-    motion: &FreeMotion,
-    flight: &Flight,
+pub(crate) fn first_contact<G: SteppedGap>(
+    gap: &G,
     start: Start,
     span: f64,
-) -> ContactReport {
-    match motion.contact {
-        Contact::Oblique => search::<Oblique>(motion, flight, start, span),
-        Contact::Direct => search::<Direct>(motion, flight, start, span),
-    }
-}
-
-#[inline(always)]
-fn search<G: Geometry>(
-    motion: &FreeMotion,
-    flight: &Flight,
-    start: Start,
-    span: f64,
-) -> ContactReport {
-    let (outlook, mut scanned) = outlook::<G>(motion, flight, start, span);
-    let clear = match outlook {
-        Outlook::Clear(time) => {
+) -> ContactReport<G::State> {
+    let (first_pass, mut scanned) = first_pass(gap, start, span);
+    let clear = match first_pass {
+        FirstPass::Clear(time) => {
             return ContactReport { found: Found::Clear(time), evaluations: scanned };
         }
-        Outlook::Ahead { near, after, bounds } => {
+        FirstPass::Ahead { near, after, bounds } => {
             let touching = start == Start::Touching;
-            let gap = GapFlight::<G>::within(motion, flight, touching, bounds);
-            let mut search = Search { gap, begin: 0.0, span: span.max(near), evaluations: scanned };
+            let bounded = BoundedGap::new(gap, touching, bounds);
+            let mut search =
+                Search { gap: bounded, begin: 0.0, span: span.max(near), evaluations: scanned };
             let (touch, settled) = search.meet(near, 0.0);
             scanned = search.evaluations;
             if touch.local_time() < 0.0 {
-                return carefully::<G>(motion, flight, start, span, 0.0, scanned);
+                return careful_search(gap, start, span, 0.0, scanned);
             }
             if settled && touch.gap.rate > 0.0 {
                 return ContactReport { found: Found::Contact(touch), evaluations: scanned };
@@ -180,31 +121,30 @@ fn search<G: Geometry>(
             }
             after
         }
-        Outlook::Unsure(time) => time,
+        FirstPass::Unsure(time) => time,
     };
-    carefully::<G>(motion, flight, start, span, clear, scanned)
+    careful_search(gap, start, span, clear, scanned)
 }
 
 /// The careful search, from local time `clear` < `span` on.
 #[inline(never)]
-pub(crate) fn carefully<G: Geometry>(
-    motion: &FreeMotion,
-    flight: &Flight,
+pub(crate) fn careful_search<G: Gap>(
+    gap: &G,
     start: Start,
     span: f64,
     clear: f64,
     scanned: u64,
-) -> ContactReport {
+) -> ContactReport<G::State> {
     let touching = matches!(start, Start::Touching | Start::Released);
-    let gap = GapFlight::<G>::new(motion, flight, touching);
+    let gap = BoundedGap::new(gap, touching, gap.bounds());
     let begin = if let Start::Grazed(time) = start { time.max(0.0).min(span) } else { 0.0 };
     let mut search = Search { gap, begin, span, evaluations: scanned };
     let found = search.run(start, clear);
     ContactReport { found, evaluations: search.evaluations }
 }
 
-struct Search<'a, G: Geometry> {
-    gap: GapFlight<'a, G>,
+struct Search<'a, G> {
+    gap: BoundedGap<'a, G>,
     /// The start, or a graze that the search goes on from: nothing before it counts.
     begin: f64,
     span: f64,
@@ -213,18 +153,17 @@ struct Search<'a, G: Geometry> {
 
 /// The gap and both bodies at one local time.
 #[derive(Clone, Copy)]
-struct Sample {
+struct Sample<I> {
     time: f64,
     gap: GapPoint,
-    angle: Angle,
-    bodies: (Motion, Motion),
+    instant: I,
 }
 
 /// What a rise of the gap to rounding level turned out to be.
-enum Settled {
-    Found(Found),
+enum Settled<I, S> {
+    Found(Found<S>),
     /// The top of a hump that stays below zero by more than rounding.
-    Below(Sample),
+    Below(Sample<I>),
 }
 
 /// Power of h that is divided out of q at a start on the contact.
@@ -236,28 +175,28 @@ enum Lift {
     Thrice,
 }
 
-impl<G: Geometry> Search<'_, G> {
+impl<G: Gap> Search<'_, G> {
     #[inline(always)]
-    fn evaluate(&mut self, s: f64) -> Sample {
+    fn evaluate(&mut self, s: f64) -> Sample<G::Instant> {
         self.evaluations += 1;
-        let (gap, angle, bodies) = self.gap.at(s);
-        Sample { time: s, gap, angle, bodies }
+        let (gap, instant) = self.gap.at(s);
+        Sample { time: s, gap, instant }
     }
 
     #[inline(always)]
-    fn touch(&self, sample: &Sample, offset: f64) -> Touch {
+    fn touch(&self, sample: &Sample<G::Instant>, offset: f64) -> Touch<G::State> {
         Touch {
             time: sample.time,
             offset,
             gap: sample.gap.later(offset),
-            state: self.gap.state_later(&sample.bodies, offset),
+            state: self.gap.state(&sample.instant, offset),
         }
     }
 
     /// `clear`: up to this local time there is no contact.
-    fn run(&mut self, start: Start, clear: f64) -> Found {
+    fn run(&mut self, start: Start, clear: f64) -> Found<G::State> {
         let mut sample = self.evaluate(if let Start::Grazed(time) = start { time } else { clear });
-        if !(self.gap.fourth_bound.is_finite() && sample.gap.value.is_finite()) {
+        if !(self.gap.bounds.fourth.is_finite() && sample.gap.value.is_finite()) {
             return Found::NotFinite;
         }
         let first = sample.time;
@@ -280,7 +219,7 @@ impl<G: Geometry> Search<'_, G> {
             }
         };
         // Beyond this q is useless: its last term alone exceeds what g' can do. It is no root.
-        let reach = 3.0 * (self.gap.rate_bound / self.gap.fourth_bound).cbrt();
+        let reach = 3.0 * (self.gap.bounds.rate / self.gap.bounds.fourth).cbrt();
         for _ in 0..SEARCH_STEPS {
             let (s, gap) = (sample.time, sample.gap);
             let graze = GRAZE_NOISE * self.gap.noise(s);
@@ -306,7 +245,7 @@ impl<G: Geometry> Search<'_, G> {
             if step >= left {
                 return Found::Clear(self.span);
             }
-            let remainder = self.gap.fourth_bound / 24.0 * step.powi(4);
+            let remainder = self.gap.bounds.fourth / 24.0 * step.powi(4);
             let rounding = TAYLOR_PART * self.gap.noise(s + step);
             let tiny = (step < reach && remainder <= rounding) || s + step == s;
             if tiny && lift == Lift::Twice {
@@ -352,7 +291,7 @@ impl<G: Geometry> Search<'_, G> {
     /// from a point at that level.
     fn flat_step(&self, point: &GapPoint, limit: f64, graze: f64) -> f64 {
         let GapPoint { value, rate, second, third } = *point;
-        let fourth = self.gap.fourth_bound / 24.0;
+        let fourth = self.gap.bounds.fourth / 24.0;
         first_root(
             &[value.min(graze) - 2.0 * graze, rate, second / 2.0, third / 6.0, fourth],
             limit,
@@ -362,8 +301,8 @@ impl<G: Geometry> Search<'_, G> {
     /// Largest h <= limit found such that q + graze < 0 on (0, h).
     fn safe_step(&self, point: &GapPoint, lift: Lift, limit: f64, graze: f64) -> f64 {
         let GapPoint { value, rate, second, third } = *point;
-        let fourth = self.gap.fourth_bound / 24.0;
-        let creep = GRAZE_NOISE * FLIGHT_NOISE * EPS * self.gap.rate_bound;
+        let fourth = self.gap.bounds.fourth / 24.0;
+        let creep = GRAZE_NOISE * FLIGHT_NOISE * EPS * self.gap.bounds.rate;
         let c = match lift {
             Lift::None => [value + graze, rate, second / 2.0, third / 6.0, fourth],
             Lift::Once => [rate + creep, second / 2.0, third / 6.0, fourth, 0.0],
@@ -375,7 +314,7 @@ impl<G: Geometry> Search<'_, G> {
 
     /// A contact lies so near after `sample`, at about `h`, that the Taylor polynomial of the gap
     /// gives it to rounding; unless it is a graze.
-    fn settle(&mut self, sample: &Sample, h: f64) -> Settled {
+    fn settle(&mut self, sample: &Sample<G::Instant>, h: f64) -> Settled<G::Instant, G::State> {
         let near = sample.gap.later(h);
         // The hump's top by the parabola through (g, g', g'').
         let level = GRAZE_NOISE * self.gap.noise(sample.time + h);
@@ -411,7 +350,11 @@ impl<G: Geometry> Search<'_, G> {
     }
 
     /// The contact before the top of a hump whose height is rounding, or the graze that it is.
-    fn before_top(&mut self, past: &Sample, touch: &Touch) -> Found {
+    fn before_top(
+        &mut self,
+        past: &Sample<G::Instant>,
+        touch: &Touch<G::State>,
+    ) -> Found<G::State> {
         let GapPoint { rate, second, .. } = past.gap;
         if second >= 0.0 {
             return Found::Graze(*touch);
@@ -429,11 +372,11 @@ impl<G: Geometry> Search<'_, G> {
     /// The contact that lies at about `offset` after `time`, and whether the steps have come to it:
     /// from afar they may leap over a double root.
     #[inline(always)]
-    fn meet(&mut self, time: f64, mut offset: f64) -> (Touch, bool) {
+    fn meet(&mut self, time: f64, mut offset: f64) -> (Touch<G::State>, bool) {
         // Once more with care: whatever is lost here stays in the motion.
         let mut sample = self.evaluate(time);
         for _ in 0..SETTLE_STEPS {
-            let higher = self.gap.higher(sample.angle, &sample.bodies);
+            let higher = self.gap.higher(&sample.instant);
             let left;
             (offset, left) = sample.gap.rise(higher, offset);
             // Near a double root it may lie further than the polynomials are exact.
@@ -451,7 +394,11 @@ impl<G: Geometry> Search<'_, G> {
     }
 
     /// Top of the hump ahead, unless it is higher than `level`.
-    fn hump(&mut self, sample: &Sample, level: f64) -> Option<Settled> {
+    fn hump(
+        &mut self,
+        sample: &Sample<G::Instant>,
+        level: f64,
+    ) -> Option<Settled<G::Instant, G::State>> {
         let mut top = *sample;
         for _ in 0..12 {
             if top.gap.second >= 0.0 {

@@ -6,28 +6,25 @@
 //! free of contact. A step for which that fails is cut into eight. A sign change on a step with g' > 0, proven
 //! in the same way from the interpolant's derivative, is the first contact; on a step that ends beyond
 //! what is searched the sign there decides. What stays unsure is left to the careful search
-//! (first_contact.rs), which alone decides about grazes, rest and release. The states come from tables
-//! (flight/table.rs), the rest is arithmetic on arrays; its rounding is allowed for, and can only make
-//! steps unsure (docs/contact-detection.md).
+//! (first_contact.rs), which alone decides about grazes, rest and release. The jets at the ends of steps come
+//! from the model, the rest is arithmetic on arrays; its rounding is allowed for, and can only make steps
+//! unsure (docs/contact-detection.md).
 
 #![allow(clippy::inline_always)] // all of a scan must be compiled with the same instructions
 #![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
 
-mod outright;
 mod quintic;
+mod short_hop;
 
-use outright::{never_meet, short_hop};
 use quintic::{Quintic, root};
+use short_hop::short_hop;
 
-use crate::flight::{Equation, Flight, FreeMotion, LEVELS, Point, States, Weights};
-use crate::model::angle::Angle;
-use crate::model::state::State;
-use crate::numerics::elementary::MOST_TURNED;
 use crate::numerics::lanes::{LANES, Lanes, lanes_of};
-use crate::numerics::tolerance::{
-    BOUND_MARGIN, FREE_SPANS, SCAN_REMAINDER, SCAN_REST, SCAN_SLACK, SCAN_SPANS,
-};
-use crate::search::gap::{GapBounds, GapBoundsLanes, Geometry};
+use crate::search::gap::{GapBounds, GapBoundsLanes, Jet, Jets, SteppedGap};
+use crate::search::tolerances::{FREE_SPANS, SCAN_REMAINDER, SCAN_REST, SCAN_SLACK, SCAN_SPANS};
+
+/// Step lengths, each half the one before; the first is nearly an eighth of a local flight.
+pub(crate) const LEVELS: usize = 12;
 
 /// Halvings by which an unsure step is cut into eight.
 const CUT: usize = 3;
@@ -38,7 +35,7 @@ pub(crate) enum Scan {
     /// No contact up to this local time, which may be several spans.
     Clear(f64),
     /// The first contact, a simple root, lies on a step.
-    Rise(Rise),
+    RisingStep(RisingStep),
     /// The first contact is the end of a short hop, near this local time.
     Hop(f64),
     /// No contact up to this local time; on from there with care.
@@ -47,7 +44,7 @@ pub(crate) enum Scan {
 
 /// A step on which the gap rises through zero, once.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Rise {
+pub(crate) struct RisingStep {
     /// Local time of its start.
     pub after: f64,
     /// Its length.
@@ -58,8 +55,8 @@ pub(crate) struct Rise {
 }
 
 lanes_of! {
-    /// Several rises.
-    Rises of Rise {
+    /// Several rising steps.
+    RisingSteps of RisingStep {
         after: after,
         h: h,
         start_value: start.value,
@@ -71,7 +68,7 @@ lanes_of! {
     }
 }
 
-impl Rise {
+impl RisingStep {
     /// Local time near the contact.
     #[inline(always)]
     pub fn near(&self) -> f64 {
@@ -79,37 +76,20 @@ impl Rise {
     }
 }
 
-/// Gap function and its first two derivatives.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Jet {
-    value: f64,
-    rate: f64,
-    second: f64,
-}
-
-/// The jets at h ... 8h.
-#[derive(Debug, Clone, Default)]
-#[repr(align(64))]
-struct Samples {
-    value: Lanes,
-    rate: Lanes,
-    second: Lanes,
-}
-
 /// What a scan starts from: the jet there, and bounds of the gap's derivatives.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Outset {
-    start: Jet,
+pub(crate) struct ScanStart {
+    pub start: Jet,
     pub bounds: GapBounds,
 }
 
 lanes_of! {
     /// What several scans start from.
-    Outsets of Outset {
+    ScanStarts of ScanStart {
         value: start.value,
         rate: start.rate,
         second: start.second,
-        pendulum_rate_bound: bounds.pendulum_rate,
+        slope_noise: bounds.slope_noise,
         rate_bound: bounds.rate,
         fourth: bounds.fourth,
         fifth: bounds.fifth,
@@ -117,13 +97,13 @@ lanes_of! {
     }
 }
 
-impl Outsets {
+impl ScanStarts {
     /// Their bounds.
     #[inline(always)]
     pub fn bounds(&self) -> GapBoundsLanes {
-        let Self { pendulum_rate_bound, rate_bound, fourth, fifth, sixth, .. } = self;
+        let Self { slope_noise, rate_bound, fourth, fifth, sixth, .. } = self;
         GapBoundsLanes {
-            pendulum_rate: *pendulum_rate_bound,
+            slope_noise: *slope_noise,
             rate: *rate_bound,
             fourth: *fourth,
             fifth: *fifth,
@@ -132,76 +112,35 @@ impl Outsets {
     }
 }
 
-impl Outset {
-    #[inline(always)]
-    pub fn new<G: Geometry>(motion: &FreeMotion, flight: &Flight) -> Self {
-        let equations = (&motion.pendulum.equation, &motion.oscillator.equation);
-        let bounds = (
-            motion.pendulum.derivative_bounds(&flight.pendulum),
-            motion.oscillator.derivative_bounds(&flight.oscillator),
-        );
-        let Flight { state, angle, start, .. } = flight;
-        Self::within::<G>(equations, motion.gap, state, *angle, start.cos, bounds)
-    }
-
-    /// From the state at the start, and bounds of the derivatives 1 to 6 of both displacements.
-    #[inline(always)]
-    pub fn within<G: Geometry>(
-        (pendulum, oscillator): (&Equation, &Equation),
-        gap: f64,
-        s: &State,
-        angle: Angle,
-        cos_psi: f64,
-        (p, o): ([f64; 6], [f64; 6]),
-    ) -> Self {
-        let [fourth, fifth, sixth] = G::high_derivatives(&p);
-        let bounds = GapBounds {
-            pendulum_rate: p[0],
-            rate: p[0] + o[0],
-            fourth: (fourth + o[3]) * BOUND_MARGIN,
-            fifth: fifth + o[4],
-            sixth: sixth + o[5],
-        };
-        let a1 = pendulum.acceleration(s.x1, s.v1, cos_psi);
-        let a2 = oscillator.acceleration(s.x2, s.v2, cos_psi);
-        let tip = G::tip_rates(angle, s.v1, a1);
-        let value = G::tip(s.x1, angle) - s.x2 - gap;
-        let start = Jet { value, rate: tip[0] - s.v2, second: tip[1] - a2 };
-        Self { start, bounds }
-    }
-}
-
 /// Scans a flight for its first contact, and counts evaluations of the gap. `touching`: it starts on the
 /// contact.
 #[inline(always)]
-pub(crate) fn scan<G: Geometry>(
-    motion: &FreeMotion,
-    flight: &Flight,
-    outset: &Outset,
+pub(crate) fn scan<G: SteppedGap>(
+    gap: &G,
+    scan_start: &ScanStart,
     touching: bool,
     span: f64,
 ) -> (Scan, u64) {
-    let mut scanner = Scanner::default();
-    let begun = scanner.begin::<G>(motion, flight, outset, touching, span);
-    let found = begun.unwrap_or_else(|| {
-        loop {
-            let batch = scanner.batch::<G>(motion);
-            if let Some(found) = scanner.judge(motion, &batch) {
-                return found;
-            }
+    let mut scanner = Scanner::<G::Place>::default();
+    if let Some(found) = scanner.begin(gap, scan_start, touching, span) {
+        return (found, scanner.evaluations);
+    }
+    loop {
+        let stride = scanner.stride(gap);
+        if let Some(found) = scanner.judge(gap, &stride) {
+            return (found, scanner.evaluations);
         }
-    });
-    (found, scanner.evaluations)
+    }
 }
 
 /// A scan in the making: where it stands, and what proves a step free.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Scanner {
+pub(crate) struct Scanner<P> {
     pub evaluations: u64,
     /// Local time up to which the flight is free.
     s: f64,
-    /// State and jet there.
-    point: Point,
+    /// The bodies and the jet there.
+    place: P,
     start: Jet,
     /// Whether that is the start of a flight on the contact.
     touching: bool,
@@ -219,40 +158,37 @@ pub(crate) struct Scanner {
 
 /// Eight steps on: states and jets, and the first step that is not proven free.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Batch {
-    states: States,
-    samples: Samples,
+pub(crate) struct Stride<Q> {
+    places: Q,
+    jets: Jets,
     unsure: usize,
 }
 
-impl Scanner {
+impl<P: Copy + Default> Scanner<P> {
     /// The start of a scan: the length of the steps; or the outcome.
     #[inline(always)]
-    pub fn begin<G: Geometry>(
+    pub fn begin<G: SteppedGap<Place = P>>(
         &mut self,
-        motion: &FreeMotion,
-        flight: &Flight,
-        outset: &Outset,
+        gap: &G,
+        scan_start: &ScanStart,
         touching: bool,
         span: f64,
     ) -> Option<Scan> {
-        let &Outset { mut start, bounds } = outset;
+        let &ScanStart { mut start, bounds } = scan_start;
         let rate = bounds.rate;
-        let state = &flight.state;
-        let place = state.x1.abs() + state.x2.abs() + motion.gap.abs();
-        let slack = SCAN_SLACK * (place + rate * span);
+        let extent = gap.extent();
+        let slack = SCAN_SLACK * (extent + rate * span);
         self.evaluations = 0;
         let clear = if touching { start.rate < -SCAN_REST * rate } else { start.value < -slack };
-        let turned = state.x1.abs() + SCAN_SPANS * rate * span;
-        if !touching && clear && never_meet::<G>(motion, flight, slack) {
+        if !touching && clear && gap.never_meets(slack) {
             return Some(Scan::Clear(FREE_SPANS * span));
         }
-        if !(clear && (turned <= MOST_TURNED || !G::TURNS)) {
+        if !(clear && gap.steps_hold(SCAN_SPANS * rate * span)) {
             return Some(Scan::Unsure(0.0));
         }
         // Halving the step takes a 64th of the remainder; a NaN or too large a bound finds no level.
-        let allowed = SCAN_REMAINDER * (place + rate * motion.step(0));
-        let mut remainder = bounds.sixth * motion.remainder_factor;
+        let allowed = SCAN_REMAINDER * (extent + rate * gap.step(0));
+        let mut remainder = bounds.sixth * gap.remainder_factor();
         let mut coarse = 0;
         while remainder > allowed || remainder.is_nan() {
             coarse += 1;
@@ -267,62 +203,57 @@ impl Scanner {
             start.value = 0.0;
             // A hop lasts about this long.
             let hop = -2.0 * start.rate / start.second;
-            if let Some(near) = short_hop::<G>(motion, flight, start.second, hop, bounds.fourth) {
+            if let Some(near) = short_hop(gap, span, start.second, hop, bounds.fourth) {
                 return Some(Scan::Hop(near));
             }
-            while hop > 0.0 && level + 1 < LEVELS && 8.0 * motion.step(level + 1) > 1.5 * hop {
+            while hop > 0.0 && level + 1 < LEVELS && 8.0 * gap.step(level + 1) > 1.5 * hop {
                 level += 1;
                 remainder *= 1.0 / 64.0;
             }
         }
         (self.level, self.remainder) = (level, remainder);
-        // The bounds of steady motions hold for ever, others for one span.
-        let steady = motion.pendulum.is_steady() && motion.oscillator.is_steady();
-        self.end = if steady { SCAN_SPANS * span } else { span };
-        self.reach = motion.reach.max(span);
+        self.end = gap.bounds_hold();
+        self.reach = gap.reach().max(span);
         (self.span, self.slack, self.touching, self.start) = (span, slack, touching, start);
         self.s = 0.0;
-        self.point =
-            Point { x1: state.x1, v1: state.v1, x2: state.x2, v2: state.v2, psi: flight.start };
+        self.place = gap.place();
         None
     }
 
     /// The next eight steps. Nothing in it depends on what is found, so that several scans overlap.
     #[inline(always)]
-    pub fn batch<G: Geometry>(&mut self, motion: &FreeMotion) -> Batch {
+    pub fn stride<G: SteppedGap<Place = P>>(&mut self, gap: &G) -> Stride<G::Places> {
         self.evaluations += LANES as u64;
-        let table = motion.table(self.level);
-        let states = table.states(&self.point);
-        let samples = Samples::new::<G>(motion, &states);
-        let unsure = samples.first_unsure(
-            &self.start,
-            &table.weights,
-            self.remainder,
-            self.slack,
-            self.touching,
-        );
-        Batch { states, samples, unsure }
+        let (places, jets) = gap.eight_steps(self.level, &self.place);
+        let weights = gap.weights(self.level);
+        let unsure =
+            jets.first_unsure(&self.start, weights, self.remainder, self.slack, self.touching);
+        Stride { places, jets, unsure }
     }
 
-    /// What follows from a batch: the outcome, or `None` if another batch is needed.
+    /// What follows from a stride: the outcome, or `None` if another stride is needed.
     #[inline(always)]
-    pub fn judge(&mut self, motion: &FreeMotion, batch: &Batch) -> Option<Scan> {
-        let Batch { states, samples, unsure: j } = batch;
+    pub fn judge<G: SteppedGap<Place = P>>(
+        &mut self,
+        gap: &G,
+        stride: &Stride<G::Places>,
+    ) -> Option<Scan> {
+        let Stride { places, jets, unsure: j } = stride;
         let j = *j;
-        let h = motion.step(self.level);
+        let h = gap.step(self.level);
         if j == LANES {
             self.s += h * LANES as f64;
             if self.s >= self.end {
                 return Some(Scan::Clear(self.s));
             }
-            (self.point, self.start) = (states.point(LANES - 1), samples.jet(LANES - 1));
+            (self.place, self.start) = (G::place_after(places, LANES - 1), jets.get(LANES - 1));
             (self.level, self.remainder) = (self.coarse, self.coarse_remainder);
             self.touching = false;
             return None;
         }
         if j > 0 {
             self.s += h * j as f64;
-            (self.point, self.start) = (states.point(j - 1), samples.jet(j - 1));
+            (self.place, self.start) = (G::place_after(places, j - 1), jets.get(j - 1));
             self.touching = false;
         }
         let s = self.s;
@@ -330,20 +261,21 @@ impl Scanner {
             // Met with the angles reduced, in a local flight from here.
             return Some(Scan::Clear(s));
         }
-        let next = samples.jet(j);
-        let weights = &motion.table(self.level).weights;
-        if !self.touching && rises(&self.start, &next, weights, self.remainder, self.slack) {
-            let rise = Rise { after: s, h, start: self.start, end: next };
+        let next = jets.get(j);
+        let weights = gap.weights(self.level);
+        if !self.touching && is_rising_step(&self.start, &next, weights, self.remainder, self.slack)
+        {
+            let rise = RisingStep { after: s, h, start: self.start, end: next };
             let left = self.reach - s;
             if left >= h {
-                return Some(Scan::Rise(rise));
+                return Some(Scan::RisingStep(rise));
             }
             // The step ends beyond: on which side of `reach` the contact lies says the sign of the gap
             // there, and not the interpolant's root, which may be off by a good part of a coarse step.
             let there = Quintic::new(&rise.start, &rise.end, h).value(left / h);
             let doubt = self.remainder + self.slack;
             if there > doubt {
-                return Some(Scan::Rise(rise));
+                return Some(Scan::RisingStep(rise));
             }
             if there < -doubt {
                 return Some(Scan::Clear(self.reach));
@@ -357,6 +289,36 @@ impl Scanner {
         self.remainder *= 1.0 / 262_144.0;
         None
     }
+}
+
+/// Weights of rate and second derivative in Bernstein coefficients of degree 6 on a step: h/6, h/3, h^2/30,
+/// h/5, h^2/40.
+#[derive(Debug, Clone)]
+pub(crate) struct Weights {
+    sixth: f64,
+    third: f64,
+    thirtieth: f64,
+    fifth: f64,
+    fortieth: f64,
+}
+
+impl Weights {
+    /// For steps of length `h`.
+    pub fn new(h: f64) -> Self {
+        Self {
+            sixth: h / 6.0,
+            third: h / 3.0,
+            thirtieth: h * h / 30.0,
+            fifth: h / 5.0,
+            fortieth: h * h / 40.0,
+        }
+    }
+}
+
+/// Remainder of the interpolant on a step of length `h`, per unit sixth derivative: h^6/14400.
+pub(crate) fn sextic_remainder(h: f64) -> f64 {
+    let cube = h * h * h;
+    cube * cube / 14_400.0
 }
 
 /// What the Bernstein coefficients of a step take from one of its ends: the largest of the three
@@ -374,27 +336,7 @@ fn end_coefficients(
     (larger(inner, g), middle)
 }
 
-impl Samples {
-    #[inline(always)]
-    fn new<G: Geometry>(motion: &FreeMotion, states: &States) -> Self {
-        let (mut value, mut rate, mut second) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        for j in 0..LANES {
-            let (x1, v1, x2, v2) = (states.x1[j], states.v1[j], states.x2[j], states.v2[j]);
-            let a1 = motion.pendulum.equation.acceleration(x1, v1, states.cos_psi[j]);
-            let a2 = motion.oscillator.equation.acceleration(x2, v2, states.cos_psi[j]);
-            let tip = G::tip_fast(x1, v1, a1);
-            value[j] = tip[0] - x2 - motion.gap;
-            rate[j] = tip[1] - v2;
-            second[j] = tip[2] - a2;
-        }
-        Self { value, rate, second }
-    }
-
-    #[inline(always)]
-    fn jet(&self, j: usize) -> Jet {
-        Jet { value: self.value[j], rate: self.rate[j], second: self.second[j] }
-    }
-
+impl Jets {
     /// The first step on which not all Bernstein coefficients are below zero by more than rounding;
     /// the number of steps if there is none. `touching`: g = 0 at the start, which is no contact.
     #[inline(always)]
@@ -409,8 +351,8 @@ impl Samples {
         let (mut highest, mut middle): (Lanes, Lanes) = ([0.0; LANES], [0.0; LANES]);
         let (mut left, mut left_middle): (Lanes, Lanes) = ([0.0; LANES], [0.0; LANES]);
         for j in 0..LANES {
-            (highest[j], middle[j]) = end_coefficients(self.jet(j), w, -1.0);
-            (left[j], left_middle[j]) = end_coefficients(self.jet(j), w, 1.0);
+            (highest[j], middle[j]) = end_coefficients(self.get(j), w, -1.0);
+            (left[j], left_middle[j]) = end_coefficients(self.get(j), w, 1.0);
         }
         let (mut first, first_middle) = end_coefficients(*start, w, 1.0);
         if touching {
@@ -454,7 +396,7 @@ fn smaller(a: f64, b: f64) -> f64 {
 /// sqrt(5)/30000 |g^(6)| h^5 (Agarwal & Wong (1993), Error Inequalities in Polynomial
 /// Interpolation, section 1.2), here from `remainder` = |g^(6)| h^6/14400.
 #[inline(always)]
-fn rises(start: &Jet, end: &Jet, w: &Weights, remainder: f64, slack: f64) -> bool {
+fn is_rising_step(start: &Jet, end: &Jet, w: &Weights, remainder: f64, slack: f64) -> bool {
     const PART: f64 = 0.214_663;
     let (first, last) = (w.fifth * start.rate, w.fifth * end.rate);
     let (bend, last_bend) = (2.0 * w.fortieth * start.second, 2.0 * w.fortieth * end.second);

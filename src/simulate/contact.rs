@@ -1,18 +1,19 @@
 //! Lasting contact: the end of chatter, landings, slides, sticks and releases.
 
-use super::{Completion, Horizon, Observer, Phase, Simulation, Takeoff, Turn};
+use super::{Completion, FlightStart, Horizon, Observer, Phase, Simulation, Turn};
 use crate::contact::chatter::Limit;
 use crate::contact::sustained::{
     ContactForce, ContactMode, Next, SlideEnd, SlideStep, next_change,
 };
+use crate::flight::Touch;
 use crate::model::error::SimulationError;
 use crate::model::state::{Clock, State};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::tolerance::{
-    CHATTER_NOISE, DEFAULT_TOLERANCE, EPS, MOST_MOVES, RELEASE_PROBE, SHORTEST_MOVE,
-    STANDSTILL_EVENTS, STANDSTILL_TIME,
+    CHATTER_NOISE, DEFAULT_TOLERANCE, EPS, MOST_MOVES, SHORTEST_MOVE, STANDSTILL_EVENTS,
+    STANDSTILL_TIME,
 };
-use crate::search::first_contact::Touch;
+use crate::search::tolerances::RELEASE_PROBE;
 use crate::simulate::event::{ChatterEvent, ContactEvent, Event, StopReason};
 
 impl Simulation {
@@ -136,8 +137,8 @@ impl Simulation {
         let (time, phase) = (self.motion.drive.time(clock), self.motion.drive.phase_at(clock));
         let (mode, leg) = match next {
             Next::Hold(mode) => (Some(mode), Phase::Contact(mode)),
-            Next::Separate => (None, Phase::Flight(Takeoff::Touching)),
-            Next::Release => (None, Phase::Flight(Takeoff::Released)),
+            Next::Separate => (None, Phase::Flight(FlightStart::Touching)),
+            Next::Release => (None, Phase::Flight(FlightStart::Released)),
             Next::Painleve => return Some(Ok(self.stop(clock, time, state, StopReason::Painleve))),
             Next::Jammed => return Some(Ok(self.stop(clock, time, state, StopReason::Jammed))),
         };
@@ -209,12 +210,12 @@ impl Simulation {
         if !step.is_finite() {
             // Either the force grows beyond all bounds where the tip's reach ends, or the loads do.
             if step.is_at_reach() {
-                return self.go_over(clock, state, self.system.stuck(), true);
+                return self.go_over(clock, state, self.system.no_force_fits(), true);
             }
             return Some(Err(self.fail(false)));
         }
         let (reached, cause) = step.end();
-        let over = self.ends_by(reached, 0.0, false);
+        let over = self.horizon_before(reached, 0.0, false);
         let state_at = |this: &Self, s: DoubleDouble| {
             let (x1, v1) = step.at(s.value());
             this.system.on_contact(x1, v1)
@@ -250,7 +251,7 @@ impl Simulation {
                 let next = self.system.land(self.motion.drive.trig_at(clock), &state);
                 self.go_over(clock, state, next, true)
             }
-            SlideEnd::Painleve => self.go_over(clock, state, self.system.stuck(), true),
+            SlideEnd::Painleve => self.go_over(clock, state, self.system.no_force_fits(), true),
         }
     }
 
@@ -267,7 +268,7 @@ impl Simulation {
         }
         // A rest for ever goes on in pieces, so that the caller is asked now and then.
         let reached = change.map_or(REST_TURNS * self.motion.span, |(time, _)| time);
-        let over = self.ends_by(reached, 0.0, false);
+        let over = self.horizon_before(reached, 0.0, false);
         let last = over.unwrap_or(DoubleDouble::new(reached));
         self.pass_sections(last, over.is_some(), observer, |_, _| state);
         if over.is_some() {

@@ -2,10 +2,12 @@
 
 #![allow(clippy::inline_always)] // a flight is compiled for several instruction sets
 
-use super::{Anchor, Checkpoint, Completion, Observer, Phase, Simulation, Takeoff, Turn};
+use super::{Anchor, Checkpoint, Completion, FlightStart, Observer, Phase, Simulation, Turn};
 use crate::contact::chatter::Limit;
 use crate::contact::sustained::Next;
 use crate::flight::Flight;
+use crate::flight::gap::first_contact;
+use crate::flight::{Found, Touch};
 use crate::impact::{self, Impact, ImpactFailure, PreImpact, RegimeKind};
 use crate::model::angle::Angle;
 use crate::model::error::SimulationError;
@@ -16,18 +18,18 @@ use crate::numerics::lanes;
 use crate::numerics::tolerance::{
     CHATTER_LEADING_RTOL, EPS, LOOSEST_COMPLETION, STANDSTILL_EVENTS, STANDSTILL_TIME,
 };
-use crate::search::first_contact::{Found, Start, Touch, first_contact};
+use crate::search::Start;
 use crate::simulate::event::{Event, GrazeEvent, ImpactEvent, StopReason};
 
 impl Simulation {
     /// One local flight, and the impact that ends it.
-    pub(super) fn fly<O: Observer>(&mut self, takeoff: Takeoff, observer: &mut O) -> Turn {
-        lanes::narrow(Leap { simulation: self, takeoff, observer })
+    pub(super) fn fly<O: Observer>(&mut self, began: FlightStart, observer: &mut O) -> Turn {
+        lanes::narrow(FlightStep { simulation: self, began, observer })
     }
 
     #[inline(always)]
-    fn fly_and_strike<O: Observer>(&mut self, takeoff: Takeoff, observer: &mut O) -> Turn {
-        let found = self.search(takeoff);
+    fn fly_to_impact<O: Observer>(&mut self, began: FlightStart, observer: &mut O) -> Turn {
+        let found = self.search(began);
         let (time, offset) = match found {
             Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch) => {
                 (touch.time, touch.offset)
@@ -40,7 +42,7 @@ impl Simulation {
             Found::NotFinite => return Some(Err(self.fail(false))),
             Found::Stalled => return Some(Err(self.fail(true))),
         };
-        let over = self.ends_by(time, offset, matches!(found, Found::Contact(_)));
+        let over = self.horizon_before(time, offset, matches!(found, Found::Contact(_)));
         let reached = over.unwrap_or(DoubleDouble::sum(time, offset));
         self.pass_sections_in_flight(reached, over.is_some(), observer);
         if let Some(end) = over {
@@ -75,7 +77,12 @@ impl Simulation {
     /// Local time of the horizon if it lies before this one, at which the bodies may strike: told by the
     /// clock that the event will have. An event at the very end still belongs to the run.
     #[inline(always)]
-    pub(super) fn ends_by(&self, time: f64, offset: f64, strikes: bool) -> Option<DoubleDouble> {
+    pub(super) fn horizon_before(
+        &self,
+        time: f64,
+        offset: f64,
+        strikes: bool,
+    ) -> Option<DoubleDouble> {
         if self.is_far(self.end, time + offset) {
             return None;
         }
@@ -104,20 +111,20 @@ impl Simulation {
     }
 
     #[inline(always)]
-    fn search(&mut self, takeoff: Takeoff) -> Found {
+    fn search(&mut self, began: FlightStart) -> Found {
         if let Some(found) = self.found {
             return found;
         }
-        let start = self.start(takeoff);
+        let start = self.start(began);
         let report = first_contact(&self.motion, &self.flight, start, self.motion.span);
         self.evaluations += report.evaluations;
-        self.made_sure(report.found)
+        self.checked_against_graze(report.found)
     }
 
     /// What was found, if its last step is one within a local flight, and not before the graze from which
     /// the flight goes on.
     #[inline(always)]
-    pub(super) fn made_sure(&self, found: Found) -> Found {
+    pub(super) fn checked_against_graze(&self, found: Found) -> Found {
         match found {
             Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch)
                 if touch.offset.abs() > self.motion.span || touch.local_time().is_nan() =>
@@ -144,11 +151,11 @@ impl Simulation {
 
     /// How the present local flight starts.
     #[inline(always)]
-    pub(super) fn start(&self, takeoff: Takeoff) -> Start {
-        match (self.point.grazed, takeoff) {
+    pub(super) fn start(&self, began: FlightStart) -> Start {
+        match (self.point.grazed, began) {
             (Some(time), _) => Start::Grazed(time),
-            (None, Takeoff::Touching) if self.point.elapsed.hi == 0.0 => Start::Touching,
-            (None, Takeoff::Released) if self.point.elapsed.hi == 0.0 => Start::Released,
+            (None, FlightStart::Touching) if self.point.elapsed.hi == 0.0 => Start::Touching,
+            (None, FlightStart::Released) if self.point.elapsed.hi == 0.0 => Start::Released,
             _ => Start::Apart,
         }
     }
@@ -202,7 +209,7 @@ impl Simulation {
         self.flight = self.motion.flight_at(clock, post, angle);
         let turn = self.rebound(pre, impact, observer);
         // Where flight and contact both fit, neither is chosen (docs/theory.md, section 5).
-        if impact.ends_at_rest() && self.system.is_stuck(self.flight.start, &post) {
+        if impact.ends_at_rest() && self.system.has_no_contact_force(self.flight.start, &post) {
             self.point.anchor.phase = Phase::Landing;
         }
         turn
@@ -213,7 +220,7 @@ impl Simulation {
     fn rebound<O: Observer>(&mut self, pre: State, impact: Impact, observer: &mut O) -> Turn {
         let Flight { clock, state, .. } = self.flight;
         if self.leave(clock, state, impact.regime.kind(), impact.approach_velocity) {
-            self.believe_chatter(&impact);
+            self.complete_chatter_if_certain(&impact);
         }
         // The clock may have moved on.
         let skipped = observer.skips(self.flight.clock, &state);
@@ -240,9 +247,9 @@ impl Simulation {
         let chatters =
             self.point.monitor.observe(regime, approach_velocity, restitution) && self.completes;
         if let Some(recurrence) = &mut self.recurrence
-            && recurrence.looks_at(clock)
+            && recurrence.may_repeat(clock)
         {
-            self.recur();
+            self.look_for_repeat();
         }
         chatters
     }
@@ -259,7 +266,7 @@ impl Simulation {
 
     /// Skips the impacts that follow, if they are chatter.
     #[inline(never)]
-    pub(super) fn believe_chatter(&mut self, impact: &Impact) {
+    pub(super) fn complete_chatter_if_certain(&mut self, impact: &Impact) {
         self.point.completion = self.chatter_ahead(self.flight.clock, impact);
     }
 
@@ -347,18 +354,18 @@ fn is_finite(touch: &Touch) -> bool {
 }
 
 /// A flight with all that is usual in it, compiled for each kind of vector instructions.
-struct Leap<'a, O> {
+struct FlightStep<'a, O> {
     simulation: &'a mut Simulation,
-    takeoff: Takeoff,
+    began: FlightStart,
     observer: &'a mut O,
 }
 
-impl<O: Observer> pulp::NullaryFnOnce for Leap<'_, O> {
+impl<O: Observer> pulp::NullaryFnOnce for FlightStep<'_, O> {
     type Output = Turn;
 
     #[inline(always)]
     fn call(self) -> Turn {
-        self.simulation.fly_and_strike(self.takeoff, self.observer)
+        self.simulation.fly_to_impact(self.began, self.observer)
     }
 }
 
@@ -378,7 +385,7 @@ pub(crate) fn hops(system: &System, anchor: Anchor, target: Clock) -> (Option<St
 }
 
 /// The impacts of single hops up to `target`, or until the bodies come to rest.
-pub(crate) fn followed_by_hops(
+pub(crate) fn impacts_hop_by_hop(
     system: &System,
     anchor: Anchor,
     target: Clock,

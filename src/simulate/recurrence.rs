@@ -7,7 +7,7 @@
 //! (src/run/kept.rs). The results have the same bits.
 
 use super::{Horizon, Simulation};
-use crate::contact::chatter::Rhythm;
+use crate::contact::chatter::ChatterKey;
 use crate::model::state::{Clock, State};
 
 /// Fewest impacts for which the numbers of one are looked for in the next ones, and the part of all so far:
@@ -30,13 +30,13 @@ pub(super) struct Recurrence {
 }
 
 /// All that the motion after an impact depends on, but whole drive periods. (Whether a plastic impact is
-/// followed by contact follows from the state and the rhythm.)
+/// followed by contact follows from the state and the chatter_key.)
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Numbers {
     state: [u64; 4],
     time_in_period: u64,
     residual: u64,
-    rhythm: Rhythm,
+    chatter_key: ChatterKey,
     moves: u32,
 }
 
@@ -65,13 +65,13 @@ impl Recurrence {
     /// Whether the present impact, at this clock, may be the reference, or is to be the next one.
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    pub fn looks_at(&mut self, clock: Clock) -> bool {
+    pub fn may_repeat(&mut self, clock: Clock) -> bool {
         self.age += 1;
         self.reference.time_in_period == clock.time_in_period.to_bits() || self.age >= self.limit
     }
 
     /// The next impact is the reference.
-    fn begin_anew(&mut self) {
+    fn restart(&mut self) {
         self.reference.numbers = None;
         self.age = self.limit;
     }
@@ -80,7 +80,7 @@ impl Recurrence {
 impl Simulation {
     /// Nothing is kept before this drive period: a motion that repeats is moved on up to there, and from
     /// there on [`Self::repeats`] tells of it.
-    pub(crate) fn passes_until(&mut self, period: i64) {
+    pub(crate) fn skips_repeats_until(&mut self, period: i64) {
         let reference = Reference {
             numbers: None,
             time_in_period: 0,
@@ -102,7 +102,7 @@ impl Simulation {
             state: [x1, v1, x2, v2].map(f64::to_bits),
             time_in_period: time_in_period.to_bits(),
             residual: residual.to_bits(),
-            rhythm: self.point.monitor.rhythm()?,
+            chatter_key: self.point.monitor.chatter_key()?,
             moves: self.point.moves,
         })
     }
@@ -110,12 +110,12 @@ impl Simulation {
     /// Finds out whether the present impact is the reference, or makes it the next one. Where nothing is
     /// kept the clock then moves on by whole cycles.
     #[inline(never)]
-    pub(super) fn recur(&mut self) {
+    pub(super) fn look_for_repeat(&mut self) {
         let Some(mut recurrence) = self.recurrence else { return };
         let period = self.point.anchor.clock.period;
         let is_kept = period >= recurrence.until;
         if is_kept && recurrence.reference.period < recurrence.until {
-            recurrence.begin_anew();
+            recurrence.restart();
         }
         let (numbers, reference) = (self.numbers(), recurrence.reference);
         let cycle = Cycle {
@@ -130,8 +130,8 @@ impl Simulation {
             if is_kept {
                 recurrence.found = Some(cycle);
             } else {
-                self.move_on(&cycle, self.cycles_left(&cycle, recurrence.until));
-                recurrence.begin_anew();
+                self.skip_cycles(&cycle, self.cycles_left(&cycle, recurrence.until));
+                recurrence.restart();
             }
         } else if recurrence.age >= recurrence.limit {
             recurrence.reference = Reference {
@@ -160,10 +160,10 @@ impl Simulation {
 
     /// The present impact becomes the one so many cycles later, and those between are passed over.
     pub(crate) fn repeat(&mut self, cycle: &Cycle, times: i64) {
-        self.move_on(cycle, times);
+        self.skip_cycles(cycle, times);
         self.point.next_section += times * cycle.periods;
         if let Some(recurrence) = &mut self.recurrence {
-            recurrence.begin_anew();
+            recurrence.restart();
         }
     }
 
@@ -182,7 +182,7 @@ impl Simulation {
         left
     }
 
-    fn move_on(&mut self, cycle: &Cycle, times: i64) {
+    fn skip_cycles(&mut self, cycle: &Cycle, times: i64) {
         let shift = times * cycle.periods;
         self.point.impacts += times.unsigned_abs() * cycle.impacts;
         self.point.events += times.unsigned_abs() * cycle.events;
@@ -221,7 +221,7 @@ mod tests {
             .cancel_with(&cancel);
         simulation.sections_from(501);
         if passes {
-            simulation.passes_until(500);
+            simulation.skips_repeats_until(500);
         }
         let mut counter = Counter::default();
         let mut last = Vec::new();

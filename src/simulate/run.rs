@@ -21,7 +21,7 @@ use crate::numerics::tolerance::DEFAULT_MAX_EVENTS;
 use crate::simulate::event::{
     ContactRecord, Event, EventKind, EventRecord, GrazeRecord, ImpactRecord, StopEvent, StopReason,
 };
-use crate::simulate::{Anchor, Checkpoint, Cycle, Observer, Simulation, Traveller, travel};
+use crate::simulate::{Anchor, Checkpoint, Cycle, Job, Observer, Simulation, run_batch};
 
 /// Why a run could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -175,7 +175,7 @@ pub(crate) fn run_together(
     let mut made = |(place, collection): (usize, Collection)| {
         (done.borrow_mut())(place, collection.into_run());
     };
-    travel(&mut next, &mut made, most);
+    run_batch(&mut next, &mut made, most);
 }
 
 /// A run in the making.
@@ -191,7 +191,7 @@ struct Collection {
     failure: Option<SimulationError>,
 }
 
-impl Traveller for Collection {
+impl Job for Collection {
     type Watch = Collector;
 
     fn parts(&mut self) -> (&mut Simulation, &mut Collector) {
@@ -235,7 +235,7 @@ impl Collection {
             .chatter_tolerance(options.chatter_tolerance)
             .section_phase(options.section_phase);
         simulation.sections_from(window.period + 1);
-        simulation.passes_until(window.period);
+        simulation.skips_repeats_until(window.period);
         let end = simulation.horizon_clock().period;
         let expected =
             usize::try_from(end.saturating_sub(window.period)).map_or(0, |n| n.min(MOST_EXPECTED));

@@ -8,12 +8,13 @@
 use super::border::{BorderValue, note_least};
 use super::contact::on_contact;
 use super::{Dual, DualState, Model, Moment, fly, free_gap_acceleration, strike};
+use crate::flight::{Found, next_contact};
 use crate::impact::{PreImpact, RegimeKind, resolve};
 use crate::model::state::{Clock, State};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
 use crate::numerics::tolerance::{CHATTER_SPACING, EPS};
-use crate::search::first_contact::{Found, Start, next_contact};
+use crate::search::Start;
 use crate::tangent::itinerary::Signs;
 
 /// Highest number of samples extrapolated.

@@ -1,8 +1,6 @@
 """Ctrl-C at a place of the work, not at a time: the same place on a busy machine."""
 
-import faulthandler
 import signal
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -19,13 +17,8 @@ MANY = 1 << 60
 @contextmanager
 def interrupted() -> Iterator[pytest.ExceptionInfo[KeyboardInterrupt]]:
     """Expect Interrupted; a bare KeyboardInterrupt fails the test, and does not end all of them."""
-    # Against a call that never returns.
-    faulthandler.dump_traceback_later(600, exit=True, file=sys.__stderr__)
-    try:
-        with pytest.raises(KeyboardInterrupt) as caught:
-            yield caught
-    finally:
-        faulthandler.cancel_dump_traceback_later()
+    with pytest.raises(KeyboardInterrupt) as caught:
+        yield caught
     assert caught.errisinstance(vi.Interrupted)
 
 

@@ -53,9 +53,9 @@ PYTHON = [
 ]
 RUST = [
     "numerics",
+    "search",
     "model",
     "flight",
-    "search",
     "impact",
     "contact",
     "simulate",

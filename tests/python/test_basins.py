@@ -277,7 +277,7 @@ def test_a_false_of_the_progress_ends_the_kernel(coexisting):
         centers=np.zeros((0, 4)),
         factors=np.zeros((0, 4, 4)),
         counts=[],
-        periods=10**6,
+        periods=10**12,  # it ends by the answer, or never
         keep=8,
         progress=lambda done: bool(asked.append(done)),
     )

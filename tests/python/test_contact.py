@@ -1,4 +1,4 @@
-"""Lasting contact: reference data, bouncing balls, starts, and what a run says of its contacts.
+"""Sustained contact: reference data, bouncing balls, starts, and what a run says of its contacts.
 
 Sources: tests/data/contact.json (its README says how it was made); the bouncing balls of DiffEqDocs
 and of the FMI reference units; docs/theory.md, section 5.

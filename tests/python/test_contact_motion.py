@@ -1,4 +1,4 @@
-"""Motion through lasting contact: laws along the way, resuming, kept windows, labels, diagrams.
+"""Motion through sustained contact: laws along the way, resuming, kept windows, labels, diagrams.
 
 Equations: docs/theory.md, section 5; the scenes are those of tests/data/contact.json.
 """

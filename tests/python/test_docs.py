@@ -185,7 +185,7 @@ def test_the_table_of_parameters_names_the_choices(name, choices):
 
 @pytest.mark.parametrize(
     ("section", "table"),
-    [("Impacts", "impacts"), ("Grazes", "grazes"), ("Lasting contact", "contacts")],
+    [("Impacts", "impacts"), ("Grazes", "grazes"), ("Sustained contact", "contacts")],
 )
 def test_notation_names_every_column(run, section, table):
     assert first_column(section) == list(getattr(run, table).dtype.names)

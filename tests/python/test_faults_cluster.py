@@ -9,7 +9,8 @@ import threading
 
 import numpy as np
 import pytest
-from distributed import Client, Future
+from distributed import Client, Future, LocalCluster
+from distributed.comm import CommClosedError
 
 import vibroimpact as vi
 from command_lines import DIAGRAM
@@ -23,6 +24,18 @@ SCHEDULER = "from distributed.cli.dask_scheduler import main; main()"
 WORKER = "from distributed.cli.dask_worker import main; main()"
 
 LOST = r"^the cluster was lost \(no connection to the scheduler\) after \d+ of 77 cells"
+
+
+@pytest.fixture
+def client():
+    """Yield a client of a scheduler and a worker in threads of this process."""
+    with (
+        LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+        ) as threads,
+        Client(threads) as client,
+    ):
+        yield client
 
 
 @pytest.fixture
@@ -51,18 +64,23 @@ def scheduler(tmp_path):
 
 
 @pytest.mark.parametrize("how", ["killed", "closed"])
-def test_a_scheduler_that_is_gone(scheduler, tmp_path, monkeypatch, how):
-    process, file = scheduler
+def test_a_scheduler_that_is_gone(request, tmp_path, monkeypatch, how):
     expected = sweeps.compute(Toy(), whole)
     store = tmp_path / "toy.zarr"
     # The client logs in vain that it would connect again.
     monkeypatch.setattr(logging.getLogger("distributed.client"), "disabled", True)
-    client = Client(scheduler_file=str(file), timeout=60)
+    if how == "killed":
+        process, file = request.getfixturevalue("scheduler")
+        client = Client(scheduler_file=str(file))
+        client.wait_for_workers(1)
+        end = process.kill
+    else:
+        client = request.getfixturevalue("client")
+        end = client.close
     try:
-        client.wait_for_workers(1, timeout=60)
-        after_writes(monkeypatch, 4, process.kill if how == "killed" else client.close)
+        after_writes(monkeypatch, 4, end)
         with pytest.raises(vi.ClusterError, match=LOST) as caught:
-            sweeps.compute(Toy(seconds=0.1), whole, client=client, chunk=3, store=store)
+            sweeps.compute(Toy(), whole, client=client, chunk=3, store=store)
     finally:
         client.close(timeout=1)
     columns = caught.value.result
@@ -75,10 +93,7 @@ def test_a_scheduler_that_is_gone(scheduler, tmp_path, monkeypatch, how):
     assert_same(sweeps.compute(Toy(), whole, store=store), expected)
 
 
-def test_a_client_closed_while_a_result_travels(scheduler, monkeypatch):
-    _, file = scheduler
-    client = Client(scheduler_file=str(file), timeout=60)
-
+def test_a_client_closed_while_a_result_travels(client, monkeypatch):
     async def cancelled():
         raise asyncio.CancelledError
 
@@ -89,9 +104,27 @@ def test_a_client_closed_while_a_result_travels(scheduler, monkeypatch):
         finally:
             client.close(timeout=1)
 
-    client.wait_for_workers(1, timeout=60)
     monkeypatch.setattr(Future, "result", result)
     with pytest.raises(vi.ClusterError, match=LOST):
+        sweeps.compute(Toy(), whole, client=client, chunk=3)
+
+
+@pytest.mark.parametrize("kind", [ConnectionResetError, CommClosedError])
+def test_a_connection_that_breaks_before_the_client_knows(client, monkeypatch, kind):
+    def broken(*_):
+        raise kind("Connection reset by peer")
+
+    monkeypatch.setattr(Future, "result", broken)
+    monkeypatch.setattr(client, "cancel", broken)
+    with pytest.raises(vi.ClusterError, match=LOST) as caught:
+        sweeps.compute(Toy(), whole, client=client, chunk=3)
+    assert client.status == "running"
+    assert isinstance(caught.value.__cause__.__cause__, kind)
+
+
+def test_an_error_of_the_system_in_a_chunk_is_no_lost_cluster(client, monkeypatch):
+    monkeypatch.setattr(Toy, "_iterate", lambda *_: os.stat("/nowhere"))
+    with pytest.raises(FileNotFoundError, match="nowhere"):
         sweeps.compute(Toy(), whole, client=client, chunk=3)
 
 

@@ -240,7 +240,7 @@ def test_bad_input_is_refused(four_five):
     ):
         with pytest.raises(vi.ParameterError, match=words):
             vi.unstable_manifold(arguments.pop("motion"), **arguments)
-    # In lasting contact at the start of the drive period.
+    # In sustained contact at the start of the drive period.
     contact = known("unstable_chatter")
     assert not contact.stable
     begins = float(contact.nodes[contact.legs.index(Leg.CHATTER), 3])

@@ -1,4 +1,4 @@
-"""Plots mark lasting contact where it is, and complete chatter where a diagram has it."""
+"""Plots mark sustained contact where it is, and complete chatter where a diagram has it."""
 
 from itertools import pairwise
 

@@ -337,3 +337,35 @@ def test_masks_and_words_are_no_arguments(rubbing):
         vi.sweep(rubbing, initial=start, exponents="no", gap=[0.5])
     with pytest.raises(vi.ParameterError, match="workers = 1025"):
         vi.sweep(rubbing, initial=start, workers=1025, gap=[0.5])
+
+
+@pytest.mark.parametrize("start", ["fresh", "forward", "backward"])
+def test_a_point_whose_motion_leaves_the_range_of_floats_has_failed(start):
+    # After its first impact, at a force of 1e100; the points beside it are none the worse for it.
+    forces = np.array([0.1, 1e100, 0.2])
+    call = {"initial": (0.0, 0.5, 0.0, 0.0), "periods": 60, "keep": 20}
+    with pytest.raises(vi.SimulationError, match="not finite after t = 2"):
+        vi.simulate(ROUGH.replace(force_amplitude=1e100), **call)
+    diagram = vi.bifurcation_diagram(ROUGH, **call, start=start, force_amplitude=forces)
+    assert diagram.status.tolist() == ["completed", "failed", "completed"]
+    assert np.isnan(diagram.final_states[1]).all()
+    assert not np.isnan(diagram.final_states[[0, 2]]).any()
+    assert np.diff(diagram.offset)[1] == 0
+    if start == "fresh":
+        sound = vi.bifurcation_diagram(ROUGH, **call, force_amplitude=forces[[0, 2]])
+        assert diagram.final_states[[0, 2]].tobytes() == sound.final_states.tobytes()
+        assert diagram.x1.tobytes() == sound.x1.tobytes()
+
+
+def test_every_computation_over_a_grid_names_its_failed_cells():
+    start, forces = (0.0, 0.5, 0.0, 0.0), {"force_amplitude": [0.1, 1e100]}
+    call = {"initial": start, "periods": 60, **forces}
+    results = [
+        vi.sweep(ROUGH, **call),
+        vi.chart(ROUGH, **call, gap=[0.5]),
+        vi.lyapunov_spectrum(ROUGH, **call),
+    ]
+    for result in results:
+        assert result.status.ravel().tolist() == ["completed", "failed"], result
+    pressed = ROUGH.replace(force_amplitude=1e100)
+    assert (vi.basins(pressed, x1=[0.0, 0.1], v1=[0.5]).status == "failed").all()

@@ -230,7 +230,7 @@ def test_the_watch_counts_impacts_in_a_row():
     assert not any(told(np.zeros(len(times))))
     assert told(np.full(len(times), 0.05)).index(True) == 39
     assert not any(told(0.05 * (np.arange(len(times)) % 40 > 0)))
-    # after lasting contact the numbers of impacts tell nothing
+    # after sustained contact the numbers of impacts tell nothing
     run = simulated(STICKY, periods=40)
     watch = Watch(stretches(run, 1000), None)
     assert len(watch.times) == (run.impacts["time"] < run.contacts["time"][0]).sum() < 30

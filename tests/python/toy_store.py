@@ -1,5 +1,7 @@
 """A store of the toy computation, made here or in a process that may be killed; faults of files."""
 
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -31,6 +33,39 @@ path = {str(path)!r}
 {line}
 """
     return [sys.executable, "-W", "error", "-c", code]
+
+
+#: Cells in a store when the process of `at_gate` comes to its gate.
+STORED = 19
+
+
+def at_gate(path, gate, *, before=""):
+    """Start a process that stores some cells, comes to a gate, and then stores the others.
+
+    It prints "wrote", or what ended it.
+    """
+    os.mkfifo(gate)
+    line = f"""
+try:
+    task = Toy(trouble="wait", at=20, gate=Path({str(gate)!r}))
+    sweeps.compute(task, whole, store=path, chunk={CHUNK})
+    print("wrote")
+except vi.Interrupted as error:
+    print(error.result.done, error)
+"""
+    return subprocess.Popen(
+        script(path, line, before=before),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def killed(process):
+    """Kill a process, and see that it was still there."""
+    process.kill()
+    process.communicate()
+    assert process.returncode == -signal.SIGKILL
 
 
 def flipped(content, bit):

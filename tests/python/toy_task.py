@@ -2,8 +2,8 @@
 
 import os
 import signal
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -35,7 +35,7 @@ class Toy:
 
     ``trouble`` names what happens at the start of the chunk that holds the cell ``at``, once if a
     file ``fuse`` is given and for as long as it exists: ``ctrl_c``, ``half`` (Ctrl-C found within
-    the chunk), ``kill``, ``raise``, ``pause``.
+    the chunk), ``kill``, ``raise``; ``wait`` until another process lets go of the ``gate``.
     """
 
     grid: Grid = GRID
@@ -45,7 +45,7 @@ class Toy:
     trouble: str = ""
     at: int = 0
     fuse: Path | None = None
-    seconds: float = 0.0
+    gate: Path | None = None
     kind: str = "toy"
     extra: dict[str, Any] = field(default_factory=dict)
 
@@ -67,7 +67,6 @@ class Toy:
     def compute(
         self, first: int, last: int, *, workers: int | None, progress: Callable[[int], bool] | None
     ) -> ChunkResult:
-        time.sleep(self.seconds)
         done = last - first
         if self.trouble and first <= self.at < last and self._burn():
             done = self._suffer(first, last)
@@ -97,8 +96,9 @@ class Toy:
                 os.kill(os.getpid(), signal.SIGKILL)
             case "raise":
                 raise ArithmeticError(f"cell {self.at}")
-            case "pause":
-                time.sleep(1)
+            case "wait":
+                # A named pipe: here until it is opened at the other end too, and closed there.
+                self.gate.read_bytes()
         return last - first
 
     def _iterate(self, first: int, last: int) -> ChunkResult:
@@ -125,6 +125,13 @@ class Toy:
             "peak": np.stack([path[cell, step], path[cell, step + 1]], axis=1),
         }
         return ChunkResult(columns, {"peak": (np.bincount(cell, minlength=last - first), rows)})
+
+
+@contextmanager
+def held(gate: Path) -> Iterator[None]:
+    """Wait until a task has come to its gate, and keep it there for the block."""
+    with gate.open("wb"):
+        yield
 
 
 def padded(result: ChunkResult, length: int) -> ChunkResult:

@@ -1,6 +1,6 @@
 //! Forces near the end of the range of floats: errors or numbers, in all that a run hands out.
 
-use crate::support::draws;
+use crate::support::random_cases;
 use proptest::prelude::*;
 use vibroimpact::{
     CancelToken, Contact, Event, Horizon, ImpactLaw, Run, RunError, RunOptions, Simulation,
@@ -240,13 +240,31 @@ fn what_a_failed_run_has_done_ends_in_range() {
     }
 }
 
+/// Its square is no number.
+#[test]
+fn a_wall_is_pressed_on_by_a_force_of_1e154() {
+    let system = System::builder()
+        .mass_ratio(0.0)
+        .frequency_ratio(0.0)
+        .restitution(0.712121114694315)
+        .gap(0.0)
+        .drive_frequency(0.5)
+        .oscillator_damping(0.5622521796105833)
+        .force_amplitude(1.437287808926673e154)
+        .phase(5.384956786719071)
+        .build()
+        .unwrap();
+    let start = State { x1: 0.0, v1: 0.0, x2: 0.0, v2: 0.0 };
+    assert_eq!(whole_or_failed(&system, start, capped(1)), None);
+}
+
 fn huge() -> impl Strategy<Value = f64> {
     (100.0..300.0f64, any::<bool>())
         .prop_map(|(power, negative)| 10f64.powf(power) * if negative { -1.0 } else { 1.0 })
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: draws(1_000, 3_000) as u32, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(1_000, 3_000))]
 
     #[test]
     fn every_huge_force_gives_numbers_or_an_error(

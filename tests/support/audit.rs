@@ -15,9 +15,9 @@ pub use draw::{Draw, Kind, draw};
 use exact_motion::DenseFlight;
 use rayon::prelude::*;
 use rounding::Level;
-use vibroimpact::search::{Found, Start, Touch, next_contact};
-use vibroimpact::tolerance::EPS;
-use vibroimpact::{Clock, FreeMotion};
+use vibroimpact::{Clock, Found, FreeMotion, Start, Touch, next_contact};
+
+const EPS: f64 = f64::EPSILON;
 
 #[allow(unused_imports)]
 pub use tally::{HEADER, Tally};

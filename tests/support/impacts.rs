@@ -4,12 +4,12 @@
 //! [0, 1]; every eighth mass ratio is 0, half of these walls are at rest; every tenth contact is
 //! direct.
 
-use crate::support::draws;
+use crate::support::random_cases;
 use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
-use proptest::test_runner::{RngSeed, TestRunner};
+use proptest::test_runner::TestRunner;
 use vibroimpact::impact::{Impact, ImpactFailure, PreImpact, resolve};
 use vibroimpact::{Contact, ImpactLaw, System};
 
@@ -66,12 +66,7 @@ pub fn cases() -> impl Strategy<Value = Case> {
 }
 
 pub fn config() -> ProptestConfig {
-    ProptestConfig {
-        cases: draws(5_000, 20_000) as u32,
-        rng_seed: RngSeed::Fixed(2004),
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
+    random_cases(5_000, 20_000)
 }
 
 /// The first `count` cases that [`config`] draws.

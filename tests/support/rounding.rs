@@ -2,8 +2,13 @@
 //! docs/contact-detection.md for use in tests:
 //! e(s) = EPS (4 (|tip| + |x2| + |delta|) + 6 V s), V >= |g'|; without the first part after an impact.
 
-use vibroimpact::tolerance::{EPS, FLIGHT_NOISE, GAP_NOISE, GRAZE_NOISE};
 use vibroimpact::{Contact, State, System};
+
+const EPS: f64 = f64::EPSILON;
+/// The factors 4 and 6 above, and that of e up to which a hump is a graze.
+const GAP_NOISE: f64 = 4.0;
+const FLIGHT_NOISE: f64 = 6.0;
+const GRAZE_NOISE: f64 = 4.0;
 
 /// |tip| + |x2| + |delta|: the terms of the gap function.
 pub fn size(system: &System, state: &State) -> f64 {

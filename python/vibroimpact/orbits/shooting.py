@@ -20,7 +20,7 @@ from ..continuation.newton import solve
 from ..errors import Interrupted
 from ..interruption import interruptible
 from ..run import Run
-from ..simulation import simulate
+from ..simulation import refuse_overlap, simulate
 from ..system import System
 from .found import MotionSearch, NotFound
 from .motion import SAME_ORBIT, PeriodicMotion, same_orbit
@@ -174,7 +174,7 @@ def search_motions(
         if not len(begins):
             reject("starts", starts, "at least one initial state")
         for begin in begins.tolist():
-            _core.simulate(system._compiled, begin, time=0.0)  # refuses what does not fit
+            refuse_overlap(system, begin)
     motions: list[PeriodicMotion] = []
     # Of each start, in their order: the number of its motion, or why it has none.
     ends: list[int | str] = []

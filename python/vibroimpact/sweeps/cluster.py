@@ -7,6 +7,7 @@ they are the same bits.
 
 from collections.abc import Generator, Sequence
 from concurrent.futures import CancelledError
+from contextlib import suppress
 from typing import Any
 
 from .. import _core
@@ -72,6 +73,7 @@ def on_cluster(
     running: dict[Any, int] = {}
     arrivals = distributed.as_completed()
     waiting: dict[int, ChunkResult] = {}
+    latest: Any = None
     try:
         while True:
             if client.status != "running":
@@ -85,8 +87,8 @@ def on_cluster(
                 arrivals.add(future)
             if not running:
                 return
-            future = next(arrivals)
-            index, result = running.pop(future), future.result()
+            latest = next(arrivals)
+            index, result = running.pop(latest), latest.result()
             if not ordered:
                 yield index, result
                 continue
@@ -94,17 +96,19 @@ def on_cluster(
             while awaited in waiting:
                 yield awaited, waiting.pop(awaited)
                 awaited = next(order, None)
-    except (CancelledError, OSError, RuntimeError, UnboundLocalError) as error:
-        # Without a scheduler Dask's calls end in one of these (the last is how its `sync` ends when
-        # the client is closed while it waits); else it is an error of the chunk.
-        connected = client.status == "running"
-        if connected and not isinstance(error, CancelledError):
+    except Exception as error:
+        # Without a scheduler Dask's calls end in errors of many kinds, in one of the system perhaps
+        # before the client knows that it is gone.
+        connected = client.status == "running" and not isinstance(error, OSError)
+        of_chunk = latest is not None and latest.status == "error"
+        if of_chunk or (connected and not isinstance(error, CancelledError)):
             raise
         why = "its work was cancelled" if connected else "no connection to the scheduler"
         raise ClusterError(f"the cluster was lost ({why})") from error
     finally:
         if client.status == "running":
-            client.cancel([remote, *running])
+            with suppress(Exception):  # it may be gone by now
+                client.cancel([remote, *running])
 
 
 def _same(task: Task) -> Task:

@@ -12,11 +12,11 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import _core
 from .._core import PARAMETERS
 from ..arguments import count, flag, optional_count, reject, state, states, threads
 from ..errors import ClusterError, Interrupted
 from ..interruption import interruptible
+from ..simulation import refuse_overlap
 from ..system import System
 from .cells import (
     IMPACT_ROWS,
@@ -290,12 +290,11 @@ def _starts(start: Any) -> tuple[Start, ...]:
 def _check_overlap(
     system: System, name: str, values: NDArray[np.float64], initials: Sequence[Any]
 ) -> None:
-    # A zero-length run refuses an initial state that does not fit. Of all swept parameters only the
-    # gap matters to that, and a state without overlap at the smallest gap has none at any other.
+    # Of all swept parameters only the gap matters, and a state without overlap at the smallest gap
+    # has none at any other.
     gap = values.min() if name == "gap" else system.gap
-    compiled = system.replace(gap=gap)._compiled
     for initial in initials:
-        _core.simulate(compiled, initial, time=0.0)
+        refuse_overlap(system.replace(gap=gap), initial)
 
 
 def _refined(
@@ -315,9 +314,11 @@ def _refined(
                 columns = compute(task(values), _itself, store=place, **engine)
             except (Interrupted, ClusterError) as error:
                 columns, stopped = error.result, error
-            done = columns if done is None else merged(done, columns)
+            if columns is not None:
+                done = columns if done is None else merged(done, columns)
             if stopped is not None:
-                raise type(stopped)(str(stopped), Diagram(done)) from stopped.__cause__
+                part = None if done is None else Diagram(done)
+                raise type(stopped)(str(stopped), part) from stopped.__cause__
             values = _midpoints(Diagram(done))
             if not len(values):
                 break

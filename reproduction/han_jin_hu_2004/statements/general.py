@@ -262,11 +262,11 @@ def force_stirs() -> Finding:
     "section 3 and Fig. 7(c), low frequencies",
     "impacts and free flights are all there is",
     figure=7,
-    page="theory.md#5-chatter-lasting-contact-release",
+    page="theory.md#5-chatter-sustained-contact-release",
     slow=True,
 )
 def low_frequencies() -> Claim:
-    """Look for complete chatter and lasting contact."""
+    """Look for complete chatter and sustained contact."""
     (transition,) = [item for item in TRANSITIONS if item.id == "7c"]
     return lasting.evaluate(lasting.observe(transition))
 

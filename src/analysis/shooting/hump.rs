@@ -3,10 +3,12 @@
 //! penetrate is the contact search's.
 
 use crate::flight::Flight;
+use crate::flight::gap::TipGap;
 use crate::model::parameters::Contact;
+use crate::model::tip::{Direct, Oblique, Tip};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::tolerance::{END_LEVEL, END_OF_FLIGHT, HUMP_ANGLE};
-use crate::search::gap::{Direct, GapFlight, GapPoint, Geometry, Oblique};
+use crate::search::gap::GapPoint;
 use crate::tangent::{DualState, Model, Moment};
 
 /// Local flights after which no more maxima are looked for: at drive frequencies near zero a flight
@@ -56,14 +58,15 @@ pub(super) fn highest(
     highest
 }
 
-fn in_chunk<G: Geometry>(
+fn in_chunk<T: Tip>(
     model: &Model,
     flight: &Flight,
     span: f64,
     touching: bool,
     lowest: &mut f64,
 ) -> Option<(f64, f64)> {
-    let gap = GapFlight::<G>::new(&model.motion, flight, touching);
+    let tip_gap = TipGap::<T>::new(&model.motion, flight);
+    let gap = tip_gap.bounded(touching);
     let at = |s: f64| gap.at(s).0;
     let turning = model.motion.bounds(flight).0.0[0];
     #[allow(clippy::cast_sign_loss)] // at least 1

@@ -34,7 +34,7 @@ fn limits(system: &System, state: &State) -> Vec<Limit> {
         // s (mbar a1 + a2 k) <= 0 holds the tip against slip in direction s.
         let k = cos + system.friction * sin.abs() * direction;
         let then = if system.slip_inertia(sin, cos, direction) == 0.0 {
-            system.stuck()
+            system.no_force_fits()
         } else {
             Next::Hold(ContactMode::slide(direction))
         };

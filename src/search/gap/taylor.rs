@@ -4,7 +4,7 @@
 #![allow(clippy::needless_bitwise_bool)] // conditions without jumps, for the lanes
 
 use crate::numerics::lanes::lanes_of;
-use crate::numerics::tolerance::SERIES_TURN;
+use crate::search::tolerances::SERIES_TURN;
 
 /// The fourth and fifth derivative of the gap at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]

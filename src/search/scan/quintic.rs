@@ -2,7 +2,7 @@
 
 #![allow(clippy::inline_always)] // a scan is compiled for several instruction sets
 
-use super::Jet;
+use crate::search::gap::Jet;
 
 /// The quintic Hermite interpolant of a step: coefficients of the powers of a part t of it.
 pub(super) struct Quintic([f64; 6]);

@@ -8,7 +8,7 @@ use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
 use crate::simulate::event::EventKind;
-use crate::simulate::{Anchor, Phase, Takeoff, hops};
+use crate::simulate::{Anchor, FlightStart, Phase, hops};
 
 /// What the bodies do between two events.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,7 +67,7 @@ impl Run {
             let i = self.impacts.get(index)?;
             let state = State { x1: i.x1, v1: i.v1_post, x2: i.x2, v2: i.v2_post };
             let clock = Clock::new(i.period, i.time_in_period);
-            return Some(Anchor { clock, state, phase: Phase::Flight(Takeoff::Touching) });
+            return Some(Anchor { clock, state, phase: Phase::Flight(FlightStart::Touching) });
         }
         if kind == EventKind::Graze as i64 {
             return None;
@@ -75,7 +75,7 @@ impl Run {
         let c = self.contacts.get(index)?;
         let phase = match EventKind::mode(kind) {
             Some(mode) => Phase::Contact(mode),
-            None if kind == EventKind::Release as i64 => Phase::Flight(Takeoff::Released),
+            None if kind == EventKind::Release as i64 => Phase::Flight(FlightStart::Released),
             // The end of chatter: the next leg begins at once.
             None => Phase::Landing,
         };

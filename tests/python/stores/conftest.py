@@ -20,6 +20,11 @@ def path(tmp_path):
     return tmp_path / "toy.zarr"
 
 
+@pytest.fixture
+def gate(tmp_path):
+    return tmp_path / "gate"
+
+
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
     """Return the path of a complete store, to be copied."""

@@ -10,15 +10,14 @@ import shutil
 import signal
 import subprocess
 import tempfile
-import time
 
 import numpy as np
 import pytest
 import zarr
 
 import vibroimpact as vi
-from toy_store import CHUNK, flipped, script, small_disk, stored
-from toy_task import Toy, assert_same, whole
+from toy_store import CHUNK, at_gate, flipped, killed, script, small_disk, stored
+from toy_task import Toy, assert_same, held, whole
 from vibroimpact import sweeps
 from vibroimpact.sweeps import store as store_module
 from vibroimpact.sweeps.fields import FORMAT_VERSION
@@ -35,7 +34,6 @@ def finished(line, path, *, before="", prefix=()):
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
     )
 
 
@@ -59,19 +57,25 @@ def cells_done(path, expected):
 
 
 @POSIX
-def test_a_sweep_killed_at_random_moments(path, expected):
+def test_a_sweep_killed_at_random_calls(path, expected):
+    # In any thread, Zarr's too, of any function in Python.
     draw = random.Random(7)
     done = [0]
     for _ in range(3):
-        process = subprocess.Popen(
-            script(path, f"print(1, flush=True); {COMPUTE}"), stdout=subprocess.PIPE
-        )
-        process.stdout.readline()
-        time.sleep(draw.uniform(0.0, 0.15))
-        process.kill()
-        process.communicate()
+        before = f"""
+import itertools, threading
+calls = itertools.count(1)
+def count(frame, event, argument):
+    if event == "call" and next(calls) == {draw.randrange(1, 300_000)}:
+        os.kill(os.getpid(), signal.SIGKILL)
+threading.setprofile(count)
+sys.setprofile(count)
+"""
+        ended = finished(COMPUTE, path, before=before)
+        assert ended.returncode == -signal.SIGKILL, ended.stderr
         done.append(cells_done(path, expected))
     assert done == sorted(done)
+    assert 0 < done[-1] < 77
     assert_same(stored(path), expected)
 
 
@@ -86,8 +90,8 @@ resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))
 """
     line = f"sweeps.compute(Toy(steps=500), whole, store=path, chunk={CHUNK})"
-    killed = finished(line, path, before=before)
-    assert killed.returncode == -signal.SIGXFSZ, killed.stderr
+    ended = finished(line, path, before=before)
+    assert ended.returncode == -signal.SIGXFSZ, ended.stderr
     # Several files may be being written at a time.
     halves = [*path.rglob("*.partial")]
     assert halves
@@ -122,8 +126,8 @@ def test_several_stores_killed_between_their_passes(path, system, initial, name)
         "v1=np.linspace(-1, 1, 4)",
     }[name]
     call = f"vi.{name}(vi.System.from_json({system.to_json()!r}), {arguments}, %s)"
-    killed = finished(call % "store=path, chunk=2, workers=1", path, before=KILLED_LATER)
-    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    ended = finished(call % "store=path, chunk=2, workers=1", path, before=KILLED_LATER)
+    assert ended.returncode == -signal.SIGKILL, ended.stderr
     names = {"vi": vi, "np": np, "path": path}
     resumed = eval(call % "store=path, workers=2", names)
     fresh = eval(call % "workers=1", names)
@@ -300,15 +304,25 @@ def test_stores_of_older_and_newer_formats(full, offset):
 
 @POSIX
 def test_two_processes_that_begin_one_store_at_once(path, expected):
+    # Once both are ready, the end of their common input is the start.
     line = f"""
+print("ready", flush=True)
+sys.stdin.read()
 try:
-    sweeps.compute(Toy(seconds=0.05), whole, store=path, chunk={CHUNK})
+    sweeps.compute(Toy(), whole, store=path, chunk={CHUNK})
     print("wrote")
 except vi.ParameterError as error:
     print(error)
 """
-    both = [subprocess.Popen(script(path, line), stdout=subprocess.PIPE, text=True) for _ in "ab"]
-    said = sorted(process.communicate(timeout=60)[0].strip() for process in both)
+    start, go = os.pipe()
+    both = [
+        subprocess.Popen(script(path, line), stdin=start, stdout=subprocess.PIPE, text=True)
+        for _ in "ab"
+    ]
+    os.close(start)
+    assert [process.stdout.readline() for process in both] == ["ready\n"] * 2
+    os.close(go)
+    said = sorted(process.communicate()[0].strip() for process in both)
     assert said[-1] == "wrote"
     assert said[0] == "wrote" or "is being written by another process; wait" in said[0]
     assert_same(sweeps.open_columns(path), expected)
@@ -316,13 +330,10 @@ except vi.ParameterError as error:
 
 
 @POSIX
-def test_the_lock_of_a_killed_process_is_none(path, expected):
-    process = subprocess.Popen(script(path, "sweeps.compute(Toy(seconds=60), whole, store=path)"))
-    while not (path / LOCK).exists():
-        assert process.poll() is None
-        time.sleep(0.02)
-    process.kill()
-    process.communicate()
+def test_the_lock_of_a_killed_process_is_none(path, gate, expected):
+    process = at_gate(path, gate)
+    with held(gate):
+        killed(process)
     assert (path / LOCK).exists()
     assert_same(stored(path), expected)
     assert not (path / LOCK).exists()
@@ -351,21 +362,19 @@ def test_a_lock_file_that_goes_before_it_is_locked_is_made_again(path, monkeypat
 
 
 @POSIX
-def test_without_locks_two_writers_are_warned(path):
-    before = """
-import fcntl, errno, warnings
-def flock(handle, how):
-    raise OSError(errno.ENOLCK, "No locks available")
-fcntl.flock = flock
-warnings.simplefilter("default")
-"""
-    line = f"sweeps.compute(Toy(seconds=0.02), whole, store=path, chunk={CHUNK})"
-    both = [
-        subprocess.Popen(script(path, line, before=before), stderr=subprocess.PIPE, text=True)
-        for _ in "ab"
-    ]
-    for process in both:
-        assert "the file system has no locks (No locks available)" in process.communicate()[1]
+def test_without_locks_two_writers_are_warned(path, expected, monkeypatch):
+    import fcntl
+
+    def flock(handle, how):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    path.mkdir()
+    with pytest.warns(RuntimeWarning, match=r"the file system has no locks \(No locks available\)"):
+        first = Lock(path)
+    with pytest.warns(RuntimeWarning, match="the file system has no locks"):
+        assert_same(stored(path), expected)
+    first.release()
 
 
 # Places

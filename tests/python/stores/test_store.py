@@ -8,7 +8,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -18,31 +17,11 @@ import zarr
 import sizes
 import vibroimpact as vi
 from ctrl_c import ctrl_c_at
-from toy_store import CHUNK, script, stored
-from toy_task import GRID, Toy, assert_same, padded, whole
+from toy_store import CHUNK, STORED, at_gate, killed, script, stored
+from toy_task import GRID, Toy, assert_same, held, padded, whole
 from vibroimpact import sweeps
 from vibroimpact.sweeps import Grid, Tiling
 from vibroimpact.sweeps.store import Store
-
-SLOW = f"""
-try:
-    sweeps.compute(Toy(seconds=0.2), whole, store=path, chunk={CHUNK})
-except vi.Interrupted as error:
-    print(error.result.done, error)
-"""
-
-
-def running(path, line=SLOW, *, least=10):
-    """Start a process that takes a while, and wait until it has stored some cells."""
-    process = subprocess.Popen(script(path, line), stdout=subprocess.PIPE, text=True)
-    while process.poll() is None:
-        try:
-            if sweeps.open_columns(path).done >= least:
-                return process
-        except vi.ParameterError:  # not made yet
-            pass
-        time.sleep(0.05)
-    pytest.fail("the process ended too early")
 
 
 @pytest.mark.parametrize("ragged", [True, False])
@@ -147,10 +126,10 @@ Path.replace = replace
     writes = (1, 2, 5, 30, 41, 34, 27, 33, 29, 32, 31)
     for n in sizes.either((5, 30, 34, 33, 32, 31), writes):
         text = before.format(n=n, early=bool(n % 2))
-        killed = subprocess.run(
+        ended = subprocess.run(
             script(path, line, before=text), capture_output=True, text=True, check=False
         )
-        assert killed.returncode == -signal.SIGKILL, killed.stderr
+        assert ended.returncode == -signal.SIGKILL, ended.stderr
         if n > 30:
             columns = sweeps.open_columns(path)
             done.append(columns.done)
@@ -189,35 +168,42 @@ def test_a_part_of_a_chunk_does_not_stand_beside_half_of_another(path, expected)
     assert_same(stored(path), expected)
 
 
-def test_one_writer_many_readers_and_a_kill(path, expected):
-    process = running(path)
-    with pytest.raises(vi.ParameterError, match="being written by another process"):
-        stored(path)
-    columns = sweeps.open_columns(path)
+def test_one_writer_many_readers_and_a_kill(path, gate, expected):
+    process = at_gate(path, gate)
+    with held(gate):
+        with pytest.raises(vi.ParameterError, match="being written by another process"):
+            stored(path)
+        columns = sweeps.open_columns(path)
+        killed(process)
     done = columns["status"] == 1
+    assert done.sum() == columns.done == STORED
     assert columns["final"][done].tolist() == expected["final"][done].tolist()
-    process.kill()
-    process.communicate()
-    assert process.returncode == -signal.SIGKILL
-    assert not sweeps.open_columns(path).complete
+    assert sweeps.open_columns(path).done == STORED
     assert_same(stored(path), expected)
 
 
 @pytest.mark.parametrize("compute", ["sweep", "bifurcation_diagram"])
 def test_killed_runs_are_completed_with_the_same_bits(path, system, initial, compute):
+    # The process kills itself after it has stored six chunks.
     line = f"""
+import numpy as np
+plain = sweeps.store.Store.write
+def write(self, index, result):
+    plain(self, index, result)
+    if index == 5:
+        os.kill(os.getpid(), signal.SIGKILL)
+sweeps.store.Store.write = write
 system = vi.System.from_json({system.to_json()!r})
 vi.{compute}(
-    system, initial={initial}, periods=60, keep=20, drive_frequency=np.linspace(1.2, 2.0, 200),
+    system, initial={initial}, periods=60, keep=20, drive_frequency=np.linspace(1.2, 2.0, 20),
     chunk=2, store=path,
 )
 """
-    process = running(path, line="import numpy as np" + line)
-    process.kill()
-    process.communicate()
-    assert not sweeps.open_columns(path).complete
+    ended = subprocess.run(script(path, line), capture_output=True, text=True, check=False)
+    assert ended.returncode == -signal.SIGKILL, ended.stderr
+    assert sweeps.open_columns(path).done == 12
     options = {"initial": initial, "periods": 60, "keep": 20}
-    options |= {"drive_frequency": np.linspace(1.2, 2.0, 200)}
+    options |= {"drive_frequency": np.linspace(1.2, 2.0, 20)}
     found = getattr(vi, compute)(system, **options, store=path)
     assert_same(found.columns, getattr(vi, compute)(system, **options, chunk=64, workers=1).columns)
 
@@ -235,14 +221,14 @@ def test_ctrl_c_within_a_chunk_of_runs(path, system, initial):
     assert_same(again.columns, vi.sweep(system, **options | {"store": None}).columns)
 
 
-def test_ctrl_c_of_a_process(path, expected):
-    process = running(path)
-    process.send_signal(signal.SIGINT)
-    shown, _ = process.communicate(timeout=30)
-    assert process.returncode == 0
-    done = sweeps.open_columns(path).done
-    assert 10 <= done < 77
-    assert shown.startswith(f"{done} interrupted after {done} of 77 cells; .result holds them")
+def test_ctrl_c_of_a_process(path, gate, expected):
+    process = at_gate(path, gate)
+    with held(gate):
+        process.send_signal(signal.SIGINT)
+    shown, said = process.communicate()
+    assert process.returncode == 0, said
+    assert sweeps.open_columns(path).done == STORED
+    assert shown.startswith(f"{STORED} interrupted after {STORED} of 77 cells; .result holds them")
     assert_same(stored(path), expected)
 
 

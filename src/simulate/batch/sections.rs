@@ -2,8 +2,8 @@
 
 #![allow(clippy::inline_always)] // a round is compiled for several instruction sets
 
-use super::encounters::Encounters;
-use super::{FEWEST, Seats, Traveller};
+use super::impacts::ImpactLanes;
+use super::{FEWEST, Job, LaneSet};
 use crate::flight::Flight;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::lanes::LANES;
@@ -11,23 +11,23 @@ use crate::numerics::lanes::LANES;
 /// Passes the next section of each of these flights that has one before its contact, and tells
 /// which had.
 #[inline(always)]
-pub(super) fn pass_sections<T: Traveller>(
-    crew: &mut [Option<T>; LANES],
-    among: &Seats,
-    encounters: &mut Encounters,
-) -> Seats {
-    let (mut times, mut rests) = (*encounters.near(), [0.0; LANES]);
-    let (mut passing, mut together, mut alone) = <(Seats, Seats, Seats)>::default();
+pub(super) fn pass_sections<T: Job>(
+    jobs: &mut [Option<T>; LANES],
+    among: &LaneSet,
+    impacts: &mut ImpactLanes,
+) -> LaneSet {
+    let (mut times, mut rests) = (*impacts.near(), [0.0; LANES]);
+    let (mut passing, mut together, mut alone) = <(LaneSet, LaneSet, LaneSet)>::default();
     for j in among.iter() {
-        let Some(traveller) = &mut crew[j] else { continue };
-        if !encounters.is_certain(j) {
+        let Some(job) = &mut jobs[j] else { continue };
+        if !impacts.is_certain(j) {
             continue;
         }
-        let (simulation, _) = traveller.parts();
-        let (time, offset) = encounters.meets(j);
+        let (simulation, _) = job.parts();
+        let (time, offset) = impacts.contact_time(j);
         let contact = DoubleDouble::sum(time, offset);
         let Some(at) = simulation.section_by(0, contact, false) else { continue };
-        if simulation.ends_by(time, offset, true).is_some() {
+        if simulation.horizon_before(time, offset, true).is_some() {
             continue; // by itself
         }
         passing.push(j);
@@ -39,20 +39,20 @@ pub(super) fn pass_sections<T: Traveller>(
         }
     }
     if together.count < FEWEST {
-        (alone, together) = (passing.clone(), Seats::default());
+        (alone, together) = (passing.clone(), LaneSet::default());
     } else {
-        encounters.pass(&times);
+        impacts.pass(&times);
     }
     for j in together.iter() {
-        if let Some(traveller) = &mut crew[j] {
-            let (simulation, watch) = traveller.parts();
-            simulation.pass_section(&encounters.state(j, rests[j]), watch);
+        if let Some(job) = &mut jobs[j] {
+            let (simulation, watch) = job.parts();
+            simulation.pass_section(&impacts.state(j, rests[j]), watch);
         }
     }
     for j in alone.iter() {
-        if let Some(traveller) = &mut crew[j] {
-            let (simulation, watch) = traveller.parts();
-            let (pendulum, oscillator) = encounters.bodies(j);
+        if let Some(job) = &mut jobs[j] {
+            let (simulation, watch) = job.parts();
+            let (pendulum, oscillator) = impacts.bodies(j);
             let flight = Flight { pendulum, oscillator, ..simulation.flight };
             let at = DoubleDouble { hi: times[j], lo: rests[j] };
             let state = simulation.motion.state_within(&flight, at);

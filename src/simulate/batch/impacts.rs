@@ -1,44 +1,44 @@
-//! Contacts and impacts of several flights at once, one in each lane: no branch depends on a lane, and
-//! what is found may be of no use in some of them, which is told (by numbers as wide as the others, 1 for
-//! yes, as registers hold them).
+//! Contacts and impacts of several flights, one in each lane. No branch depends on a lane: a result may
+//! be of no use in some lanes, and a flag of the lane says so (1 or 0, as wide as a float).
 
 #![allow(clippy::inline_always)] // a round is compiled for several instruction sets
 #![allow(clippy::needless_bitwise_bool)] // conditions without jumps, for the lanes
 #![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
 
 use super::motions::{Flights, Motions, Systems};
+use crate::flight::Touch;
+use crate::flight::gap::{change_of, higher_of, scan_start, start_of};
 use crate::flight::{BodyFlight, Flight, FreeMotion, Trig, state_past};
 use crate::impact::{self, Impact, PreImpact, Regime, RegimeKind};
 use crate::model::angle::Angle;
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
+use crate::model::tip::Tip;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary::{self, MOST_TURNED};
 use crate::numerics::lanes::{self, LANES, Lanes};
-use crate::numerics::tolerance::{SETTLE_PART, WALL_SLOPE};
-use crate::search::first_contact::{Touch, few_digits};
-use crate::search::gap::{
-    GapBounds, GapBoundsLanes, GapPoints, Geometry, flight_noise, gap_after, gap_higher,
-    gap_remainder, noise,
-};
-use crate::search::scan::{Outset, Outsets, Rise, Rises};
+use crate::numerics::tolerance::WALL_SLOPE;
+use crate::search::first_contact::short_time;
+use crate::search::gap::{GapBounds, GapBoundsLanes, GapPoint, GapPoints, noise};
+use crate::search::scan::{RisingStep, RisingSteps, ScanStart, ScanStarts};
+use crate::search::tolerances::SETTLE_PART;
 
-/// Where a contact ahead lies, as the first pass sees it.
+/// Where the first pass has found a contact.
 #[derive(Clone, Copy)]
-pub(super) enum Sight {
+pub(super) enum Nearby {
     /// On a step.
-    On(Rise),
+    On(RisingStep),
     /// Near a local time.
     Near(f64),
 }
 
-/// Flights with a contact ahead of each, and what becomes of them.
+/// The flights of all lanes, the contacts that end them, the impacts there, and the flights after them.
 #[derive(Debug, Clone, Default)]
 #[repr(C, align(64))]
-pub(super) struct Encounters {
+pub(super) struct ImpactLanes {
     systems: Systems,
     flights: Flights,
-    rises: Rises,
+    rising_steps: RisingSteps,
     /// 1 for a contact on a step; others are near a local time.
     on_step: [u64; LANES],
     near: Lanes,
@@ -86,28 +86,22 @@ struct Impacts {
     /// 1 where the state before the impact is usual.
     met: [u64; LANES],
     /// What the scans of the flights after the impacts start from, where the forced motions are steady.
-    outsets: Outsets,
+    scan_starts: ScanStarts,
     /// 1 where the impact is resolved without a switch: no friction, or slip in one direction to its end.
     unswitched: [u64; LANES],
     /// Impacts of other regimes.
     switched: [Option<Impact>; LANES],
 }
 
-impl Encounters {
-    /// A system that travels in lane `j` from now on.
-    pub fn board(&mut self, j: usize, system: &System, motion: &FreeMotion) {
+impl ImpactLanes {
+    /// Sets the system of lane `j`.
+    pub fn set_system(&mut self, j: usize, system: &System, motion: &FreeMotion) {
         self.systems.set(j, system, motion);
     }
 
     /// The present flight of lane `j`, with bounds of its derivatives; `touching`: it started on the contact.
     #[inline(always)]
-    pub fn load<G: Geometry>(
-        &mut self,
-        j: usize,
-        flight: &Flight,
-        bounds: &GapBounds,
-        touching: bool,
-    ) {
+    pub fn load<G: Tip>(&mut self, j: usize, flight: &Flight, bounds: &GapBounds, touching: bool) {
         let to = &mut self.flights;
         to.time_in_period[j] = flight.clock.time_in_period;
         to.residual[j] = flight.clock.residual;
@@ -119,15 +113,14 @@ impl Encounters {
         (self.start[j], self.start_noise[j]) = if touching {
             (0.0, 0.0)
         } else {
-            let State { x1, x2, .. } = flight.state;
-            let (tip, gap) = (G::tip(x1, flight.angle), self.systems.gap[j]);
-            (tip - x2 - gap, noise(tip, x2, gap))
+            let (start, size) = start_of::<G>(&flight.state, flight.angle, self.systems.gap[j]);
+            (start, noise(size))
         };
     }
 
     /// The flights after the impacts are the present ones, in lanes for which `which` is 1.
     #[inline(always)]
-    pub fn proceed(&mut self, which: &[u64; LANES]) {
+    pub fn accept(&mut self, which: &[u64; LANES]) {
         let Flights { time_in_period, residual, angles, phases, pendulums, oscillators } =
             &mut self.flights;
         let after = &self.impacts.flights;
@@ -137,20 +130,20 @@ impl Encounters {
         phases.take(&after.phases, which);
         pendulums.take(&after.pendulums, which);
         oscillators.take(&after.oscillators, which);
-        self.bounds.take(&self.impacts.outsets.bounds(), which);
+        self.bounds.take(&self.impacts.scan_starts.bounds(), which);
         lanes::take(&mut self.start, &[0.0; LANES], which);
         lanes::take(&mut self.start_noise, &[0.0; LANES], which);
     }
 
-    /// A contact ahead of the flight in lane `j`, seen after so many evaluations of the gap.
+    /// Sets where the first pass has found the contact of lane `j`, after so many evaluations of the gap.
     #[inline(always)]
-    pub fn see(&mut self, j: usize, sight: &Sight, evaluations: u64) {
+    pub fn set_nearby(&mut self, j: usize, sight: &Nearby, evaluations: u64) {
         match sight {
-            Sight::On(rise) => {
-                self.rises.set(j, rise);
+            Nearby::On(rising) => {
+                self.rising_steps.set(j, rising);
                 self.on_step[j] = 1;
             }
-            Sight::Near(near) => (self.near[j], self.on_step[j]) = (*near, 0),
+            Nearby::Near(near) => (self.near[j], self.on_step[j]) = (*near, 0),
         }
         self.evaluations[j] = evaluations;
     }
@@ -170,15 +163,17 @@ impl Encounters {
     /// The contacts: the exact motion near each, and the Taylor polynomial from there
     /// (as in src/search/first_contact.rs).
     #[inline(always)]
-    pub fn meet<G: Geometry>(&mut self) {
-        let Self { systems, flights, rises, on_step, near, bounds, motions, contacts, .. } = self;
+    pub fn find_contacts<G: Tip>(&mut self) {
+        let Self {
+            systems, flights, rising_steps, on_step, near, bounds, motions, contacts, ..
+        } = self;
         let (start, start_noise) = (&self.start, &self.start_noise);
         let mut undecayed = [0; LANES];
         for j in 0..LANES {
-            let rise = rises.get(j);
+            let rising = rising_steps.get(j);
             let on_step = on_step[j] == 1;
-            let at = if on_step { rise.near() } else { near[j] };
-            near[j] = few_digits(at);
+            let at = if on_step { rising.near() } else { near[j] };
+            near[j] = short_time(at);
             let decayed = systems.pendulums.get(j).decayed(near[j])
                 | systems.oscillators.get(j).decayed(near[j]);
             undecayed[j] = u64::from(!decayed);
@@ -193,12 +188,13 @@ impl Encounters {
             } else {
                 elementary::STRAIGHT
             };
-            let (gap, angle) = gap_after::<G>(start[j], flights.angles.get(j), turned, &p, &o);
-            let higher = gap_higher::<G>((&pendulum, &oscillator), angle, &(p, o));
+            let (change, angle) = change_of::<G>(flights.angles.get(j), turned, &(p, o));
+            let gap = GapPoint { value: start[j] + change.value, ..change };
+            let higher = higher_of::<G>((&pendulum, &oscillator), angle, &(p, o));
             let (offset, holds) = gap.rise_by_series(higher);
             let limits = bounds.get(j);
-            let left = gap_remainder(limits.fourth, limits.fifth, limits.sixth, offset);
-            let level = start_noise[j] + flight_noise(limits.rate, (s + offset).max(0.0));
+            let left = limits.remainder(offset);
+            let level = start_noise[j] + limits.noise((s + offset).max(0.0));
             let later = gap.later(offset);
             let certain = (undecayed[j] == 1)
                 & holds
@@ -216,7 +212,7 @@ impl Encounters {
 
     /// The impacts (as in src/simulate/flight.rs).
     #[inline(always)]
-    pub fn strike<G: Geometry>(&mut self) {
+    pub fn resolve<G: Tip>(&mut self) {
         let Self { systems, contacts, impacts, .. } = self;
         let after = &mut impacts.flights;
         for j in 0..LANES {
@@ -230,7 +226,7 @@ impl Encounters {
             let friction = systems.friction[j];
             // The state is moved onto the contact.
             let before = angle(x1);
-            let tip = G::tip(x1, before);
+            let tip = G::position(x1, before);
             let on_wall = (mass_ratio == 0.0) & (before.cos.abs() > WALL_SLOPE);
             let x1 = if on_wall { x1 - (tip - x2 - gap) / before.cos } else { x1 };
             let x2 = if on_wall { x2 } else { tip - gap };
@@ -259,14 +255,14 @@ impl Encounters {
         }
     }
 
-    /// Whether the impact in lane `j` is of another regime, to be resolved by itself: the state before it.
+    /// Whether the impact in lane `j` is of next_job regime, to be resolved by itself: the state before it.
     #[inline(always)]
     pub fn switches(&mut self, j: usize) -> Option<PreImpact> {
         let Self { contacts, impacts, .. } = self;
         impacts.switched[j] = None;
         let switches =
             contacts.certain[j] == 1 && impacts.met[j] == 1 && impacts.unswitched[j] == 0;
-        switches.then(|| self.meeting(j))
+        switches.then(|| self.pre_impact(j))
     }
 
     /// Sets the impact in lane `j`.
@@ -280,7 +276,7 @@ impl Encounters {
 
     /// The flights after the impacts.
     #[inline(always)]
-    pub fn depart<G: Geometry>(&mut self) {
+    pub fn start_flights<G: Tip>(&mut self) {
         let Self { systems, flights, near, contacts, impacts, .. } = self;
         let after = &mut impacts.flights;
         for j in 0..LANES {
@@ -304,7 +300,7 @@ impl Encounters {
             after.oscillators.set(j, &oscillator.steady_flight(x2, impacts.v2_post[j], phase));
         }
         let Flights { angles, phases, pendulums, oscillators, .. } = after;
-        let Impacts { pre_x1, pre_x2, v1_post, v2_post, outsets, .. } = impacts;
+        let Impacts { pre_x1, pre_x2, v1_post, v2_post, scan_starts, .. } = impacts;
         for j in 0..LANES {
             let equations = (&systems.pendulums.get(j), &systems.oscillators.get(j));
             let bounds = (
@@ -313,9 +309,9 @@ impl Encounters {
             );
             let state = State { x1: pre_x1[j], v1: v1_post[j], x2: pre_x2[j], v2: v2_post[j] };
             let (angle, cos_psi) = (angles.get(j), phases.cos[j]);
-            let outset =
-                Outset::within::<G>(equations, systems.gap[j], &state, angle, cos_psi, bounds);
-            outsets.set(j, &outset);
+            let scan_start =
+                scan_start::<G>(equations, systems.gap[j], &state, angle, cos_psi, bounds);
+            scan_starts.set(j, &scan_start);
         }
         systems.beats[0].start(&systems.pendulums, pre_x1, v1_post, phases, pendulums);
         systems.beats[1].start(&systems.oscillators, pre_x2, v2_post, phases, oscillators);
@@ -353,8 +349,8 @@ impl Encounters {
 
     /// What the scan of the flight after the impact in lane `j` starts from, where forced motions are steady.
     #[inline(always)]
-    pub fn outset(&self, j: usize) -> Outset {
-        self.impacts.outsets.get(j)
+    pub fn scan_start(&self, j: usize) -> ScanStart {
+        self.impacts.scan_starts.get(j)
     }
 
     /// Whether the contact in lane `j` is certain.
@@ -365,7 +361,7 @@ impl Encounters {
 
     /// Local time of the contact in lane `j`, in two parts.
     #[inline(always)]
-    pub fn meets(&self, j: usize) -> (f64, f64) {
+    pub fn contact_time(&self, j: usize) -> (f64, f64) {
         (self.near[j], self.contacts.offset[j])
     }
 
@@ -394,7 +390,7 @@ impl Encounters {
 
     /// The state before the impact in lane `j`.
     #[inline(always)]
-    pub fn before(&self, j: usize) -> State {
+    pub fn state_before(&self, j: usize) -> State {
         let Self { contacts, impacts, .. } = self;
         let (x1, x2) = (impacts.pre_x1[j], impacts.pre_x2[j]);
         State { x1, v1: contacts.v1[j], x2, v2: contacts.v2[j] }
@@ -402,7 +398,7 @@ impl Encounters {
 
     /// What the impact in lane `j` starts from.
     #[inline(always)]
-    pub fn meeting(&self, j: usize) -> PreImpact {
+    pub fn pre_impact(&self, j: usize) -> PreImpact {
         let Angle { sin, cos } = self.impacts.flights.angles.get(j);
         PreImpact { cos, sin, v1: self.contacts.v1[j], v2: self.contacts.v2[j] }
     }

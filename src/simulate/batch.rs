@@ -1,0 +1,469 @@
+//! Many simulations at once, in the lanes of the vector registers: each flight's first pass by itself,
+//! then the contacts and impacts of all lanes together.
+//!
+//! A lane does the same operations as a single simulation ([`Simulation::advance`]), by the same
+//! functions: the bits do not depend on what the other lanes hold. An impact whose slip ends is resolved
+//! by itself. Everything but the usual flight between two impacts (grazes, chatter, sustained contact,
+//! motion that has decayed, overdamped bodies) is left to the single simulation.
+
+#![allow(clippy::inline_always)] // a round is compiled for several instruction sets
+
+mod impacts;
+mod motions;
+mod sections;
+
+use std::marker::PhantomData;
+
+use self::impacts::{ImpactLanes, Nearby};
+use self::sections::pass_sections;
+use super::{Observer, Phase, Simulation};
+use crate::flight::Flight;
+use crate::flight::gap::TipGap;
+use crate::flight::{Found, Point, States};
+use crate::impact::{self, Impact, ImpactFailure, PreImpact};
+use crate::model::error::SimulationError;
+use crate::model::parameters::{Contact, System};
+use crate::model::tip::{Direct, Oblique, Tip};
+use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::lanes::{self, LANES};
+use crate::search::Start;
+use crate::search::first_contact::{FirstPass, careful_search};
+use crate::search::gap::SteppedGap;
+use crate::search::scan::{Scan, Scanner, Stride};
+use crate::simulate::event::{Event, StopReason};
+
+/// A simulation for a lane, with its observer and with what takes its events.
+pub(crate) trait Job {
+    /// The observer, which gets the sections.
+    type Watch: Observer;
+    /// The simulation and its observer.
+    fn parts(&mut self) -> (&mut Simulation, &mut Self::Watch);
+    /// Takes an event, the stop included.
+    fn take(&mut self, event: Result<Event, SimulationError>);
+
+    /// Runs to the end outside of the lanes.
+    fn finish(&mut self) {
+        loop {
+            let (simulation, watch) = self.parts();
+            match simulation.advance(watch) {
+                Some(event) => self.take(event),
+                None => return,
+            }
+        }
+    }
+}
+
+/// A job with its index.
+impl<T: Job> Job for (usize, T) {
+    type Watch = T::Watch;
+
+    fn parts(&mut self) -> (&mut Simulation, &mut T::Watch) {
+        self.1.parts()
+    }
+
+    fn take(&mut self, event: Result<Event, SimulationError>) {
+        self.1.take(event);
+    }
+}
+
+/// With fewer jobs than this, lanes save no time.
+const FEWEST: usize = 3;
+
+/// Runs all jobs that `next` gives, at most `most` at a time, and hands each to `done` after its stop.
+pub(crate) fn run_batch<T: Job>(
+    next: &mut dyn FnMut() -> Option<T>,
+    done: &mut dyn FnMut(T),
+    most: usize,
+) {
+    let Some(mut first) = next() else { return };
+    let contact = first.parts().0.system.contact;
+    let mut batch = Batch { next, done, contact, jobs: Default::default(), lanes: Box::default() };
+    let mut first = batch.admit(first);
+    for j in 0..LANES.min(most) {
+        let job = first.take().or_else(|| batch.next_job());
+        batch.refill(j, job);
+    }
+    while batch.jobs.iter().flatten().count() >= FEWEST {
+        match contact {
+            Contact::Oblique => lanes::wide(Round::<Oblique, T>(&mut batch, PhantomData)),
+            Contact::Direct => lanes::wide(Round::<Direct, T>(&mut batch, PhantomData)),
+        }
+    }
+    for j in 0..LANES {
+        batch.lanes.write_back(j, &mut batch.jobs[j]);
+        if let Some(mut job) = batch.jobs[j].take() {
+            job.finish();
+            (batch.done)(job);
+        }
+    }
+}
+
+/// The jobs in the lanes, and where jobs come from and go to.
+struct Batch<'a, T> {
+    next: &'a mut dyn FnMut() -> Option<T>,
+    done: &'a mut dyn FnMut(T),
+    contact: Contact,
+    /// Of each lane, its job.
+    jobs: [Option<T>; LANES],
+    lanes: Box<LaneData>,
+}
+
+/// The numbers of all lanes.
+#[derive(Default)]
+struct LaneData {
+    scanners: [Scanner<Point>; LANES],
+    strides: [Stride<States>; LANES],
+    impacts: ImpactLanes,
+    /// 1 where the present flight began in the lane: the lane alone then has the bodies' constants and
+    /// the start of the scan.
+    in_lane: [u64; LANES],
+}
+
+impl LaneData {
+    /// Writes what the lane alone has into the simulation, which can then go on outside of the lane.
+    #[inline(always)]
+    fn write_back<T: Job>(&mut self, j: usize, job: &mut Option<T>) {
+        if let (1, Some(job)) = (std::mem::take(&mut self.in_lane[j]), job) {
+            let (pendulum, oscillator) = self.impacts.bodies(j);
+            let flight = &mut job.parts().0.flight;
+            (flight.pendulum, flight.oscillator) = (pendulum, oscillator);
+        }
+    }
+}
+
+/// Some of the lanes, in order.
+#[derive(Clone, Default)]
+struct LaneSet {
+    lanes: [usize; LANES],
+    count: usize,
+}
+
+impl LaneSet {
+    #[inline(always)]
+    fn push(&mut self, j: usize) {
+        self.lanes[self.count] = j;
+        self.count += 1;
+    }
+
+    #[inline(always)]
+    fn iter(&self) -> impl Iterator<Item = usize> {
+        self.lanes.into_iter().take(self.count)
+    }
+}
+
+impl<T: Job> Batch<'_, T> {
+    /// The job, unless lanes cannot hold it: it then runs to its end at once.
+    fn admit(&mut self, mut job: T) -> Option<T> {
+        let simulation = job.parts().0;
+        if simulation.fits_a_lane() && simulation.system.contact == self.contact {
+            return Some(job);
+        }
+        job.finish();
+        (self.done)(job);
+        None
+    }
+
+    /// The next job for a lane, if there is one.
+    #[inline(never)]
+    fn next_job(&mut self) -> Option<T> {
+        loop {
+            let job = (self.next)()?;
+            if let Some(job) = self.admit(job) {
+                return Some(job);
+            }
+        }
+    }
+
+    fn refill(&mut self, j: usize, mut job: Option<T>) {
+        if let Some(job) = &mut job {
+            let (simulation, _) = job.parts();
+            self.lanes.impacts.set_system(j, &simulation.system, &simulation.motion);
+        }
+        self.lanes.in_lane[j] = 0;
+        self.jobs[j] = job;
+    }
+
+    /// Retires the job of lane `j`, which has ended or stops for this reason, and refills the lane.
+    #[inline(never)]
+    fn retire(&mut self, j: usize, reason: Option<StopReason>) {
+        self.lanes.write_back(j, &mut self.jobs[j]);
+        if let Some(mut job) = self.jobs[j].take() {
+            if let Some(reason) = reason {
+                let (simulation, _) = job.parts();
+                let stop = simulation.stop_here(reason);
+                if let Some(end) = simulation.checked(Some(Ok(stop))) {
+                    job.take(end);
+                }
+            }
+            (self.done)(job);
+        }
+        let next_job = self.next_job();
+        self.refill(j, next_job);
+    }
+
+    /// The next impact of each lane. All lanes take one stride before any result is read, so that no lane
+    /// waits for a result.
+    #[inline(always)]
+    fn round<G: Tip>(&mut self) {
+        let (mut scanning, mut ready) = (LaneSet::default(), LaneSet::default());
+        for j in 0..LANES {
+            self.begin_flight::<G>(j, &mut scanning, &mut ready);
+        }
+        while scanning.count > 0 {
+            let LaneData { scanners, strides, .. } = &mut *self.lanes;
+            for j in scanning.iter() {
+                if let Some(job) = &mut self.jobs[j] {
+                    strides[j] = scanners[j].stride(&job.parts().0.tip_gap::<G>());
+                }
+            }
+            let before = std::mem::take(&mut scanning);
+            for j in before.iter() {
+                match self.read_stride::<G>(j) {
+                    Scanned::Contact => ready.push(j),
+                    Scanned::Continues => scanning.push(j),
+                    Scanned::Single => self.begin_flight::<G>(j, &mut scanning, &mut ready),
+                }
+            }
+        }
+        let LaneData { impacts, .. } = &mut *self.lanes;
+        impacts.find_contacts::<G>();
+        impacts.resolve::<G>();
+        for j in ready.iter() {
+            if let (Some(pre), Some(job)) = (impacts.switches(j), &mut self.jobs[j])
+                && let Ok(impact) = resolve_switched(&job.parts().0.system, &pre)
+                && !impact.ends_at_rest()
+            {
+                impacts.set_switched(j, &impact);
+            }
+        }
+        impacts.start_flights::<G>();
+        if T::Watch::SECTIONS {
+            let mut among = ready.clone();
+            while among.count > 0 {
+                among = pass_sections(&mut self.jobs, &among, impacts);
+            }
+        }
+        let mut leaving = [0; LANES];
+        for j in ready.iter() {
+            leaving[j] = u64::from(self.end_flight(j));
+        }
+        let LaneData { impacts, in_lane, .. } = &mut *self.lanes;
+        impacts.accept(&leaving);
+        *in_lane = leaving;
+    }
+
+    /// Ends the flight of lane `j`, which has a contact ahead; whether the next flight begins in the lane.
+    #[inline(always)]
+    fn end_flight(&mut self, j: usize) -> bool {
+        let LaneData { impacts, .. } = &*self.lanes;
+        let Some(job) = &mut self.jobs[j] else { return false };
+        let (simulation, watch) = job.parts();
+        if impacts.is_certain(j) {
+            simulation.evaluations += impacts.evaluations(j);
+            let (time, offset) = impacts.contact_time(j);
+            if simulation.horizon_before(time, offset, true).is_some() {
+                simulation.found = Some(Found::Contact(impacts.contact(j)));
+            } else if impacts.is_resolved(j) && !simulation.has_no_room(j, impacts) {
+                let steady = impacts.is_steady(j);
+                let chatters = simulation.start_next_flight(j, impacts);
+                if chatters || !steady {
+                    let (pendulum, oscillator) = impacts.bodies_after(j);
+                    let flight = &mut simulation.flight;
+                    (flight.pendulum, flight.oscillator) = (pendulum, oscillator);
+                }
+                if chatters {
+                    simulation.complete_chatter_if_certain(&impacts.impact(j));
+                }
+                let Flight { clock, state, .. } = simulation.flight;
+                if !watch.skips(clock, &state) {
+                    let event = simulation.record(impacts.state_before(j), impacts.impact(j));
+                    job.take(Ok(event));
+                }
+                return steady;
+            }
+        }
+        self.end_flight_outside(j);
+        false
+    }
+
+    /// Ends the flight of lane `j` outside of the lane.
+    #[inline(never)]
+    fn end_flight_outside(&mut self, j: usize) {
+        self.lanes.write_back(j, &mut self.jobs[j]);
+        let impacts = &self.lanes.impacts;
+        let Some(job) = &mut self.jobs[j] else { return };
+        let (simulation, watch) = job.parts();
+        let event = if impacts.is_certain(j) && simulation.found.is_none() {
+            let (time, offset) = impacts.contact_time(j);
+            simulation.pass_sections_in_flight(DoubleDouble::sum(time, offset), false, watch);
+            simulation.strike(&impacts.contact(j), watch)
+        } else {
+            simulation.turn(watch)
+        };
+        if let Some(event) = event {
+            job.take(event);
+        }
+    }
+
+    /// Begins flights in lane `j` until one has to be scanned or has a contact ahead, or no job is left.
+    #[inline(always)]
+    fn begin_flight<G: Tip>(&mut self, j: usize, scanning: &mut LaneSet, ready: &mut LaneSet) {
+        loop {
+            let Some(job) = &mut self.jobs[j] else { return };
+            let (simulation, _) = job.parts();
+            let stopped = simulation.point.stopped.is_some();
+            let reason = if stopped { None } else { simulation.stops_before_leg() };
+            if stopped || reason.is_some() {
+                self.retire(j, reason);
+                continue;
+            }
+            let LaneData { scanners, impacts, in_lane, .. } = &mut *self.lanes;
+            if let Some(start) = simulation.scanned_from() {
+                let touching = start == Start::Touching;
+                let (motion, flight) = (&simulation.motion, &simulation.flight);
+                let gap = simulation.tip_gap::<G>();
+                let scan_start = if in_lane[j] == 1 {
+                    impacts.scan_start(j)
+                } else {
+                    let scan_start = gap.scan_start();
+                    impacts.load::<G>(j, flight, &scan_start.bounds, touching);
+                    scan_start
+                };
+                let scanner = &mut scanners[j];
+                match scanner.begin(&gap, &scan_start, touching, motion.span) {
+                    None => return scanning.push(j),
+                    Some(Scan::Hop(near)) => {
+                        impacts.set_nearby(j, &Nearby::Near(near), scanner.evaluations);
+                        return ready.push(j);
+                    }
+                    Some(scan) => {
+                        self.step_outside::<G>(j, Some(FirstPass::new(scan, scan_start.bounds)));
+                    }
+                }
+            } else {
+                self.step_outside::<G>(j, None);
+            }
+        }
+    }
+
+    /// Reads the result of the last stride of lane `j`.
+    #[inline(never)]
+    fn read_stride<G: Tip>(&mut self, j: usize) -> Scanned {
+        let LaneData { scanners, strides, impacts, .. } = &mut *self.lanes;
+        let Some(job) = &mut self.jobs[j] else { return Scanned::Single };
+        let scanner = &mut scanners[j];
+        let Some(scan) = scanner.judge(&job.parts().0.tip_gap::<G>(), &strides[j]) else {
+            return Scanned::Continues;
+        };
+        if let Scan::RisingStep(rise) = scan {
+            impacts.set_nearby(j, &Nearby::On(rise), scanner.evaluations);
+            return Scanned::Contact;
+        }
+        let first_pass = FirstPass::new(scan, impacts.bounds(j));
+        self.step_outside::<G>(j, Some(first_pass));
+        Scanned::Single
+    }
+
+    /// One leg of lane `j` outside of the lane, after the first pass if there was one.
+    #[inline(never)]
+    fn step_outside<G: Tip>(&mut self, j: usize, first_pass: Option<FirstPass>) {
+        self.lanes.write_back(j, &mut self.jobs[j]);
+        let Some(job) = &mut self.jobs[j] else { return };
+        let (simulation, watch) = job.parts();
+        if let Some(first_pass) = first_pass {
+            simulation.store_first_pass::<G>(first_pass, self.lanes.scanners[j].evaluations);
+        }
+        if let Some(event) = simulation.turn(watch) {
+            job.take(event);
+        }
+    }
+}
+
+/// An impact whose slip ends: reversal or stick.
+#[inline(never)]
+fn resolve_switched(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure> {
+    impact::resolve(system, pre)
+}
+
+/// Result of a stride.
+enum Scanned {
+    /// A contact is ahead.
+    Contact,
+    /// Another stride is needed.
+    Continues,
+    /// The leg has been done outside of the lane.
+    Single,
+}
+
+/// A round, compiled for each kind of vector instructions.
+struct Round<'a, 'b, G, T>(&'a mut Batch<'b, T>, PhantomData<G>);
+
+impl<G: Tip, T: Job> pulp::NullaryFnOnce for Round<'_, '_, G, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.0.round::<G>();
+    }
+}
+
+impl Simulation {
+    /// Whether lanes can hold the usual flights and impacts of this system.
+    fn fits_a_lane(&self) -> bool {
+        self.motion.swings_or_beats() && self.system.law.is_coulomb()
+    }
+
+    #[inline(always)]
+    fn tip_gap<T: Tip>(&self) -> TipGap<'_, T> {
+        TipGap::new(&self.motion, &self.flight)
+    }
+
+    /// How the present flight starts, if a scan is its next step.
+    #[inline(always)]
+    fn scanned_from(&self) -> Option<Start> {
+        let Phase::Flight(began) = self.point.anchor.phase else { return None };
+        if self.found.is_some() || self.point.completion.is_some() {
+            return None;
+        }
+        Some(self.start(began)).filter(|start| matches!(start, Start::Apart | Start::Touching))
+    }
+
+    /// Stores the result of the first pass for the next turn. A contact ahead is not stored: the turn
+    /// finds it.
+    #[inline(never)]
+    fn store_first_pass<G: Tip>(&mut self, first_pass: FirstPass, evaluations: u64) {
+        let Phase::Flight(began) = self.point.anchor.phase else { return };
+        match first_pass {
+            FirstPass::Ahead { .. } => {}
+            FirstPass::Clear(time) => {
+                self.evaluations += evaluations;
+                self.found = Some(Found::Clear(time));
+            }
+            FirstPass::Unsure(clear) => {
+                let gap = self.tip_gap::<G>();
+                let (start, span) = (self.start(began), self.motion.span);
+                let report = careful_search(&gap, start, span, clear, evaluations);
+                self.evaluations += report.evaluations;
+                self.found = Some(self.checked_against_graze(report.found));
+            }
+        }
+    }
+
+    /// Begins the flight after the impact in lane `j`, the bodies' constants left in the lane; whether
+    /// chatter may have begun. Not inlined: wide loads of numbers that were just written would wait.
+    #[inline(never)]
+    fn start_next_flight(&mut self, j: usize, impacts: &ImpactLanes) -> bool {
+        let (clock, state) = impacts.start_after(j, self.flight.clock.period);
+        let (angle, start) = impacts.angles_after(j);
+        (self.flight.clock, self.flight.state) = (clock, state);
+        (self.flight.angle, self.flight.start) = (angle, start);
+        let (regime, approach_velocity) = impacts.approach(j);
+        self.leave(clock, state, regime, approach_velocity)
+    }
+
+    /// Whether a wall leaves the bodies no room at the contact in lane `j`.
+    #[inline(always)]
+    fn has_no_room(&self, j: usize, impacts: &ImpactLanes) -> bool {
+        self.system.is_wall() && impacts.pre_impact(j).has_no_room(&self.system)
+    }
+}
