@@ -249,7 +249,7 @@ def judge_quoted(item: Quoted) -> Claim:
     x1, v1, v2, phase = motion.state
     # From the very state that is said to be that before an impact.
     system = item.system.replace(phase=phase)
-    start = np.array([x1, v1, math.sin(x1) - system.gap, v2])
+    start = np.array([x1, v1, float(system.tip(x1)) - system.gap, v2])
     run = simulate(system, initial=start, periods=n)
     at_once = bool((run.impacts["time"] == 0.0).any())
     away = float(np.abs(run.stroboscopic[-1] - start).max())

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import repository
+from han_jin_hu_2004 import printed_impact
 from han_jin_hu_2004.claims import Claim
 from han_jin_hu_2004.statements import (
     GROUPS,
     STATEMENTS,
     model,
     page,
-    printed_impact,
     printed_motion,
     stability,
 )

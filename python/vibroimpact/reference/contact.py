@@ -253,7 +253,7 @@ def _over_hump(flight: Flight, a: fmpq, b: fmpq, humps: list[Hump]) -> arb | boo
 def _velocity(flight: Flight, time: arb) -> arb:
     """Enclosure of g' at a time that is itself an enclosure."""
     x1, v1, _, v2 = flight.state(time)
-    return v1 * x1.cos() - v2 if flight.system.oblique else v1 - v2
+    return flight.system.gap_rate(x1, v1, v2)
 
 
 def _poly(series: list[arb], level: int) -> arb_poly:

@@ -235,6 +235,14 @@ class System:
         """Position of the pendulum's tip along the contact normal: sin x1, or x1 if direct."""
         return x1.sin() if self.oblique else x1
 
+    def slope(self, x1: arb) -> arb:
+        """Derivative of `tip` by x1: cos x1, or 1 if direct."""
+        return x1.cos() if self.oblique else arb(1)
+
+    def gap_rate(self, x1: arb, v1: arb, v2: arb) -> arb:
+        """Rate g' of the gap function."""
+        return v1 * self.slope(x1) - v2
+
 
 class Flight:
     """A free flight of both bodies and of the gap g = sin x1 - x2 - delta (direct: x1 for sin x1).

@@ -176,7 +176,7 @@ class Hold:
     def _grip(self, touch: Touch) -> tuple[arb, arb]:
         """Normal and friction force that keep x1' = 0."""
         a1, a2 = self._free(touch)
-        cos = touch.x1.cos() if self.system.oblique else arb(1)
+        cos = self.system.slope(touch.x1)
         if self.at_rest:
             return a1 / cos, arb(0)
         push = -a2 / arb(self.system.mbar)
@@ -187,7 +187,7 @@ class Hold:
         system = self.system
         f1, f2, mu = arb(system.f1), arb(system.f2), arb(system.mu)
         spring = arb(system.omega0**2) * touch.x1
-        cos = touch.x1.cos() if system.oblique else arb(1)
+        cos = system.slope(touch.x1)
         margins: list[tuple[Mode, arb, arb]] = []
         if self.at_rest:
             margins.append(("separate", f1 * sign(cos), -spring * sign(cos)))

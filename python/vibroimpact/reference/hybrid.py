@@ -208,13 +208,12 @@ class Motion:
         """
         system = self.system
         outcome = self.law(system, self.x1, self.v1, self.v2)
-        cos = self.x1.cos() if system.oblique else arb(1)
-        if outcome.v1 * cos - outcome.v2 > 0:
+        if system.gap_rate(self.x1, outcome.v1, outcome.v2) > 0:
             return "law_failed"
         self.impacts += 1
         kinks = system.mu != 0
         signs = (sign(self.v1), sign(self.x1.sin())) if kinks else (0, 0)
-        u = self.v1 * cos - self.v2
+        u = system.gap_rate(self.x1, self.v1, self.v2)
         time, x1, v1, v2 = (q.mid() for q in (self.now, self.x1, self.v1, self.v2))
         limit = self.tail.observe(Bounce(time, x1, v1, v2, u.mid(), outcome.regime, signs))
         if limit is not None:

@@ -79,8 +79,8 @@ class Slide:
 
     def state(self, x1: arb, v1: arb) -> State:
         """All four coordinates of a state on g = 0."""
-        cos = x1.cos() if self.system.oblique else arb(1)
-        return x1, v1, self.system.tip(x1) - arb(self.system.delta), v1 * cos
+        x2 = self.system.tip(x1) - arb(self.system.delta)
+        return x1, v1, x2, v1 * self.system.slope(x1)
 
     def force(self, touch: Touch) -> arb:
         """Contact force p at a state."""
@@ -107,7 +107,7 @@ class Slide:
         even, odd = [psi.cos()], [psi.sin()]
         x, v = [touch.x1, touch.v1], [touch.v1]
         sine = [touch.x1.sin() if system.oblique else arb(0)]
-        cosine = [touch.x1.cos() if system.oblique else arb(1)]
+        cosine = [system.slope(touch.x1)]
         tip = sine if system.oblique else x
         a1: list[arb] = []
         k: list[arb] = []

@@ -153,10 +153,11 @@ def _legs(system: System, n: int, state: State) -> tuple[_core.Itinerary, Array]
     x1, v1, v2, phase = state
     kappa = float(system.slope(x1))
     mbar = system.mass_ratio
+    # Newton's law, also for a solution whose bodies separate: `impact` refuses those.
     impulse = (1.0 + system.restitution) * (kappa * v1 - v2) / (mbar + kappa**2)
     time = math.fmod((phase - system.phase) / system.drive_frequency, system.drive_period)
     time %= system.drive_period
-    rest = mbar == 0.0 and system.force_amplitude == 0.0
+    rest = system.is_wall and system.force_amplitude == 0.0
     nodes = np.array([[x1, v1 - kappa * impulse, v2 + mbar * impulse, time]])
     return _core.Itinerary([Leg.impact(Regime.FRICTIONLESS)], n, None, rest), nodes
 

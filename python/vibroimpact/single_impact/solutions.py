@@ -111,7 +111,7 @@ def states_before(
 ) -> Solutions:
     """Return the states before the impact of solutions (V, W, P, cos psi, sin psi)."""
     parameters = equations.parameters
-    _, kappa, _ = parameters.tip_jet(x1)
+    kappa = parameters.slope(x1)
     omega, mbar = parameters.drive_frequency[which], parameters.mass_ratio[which]
     v_post, w_post, impulse, cosine, sine = unknowns.T
     return Solutions(

@@ -80,7 +80,7 @@ class Sizes:
         """
         time, x1, v1, v1_, x2, v2, v2_ = values
         s1, r1, s2, r2 = self.at(float(time), (x1, v1, x2, v2), (x1, v1_, x2, v2_))
-        cos = abs(float(x1.cos())) if self.system.oblique else 1.0
+        cos = abs(float(self.system.slope(x1)))
         before1, after1, before2, after2 = (abs(float(q)) for q in (v1, v1_, v2, v2_))
         given = 0.0 if normal is None else abs(float(normal))
         mass = float(self.system.mbar) + cos * cos

@@ -6,8 +6,8 @@ import numpy as np
 
 from vibroimpact import Regime
 
+from .. import printed_impact as printed
 from ..claims import Verdict
-from . import printed_impact as printed
 from .samples import FRICTION, Table, before, impacts, in_regime, off, states_before
 from .statement import CLEAR, Finding, formula, mended, stated
 

@@ -10,8 +10,8 @@ from vibroimpact import MotionMap, PeriodicMotion, System, motion_map, periodic_
 
 from ..claims import Verdict
 from ..parameters import INITIAL, paper_system
+from ..printed_impact import frictionless_coefficients
 from . import printed_motion as printed
-from .printed_impact import frictionless_coefficients
 from .samples import states_before
 from .statement import CLEAR, ROUNDING, Finding, formula, stated
 
@@ -270,7 +270,7 @@ def matrix_map() -> Finding:
     for motion in damped_motions():
         x1, v1, v2, _ = motion.state
         r = coefficients(motion)
-        x2 = math.sin(x1) - motion.system.gap
+        x2 = motion.system.tip(x1) - motion.system.gap
         s = printed.period(motion.system, motion.m)
         after = np.array([x1, r[0] * v1 + r[1] * v2, x2, r[2] * v1 + r[3] * v2])
         drive = s[:, 2:] @ unknowns(motion)[2:]

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from vibroimpact import Regime, System, impact
 
+from .. import printed_impact as printed
 from ..parameters import paper_system
-from . import printed_impact as printed
 
 Table = NDArray[np.void]
 IMPACTS = 20_000
