@@ -111,6 +111,9 @@ class System:
     def slope(self, x1: NDArray[np.float64]) -> NDArray[np.float64]:
         """Their derivatives by x1."""
 
+    def is_in_friction_cone(self, x1: float) -> bool:
+        """Whether friction can hold the tip at this angle."""
+
     def gap_function(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Gap function of states (n, 4)."""
 

@@ -169,7 +169,7 @@ def impact_agreement(
         impacts=counts,
     )
     if interrupted:
-        raise Interrupted("interrupted between the laws; .result holds what is compared", result)
+        raise Interrupted("interrupted between the laws", result, holds="what is compared")
     return result
 
 

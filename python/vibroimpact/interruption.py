@@ -43,7 +43,7 @@ def _call(function: Callable[..., Any]) -> Callable[..., Any]:
             raise
         except KeyboardInterrupt as error:
             said = str(error) or f"interrupted in {function.__qualname__}"
-            raise Interrupted(f"{said}; .result holds nothing") from None
+            raise Interrupted(said, holds="nothing") from None
 
     covered.__ctrl_c__ = True  # type: ignore[attr-defined]
     return covered

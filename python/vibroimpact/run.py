@@ -355,8 +355,8 @@ class Run:
             reject(f"t[{place}]", float(times[place]), window)
         rows, interrupted = self._core.trajectory(times, forces)
         if interrupted:
-            message = f"interrupted; .result holds the rows of the first {len(rows)} times"
-            raise Interrupted(message, rows)
+            known = f"the rows of the first {len(rows)} times"
+            raise Interrupted("interrupted", rows, holds=known)
         return rows
 
     def energy_audit(self) -> EnergyAudit:
@@ -488,7 +488,7 @@ def raise_if_interrupted(run: Run) -> None:
     """Raise Interrupted, carrying the run, if Ctrl-C cut it short."""
     if run._core.interrupted:
         time = run.final_state.time
-        raise Interrupted(f"interrupted at time {time:.6g}; .result holds the run so far", run)
+        raise Interrupted(f"interrupted at time {time:.6g}", run, holds="the run so far")
 
 
 def read_only(array: NDArray[_T]) -> NDArray[_T]:

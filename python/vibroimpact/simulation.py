@@ -151,11 +151,9 @@ def simulate(
     # After Ctrl-C there may be fewer runs than starts; they are the first ones.
     runs = [_wrap(core, system, row) for core, row in zip(cores, start, strict=False)]
     if interrupted:
-        raise Interrupted(
-            f"interrupted after {len(runs)} of {len(start)} runs; .result holds them", runs
-        )
+        raise Interrupted(f"interrupted after {len(runs)} of {len(start)} runs", runs, holds="them")
     if failure is not None:
-        raise SimulationError(f"{failure}; .result holds all runs", runs)
+        raise SimulationError(failure, runs, holds="all runs")
     return runs
 
 

@@ -117,8 +117,9 @@ def reproduce(
                 job.report(f"islands: {time.perf_counter() - started:.1f} s")
     except KeyboardInterrupt:  # Interrupted is one
         raise Interrupted(
-            f"interrupted after {len(job.files)} files; .result holds them and their claims",
+            f"interrupted after {len(job.files)} files",
             Reproduction(job.files, job.claims),
+            holds="them and their claims",
         ) from None
     for name, text in (
         ("json", claims.to_json(job.claims)),

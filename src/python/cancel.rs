@@ -31,6 +31,11 @@ pub(super) struct Progress<'a> {
     pub done: &'a AtomicUsize,
 }
 
+/// What a call raises that Ctrl-C ended, if it has nothing to hand over.
+pub(super) fn interrupted(message: String) -> PyErr {
+    PyKeyboardInterrupt::new_err(message)
+}
+
 /// Works with the interpreter released. Ctrl-C makes the work end early with what is done, and is
 /// reported beside it, also where it comes while progress is told; another exception is raised.
 pub(super) fn interruptible<T: Send, E: Into<PyErr> + Send>(

@@ -1,11 +1,10 @@
 //! `_core.Itinerary`: the kernels of shooting.
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
-use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
 use super::arrays;
-use super::cancel::interruptible;
+use super::cancel::{interrupted, interruptible};
 use super::leg::{PyCondition, PyLeg};
 use super::run::to_state;
 use super::system::PySystem;
@@ -59,7 +58,7 @@ impl PyItinerary {
         };
         match interruptible::<_, ParameterError>(py, None, follow)?.0 {
             Err(ItineraryError::Stopped(StopReason::Interrupted)) => {
-                Err(PyKeyboardInterrupt::new_err("interrupted while a motion was followed"))
+                Err(interrupted("interrupted while a motion was followed".to_owned()))
             }
             Ok((itinerary, nodes)) => {
                 let rows: Vec<[f64; 4]> = nodes.into_iter().map(Node::to_array).collect();

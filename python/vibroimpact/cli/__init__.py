@@ -108,7 +108,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _cut_short(error: BaseException, chosen: argparse.Namespace) -> str:
-    message = str(error).partition("; .result")[0] or "interrupted"
+    # Without the hint at `result`, which is for Python.
+    message = getattr(error, "reason", str(error)) or "interrupted"
     if getattr(chosen, "store", None) is not None:
         message += f"; the same command goes on with {chosen.store}"
     return message

@@ -230,6 +230,7 @@ def follow_curve(
     max_points: int = 1000,
     max_angle: float = 0.3,
     stop_at: Collection[str] = (),
+    first: Collection[str] = (),
     ignore: Collection[Hashable] = (),
     classify: Classify | None = None,
 ) -> Path:
@@ -251,7 +252,7 @@ def follow_curve(
         Direction of shape (n + 2,) to start in.
     parameter_sizes
         Sizes of the parameters beside ``problem.scale``, for norms, steps and differences.
-    step, min_step, max_step, max_points, max_angle, stop_at, classify
+    step, min_step, max_step, max_points, max_angle, stop_at, first, classify
         As in ``follow``.
     ignore
         Names of other tests that vanish along the whole curve, such as det(I - M) on one of folds.
@@ -289,6 +290,7 @@ def follow_curve(
         max_points=max_points,
         max_angle=max_angle,
         stop_at=stop_at,
+        first=first,
     )
     if isinstance(ignore, str):
         reject("ignore", ignore, "a collection of names of tests")

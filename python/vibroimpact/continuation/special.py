@@ -5,7 +5,7 @@ until rounding stops it. See ``follow``.
 """
 
 import math
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Collection, Hashable
 from dataclasses import replace
 
 import numpy as np
@@ -102,7 +102,7 @@ def _refined(step: Step, rough: Point, end: Point) -> Point:
     return step.point(z, jacobian, tangent / np.linalg.norm(tangent), report)
 
 
-def located(step: Step, end: Point) -> list[SpecialPoint]:
+def located(step: Step, end: Point, first: Collection[str]) -> list[SpecialPoint]:
     """Return the special points between the origin of a step and ``end``, in order."""
     # In an order that does not depend on how names are hashed.
     names = sorted(end.tests.keys() & step.origin.tests.keys(), key=str)
@@ -110,7 +110,6 @@ def located(step: Step, end: Point) -> list[SpecialPoint]:
     near = SAME_EVENT * step.s(end.z)
     meetings = (OwnTest.BRANCH_POINT, OwnTest.CUSP)
     turns = [point.arclength for point in found if point.test in meetings]
-    # Where an impact vanishes with u all that is measured in it may vanish too: that is a grazing.
     tie = SAME_PLACE * step.s(end.z)
     return sorted(
         (
@@ -119,7 +118,7 @@ def located(step: Step, end: Point) -> list[SpecialPoint]:
             if not _is_fold(point.test)
             or all(abs(point.arclength - other) > near for other in turns)
         ),
-        key=lambda point: point.arclength - (tie if point.kind == "grazing" else 0.0),
+        key=lambda point: point.arclength - (tie if point.kind in first else 0.0),
     )
 
 

@@ -28,6 +28,7 @@ class Steps:
     max_points: int
     max_angle: float
     stop_at: frozenset[str]
+    first: frozenset[str]
 
     @classmethod
     def checked(
@@ -39,6 +40,7 @@ class Steps:
         max_points: Any,
         max_angle: Any,
         stop_at: Any,
+        first: Any,
     ) -> "Steps":
         """Return the settings, or raise ParameterError."""
         values = [positive("min_step", min_step), positive("step", step)]
@@ -48,8 +50,9 @@ class Steps:
         angle = positive("max_angle", max_angle)
         if angle > 1.0:
             reject("max_angle", max_angle, "a number in (0, 1], in radians")
-        if isinstance(stop_at, str) or not all(isinstance(kind, str) for kind in stop_at):
-            reject("stop_at", stop_at, "a collection of kinds of special points")
+        for name, kinds in (("stop_at", stop_at), ("first", first)):
+            if isinstance(kinds, str) or not all(isinstance(kind, str) for kind in kinds):
+                reject(name, kinds, "a collection of kinds of special points")
         return cls(
             step=values[1],
             min_step=values[0],
@@ -57,6 +60,7 @@ class Steps:
             max_points=count("max_points", max_points, least=1),
             max_angle=angle,
             stop_at=frozenset(stop_at),
+            first=frozenset(first),
         )
 
 
@@ -199,7 +203,7 @@ def _take(step: Step, length: float, start: Point, limits: Limits, settings: Ste
     step.accept(end.point, settings.max_angle)
     if step.origin is not start and (home := closing(step, end.point, start)) is not None:
         end = _End(home, PathEnd.CLOSED)
-    found = located(step, end.point)
+    found = located(step, end.point, settings.first)
     if (edge := leaving(step, [*found, end.point], limits)) is not None:
         end = _End(edge, PathEnd.BOUND)
         found = [event for event in found if event.arclength <= edge.arclength]
@@ -262,7 +266,8 @@ def trace(curve: Curve, start: Point | Path, limits: Limits, settings: Steps) ->
             length = _next_length(length, step, end.point, settings)
     except KeyboardInterrupt:
         raise Interrupted(
-            f"interrupted after {len(points)} points; .result holds the path so far",
+            f"interrupted after {len(points)} points",
             path(PathEnd.INTERRUPTED),
+            holds="the path so far",
         ) from None
     return path(PathEnd.POINTS)

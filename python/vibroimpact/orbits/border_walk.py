@@ -15,7 +15,7 @@ from .branch import Bifurcation
 from .curve import BifurcationCurve, CodimensionTwo
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .doubling import doubled, doubling_near, halving
-from .kinds import BORDERS, BifurcationKind
+from .kinds import BORDERS, FIRST, BifurcationKind
 from .motion import PeriodicMotion
 from .problem import OrbitProblem
 from .ranges import Bounds
@@ -267,6 +267,7 @@ class Walk:
                 max_step=self.steps.max_step,
                 max_points=most or self.steps.max_points,
                 stop_at=ENDS,
+                first=FIRST,
                 classify=problem.classify,
             )
         except KeyboardInterrupt as interruption:

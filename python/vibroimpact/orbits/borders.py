@@ -25,7 +25,7 @@ from .branch import Bifurcation
 from .curve import BifurcationCurve, CodimensionTwo
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .friction import with_friction
-from .kinds import BORDERS, BifurcationKind
+from .kinds import BORDERS, FIRST, BifurcationKind
 from .problem import OrbitProblem
 from .ranges import LONGEST_STEP, Bounds, two_ranges
 from .resegment import beside, spared
@@ -179,6 +179,7 @@ def follow_way(
             max_step=steps.max_step,
             max_points=steps.max_points,
             stop_at=(*BORDERS, *resonances, *stop_at),
+            first=FIRST,
             # On a curve of saddle-nodes det(I - M) is zero throughout.
             ignore=[BifurcationKind.SADDLE_NODE] if problem.test is OwnTest.FOLD else [],
             classify=problem.classify,

@@ -21,7 +21,7 @@ from ..continuation.path import Path, Point, SpecialPoint, path_so_far
 from ..system import System
 from .branch import Bifurcation, Branch, Piece
 from .doubling import MIN_STEP, doubling_near, halving
-from .kinds import BORDERS, BifurcationKind, BranchEnd
+from .kinds import BORDERS, FIRST, BifurcationKind, BranchEnd
 from .motion import same_orbit
 from .problem import OrbitProblem
 from .ranges import LONGEST_STEP
@@ -248,6 +248,7 @@ def _path(
             max_step=settings.max_step,
             max_points=left,
             stop_at=() if settings.virtual else BORDERS,
+            first=FIRST,
             classify=problem.classify,
         )
     except KeyboardInterrupt as interruption:

@@ -36,6 +36,8 @@ class BifurcationKind(StrEnum):
 
 # At which a motion ceases to be one with these legs.
 BORDERS = frozenset(BifurcationKind(kind.value) for kind in BorderKind)
+# Where an impact vanishes with u all that is measured in it may vanish too: that is a grazing.
+FIRST = (BifurcationKind.GRAZING,)
 # What vanishes at a bifurcation: a condition of a leg, a function of the multipliers named as the
 # bifurcation, or a function of the path itself.
 Test = Condition | BifurcationKind | OwnTest

@@ -249,7 +249,7 @@ _OTHER_WAY = dict(zip(_REVERSAL + _STICK, _STICK + _REVERSAL, strict=True))
 def _beyond_edge(leg: Leg, edge: Border, system: System, x1: float) -> Leg | None:
     """Return the leg to an impact of the neighbouring regime."""
     regime, direction, side = leg.regime, leg.direction, leg.side
-    sticks = abs(math.cos(x1)) <= system.friction * abs(math.sin(x1))
+    sticks = system._compiled.is_in_friction_cone(x1)
     in_approach, in_restitution = _STICK if sticks else _REVERSAL
     if regime is None:
         return None

@@ -190,8 +190,9 @@ def search_motions(
                 ends.append(_end(run, motions))
     except KeyboardInterrupt:  # Interrupted is one
         raise Interrupted(
-            f"interrupted after {len(ends)} of {len(begins)} starts; .result holds them",
+            f"interrupted after {len(ends)} of {len(begins)} starts",
             _searched(begins, motions, ends),
+            holds="them",
         ) from None
     return _searched(begins, motions, ends)
 

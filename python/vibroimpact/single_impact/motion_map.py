@@ -111,7 +111,7 @@ def motion_map(
         undecided[pending], empty[pending] = 0, False
         done = size - np.count_nonzero(pending)
         raise Interrupted(
-            f"interrupted after {done} of {size} points; .result holds them", result()
+            f"interrupted after {done} of {size} points", result(), holds="them"
         ) from None
     return result()
 

@@ -107,8 +107,9 @@ def periodic_motions(
     except KeyboardInterrupt:
         undecided += [Undecided(lo=lo, hi=hi, reason="interrupted") for lo, hi in left]
         raise Interrupted(
-            f"interrupted; .result holds {len(motions)} solutions, and where there may be others",
+            "interrupted",
             result(),
+            holds=f"{len(motions)} solutions, and where there may be others",
         ) from None
     return result()
 

@@ -317,8 +317,8 @@ def _refined(
             if columns is not None:
                 done = columns if done is None else merged(done, columns)
             if stopped is not None:
-                part = None if done is None else Diagram(done)
-                raise type(stopped)(str(stopped), part) from stopped.__cause__
+                stopped.result = None if done is None else Diagram(done)
+                raise stopped from stopped.__cause__
             values = _midpoints(Diagram(done))
             if not len(values):
                 break
@@ -327,8 +327,8 @@ def _refined(
     except KeyboardInterrupt:
         if done is None:
             raise
-        message = f"interrupted after {done.done} points; .result holds them"
-        raise Interrupted(message, Diagram(done)) from None
+        message = f"interrupted after {done.done} points"
+        raise Interrupted(message, Diagram(done), holds="them") from None
     assert done is not None
     return Diagram(done)
 

@@ -99,18 +99,23 @@ def compute(
                     if result.interrupted:
                         raise KeyboardInterrupt
         except KeyboardInterrupt:
-            message = f"interrupted {_so_far(task, sink)}"
-            raise Interrupted(message, wrap(sink.columns())) from None
+            message = f"interrupted after {_so_far(task, sink)}"
+            raise Interrupted(message, wrap(sink.columns()), holds=_holds(sink)) from None
         except ClusterError as error:
-            message = f"{error} {_so_far(task, sink)}"
-            raise ClusterError(message, wrap(sink.columns())) from error
+            message = f"{error} after {_so_far(task, sink)}"
+            raise ClusterError(message, wrap(sink.columns()), holds=_holds(sink)) from error
     return wrap(sink.columns())
 
 
 def _so_far(task: Task, sink: Memory | Store) -> str:
-    """Say how much is done, and where it is."""
-    text = f"after {sink.done} of {task.grid.size} cells; .result holds them"
-    return text + (", as does the store: call again to go on" if isinstance(sink, Store) else "")
+    """Say how much is done."""
+    return f"{sink.done} of {task.grid.size} cells"
+
+
+def _holds(sink: Memory | Store) -> str:
+    """Say where what is done is."""
+    stored = ", as does the store: call again to go on" if isinstance(sink, Store) else ""
+    return f"them{stored}"
 
 
 def _chunk(task: Task, chunk: int | None, client: Any) -> int:
@@ -139,8 +144,9 @@ def _sink(
         return Store(store, layout, tiling)
     except KeyboardInterrupt:
         # It has been made by now, but a large one takes a while to look through.
-        message = "interrupted while the store was opened; .result holds what is in it"
-        raise Interrupted(message, wrap(open_columns(store))) from None
+        message = "interrupted while the store was opened"
+        kept = wrap(open_columns(store))
+        raise Interrupted(message, kept, holds="what is in it") from None
 
 
 def _one_by_one(

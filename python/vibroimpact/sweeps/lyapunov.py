@@ -183,8 +183,7 @@ def _single(
     )
     if found.interrupted:
         raise Interrupted(
-            f"interrupted after a time {found.time:g} of the measurement; .result holds it",
-            spectrum,
+            f"interrupted after a time {found.time:g} of the measurement", spectrum, holds="it"
         )
     if found.error is not None:
         raise SimulationError(f"no Lyapunov exponents: {found.error}")

@@ -109,7 +109,7 @@ def verify(
     system = exact_system(run.system)
     found = compare(parts, beside, exact, system, span.section_times(), digits)
     if found.stopped == "interrupted":
-        raise Interrupted("interrupted; .result holds what is verified so far", found)
+        raise Interrupted("interrupted", found, holds="what is verified so far")
     return found
 
 

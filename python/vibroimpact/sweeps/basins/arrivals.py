@@ -302,8 +302,9 @@ class _Computation:
             done = np.count_nonzero(self.columns["status"] != PENDING)
             raise Interrupted(
                 f"interrupted while attractors were searched, after {done} of "
-                f"{task.plane.size} cells; .result holds them",
+                f"{task.plane.size} cells",
                 self.result(),
+                holds="them",
             ) from None
         self.task = dataclasses.replace(task, attractors=attractors)
 
