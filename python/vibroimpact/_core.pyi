@@ -505,7 +505,7 @@ class Sweep:
         """(n, 4) their standard errors."""
     @property
     def contact_fraction(self) -> NDArray[np.float64]:
-        """(n,) part of the kept window in lasting contact; NaN where nothing is kept."""
+        """(n,) part of the kept window in sustained contact; NaN where nothing is kept."""
     @property
     def final_states(self) -> NDArray[np.float64]:
         """(n, 4) state at the end."""

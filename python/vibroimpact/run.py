@@ -59,9 +59,9 @@ class FinalState:
         Completed drive periods and the time since the last one, which together stay exact where
         ``time`` has lost digits.
     mode
-        ``"flight"``, or in lasting contact ``"slide_positive"``, ``"slide_negative"`` (the sign of
-        x1' while the tip slides; without friction, that at the start of the slide) or ``"stick"``
-        (x1' = 0, held by friction or by a wall at rest).
+        ``"flight"``, or in sustained contact ``"slide_positive"``, ``"slide_negative"`` (the sign
+        of x1' while the tip slides; without friction, that at the start of the slide) or
+        ``"stick"`` (x1' = 0, held by friction or by a wall at rest).
     """
 
     x1: float
@@ -243,7 +243,7 @@ class Run:
 
     @cached_property
     def contacts(self) -> NDArray[np.void]:
-        """Kept events of lasting contact: structured array, one row each.
+        """Kept events of sustained contact: structured array, one row each.
 
         Columns ``time, period, time_in_period, kind, x1, v1, x2, v2, phase, normal_force,
         tangential_force, impacts_skipped, time_jump, error``. ``kind`` is an EventKind: CHATTER
@@ -261,7 +261,7 @@ class Run:
 
     @property
     def time_in_contact(self) -> float:
-        """Time in lasting contact within the kept window; impacts take no time."""
+        """Time in sustained contact within the kept window; impacts take no time."""
         return self._core.time_in_contact
 
     @cached_property

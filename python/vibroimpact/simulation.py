@@ -77,7 +77,7 @@ def simulate(
     """Simulate the motion from one initial state, or from several.
 
     Every flight is exact and every contact is found (docs/theory.md, sections 2 and 3). Complete
-    chatter is carried to its accumulation point, and the run goes on through the lasting contact
+    chatter is carried to its accumulation point, and the run goes on through the sustained contact
     that follows: slide, stick, release (section 5). All quantities are dimensionless.
 
     Parameters
@@ -86,7 +86,7 @@ def simulate(
         The parameters.
     initial
         (x1, v1, x2, v2) at t = 0, shape (4,); or (k, 4) for k runs. A start on the contact (g = 0
-        to rounding) begins with an impact, a flight or lasting contact, as velocities and forces
+        to rounding) begins with an impact, a flight or sustained contact, as velocities and forces
         say.
     periods, time
         Exactly one of them: number of drive periods, or length in time. A constant load
@@ -98,7 +98,7 @@ def simulate(
         10 million unless given.
     chatter_tolerance
         Absolute tolerance on time and state where chatter is completed; flights and impacts are
-        exact, and lasting contact is integrated to rounding.
+        exact, and sustained contact is integrated to rounding.
     section_phase
         Drive phase of the stroboscopic section, relative to that of the start, in radians.
     workers

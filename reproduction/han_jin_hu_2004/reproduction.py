@@ -18,9 +18,9 @@ from . import (
     coexistence,
     existence,
     islands,
-    lasting,
     motions,
     restitution,
+    sustained_contact,
     transitions,
 )
 from .claims import Claim
@@ -182,8 +182,8 @@ class _Job:
             self.save(transitions.draw(figure, panels, color), f"fig{figure}{suffix}")
         for transition, diagram in panels:
             if transition.id == "7c":
-                observed = lasting.observe(transition, workers=self.workers)
-                self.claims.append(lasting.evaluate(observed))
+                observed = sustained_contact.observe(transition, workers=self.workers)
+                self.claims.append(sustained_contact.evaluate(observed))
             if transition.id not in _ENLARGED:
                 continue
             parts = transitions.enlarge(transition, diagram, self.frequencies, self.workers)

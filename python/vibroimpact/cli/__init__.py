@@ -91,7 +91,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (ParameterError, StateError, ImportError) as error:
         return _fail(error, ExitCode.BAD_INPUT)
     except BrokenPipeError:
-        # Nothing is left to say, also not at exit.
+        # Nobody reads the output: nothing more is written, also not at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return ExitCode.NO_READER
     except ClusterError as error:
@@ -142,7 +142,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=options.HelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"vibroimpact {__version__}")
-    # Else the usage above would stand in the error messages of the commands.
+    # Without this the usage above would be part of the error messages of the commands.
     subparsers = parser.add_subparsers(
         title="commands", required=True, metavar="COMMAND ...", prog="vibroimpact"
     )

@@ -179,10 +179,10 @@ class Request:
         return System.from_dict(unless_given | self.file.fields | flags)
 
     def values(self, *names: str, own: Collection[str] = (), **defaults: Any) -> dict[str, Any]:
-        """Return the options of a run by name, without those that nobody gives.
+        """Return the options of a run by name, without those that are not given.
 
-        `names` have no default here, `defaults` have this one; `own` are taken from flags alone,
-        where they mean something else than in [run].
+        `names` have no default here; `defaults` gives defaults by name. The options in `own` are
+        read from flags only, because in [run] the same name has another meaning.
         """
         flags = {name: value for name, value in vars(self.options).items() if value is not None}
         found = defaults | {name: self.file.run[name] for name in self._from_file()} | flags

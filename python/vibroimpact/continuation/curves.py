@@ -1,7 +1,6 @@
 """Curves of codimension-1 points in two parameters: zeros of (F(u, p1, p2), g(u, p1, p2)).
 
-They are followed by the machine of ``follow``, in the unknowns (u, p1, p2). The defining
-function g is
+They are followed as in ``follow``, in the unknowns (u, p1, p2). The defining function g is
 
 - for a fold, and for each matrix A that the problem names in ``singular_matrices`` (M + I for a
   period doubling, I - M (.) M for a Neimark-Sacker point), the solution g of the bordered system
@@ -40,8 +39,8 @@ from .path import Path
 from .tracing import Steps, start_point, trace
 
 # Step of the central differences, in units of the sizes. The errors, of second order in the step
-# and of rounding over the step, are then equal, about eps^(2/3) = 4e-11. Newton's method would
-# bear a thousand times more, so that noise of a test well above rounding does no harm.
+# and of rounding over the step, are then equal, about eps^(2/3) = 4e-11. Newton's method works with
+# a thousand times larger errors, so that a test may have noise well above rounding.
 DIFFERENCE = np.finfo(float).eps ** (1.0 / 3.0)
 
 
@@ -84,7 +83,7 @@ class _Critical:
         self.problem, self.test, self.named = problem, test, named
         self.parameter_sizes, self.ignored = parameter_sizes, ignored | {test}
         self.n = len(z) - 2
-        # Asked once: a protocol's isinstance is slow.
+        # Evaluated once: isinstance is slow for a protocol.
         self.local = problem if isinstance(problem, HasSingleTests) else None
         self.matrices = problem if isinstance(problem, HasMatrices) else None
         self.sizes = self.scale(z)
@@ -308,7 +307,8 @@ def curve_point(
 ) -> tuple[Array, Array, float] | None:
     """Return the point of a curve near (u, p) at which p[index] is what it is there.
 
-    With what is left of the defining function; None if Newton's method does not find it.
+    The second value is the remaining value of the defining function. None if Newton's method does
+    not find the point.
     """
     z, kept = np.concatenate((u, p)), len(u) + index
     try:

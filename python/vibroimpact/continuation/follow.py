@@ -17,11 +17,11 @@ bracketed in s, every trial being a solution found by Newton's method, until rou
 test that changes sign twice within a step cannot be seen; ``max_angle`` and ``max_step`` make that
 rare. All sizes are dimensionless.
 
-Own code, because no kept package fits. PyPI's pycont-lite and bice use Newton-Krylov or
-finite-difference Jacobians, know fixed points of differential equations only, follow one parameter
-and need SciPy; pacopy has a proprietary licence; MatCont, BifurcationKit and AUTO are not Python.
-None takes an exact Jacobian with named test functions, finds bifurcations of maps and follows them
-in two parameters.
+This is own code, because no maintained package fits. PyPI's pycont-lite and bice use Newton-Krylov
+or finite-difference Jacobians, know fixed points of differential equations only, follow one
+parameter and need SciPy; pacopy has a proprietary licence; MatCont, BifurcationKit and AUTO are not
+Python. None of them takes an exact Jacobian and test functions with names, finds bifurcations of
+maps, and follows these in two parameters.
 """
 
 from collections.abc import Callable, Collection, Hashable, Mapping

@@ -19,13 +19,13 @@ from .step import RESOLUTION, SAME_POINT, Rejected, Step, bracket
 # A branch point is bracketed to this part of the step only, since Newton's matrix is singular
 # there; refine_branch_point does the rest.
 BRANCH_POINT_RESOLUTION = 1e-6
-# A fold nearer to a branch point or cusp than this part of the step is that point: dp/ds changes
-# sign too where a branch meets a symmetric one.
+# A fold nearer to a branch point or cusp than this part of the step is the same point: dp/ds also
+# changes sign where a branch meets a symmetric one.
 SAME_EVENT = 1e-4
 # Events nearer to each other than this part of the step are at one place.
 SAME_PLACE = 1e-7
-# Where the bracket is shorter than this part of the step, a failing trial ends the location, and
-# does not make the whole step be taken again.
+# Where the bracket is shorter than this part of the step, a trial that fails ends the location; the
+# step is not repeated.
 SMALL_BRACKET = 1e-3
 
 
@@ -51,10 +51,10 @@ def _locate(step: Step, name: Hashable, end: Point) -> SpecialPoint | None:
     if before == 0.0 or math.isnan(after) or before * np.sign(after) > 0.0:
         return None
     if _is_fold(name) and max(abs(before), abs(after)) < SAME_POINT:
-        return None  # a curve along which the parameter stays the same, but for rounding
+        return None  # along this curve the parameter is constant within rounding
     singular = name is OwnTest.BRANCH_POINT
     if singular and abs(before) < BRANCH_POINT_RESOLUTION * abs(after):
-        # The origin itself, but for rounding: every trial next to it would fail.
+        # Within rounding this is the origin itself: every trial next to it would fail.
         best = other = step.origin
     else:
         best, other = bracket(
@@ -104,7 +104,7 @@ def _refined(step: Step, rough: Point, end: Point) -> Point:
 
 def located(step: Step, end: Point, first: Collection[str]) -> list[SpecialPoint]:
     """Return the special points between the origin of a step and ``end``, in order."""
-    # In an order that does not depend on how names are hashed.
+    # Sorted, so that the order does not depend on hashes.
     names = sorted(end.tests.keys() & step.origin.tests.keys(), key=str)
     found = [point for name in names if (point := _locate(step, name, end)) is not None]
     near = SAME_EVENT * step.s(end.z)

@@ -160,9 +160,9 @@ def _nearest(curve: Curve, z: Array, sizes: Array) -> tuple[Array, NewtonReport]
 
 @dataclass
 class _End:
-    """Where a step leads: its last point and, if the path ends there, why; what is on the way.
+    """The result of a step: last point, the reason if the path ends there, special points.
 
-    A special point at the start of the path is kept apart: it is on the path only if that closes.
+    Special points at the start of the path are separate: they belong to the path only if it closes.
     """
 
     point: Point
@@ -184,8 +184,8 @@ def _advance(step: Step, length: float, limits: Limits, max_angle: float) -> _En
         s, index, value = bound
         if s <= RESOLUTION:
             return _End(step.origin, PathEnd.BOUND)
-        # F may not be defined beyond its bound, so that the bound itself is aimed at. A curve that
-        # turns back before it is what the plain step is for.
+        # F may not be defined beyond its bound, so that the bound itself is aimed at. If the curve
+        # turns back before the bound, the plain step is used.
         try:
             landed = step.where(index, value, step.predict(s))
             step.accept(landed, max_angle)
@@ -196,7 +196,7 @@ def _advance(step: Step, length: float, limits: Limits, max_angle: float) -> _En
 
 
 def _take(step: Step, length: float, start: Point, limits: Limits, settings: Steps) -> _End:
-    """Return where a step leads, with the special points on the way there."""
+    """Return the result of a step, with its special points."""
     end = _advance(step, length, limits, settings.max_angle)
     if end.point is step.origin:
         return end
@@ -224,7 +224,7 @@ def _take(step: Step, length: float, start: Point, limits: Limits, settings: Ste
 
 
 def _next_length(length: float, step: Step, end: Point, settings: Steps) -> float:
-    """Return the length of the next step: longer where the curve is straight and Newton's easy."""
+    """Return the next step length: longer where the curve is straight and Newton's method fast."""
     angle = step.accept(end, math.inf)
     factor = min(2.0, max(0.5, settings.max_angle / 3.0 / max(angle, 1e-12)))
     if end.iterations > EASY_CORRECTIONS:

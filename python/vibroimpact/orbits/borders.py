@@ -148,7 +148,7 @@ def curve_problem(
     if "friction" in names:
         itinerary, nodes, friction = with_friction(system, itinerary, nodes)
         if friction != system.friction:
-            reject("friction", system.friction, "> 0 for a motion with lasting contact")
+            reject("friction", system.friction, "> 0 for a motion with sustained contact")
     return CurveProblem(system, itinerary, names, bifurcation.kind, test), nodes.ravel().copy()
 
 

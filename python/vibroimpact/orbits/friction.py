@@ -3,7 +3,7 @@
 Impacts at mu = 0 do not know which way the tip slips, so that their legs cannot tell what friction
 does to them. For mu -> 0 each has a regime, slip or a reversal, whose outcome tends to that without
 friction (docs/theory.md, section 4): with it the motion at mu = 0 is the end of a branch over mu.
-The legs of lasting contact are those of a simulation at a small friction.
+The legs of sustained contact are those of a simulation at a small friction.
 """
 
 import math
@@ -22,7 +22,7 @@ from .verdict import MAX_EVENTS, motion_of
 
 Array = NDArray[np.float64]
 
-# Friction at which the regimes for mu -> 0 are asked for, and where a motion with lasting contact
+# Friction at which the regimes for mu -> 0 are asked for, and where a motion with sustained contact
 # is solved for anew.
 SMALL = 1e-9
 

@@ -1,8 +1,8 @@
 """Bifurcation diagrams: a section of the long-term motion against the swept parameter.
 
-`contact_fraction` draws the time in lasting contact beneath (docs/theory.md, section 5). The impact
-section is the state just before each impact, the stroboscopic section the state once
-per drive period; Han, Jin & Hu (2004), eqs. (48a) and (48b), docs/theory.md section 6.
+`contact_fraction` draws the time in sustained contact beneath (docs/theory.md, section 5). The
+impact section is the state just before each impact, the stroboscopic section the state once per
+drive period; Han, Jin & Hu (2004), eqs. (48a) and (48b), docs/theory.md section 6.
 """
 
 from __future__ import annotations
@@ -224,7 +224,7 @@ def branch_names(diagram: Diagram) -> list[str]:
 
 
 def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
-    """Draw the part of the time that the bodies are in lasting contact against the parameter.
+    """Draw the part of the time that the bodies are in sustained contact against the parameter.
 
     The time is that of the kept drive periods, so that for a settled motion this is the part of
     the drive period. Values where nothing is kept leave a gap. Several branches have the colours of

@@ -31,7 +31,7 @@ def contact_force(
 
     Both are zero in flight; the impulses of impacts take no time and are no part of them. The
     dotted lines are the edges of Coulomb's cone, `mu p` to either side: on an edge the tip slides,
-    between them it sticks. Bands mark lasting contact. Unit: M1 l omega_2^2.
+    between them it sticks. Bands mark sustained contact. Unit: M1 l omega_2^2.
 
     Parameters
     ----------

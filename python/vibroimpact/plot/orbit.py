@@ -61,7 +61,7 @@ def orbit(
 
     The history has `x2` (thick) and `sin x1 - delta` (thin), which touch at an impact. Impacts have
     colour and shape of their regime, in the portraits at the state before; dotted lines are the
-    jumps. Bands mark chatter and lasting contact. A solution that is not admissible has a title
+    jumps. Bands mark chatter and sustained contact. A solution that is not admissible has a title
     that says why; where the bodies overlap the curves are red and the space between them filled,
     and a cross marks an impact of bodies that are separating.
 
@@ -205,7 +205,7 @@ def _sample(motion: PeriodicMotion, points: int) -> _Orbit:
 
 
 def _spans(motion: PeriodicMotion, end: float) -> list[ContactSpan]:
-    """Return the stretches of chatter and lasting contact in one orbit from t = 0."""
+    """Return the stretches of chatter and sustained contact in one orbit from t = 0."""
     if motion.legs[0] == Leg.CIRCUIT:
         return []
     times = np.array(motion.clocks) * motion.system.drive_period + motion.nodes[:, 3]

@@ -54,7 +54,7 @@ REGIME_STYLES: dict[int, RegimeStyle] = {
 
 @dataclass(frozen=True)
 class ContactStyle:
-    """How lasting contact in one mode is drawn: a band with its outline and hatch, or a mark."""
+    """How sustained contact in one mode is drawn: a band with its outline and hatch, or a mark."""
 
     text: str
     band: str

@@ -36,7 +36,7 @@ _LABEL = (
     Field("m", "int64", "drive periods per orbit; 0 where no period was found"),
     Field("n", "int64", "impacts per orbit; -1 for complete chatter"),
     Field("residual", "float64", "largest difference of sections m periods apart"),
-    Field("contact_fraction", "float64", "part of the kept time in lasting contact"),
+    Field("contact_fraction", "float64", "part of the kept time in sustained contact"),
     Field("final_state", "float64", "x1, v1, x2, v2 at the end", (4,), ("coordinate",)),
 )
 _LARGEST = (

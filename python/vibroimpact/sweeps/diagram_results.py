@@ -112,7 +112,7 @@ class Diagram(GridResult):
 
     @property
     def contact_fraction(self) -> NDArray[np.float64]:
-        """Part of the kept time in lasting contact, shape (n,); NaN where nothing is kept."""
+        """Part of the kept time in sustained contact, shape (n,); NaN where nothing is kept."""
         return self._flat("contact_fraction")
 
     @property

@@ -51,7 +51,7 @@ def verify(
     has not kept is made again, to the same bits, and compared too: the horizon is that of the whole
     motion. It ends where the run has parted from the exact motion for good. Where the simulator
     can, it encloses the exact motion, so that the errors stated are proved; complete chatter and
-    lasting contact, and what enclosures at ``max_precision`` do not reach, rest on two precisions
+    sustained contact, and what enclosures at ``max_precision`` do not reach, rest on two precisions
     that agree. Each row says which. It takes some ten to a hundred milliseconds for an impact.
 
     Parameters

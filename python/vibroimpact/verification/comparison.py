@@ -309,7 +309,7 @@ class _Comparison:
         return True
 
     def _contact(self, index: int, row: np.void, entry: Entry) -> bool:
-        """One event of lasting contact; False as for an impact."""
+        """One event of sustained contact; False as for an impact."""
         values = tuple(entry.values[place] for place in CONTACT_PLACES)
         time_error, counted = self._time_errors(row, values[0])
         errors = [

@@ -1,7 +1,7 @@
 """The exact motion of a run's system and start, as precisely as it takes, by the reference.
 
-First by enclosures, which prove every digit they give: precision rises until all are narrow, as
-far as the cap allows. What they do not reach (complete chatter, lasting contact, motions that widen
+First by enclosures, which prove every digit they give: precision rises until all are narrow, as far
+as the cap allows. What they do not reach (complete chatter, sustained contact, motions that widen
 them faster than precision rises) comes from two passes of different precision, tolerance and order,
 precision doubling until they agree; their difference is an estimate of the error and no bound. A
 last pass from a start shifted by a tiny amount measures the growth of perturbations. Parameters and
@@ -39,7 +39,7 @@ NUDGES, UNSEEN, LINEAR = ("1e-30", "1e-18"), 1e-6, 1e-4
 DEAD_ENDS = ("jammed", "painleve", "law_failed")
 #: Phases that repeat an impact, or the start, in other words.
 ECHOES = ("impact", "impact_at_start")
-#: Phases of lasting contact.
+#: Phases of sustained contact.
 HOLDS = ("slide_positive", "slide_negative", "stick")
 
 
@@ -168,7 +168,7 @@ def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> P
         except Parted:
             stopped, detail = "lost", "the run has parted from the exact motion for good"
         except _Unproved:
-            stopped, detail = "unproved", "complete chatter or lasting contact"
+            stopped, detail = "unproved", "complete chatter or sustained contact"
         except Undecided as doubt:
             stopped, detail = "undecided", str(doubt)
         except ValueError as error:

@@ -22,7 +22,7 @@ from ..interruption import interruptible
 MOTION_NUMBERS = ("time", "x1", "v1_pre", "v1_post", "x2", "v2_pre", "v2_post")
 FURTHER_NUMBERS = ("phase", "impulse_normal", "impulse_tangential", "energy_loss")
 IMPACT_NUMBERS = MOTION_NUMBERS + FURTHER_NUMBERS
-#: Numbers of an event of lasting contact, and those of a section.
+#: Numbers of an event of sustained contact, and those of a section.
 CONTACT_NUMBERS = ("time", "x1", "v1", "x2", "v2")
 SECTION_NUMBERS = ("x1", "v1", "x2", "v2")
 #: A double has no more digits than these.
@@ -73,7 +73,7 @@ class Disagreement:
     Attributes
     ----------
     event
-        ``"impact"``, ``"section"``, the kind of an event of lasting contact, ``"graze"`` (of the
+        ``"impact"``, ``"section"``, the kind of an event of sustained contact, ``"graze"`` (of the
         run, where the exact motion has an impact), ``"final_state"``, or ``"stop"``: the run ends
         as ``jammed``, ``painleve`` or ``law_failed`` and the exact motion goes on, or the reverse.
     number

@@ -163,5 +163,5 @@ def _first_rows(run: Run, again: Run, events: NDArray[np.void], sections: int) -
 
 
 def _contacts(events: NDArray[np.void]) -> int:
-    """How many of these events are rows of lasting contact."""
+    """How many of these events are rows of sustained contact."""
     return int(np.isin(events["kind"], (EventKind.IMPACT, EventKind.GRAZE), invert=True).sum())

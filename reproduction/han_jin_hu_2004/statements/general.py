@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from vibroimpact import bifurcation_diagram, lyapunov_spectrum, simulate
 
-from .. import evidence, lasting
+from .. import evidence, sustained_contact
 from ..claims import Claim, Verdict
 from ..parameters import INITIAL, KEEP, PERIODS, TRANSITIONS
 from .diagrams import BY_ID, MOTION, NO_IMPACTS, changes, diagram, kinds, non_periodic
@@ -268,7 +268,7 @@ def force_stirs() -> Finding:
 def low_frequencies() -> Claim:
     """Look for complete chatter and sustained contact."""
     (transition,) = [item for item in TRANSITIONS if item.id == "7c"]
-    return lasting.evaluate(lasting.observe(transition))
+    return sustained_contact.evaluate(sustained_contact.observe(transition))
 
 
 @stated(

@@ -19,7 +19,7 @@ FREQUENCIES = 161
 
 
 @dataclass(frozen=True)
-class LastingContact:
+class SustainedContact:
     """What the low frequencies of a diagram show.
 
     `edge` is the frequency up to which every motion of the grid, from the lowest on, is a 1-inf:
@@ -34,7 +34,7 @@ class LastingContact:
 
 def observe(
     transition: Transition, *, frequencies: int = FREQUENCIES, workers: int | None = None
-) -> LastingContact:
+) -> SustainedContact:
     """Simulate the low frequencies of a transition.
 
     Parameters
@@ -67,7 +67,7 @@ def observe(
         )
         for frequency in LOW_EXAMPLES
     ]
-    return LastingContact(grid, float(grid[first - 1]) if first else None, examples)
+    return SustainedContact(grid, float(grid[first - 1]) if first else None, examples)
 
 
 def contact_share(run: Run) -> float:
@@ -81,7 +81,7 @@ def chattering_periods(run: Run) -> int:
     return len(np.unique(run.contacts["period"][ends]))
 
 
-def evaluate(observed: LastingContact) -> Claim:
+def evaluate(observed: SustainedContact) -> Claim:
     """Judge that impacts and free flights are all there is in Fig. 7(c).
 
     `refuted` if complete chatter happens in every kept period of every example, `reproduced` if
@@ -89,7 +89,7 @@ def evaluate(observed: LastingContact) -> Claim:
 
     Parameters
     ----------
-    observed : LastingContact
+    observed : SustainedContact
         Of `observe`.
     """
     (transition,) = [item for item in TRANSITIONS if item.id == "7c"]
