@@ -54,7 +54,7 @@ class CurveSteps:
 
     @classmethod
     def checked(cls, step: float, max_step: float, max_points: int) -> "CurveSteps":
-        """Check what a caller gives."""
+        """Check the arguments."""
         first, largest = positive("step", step), positive("max_step", max_step)
         for name, value in (("step", first), ("max_step", largest)):
             if value > LONGEST_STEP:
@@ -160,7 +160,7 @@ def follow_way(
     steps: CurveSteps,
     stop_at: Sequence[str] = (),
 ) -> Path:
-    """Follow a curve one way, up to where it is no bifurcation of a motion any more.
+    """Follow a curve in one direction, until it is no bifurcation of a motion any more.
 
     After Ctrl-C the path ends with ``interrupted``.
     """

@@ -1,4 +1,4 @@
-"""Period doubling of orbits: where the halves of one become one, and how one begins to double."""
+"""Period doubling of orbits: where both halves become equal, and how a doubled orbit starts."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,9 @@ from .special_points import bifurcation_at
 
 Array = NDArray[np.float64]
 
-# Halves of an orbit this close, in units of its size, are one.
+# Halves of an orbit that are this close, in units of its size, are equal.
 ONE_HALF = 1e-3
-# Halves this close are the same but for rounding.
+# Halves this close differ by rounding only.
 SAME_HALVES = 1e-9
 # Parts of the range around their meeting in which the period doubling is looked for.
 DOUBLING_WINDOWS = (1e-5, 1e-4, 1e-3, 1e-2)
@@ -27,7 +27,7 @@ MIN_STEP = 1e-9
 
 
 def doubled(motion: PeriodicMotion) -> tuple[_core.Itinerary, Array, Array]:
-    """Return legs and nodes of a motion run through twice, and the direction that doubles it.
+    """Return legs and nodes of a motion repeated twice, and the direction that doubles it.
 
     At a period doubling the multiplier -1 has an eigenvector d: the doubled orbit leaves by +d in
     its first half and by -d in its second.
@@ -51,10 +51,10 @@ def doubled(motion: PeriodicMotion) -> tuple[_core.Itinerary, Array, Array]:
 
 
 def halving(problem: OrbitProblem, path: Path) -> int | None:
-    """Return the first point beyond which both halves of the orbit have become one.
+    """Return the first point beyond which both halves of the orbit are equal.
 
-    There the branch meets that of the halved orbit, at its period doubling, and would come back
-    with its halves exchanged.
+    There the branch meets the branch of the shorter orbit, at its period doubling. Beyond, it would
+    return with exchanged halves.
     """
     shorter = _half_of(problem)
     if shorter is None or len(path.points) < 2:

@@ -31,28 +31,29 @@ from .verdict import motion_of
 
 # Sequences of legs that one direction of a branch may pass.
 MOST_PIECES = 200
-# Part of the largest value of a test function along a piece below which it is at its border.
+# A test function is at its border below this part of its largest value along a piece.
 AT_BORDER = 1e-4
 # First step unless told otherwise.
 DEFAULT_STEP = 0.01
-# A test is this small at the most where it was located; all are of order one elsewhere.
+# Where a test was located it is at most this; elsewhere all tests are of order one.
 LOCATED = 1e-6
-# Times that the steps are halved where a path has passed a border.
+# How often the steps are halved where a path has passed a border.
 MOST_REFINEMENTS = 6
-# A border met again has the same parameter to this accuracy.
+# A border that is reached again has the same parameter to this accuracy.
 SAME_VALUE = 1e-9
-# Another event nearer to a border than this, in units of the sizes, is the border: beyond it these
-# legs are none any more.
+# Another event nearer to a border than this, in units of the sizes, belongs to the border: beyond
+# it these legs do not exist.
 SAME_PLACE = 1e-9
-# Where a step has led past a border unseen, such as a gap's maximum that rises from nothing to
-# above zero within it, it is taken again this many times, each time by so many shorter ones.
+# A step may pass a border without a sign change, for example if a maximum of the gap appears and
+# becomes positive within it. Then the step is repeated this many times, each time with so many
+# shorter steps.
 RETRIES = 8
 SHORTER = 4.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """What is the same along a branch."""
+    """The settings of a branch."""
 
     parameter: str
     bounds: tuple[float, float]
@@ -72,7 +73,7 @@ class Settings:
         max_points: int,
         virtual: bool = False,
     ) -> "Settings":
-        """Check what a caller gives."""
+        """Check the arguments."""
         largest = positive("max_step", max_step)
         if largest > LONGEST_STEP:
             reject("max_step", max_step, f"a number > 0, at most {LONGEST_STEP:g}")
@@ -92,7 +93,7 @@ class Settings:
         )
 
     def halved(self) -> "Settings":
-        """Return the same with steps half as long."""
+        """Return these settings with steps half as long."""
         half = max(self.step / 2.0, MIN_STEP)
         return replace(self, step=half, max_step=max(self.max_step / 2.0, half))
 
@@ -108,17 +109,17 @@ class Half:
 
 
 def follow_half(system: System, start: Crossing, way: int, settings: Settings) -> Half:
-    """Follow one direction; Ctrl-C ends it with what is done."""
+    """Follow one direction; after Ctrl-C return what is done."""
     half = Half([], [], PathEnd.POINTS)
     try:
         _extend(half, system, start, way, settings)
-    except KeyboardInterrupt:  # Interrupted is one
+    except KeyboardInterrupt:  # Interrupted is a KeyboardInterrupt
         half.end = PathEnd.INTERRUPTED
     return half
 
 
 def joined(name: str, halves: Sequence[Half], both: bool) -> Branch:
-    """Return the branch of one direction, or of both, the first of which runs against its way."""
+    """Return the branch of one direction, or of both; then the first is reversed."""
     if not both or len(halves) == 1:
         half = halves[0]
         return Branch(
@@ -164,7 +165,7 @@ def _extend(half: Half, system: System, start: Crossing, way: int, settings: Set
                 finer = finer.halved()
                 path = _path(problem, at, direction, left, finer)
         except KeyboardInterrupt:
-            # The last step may have passed a border unseen.
+            # The last step may have passed a border without a sign change.
             path = replace(path, points=path.points[:-1], end=PathEnd.INTERRUPTED)
         left -= len(path.points)
         half.end, half.why_not = end_of(path), ""
@@ -213,8 +214,8 @@ def _extend(half: Half, system: System, start: Crossing, way: int, settings: Set
         border = bifurcation_at(problem, last, onward)
         for known, pieces, found in borders:
             if _same_border(known, border):
-                # Once round: what of the loop lies before the first passage of this border comes
-                # again. Before that there may be a way to the loop.
+                # The loop is complete: its points before the first passage of this border would
+                # repeat. Points before the loop may lead to it.
                 first, keep = pieces, 0
                 while first > 0 and _same_legs(
                     half.pieces[first - 1], half.pieces[first - 1 - pieces]
@@ -258,9 +259,9 @@ def _path(
 def _piece(
     problem: OrbitProblem, path: Path, halved: int | None, settings: Settings
 ) -> tuple[Piece | None, int, str | None]:
-    """Return the piece, how many points it has, and why a simulation does not confirm the next.
+    """Return the piece, its number of points, and why a simulation does not confirm the next one.
 
-    That is ``""`` if there is none, and None after Ctrl-C.
+    The reason is ``""`` if there is no next point, and None after Ctrl-C.
     """
     multipliers: list[NDArray[np.complex128]] = []
     reason: str | None = ""
@@ -276,7 +277,7 @@ def _piece(
         except KeyboardInterrupt:
             reason = None
             break
-        # So close to a border a simulation decides by rounding.
+        # So close to a border the result of a simulation depends on rounding.
         at_border = (
             k == 0
             or (stops is not None and k == len(path.points) - 1)
@@ -303,9 +304,9 @@ def _piece(
 def _passed_a_border(problem: OrbitProblem, path: Path) -> bool:
     """Whether another border lies in the step to the border at which a path stops.
 
-    Both sign changes of a test within a step go unseen. This is common where a branch meets a
-    shorter orbit at its graze: all its passes graze there together, and one of them may have done
-    so just before.
+    If a test changes its sign twice within a step, neither change is found. This is common where a
+    branch meets a shorter orbit at its graze: all passes of the orbit graze there together, and one
+    of them may have grazed just before.
     """
     if path.stop is None or len(path.points) < 2:
         return False
@@ -324,8 +325,8 @@ def _passed_a_border(problem: OrbitProblem, path: Path) -> bool:
 def _is_zero(special: SpecialPoint) -> bool:
     """Whether a test vanishes where it was located.
 
-    A test of the multipliers that jumps passes infinity near a grazing; and where one of them is
-    huge, rounding of the small ones makes it cross zero as it likes.
+    A test of the multipliers that jumps passes infinity near a grazing. Where one multiplier is
+    huge, rounding of the small ones makes the test cross zero at random.
     """
     return special.continuous and abs(special.value) <= LOCATED
 
@@ -345,7 +346,7 @@ def _same_border(one: Bifurcation, other: Bifurcation) -> bool:
 
 
 def _again(problem: OrbitProblem, point: Point) -> Crossing:
-    """Start from a point of a path, the way it goes."""
+    """Start from a point of a path, in its direction."""
     return Crossing(
         itinerary=problem.itinerary, u=point.u, p=float(point.p[0]), tangent=point.tangent
     )

@@ -1,9 +1,9 @@
-"""A motion without friction as one with it: the legs from which a branch over friction starts.
+"""The legs with friction of a motion without friction: there a branch over friction starts.
 
-Impacts at mu = 0 do not know which way the tip slips, so that their legs cannot tell what friction
-does to them. For mu -> 0 each has a regime, slip or a reversal, whose outcome tends to that without
-friction (docs/theory.md, section 4): with it the motion at mu = 0 is the end of a branch over mu.
-The legs of sustained contact are those of a simulation at a small friction.
+At mu = 0 the leg of an impact has no direction of slip. In the limit mu -> 0 each impact has a
+regime, slip or reversal, and its outcome tends to that without friction (docs/theory.md, section
+4). With these regimes the motion at mu = 0 is the end of a branch over mu. Legs of sustained
+contact are taken from a simulation at a small friction.
 """
 
 import math
@@ -22,17 +22,17 @@ from .verdict import MAX_EVENTS, motion_of
 
 Array = NDArray[np.float64]
 
-# Friction at which the regimes for mu -> 0 are asked for, and where a motion with sustained contact
-# is solved for anew.
+# Friction at which the regimes for mu -> 0 are computed, and at which a motion with sustained
+# contact is solved again.
 SMALL = 1e-9
 
 
 def with_friction(
     system: System, itinerary: _core.Itinerary, nodes: Array
 ) -> tuple[_core.Itinerary, Array, float]:
-    """Return legs that know friction, nodes, and the friction at which they are a motion.
+    """Return legs with friction, nodes, and the friction at which they are a motion.
 
-    Those of a system with friction are returned as they are; ParameterError if there are none.
+    If the system has friction they are unchanged. ParameterError if there are no such legs.
     """
     if system.contact == "direct":
         reject("friction", "a range", "no parameter to vary in direct contact, which has none")

@@ -16,27 +16,28 @@ from ..system import System
 
 Array = NDArray[np.float64]
 
-# The image of X + s_0 v must be X + lambda s_0 v to this part of s_0; if not, s_0 is made smaller,
-# down to the least, below which rounding of X tells.
+# The image of X + s_0 v must be X + lambda s_0 v to this part of s_0; if not, s_0 is reduced, at
+# most to the least value, below which rounding of X dominates.
 LINEAR = 1e-3
 LEAST_OFFSET = 1e-9
-# Neighbours nearer than this part of the spacing may turn by any angle, a corner, and are not kept.
+# Points nearer to each other than this part of the spacing are not kept; the curve may have a
+# corner of any angle there.
 CORNER = 0.05
 # Orbits with which each side begins: an image may leave and come back between its ends.
 FIRST = 16
-# Two neighbours whose preimages differ by this many roundings of X cannot be told apart further.
+# No point is inserted between neighbours whose preimages differ by this many roundings of X.
 ROUNDINGS = 16.0
-# A break stays as wide as it is while its preimages come this many times nearer.
+# At a break the distance stays the same although the preimages come this many times nearer.
 NEARER = 1000.0
 # A side ends on its attractor when an image of the first piece is this short, relative to the
 # longest one.
 SETTLED = 1e-4
 MOST_IMAGES = 20_000
-# States kept from image to image, before they are computed anew.
+# States kept from image to image; beyond this number they are computed again.
 MOST_KNOWN = 4_000_000
 # Orbits of a side that are followed to their attractors.
 SAMPLES = 16
-# Orbits followed in one call, between which Ctrl-C is looked for.
+# Orbits followed in one call; Ctrl-C takes effect between calls.
 BATCH = 256
 
 
@@ -113,7 +114,7 @@ class Curve:
         """Place the first orbits."""
         growth, offset = self.first.growth, self.first.offset
         self._known: dict[float, tuple[Array, str]] = {}
-        # As many images as it takes to come to a distance of 1, and some more.
+        # The number of images until a distance of 1, and some more.
         self._images = 16 + math.ceil(-math.log(offset) / math.log(growth))
         size = max(1.0, float(np.abs(self.first.saddle).max()))
         self._finest = ROUNDINGS * np.finfo(float).eps * size
@@ -159,7 +160,7 @@ class Curve:
         ]
 
     def _add(self, state: Array, broken: bool) -> None:
-        """Go on to a point; not all are kept."""
+        """Add a point; not all points are kept."""
         if broken:
             self._keep()
             self.breaks.append(len(self.points))

@@ -1,4 +1,4 @@
-"""Checks of the parameters over which something is followed, one or two, with their ranges."""
+"""Checks of the one or two parameters over which a motion is followed, with their ranges."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -8,7 +8,7 @@ from ..arguments import number, pair, reject
 from ..errors import ParameterError
 from ..system import System
 
-# Ends of a range at the most: their products and squares are to be floats.
+# Largest ends of a range: their products and squares must be finite floats.
 WIDEST = 1e100
 # The longest step, as part of the ranges: from there it is halved until it fits.
 LONGEST_STEP = 1000.0

@@ -34,15 +34,16 @@ _New = tuple[_core.Itinerary, Array, Condition]
 
 # Step in units of the sizes by which the direction of a new branch is tried.
 TRIAL = 1e-7
-# Steps beyond a border of a contact phase at which a simulation is asked for the legs: the first
-# that gives other legs. Very close to a border where chatter brings the tip to rest none may; and
-# where a slide between two stops vanishes the tangent may point back, two solutions meeting there.
+# Steps beyond a border of a contact phase at which a simulation gives the legs; the first that
+# gives other legs is used. Very close to a border where chatter brings the tip to rest there may be
+# no other legs. Where a slide between two stops vanishes two solutions meet, and the tangent may
+# point back.
 AHEAD = (1e-4, 1e-3, 1e-2, -1e-4, -1e-3, -1e-2)
 # Impacts whose tests are this small are at their borders together.
 TOGETHER = 1e-10
-# A test this small at a border's own orbit vanishes there.
+# A test that is this small at the orbit of a border counts as zero there.
 ON_BORDER = 1e-8
-# Velocities this small at a touch are rounding.
+# Velocities below this at a touch are rounding.
 AT_REST = 1e-6
 # The orbit found there must be this close to the one expected, in units of the sizes.
 NEAR = 1e-2
@@ -91,8 +92,8 @@ def beyond(problem: OrbitProblem, border: SpecialPoint) -> Crossing | None:
 def beside(problem: OrbitProblem, corner: SpecialPoint, own: Condition) -> _New | None:
     """Return how a curve of borders goes on where it meets another border.
 
-    Legs and nodes beyond that border, and the curve's own test there; None where
-    another border has no neighbour, or the curve's own condition is not found again.
+    Returns legs and nodes beyond that border, and the curve's own test there; None where the other
+    border has no neighbour, or the curve's own condition is not found again.
     """
     try:
         known = _has_neighbour(problem, corner.test)
@@ -161,7 +162,7 @@ def _struck(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New | Non
 
 
 def _slips(system: System, x1: float, v1: float, regime: Regime = Regime.SLIP) -> Leg:
-    """The leg to an impact with u = 0, which as a rule slips the way the tip moves."""
+    """The leg to an impact with u = 0, which usually slips in the direction of the tip's motion."""
     if system.friction == 0.0:
         return Leg.impact(Regime.FRICTIONLESS)
     side = 1 if system.law == "paper" or system.tip(x1) > 0.0 else -1
@@ -171,8 +172,8 @@ def _slips(system: System, x1: float, v1: float, regime: Regime = Regime.SLIP) -
 def _from_rest(system: System, touch: tuple[float, float, float, float], time: float) -> Leg:
     """The leg to an impact with u = 0 in which both bodies are at rest.
 
-    Just beyond, both velocities are the accelerations times the time by which it comes before the
-    touch: x1'/u = a1/g'' decides the regime, not the sign of x1'.
+    Just beyond the border the impact comes before the touch, and both velocities are the
+    accelerations times this time. So x1'/u = a1/g'' decides the regime, not the sign of x1'.
     """
     x1, v1, _, _ = touch
     phase = system.drive_frequency * time + system.phase
@@ -199,7 +200,7 @@ def spared(problem: OrbitProblem, u: Array, p: Array, leg: int) -> _New | None:
         new = _core.Itinerary([Leg.CIRCUIT], 1, [0], itinerary.wall_at_rest)
         return new, np.array([[x1, v1, v2, x2]]), Condition(Border.FLIGHT, 0)
     if legs[after].kind is not LegKind.IMPACT:
-        # What follows is contact or chatter: it has begun with this impact.
+        # Contact or chatter follows, which has begun with this impact.
         return None
     kept = [i for i in range(count) if i != after]
     new_legs = [legs[after] if i == leg else legs[i] for i in kept]
@@ -210,7 +211,7 @@ def spared(problem: OrbitProblem, u: Array, p: Array, leg: int) -> _New | None:
 
 
 def _other_regime(problem: OrbitProblem, border: SpecialPoint, test: Condition) -> _New | None:
-    """The impact is one of the neighbouring regime."""
+    """The impact has the neighbouring regime."""
     itinerary, system = problem.itinerary, problem.system_at(border.p)
     legs, nodes = itinerary.legs, border.u.reshape(-1, 4)
     angles = itinerary.before_events(system._compiled, nodes)[:, 0]
@@ -230,7 +231,7 @@ def _other_regime(problem: OrbitProblem, border: SpecialPoint, test: Condition) 
         changed[other] = new_leg
     new = _core.Itinerary(changed, itinerary.periods, itinerary.clocks, itinerary.wall_at_rest)
     if system.restitution == 0.0 and test.border in _STOPS:
-        # Both edges are one: from slip to approach, and back.
+        # Here both edges coincide: from slip to approach, and back.
         slips = changed[test.leg].regime is Regime.SLIP
         edge = Border.STOP_AT_END_OF_IMPACT if slips else Border.STOP_AT_END_OF_APPROACH
         test = Condition(edge, test.leg)
