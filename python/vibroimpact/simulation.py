@@ -86,8 +86,8 @@ def simulate(
         The parameters.
     initial
         (x1, v1, x2, v2) at t = 0, shape (4,); or (k, 4) for k runs. A start on the contact (g = 0
-        to rounding) begins with an impact, a flight or sustained contact, as velocities and forces
-        say.
+        to rounding) begins with an impact, a flight or sustained contact, depending on velocities
+        and forces.
     periods, time
         Exactly one of them: number of drive periods, or length in time. A constant load
         (``drive_frequency = 0``) has no period and needs ``time``.
@@ -116,10 +116,10 @@ def simulate(
     StateError
         If an initial state is not finite, or the bodies overlap in it.
     SimulationError
-        If a number left the range of floats, or no contact could be decided; ``.result`` is what
-        would have been returned, as far as it got.
+        If a number left the range of floats, or no contact could be decided; ``.result`` is the
+        part of the return value that was computed.
     Interrupted
-        After Ctrl-C; ``.result`` the same.
+        After Ctrl-C; ``.result`` as for SimulationError.
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")

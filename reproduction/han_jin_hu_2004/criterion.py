@@ -1,4 +1,4 @@
-"""The paper's criterion of stability, (42)-(45), put to period n-1 solutions.
+"""The paper's criterion of stability, (42)-(45), for period n-1 solutions.
 
 D is the derivative by Y = (x1, x1', x2', psi) just before the impact of (x1, x1', x2, x2') after
 the impact, (20) and (44), and a flight of *fixed* length n drive periods. The paper takes the
@@ -121,7 +121,8 @@ def _flight(n: int, omega: Array, frequency: Array, damping: Array, force: Array
     """Carry (x, x', cos psi, sin psi) of a body over n drive periods: matrices, shape (k, 4, 4).
 
     By the exponential of the matrix of x'' + 2 zeta w x' + w^2 x = f cos psi, psi' = omega, which
-    knows neither resonance nor critical damping: scaled down, summed, and squared again.
+    has no special cases at resonance or critical damping. The matrix is scaled down, its series
+    summed, and the result squared again.
     """
     matrix = np.zeros((len(omega), 4, 4))
     matrix[:, 0, 1] = 1.0

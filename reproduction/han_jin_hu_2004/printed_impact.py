@@ -1,8 +1,8 @@
 """The impact formulas of section 2 as they are printed, on arrays.
 
 (14) to (18) are given the sine as an argument: the printed formulas have sin theta_0, the corrected
-ones its absolute value (docs/theory.md, E1). Each is the outcome of one course of the slip, whether
-or not the impact takes it.
+ones its absolute value (docs/theory.md, E1). Each is the outcome of one sequence of slip; the
+impact may have another one.
 """
 
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ class Before:
 
     @property
     def minus(self) -> Array:
-        """The same after slip has reversed."""
+        """Cosine minus the moment of friction, after slip has reversed."""
         return np.asarray(self.cos - self.friction * np.sign(self.v1) * self.sin)
 
 

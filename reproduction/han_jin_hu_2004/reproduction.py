@@ -36,7 +36,7 @@ _ENLARGED = ("4", "7c", "8a")
 
 @dataclass(frozen=True)
 class Reproduction:
-    """What `reproduce` has made: the paths written, and the claims."""
+    """The result of `reproduce`: the paths written, and the claims."""
 
     files: list[Path] = field(default_factory=list)
     claims: list[Claim] = field(default_factory=list)
@@ -115,7 +115,7 @@ def reproduce(
                 started = time.perf_counter()
                 job.islands_page()
                 job.report(f"islands: {time.perf_counter() - started:.1f} s")
-    except KeyboardInterrupt:  # Interrupted is one
+    except KeyboardInterrupt:  # Interrupted is a KeyboardInterrupt
         raise Interrupted(
             f"interrupted after {len(job.files)} files",
             Reproduction(job.files, job.claims),

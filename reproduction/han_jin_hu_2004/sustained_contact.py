@@ -1,7 +1,7 @@
-"""Sustained contact in Fig. 7(c), which the paper's section 3 has no room for (docs/theory.md, E8).
+"""Sustained contact in Fig. 7(c), which the paper's section 3 does not have (docs/theory.md, E8).
 
 Its model is impacts and free flights. At low drive frequencies the impacts accumulate in every
-drive period, infinitely many in a finite time, and contact lasts after them (section 5).
+drive period, infinitely many in a finite time, and sustained contact follows (section 5).
 """
 
 from dataclasses import dataclass
@@ -82,7 +82,7 @@ def chattering_periods(run: Run) -> int:
 
 
 def evaluate(observed: SustainedContact) -> Claim:
-    """Judge that impacts and free flights are all there is in Fig. 7(c).
+    """Judge the statement that Fig. 7(c) has only impacts and free flights.
 
     `refuted` if complete chatter happens in every kept period of every example, `reproduced` if
     nowhere on the grid and in no example, otherwise `open`.

@@ -1,8 +1,8 @@
 """Marks on the drawing of a run: impacts by their regime, and the times of sustained contact.
 
-The functions `draw_...` do the same for anything with such impacts and stretches, such as a
-periodic motion. Sustained contact is docs/theory.md, section 5; the rows of `Run.contacts` say when
-it begins, changes its mode and ends.
+The functions `draw_...` take such impacts and stretches from any source, for example a periodic
+motion. Sustained contact is docs/theory.md, section 5; the rows of `Run.contacts` say when it
+begins, changes its mode and ends.
 """
 
 from __future__ import annotations
@@ -51,7 +51,8 @@ def contact_spans(run: Run, window: tuple[float, float]) -> list[ContactSpan]:
         for row in run.contacts
         if row["kind"] != EventKind.CHATTER
     ]
-    # What the window begins with happened before its first event: the contact force tells.
+    # The phase at the start of the window began before its first event: the contact force shows
+    # whether it is contact.
     _, v1, _, _, normal, _ = run.trajectory([run.kept_from], forces=True)[0]
     first: Literal["slide", "stick"] = "slide" if v1 else "stick"
     changes.insert(0, (float(run.kept_from), first if normal > 0.0 else None))

@@ -1,7 +1,7 @@
 r"""One periodic motion: phase portraits of both bodies, and the contact faces over one orbit.
 
-Unlike the pictures of runs these are drawn from the solution itself, so that an unstable motion can
-be seen, and a solution that is no motion: docs/theory.md, section 8.
+Unlike the figures of runs these are drawn from the solution itself, so that they can show an
+unstable motion, and a solution that is not admissible (docs/theory.md, section 8).
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from .style import BLACK, GREY, STATE_SYMBOLS, VERMILLION
 
 Array = NDArray[np.float64]
 
-# How the legs that are no flights are drawn.
+# How the legs that are not flights are drawn.
 _MODES: dict[LegKind, Mode] = {
     LegKind.CHATTER: "chatter",
     LegKind.SLIDE: "slide",
     LegKind.STICK: "stick",
 }
-# Gaps up to here are rounding.
+# Gaps up to this are rounding.
 _OVERLAP = 1e-10
 # Samples of a stretch of chatter, whose bounces become ever shorter.
 _CHATTER_POINTS = 300

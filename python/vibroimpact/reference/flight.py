@@ -92,10 +92,10 @@ class Body:
         return rows[0], rows[1]
 
     def state_quick(self, t: Value, x: Value, v: Value, psi: Value) -> tuple[arb, arb]:
-        """The same, as tight and at a fraction of the cost, for a damped or undamped vibration.
+        """Position and velocity as by `state`, as tight and faster, if the body vibrates.
 
-        Far from critical damping and from undamped resonance, and not for short times, in which
-        the closed form cancels; otherwise it is `state`.
+        It is used far from critical damping and from undamped resonance, and not for short times,
+        because there the closed form cancels; otherwise `state` is called.
         """
         tau, phase = ball(t), ball(psi)
         balls = self._quick_balls()
@@ -122,7 +122,7 @@ class Body:
         return first, second
 
     def _quick_balls(self) -> tuple[arb, arb, arb] | None:
-        """Angular velocity of the free vibration, and R; None where `state_quick` has no use."""
+        """Angular velocity of the free vibration, and R; None where `state_quick` is not used."""
         found = self._cache.get(-ctx.prec)
         if found is None:
             square = (1 - self.zeta**2) * self.omega0**2
@@ -136,7 +136,7 @@ class Body:
         return found[0], found[1], found[2]
 
     def state_closed(self, t: Value, x: Value, v: Value, psi: Value) -> tuple[arb, arb]:
-        """The same by the closed form, cases decided on the exact parameters."""
+        """Position and velocity by the closed form, with cases decided on the exact parameters."""
         tau, phase = ball(t), ball(psi)
         decay, stiffness = arb(self.zeta * self.omega0), arb(self.omega0**2)
         discriminant = (self.zeta**2 - 1) * self.omega0**2

@@ -26,7 +26,7 @@ from .slide import Settings, Slide, Touch
 
 Mode = Literal["slide_positive", "slide_negative", "stick", "separate", "painleve", "jammed"]
 Sampler = Callable[[arb, Callable[[arb], State]], None]
-#: Phases of one contact; more are taken for a fault.
+#: Largest number of phases of one contact; more would be an error of the program.
 LONGEST = 200
 
 

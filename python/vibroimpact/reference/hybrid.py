@@ -25,7 +25,7 @@ from .impact import LAWS, Jammed
 from .simulate import Event
 from .slide import Settings, Slide, Touch
 
-#: Differs from the standard settings in everything that a result might depend on.
+#: Settings that differ from the standard in everything on which a result may depend.
 FINER = Settings(precision=544, order=52, tolerance=1e-60)
 MAX_IMPACTS = 20_000
 
@@ -48,7 +48,7 @@ class Run:
 
 
 class Samples:
-    """Takes the states at given ascending times from whatever motion reaches over them."""
+    """Collects the states at given ascending times from the motions that cover them."""
 
     def __init__(self, times: Sequence[arb]) -> None:
         self.times, self.states = times, list[State]()
@@ -112,9 +112,9 @@ def approach_in_contact(system: System, start: Sequence[fmpq]) -> fmpq | None:
 class Motion:
     """One run, to be made and run at the precision of its settings.
 
-    What has happened by then is there even if the run is cut short: `story`, all impacts and phases
-    in order, and `samples`. The first `proved` entries of the story enclose the exact motion, and
-    the first `proved_samples` states.
+    If the run ends early, what has happened until then is available: `story`, all impacts and
+    phases in order, and `samples`. The first `proved` entries of the story enclose the exact
+    motion, and the first `proved_samples` states.
     """
 
     def __init__(

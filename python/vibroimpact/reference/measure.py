@@ -72,18 +72,18 @@ def measured(
 
 
 def _together(one: arb, two: arb) -> arb:
-    """The finer value with a radius that holds the other one."""
+    """The finer value with a radius that includes the other one."""
     return arb(two.mid(), (abs(one - two) + two.rad()).abs_upper())
 
 
 def _state(one: State, two: State) -> State:
-    """The same for all coordinates."""
+    """Finer values with radii, for all coordinates."""
     x1, v1, x2, v2 = (_together(p, q) for p, q in zip(one, two, strict=True))
     return x1, v1, x2, v2
 
 
 def _merged(one: Phase, two: Phase) -> Phase:
-    """The same for a phase."""
+    """Finer values with radii, for a phase."""
     forces: list[arb | None] = [
         None if p is None or q is None else _together(p, q)
         for p, q in ((one.normal, two.normal), (one.friction, two.friction))

@@ -26,9 +26,9 @@ from .contact import Undecided
 from .flight import State, System
 
 Ending = Literal["end", "release", "stop", "cross", "painleve"]
-#: A step below this is taken for the approach to a pole of p, a Painleve point.
+#: A step below this means the approach to a pole of p, a Painleve point.
 SHORTEST_STEP = 1e-9
-#: Where an interval is cut in two: not in the middle, where a root may well lie.
+#: Place at which an interval is cut in two: not the middle, where a root is likely.
 CUT = fmpq(479, 1024)
 #: Cuts of an interval before a root is called undecided (a double root, or one at an end).
 DEEPEST = 60
@@ -61,7 +61,7 @@ class Touch:
 
 @dataclass(frozen=True)
 class Slid:
-    """End of a slide: why, where, and the stated error of the way."""
+    """End of a slide: reason, state, and the stated error of the whole slide."""
 
     ending: Ending
     touch: Touch

@@ -6,8 +6,8 @@ x'' + 2 zeta w x' + w^2 x = f cos(omega t + psi), time in 1/omega: over T = 2 pi
 
 These are (A.1)-(A.8) for every damping. Near resonance Gx = f (E(z+) - E(z-))/(z+ - z-) with
 E(z) = (e^{zT} - 1)/z and the exponents z of the free motion less that of the drive: the response
-from rest, which has no pole. 1 - A and not A is formed, from the part of a turn by which the body
-misses a whole number, so that small differences keep their digits (docs/theory.md, section 2).
+from rest, which has no pole. 1 - A is computed and not A, from the difference of the number of turns of
+the body to a whole number, so that small differences keep their digits (docs/theory.md, section 2).
 """
 
 from dataclasses import dataclass, replace
@@ -79,7 +79,7 @@ class Flight:
 
     @property
     def kicked(self) -> tuple[Interval, Interval]:
-        """Displacement and velocity before a unit kick of the body kicked once in n periods."""
+        """Displacement and velocity just before a unit impulse, which acts once in n periods."""
         det = self.c11 * self.c22 - self.a12 * self.a21
         return self.a12 / det, (self.a21 * self.a12 + self.c11 * (1.0 - self.c22)) / det
 
@@ -105,7 +105,7 @@ def _product(a: Array, b: Array) -> tuple[Array, Array]:
 def _turns_beyond_whole(n: int, natural: Array, omega: Array) -> tuple[Interval, Mask, Mask]:
     """Return n natural/omega less the nearest whole number; where that is rounding, and 1/2.
 
-    The remainder is formed exactly, so that it has all its digits where it is small.
+    The remainder is computed exactly, so that it has all its digits where it is small.
     """
     counted = np.full(natural.shape, float(n))
     whole = np.rint(counted * natural / omega)

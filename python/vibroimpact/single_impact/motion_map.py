@@ -106,7 +106,7 @@ def motion_map(
             rows["point"] += start
             parts.append(rows)
             undecided[batch], empty[batch] = unsure, nothing
-            pending[batch] = False  # the last: what Ctrl-C leaves before counts for nothing
+            pending[batch] = False  # set last: if Ctrl-C comes before, the batch stays pending
     except KeyboardInterrupt:
         undecided[pending], empty[pending] = 0, False
         done = size - np.count_nonzero(pending)
@@ -153,7 +153,7 @@ def _solve(
     )
     np.add.at(undecided, kept[found.which[gone]], 1)
     rows = [_rows(systems, found, found.isolated & ~gone, kept, n)]
-    # A box without one simple root is looked at alone.
+    # A box without one simple root is examined on its own.
     for k in np.flatnonzero(~found.isolated):
         number = int(kept[found.which[k]])
         alone = conditions(Parameters.of([systems[number]], n))

@@ -59,8 +59,8 @@ def periodic_motions(
     ParameterError
         For bad input: friction (use ``search_motions`` or ``run.refine`` there), no drive.
     Interrupted
-        After Ctrl-C; ``.result`` holds the solutions found so far, ``undecided`` the intervals not
-        yet looked at.
+        After Ctrl-C; ``.result`` holds the solutions found so far, its ``undecided`` the intervals
+        that were not examined.
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
@@ -86,7 +86,7 @@ def periodic_motions(
         order = sorted(range(len(motions)), key=lambda i: motions[i].state)
         return PeriodicMotions(
             motions=tuple(motions[i] for i in order),
-            # Where Ctrl-C came in between, a box may be without its motion.
+            # If Ctrl-C came in between, a box may have no motion yet.
             boxes=np.array(boxes[: len(motions)]).reshape(-1, 2)[order],
             undecided=tuple(undecided),
             **common,

@@ -1,11 +1,11 @@
 """Solutions where the linear conditions (31) are singular: x1 is fixed, the drive phase is not yet.
 
-That is so for a wall at rest, where a body without drive makes half turns, or where kappa = 0. The
-unknowns z = (V, W, P, cos psi, sin psi) of `algebraic` then lie on a line z = base + t along, which
-the circle cos^2 + sin^2 = 1 cuts twice, or not at all. Intervals enclose the line over the whole
-box of x1, and thus every solution in it; that a cut is one solution and no more is proved by
-Krawczyk's operator on all six equations (R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to
-Interval Analysis, SIAM 2009, section 8.2).
+This happens for a wall at rest, for a body without drive that makes half turns, and where kappa =
+0. The unknowns z = (V, W, P, cos psi, sin psi) of `algebraic` then lie on a line z = base + t
+along, which the circle cos^2 + sin^2 = 1 cuts twice, or not at all. Intervals enclose the line over
+the whole box of x1, and thus every solution in it; that a cut is one solution and no more is proved
+by Krawczyk's operator on all six equations (R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction
+to Interval Analysis, SIAM 2009, section 8.2).
 """
 
 import math

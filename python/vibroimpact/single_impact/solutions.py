@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 # Boxes of x1 with which a search begins are this wide.
 FIRST_BOX = math.pi / 16
-# A bound of |x1| above this counts as none.
+# A bound of |x1| above this counts as no bound.
 LARGEST_ANGLE = 1e3
 # An approach velocity below this part of the other velocities is lost in rounding.
 LOST = 1e-12

@@ -26,7 +26,7 @@ from .fields import STATUS, ChunkResult, Field, RowGroup
 from .grid import Grid
 
 COORDINATES = ("x1", "v1", "x2", "v2")
-# Periods that are kept of each run unless the caller says otherwise, or all of fewer.
+# Periods that are kept of each run unless given, or all if there are fewer.
 USUAL_KEEP = 100
 Measure = Literal["returns", "label", "largest_exponent", "spectrum"]
 
@@ -72,7 +72,7 @@ STROBOSCOPIC_ROWS = RowGroup(
 
 @dataclass(frozen=True, kw_only=True)
 class RunSettings:
-    """How each run of a grid is made; meanings as in ``simulate``."""
+    """Settings of each run of a grid; meanings as in ``simulate``."""
 
     initial: tuple[float, float, float, float]
     periods: int
@@ -164,7 +164,7 @@ class CellTask:
 
     @property
     def cost(self) -> float:
-        """Drive periods per cell; what does not return takes thousands more for its label."""
+        """Drive periods per cell; the label of a motion without a period takes thousands more."""
         more = {"label": 2000, "largest_exponent": 2000, "spectrum": 2 * self.measured}
         return self.run.periods + more.get(self.measure, 0)
 

@@ -1,8 +1,8 @@
-"""The one engine behind every computation over a grid: in chunks, with progress, to be stopped.
+"""The engine of every computation over a grid: in chunks, with progress, interruptible.
 
 The cells of a grid go to the task in chunks, one after the other, the compiled kernel using its
 threads within a chunk; or to the workers of a Dask cluster. The numbers depend neither on the size
-of the chunks nor on who computes them. A chunk that is done is collected in memory or in a store.
+of the chunks nor on who computes them. Finished chunks are collected in memory or in a store.
 """
 
 import os
@@ -48,7 +48,7 @@ def compute(
         Makes the caller's own result of the columns, complete or not; called once.
     chunk
         At most so many cells are computed, sent and stored together; by default about half a second
-        of work. A store goes on in the chunks it was begun with.
+        of work. A store that exists keeps its size of chunks.
     workers
         Threads of the compiled kernel; default all cores, under ``client`` one per chunk.
     progress
@@ -69,7 +69,7 @@ def compute(
     ClusterError
         If the cluster is lost; ``.result`` as after Ctrl-C.
     OSError
-        If the store cannot be written, or is gone; what it holds stays valid.
+        If the store cannot be written, or is gone; its content stays valid.
     """
     threads(workers)
     optional_count("chunk", chunk, least=1)
@@ -143,7 +143,7 @@ def _sink(
     try:
         return Store(store, layout, tiling)
     except KeyboardInterrupt:
-        # It has been made by now, but a large one takes a while to look through.
+        # The store exists by now, but to check a large one takes a while.
         message = "interrupted while the store was opened"
         kept = wrap(open_columns(store))
         raise Interrupted(message, kept, holds="what is in it") from None

@@ -138,7 +138,7 @@ def lyapunov_spectrum(
     )
 
 
-# Drive periods before the measurement from which the period is told.
+# Drive periods before the measurement from which the period is detected.
 _LOOKED_AT = 100
 
 

@@ -40,7 +40,7 @@ def sweep(
     Parameters
     ----------
     system
-        The system; what is varied has no part in it.
+        The system; its own values of what is varied have no influence.
     initial
         (x1, v1, x2, v2) at t = 0.
     periods, keep

@@ -1,6 +1,6 @@
-"""The numbers of a run beside those of the exact motion: errors, digits, and the first that fails.
+"""Comparison of the numbers of a run with the exact ones: errors, digits, first failure.
 
-Events are set side by side in their order, with the pairing of motion.py. A graze of the run has no
+Events are compared in their order, with the pairing of motion.py. A graze of the run has no
 counterpart if in the exact motion that contact does not happen. If it is an impact there, the state
 of the graze is compared with those before and after it. All quantities are dimensionless.
 """
@@ -43,7 +43,7 @@ from .stretches import Rows, Stretches
 GRAZING = 1e-6
 #: A run that ends in a chatter does not list the last of its impacts, which are weaker than this.
 WEAK = 1e-3
-#: Times are the same, where events are only set side by side, to this part of their size.
+#: For the pairing of events, times are equal if they agree to this part of their size.
 CLOSE = 1e-6
 #: Places of the values of an Entry that make up CONTACT_NUMBERS, and the state of a section.
 CONTACT_PLACES = (0, 1, 3, 4, 6)
@@ -74,7 +74,7 @@ def compare(
             grazes += len(rows.grazes)
     last = done[-1]
     if parts.lead is not None and last.stopped == "completed" and done[0].stopped != "sequence":
-        # the first stretch may have ended where the reference is not known well enough
+        # the first stretch may have ended because the reference is not precise enough
         last.stopped, last.detail = done[0].stopped, done[0].detail
     failures = [failure for each in done for failure in each.failures]
     first = min(failures, key=lambda failure: failure.time, default=None)
@@ -182,9 +182,9 @@ class _Comparison:
             self._left_over(entries[j:])
 
     def _cut_in_chatter(self, told: Sequence[tuple[str, int]], entries: Sequence[Entry]) -> bool:
-        """Whether a run that ends before a chatter does only lists more of its impacts.
+        """Whether a run that ends before a chatter only lists more of its impacts.
 
-        Which those are is a matter of tolerance, as in motion.pairs.
+        Which impacts are listed depends on tolerances, as in motion.pairs.
         """
         if not entries or entries[0].kind != "chatter" or any(k != "impact" for k, _ in told):
             return False
@@ -192,7 +192,7 @@ class _Comparison:
         return bool((self.rows.impacts["time"][[index for _, index in told]] <= limit).all())
 
     def _ends(self) -> bool:
-        """Whether only one of both ends where the model has no motion, or more than one."""
+        """Whether only one of them ends where the model has no motion, or more than one."""
         run, ends, close = self.run, self.exact.ends, CLOSE * self.sizes.time
         time = run.final_state.time
         if ends is not None and ends < time - close:
@@ -219,8 +219,8 @@ class _Comparison:
     def _left_over(self, entries: Sequence[Entry]) -> None:
         """Events of the exact motion after all of the run's: missing, if before the run's end.
 
-        Weak impacts may be the end of a chatter, of which the run lists no more; whether they are
-        is seen from the final state.
+        Weak impacts may be the end of a chatter, of which the run lists no more; the final state
+        decides.
         """
         end = self.run.final_state.time - CLOSE * self.sizes.time
         for entry in entries:
@@ -235,13 +235,13 @@ class _Comparison:
             self._miss(entry, -1, math.nan)
 
     def _miss(self, entry: Entry, graze: int, digits: float) -> None:
-        """An impact of the exact motion that is none of the run."""
+        """An impact of the exact motion that the run does not have."""
         time = float(entry.values[0])
         own = entry.error() * UP
         self.missed.append((time, _change(entry), graze, digits, own, entry.certified))
 
     def _without_grazes(self) -> None:
-        """Set impacts aside that are grazes of the run, and compare them."""
+        """Find impacts that are grazes in the run, and compare them separately."""
         grazes, entries = self.rows.grazes, []
         for entry in self.exact.entries:
             if not len(grazes) or entry.kind != "impact" or not _change(entry) < GRAZING:
@@ -266,7 +266,7 @@ class _Comparison:
         self.exact = replace(self.exact, entries=entries)
 
     def _apart(self, kind: str, index: int, time: float) -> None:
-        """The run and the exact motion meet different events."""
+        """The run and the exact motion have different events."""
         number = self._number(index) if kind == "impact" else self.rows.before[1] + index
         self.failures.append(Disagreement(event=kind, number=number, time=time, reason="sequence"))
         self.stopped = "sequence"
@@ -389,7 +389,7 @@ class _Comparison:
         values: Sequence[arb | None],
         proved: bool,
     ) -> tuple[float, float, bool] | None:
-        """Digits of the worst number, and how well the exact one is known; None: too badly."""
+        """Digits of the worst number, and the error of the exact one; None if that is too large."""
         least, own = MOST_DIGITS, 0.0
         for size, error, value in zip(sizes, errors, values, strict=True):
             if value is None:
@@ -405,10 +405,10 @@ class _Comparison:
         return least, own, proved
 
     def _time_errors(self, row: np.void, ball: arb) -> tuple[float, float]:
-        """Error of the time, and what of it counts.
+        """Error of the time, and the part of it that counts.
 
-        The first bounds the errors of `time`, and of `time_in_period` with `period`. Of the second
-        the rounding of both to a double is taken: time itself is none the worse for it.
+        The first bounds the errors of `time`, and of `time_in_period` with `period`. The second is
+        without the rounding of both to a double, which does not make the time itself worse.
         """
         balls = [("time", ball)]
         if self.period is not None:
@@ -474,7 +474,7 @@ def _mean_growth(impacts: NDArray[np.void]) -> float:
 
 
 def _shifted(table: NDArray[np.void], by: int) -> NDArray[np.void]:
-    """A copy whose rows are counted from there."""
+    """A copy whose rows are numbered from a given start."""
     table = table.copy()
     table["row"] -= by
     return table

@@ -1,14 +1,14 @@
-"""What errors are measured in: the size of the motion about the time of a row, not of all of it.
+"""The units of errors: the size of the motion near the time of a row, not of all of it.
 
-x1, v1, x2, v2 vanish twice in each period, and no digit is lost by that: so an error counts in
+x1, v1, x2, v2 vanish twice in each period, and no digit is lost there. So an error is measured in
 units of the largest value over the last period, up to the row. The period is the longest of drive
-and bodies, within ten times that of body 2. Where the motion has been much larger just before, as
-after an impact or with a slow drive, not more counts than the present state can lead to: a
-velocity, times the slowest of the three periods over 2 pi; a position, over the fastest; or the
-amplitude of the drive. A position at which a motion begins or turns counts as the velocity there
-over the fastest. A velocity next to 0 at a position that hardly changes, as at rest under a
-constant load, counts as STEADY of the position, anything next to 0 as STILL of the largest of the
-four. Times count in drive periods, or in 2 pi if that is less.
+and bodies, within ten times that of body 2. If the motion was much larger just before, as after an
+impact or with a slow drive, the size is limited to what the present state can lead to: a velocity,
+times the slowest of the three periods over 2 pi; a position, over the fastest; or the amplitude of
+the drive. A position at which a motion begins or turns counts as the velocity there over the
+fastest. A velocity next to 0 at a position that hardly changes, as at rest under a constant load,
+counts as STEADY of the position, anything next to 0 as STILL of the largest of the four. Times
+count in drive periods, or in 2 pi if that is less.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Sizes:
     def of_impact(self, values: Sequence[arb], normal: arb | None) -> tuple[float, ...]:
         """Sizes of MOTION_NUMBERS and FURTHER_NUMBERS at an impact.
 
-        An impulse counts in units of the one that takes both velocities away, an energy in units of
+        An impulse is measured in units of the impulse that stops both bodies, an energy in units of
         all the terms that make up the loss.
         """
         time, x1, v1, v1_, x2, v2, v2_ = values

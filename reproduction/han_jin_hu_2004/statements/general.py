@@ -12,9 +12,9 @@ from .diagrams import BY_ID, MOTION, NO_IMPACTS, changes, diagram, kinds, non_pe
 from .statement import Finding, stated
 
 GALLERY = "gallery.md"
-# What most choices lead to needs no care.
+# If more than this part of the choices lead to it, no care is needed.
 MOST = 0.5
-# Mainly: so much is settled by it.
+# "Mainly" means at least this part.
 MAINLY = 0.9
 
 
@@ -64,7 +64,7 @@ def settled() -> Finding:
     slow=True,
 )
 def insensitive() -> Finding:
-    """Start anew from a dozen states."""
+    """Start again from a dozen states."""
     starts = evidence.random_starts(12)
     grid = np.linspace(0.3, 2.9, 53)
     single: dict[str, float] = {}

@@ -1,4 +1,4 @@
-"""Sections 2.1 and 2.2, eqs. (5) to (20): the printed formulas beside the exact walk."""
+"""Sections 2.1 and 2.2, eqs. (5) to (20): the printed formulas beside the exact impulse path."""
 
 from collections.abc import Callable
 

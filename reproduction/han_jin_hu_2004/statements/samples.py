@@ -1,4 +1,4 @@
-"""Random impacts of the paper's system, resolved by the exact walk; seeds are fixed."""
+"""Random impacts of the paper's system, by the exact impulse path; seeds are fixed."""
 
 from functools import cache
 from typing import Any

@@ -23,7 +23,7 @@ from .statement import Finding, stated
 
 # A motion occurs easily if it does at more than this part of the frequencies.
 EASILY = 0.2
-# What is ubiquitous makes up more than this part.
+# "Ubiquitous" means more than this part.
 UBIQUITOUS = 0.5
 # Starts for "easily": the paper's and random ones.
 STARTS = 12

@@ -56,7 +56,7 @@ class Cloud:
         return found
 
     def digest(self) -> str:
-        """Return a number that tells clouds apart."""
+        """Return a checksum of the cloud."""
         parts = (self.low, self.width, self.boxes)
         return hashlib.sha256(b"".join(part.tobytes() for part in parts)).hexdigest()
 
@@ -68,12 +68,12 @@ class Cloud:
 def cloud_of(points: Array, *, rotor: bool = False) -> Cloud | None:
     """Return the cloud of section points in order of time, shape (k, 4).
 
-    None if even coarse boxes do not hold its second half: the run was too short, or drifts.
+    None if even coarse boxes do not contain its second half: the run was too short, or drifts.
     """
     points = _in_one_turn(points, rotor=rotor)
     half = len(points) // 2
     low, extent = points.min(axis=0), np.ptp(points, axis=0)
-    # A coordinate that hardly varies has boxes of a width that rounding does not leave.
+    # For a coordinate that hardly varies, boxes are wide against rounding.
     floor = 1e-9 * float(np.abs(points).max()) + 1e-300
     for divisions in DIVISIONS:
         width = np.maximum(extent / divisions, floor)

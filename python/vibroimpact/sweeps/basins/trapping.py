@@ -1,10 +1,10 @@
 """Trapping regions of periodic attractors, and where starts arrive.
 
 Around a section point c of a stable periodic motion the map F of m drive periods contracts in a
-norm |x|_P of its own, P = D + M^T P M/rho^2 with M = F'(c) and |lambda| < rho < 1. How far from c
-it still does is found out by simulation: a radius counts as confirmed if F brings every one of many
-random states within it nearer to c, by a fixed factor, with the motion's number of impacts in each
-drive period. Half of that radius is used.
+norm |x|_P of its own, P = D + M^T P M/rho^2 with M = F'(c) and |lambda| < rho < 1. The size of the
+region in which it contracts is found by simulation: a radius is confirmed if F brings every one of
+many random states within it nearer to c by a fixed factor, with the motion's number of impacts in
+each drive period. Half of that radius is used.
 """
 
 import math
@@ -80,7 +80,7 @@ def trapping_region(
     tried = np.unique(np.linspace(0, m - 1, min(m, max(1, MOST_PERIODS // m))).round().astype(int))
     found = [cycle.region(sections[place], size) for place in tried]
     regions = [region for region in found if region is not None]
-    # The widest: the smallest determinant. Motions of m = 1 have one alone.
+    # The widest region has the smallest determinant. Motions with m = 1 have only one.
     volume = [-float(np.linalg.slogdet(region.factor)[1]) for region in regions]
     return regions[int(np.argmax(volume))] if regions else None
 
@@ -94,7 +94,7 @@ def largest_multiplier(system: System, sections: Array, follow: Follow) -> float
 
 
 def _size(sections: Array) -> Array:
-    """Size of a motion along each coordinate; that of an equilibrium is a matter of choice."""
+    """Size of a motion along each coordinate; for an equilibrium the size is chosen."""
     largest = np.abs(sections).max(axis=0)
     size: Array = np.maximum(largest, max(0.1 * float(largest.max()), 0.01))
     return size
@@ -109,7 +109,7 @@ class _Cycle:
     workers: int | None
 
     def __call__(self, starts: Array) -> tuple[Array, NDArray[np.int64], NDArray[np.bool_]]:
-        """Return where starts come to, the impacts of each drive period, and which got there."""
+        """Return final states, the impacts of each drive period, and which starts got there."""
         arrivals = arrive(self.system, starts, [], self.follow, workers=self.workers)
         if arrivals.interrupted:
             raise KeyboardInterrupt
@@ -173,12 +173,12 @@ class _Cycle:
         """Whether random states of the ball come nearer with the motion's impacts."""
         direction = draw.standard_normal((number, 4))
         direction /= np.linalg.norm(direction, axis=1)[:, None]
-        # Half of them on the surface, where it is decided; the others at all scales.
+        # Half of them are on the surface, which decides; the others have all scales.
         scale = INNERMOST ** draw.random(number)
         scale[::2] = 1.0
         offsets = scale[:, None] * direction
         ends, passed, possible = self(center + offsets @ ball.T)
-        # Where the bodies would overlap no start can be; a contact has them on one side.
+        # States in which the bodies overlap are no starts; near a contact they lie on one side.
         if np.count_nonzero(possible) < number // 4:
             return False
         off = wrapped(ends - center, rotor=self.system.is_rotor)
