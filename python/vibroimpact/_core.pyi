@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "CHATTER_TOLERANCE",
     "CONTACTS",
     "CONTACT_DTYPE",
     "COULOMB_LAWS",
@@ -55,6 +56,7 @@ __version__: str
 STATUS_NAMES: tuple[str, ...]
 MOTION_NAMES: tuple[str, ...]
 PARAMETERS: MappingProxyType[str, Parameter]
+CHATTER_TOLERANCE: float
 CONTACTS: tuple[str, ...]
 LAWS: tuple[str, ...]
 COULOMB_LAWS: tuple[str, ...]

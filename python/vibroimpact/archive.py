@@ -26,7 +26,7 @@ Builder = Callable[[dict[str, Any], dict[str, NDArray[Any]]], _Result]
 FORMAT = "vibroimpact"
 # 2: events of sustained contact in a run. 3: diagrams are columns over a grid. Older ones are
 # refused.
-FORMAT_VERSION = 3
+_FORMAT_VERSION = 3
 
 # What the readers of zip, deflate, npy and JSON raise on bytes that are not what they claim to be.
 _DAMAGE = (
@@ -57,7 +57,7 @@ def write(
     text = json.dumps(
         {
             "format": FORMAT,
-            "format_version": FORMAT_VERSION,
+            "format_version": _FORMAT_VERSION,
             "kind": kind,
             "version": _core.__version__,
             **metadata,
@@ -104,10 +104,10 @@ def read(path: str | os.PathLike[str], builders: Mapping[str, Builder[_Result]])
     name, format_version, kind, version = header
     if name != FORMAT:
         raise ValueError(f"{path}: not a vibroimpact file, its format is {name!r}")
-    if format_version != FORMAT_VERSION:
+    if format_version != _FORMAT_VERSION:
         raise ValueError(
             f"{path}: written in format {format_version} by vibroimpact {version}; "
-            f"vibroimpact {_core.__version__} reads format {FORMAT_VERSION}"
+            f"vibroimpact {_core.__version__} reads format {_FORMAT_VERSION}"
         )
     if kind not in builders:
         raise ValueError(f"{path}: holds a {kind}, not a {' or '.join(builders)}")

@@ -21,7 +21,7 @@ Item = TypeVar("Item")
 Arguments = ParamSpec("Arguments")
 
 # Every whole number up to here is a float64, so that times of that many periods can be told apart.
-MOST = 2**53
+_MOST = 2**53
 
 
 class Horizon(NamedTuple):
@@ -61,9 +61,9 @@ def positive(name: str, value: Any) -> float:
     return result
 
 
-def count(name: str, value: Any, *, least: int, most: int = MOST) -> int:
+def count(name: str, value: Any, *, least: int, most: int = _MOST) -> int:
     """Return ``value`` as an int in least ... most; no float is taken, whole or not."""
-    allowed = f"an integer >= {least}" if most == MOST else f"an integer from {least} to {most}"
+    allowed = f"an integer >= {least}" if most == _MOST else f"an integer from {least} to {most}"
     if not isinstance(value, Integral) or isinstance(value, bool):
         reject(name, value, allowed)
     result = int(value)
@@ -95,7 +95,7 @@ def path(name: str, value: Any, what: str = "the path of a file") -> str:
     return text
 
 
-def optional_count(name: str, value: Any, *, least: int, most: int = MOST) -> int | None:
+def optional_count(name: str, value: Any, *, least: int, most: int = _MOST) -> int | None:
     """Return None for None, else a checked count."""
     return None if value is None else count(name, value, least=least, most=most)
 

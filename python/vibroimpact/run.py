@@ -331,8 +331,8 @@ class Run:
             Times inside the kept window, in any order, shape (k,).
         forces
             Add two columns: normal force p >= 0 and tangential force on the tip, in units
-            M1 l omega_2^2, zero in flight (docs/theory.md, section 5). The impulses of impacts are not
-            forces: they are columns of ``impacts``.
+            M1 l omega_2^2, zero in flight (docs/theory.md, section 5). The impulses of impacts are
+            not forces: they are columns of ``impacts``.
 
         Returns
         -------

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._core import CHATTER_TOLERANCE
 from .arguments import horizon, number, optional_count, positive, reject, states, threads
 from .errors import Interrupted, SimulationError
 from .interruption import interruptible
@@ -70,7 +71,7 @@ def simulate(
     time: float | None = None,
     keep: int | None = None,
     max_events: int | None = None,
-    chatter_tolerance: float = 1e-12,
+    chatter_tolerance: float = CHATTER_TOLERANCE,
     section_phase: float = 0.0,
     workers: int | None = None,
 ) -> Run | list[Run]:

@@ -42,7 +42,7 @@ impl PyItinerary {
         Ok(Self(Itinerary::new(legs, periods, clocks, wall_at_rest)?))
     }
 
-    /// The itinerary of a motion that repeats after `periods`, with its nodes; or why there is none.
+    /// The itinerary of a motion that repeats after `periods`, with its nodes; or why none exists.
     #[staticmethod]
     fn follow<'py>(
         py: Python<'py>,
@@ -113,7 +113,7 @@ impl PyItinerary {
         Ok((residual.values.into_pyarray(py), jacobian))
     }
 
-    /// The conditions, with their values, positive inside, and the times in the leg at which they are taken.
+    /// The conditions with their values, positive inside, and their times in the leg.
     fn tests(&self, system: &PySystem, nodes: PyReadonlyArray2<'_, f64>) -> PyResult<Vec<TestRow>> {
         let nodes = to_nodes(&nodes)?;
         let tests = Orbit::new(&system.0, &self.0, &nodes)?.tests();

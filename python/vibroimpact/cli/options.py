@@ -9,7 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from .._core import CONTACTS, LAWS, PARAMETERS, Parameter
+from .._core import CHATTER_TOLERANCE, CONTACTS, LAWS, PARAMETERS, Parameter
 from ..arguments import close_to
 from ..errors import ParameterError
 from ..system import System
@@ -91,7 +91,8 @@ def add_limits(group: argparse._ArgumentGroup, *, section: bool) -> None:
         "--chatter-tolerance",
         type=float,
         metavar="X",
-        help="absolute, on time and state where chatter is completed (default: 1e-12)",
+        help="absolute, on time and state where chatter is completed "
+        f"(default: {CHATTER_TOLERANCE})",
     )
     if section:
         group.add_argument(

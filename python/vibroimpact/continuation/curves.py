@@ -32,16 +32,12 @@ from numpy.typing import ArrayLike
 
 from ..arguments import positive, reject, vector
 from ..errors import ParameterError
+from .branching import DIFFERENCE
 from .follow import Classify, checked_bounds, checked_direction
 from .names import TURNING_POINTS, OwnTest, PathEnd
 from .newton import Array, OutsideDomain, Problem, evaluate, newton, sizes_of
 from .path import Path
 from .tracing import Steps, start_point, trace
-
-# Step of the central differences, in units of the sizes. The errors, of second order in the step
-# and of rounding over the step, are then equal, about eps^(2/3) = 4e-11. Newton's method works with
-# a thousand times larger errors, so that a test may have noise well above rounding.
-DIFFERENCE = np.finfo(float).eps ** (1.0 / 3.0)
 
 
 @runtime_checkable

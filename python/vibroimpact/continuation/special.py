@@ -18,12 +18,12 @@ from .step import RESOLUTION, SAME_POINT, Rejected, Step, bracket
 
 # A branch point is bracketed to this part of the step only, since Newton's matrix is singular
 # there; refine_branch_point does the rest.
-BRANCH_POINT_RESOLUTION = 1e-6
+_BRANCH_POINT_RESOLUTION = 1e-6
 # A fold nearer to a branch point or cusp than this part of the step is the same point: dp/ds also
 # changes sign where a branch meets a symmetric one.
-SAME_EVENT = 1e-4
+_SAME_EVENT = 1e-4
 # Events nearer to each other than this part of the step are at one place.
-SAME_PLACE = 1e-7
+_SAME_PLACE = 1e-7
 # Where the bracket is shorter than this part of the step, a trial that fails ends the location; the
 # step is not repeated.
 SMALL_BRACKET = 1e-3
@@ -53,7 +53,7 @@ def _locate(step: Step, name: Hashable, end: Point) -> SpecialPoint | None:
     if _is_fold(name) and max(abs(before), abs(after)) < SAME_POINT:
         return None  # along this curve the parameter is constant within rounding
     singular = name is OwnTest.BRANCH_POINT
-    if singular and abs(before) < BRANCH_POINT_RESOLUTION * abs(after):
+    if singular and abs(before) < _BRANCH_POINT_RESOLUTION * abs(after):
         # Within rounding this is the origin itself: every trial next to it would fail.
         best = other = step.origin
     else:
@@ -62,7 +62,7 @@ def _locate(step: Step, name: Hashable, end: Point) -> SpecialPoint | None:
             value,
             step.origin,
             end,
-            resolution=BRANCH_POINT_RESOLUTION * length if singular else RESOLUTION,
+            resolution=_BRANCH_POINT_RESOLUTION * length if singular else RESOLUTION,
             give_up=SMALL_BRACKET * length,
         )
     jump = abs(best.tests[name] - other.tests[name])
@@ -107,10 +107,10 @@ def located(step: Step, end: Point, first: Collection[str]) -> list[SpecialPoint
     # Sorted, so that the order does not depend on hashes.
     names = sorted(end.tests.keys() & step.origin.tests.keys(), key=str)
     found = [point for name in names if (point := _locate(step, name, end)) is not None]
-    near = SAME_EVENT * step.s(end.z)
+    near = _SAME_EVENT * step.s(end.z)
     meetings = (OwnTest.BRANCH_POINT, OwnTest.CUSP)
     turns = [point.arclength for point in found if point.test in meetings]
-    tie = SAME_PLACE * step.s(end.z)
+    tie = _SAME_PLACE * step.s(end.z)
     return sorted(
         (
             point

@@ -19,10 +19,10 @@ MAX_CORRECTIONS = 12
 # Width at which the bracketing of a point ends, in units of the sizes: rounding of z.
 RESOLUTION = 4.0 * np.finfo(float).eps
 # Cap on the trials of a bracketing: more than bisection from the longest step takes.
-MAX_TRIALS = 200
+_MAX_TRIALS = 200
 # The end of a step may differ from the prediction of the tangents by this part of the allowed
 # angle.
-MISFIT = 0.1
+_MISFIT = 0.1
 # Two points nearer than this, in units of the sizes, are the same.
 SAME_POINT = 1e-8
 
@@ -103,7 +103,7 @@ class Step:
         slope = tangent / float(self.tangent @ tangent)
         mean = (self.tangent + slope) / 2.0
         off = float(np.linalg.norm((point.z - self.origin.z) / self.sizes - s * mean))
-        if s <= 0.0 or angle > max_angle or off > MISFIT * max_angle * s + SAME_POINT:
+        if s <= 0.0 or angle > max_angle or off > _MISFIT * max_angle * s + SAME_POINT:
             raise Rejected(
                 PathEnd.NO_CONVERGENCE,
                 f"the curve turns by {angle:.2g} rad and leaves its tangents by {off:.2g} "
@@ -188,7 +188,7 @@ def bracket(
         return (low, high) if a[1] == 0.0 else (high, low)
     c = a
     fraction = b[1] / (b[1] - a[1])
-    for _ in range(MAX_TRIALS):
+    for _ in range(_MAX_TRIALS):
         width = abs(a[0] - b[0])
         if width <= 2.0 * resolution:
             break

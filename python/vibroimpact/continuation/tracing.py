@@ -15,7 +15,7 @@ from .special import SMALL_BRACKET, closing, leaving, located
 from .step import MAX_CORRECTIONS, RESOLUTION, SAME_POINT, Rejected, Step
 
 # Steps grow only where Newton's method took at most this many iterations.
-EASY_CORRECTIONS = 5
+_EASY_CORRECTIONS = 5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -227,7 +227,7 @@ def _next_length(length: float, step: Step, end: Point, settings: Steps) -> floa
     """Return the next step length: longer where the curve is straight and Newton's method fast."""
     angle = step.accept(end, math.inf)
     factor = min(2.0, max(0.5, settings.max_angle / 3.0 / max(angle, 1e-12)))
-    if end.iterations > EASY_CORRECTIONS:
+    if end.iterations > _EASY_CORRECTIONS:
         factor = min(factor, 0.7)
     return min(max(factor * length, settings.min_step), settings.max_step)
 

@@ -39,11 +39,11 @@ _OTHER = {
     BifurcationKind.RESONANCE_1_2: BifurcationKind.PERIOD_DOUBLING,
 }
 # Two ends of curves are the same point if they agree to this part of the ranges.
-SAME_CORNER = 1e-6
+_SAME_CORNER = 1e-6
 # The same tolerance where the equations of a doubled motion become singular.
-JOINED = 1e-3
+_JOINED = 1e-3
 # Curves and bounds that a border may consist of.
-MOST_ARCS = 60
+_MOST_ARCS = 60
 
 
 class Lost(Exception):
@@ -138,17 +138,17 @@ class Walk:
 
     def _onward(self, place: Place, aim: Array) -> Iterator[Arc]:
         """Yield the arcs from a place to the target point."""
-        for _ in range(MOST_ARCS):
+        for _ in range(_MOST_ARCS):
             if isinstance(place, Lost | KeyboardInterrupt):
                 raise place
             arc, place = self._next(place)
             yield arc
             if isinstance(place, KeyboardInterrupt):
                 continue
-            near = JOINED if isinstance(place, Lost) else SAME_CORNER
+            near = _JOINED if isinstance(place, Lost) else _SAME_CORNER
             if (np.abs(arc.values[-1] - aim) < near * self.sizes).all():
                 return
-        raise Lost(f"not closed after {MOST_ARCS} curves")
+        raise Lost(f"not closed after {_MOST_ARCS} curves")
 
     def _next(self, place: Bifurcation | CodimensionTwo | OnBound) -> tuple[Arc, Place]:
         if isinstance(place, OnBound):

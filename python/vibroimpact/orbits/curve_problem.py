@@ -34,7 +34,7 @@ from .problem import Array, OrbitProblem
 
 # cos theta within this of 1 or -1 belongs to a resonance: multipliers within 1e-2 of 1 or -1. Where
 # two multipliers meet, rounding of the matrix moves them by its square root.
-RESONANT = 1e-4
+_RESONANT = 1e-4
 # A test of a border, or 1 - |l|, counts as negative only below minus this: rounding.
 ROUNDING = 1e-9
 # How many multipliers are critical on a curve, and where on the unit circle a single one is.
@@ -107,7 +107,7 @@ class CurveProblem(OrbitProblem):
         single = (BifurcationKind.SADDLE_NODE, BifurcationKind.PERIOD_DOUBLING)
         if test is BifurcationKind.NEIMARK_SACKER and self.kind in single:
             c = neimark_sacker_cosine(self.monodromy(u, p))
-            if abs(abs(c) - 1.0) < RESONANT:
+            if abs(abs(c) - 1.0) < _RESONANT:
                 return RESONANCES[0] if c > 0.0 else RESONANCES[1]
         return super().classify(test, u, p, jacobian)
 

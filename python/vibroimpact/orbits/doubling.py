@@ -17,11 +17,11 @@ from .special_points import bifurcation_at
 Array = NDArray[np.float64]
 
 # Halves of an orbit that are this close, in units of its size, are equal.
-ONE_HALF = 1e-3
+_ONE_HALF = 1e-3
 # Halves this close differ by rounding only.
-SAME_HALVES = 1e-9
+_SAME_HALVES = 1e-9
 # Parts of the range around their meeting in which the period doubling is looked for.
-DOUBLING_WINDOWS = (1e-5, 1e-4, 1e-3, 1e-2)
+_DOUBLING_WINDOWS = (1e-5, 1e-4, 1e-3, 1e-2)
 # Shortest step, as part of the range and of the motion's size.
 MIN_STEP = 1e-9
 
@@ -64,8 +64,8 @@ def halving(problem: OrbitProblem, path: Path) -> int | None:
     distance = np.abs(apart).max(axis=1)
     for k in range(1, len(apart)):
         # A branch that begins at a period doubling leaves it first.
-        turned = apart[k] @ apart[k - 1] < 0.0 and distance[k - 1] > SAME_HALVES
-        if turned or distance[k - 1] > distance[k] < ONE_HALF:
+        turned = apart[k] @ apart[k - 1] < 0.0 and distance[k - 1] > _SAME_HALVES
+        if turned or distance[k - 1] > distance[k] < _ONE_HALF:
             return k
     return None
 
@@ -80,7 +80,7 @@ def doubling_near(
     nodes = 0.5 * (u[: len(u) // 2] + u[len(u) // 2 :])
     low, high = bounds
     size = high - low
-    for part in DOUBLING_WINDOWS:
+    for part in _DOUBLING_WINDOWS:
         window = part * size
         start = max(low, float(p[0]) - window)
         path = follow(

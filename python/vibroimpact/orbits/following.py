@@ -30,25 +30,25 @@ from .special_points import bifurcation_at, end_of
 from .verdict import motion_of
 
 # Sequences of legs that one direction of a branch may pass.
-MOST_PIECES = 200
+_MOST_PIECES = 200
 # A test function is at its border below this part of its largest value along a piece.
-AT_BORDER = 1e-4
+_AT_BORDER = 1e-4
 # First step unless told otherwise.
-DEFAULT_STEP = 0.01
+_DEFAULT_STEP = 0.01
 # Where a test was located it is at most this; elsewhere all tests are of order one.
-LOCATED = 1e-6
+_LOCATED = 1e-6
 # How often the steps are halved where a path has passed a border.
-MOST_REFINEMENTS = 6
+_MOST_REFINEMENTS = 6
 # A border that is reached again has the same parameter to this accuracy.
-SAME_VALUE = 1e-9
+_SAME_VALUE = 1e-9
 # Another event nearer to a border than this, in units of the sizes, belongs to the border: beyond
 # it these legs do not exist.
-SAME_PLACE = 1e-9
+_BESIDE_BORDER = 1e-9
 # A step may pass a border without a sign change, for example if a maximum of the gap appears and
 # becomes positive within it. Then the step is repeated this many times, each time with so many
 # shorter steps.
-RETRIES = 8
-SHORTER = 4.0
+_RETRIES = 8
+_SHORTER = 4.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,7 +77,7 @@ class Settings:
         largest = positive("max_step", max_step)
         if largest > LONGEST_STEP:
             reject("max_step", max_step, f"a number > 0, at most {LONGEST_STEP:g}")
-        first = min(DEFAULT_STEP, largest) if step is None else positive("step", step)
+        first = min(_DEFAULT_STEP, largest) if step is None else positive("step", step)
         if not MIN_STEP <= first <= largest:
             reject("step", step, f"a number from {MIN_STEP} to max_step = {largest}")
         if not isinstance(virtual, bool):
@@ -153,13 +153,13 @@ def joined(name: str, halves: Sequence[Half], both: bool) -> Branch:
 def _extend(half: Half, system: System, start: Crossing, way: int, settings: Settings) -> None:
     borders: list[tuple[Bifurcation, int, int]] = []
     at: Crossing | None = start
-    direction, left, retries = way, settings.max_points, RETRIES
+    direction, left, retries = way, settings.max_points, _RETRIES
     finer, continued = settings, False
-    while at is not None and left >= 2 and len(half.pieces) < MOST_PIECES:
+    while at is not None and left >= 2 and len(half.pieces) < _MOST_PIECES:
         problem = OrbitProblem(system, at.itinerary, (settings.parameter,))
         path = _path(problem, at, direction, left, finer)
         try:
-            for _ in range(MOST_REFINEMENTS):
+            for _ in range(_MOST_REFINEMENTS):
                 if not _passed_a_border(problem, path):
                     break
                 finer = finer.halved()
@@ -182,7 +182,7 @@ def _extend(half: Half, system: System, start: Crossing, way: int, settings: Set
         last = path.stop
         reached = path.points[good - 1].arclength
         if last is not None and not reason:
-            reached = min(reached, last.arclength - SAME_PLACE)
+            reached = min(reached, last.arclength - _BESIDE_BORDER)
         for special in path.special:
             if special is not last and special.arclength <= reached and _is_zero(special):
                 half.bifurcations.append(bifurcation_at(problem, special))
@@ -192,7 +192,7 @@ def _extend(half: Half, system: System, start: Crossing, way: int, settings: Set
             half.end, half.why_not = PathEnd.REFUSED, reason
             failed = path.points[good].arclength - path.points[good - 1].arclength
             at = _again(problem, path.points[good - 1])
-            finer = replace(settings, step=failed / SHORTER, max_step=failed / SHORTER)
+            finer = replace(settings, step=failed / _SHORTER, max_step=failed / _SHORTER)
             direction, retries, continued = 1, retries - 1, True
             if retries < 0 or finer.step <= MIN_STEP:
                 break
@@ -209,7 +209,7 @@ def _extend(half: Half, system: System, start: Crossing, way: int, settings: Set
         if last is None:
             break
         at = beyond(problem, last)
-        direction, retries, finer, continued = 1, RETRIES, settings, False
+        direction, retries, finer, continued = 1, _RETRIES, settings, False
         onward = () if at is None else tuple(at.itinerary.legs)
         border = bifurcation_at(problem, last, onward)
         for known, pieces, found in borders:
@@ -269,7 +269,7 @@ def _piece(
     stops = path.stop.test if path.stop is not None else None
     largest = max((point.tests.get(stops, 0.0) for point in points), default=0.0)
     # All of a path may lie at its border.
-    border = max(AT_BORDER * largest, LOCATED)
+    border = max(_AT_BORDER * largest, _LOCATED)
     for k, point in enumerate(points):
         try:
             system = problem.system_at(point.p)
@@ -328,7 +328,7 @@ def _is_zero(special: SpecialPoint) -> bool:
     A test of the multipliers that jumps passes infinity near a grazing. Where one multiplier is
     huge, rounding of the small ones makes the test cross zero at random.
     """
-    return special.continuous and abs(special.value) <= LOCATED
+    return special.continuous and abs(special.value) <= _LOCATED
 
 
 def _same_legs(one: Piece, other: Piece) -> bool:
@@ -339,7 +339,7 @@ def _same_border(one: Bifurcation, other: Bifurcation) -> bool:
     """Whether a branch has come back to a border, with the same legs on both sides."""
     return (
         one.kind == other.kind
-        and abs(one.value - other.value) <= SAME_VALUE * max(1.0, abs(one.value))
+        and abs(one.value - other.value) <= _SAME_VALUE * max(1.0, abs(one.value))
         and Counter(one.goes_on) == Counter(other.goes_on)
         and same_orbit(one.motion, other.motion)
     )

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 # Friction at which the regimes for mu -> 0 are computed, and at which a motion with sustained
 # contact is solved again.
-SMALL = 1e-9
+_SMALL = 1e-9
 
 
 def with_friction(
@@ -38,7 +38,7 @@ def with_friction(
         reject("friction", "a range", "no parameter to vary in direct contact, which has none")
     if system.friction > 0.0 or itinerary.legs == [Leg.CIRCUIT]:
         return itinerary, nodes, system.friction
-    rough = system.replace(friction=SMALL)
+    rough = system.replace(friction=_SMALL)
     periods, wall = itinerary.periods, itinerary.wall_at_rest
     if all(leg.kind is LegKind.IMPACT for leg in itinerary.legs):
         x1, v1, _, v2 = itinerary.before_events(system._compiled, nodes).T
@@ -54,7 +54,7 @@ def with_friction(
     if found is not None:
         u, report = solve(OrbitProblem(rough, found[0]), found[1].ravel(), np.empty(0))
         if report.converged:
-            return found[0], u.reshape(-1, 4), SMALL
+            return found[0], u.reshape(-1, 4), _SMALL
         reason = f"Newton's method: {report.outcome}"
     given = [str(leg) for leg in itinerary.legs]
-    reject("motion", given, f"one that goes on at a friction of {SMALL}; here {reason}")
+    reject("motion", given, f"one that goes on at a friction of {_SMALL}; here {reason}")

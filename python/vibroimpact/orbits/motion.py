@@ -38,6 +38,11 @@ IMPACT_DTYPE = np.dtype(
 # A multiplier this close to the unit circle counts as on it: those of undamped free motion lie on
 # it within rounding.
 NEUTRAL = 1e-12
+# Two orbits are the same if their sections agree to this part of their size. Newton's method gives
+# sections to rounding times the growth of the motion, which this leaves room for.
+SAME_ORBIT = 1e-7
+# The size of smaller motions, so that those at rest have one.
+_LEAST_SIZE = 1e-3
 
 
 @interruptible
@@ -265,14 +270,14 @@ def _wrapped(phase: float) -> float:
     return math.pi if result == -math.pi else result
 
 
-# Two orbits are the same if their sections agree to this part of their size.
-SAME_ORBIT = 1e-7
+def size_of(sections: Array) -> float:
+    """Return the size of a motion, by which differences of its sections are measured."""
+    return max(_LEAST_SIZE, float(np.abs(sections).max()))
 
 
 def same_orbit(one: PeriodicMotion, other: PeriodicMotion) -> bool:
     """Whether two motions are the same orbit; it may begin in another drive period."""
     if (one.m, one.n) != (other.m, other.n):
         return False
-    size = max(1e-3, float(np.abs(one.sections).max()))
     shifts = (np.abs(np.roll(other.sections, k, axis=0) - one.sections) for k in range(one.m))
-    return min(float(shift.max()) for shift in shifts) < SAME_ORBIT * size
+    return min(float(shift.max()) for shift in shifts) < SAME_ORBIT * size_of(one.sections)

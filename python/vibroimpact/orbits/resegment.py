@@ -33,20 +33,20 @@ Array = NDArray[np.float64]
 _New = tuple[_core.Itinerary, Array, Condition]
 
 # Step in units of the sizes by which the direction of a new branch is tried.
-TRIAL = 1e-7
+_TRIAL = 1e-7
 # Steps beyond a border of a contact phase at which a simulation gives the legs; the first that
 # gives other legs is used. Very close to a border where chatter brings the tip to rest there may be
 # no other legs. Where a slide between two stops vanishes two solutions meet, and the tangent may
 # point back.
-AHEAD = (1e-4, 1e-3, 1e-2, -1e-4, -1e-3, -1e-2)
+_AHEAD = (1e-4, 1e-3, 1e-2, -1e-4, -1e-3, -1e-2)
 # Impacts whose tests are this small are at their borders together.
-TOGETHER = 1e-10
+_TOGETHER = 1e-10
 # A test that is this small at the orbit of a border counts as zero there.
-ON_BORDER = 1e-8
+_VANISHES = 1e-8
 # Velocities below this at a touch are rounding.
 AT_REST = 1e-6
 # The orbit found there must be this close to the one expected, in units of the sizes.
-NEAR = 1e-2
+_NEAR = 1e-2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -80,7 +80,7 @@ def beyond(problem: OrbitProblem, border: SpecialPoint) -> Crossing | None:
         elif _slides_on(problem.itinerary, test):
             found = _not_stopped(problem, border, test.leg)
         elif test.kind in (BorderKind.CONTACT_BORDER, BorderKind.REGIME_BORDER):
-            steps = (_by_simulation(problem, border, ahead) for ahead in AHEAD)
+            steps = (_by_simulation(problem, border, ahead) for ahead in _AHEAD)
             return next((crossing for crossing in steps if crossing is not None), None)
         else:
             return None
@@ -110,7 +110,7 @@ def beside(problem: OrbitProblem, corner: SpecialPoint, own: Condition) -> _New 
         if test.border is own.border and test != crossed
     }
     same = min(values, key=lambda test: values[test], default=None)
-    return (itinerary, nodes, same) if same is not None and values[same] < ON_BORDER else None
+    return (itinerary, nodes, same) if same is not None and values[same] < _VANISHES else None
 
 
 def _has_neighbour(problem: OrbitProblem, test: Condition) -> bool:
@@ -220,7 +220,7 @@ def _other_regime(problem: OrbitProblem, border: SpecialPoint, test: Condition) 
         other.leg
         for other, value, _ in itinerary.tests(system._compiled, nodes)
         if other.border is test.border
-        and abs(value) <= TOGETHER
+        and abs(value) <= _TOGETHER
         and legs[other.leg].kind is LegKind.IMPACT
     ]
     changed = list(legs)
@@ -354,7 +354,7 @@ def _oriented(
         tests = itinerary.tests(system._compiled, z[:-1].reshape(-1, 4))
         return next((value for other, value, _ in tests if other == test), -math.inf)
 
-    forth, back = grown(TRIAL), grown(-TRIAL)
+    forth, back = grown(_TRIAL), grown(-_TRIAL)
     if forth == back or max(forth, back) <= 0.0:
         return None
     tangent = tangent if forth > back else -tangent
@@ -383,7 +383,7 @@ def _by_simulation(problem: OrbitProblem, border: SpecialPoint, step: float) -> 
         return None
     motion = motion_of(system, itinerary, u.reshape(-1, 4), whole=True)
     off = np.abs(motion.sections[0] - start).max()
-    if not motion.admissible or off > NEAR * max(1.0, float(sizes.max())):
+    if not motion.admissible or off > _NEAR * max(1.0, float(sizes.max())):
         return None
     _, jacobian = new.residual(u, p)
     _, _, right = np.linalg.svd(jacobian * np.append(new.scale(u), 1.0))

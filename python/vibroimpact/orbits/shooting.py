@@ -23,18 +23,18 @@ from ..run import Run
 from ..simulation import refuse_overlap, simulate
 from ..system import System
 from .found import MotionSearch, NotFound
-from .motion import SAME_ORBIT, PeriodicMotion, same_orbit
+from .motion import SAME_ORBIT, PeriodicMotion, same_orbit, size_of
 from .problem import OrbitProblem
 from .verdict import motion_of
 
 Array = NDArray[np.float64]
 
 # Events of two orbits after which the search for their sequence is given up.
-MAX_EVENTS = 1_000_000
+_MAX_EVENTS = 1_000_000
 # A run this close to an unstable motion started on it: it cannot get there by itself.
 SETTLED = 1e-6
 # Drive periods by which a run that has not settled yet is continued.
-FURTHER = (0, 2000, 8000)
+_FURTHER = (0, 2000, 8000)
 # Starts of a search that are simulated together; Ctrl-C loses at most so many.
 BATCH = 256
 # Half widths of the box from which a search starts (docs/theory.md, E9).
@@ -81,7 +81,7 @@ def periodic_motion(
     start = state(initial)
     periods = count("periods", periods, least=1, most=100_000)
     _driven(system)
-    found, reason = _core.Itinerary.follow(system._compiled, start, periods, MAX_EVENTS)
+    found, reason = _core.Itinerary.follow(system._compiled, start, periods, _MAX_EVENTS)
     if found is None:
         return NotFound(reason=reason)
     itinerary, nodes = found
@@ -107,7 +107,7 @@ def refine(run: Run) -> PeriodicMotion | NotFound:
     if end.time_in_period > 0.0:
         # Continue to the start of the next drive period.
         run = run.resume(time=run.system.drive_period - end.time_in_period)
-    for further in FURTHER:
+    for further in _FURTHER:
         if further:
             run = run.resume(periods=further, keep=0)
         motion = periodic_motion(run.system, initial=run.final_state.state, periods=period.m)
@@ -122,8 +122,8 @@ def refine(run: Run) -> PeriodicMotion | NotFound:
 
 def _distance(motion: PeriodicMotion, state: ArrayLike) -> float:
     """Distance of a state at the start of a drive period from a motion, as part of its size."""
-    size = max(1e-3, float(np.abs(motion.sections).max()))
-    return float(np.abs(motion.sections - np.asarray(state)).max(axis=1).min()) / size
+    distances = np.abs(motion.sections - np.asarray(state)).max(axis=1)
+    return float(distances.min()) / size_of(motion.sections)
 
 
 @interruptible

@@ -20,15 +20,18 @@ from .motion import NEUTRAL, PeriodicMotion, monodromy, reduced
 Array = NDArray[np.float64]
 
 # A simulation over one orbit must come back this closely, times the largest growth on the way.
-CLOSES = 1e-7
+_CLOSES = 1e-7
 
 
 # A simulation does not begin within this part of a drive period of an event.
-NEAR_EVENT = 1e-9
+_NEAR_EVENT = 1e-9
 
 
+# An orbit repeats itself if its nodes repeat to this part of their size, which counts as at least
+# the second number.
+_REPEATS, _LEAST_SIZE = 1e-8, 1e-3
 # A test function this close to zero is on its border.
-ON_BORDER = 1e-12
+_ON_BORDER = 1e-12
 
 
 # Events of one orbit after which a simulation that checks it is given up.
@@ -95,7 +98,7 @@ def why_not(motion: PeriodicMotion) -> str:
     tests = motion.itinerary.tests(motion.system._compiled, motion.nodes)
     for test, value, _ in sorted(tests, key=lambda row: row[0].kind is not BorderKind.GRAZING):
         # On a border between regimes the motion belongs to both, also at a graze.
-        if value > (0.0 if test.border is Border.APPROACH_VELOCITY else -ON_BORDER):
+        if value > (0.0 if test.border is Border.APPROACH_VELOCITY else -_ON_BORDER):
             continue
         if test.border is Border.APPROACH_VELOCITY:
             return f"separating before the impact (u = {value:.3g})"
@@ -129,7 +132,7 @@ def _simulated_otherwise(motion: PeriodicMotion) -> str:
     growth = max(1.0, float(np.abs(motion.return_map).max()))
     scale = max(1.0, float(np.abs(start).max()))
     off = float(np.abs(np.array(end.state) - start).max())
-    if off > CLOSES * scale * growth:
+    if off > _CLOSES * scale * growth:
         return f"a simulation of it does not come back (by {off:.1e})"
     return ""
 
@@ -160,7 +163,7 @@ def _clear_of_events(motion: PeriodicMotion) -> float:
     if (
         motion.legs[0] == Leg.CIRCUIT
         or np.abs(np.remainder(motion.nodes[:, 3] + 0.5 * period, period) - 0.5 * period).min()
-        > NEAR_EVENT * period
+        > _NEAR_EVENT * period
     ):
         return 0.0
     starts = motion._node_times()
@@ -193,7 +196,7 @@ def primitive(
     """Reduce a solution that repeats a shorter orbit to that orbit."""
     legs, count, periods = itinerary.legs, len(itinerary.legs), itinerary.periods
     clocks = itinerary.clocks
-    size = np.abs(nodes).max(axis=0) + 1e-3
+    size = np.abs(nodes).max(axis=0) + _LEAST_SIZE
     if legs == [Leg.CIRCUIT]:
         return itinerary, nodes
     for repeats in range(count, 1, -1):
@@ -206,8 +209,8 @@ def primitive(
         ahead[count - step :] += periods * system.drive_period
         same = (
             legs == legs[step:] + legs[:step]
-            and np.abs((shifted - nodes)[:, :3] / size[:3]).max() < 1e-8
-            and np.abs(ahead - times - shorter * system.drive_period).max() < 1e-8
+            and np.abs((shifted - nodes)[:, :3] / size[:3]).max() < _REPEATS
+            and np.abs(ahead - times - shorter * system.drive_period).max() < _REPEATS
         )
         if same:
             cut = _core.Itinerary(legs[:step], shorter, clocks[:step], itinerary.wall_at_rest)

@@ -26,9 +26,9 @@ from flint import arb, ctx
 
 #: A node needs at most this share of the approach velocity of the node before it: closer nodes
 #: would magnify rounding, at a half the sum of the weights is below 9.
-SPACING = 0.5
+_SPACING = 0.5
 #: No extrapolation from fewer nodes: two or three may agree by chance.
-LEAST_NODES = 6
+_LEAST_NODES = 6
 #: Regimes of tails that are analytic in u.
 ANALYTIC = ("slip", "frictionless")
 
@@ -104,13 +104,13 @@ class Tail:
         if bounce.regime not in ANALYTIC:
             self._nodes = []
             # linear extrapolation: do not try before u is that small
-            if self._falling >= LEAST_NODES and bounce.u < self._tolerance:
+            if self._falling >= _LEAST_NODES and bounce.u < self._tolerance:
                 found = step_to_limit(last, bounce)
         elif (last.regime, last.signs) != (bounce.regime, bounce.signs):
             self._nodes = [bounce]
-        elif bounce.u < self._nodes[-1].u * SPACING:
+        elif bounce.u < self._nodes[-1].u * _SPACING:
             self._nodes.append(bounce)
-            if len(self._nodes) >= LEAST_NODES:
+            if len(self._nodes) >= _LEAST_NODES:
                 found = accumulate(self._nodes, float(bounce.u / last.u))
         return found if found is not None and found.error() < self._tolerance else None
 

@@ -27,7 +27,7 @@ from .slide import Settings, Slide, Touch
 Mode = Literal["slide_positive", "slide_negative", "stick", "separate", "painleve", "jammed"]
 Sampler = Callable[[arb, Callable[[arb], State]], None]
 #: Largest number of phases of one contact; more would be an error of the program.
-LONGEST = 200
+_LONGEST = 200
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Hold:
         touch = start
         phases: list[Phase] = []
         mode: Mode | None = None
-        for _ in range(LONGEST):
+        for _ in range(_LONGEST):
             mode = mode or self.mode(touch)
             if mode == "separate":
                 phases.append(self._record("release", touch, error, arb(0), arb(0)))
@@ -105,7 +105,7 @@ class Hold:
             if slid.ending == "end" or slid.ending == "painleve":
                 return Held(slid.ending, touch, phases, error)
             mode = "separate" if slid.ending == "release" else None
-        raise RuntimeError(f"more than {LONGEST} phases of one contact")
+        raise RuntimeError(f"more than {_LONGEST} phases of one contact")
 
     def slide(self, touch: Touch, direction: int) -> Slide:
         """The stretch of sliding that begins at a state; sigma looks ahead where sin x1 = 0."""

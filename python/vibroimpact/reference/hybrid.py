@@ -27,7 +27,7 @@ from .slide import Settings, Slide, Touch
 
 #: Settings that differ from the standard in everything on which a result may depend.
 FINER = Settings(precision=544, order=52, tolerance=1e-60)
-MAX_IMPACTS = 20_000
+_MAX_IMPACTS = 20_000
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class Motion:
         *,
         enclose: bool = False,
         quick: bool = False,
-        most_impacts: int = MAX_IMPACTS,
+        most_impacts: int = _MAX_IMPACTS,
     ) -> None:
         self.system, self.settings, self.phase = system, settings, arb(phase)
         self.law, self.most_impacts = LAWS[law], most_impacts

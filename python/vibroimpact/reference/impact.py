@@ -1,8 +1,9 @@
 """Impact laws in ball arithmetic: the impulse path of docs/theory.md, section 4, and `paper`.
 
-With M1 l^2 = 1 and normal impulse P: dv1 = -k dP, dv2 = mbar dP, k = cos x1 + mu s |sin x1|, s =
-sgn(v1); approach velocity u = v1 cos x1 - v2 > 0, du = -(mbar + k cos x1) dP. Direct contact: cos
--> 1, sin -> 0. The path ends by one of three laws, which differ only if the path bends at v1 = 0:
+With M1 l^2 = 1 and normal impulse P: dv1 = -k dP, dv2 = mbar dP, k = cos x1 + mu s |sin x1|,
+s = sgn(v1); approach velocity u = v1 cos x1 - v2 > 0, du = -(mbar + k cos x1) dP. Direct contact:
+cos -> 1, sin -> 0. The path ends by one of three laws, which differ only if the path bends at
+v1 = 0:
     poisson     P_II = r P_I                              impulses
     newton      u = -r u0                                 velocities
     energetic   -int u dP (u < 0) = r^2 int u dP (u > 0)   work of the normal impulse

@@ -20,7 +20,7 @@ from .hybrid import FINER, Run, approach_in_contact, follow
 #: Size of the perturbation: far above the errors, far below all scales of the motion.
 NUDGE = exact("1e-30")
 #: Differences below this may come from the errors of the runs, 1e-43 at most.
-UNSEEN = 1e-41
+_UNSEEN = 1e-41
 
 
 @dataclass(frozen=True)
@@ -99,4 +99,4 @@ def _values(phase: Phase) -> tuple[arb, ...]:
 def _growth(one: Sequence[arb], two: Sequence[arb]) -> float:
     """Largest difference in units of the perturbation, to three digits; 0 if it is not seen."""
     worst = max(float(abs(p.mid() - q.mid())) for p, q in zip(one, two, strict=True))
-    return float(f"{worst / float(NUDGE):.3g}") if worst > UNSEEN else 0.0
+    return float(f"{worst / float(NUDGE):.3g}") if worst > _UNSEEN else 0.0

@@ -27,11 +27,11 @@ from .flight import State, System
 
 Ending = Literal["end", "release", "stop", "cross", "painleve"]
 #: A step below this means the approach to a pole of p, a Painleve point.
-SHORTEST_STEP = 1e-9
+_SHORTEST_STEP = 1e-9
 #: Place at which an interval is cut in two: not the middle, where a root is likely.
 CUT = fmpq(479, 1024)
 #: Cuts of an interval before a root is called undecided (a double root, or one at an end).
-DEEPEST = 60
+_DEEPEST = 60
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ class Slide:
             left = (end - touch.time).mid()
             last = not step < left
             step = left if last else step
-            if step < SHORTEST_STEP and not last:
+            if step < _SHORTEST_STEP and not last:
                 return Slid("painleve", touch, error)
             ending, at = self._first_event(series, touch, step)
             then = touch.time + (step if at is None else at)
@@ -240,7 +240,7 @@ def first_root(coefficients: Sequence[arb], end: arb) -> arb | None:
             if (left > 0) == (right > 0):
                 continue
             return _polish(poly, slope, span)
-        if depth == DEEPEST:
+        if depth == _DEEPEST:
             raise Undecided("a double root in contact")
         cut = (a + (b - a) * CUT).mid()
         pending += [(cut, b, depth + 1), (a, cut, depth + 1)]

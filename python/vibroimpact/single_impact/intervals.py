@@ -35,9 +35,9 @@ UNREDUCED = 0.75
 FAR = 1e5
 # Bisection halves a box to the spacing of the numbers at most; more levels than floats have bits
 # for cannot be needed.
-MAX_LEVELS = 80
+_MAX_LEVELS = 80
 # Largest number of boxes of one function at a time; with more they are left undecided.
-MAX_BOXES = 20_000
+_MAX_BOXES = 20_000
 
 
 def _down(x: Array) -> Array:
@@ -294,7 +294,7 @@ def isolate(enclose: Enclosure, which: NDArray[np.int64], box: Interval) -> Root
         Every root in the boxes lies in one of those returned.
     """
     alone, edges, undecided = _Kept(), _Kept(), _Kept()
-    for _ in range(MAX_LEVELS):
+    for _ in range(_MAX_LEVELS):
         if not len(which):
             break
         value, slope = enclose(which, box)
@@ -306,7 +306,7 @@ def isolate(enclose: Enclosure, which: NDArray[np.int64], box: Interval) -> Root
         edges.add(which[monotone], box[monotone], product == 0)
         which, box = which[left & ~monotone], box[left & ~monotone]
         stop = _is_noise(enclose, which, box)
-        stop |= np.bincount(which, minlength=1)[which] > MAX_BOXES if len(which) else False
+        stop |= np.bincount(which, minlength=1)[which] > _MAX_BOXES if len(which) else False
         undecided.add(which, box, stop)
         which, box = _halves(which[~stop], box[~stop])
     undecided.add(which, box)
@@ -321,7 +321,7 @@ def contract(enclose: Enclosure, which: NDArray[np.int64], box: Interval) -> Int
     """Shrink boxes that hold one root each to rounding, by Newton's method on intervals."""
     active = np.arange(len(which))
     lo, hi = box.lo.copy(), box.hi.copy()
-    for _ in range(MAX_LEVELS):
+    for _ in range(_MAX_LEVELS):
         if not len(active):
             break
         now = Interval(lo[active], hi[active])

@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 # Grid points whose equations are solved together.
 BATCH = 4000
 # Grid points at most.
-MAX_POINTS = 10_000_000
+_MAX_POINTS = 10_000_000
 
 
 @interruptible
@@ -124,8 +124,8 @@ def _grid(parameters: Mapping[str, Any]) -> dict[str, Array]:
         )
     grid = {name: axis(name, values) for name, values in parameters.items()}
     size = int(np.prod([len(values) for values in grid.values()]))
-    if size > MAX_POINTS:
-        raise ParameterError(f"a grid of {size} points is not allowed; allowed: 1 to {MAX_POINTS}")
+    if size > _MAX_POINTS:
+        raise ParameterError(f"a grid of {size} points is not allowed; allowed: 1 to {_MAX_POINTS}")
     return grid
 
 

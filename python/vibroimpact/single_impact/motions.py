@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 State = tuple[float, float, float, float]
 
 # Newton's method may move x1 beyond its box by so many units of rounding.
-SLACK = 256.0 * float(np.finfo(float).eps)
+_SLACK = 256.0 * float(np.finfo(float).eps)
 
 
 @interruptible
@@ -186,7 +186,7 @@ def _decided(equations: Conditions, box: Interval) -> tuple[list[State], str]:
 
 
 def _in(box: Interval, x1: float) -> bool:
-    slack = SLACK * max(1.0, abs(x1))
+    slack = _SLACK * max(1.0, abs(x1))
     return bool(box.lo[0] - slack <= x1 <= box.hi[0] + slack)
 
 

@@ -12,11 +12,11 @@ from .intervals import Interval, isolate
 Array = NDArray[np.float64]
 
 # Boxes of x1 with which a search begins are this wide.
-FIRST_BOX = math.pi / 16
+_FIRST_BOX = math.pi / 16
 # A bound of |x1| above this counts as no bound.
 LARGEST_ANGLE = 1e3
 # An approach velocity below this part of the other velocities is lost in rounding.
-LOST = 1e-12
+_LOST = 1e-12
 UNBOUNDED = "x1 has no bound, or one beyond 1,000: |x1| <= pi is searched"
 
 
@@ -57,7 +57,7 @@ def lost(
 ) -> NDArray[np.bool_]:
     """Whether the approach velocity is lost in the rounding of the others."""
     size = np.abs(v1) + np.abs(v2) + np.asarray(omega) * np.abs(x1)
-    return np.asarray(np.abs(approach_velocity) <= LOST * size)
+    return np.asarray(np.abs(approach_velocity) <= _LOST * size)
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class Reach:
 @np.errstate(over="ignore", invalid="ignore")
 def solve_many(equations: Conditions, lo: Array, hi: Array) -> Solutions:
     """Isolate all solutions of many systems with x1 in [lo, hi], one interval per system."""
-    boxes = np.maximum(np.ceil((hi - lo) / FIRST_BOX).astype(np.int64), 1)
+    boxes = np.maximum(np.ceil((hi - lo) / _FIRST_BOX).astype(np.int64), 1)
     which = np.repeat(np.arange(len(lo)), boxes)
     place = np.arange(len(which)) - np.repeat(np.cumsum(boxes) - boxes, boxes)
     width = ((hi - lo) / boxes)[which]

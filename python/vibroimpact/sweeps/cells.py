@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._core import PARAMETERS
+from .._core import CHATTER_TOLERANCE, PARAMETERS
 from ..arguments import (
     axis,
     count,
@@ -78,7 +78,7 @@ class RunSettings:
     periods: int
     keep: int
     max_events: int | None = None
-    chatter_tolerance: float = 1e-12
+    chatter_tolerance: float = CHATTER_TOLERANCE
     section_phase: float = 0.0
 
     @classmethod

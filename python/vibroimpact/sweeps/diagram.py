@@ -12,7 +12,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._core import PARAMETERS
+from .._core import CHATTER_TOLERANCE, PARAMETERS
 from ..arguments import count, flag, optional_count, reject, state, states, threads
 from ..errors import ClusterError, Interrupted
 from ..interruption import interruptible
@@ -166,7 +166,7 @@ def bifurcation_diagram(
     exponents: bool = False,
     refine: int = 0,
     max_events: int | None = None,
-    chatter_tolerance: float = 1e-12,
+    chatter_tolerance: float = CHATTER_TOLERANCE,
     section_phase: float = 0.0,
     progress: bool = False,
     workers: int | None = None,

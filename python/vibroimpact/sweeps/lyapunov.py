@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
+from .._core import CHATTER_TOLERANCE
 from ..arguments import count, flag, kept_periods, positive, reject, state, threads
 from ..errors import Interrupted, SimulationError
 from ..interruption import interruptible
@@ -41,7 +42,7 @@ def lyapunov_spectrum(
     keep: int | None = None,
     time: float | None = None,
     max_events: int | None = None,
-    chatter_tolerance: float = 1e-12,
+    chatter_tolerance: float = CHATTER_TOLERANCE,
     progress: bool = False,
     workers: int | None = None,
     chunk: int | None = None,

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 #: Digits that may be asked for: a double has hardly more.
 MOST_ASKED = 14
 #: How far the reference goes beyond the end of a run, relative to its length or in drive periods.
-BEYOND = 2**-10
+_BEYOND = 2**-10
 
 
 def need_flint() -> None:
@@ -168,12 +168,12 @@ class _Span:
         """Times of the sections within reach, and one past the end, as balls."""
         from flint import arb
 
-        end = arb(self.end) * (1 + BEYOND) + BEYOND
+        end = arb(self.end) * (1 + _BEYOND) + _BEYOND
         if not self.driven:
             return [end]
         turn = 2 * arb.pi() / arb(self.run.system.drive_frequency)
         shift = arb(self.parts.section_phase) / arb(self.run.system.drive_frequency)
-        end = turn * self.max_events if self.capped() else arb(self.end) + turn * BEYOND
+        end = turn * self.max_events if self.capped() else arb(self.end) + turn * _BEYOND
         within = self._turns()[: self.max_events + 1]
         times = (turn * k + shift for k in within)
         return [*(time for time in times if time < end), end]

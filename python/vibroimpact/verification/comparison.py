@@ -42,15 +42,15 @@ from .stretches import Rows, Stretches
 #: An impact that changes v1 and v2 by no more than this may be a graze of the run.
 GRAZING = 1e-6
 #: A run that ends in a chatter does not list the last of its impacts, which are weaker than this.
-WEAK = 1e-3
+_WEAK = 1e-3
 #: For the pairing of events, times are equal if they agree to this part of their size.
-CLOSE = 1e-6
+_CLOSE = 1e-6
 #: Places of the values of an Entry that make up CONTACT_NUMBERS, and the state of a section.
-CONTACT_PLACES = (0, 1, 3, 4, 6)
+_CONTACT_PLACES = (0, 1, 3, 4, 6)
 #: The numbers of a state.
 STATE = ("x1", "v1", "x2", "v2")
 #: Floats are rounded to nearest; a bound is rounded up.
-UP = 1.0 + 2.0**-50
+_UP = 1.0 + 2.0**-50
 
 
 def compare(
@@ -188,12 +188,12 @@ class _Comparison:
         """
         if not entries or entries[0].kind != "chatter" or any(k != "impact" for k, _ in told):
             return False
-        limit = float(entries[0].values[0]) + CLOSE * self.sizes.time
+        limit = float(entries[0].values[0]) + _CLOSE * self.sizes.time
         return bool((self.rows.impacts["time"][[index for _, index in told]] <= limit).all())
 
     def _ends(self) -> bool:
         """Whether only one of them ends where the model has no motion, or more than one."""
-        run, ends, close = self.run, self.exact.ends, CLOSE * self.sizes.time
+        run, ends, close = self.run, self.exact.ends, _CLOSE * self.sizes.time
         time = run.final_state.time
         if ends is not None and ends < time - close:
             what = "has no one continuation"
@@ -222,12 +222,12 @@ class _Comparison:
         Weak impacts may be the end of a chatter, of which the run lists no more; the final state
         decides.
         """
-        end = self.run.final_state.time - CLOSE * self.sizes.time
+        end = self.run.final_state.time - _CLOSE * self.sizes.time
         for entry in entries:
             time = float(entry.values[0])
             if not time < end:
                 return
-            if not (entry.kind == "impact" and _change(entry) < WEAK):
+            if not (entry.kind == "impact" and _change(entry) < _WEAK):
                 rows = self.impacts if entry.kind == "impact" else self.contacts
                 self._apart(entry.kind, len(rows), time)
                 return
@@ -237,7 +237,7 @@ class _Comparison:
     def _miss(self, entry: Entry, graze: int, digits: float) -> None:
         """An impact of the exact motion that the run does not have."""
         time = float(entry.values[0])
-        own = entry.error() * UP
+        own = entry.error() * _UP
         self.missed.append((time, _change(entry), graze, digits, own, entry.certified))
 
     def _without_grazes(self) -> None:
@@ -310,7 +310,7 @@ class _Comparison:
 
     def _contact(self, index: int, row: np.void, entry: Entry) -> bool:
         """One event of sustained contact; False as for an impact."""
-        values = tuple(entry.values[place] for place in CONTACT_PLACES)
+        values = tuple(entry.values[place] for place in _CONTACT_PLACES)
         time_error, counted = self._time_errors(row, values[0])
         errors = [
             _off(float(row[name]), ball) for name, ball in zip(STATE, values[1:], strict=True)
@@ -349,7 +349,7 @@ class _Comparison:
 
     def _final(self) -> None:
         """The final state; after the impact, if one falls on that instant."""
-        run, exact, near = self.run.final_state, self.exact, CLOSE * self.sizes.time
+        run, exact, near = self.run.final_state, self.exact, _CLOSE * self.sizes.time
         known: list[tuple[State, bool]] = []
         if exact.final is not None:
             known.append((exact.final, exact.proved_final))
@@ -394,7 +394,7 @@ class _Comparison:
         for size, error, value in zip(sizes, errors, values, strict=True):
             if value is None:
                 continue
-            blur = float(value.rad()) * UP
+            blur = float(value.rad()) * _UP
             own = max(own, blur)
             if blur > size * 10.0 ** -(self.digits + 1):
                 if self.stopped == "completed":
@@ -454,7 +454,7 @@ def _off(value: float, ball: arb) -> float:
     """Upper bound of the distance of a number from an enclosure."""
     if not math.isfinite(value):
         return math.inf
-    return float(abs(ball - arb(value)).abs_upper()) * UP
+    return float(abs(ball - arb(value)).abs_upper()) * _UP
 
 
 def _digits(error: float, size: float) -> float:

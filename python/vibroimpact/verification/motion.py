@@ -31,10 +31,10 @@ from .watch import Watch
 #: The reference is precise enough if its error is below this: four digits more than a double.
 GOOD = 1e-20
 #: Bits of the first pass, and those that enclosures lose from impact to impact, as a first guess.
-FIRST, LOST = 256, 6
+FIRST, _LOST = 256, 6
 #: Shifts of v1(0) that show how perturbations grow, in flights and, less exact, through contact;
-#: differences are told from errors and non-linear growth from so much of them on to LINEAR.
-NUDGES, UNSEEN, LINEAR = ("1e-30", "1e-18"), 1e-6, 1e-4
+#: differences are told from errors and non-linear growth from so much of them on to _LINEAR.
+_NUDGES, _UNSEEN, _LINEAR = ("1e-30", "1e-18"), 1e-6, 1e-4
 #: Endings beyond which the model has no motion, or more than one.
 DEAD_ENDS = ("jammed", "painleve", "law_failed")
 #: Phases that only repeat an impact, or the start.
@@ -223,7 +223,7 @@ def _impulses(told: Event, problem: Problem) -> tuple[arb | None, ...]:
 
 def exact_motion(problem: Problem, impacts: int, max_precision: int) -> Pass:
     """The exact motion, for a run of about so many impacts; with `interrupted` what there is."""
-    bits = min(max_precision, _rounded(FIRST + LOST * min(impacts, 100)))
+    bits = min(max_precision, _rounded(FIRST + _LOST * min(impacts, 100)))
     before = 0
     while True:
         proof = follow(problem, bits, enclose=True)
@@ -411,15 +411,15 @@ def _with_growth(problem: Problem, done: Pass) -> Pass:
     if done.stopped in ("interrupted", "start") or not done.entries:
         return done
     held = any(entry.kind != "impact" for entry in done.entries)
-    nudge = NUDGES[held]
+    nudge = _NUDGES[held]
     moved = follow(problem, FIRST, enclose=False, nudge=nudge)
     *matched, _ = pairs([e.kind for e in done.entries], [e.kind for e in moved.entries])
     entries = list(done.entries)
     for i, j in matched:
         here, there = entries[i].values, moved.entries[j].values
         far = max(float(abs(p.mid() - q.mid())) for p, q in zip(here, there, strict=True))
-        if far > LINEAR or entries[i].regime != moved.entries[j].regime:
+        if far > _LINEAR or entries[i].regime != moved.entries[j].regime:
             break
         growth = far / float(nudge)
-        entries[i] = replace(entries[i], growth=growth if growth > UNSEEN else 0.0)
+        entries[i] = replace(entries[i], growth=growth if growth > _UNSEEN else 0.0)
     return replace(done, entries=entries)

@@ -20,7 +20,7 @@ from ..reference.hybrid import Samples
 from .watch import OWN_PERIOD, Watch
 
 #: Times at which the motion is looked at in a window, and the bits for that.
-LOOKS, ROUGH = 32, 64
+_LOOKS, _ROUGH = 32, 64
 #: A window is no longer than so many periods of body 2 alone, however slow drive or pendulum are.
 LONGEST_WINDOW = 10
 
@@ -78,13 +78,13 @@ class Path(Samples):
 
     def _look(self, until: arb, state: Callable[[arb], State]) -> None:
         """Rough values in the windows before the sections of a stretch, and before its end."""
-        stop, step = float(until), self.window / LOOKS
+        stop, step = float(until), self.window / _LOOKS
         anchors = []
         for place in range(len(self.states), len(self.times)):
             if not self.times[place] < until:
                 break
             anchors.append(float(self.times[place]))
-        with ctx.workprec(ROUGH):
+        with ctx.workprec(_ROUGH):
             for anchor in (*anchors, stop):
                 time = max(self._next, anchor - self.window, self._reached)
                 while time < anchor:

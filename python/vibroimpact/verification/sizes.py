@@ -7,7 +7,7 @@ impact or with a slow drive, the size is limited to what the present state can l
 times the slowest of the three periods over 2 pi; a position, over the fastest; or the amplitude of
 the drive. A position at which a motion begins or turns counts as the velocity there over the
 fastest. A velocity next to 0 at a position that hardly changes, as at rest under a constant load,
-counts as STEADY of the position, anything next to 0 as STILL of the largest of the four. Times
+counts as _STEADY of the position, anything next to 0 as _STILL of the largest of the four. Times
 count in drive periods, or in 2 pi if that is less.
 """
 
@@ -26,9 +26,9 @@ from .path import LONGEST_WINDOW, window
 from .watch import OWN_PERIOD
 
 #: The size of a velocity that stays next to 0, in units of what its position would swing with.
-STEADY = 1e-4
+_STEADY = 1e-4
 #: The size of a number that stays 0 or next to it, in units of the largest of the four.
-STILL = 1e-8
+_STILL = 1e-8
 
 
 class Sizes:
@@ -67,8 +67,8 @@ class Sizes:
             reach_x, reach_v = max(x, v / slow, drive), max(v, x * fast, drive)
             sizes.append(max(x, min(float(lately[2 * body]), reach_x), v / fast))
             swing = min(float(lately[2 * body + 1]), reach_v)
-            sizes.append(max(v, swing, STEADY * own * x))
-        floor = STILL * max(sizes)
+            sizes.append(max(v, swing, _STEADY * own * x))
+        floor = _STILL * max(sizes)
         x1, v1, x2, v2 = (max(size, floor) for size in sizes)
         return x1, v1, x2, v2
 

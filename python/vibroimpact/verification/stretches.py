@@ -19,7 +19,7 @@ from ..simulation import simulate
 
 #: Events simulated again for each one that the reference may follow; more than one, because the
 #: reference lists fewer impacts of a chatter, and no grazes.
-MORE, SOME = 4, 1000
+MORE, _SOME = 4, 1000
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def _made_again(run: Run, options: dict[str, Any], most: int) -> Run:
 
 
 def _most_events(most: int) -> int:
-    return MORE * most + SOME
+    return MORE * most + _SOME
 
 
 def _is_the_same(run: Run, again: Run, dropped: int, sections: int, most: int) -> bool:

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 #: After so many impacts or sections in a row that are this far off, in drive periods or in the size
 #: of the motion, the run has left the exact motion.
-PARTED, FAR = 40, 0.01
+_PARTED, _FAR = 40, 0.01
 #: The size of the motion is the largest value at so many sections in a row.
-AROUND = 5
+_AROUND = 5
 #: The unit of times where the drive is slower or constant: a period of body 2 alone.
 OWN_PERIOD = 2.0 * math.pi
 
@@ -71,9 +71,9 @@ class Watch:
     def _far(self) -> NDArray[np.float64]:
         """The distance from which a section is far off, by the size of the motion near it."""
         sizes = np.abs(self.sections)
-        for shift in range(1, AROUND):
+        for shift in range(1, _AROUND):
             np.maximum(sizes[shift:], np.abs(self.sections[:-shift]), out=sizes[shift:])
-        far: NDArray[np.float64] = FAR * np.maximum(sizes, FAR * sizes.max(axis=1, keepdims=True))
+        far: NDArray[np.float64] = _FAR * np.maximum(sizes, _FAR * sizes.max(axis=1, keepdims=True))
         return far
 
     def begin(self, bits: int) -> None:
@@ -91,9 +91,9 @@ class Watch:
         if not 0 <= row < len(self.times):
             return False
         unit = min(self.period, OWN_PERIOD)
-        near = abs(float(event.time) - float(self.times[row])) < FAR * unit
+        near = abs(float(event.time) - float(self.times[row])) < _FAR * unit
         self.far_impacts = 0 if near else self.far_impacts + 1
-        return self.far_impacts >= PARTED and not self.settles
+        return self.far_impacts >= _PARTED and not self.settles
 
     def section(self, number: int, time: arb, state: State) -> bool:
         """Compare the state at a section; return the same."""
@@ -104,7 +104,7 @@ class Watch:
         off = [abs(float(q) - p) for q, p in zip(state, self.sections[row], strict=True)]
         near = bool((np.array(off) < self._far[row]).all())
         self.far_sections = 0 if near else self.far_sections + 1
-        return self.far_sections >= PARTED and not self.settles
+        return self.far_sections >= _PARTED and not self.settles
 
     def _show(self, time: arb, impacts: int) -> None:
         if self.bar is None:

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..._core import CHATTER_TOLERANCE
 from ...arguments import (
     axis,
     count,
@@ -167,7 +168,7 @@ def basins(
     scouts: int = 1000,
     rounds: int = 2,
     max_events: int | None = None,
-    chatter_tolerance: float = 1e-12,
+    chatter_tolerance: float = CHATTER_TOLERANCE,
     progress: bool = False,
     workers: int | None = None,
     chunk: int | None = None,

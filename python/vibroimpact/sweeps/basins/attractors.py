@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...interruption import interruptible
-from ...orbits.motion import PeriodicMotion
+from ...orbits.motion import PeriodicMotion, size_of
 from ...system import System
 from .clouds import INSIDE, Cloud
 from .free_motion import never_strike
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 Kind = Literal["periodic", "quasi-periodic", "chaotic", "family"]
 
 # Sections that agree to this part of their size belong to the same periodic orbit.
-SAME = 1e-6
+_SAME = 1e-6
 
 
 class Family(StrEnum):
@@ -130,7 +130,6 @@ class Attractor:
         if self.kind == "family":
             return _both(alike, tails.rested == (self.family is Family.AT_REST))
         m = len(self.sections)
-        size = max(1e-3, float(np.abs(self.sections).max()))
         last = tails.sections[:, -m:]
         if last.shape[1] < m:
             return np.zeros(len(last), dtype=bool)
@@ -140,7 +139,7 @@ class Attractor:
             )
             for k in range(m)
         ]
-        return _both(alike, np.min(off, axis=0) < SAME * size)
+        return _both(alike, np.min(off, axis=0) < _SAME * size_of(self.sections))
 
 
 @dataclass(frozen=True, eq=False)

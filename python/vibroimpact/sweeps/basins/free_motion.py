@@ -2,9 +2,9 @@
 
 Without contact each body is a sum of its steady response, of amplitude
 |f|/|w^2 - omega^2 + 2 i zeta w omega|, and of its free oscillation, whose energy does not grow. So
-|x1| <= X1 and |x2| <= X2 for ever, and where sin X1 + X2 stays below the gap (X1 + X2 in direct contact) the bodies never
-meet. If the bound is not below the gap, contact may occur after any time: with frequencies without
-a common period every combination of phases comes up.
+|x1| <= X1 and |x2| <= X2 for ever, and where sin X1 + X2 stays below the gap (X1 + X2 in direct
+contact) the bodies never meet. If the bound is not below the gap, contact may occur after any time:
+with frequencies without a common period every combination of phases comes up.
 """
 
 import numpy as np

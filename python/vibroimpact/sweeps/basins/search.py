@@ -29,15 +29,15 @@ Array = NDArray[np.float64]
 
 # A multiplier this close to the unit circle counts as on it: central differences are not more
 # accurate.
-NEUTRAL = 1e-7
+_ON_UNIT_CIRCLE = 1e-7
 # Drive periods by which a motion that does not repeat is continued, and how many are used.
-LASTING, LOOKED_AT = 20_000, 8_000
+_CONTINUED, _LOOKED_AT = 20_000, 8_000
 # With more attractors than this there is a continuum of them, and they are not distinguished.
-MOST = 64
+_MOST = 64
 # Starts that are followed at a time.
 BATCH = 64
 # After so many starts in a row without a known motion the search ends.
-MOST_HOPELESS = 8
+_MOST_HOPELESS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +136,7 @@ def find_attractors(
             raise KeyboardInterrupt
         left, tails = ends.left, ends.tails
         while len(left):
-            if hopeless == MOST_HOPELESS or len(found) == MOST:
+            if hopeless == _MOST_HOPELESS or len(found) == _MOST:
                 return tuple(found)
             new = explore(system, batch[left[0]], follow, known=found, workers=workers)
             kept = np.arange(len(left)) > 0
@@ -173,7 +173,7 @@ def explore(
                 return None
             free = _attractor(run, **_family(Family.FREE), system=system)
             return _known_or(free, known)
-        run = run.resume(periods=LASTING, keep=LOOKED_AT)
+        run = run.resume(periods=_CONTINUED, keep=_LOOKED_AT)
     if run.stop_reason not in ("completed", "rest"):
         return None
     if run.period.m is not None:
@@ -235,7 +235,7 @@ def _periodic(
         region = trapping_region(run.system, motion.sections, follow, workers=workers)
         why_not = "" if region is not None else "no trapping region was confirmed"
         return replace(new, region=region, confirmed=region is not None, why_not=why_not)
-    if abs(largest_multiplier(run.system, sections, follow) - 1.0) <= NEUTRAL:
+    if abs(largest_multiplier(run.system, sections, follow) - 1.0) <= _ON_UNIT_CIRCLE:
         return _known_or(replace(new, **_family(Family.NOT_ISOLATED)), known)
     if isinstance(motion, PeriodicMotion):
         why = motion.why_not or f"unstable, |lambda| = {abs(motion.multipliers[0]):.6g}"

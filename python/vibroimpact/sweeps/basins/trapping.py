@@ -22,17 +22,17 @@ from .region import Follow, Region, wrapped
 Array = NDArray[np.float64]
 
 # Random states that confirm a radius, and those that are tried first.
-SAMPLES, SCREENED = 1024, 64
+_SAMPLES, _SCREENED = 1024, 64
 # Drive periods per sample over all section points of one motion that are tried.
-MOST_PERIODS = 64
+_MOST_PERIODS = 64
 # Largest half extent of a region that is tried, as part of the motion's size, and the smallest.
-WIDEST, NARROWEST = 0.25, 1e-9
+_WIDEST, _NARROWEST = 0.25, 1e-9
 # Samples lie between this part of the radius and all of it.
-INNERMOST = 1e-3
+_INNERMOST = 1e-3
 # Step of the central differences, as part of the motion's size.
-STEP = 1e-6
+_STEP = 1e-6
 # Part of the confirmed radius that is used.
-USED = 0.5
+_USED = 0.5
 
 
 def arrive(
@@ -77,7 +77,7 @@ def trapping_region(
     size = _size(sections)
     m = len(sections)
     cycle = _Cycle(system, Follow(m, m, follow.max_events, follow.chatter_tolerance), workers)
-    tried = np.unique(np.linspace(0, m - 1, min(m, max(1, MOST_PERIODS // m))).round().astype(int))
+    tried = np.unique(np.linspace(0, m - 1, min(m, max(1, _MOST_PERIODS // m))).round().astype(int))
     found = [cycle.region(sections[place], size) for place in tried]
     regions = [region for region in found if region is not None]
     # The widest region has the smallest determinant. Motions with m = 1 have only one.
@@ -132,27 +132,27 @@ class _Cycle:
         factor: Array = np.asarray(np.linalg.cholesky(metric).T, dtype=np.float64)
         inverse: Array = np.asarray(np.linalg.inv(factor), dtype=np.float64)
         widest = float((np.sqrt((inverse @ inverse.T).diagonal()) / size).max())
-        radius = WIDEST / widest
+        radius = _WIDEST / widest
         slowest = 0.5 * (1.0 + rho)
         draw = np.random.default_rng(0)
-        while radius * widest > NARROWEST:
+        while radius * widest > _NARROWEST:
             if all(
                 self._contracts(center, inverse * radius, own[0], slowest, draw, count)
-                for count in (SCREENED, SAMPLES)
+                for count in (_SCREENED, _SAMPLES)
             ):
                 return Region(
                     center=center,
-                    factor=factor / (USED * radius),
+                    factor=factor / (_USED * radius),
                     counts=tuple(own[0].tolist()),
                     contraction=slowest,
-                    samples=SAMPLES,
+                    samples=_SAMPLES,
                 )
             radius *= 0.5
         return None
 
     def derivative(self, center: Array, size: Array) -> Array | None:
         """Derivative of the map by central differences, one-sided where the bodies overlap."""
-        steps = STEP * np.diag(size)
+        steps = _STEP * np.diag(size)
         starts = np.concatenate([center + steps, center - steps, center[None]])
         ends, _, possible = self(starts)
         starts[:8][~possible[:8]] = center
@@ -174,7 +174,7 @@ class _Cycle:
         direction = draw.standard_normal((number, 4))
         direction /= np.linalg.norm(direction, axis=1)[:, None]
         # Half of them are on the surface, which decides; the others have all scales.
-        scale = INNERMOST ** draw.random(number)
+        scale = _INNERMOST ** draw.random(number)
         scale[::2] = 1.0
         offsets = scale[:, None] * direction
         ends, passed, possible = self(center + offsets @ ball.T)
