@@ -53,6 +53,7 @@ mod _core {
     use crate::analysis::{EvidenceKind, WhyUndecided};
     use crate::impact::{ImpactOutcome, RegimeKind};
     use crate::model::parameters::{Contact, ImpactLaw};
+    use crate::numerics::tolerance::DEFAULT_TOLERANCE;
     use crate::simulate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
     use crate::tangent::border::{Border, BorderKind};
     use pyo3::prelude::*;
@@ -65,6 +66,7 @@ mod _core {
         module.add("STATUS_NAMES", PyTuple::new(py, PointStatus::NAMES)?)?;
         module.add("MOTION_NAMES", PyTuple::new(py, Kind::NAMES)?)?;
         module.add("PARAMETERS", parameters(py)?)?;
+        module.add("CHATTER_TOLERANCE", DEFAULT_TOLERANCE)?;
         module.add("CONTACTS", PyTuple::new(py, Contact::ALL.iter().map(|one| one.name()))?)?;
         module.add("LAWS", PyTuple::new(py, ImpactLaw::ALL.iter().map(|one| one.name()))?)?;
         let coulomb = ImpactLaw::ALL.iter().filter(|law| law.is_coulomb()).map(|law| law.name());

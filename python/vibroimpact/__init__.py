@@ -66,7 +66,7 @@ if TYPE_CHECKING:
     from .sweeps.sweep import sweep
     from .verification import Disagreement, Verification, verify
 else:
-    # What a simulation does not need is imported on first use, and matplotlib with `plot`.
+    # Parts that a simulation does not need are imported on first use; `plot` imports matplotlib.
     _ON_FIRST_USE = {
         "files": "load",
         "impact_maps": "ImpactAgreement ImpactRegimes impact_agreement impact_regimes",
@@ -88,7 +88,7 @@ else:
     _HOMES = {name: home for home, names in _ON_FIRST_USE.items() for name in names.split()}
 
     def __getattr__(name):
-        """Import what is used for the first time."""
+        """Import a public name when it is used for the first time."""
         import importlib
 
         if name in _ON_FIRST_USE:
@@ -100,7 +100,7 @@ else:
         return found
 
     def __dir__():
-        """Name what is there, and what comes on first use."""
+        """Return all names, also those that are imported on first use."""
         return sorted({*globals(), *_HOMES, *_ON_FIRST_USE})
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "CHATTER_TOLERANCE",
     "CONTACTS",
     "CONTACT_DTYPE",
     "COULOMB_LAWS",
@@ -55,6 +56,7 @@ __version__: str
 STATUS_NAMES: tuple[str, ...]
 MOTION_NAMES: tuple[str, ...]
 PARAMETERS: MappingProxyType[str, Parameter]
+CHATTER_TOLERANCE: float
 CONTACTS: tuple[str, ...]
 LAWS: tuple[str, ...]
 COULOMB_LAWS: tuple[str, ...]
@@ -110,6 +112,9 @@ class System:
 
     def slope(self, x1: NDArray[np.float64]) -> NDArray[np.float64]:
         """Their derivatives by x1."""
+
+    def is_in_friction_cone(self, x1: float) -> bool:
+        """Whether friction can hold the tip at this angle."""
 
     def gap_function(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Gap function of states (n, 4)."""
@@ -502,7 +507,7 @@ class Sweep:
         """(n, 4) their standard errors."""
     @property
     def contact_fraction(self) -> NDArray[np.float64]:
-        """(n,) part of the kept window in lasting contact; NaN where nothing is kept."""
+        """(n,) part of the kept window in sustained contact; NaN where nothing is kept."""
     @property
     def final_states(self) -> NDArray[np.float64]:
         """(n, 4) state at the end."""

@@ -24,9 +24,9 @@ _Result = TypeVar("_Result")
 Builder = Callable[[dict[str, Any], dict[str, NDArray[Any]]], _Result]
 
 FORMAT = "vibroimpact"
-# 2: events of lasting contact in a run. 3: diagrams are columns over a grid. Older ones are
+# 2: events of sustained contact in a run. 3: diagrams are columns over a grid. Older ones are
 # refused.
-FORMAT_VERSION = 3
+_FORMAT_VERSION = 3
 
 # What the readers of zip, deflate, npy and JSON raise on bytes that are not what they claim to be.
 _DAMAGE = (
@@ -34,7 +34,7 @@ _DAMAGE = (
     KeyError,
     TypeError,
     EOFError,
-    RuntimeError,  # nested too deep, encrypted, or compressed in another way
+    RuntimeError,  # JSON nested too deep; a member that is encrypted or compressed in another way
     zipfile.BadZipFile,
     zlib.error,
 )
@@ -51,13 +51,13 @@ def write(
     Raises
     ------
     OSError
-        If it cannot be written; what stood there before is as it was.
+        If it cannot be written; a file that was there before is unchanged.
     """
     path = checked_path("path", path)
     text = json.dumps(
         {
             "format": FORMAT,
-            "format_version": FORMAT_VERSION,
+            "format_version": _FORMAT_VERSION,
             "kind": kind,
             "version": _core.__version__,
             **metadata,
@@ -80,7 +80,7 @@ def read(path: str | os.PathLike[str], builders: Mapping[str, Builder[_Result]])
     path = checked_path("path", path)
     with open(path, "rb") as file:
         try:
-            # Before anything is made of its bytes: NumPy parses headers while it reads them.
+            # Checked before any byte is used: NumPy parses headers while it reads them.
             with zipfile.ZipFile(file) as whole:
                 if (name := whole.testzip()) is not None:
                     raise ValueError(f"a wrong checksum of {name}")
@@ -90,7 +90,7 @@ def read(path: str | os.PathLike[str], builders: Mapping[str, Builder[_Result]])
                 raise ValueError("a single array")
             with content:
                 arrays: dict[str, NDArray[Any]] = {name: content[name] for name in content.files}
-            # NumPy gives what does not begin like an array as it is.
+            # Where bytes do not begin like an array NumPy returns them unchanged.
             if not all(isinstance(array, np.ndarray) for array in arrays.values()):
                 raise ValueError("not all of it are arrays")
             metadata: dict[str, Any] = json.loads(arrays.pop("metadata").item())
@@ -98,16 +98,16 @@ def read(path: str | os.PathLike[str], builders: Mapping[str, Builder[_Result]])
         except _DAMAGE as error:
             raise _damaged(path, error) from error
         except OSError as error:
-            if error.errno != errno.EINVAL:  # a place before the file's beginning
+            if error.errno != errno.EINVAL:  # an offset before the beginning of the file
                 raise
             raise _damaged(path, error) from error
     name, format_version, kind, version = header
     if name != FORMAT:
         raise ValueError(f"{path}: not a vibroimpact file, its format is {name!r}")
-    if format_version != FORMAT_VERSION:
+    if format_version != _FORMAT_VERSION:
         raise ValueError(
             f"{path}: written in format {format_version} by vibroimpact {version}; "
-            f"vibroimpact {_core.__version__} reads format {FORMAT_VERSION}"
+            f"vibroimpact {_core.__version__} reads format {_FORMAT_VERSION}"
         )
     if kind not in builders:
         raise ValueError(f"{path}: holds a {kind}, not a {' or '.join(builders)}")

@@ -1,7 +1,7 @@
-"""Checks of what a caller passes in, each ending in an error that names argument, value and range.
+"""Checks of arguments; each error names the argument, its value and the allowed range.
 
-Physical ranges are the business of the compiled core; these functions settle type, shape and
-finiteness, so that nothing starts before every argument is known to be usable.
+The compiled core checks physical ranges. These functions check type, shape and finiteness, so that
+no work starts before every argument is known to be usable.
 """
 
 import functools
@@ -21,7 +21,7 @@ Item = TypeVar("Item")
 Arguments = ParamSpec("Arguments")
 
 # Every whole number up to here is a float64, so that times of that many periods can be told apart.
-MOST = 2**53
+_MOST = 2**53
 
 
 class Horizon(NamedTuple):
@@ -40,7 +40,7 @@ def reject(name: str, value: object, allowed: str) -> NoReturn:
 def number(name: str, value: Any, allowed: str = "a finite number") -> float:
     """Return ``value`` as a float, with -0.0 made 0.0 so that equal inputs have equal bits."""
     scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
-    # A bool is an Integral to Python, but as a parameter it is a slip of the pen.
+    # Python counts a bool as an Integral, but as a parameter it is a mistake.
     if not isinstance(scalar, Real) or isinstance(scalar, bool):
         reject(name, value, allowed)
     try:
@@ -61,9 +61,9 @@ def positive(name: str, value: Any) -> float:
     return result
 
 
-def count(name: str, value: Any, *, least: int, most: int = MOST) -> int:
+def count(name: str, value: Any, *, least: int, most: int = _MOST) -> int:
     """Return ``value`` as an int in least ... most; no float is taken, whole or not."""
-    allowed = f"an integer >= {least}" if most == MOST else f"an integer from {least} to {most}"
+    allowed = f"an integer >= {least}" if most == _MOST else f"an integer from {least} to {most}"
     if not isinstance(value, Integral) or isinstance(value, bool):
         reject(name, value, allowed)
     result = int(value)
@@ -86,7 +86,7 @@ def pair(name: str, value: Any, allowed: str) -> tuple[Any, Any]:
 def path(name: str, value: Any, what: str = "the path of a file") -> str:
     """Return a path as text.
 
-    A number is none, though ``open`` takes it for a file that is open already, and closes it.
+    A number is refused: ``open`` would take it for a file descriptor, and close that file.
     """
     allowed = f"{what}, as str or os.PathLike"
     text = os.fspath(value) if isinstance(value, str | os.PathLike) else None
@@ -95,7 +95,7 @@ def path(name: str, value: Any, what: str = "the path of a file") -> str:
     return text
 
 
-def optional_count(name: str, value: Any, *, least: int, most: int = MOST) -> int | None:
+def optional_count(name: str, value: Any, *, least: int, most: int = _MOST) -> int | None:
     """Return None for None, else a checked count."""
     return None if value is None else count(name, value, least=least, most=most)
 
@@ -108,7 +108,7 @@ def kept_periods(keep: Any, periods: int, *, usual: int, least: int = 0) -> int:
 
 
 def close_to(name: str, known: Iterable[str]) -> str:
-    """Return what to add to the refusal of an unknown name: the known one that it is close to."""
+    """Return a hint for the error about an unknown name: the known name that is close to it."""
     import difflib  # here, to keep the import of the package light
 
     close = difflib.get_close_matches(name, [*known], n=1)
@@ -116,7 +116,7 @@ def close_to(name: str, known: Iterable[str]) -> str:
 
 
 def naming(function: Callable[Arguments, Item]) -> Callable[Arguments, Item]:
-    """Have a function refuse keywords that it does not know with the name that was meant."""
+    """Let the error about an unknown keyword of a function suggest the name that was meant."""
     known = [name for name in inspect.signature(function).parameters if name not in ("self", "cls")]
     called = function.__qualname__.removesuffix(".__init__")
 
@@ -214,7 +214,8 @@ def array_of(
 ) -> NDArray[Any]:
     """Return what is given as an array, of any type and shape, but neither ragged nor masked."""
 
-    # Not written out unless it is refused: to print an array takes longer than to use it.
+    # The text of the value is made for an error only: to print an array takes longer than to use
+    # it.
     def refusal() -> str:
         return f"{name} = {given!r} is not allowed; allowed: {allowed}"
 

@@ -11,28 +11,34 @@ class StateError(ValueError):
     """An initial state is not finite, or starts inside the other body."""
 
 
-class SimulationError(RuntimeError):
+class _Unfinished(BaseException):
+    """A call that ended early.
+
+    Parameters
+    ----------
+    reason
+        Why it ended.
+    result
+        What was done by then, None if nothing was.
+    holds
+        What ``result`` holds, in words that the message adds to the reason.
+    """
+
+    def __init__(self, reason: str, result: Any = None, *, holds: str = "") -> None:
+        super().__init__(f"{reason}; .result holds {holds}" if holds else reason)
+        self.reason, self.result = reason, result
+
+
+class SimulationError(_Unfinished, RuntimeError):
     """A computation failed; the message gives time, number of impacts and state.
 
     ``result`` holds what was done by then: the run, or the list of runs; None where nothing was.
     """
 
-    def __init__(self, message: str, result: Any = None) -> None:
-        super().__init__(message)
-        self.result = result
-
 
 class ClusterError(SimulationError):
     """A cluster was lost in the middle of a computation; ``result`` holds what was done by then."""
 
-    def __init__(self, message: str, result: Any = None) -> None:
-        super().__init__(message)
-        self.result = result
 
-
-class Interrupted(KeyboardInterrupt):
+class Interrupted(_Unfinished, KeyboardInterrupt):
     """A long call was interrupted with Ctrl-C; ``result`` holds what was done by then."""
-
-    def __init__(self, message: str, result: Any = None) -> None:
-        super().__init__(message)
-        self.result = result

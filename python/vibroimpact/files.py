@@ -1,4 +1,4 @@
-"""Reading back what ``save`` has written, and opening stores."""
+"""Reading of files that ``save`` has written, and opening of stores."""
 
 import os
 
@@ -15,7 +15,7 @@ from .sweeps.merge import is_refined, open_levels
 def load(path: str | os.PathLike[str]) -> Run | GridResult | Basins:
     """Read a result from the file that its ``save`` wrote, or open the Zarr store of a computation.
 
-    The ``load`` of each class does the same where only its own will do.
+    The ``load`` of each class accepts files of that class only.
 
     Raises
     ------

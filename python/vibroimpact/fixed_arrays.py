@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 
 class FixedArrays:
-    """What has read-only arrays as attributes, or in mappings that are attributes.
+    """An object with read-only arrays as attributes, or in mappings that are attributes.
 
-    NumPy forgets in a deep copy or a pickle that an array may not be written to.
+    In a deep copy or a pickle NumPy does not keep the read-only flag of an array.
     """
 
     def __getstate__(self) -> tuple[dict[str, Any], list[str]]:
@@ -19,7 +19,7 @@ class FixedArrays:
         return state, [name for name, value in state.items() if _is_fixed(value)]
 
     def __setstate__(self, state: tuple[dict[str, Any], list[str]]) -> None:
-        """Take attributes over."""
+        """Set the attributes, and make the named arrays read-only."""
         attributes, fixed = state
         for name in fixed:
             for array in _arrays(attributes[name]):

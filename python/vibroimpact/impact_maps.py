@@ -1,7 +1,7 @@
 """Maps of single impacts: regimes, effective restitution, loss; and how well they are known.
 
 The laws are homogeneous of degree one in the velocities, so that the angle x1 and the ratio x1'/u
-say all of an impact, with x2' = x1' cos x1 - u. With k = cos x1 + mu |sin x1| and x1' cos x1 > 0,
+determine an impact, with x2' = x1' cos x1 - u. With k = cos x1 + mu |sin x1| and x1' cos x1 > 0,
 slip ends within the impact while x1'/u < (1 + r) k/(mbar + k cos x1).
 
 Source: docs/theory.md, section 4; Han, Jin & Hu (2004), section 2. All quantities dimensionless.
@@ -20,8 +20,8 @@ from .impacts import MOST_STEPS, impact
 from .interruption import interruptible
 from .system import System
 
-# Cells of a map along each axis. Even: no column has sin x1 = 0, no row x1' = 0, where the
-# regimes are others than on either side.
+# Cells of a map along each axis. Even: no column has sin x1 = 0, no row has x1' = 0: there the
+# regimes differ from those on both sides.
 _CELLS = 400
 _WIDEST = 10.0
 _MARGIN = 1.25
@@ -40,12 +40,12 @@ def impact_regimes(
     Parameters
     ----------
     system
-        The system; its gap and its drive play no part.
+        The system; its gap and its drive have no influence.
     x1
         Angles, increasing; by default the centres of 400 cells from -pi/2 to pi/2.
     velocity_ratio
         x1'/u, increasing; by default the centres of 400 cells on both sides of 0, wide enough for
-        every regime that the system has (up to 10 where one of them reaches to infinity).
+        every regime that the system has (up to 10 where a regime has no upper limit).
     steps
         As in ``impact``.
 
@@ -66,10 +66,9 @@ def impact_regimes(
         ratios = _cells(_widest_ratio(system))
     else:
         ratios = axis("velocity_ratio", velocity_ratio)
-    cos = np.ones_like(angles) if system.contact == "direct" else np.cos(angles)
     v1 = ratios[:, np.newaxis]
-    table = impact(system, x1=angles, v1=v1, v2=v1 * cos - 1.0, steps=steps)
-    if system.mass_ratio > 0.0:
+    table = impact(system, x1=angles, v1=v1, v2=v1 * system.slope(angles) - 1.0, steps=steps)
+    if not system.is_wall:
         before = 0.5 * table["v1_pre"] ** 2 + 0.5 * table["v2_pre"] ** 2 / system.mass_ratio
         loss = table["energy_loss"] / before
     else:
@@ -95,8 +94,9 @@ def _widest_ratio(system: System) -> float:
     There P* = (1 + r) P_f means x1'/u = (1 + r) k/(mbar + k cos x1), k = cos x1 + mu |sin x1|.
     """
     x1 = np.linspace(0.0, np.pi / 2, 200)
-    k = np.cos(x1) + system.friction * np.sin(x1)
-    slows = system.mass_ratio + k * np.cos(x1)
+    slope = system.slope(x1)
+    k = slope + system.friction * system.tip(x1)
+    slows = system.mass_ratio + k * slope
     border = np.minimum((1.0 + system.restitution) * k, _WIDEST * slows) / slows
     return min(_MARGIN * float(border.max()), _WIDEST)
 
@@ -105,7 +105,7 @@ def _widest_ratio(system: System) -> float:
 def impact_agreement(
     system: System, *, steps: ArrayLike = (30, 100, 300, 1000, 3000), cells: int = 31
 ) -> ImpactAgreement:
-    """Compare the exact walk with the incremental-impulse integrator, regime by regime.
+    """Compare the exact impulse path with the incremental integration, regime by regime.
 
     The impacts lie on a grid of ``cells`` x ``cells`` angles and velocity ratios over the range of
     ``impact_regimes``; with an odd number its middle column has sin x1 = 0, which is frictionless.
@@ -142,7 +142,7 @@ def impact_agreement(
     # An odd number of cells puts the middle of one at 0.
     middles = (2.0 * np.arange(cells) + 1.0 - cells) / cells
     x1, v1 = np.pi / 2 * middles, _widest_ratio(system) * middles[:, np.newaxis]
-    v2 = v1 * (np.ones(cells) if system.contact == "direct" else np.cos(x1)) - 1.0
+    v2 = v1 * system.slope(x1) - 1.0
     difference: NDArray[np.float64] = np.full(
         (len(COULOMB_LAWS), len(Regime), len(numbers)), np.nan
     )
@@ -169,7 +169,7 @@ def impact_agreement(
         impacts=counts,
     )
     if interrupted:
-        raise Interrupted("interrupted between the laws; .result holds what is compared", result)
+        raise Interrupted("interrupted between the laws", result, holds="what is compared")
     return result
 
 

@@ -18,7 +18,7 @@ class ImpactRegimes(FixedArrays):
     """What every impact of a system does, on a grid; all arrays are read-only.
 
     The laws are homogeneous: twice the velocities, twice the outcome. So the angle x1 and the
-    velocity ratio x1'/u say all, with x2' = x1' cos x1 - u.
+    velocity ratio x1'/u determine an impact, with x2' = x1' cos x1 - u.
 
     Attributes
     ----------
@@ -72,12 +72,12 @@ class ImpactRegimes(FixedArrays):
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ImpactAgreement(FixedArrays):
-    """How far the exact walk and the incremental-impulse integrator are apart; read-only arrays.
+    """Differences between exact impulse path and incremental integration; read-only arrays.
 
     Attributes
     ----------
     system
-        The system; its own law plays no part.
+        The system; its own law has no influence.
     laws
         Names of the laws, l of them.
     steps
@@ -85,9 +85,9 @@ class ImpactAgreement(FixedArrays):
         impulse.
     difference
         The larger absolute difference, of x1' or of x2', after the impact, relative to u: its mean
-        over the impacts of a regime and over eight numbers of steps within 10 % (where in a step
-        an impact ends is chance), shape (l, 6, k), by value of ``Regime``; NaN without impacts, and
-        where the steps leave the range of floats (mass ratios near 1e-300).
+        over the impacts of a regime and over eight numbers of steps within 10 % (the place in a
+        step at which an impact ends is random), shape (l, 6, k), by value of ``Regime``; NaN
+        without impacts, and where the steps leave the range of floats (mass ratios near 1e-300).
     impacts
         Number of impacts of each regime, the same under every law, shape (6,).
     """

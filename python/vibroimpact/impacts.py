@@ -43,9 +43,9 @@ def impact(
         Angle and velocities just before the impact; numbers or arrays that broadcast. The bodies
         must approach: u = x1' cos x1 - x2' > 0 (x1' - x2' in direct contact).
     steps
-        None for the exact walk along the impulse. A number takes the incremental-impulse
-        integrator instead, an independent check with an error of first order: each step is the
-        ``steps``-th part of the impulse so far. 1 ... 1,000,000; not for ``law="paper"``.
+        None for the exact impulse path. With a number, the incremental integration is used instead,
+        an independent check with an error of first order: each step is the ``steps``-th part of the
+        impulse so far. 1 ... 1,000,000; not for ``law="paper"``.
 
     Returns
     -------

@@ -1,8 +1,8 @@
-"""Ctrl-C anywhere in a public call is `Interrupted`: the one place that sees to it.
+"""Ctrl-C anywhere in a public call raises `Interrupted`: the decorator for this.
 
-A call that knows what is done by then raises `Interrupted` with it. While arguments are checked
-nothing is done yet, and an array that is half built is nothing: there the decorator of this module
-raises it, with nothing.
+A long computation raises `Interrupted` itself, with what is done by then. Elsewhere, such as in the
+checks of arguments or while an array is built, there is no result yet; there the decorator of this
+module raises it, without a result.
 """
 
 import enum
@@ -16,7 +16,7 @@ Target = TypeVar("Target", bound=Callable[..., Any])
 
 
 def interruptible(target: Target) -> Target:
-    """Let Ctrl-C in a function, or in what a class has that is public, be `Interrupted`."""
+    """Let Ctrl-C in a function, or in public members of a class, raise `Interrupted`."""
     if not isinstance(target, type):
         return _call(target)  # type: ignore[return-value]
     for name, member in list(vars(target).items()):
@@ -28,7 +28,7 @@ def interruptible(target: Target) -> Target:
 
 
 def is_covered(member: Any) -> bool:
-    """Whether a function, or what stands in a class, has been decorated."""
+    """Whether a function or a member of a class is decorated."""
     for name in ("__func__", "fget", "func"):
         member = getattr(member, name, member)
     return hasattr(member, "__ctrl_c__")
@@ -43,7 +43,7 @@ def _call(function: Callable[..., Any]) -> Callable[..., Any]:
             raise
         except KeyboardInterrupt as error:
             said = str(error) or f"interrupted in {function.__qualname__}"
-            raise Interrupted(f"{said}; .result holds nothing") from None
+            raise Interrupted(said, holds="nothing") from None
 
     covered.__ctrl_c__ = True  # type: ignore[attr-defined]
     return covered

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 @interruptible
 class Mechanics:
-    """What `System` knows of its physics."""
+    """The mechanics of `System`."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return all parameters by name."""
@@ -30,7 +30,7 @@ class Mechanics:
 
     @cached_property
     def _compiled(self) -> _core.System:
-        # Lives in __dict__ only: no field, so no part of equality, hash, repr or pickle.
+        # It is no field, so that it has no influence on equality, hash, repr or pickle.
         return _core.System(**self.to_dict())
 
     @property
@@ -244,7 +244,7 @@ def _reals(name: str, given: ArrayLike) -> Array:
 
 
 def _rows(given: ArrayLike) -> tuple[Array, bool]:
-    """Return states of shape (k, 4), and whether one was given by itself."""
+    """Return states of shape (k, 4), and whether a single state was given."""
     array = states(given, "states")
     return np.atleast_2d(array), array.ndim == 1
 

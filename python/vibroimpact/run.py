@@ -1,7 +1,7 @@
 """What a simulation returns: a run with its impacts, sections, events and label.
 
 Field names and meanings are those of docs/notation.md; all quantities are dimensionless. The
-numbers live in the compiled core; a Run hands them out as read-only arrays, built when first used.
+numbers live in the compiled core; a Run returns them as read-only arrays, built when first used.
 """
 
 from __future__ import annotations
@@ -59,9 +59,9 @@ class FinalState:
         Completed drive periods and the time since the last one, which together stay exact where
         ``time`` has lost digits.
     mode
-        ``"flight"``, or in lasting contact ``"slide_positive"``, ``"slide_negative"`` (the sign of
-        x1' while the tip slides; without friction, that at the start of the slide) or ``"stick"``
-        (x1' = 0, held by friction or by a wall at rest).
+        ``"flight"``, or in sustained contact ``"slide_positive"``, ``"slide_negative"`` (the sign
+        of x1' while the tip slides; without friction, that at the start of the slide) or
+        ``"stick"`` (x1' = 0, held by friction or by a wall at rest).
     """
 
     x1: float
@@ -82,13 +82,13 @@ class FinalState:
 @interruptible
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """What the verdict on a motion stands on, with the numbers that belong to it.
+    """The evidence for the label of a motion, with its numbers.
 
     Attributes
     ----------
     kind
-        ``returned``: the sections return to within rounding. ``converging``: they draw together
-        geometrically. ``growth_bounded``, ``growth_exponential``: no return, and a small
+        ``returned``: the sections return to within rounding. ``converging``: they approach each
+        other geometrically. ``growth_bounded``, ``growth_exponential``: no return, and a small
         perturbation grows no faster than a shear, or exponentially. ``undecided``: none of these.
     further
         Of ``returned`` and ``converging``: drive periods by which the motion was followed beyond
@@ -120,7 +120,7 @@ class Evidence:
 
 @dataclass(frozen=True, kw_only=True)
 class PeriodReport:
-    """The period m-n of a motion, and what that stands on.
+    """The period m-n of a motion, with the evidence for it.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ class PeriodReport:
         Largest difference between sections m periods apart: of the kept ones; of those of later
         periods where ``evidence.further`` is not 0.
     evidence
-        What the verdict stands on.
+        The evidence for the label.
     label
         ``"3-4"``, ``"1-0"``, ``"2-inf"``, ``"quasi-periodic"``, ``"chaotic"`` or
         ``"unresolved"``.
@@ -164,9 +164,9 @@ class EnergyAudit:
     damping
         Work of both dampers, <= 0.
     restitution, impact_friction
-        Work of the normal impulses and of friction during impacts. Friction's is <= 0; that of the
-        normal impulses is so as a rule, but not where friction drives the bodies together; under
-        ``law="paper"`` either may be positive.
+        Work of the normal impulses and of friction during impacts. The work of friction is <= 0.
+        That of the normal impulses is usually <= 0, but not where friction drives the bodies
+        together. Under ``law="paper"`` both may be positive.
     contact_friction
         Work of friction in sustained contact, <= 0.
     wall
@@ -243,7 +243,7 @@ class Run:
 
     @cached_property
     def contacts(self) -> NDArray[np.void]:
-        """Kept events of lasting contact: structured array, one row each.
+        """Kept events of sustained contact: structured array, one row each.
 
         Columns ``time, period, time_in_period, kind, x1, v1, x2, v2, phase, normal_force,
         tangential_force, impacts_skipped, time_jump, error``. ``kind`` is an EventKind: CHATTER
@@ -251,17 +251,17 @@ class Run:
         or goes on in this mode) or RELEASE (flight again). State and forces are those just after
         the event; forces are in units M1 l omega_2^2, the tangential one acts on the tip.
 
-        The last three columns are 0 but in rows of CHATTER: ``impacts_skipped`` the impacts left
-        out before the time left is lost in the rounding of ``time_in_period``, ``time_jump`` the
-        time from the last impact to the accumulation point, ``error`` a bound on the error of time
-        and state there, absolute, beside the rounding of ``time`` to one number. Source:
-        docs/theory.md, section 5.
+        The last three columns are 0 except in rows of CHATTER. ``impacts_skipped`` is the number of
+        impacts left out until the remaining time is below the rounding of ``time_in_period``;
+        ``time_jump`` is the time from the last impact to the accumulation point; ``error`` is an
+        absolute bound on the error of time and state there, without the rounding of ``time`` to one
+        number. Source: docs/theory.md, section 5.
         """
         return read_only(self._core.contacts)
 
     @property
     def time_in_contact(self) -> float:
-        """Time in lasting contact within the kept window; impacts take no time."""
+        """Time in sustained contact within the kept window; impacts take no time."""
         return self._core.time_in_contact
 
     @cached_property
@@ -316,7 +316,7 @@ class Run:
 
     @property
     def label(self) -> str:
-        """The motion in a word: ``"1-1"``, ``"1-0"``, ``"2-inf"`` (chatter), ``"chaotic"`` ..."""
+        """The label of the motion: ``"1-1"``, ``"2-inf"`` (chatter), ``"chaotic"`` ..."""
         return self.period.label
 
     def trajectory(self, t: ArrayLike, *, forces: bool = False) -> NDArray[np.float64]:
@@ -332,7 +332,7 @@ class Run:
         forces
             Add two columns: normal force p >= 0 and tangential force on the tip, in units
             M1 l omega_2^2, zero in flight (docs/theory.md, section 5). The impulses of impacts are
-            no forces: they stand in ``impacts``.
+            not forces: they are columns of ``impacts``.
 
         Returns
         -------
@@ -355,8 +355,8 @@ class Run:
             reject(f"t[{place}]", float(times[place]), window)
         rows, interrupted = self._core.trajectory(times, forces)
         if interrupted:
-            message = f"interrupted; .result holds the rows of the first {len(rows)} times"
-            raise Interrupted(message, rows)
+            known = f"the rows of the first {len(rows)} times"
+            raise Interrupted("interrupted", rows, holds=known)
         return rows
 
     def energy_audit(self) -> EnergyAudit:
@@ -380,7 +380,7 @@ class Run:
         keep: int | None = None,
         max_events: int | None = None,
     ) -> Run:
-        """Go on for so many further periods or so much further time, bit for bit as one long run.
+        """Continue for further periods or time; all bits are those of one long run.
 
         Parameters
         ----------
@@ -396,7 +396,7 @@ class Run:
         SimulationError
             If a number left the range of floats; ``.result`` is the run up to there.
         Interrupted
-            After Ctrl-C; ``.result`` the same.
+            After Ctrl-C; ``.result`` is the run up to there.
         """
         span = horizon(self._system.drive_frequency, periods=periods, time=time, keep=keep)
         cap = optional_count("max_events", max_events, least=1)
@@ -488,7 +488,7 @@ def raise_if_interrupted(run: Run) -> None:
     """Raise Interrupted, carrying the run, if Ctrl-C cut it short."""
     if run._core.interrupted:
         time = run.final_state.time
-        raise Interrupted(f"interrupted at time {time:.6g}; .result holds the run so far", run)
+        raise Interrupted(f"interrupted at time {time:.6g}", run, holds="the run so far")
 
 
 def read_only(array: NDArray[_T]) -> NDArray[_T]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._core import CHATTER_TOLERANCE
 from .arguments import horizon, number, optional_count, positive, reject, states, threads
 from .errors import Interrupted, SimulationError
 from .interruption import interruptible
@@ -70,14 +71,14 @@ def simulate(
     time: float | None = None,
     keep: int | None = None,
     max_events: int | None = None,
-    chatter_tolerance: float = 1e-12,
+    chatter_tolerance: float = CHATTER_TOLERANCE,
     section_phase: float = 0.0,
     workers: int | None = None,
 ) -> Run | list[Run]:
     """Simulate the motion from one initial state, or from several.
 
     Every flight is exact and every contact is found (docs/theory.md, sections 2 and 3). Complete
-    chatter is carried to its accumulation point, and the run goes on through the lasting contact
+    chatter is carried to its accumulation point, and the run goes on through the sustained contact
     that follows: slide, stick, release (section 5). All quantities are dimensionless.
 
     Parameters
@@ -86,8 +87,8 @@ def simulate(
         The parameters.
     initial
         (x1, v1, x2, v2) at t = 0, shape (4,); or (k, 4) for k runs. A start on the contact (g = 0
-        to rounding) begins with an impact, a flight or lasting contact, as velocities and forces
-        say.
+        to rounding) begins with an impact, a flight or sustained contact, depending on velocities
+        and forces.
     periods, time
         Exactly one of them: number of drive periods, or length in time. A constant load
         (``drive_frequency = 0``) has no period and needs ``time``.
@@ -98,7 +99,7 @@ def simulate(
         10 million unless given.
     chatter_tolerance
         Absolute tolerance on time and state where chatter is completed; flights and impacts are
-        exact, and lasting contact is integrated to rounding.
+        exact, and sustained contact is integrated to rounding.
     section_phase
         Drive phase of the stroboscopic section, relative to that of the start, in radians.
     workers
@@ -116,10 +117,10 @@ def simulate(
     StateError
         If an initial state is not finite, or the bodies overlap in it.
     SimulationError
-        If a number left the range of floats, or no contact could be decided; ``.result`` is what
-        would have been returned, as far as it got.
+        If a number left the range of floats, or no contact could be decided; ``.result`` is the
+        part of the return value that was computed.
     Interrupted
-        After Ctrl-C; ``.result`` the same.
+        After Ctrl-C; ``.result`` as for SimulationError.
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
@@ -151,11 +152,9 @@ def simulate(
     # After Ctrl-C there may be fewer runs than starts; they are the first ones.
     runs = [_wrap(core, system, row) for core, row in zip(cores, start, strict=False)]
     if interrupted:
-        raise Interrupted(
-            f"interrupted after {len(runs)} of {len(start)} runs; .result holds them", runs
-        )
+        raise Interrupted(f"interrupted after {len(runs)} of {len(start)} runs", runs, holds="them")
     if failure is not None:
-        raise SimulationError(f"{failure}; .result holds all runs", runs)
+        raise SimulationError(failure, runs, holds="all runs")
     return runs
 
 

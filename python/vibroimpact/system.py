@@ -128,7 +128,7 @@ class System(Mechanics):
         for name, value in numbers.items():
             object.__setattr__(self, name, number(name, value, PARAMETERS[name].allowed))
         for name, choice in (("contact", contact), ("law", law)):
-            # Some characters are none: half of a pair cannot be handed to the core.
+            # A lone surrogate is no character; the core does not accept it.
             if not isinstance(choice, str) or not choice.isascii():
                 reject(name, choice, "a name, as a string")
             object.__setattr__(self, name, choice)

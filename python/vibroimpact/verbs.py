@@ -1,10 +1,9 @@
 """Methods of results that need a solver: the one declared exception to the order of folders.
 
-A result holds numbers and imports nothing that computes or draws; yet ``run.refine()`` is what a
-user writes. Such a method asks this table for its function, which is imported when it is first
-called. The types in the signatures of such methods are in `verb_types`.
-`tests/python/test_architecture.py` checks that every entry leads to a function, and that no other
-module imports by name.
+A result has numbers and imports nothing that computes or draws, but a user writes ``run.refine()``.
+Such a method gets its function from this table; the function is imported when it is called for the
+first time. The types in the signatures of such methods are in `verb_types`. `tests/python/test_architecture.py` checks that every entry leads to a function, and
+that no other module imports by name.
 """
 
 from __future__ import annotations

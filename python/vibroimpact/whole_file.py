@@ -17,7 +17,7 @@ _REMEDIES = {
 
 
 def remedy(error: OSError) -> str:
-    """Say under which condition writing would go on."""
+    """Return what to do so that writing is possible."""
     return _REMEDIES.get(error.errno or 0, "once it can be written")
 
 
@@ -25,8 +25,8 @@ def remedy(error: OSError) -> str:
 def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     """Give a file to write, which takes its place at ``path`` when the block has ended well.
 
-    Until then, and for ever if writing fails or the process is killed, ``path`` is as it was; a
-    kill leaves a file ``*.part`` beside it. A device or a pipe is written as it is.
+    Until then, and also if writing fails or the process is killed, ``path`` is unchanged; a kill
+    leaves a file ``*.part`` beside it. A device or a pipe is written as it is.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def _replacing(target: Path) -> Iterator[BinaryIO]:
 
 
 def _permissions(target: Path) -> int:
-    """Return those of the file that is replaced, or those any new file would get."""
+    """Return the permissions of the file that is replaced, or those of any new file."""
     try:
         return stat.S_IMODE(os.stat(target).st_mode)
     except FileNotFoundError:

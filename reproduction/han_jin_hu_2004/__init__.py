@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 else:
 
     def __getattr__(name):
-        """Import what draws, and matplotlib with it, on first use."""
+        """Import the parts that draw, and matplotlib, on first use."""
         if name not in ("Reproduction", "reproduce"):
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         from . import reproduction
@@ -18,7 +18,7 @@ else:
         return getattr(reproduction, name)
 
     def __dir__():
-        """Name what is there, and what comes on first use."""
+        """Return all names, also those that are imported on first use."""
         return sorted({*globals(), *__all__})
 
 

@@ -21,8 +21,8 @@ from .parameters import INITIAL, KEEP, PERIODS, Motion
 
 Verdict = Literal["reproduced", "corrected", "refuted", "open"]
 
-# Growth of a perturbation of 1e-9 within 600 periods: a chaotic orbit takes it to the size of the
-# attractor, a periodic or quasi-periodic one leaves it near what the transient makes of it.
+# Growth of a perturbation of 1e-9 within 600 periods: on a chaotic orbit it grows to the size of
+# the attractor, on a periodic or quasi-periodic one it stays near its size after the transient.
 _SEPARATED = 1e6
 _BOUNDED = 1e3
 # Sections one period apart that differ by less are those of a periodic motion, in the long run.
@@ -36,8 +36,8 @@ class Claim:
     """One line of claims.json.
 
     `residual` is that of `PeriodReport`, or of `PeriodicMotion` for an algebraic solution, None
-    without a period; `figure` is None for a conclusion. `evidence` opens with what the verdict
-    rests on, up to the first semicolon (`decided_by`).
+    without a period; `figure` is None for a conclusion. `evidence` begins with what the verdict
+    depends on, up to the first semicolon (`decided_by`).
     """
 
     id: str
@@ -53,7 +53,7 @@ class Claim:
 
     @property
     def decided_by(self) -> str:
-        """What the verdict rests on: the evidence up to its first semicolon."""
+        """What the verdict depends on: the evidence up to its first semicolon."""
         return self.evidence.partition("; ")[0]
 
 

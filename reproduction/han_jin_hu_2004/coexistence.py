@@ -1,7 +1,7 @@
 """Motions that coexist: their branches over the drive frequency, multipliers and portraits.
 
 Where a simulation of one of the paper's motions and random starts end on different motions, each of
-these is followed until it ends, so that the figure says at which bifurcation it is born and dies
+these is followed until it ends, so that the figure shows at which bifurcations it begins and ends
 (docs/coexistence.md, docs/theory.md, E9).
 """
 
@@ -159,7 +159,7 @@ def draw_branches(computed: Coexistence) -> Page:
 
 
 def _leave_to_the_window(ax: Axes, computed: Coexistence) -> None:
-    """Shade the range that has a panel of its own, and leave the bifurcations in it to that."""
+    """Shade the range that has its own panel; the bifurcations in it are drawn there."""
     low, high = computed.window
     ax.axvspan(low, high, color="0.9", lw=0, zorder=0)
     for line in ax.get_lines():
@@ -177,7 +177,7 @@ def _branch_text(motion: PeriodicMotion, branch: Branch) -> str:
 
 
 def _draw_shares(ax: Axes, computed: Coexistence) -> None:
-    """Draw the shares that are ever larger than a few starts; the rest is one line."""
+    """Draw the shares that exceed a few starts somewhere; the others are one line."""
     large = [label for label, share in computed.shares.items() if share.max() > 0.04]
     rest = [share for label, share in computed.shares.items() if label not in large]
     lines = {label: computed.shares[label] for label in large}

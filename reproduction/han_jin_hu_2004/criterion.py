@@ -1,4 +1,4 @@
-"""The paper's criterion of stability, (42)-(45), put to period n-1 solutions.
+"""The paper's criterion of stability, (42)-(45), for period n-1 solutions.
 
 D is the derivative by Y = (x1, x1', x2', psi) just before the impact of (x1, x1', x2, x2') after
 the impact, (20) and (44), and a flight of *fixed* length n drive periods. The paper takes the
@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import MotionMap, ParameterError, PeriodicMotion, System
+
+from .printed_impact import coefficient_slopes, frictionless_coefficients
 
 NAME = "(45)"
 Array = NDArray[np.float64]
@@ -31,16 +33,18 @@ def eigenvalues(motion: PeriodicMotion) -> NDArray[np.complex128]:
     Raises
     ------
     ParameterError
-        If it is not defined: not one impact, friction, or a wall at rest.
+        If it is not defined: not one impact, direct contact, friction, or a wall at rest.
     """
-    if motion.n != 1 or motion.system.friction != 0.0 or _is_wall_at_rest(motion.system):
+    system = motion.system
+    direct = system.contact == "direct"
+    if motion.n != 1 or direct or system.friction != 0.0 or _is_wall_at_rest(system):
         raise ParameterError(
-            f"motion = {motion!r}: the criterion is defined for one impact without friction and "
-            "a moving body 2"
+            f"motion = {motion!r}: the criterion is defined for one oblique impact without "
+            "friction and a moving body 2"
         )
-    columns = {name: np.array([getattr(motion.system, name)]) for name in _FIELDS}
+    columns = {name: np.array([getattr(system, name)]) for name in _FIELDS}
     state = np.array([motion.state])
-    (roots,) = _eigenvalues(motion.system.contact == "oblique", motion.m, columns, state)
+    (roots,) = _eigenvalues(motion.m, columns, state)
     return np.asarray(roots)
 
 
@@ -50,7 +54,7 @@ def map_eigenvalues(found: MotionMap) -> NDArray[np.complex128]:
     Raises
     ------
     ParameterError
-        If the map has a wall at rest, for which they are not defined.
+        If the contact is direct or body 2 a wall at rest: there they are not defined.
     """
     rows = found.solutions
     columns = {
@@ -59,10 +63,12 @@ def map_eigenvalues(found: MotionMap) -> NDArray[np.complex128]:
         else np.full(len(rows), getattr(found.system, name))
         for name in _FIELDS
     }
-    if np.any((columns["mass_ratio"] == 0.0) & (columns["force_amplitude"] == 0.0)):
-        raise ParameterError("the criterion is defined for a moving body 2 only")
+    # The columns are those of many systems at once, which `System.is_wall` does not take.
+    at_rest = (columns["mass_ratio"] == 0.0) & (columns["force_amplitude"] == 0.0)
+    if found.system.contact == "direct" or at_rest.any():
+        raise ParameterError("the criterion is defined for oblique impacts on a moving body 2 only")
     state = np.column_stack([rows[name] for name in ("x1", "v1", "v2", "phase")])
-    return _eigenvalues(found.system.contact == "oblique", found.n, columns, state)
+    return _eigenvalues(found.n, columns, state)
 
 
 def is_stable(roots: NDArray[np.complex128]) -> NDArray[np.bool_]:
@@ -77,27 +83,21 @@ def verdict(motion: PeriodicMotion) -> tuple[str, float]:
 
 
 def _is_wall_at_rest(system: System) -> bool:
-    return system.mass_ratio == 0.0 and system.force_amplitude == 0.0
+    return system.is_wall and system.force_amplitude == 0.0
 
 
-def _eigenvalues(
-    oblique: bool, n: int, system: Mapping[str, Array], state: Array
-) -> NDArray[np.complex128]:
+def _eigenvalues(n: int, system: Mapping[str, Array], state: Array) -> NDArray[np.complex128]:
     x1, v1, v2, phase = state.T
     mbar, r, omega = (system[name] for name in ("mass_ratio", "restitution", "drive_frequency"))
     one, zero = np.ones_like(x1), np.zeros_like(x1)
-    kappa, bend = (np.cos(x1), -np.sin(x1)) if oblique else (one, zero)
-    # (20), and its derivatives by x1 (44).
-    q = mbar + kappa**2
-    r1, r2 = (mbar - r * kappa**2) / q, (1.0 + r) * kappa / q
-    r3, r4 = mbar * r2, (kappa**2 - r * mbar) / q
-    r1_x = -2.0 * (1.0 + r) * mbar * kappa / q**2 * bend
-    r2_x = (1.0 + r) * (mbar - kappa**2) / q**2 * bend
+    kappa = np.cos(x1)
+    r1, r2, r3, r4 = frictionless_coefficients(x1, mbar, r)
+    r1_x, r2_x, r3_x, r4_x = coefficient_slopes(x1, mbar, r)
     after = np.empty((len(x1), 4, 4))
     after[:, 0] = np.stack([one, zero, zero, zero], axis=1)
     after[:, 1] = np.stack([r1_x * v1 + r2_x * v2, r1, r2, zero], axis=1)
     after[:, 2] = np.stack([kappa, zero, zero, zero], axis=1)
-    after[:, 3] = np.stack([mbar * r2_x * v1 - r1_x * v2, r3, r4, zero], axis=1)
+    after[:, 3] = np.stack([r3_x * v1 + r4_x * v2, r3, r4, zero], axis=1)
     embedding = np.zeros_like(after)
     embedding[:, 0, 0] = embedding[:, 1, 1] = embedding[:, 3, 2] = 1.0
     embedding[:, 2, 0] = kappa
@@ -121,7 +121,8 @@ def _flight(n: int, omega: Array, frequency: Array, damping: Array, force: Array
     """Carry (x, x', cos psi, sin psi) of a body over n drive periods: matrices, shape (k, 4, 4).
 
     By the exponential of the matrix of x'' + 2 zeta w x' + w^2 x = f cos psi, psi' = omega, which
-    knows neither resonance nor critical damping: scaled down, summed, and squared again.
+    has no special cases at resonance or critical damping. The matrix is scaled down, its series
+    summed, and the result squared again.
     """
     matrix = np.zeros((len(omega), 4, 4))
     matrix[:, 0, 1] = 1.0

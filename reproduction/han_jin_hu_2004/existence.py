@@ -169,7 +169,7 @@ def trial(motion: PeriodicMotion, *, returns: int = RETURNS) -> Trial:
     start = (x1, v1 + PERTURBATION, x2, v2)
     run = simulate(motion.system, initial=start, periods=returns * motion.m)
     distance = np.abs(run.stroboscopic[motion.m - 1 :: motion.m] - motion.initial).max(axis=1)
-    # The stretch in which it is neither rounding nor so large that the motion is another one.
+    # The range in which it is above rounding, and small enough to belong to this motion.
     linear = (distance > 1e-11) & (np.maximum.accumulate(distance) < 1e-4)
     end = int(np.argmin(linear)) if not linear.all() else len(linear)
     measured = math.nan
@@ -247,9 +247,9 @@ def judge_quoted(item: Quoted) -> Claim:
     n = PERIODS_PER_ORBIT[item.figure]
     motion = nearest(item.system, n, item.x10)
     x1, v1, v2, phase = motion.state
-    # From the very state that is said to be that before an impact.
+    # From the state that the paper gives as the one before an impact.
     system = item.system.replace(phase=phase)
-    start = np.array([x1, v1, math.sin(x1) - system.gap, v2])
+    start = np.array([x1, v1, float(system.tip(x1)) - system.gap, v2])
     run = simulate(system, initial=start, periods=n)
     at_once = bool((run.impacts["time"] == 0.0).any())
     away = float(np.abs(run.stroboscopic[-1] - start).max())
@@ -283,7 +283,7 @@ def judge_quoted(item: Quoted) -> Claim:
 
 
 def _judge_shown(figure: int, panel: str, system: System, label: str) -> Claim:
-    """Put the paper's criterion to a motion that its Fig. 5 shows as the long-term one."""
+    """Apply the paper's criterion to a motion that its Fig. 5 shows as the long-term one."""
     n = PERIODS_PER_ORBIT[figure]
     motion = next(motion for motion in periodic_motions(system, n) if motion.stable)
     made = trial(motion)
@@ -438,7 +438,7 @@ def _mark_named(computed: Existence, moment: float, axes: Sequence[Axes]) -> Non
                 fontsize=8,
                 arrowprops={"arrowstyle": "-|>", "linewidth": 0.6, "shrinkB": 3.0},
             )
-            # The ring lies about the very point.
+            # The ring lies around the point.
             ax.plot(
                 system.drive_frequency,
                 place,

@@ -2,8 +2,8 @@
 
 The paper calls its periodic motions isolated islands among the non-periodic ones. Here each has its
 border in the plane of drive frequency and moment amplitude: motions are looked for by simulations
-from the paper's initial state on a coarse grid, and the region of stability of each is walked round
-(docs/islands.md). The labels are those that section 4.1 names.
+from the paper's initial state on a coarse grid, and the border of each region of stability is
+followed (docs/islands.md). The labels are those that section 4.1 names.
 """
 
 from collections.abc import Sequence
@@ -80,7 +80,7 @@ def compute(
     labels: Sequence[str] = LABELS,
     workers: int | None = None,
 ) -> Islands:
-    """Look for the motions on the grid, and walk round the region of each."""
+    """Look for the motions on the grid, and follow the border of each region."""
     low, high = FREQUENCY_RANGE
     grid = np.linspace(low, high, frequencies + 2)[1:-1]
     settled: list[tuple[str, float, float]] = []

@@ -1,4 +1,4 @@
-"""Where the names of regions of a plane stand: inside if there is room, else beside with a line.
+"""Places for the names of regions of a plane: inside if there is room, else beside, with a line.
 
 The axes are a raster of points (1/72 inch). A label covers no curve, no mark and no other label.
 """
@@ -19,14 +19,14 @@ _ROOMS = (16, 12, 8, 5, 3, 2, 1)
 # Half of what a mark covers, and room around a label beside its region.
 _MARK = 3
 _GAP = 2
-# So much farther than one on a free ground may a label stand from its region.
+# A label may be so much farther from its region in order to be on free ground.
 _ON_OTHER = 60.0
 _POINTS_PER_INCH = 72.0
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where a label stands, and the point of its region that a line from it leads to, if any."""
+    """The place of a label, and the point of its region to which a line leads, if any."""
 
     at: tuple[float, float]
     leads_to: tuple[float, float] | None
@@ -86,7 +86,7 @@ class Ground:
         return mask
 
     def place(self, region: Mask, others: Mask) -> Place | None:
-        """Return where the label of a region stands, and take that place; None if not in view.
+        """Return the place for the label of a region, and occupy it; None if not in view.
 
         Parameters
         ----------
@@ -147,7 +147,7 @@ class Ground:
             return points
         steps = np.hypot(*np.diff(points, axis=0).T)
         way = np.concatenate([[0.0], steps.cumsum()])
-        # No more than a curve in view can have, were one end far out.
+        # An upper limit for a curve in view, also if one end is far outside.
         count = min(int(2.0 * way[-1]) + 2, 20_000)
         at = np.linspace(0.0, way[-1], count)
         return np.column_stack([np.interp(at, way, column) for column in points.T])

@@ -43,7 +43,7 @@ class Shown:
 
 
 def simulated(motion: Motion, workers: int | None = None) -> Shown:
-    """Simulate a motion as the paper does, and what decides where that is not what it says."""
+    """Simulate a motion as the paper does; if the result differs, also the runs that decide."""
     shown = _from(motion, INITIAL)
     if motion.figure == 10 or {shown.run.label, _long(shown).label} == {motion.paper_says}:
         return shown
@@ -124,7 +124,7 @@ def _row(left: Axes, right: Axes, item: Shown, run: Run, color: Color) -> None:
         _section(right, item, run, color)
     else:
         bodies = (1,) if item.motion.right == "pendulum" else (1, 2)
-        # A closed orbit is drawn once: retracing it would fill the gaps of the dashes.
+        # A closed orbit is drawn once: a second pass would fill the gaps of the dashes.
         periods = min(run.period.m or _SHOWN_PERIODS, _SHOWN_PERIODS)
         plot.phase_portrait(run, bodies=bodies, periods=periods, color=color, ax=right)
     for side, ax in (("left", left), ("right", right)):
@@ -163,7 +163,7 @@ def _section_handles(item: Shown, color: Color) -> list[Artist]:
             marker="o",
             markersize=math.sqrt(_LARGE) if size == "large" else 1.5,
             markeredgewidth=0,
-            # The colour of a regime stands beside it, in an entry of its own.
+            # The colour of a regime has its own entry.
             color=GREY if color == "regime" else shade,
             label=text,
         )

@@ -46,7 +46,7 @@ def paper_system(
 
 @dataclass(frozen=True)
 class Transition:
-    """A bifurcation diagram over the drive frequency; its system's own frequency plays no part."""
+    """A bifurcation diagram over the drive frequency, which replaces that of its system."""
 
     figure: int
     panel: str

@@ -18,9 +18,9 @@ from . import (
     coexistence,
     existence,
     islands,
-    lasting,
     motions,
     restitution,
+    sustained_contact,
     transitions,
 )
 from .claims import Claim
@@ -36,7 +36,7 @@ _ENLARGED = ("4", "7c", "8a")
 
 @dataclass(frozen=True)
 class Reproduction:
-    """What `reproduce` has made: the paths written, and the claims."""
+    """The result of `reproduce`: the paths written, and the claims."""
 
     files: list[Path] = field(default_factory=list)
     claims: list[Claim] = field(default_factory=list)
@@ -115,10 +115,11 @@ def reproduce(
                 started = time.perf_counter()
                 job.islands_page()
                 job.report(f"islands: {time.perf_counter() - started:.1f} s")
-    except KeyboardInterrupt:  # Interrupted is one
+    except KeyboardInterrupt:  # Interrupted is a KeyboardInterrupt
         raise Interrupted(
-            f"interrupted after {len(job.files)} files; .result holds them and their claims",
+            f"interrupted after {len(job.files)} files",
             Reproduction(job.files, job.claims),
+            holds="them and their claims",
         ) from None
     for name, text in (
         ("json", claims.to_json(job.claims)),
@@ -181,8 +182,8 @@ class _Job:
             self.save(transitions.draw(figure, panels, color), f"fig{figure}{suffix}")
         for transition, diagram in panels:
             if transition.id == "7c":
-                observed = lasting.observe(transition, workers=self.workers)
-                self.claims.append(lasting.evaluate(observed))
+                observed = sustained_contact.observe(transition, workers=self.workers)
+                self.claims.append(sustained_contact.evaluate(observed))
             if transition.id not in _ENLARGED:
                 continue
             parts = transitions.enlarge(transition, diagram, self.frequencies, self.workers)

@@ -25,7 +25,7 @@ SYSTEM = paper_system(friction=0.5)
 STEPS = 300
 """Steps of the incremental-impulse integrator for the reference."""
 _SHOWN = ("mass_ratio", "restitution", "friction")
-# A spread so many times the uncertainty is one; below it, it is none.
+# A spread counts if it is this many times the uncertainty.
 _CLEAR = 3.0
 
 
@@ -126,7 +126,7 @@ def draw(computed: Restitution, claim: Claim) -> Page:
 
 
 def draw_agreement(agreement: ImpactAgreement) -> Page:
-    """Draw the exact walk against the incremental-impulse integrator for every law and regime."""
+    """Draw the exact impulse path against the incremental integration, by law and regime."""
     page = Page(
         "Impacts in closed form against many small steps of the impulse: order of the difference "
         f"{np.nanmin(agreement.order):.2f} to {np.nanmax(agreement.order):.2f} in the step",

@@ -22,7 +22,7 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
         handle, part = tempfile.mkstemp(prefix=path.name, suffix=".part", dir=path.parent)
         with os.fdopen(handle, "wb") as file:
             yield file
-        # As any new file, and not for its owner alone.
+        # With the permissions of any new file, not only for its owner.
         mask = os.umask(0)
         os.umask(mask)
         os.chmod(part, 0o666 & ~mask)

@@ -192,7 +192,7 @@ def test_the_simulated_gap_closes_at_the_grazing_that_ends_the_upper_motion(bran
         assert run.label == "6-7"
         time = np.linspace(run.kept_from, run.final_state.time, 60_000)[1:-1]
         state = run.trajectory(time)
-        gap = np.sin(state[:, 0]) - state[:, 2] - system.gap
+        gap = system.gap_function(state)
         peak = np.flatnonzero((gap[1:-1] > gap[:-2]) & (gap[1:-1] > gap[2:])) + 1
         far = [k for k in peak if np.abs(run.impacts["time"] - time[k]).min() > 1e-3]
         k = max(far, key=lambda k: gap[k])

@@ -66,8 +66,11 @@ def test_it_is_refused_where_it_is_not_defined():
     )
     at_wall = vi.periodic_motions(wall)[0]
     several = vi.simulate(paper_system(0.73, 2.3), initial=(0, 0.5, 0, 0), periods=600).refine()
-    for motion in (at_wall, several):
+    direct = paper_system(1.25, 1.0, damping=(0.05, 0.0), contact="direct")
+    head_on = vi.periodic_motions(direct)[0]
+    for motion in (at_wall, several, head_on):
         with pytest.raises(vi.ParameterError, match="the criterion is defined"):
             criterion.eigenvalues(motion)
-    with pytest.raises(vi.ParameterError, match="moving body 2"):
-        criterion.map_eigenvalues(vi.motion_map(wall, gap=[0.4, 0.5]))
+    for system in (wall.replace(contact="oblique"), direct):
+        with pytest.raises(vi.ParameterError, match="moving body 2"):
+            criterion.map_eigenvalues(vi.motion_map(system, gap=[0.4, 0.5]))

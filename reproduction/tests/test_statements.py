@@ -11,13 +11,13 @@ import pytest
 
 import repository
 import sizes
+from han_jin_hu_2004 import printed_impact
 from han_jin_hu_2004.claims import Claim
 from han_jin_hu_2004.statements import (
     GROUPS,
     STATEMENTS,
     model,
     page,
-    printed_impact,
     printed_motion,
     stability,
 )

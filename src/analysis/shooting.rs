@@ -55,9 +55,9 @@ use crate::tangent::{
 };
 
 /// Equations and unknowns per leg.
-pub const PER_LEG: usize = 4;
+pub(crate) const PER_LEG: usize = 4;
 /// Most parameters with respect to which derivatives are given at once.
-pub const MOST_FREE: usize = DIRECTIONS - FREE;
+pub(crate) const MOST_FREE: usize = DIRECTIONS - FREE;
 
 /// Residual of a motion and its derivatives.
 #[derive(Debug, Clone, PartialEq)]

@@ -81,13 +81,13 @@ impl RegimeKind {
 
     /// Whether slip ends in stick.
     #[must_use]
-    pub fn sticks(self) -> bool {
+    pub(crate) fn sticks(self) -> bool {
         matches!(self, Self::StickInApproach | Self::StickInRestitution)
     }
 
     /// Whether slip ends or reverses while the bodies approach.
     #[must_use]
-    pub fn switches_in_approach(self) -> bool {
+    pub(crate) fn switches_in_approach(self) -> bool {
         matches!(self, Self::StickInApproach | Self::ReversalInApproach)
     }
 
@@ -182,7 +182,7 @@ pub(super) fn classify(
     if contact.friction == 0.0 || contact.scale == 0.0 {
         return Ok(Regime::Frictionless);
     }
-    let sticks = contact.coupling.abs() <= contact.grip();
+    let sticks = contact.is_in_friction_cone();
     if contact.slip == 0.0 {
         return if sticks {
             stick_in_approach(contact, 0.0)

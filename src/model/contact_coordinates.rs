@@ -117,6 +117,14 @@ impl<T: Number> ContactCoordinates<T> {
     }
 }
 
+impl ContactCoordinates<f64> {
+    /// Whether friction can hold the contact point, |b| <= mu c.
+    #[inline(always)]
+    pub(crate) fn is_in_friction_cone(&self) -> bool {
+        self.coupling.abs() <= self.grip()
+    }
+}
+
 /// Velocities and geometry of the pendulum and body 2 just before an impact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PreImpact {

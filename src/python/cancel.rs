@@ -1,8 +1,8 @@
 //! The one bridge from Ctrl-C to the core's cancellation token.
 //!
-//! Only Python's main thread sees signals, and only while it holds the interpreter. So the work goes to a
-//! thread of its own, without the interpreter, while the calling thread waits for it, looks for signals
-//! and reports progress.
+//! Only Python's main thread receives signals, and only while it holds the interpreter. So the work
+//! runs on another thread, without the interpreter, while the calling thread waits for it, checks for
+//! signals and reports progress.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::mpsc;
@@ -13,22 +13,27 @@ use pyo3::prelude::*;
 
 use crate::numerics::cancel::CancelToken;
 
-/// Time between two looks for signals.
+/// Time between two checks for signals.
 const LOOK: Duration = Duration::from_millis(25);
-/// Asks that are left until the work behaves as after Ctrl-C, over calls; `u64::MAX` if it never does.
+/// Number of reads of the token, over several calls, until it counts as cancelled; `u64::MAX`: never.
 static ASKS: AtomicU64 = AtomicU64::new(u64::MAX);
 
-/// Lets the `asks`-th ask of the calls that follow behave as Ctrl-C at that place; None: none. For tests, with
-/// one worker thread. Returns how many asks were left.
+/// Lets the `asks`-th read of the token in the following calls act as Ctrl-C at that place; None: no
+/// such read. For tests, with one worker thread. Returns how many reads were left.
 #[pyfunction]
 pub(super) fn _interrupt_at(asks: Option<u64>) -> u64 {
     ASKS.swap(asks.unwrap_or(u64::MAX), Relaxed)
 }
 
-/// Who is told how much is done.
+/// The function that receives progress, and the counter of what is done.
 pub(super) struct Progress<'a> {
     pub tell: &'a Py<PyAny>,
     pub done: &'a AtomicUsize,
+}
+
+/// What a call raises that Ctrl-C ended, if it has nothing to hand over.
+pub(super) fn interrupted(message: String) -> PyErr {
+    PyKeyboardInterrupt::new_err(message)
 }
 
 /// Works with the interpreter released. Ctrl-C makes the work end early with what is done, and is
@@ -93,7 +98,7 @@ pub(super) fn interruptible<T: Send, E: Into<PyErr> + Send>(
     }
 }
 
-/// Does the work on another thread, and looks now and then until it is done.
+/// Does the work on another thread, and calls `look` at intervals until it is done.
 fn beside<T: Send>(work: impl FnOnce() -> T + Send, mut look: impl FnMut()) -> T {
     std::thread::scope(|scope| {
         let (working, worked) = mpsc::channel::<()>();

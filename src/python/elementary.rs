@@ -1,5 +1,5 @@
-//! `_core.sin_cos` and `_core.decay_minus_1`: the core's elementary functions of arrays, for enclosures
-//! whose proof rests on a known error (tests/python/test_elementary.py).
+//! `_core.sin_cos` and `_core.decay_minus_1`: the core's elementary functions of arrays, for
+//! enclosures, whose proof uses their known error (tests/python/test_elementary.py).
 
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;

@@ -2,11 +2,10 @@
 
 use numpy::PyReadonlyArray1;
 use pyo3::PyErr;
-use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
 use super::arrays;
-use super::cancel::interruptible;
+use super::cancel::{interrupted, interruptible};
 use super::system::PySystem;
 use crate::impact::{ImpactOutcome, OutcomeError};
 
@@ -44,12 +43,12 @@ pub(super) fn impact<'py>(
             Some(steps) => ImpactOutcome::incremental(&system, x1, v1, v2, steps),
         }
     };
-    let (rows, interrupted) = interruptible(py, None, |cancel| {
+    let (rows, ended) = interruptible(py, None, |cancel| {
         (0..x1.len()).take_while(|_| !cancel.is_cancelled()).map(one).collect::<Result<Vec<_>, _>>()
     })?;
-    if interrupted {
+    if ended {
         let message = format!("interrupted after {} of {} impacts", rows.len(), x1.len());
-        return Err(PyKeyboardInterrupt::new_err(message));
+        return Err(interrupted(message));
     }
     arrays::records(py, &rows)
 }

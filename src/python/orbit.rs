@@ -1,11 +1,10 @@
 //! `_core.Itinerary`: the kernels of shooting.
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
-use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
 use super::arrays;
-use super::cancel::interruptible;
+use super::cancel::{interrupted, interruptible};
 use super::leg::{PyCondition, PyLeg};
 use super::run::to_state;
 use super::system::PySystem;
@@ -43,7 +42,7 @@ impl PyItinerary {
         Ok(Self(Itinerary::new(legs, periods, clocks, wall_at_rest)?))
     }
 
-    /// The itinerary of a motion that repeats after `periods`, with its nodes; or why there is none.
+    /// The itinerary of a motion that repeats after `periods`, with its nodes; or why none exists.
     #[staticmethod]
     fn follow<'py>(
         py: Python<'py>,
@@ -59,7 +58,7 @@ impl PyItinerary {
         };
         match interruptible::<_, ParameterError>(py, None, follow)?.0 {
             Err(ItineraryError::Stopped(StopReason::Interrupted)) => {
-                Err(PyKeyboardInterrupt::new_err("interrupted while a motion was followed"))
+                Err(interrupted("interrupted while a motion was followed".to_owned()))
             }
             Ok((itinerary, nodes)) => {
                 let rows: Vec<[f64; 4]> = nodes.into_iter().map(Node::to_array).collect();
@@ -114,7 +113,7 @@ impl PyItinerary {
         Ok((residual.values.into_pyarray(py), jacobian))
     }
 
-    /// The conditions, with their values, positive inside, and the times in the leg at which they are taken.
+    /// The conditions with their values, positive inside, and their times in the leg.
     fn tests(&self, system: &PySystem, nodes: PyReadonlyArray2<'_, f64>) -> PyResult<Vec<TestRow>> {
         let nodes = to_nodes(&nodes)?;
         let tests = Orbit::new(&system.0, &self.0, &nodes)?.tests();

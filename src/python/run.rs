@@ -201,8 +201,8 @@ impl PyRun {
         self.0.stop_reason == StopReason::Interrupted
     }
 
-    /// States (len(t), 4) at times inside the kept window, with `forces` the contact forces too (len(t), 6), and
-    /// whether Ctrl-C ended it with fewer rows.
+    /// States (len(t), 4) at times inside the kept window, with `forces` also the contact forces
+    /// (len(t), 6); and whether Ctrl-C ended it with fewer rows.
     fn trajectory<'py>(
         &self,
         py: Python<'py>,

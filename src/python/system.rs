@@ -8,6 +8,7 @@ use pyo3::types::{PyDict, PyMappingProxy};
 
 use super::arrays;
 use crate::flight::FreeMotion;
+use crate::model::contact_coordinates::PreImpact;
 use crate::model::error::StateError;
 use crate::model::parameters::{Contact, ImpactLaw, Parameter, System};
 use crate::model::state::{Clock, State};
@@ -105,6 +106,13 @@ impl PySystem {
         PyArray1::from_iter(py, x1.as_array().iter().map(|&x1| self.0.tip_slope(x1)))
     }
 
+    /// Whether friction can hold the tip at this angle.
+    fn is_in_friction_cone(&self, x1: f64) -> PyResult<bool> {
+        let at_rest = PreImpact::new(self.0.contact(), &State::new(x1, 0.0, 0.0, 0.0)?);
+        let contact = at_rest.coordinates(self.0.mass_ratio(), self.0.friction());
+        Ok(contact.is_in_friction_cone())
+    }
+
     /// Gap function of states (n, 4).
     fn gap_function<'py>(
         &self,
@@ -159,7 +167,7 @@ impl PySystem {
         PyArray1::from_vec(py, values).reshape([states.len(), 2])
     }
 
-    /// States (n, 4) at times >= 0 after a state, without contact; `phase` is the drive's at the start.
+    /// States (n, 4) at times >= 0 after a state, without contact; `phase` of the drive at the start.
     fn free_flight<'py>(
         &self,
         py: Python<'py>,

@@ -187,7 +187,7 @@ def _foreign_files(run: vi.Run, directory) -> dict[str, bytes]:
         "flipped byte": good[:half] + bytes([good[half] ^ 0xFF]) + good[half + 1 :],
         "other format": rewritten({"format": "other"}),
         "newer format": rewritten({"format_version": 99}),
-        "format before lasting contact": rewritten({"format_version": 1}),
+        "format before sustained contact": rewritten({"format_version": 1}),
         "other kind": rewritten({"kind": "basin"}),
         "no core": rewritten(drop=("core",)),
         "bad core": rewritten({"core": "{}"}),

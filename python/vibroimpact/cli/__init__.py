@@ -91,7 +91,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (ParameterError, StateError, ImportError) as error:
         return _fail(error, ExitCode.BAD_INPUT)
     except BrokenPipeError:
-        # Nothing is left to say, also not at exit.
+        # Nobody reads the output: nothing more is written, also not at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return ExitCode.NO_READER
     except ClusterError as error:
@@ -108,7 +108,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _cut_short(error: BaseException, chosen: argparse.Namespace) -> str:
-    message = str(error).partition("; .result")[0] or "interrupted"
+    # Without the hint at `result`, which is for Python.
+    message = getattr(error, "reason", str(error)) or "interrupted"
     if getattr(chosen, "store", None) is not None:
         message += f"; the same command goes on with {chosen.store}"
     return message
@@ -141,7 +142,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=options.HelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"vibroimpact {__version__}")
-    # Else the usage above would stand in the error messages of the commands.
+    # Without this the usage above would be part of the error messages of the commands.
     subparsers = parser.add_subparsers(
         title="commands", required=True, metavar="COMMAND ...", prog="vibroimpact"
     )

@@ -7,7 +7,7 @@ from . import outputs
 from .exit_codes import ExitCode
 
 # Labels that are printed, the most frequent ones.
-MOST_LABELS = 10
+_MOST_LABELS = 10
 
 COLUMNS = """\
   label             m-n, m-inf (complete chatter), chaotic, quasi-periodic,
@@ -24,8 +24,8 @@ def describe(status: NDArray[np.str_], label: NDArray[np.str_]) -> list[tuple[st
     """Count statuses, and the most frequent labels of the cells that were reached."""
     lines = statuses(status)
     found = _counted(label[status != "pending"])
-    lines += [(name, f"{count} cells") for name, count in found[:MOST_LABELS]]
-    rest = sum(count for _, count in found[MOST_LABELS:])
+    lines += [(name, f"{count} cells") for name, count in found[:_MOST_LABELS]]
+    rest = sum(count for _, count in found[_MOST_LABELS:])
     return [*lines, ("others", f"{rest} cells")] if rest else lines
 
 

@@ -22,7 +22,7 @@ code 3 where a run stopped early.
 columns of the CSV, one row per cell, the second parameter running fastest:
   (parameter)       the two values, under their names in Python
 {cells.COLUMNS}
-  contact_fraction  part of the kept time in lasting contact
+  contact_fraction  part of the kept time in sustained contact
   largest_exponent  per unit time; -inf where perturbations die out at once
   exponent_error    its standard error; 0 where it follows from multipliers
 

@@ -33,7 +33,7 @@ columns of --csv, one row per kept impact:
 columns of --points, one row per value and branch:
   (parameter), branch    as above
 {cells.COLUMNS}
-  contact_fraction  part of the kept time in lasting contact
+  contact_fraction  part of the kept time in sustained contact
   largest_exponent  with --exponents: per unit time
   exponent_error    its standard error
 

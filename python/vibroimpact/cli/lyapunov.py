@@ -52,7 +52,7 @@ examples, with the system file of vibroimpact --help:
 
 
 # Errors by which an exponent is to differ from 0 to be called positive.
-CLEARLY = 2
+_CLEARLY = 2
 
 
 def add(subparsers: Any) -> None:
@@ -132,8 +132,8 @@ def _describe(result: LyapunovSpectrum) -> list[tuple[str, str]]:
 
 
 def _describe_all(result: LyapunovSweep) -> list[tuple[str, str]]:
-    positive = result.exponents[:, 0] > CLEARLY * result.error[:, 0]
-    text = f"{np.count_nonzero(positive)} values, by more than {CLEARLY} errors"
+    positive = result.exponents[:, 0] > _CLEARLY * result.error[:, 0]
+    text = f"{np.count_nonzero(positive)} values, by more than {_CLEARLY} errors"
     return [*cells.statuses(result.status), ("exponent 1 > 0", text)]
 
 

@@ -5,14 +5,14 @@ from typing import Any
 
 from ..orbits import PeriodicMotion
 
-MOST_MULTIPLIERS = 4
+_MOST_MULTIPLIERS = 4
 CSV_NAMES = (
     *("label", "m", "n", "admissible", "stable", "why_not"),
     *("x1", "v1", "v2", "phase"),
     *(f"initial_{name}" for name in ("x1", "v1", "x2", "v2")),
     *(
         f"multiplier_{number}_{part}"
-        for number in range(1, MOST_MULTIPLIERS + 1)
+        for number in range(1, _MOST_MULTIPLIERS + 1)
         for part in ("real", "imag")
     ),
     *("residual", "error"),
@@ -37,7 +37,7 @@ COLUMNS = """\
 def csv_row(motion: PeriodicMotion) -> list[Any]:
     """Return the columns `CSV_NAMES` of a motion."""
     parts = [part for value in motion.multipliers.tolist() for part in (value.real, value.imag)]
-    parts += [""] * (2 * MOST_MULTIPLIERS - len(parts))
+    parts += [""] * (2 * _MOST_MULTIPLIERS - len(parts))
     verdict = (int(motion.admissible), int(motion.stable), motion.why_not)
     return [
         *(motion.label, motion.m, motion.n, *verdict),

@@ -9,7 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from .._core import CONTACTS, LAWS, PARAMETERS, Parameter
+from .._core import CHATTER_TOLERANCE, CONTACTS, LAWS, PARAMETERS, Parameter
 from ..arguments import close_to
 from ..errors import ParameterError
 from ..system import System
@@ -91,7 +91,8 @@ def add_limits(group: argparse._ArgumentGroup, *, section: bool) -> None:
         "--chatter-tolerance",
         type=float,
         metavar="X",
-        help="absolute, on time and state where chatter is completed (default: 1e-12)",
+        help="absolute, on time and state where chatter is completed "
+        f"(default: {CHATTER_TOLERANCE})",
     )
     if section:
         group.add_argument(
@@ -179,10 +180,10 @@ class Request:
         return System.from_dict(unless_given | self.file.fields | flags)
 
     def values(self, *names: str, own: Collection[str] = (), **defaults: Any) -> dict[str, Any]:
-        """Return the options of a run by name, without those that nobody gives.
+        """Return the options of a run by name, without those that are not given.
 
-        `names` have no default here, `defaults` have this one; `own` are taken from flags alone,
-        where they mean something else than in [run].
+        `names` have no default here; `defaults` gives defaults by name. The options in `own` are
+        read from flags only, because in [run] the same name has another meaning.
         """
         flags = {name: value for name, value in vars(self.options).items() if value is not None}
         found = defaults | {name: self.file.run[name] for name in self._from_file()} | flags

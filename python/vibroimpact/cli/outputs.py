@@ -71,7 +71,7 @@ def check(options: argparse.Namespace) -> None:
 
 
 class Writing:
-    """Writes the files of a command: one that fails does not keep the others from being written."""
+    """Writes the files of a command; if one fails, the others are written all the same."""
 
     def __init__(self) -> None:
         self._errors: list[OSError] = []
@@ -81,7 +81,7 @@ class Writing:
         try:
             write(*arguments)
         except BrokenPipeError:
-            raise  # nobody reads what would come
+            raise  # nobody would read the rest
         except OSError as error:
             self._errors.append(error)
 
@@ -152,7 +152,7 @@ def figure(path: Path, width: float, height: float) -> Iterator["Figure"]:
 
 
 def summary_stream(options: argparse.Namespace) -> TextIO:
-    """Return where the summary goes: beside the standard output if the CSV goes there."""
+    """Return the stream of the summary: standard error if the CSV goes to standard output."""
     return sys.stderr if options.csv == "-" else sys.stdout
 
 

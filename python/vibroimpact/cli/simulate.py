@@ -27,7 +27,7 @@ printed:
   evidence  what the label stands on: a return or the rate of convergence, or
             the growth of a perturbation per drive period
   impacts   since t = 0, and how many of them are kept
-  contact   part of the kept time in lasting contact, if there is any
+  contact   part of the kept time in sustained contact, if there is any
   stopped   completed, or why the run stopped earlier (exit code 3)
   state     x1, v1, x2, v2 at the end, as --initial takes them, and when
   verified  with --verify: up to which impact the digits asked for are

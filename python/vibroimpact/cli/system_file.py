@@ -26,7 +26,7 @@ RUN_KEYS = (
     "chatter_tolerance",
     "section_phase",
 )
-# A word after an equals sign, and the words that TOML has a meaning for.
+# A word after an equals sign, and the words that have a meaning in TOML.
 _BARE_WORD = re.compile(r"^\s*([\w-]+)\s*=\s*([A-Za-z][\w-]*)\s*(?:#.*)?$", re.M)
 _TOML_WORDS = ("true", "false", "inf", "nan")
 _DAMPING = ("pendulum_damping", "oscillator_damping")

@@ -21,13 +21,15 @@ from .newton import Array, OutsideDomain, evaluate, newton
 
 Residual = Callable[[Array], tuple[Array, Array]]
 
-# Central differences of a function good to rounding: error of order eps^(2/3) at this step.
+# Step of the central differences, in units of the sizes. The errors, of second order in the step
+# and of rounding over the step, are then equal, about eps^(2/3) = 4e-11. Newton's method works with
+# a thousand times larger errors, so that a test may have noise well above rounding.
 DIFFERENCE = np.finfo(float).eps ** (1.0 / 3.0)
 # |mu| above this means that the branches miss each other.
-MISS = 1e-10
+_MISS = 1e-10
 # Singular values of J in units of the sizes below which they are zero; rows are not balanced, since
 # one of them may vanish.
-ZERO = 1e-6
+_ZERO = 1e-6
 
 
 def refine_branch_point(residual: Residual, z: Array, sizes: Array) -> Array | None:
@@ -62,7 +64,7 @@ def refine_branch_point(residual: Residual, z: Array, sizes: Array) -> Array | N
     solution, _, report = newton(
         system, start, np.ones(len(start)), max_iterations=20, damped=False
     )
-    if not report.converged or abs(solution[-1]) > MISS:
+    if not report.converged or abs(solution[-1]) > _MISS:
         return None
     refined: Array = solution[: count + 1] * sizes
     return refined
@@ -77,7 +79,7 @@ def directions(
     that z is not a simple branch point where two branches cross.
     """
     left, values, right = np.linalg.svd(residual(z)[1] * sizes)
-    if values[-1] > ZERO or (len(values) > 1 and values[-2] < ZERO):
+    if values[-1] > _ZERO or (len(values) > 1 and values[-2] < _ZERO):
         return None
     psi, null = left[:, -1], right[-2:]
 
@@ -95,7 +97,7 @@ def directions(
     if not np.isfinite(form).all():
         return None
     (low, high), axes = np.linalg.eigh(form)
-    if not min(-low, high) > ZERO * max(-low, high):
+    if not min(-low, high) > _ZERO * max(-low, high):
         return None
     # In the axes of the form its zeros are low x^2 + high y^2 = 0.
     lines = [

@@ -1,7 +1,6 @@
 """Curves of codimension-1 points in two parameters: zeros of (F(u, p1, p2), g(u, p1, p2)).
 
-They are followed by the machine of ``follow``, in the unknowns (u, p1, p2). The defining
-function g is
+They are followed as in ``follow``, in the unknowns (u, p1, p2). The defining function g is
 
 - for a fold, and for each matrix A that the problem names in ``singular_matrices`` (M + I for a
   period doubling, I - M (.) M for a Neimark-Sacker point), the solution g of the bordered system
@@ -33,16 +32,12 @@ from numpy.typing import ArrayLike
 
 from ..arguments import positive, reject, vector
 from ..errors import ParameterError
+from .branching import DIFFERENCE
 from .follow import Classify, checked_bounds, checked_direction
 from .names import TURNING_POINTS, OwnTest, PathEnd
 from .newton import Array, OutsideDomain, Problem, evaluate, newton, sizes_of
 from .path import Path
 from .tracing import Steps, start_point, trace
-
-# Step of the central differences, in units of the sizes. The errors, of second order in the step
-# and of rounding over the step, are then equal, about eps^(2/3) = 4e-11. Newton's method would
-# bear a thousand times more, so that noise of a test well above rounding does no harm.
-DIFFERENCE = np.finfo(float).eps ** (1.0 / 3.0)
 
 
 @runtime_checkable
@@ -84,7 +79,7 @@ class _Critical:
         self.problem, self.test, self.named = problem, test, named
         self.parameter_sizes, self.ignored = parameter_sizes, ignored | {test}
         self.n = len(z) - 2
-        # Asked once: a protocol's isinstance is slow.
+        # Evaluated once: isinstance is slow for a protocol.
         self.local = problem if isinstance(problem, HasSingleTests) else None
         self.matrices = problem if isinstance(problem, HasMatrices) else None
         self.sizes = self.scale(z)
@@ -230,6 +225,7 @@ def follow_curve(
     max_points: int = 1000,
     max_angle: float = 0.3,
     stop_at: Collection[str] = (),
+    first: Collection[str] = (),
     ignore: Collection[Hashable] = (),
     classify: Classify | None = None,
 ) -> Path:
@@ -251,7 +247,7 @@ def follow_curve(
         Direction of shape (n + 2,) to start in.
     parameter_sizes
         Sizes of the parameters beside ``problem.scale``, for norms, steps and differences.
-    step, min_step, max_step, max_points, max_angle, stop_at, classify
+    step, min_step, max_step, max_points, max_angle, stop_at, first, classify
         As in ``follow``.
     ignore
         Names of other tests that vanish along the whole curve, such as det(I - M) on one of folds.
@@ -289,6 +285,7 @@ def follow_curve(
         max_points=max_points,
         max_angle=max_angle,
         stop_at=stop_at,
+        first=first,
     )
     if isinstance(ignore, str):
         reject("ignore", ignore, "a collection of names of tests")
@@ -306,7 +303,8 @@ def curve_point(
 ) -> tuple[Array, Array, float] | None:
     """Return the point of a curve near (u, p) at which p[index] is what it is there.
 
-    With what is left of the defining function; None if Newton's method does not find it.
+    The second value is the remaining value of the defining function. None if Newton's method does
+    not find the point.
     """
     z, kept = np.concatenate((u, p)), len(u) + index
     try:

@@ -17,11 +17,11 @@ bracketed in s, every trial being a solution found by Newton's method, until rou
 test that changes sign twice within a step cannot be seen; ``max_angle`` and ``max_step`` make that
 rare. All sizes are dimensionless.
 
-Own code, because no kept package fits. PyPI's pycont-lite and bice use Newton-Krylov or
-finite-difference Jacobians, know fixed points of differential equations only, follow one parameter
-and need SciPy; pacopy has a proprietary licence; MatCont, BifurcationKit and AUTO are not Python.
-None takes an exact Jacobian with named test functions, finds bifurcations of maps and follows them
-in two parameters.
+This is own code, because no maintained package fits. PyPI's pycont-lite and bice use Newton-Krylov
+or finite-difference Jacobians, know fixed points of differential equations only, follow one
+parameter and need SciPy; pacopy has a proprietary licence; MatCont, BifurcationKit and AUTO are not
+Python. None of them takes an exact Jacobian and test functions with names, finds bifurcations of
+maps, and follows these in two parameters.
 """
 
 from collections.abc import Callable, Collection, Hashable, Mapping
@@ -116,6 +116,7 @@ def follow(
     max_points: int = 1000,
     max_angle: float = 0.3,
     stop_at: Collection[str] = (),
+    first: Collection[str] = (),
     classify: Classify | None = None,
 ) -> Path:
     """Follow a branch of solutions of F(u, p) = 0 in its one parameter.
@@ -143,6 +144,8 @@ def follow(
         Largest angle between successive tangents, in radians; steps aim at a third of it.
     stop_at
         Kinds of special points at which the branch ends.
+    first
+        Kinds that come first where several special points lie at one place, within rounding.
     classify
         Gives the kind of a located point from (test, u, p, jacobian), where a test has zeros of
         several kinds; default is the test's name.
@@ -175,6 +178,7 @@ def follow(
         max_points=max_points,
         max_angle=max_angle,
         stop_at=stop_at,
+        first=first,
     )
     return trace(
         curve,

@@ -10,8 +10,8 @@ W. Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, SIAM 20
 M (.) M is the bialternate product (second compound matrix), of the 2 x 2 minors of M; its
 eigenvalues are l_i l_j, i < j. Each determinant det(I - B) is divided by det(I + B^T B)^(1/2), the
 product of (1 + s^2)^(1/2) over the singular values s of B: smooth and never zero, so that the test
-is bounded however large the multipliers are, and linear near its zeros. A multiplier 0 (sticking)
-is a number like others. All are positive where every multiplier lies inside the unit circle.
+is bounded however large the multipliers are, and linear near its zeros. A multiplier may be 0
+(sticking). All are positive where every multiplier lies inside the unit circle.
 """
 
 import math
@@ -38,7 +38,8 @@ def period_doubling(monodromy: Array) -> float:
 def neimark_sacker(monodromy: Array) -> float:
     """Return det(I - M (.) M), scaled; M of shape (n, n), n >= 2.
 
-    It also vanishes at a neutral saddle, which is no bifurcation: ask ``neimark_sacker_kind``.
+    It also vanishes at a neutral saddle, which is no bifurcation: ``neimark_sacker_kind``
+    distinguishes them.
     """
     # From the multipliers, since minors of a matrix with large entries lose digits. The product is
     # real, complex factors coming in pairs; the singular values of M (.) M are s_i s_j.

@@ -28,7 +28,7 @@ NOISE = 1e-9
 # Newton's steps halve at best.
 SINGULAR = 1e-6
 # The shortest fraction of a step that is tried.
-LEAST_DAMPING = 2.0**-12
+_LEAST_DAMPING = 2.0**-12
 
 
 class OutsideDomain(ArithmeticError):
@@ -189,7 +189,7 @@ def newton(
             except OutsideDomain:
                 outside = True
             factor /= 2.0
-            if not damped or factor < LEAST_DAMPING:
+            if not damped or factor < _LEAST_DAMPING:
                 return result("outside domain" if outside else "no convergence")
         z, value, matrix = trial, next_value, next_matrix
     return result("no convergence")

@@ -1,4 +1,4 @@
-"""What continuation works on and what it gives: curves, their points, special points, paths."""
+"""The types of continuation: curves, their points, special points, paths."""
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class Point:
     jacobian
         Jacobian to u and p, of shape (n, n + k); on a curve a last row has the test's gradient.
     tests
-        Test functions, by what names them.
+        Values of the test functions, by name.
     residual, iterations
         max |F_i|, and Newton iterations spent.
     """
@@ -58,7 +58,7 @@ class SpecialPoint(Point):
         What it is: ``fold``, ``branch_point``, ``cusp``, ``turning_point``, or what the problem
         calls it.
     test, value
-        The test function and what is left of it here.
+        The test function and its remaining value here.
     bracket
         The arclengths between which it changes sign.
     continuous
@@ -85,7 +85,7 @@ class Path:
     end
         Why it ends.
     detail
-        What happened in the shortest step, for the ends that are a failure of it.
+        If the path ends because the shortest step failed: how it failed.
     """
 
     points: tuple[Point, ...]
@@ -95,7 +95,7 @@ class Path:
 
     @property
     def stop(self) -> SpecialPoint | None:
-        """The special point at which it was to end, and did."""
+        """The special point at which it ended because that was asked for."""
         return self.special[-1] if self.end is PathEnd.STOPPED else None
 
     @property
@@ -138,10 +138,10 @@ class Curve(Protocol):
         """Return the test functions at a solution."""
 
     def classify(self, test: Hashable, z: Array, jacobian: Array) -> str:
-        """Return the kind of a zero of a test that is none of a path's own."""
+        """Return the kind of a zero of one of the problem's own tests."""
 
     def scale(self, z: Array) -> Array:
         """Return the sizes of z, of shape (N + 1,)."""
 
     def adapt(self, z: Array, jacobian: Array) -> None:
-        """Take note of a new accepted point."""
+        """Use a new accepted point, for example to update vectors."""

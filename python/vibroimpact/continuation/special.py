@@ -5,7 +5,7 @@ until rounding stops it. See ``follow``.
 """
 
 import math
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Collection, Hashable
 from dataclasses import replace
 
 import numpy as np
@@ -18,14 +18,14 @@ from .step import RESOLUTION, SAME_POINT, Rejected, Step, bracket
 
 # A branch point is bracketed to this part of the step only, since Newton's matrix is singular
 # there; refine_branch_point does the rest.
-BRANCH_POINT_RESOLUTION = 1e-6
-# A fold nearer to a branch point or cusp than this part of the step is that point: dp/ds changes
-# sign too where a branch meets a symmetric one.
-SAME_EVENT = 1e-4
+_BRANCH_POINT_RESOLUTION = 1e-6
+# A fold nearer to a branch point or cusp than this part of the step is the same point: dp/ds also
+# changes sign where a branch meets a symmetric one.
+_SAME_EVENT = 1e-4
 # Events nearer to each other than this part of the step are at one place.
-SAME_PLACE = 1e-7
-# Where the bracket is shorter than this part of the step, a failing trial ends the location, and
-# does not make the whole step be taken again.
+_SAME_PLACE = 1e-7
+# Where the bracket is shorter than this part of the step, a trial that fails ends the location; the
+# step is not repeated.
 SMALL_BRACKET = 1e-3
 
 
@@ -51,10 +51,10 @@ def _locate(step: Step, name: Hashable, end: Point) -> SpecialPoint | None:
     if before == 0.0 or math.isnan(after) or before * np.sign(after) > 0.0:
         return None
     if _is_fold(name) and max(abs(before), abs(after)) < SAME_POINT:
-        return None  # a curve along which the parameter stays the same, but for rounding
+        return None  # along this curve the parameter is constant within rounding
     singular = name is OwnTest.BRANCH_POINT
-    if singular and abs(before) < BRANCH_POINT_RESOLUTION * abs(after):
-        # The origin itself, but for rounding: every trial next to it would fail.
+    if singular and abs(before) < _BRANCH_POINT_RESOLUTION * abs(after):
+        # Within rounding this is the origin itself: every trial next to it would fail.
         best = other = step.origin
     else:
         best, other = bracket(
@@ -62,7 +62,7 @@ def _locate(step: Step, name: Hashable, end: Point) -> SpecialPoint | None:
             value,
             step.origin,
             end,
-            resolution=BRANCH_POINT_RESOLUTION * length if singular else RESOLUTION,
+            resolution=_BRANCH_POINT_RESOLUTION * length if singular else RESOLUTION,
             give_up=SMALL_BRACKET * length,
         )
     jump = abs(best.tests[name] - other.tests[name])
@@ -102,16 +102,15 @@ def _refined(step: Step, rough: Point, end: Point) -> Point:
     return step.point(z, jacobian, tangent / np.linalg.norm(tangent), report)
 
 
-def located(step: Step, end: Point) -> list[SpecialPoint]:
+def located(step: Step, end: Point, first: Collection[str]) -> list[SpecialPoint]:
     """Return the special points between the origin of a step and ``end``, in order."""
-    # In an order that does not depend on how names are hashed.
+    # Sorted, so that the order does not depend on hashes.
     names = sorted(end.tests.keys() & step.origin.tests.keys(), key=str)
     found = [point for name in names if (point := _locate(step, name, end)) is not None]
-    near = SAME_EVENT * step.s(end.z)
+    near = _SAME_EVENT * step.s(end.z)
     meetings = (OwnTest.BRANCH_POINT, OwnTest.CUSP)
     turns = [point.arclength for point in found if point.test in meetings]
-    # Where an impact vanishes with u all that is measured in it may vanish too: that is a grazing.
-    tie = SAME_PLACE * step.s(end.z)
+    tie = _SAME_PLACE * step.s(end.z)
     return sorted(
         (
             point
@@ -119,7 +118,7 @@ def located(step: Step, end: Point) -> list[SpecialPoint]:
             if not _is_fold(point.test)
             or all(abs(point.arclength - other) > near for other in turns)
         ),
-        key=lambda point: point.arclength - (tie if point.kind == "grazing" else 0.0),
+        key=lambda point: point.arclength - (tie if point.kind in first else 0.0),
     )
 
 

@@ -19,15 +19,16 @@ MAX_CORRECTIONS = 12
 # Width at which the bracketing of a point ends, in units of the sizes: rounding of z.
 RESOLUTION = 4.0 * np.finfo(float).eps
 # Cap on the trials of a bracketing: more than bisection from the longest step takes.
-MAX_TRIALS = 200
-# A step may leave what its tangents tell of it by this part of the angle allowed.
-MISFIT = 0.1
+_MAX_TRIALS = 200
+# The end of a step may differ from the prediction of the tangents by this part of the allowed
+# angle.
+_MISFIT = 0.1
 # Two points nearer than this, in units of the sizes, are the same.
 SAME_POINT = 1e-8
 
 
 class Rejected(Exception):
-    """A step or trial failed; carries the reason to end with if it cannot be made shorter."""
+    """A step or trial failed; has the reason for the end if the step cannot be made shorter."""
 
     def __init__(self, reason: PathEnd, detail: str) -> None:
         super().__init__(detail)
@@ -91,8 +92,9 @@ class Step:
     def accept(self, point: Point, max_angle: float) -> float:
         """Return the angle between the tangents; reject a point that is not the next one.
 
-        Of a smooth curve the trapezoidal rule tells the end of a step from the tangents at both; a
-        point much off that is on another curve, or the step is too long.
+        On a smooth curve the trapezoidal rule predicts the end of a step from the tangents at both
+        ends. If a point is far from the prediction, it is on another curve, or the step is too
+        long.
         """
         tangent = point.tangent / self.sizes
         cosine = float(self.tangent @ tangent) / float(np.linalg.norm(tangent))
@@ -101,7 +103,7 @@ class Step:
         slope = tangent / float(self.tangent @ tangent)
         mean = (self.tangent + slope) / 2.0
         off = float(np.linalg.norm((point.z - self.origin.z) / self.sizes - s * mean))
-        if s <= 0.0 or angle > max_angle or off > MISFIT * max_angle * s + SAME_POINT:
+        if s <= 0.0 or angle > max_angle or off > _MISFIT * max_angle * s + SAME_POINT:
             raise Rejected(
                 PathEnd.NO_CONVERGENCE,
                 f"the curve turns by {angle:.2g} rad and leaves its tangents by {off:.2g} "
@@ -176,17 +178,17 @@ def bracket(
 
     T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145-149: inverse quadratic
     interpolation where the three last points allow it, else bisection. A trial that fails in a
-    bracket shorter than ``give_up``, or that near to the origin of the step, ends the search: the
-    origin may be a branch point, next to which there is no one solution.
+    bracket shorter than ``give_up``, or or at such a distance from the origin of the step, ends the
+    search: the origin may be a branch point, and near it the solution is not unique.
     """
     # (s, value, point): b is the newest, a the other side of it, c the one before
     a, b = ((step.s(x.z), value(x), x) for x in (low, high))
-    # A zero counts as negative: its other side is looked for, too.
+    # A zero counts as negative, so that the search goes on to its other side.
     if a[1] == 0.0 or (a[1] < 0.0 and b[1] == 0.0):
         return (low, high) if a[1] == 0.0 else (high, low)
     c = a
     fraction = b[1] / (b[1] - a[1])
-    for _ in range(MAX_TRIALS):
+    for _ in range(_MAX_TRIALS):
         width = abs(a[0] - b[0])
         if width <= 2.0 * resolution:
             break

@@ -15,7 +15,7 @@ from .special import SMALL_BRACKET, closing, leaving, located
 from .step import MAX_CORRECTIONS, RESOLUTION, SAME_POINT, Rejected, Step
 
 # Steps grow only where Newton's method took at most this many iterations.
-EASY_CORRECTIONS = 5
+_EASY_CORRECTIONS = 5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +28,7 @@ class Steps:
     max_points: int
     max_angle: float
     stop_at: frozenset[str]
+    first: frozenset[str]
 
     @classmethod
     def checked(
@@ -39,6 +40,7 @@ class Steps:
         max_points: Any,
         max_angle: Any,
         stop_at: Any,
+        first: Any,
     ) -> "Steps":
         """Return the settings, or raise ParameterError."""
         values = [positive("min_step", min_step), positive("step", step)]
@@ -48,8 +50,9 @@ class Steps:
         angle = positive("max_angle", max_angle)
         if angle > 1.0:
             reject("max_angle", max_angle, "a number in (0, 1], in radians")
-        if isinstance(stop_at, str) or not all(isinstance(kind, str) for kind in stop_at):
-            reject("stop_at", stop_at, "a collection of kinds of special points")
+        for name, kinds in (("stop_at", stop_at), ("first", first)):
+            if isinstance(kinds, str) or not all(isinstance(kind, str) for kind in kinds):
+                reject(name, kinds, "a collection of kinds of special points")
         return cls(
             step=values[1],
             min_step=values[0],
@@ -57,6 +60,7 @@ class Steps:
             max_points=count("max_points", max_points, least=1),
             max_angle=angle,
             stop_at=frozenset(stop_at),
+            first=frozenset(first),
         )
 
 
@@ -156,9 +160,9 @@ def _nearest(curve: Curve, z: Array, sizes: Array) -> tuple[Array, NewtonReport]
 
 @dataclass
 class _End:
-    """Where a step leads: its last point and, if the path ends there, why; what is on the way.
+    """The result of a step: last point, the reason if the path ends there, special points.
 
-    A special point at the start of the path is kept apart: it is on the path only if that closes.
+    Special points at the start of the path are separate: they belong to the path only if it closes.
     """
 
     point: Point
@@ -180,8 +184,8 @@ def _advance(step: Step, length: float, limits: Limits, max_angle: float) -> _En
         s, index, value = bound
         if s <= RESOLUTION:
             return _End(step.origin, PathEnd.BOUND)
-        # F may not be defined beyond its bound, so that the bound itself is aimed at. A curve that
-        # turns back before it is what the plain step is for.
+        # F may not be defined beyond its bound, so that the bound itself is aimed at. If the curve
+        # turns back before the bound, the plain step is used.
         try:
             landed = step.where(index, value, step.predict(s))
             step.accept(landed, max_angle)
@@ -192,14 +196,14 @@ def _advance(step: Step, length: float, limits: Limits, max_angle: float) -> _En
 
 
 def _take(step: Step, length: float, start: Point, limits: Limits, settings: Steps) -> _End:
-    """Return where a step leads, with the special points on the way there."""
+    """Return the result of a step, with its special points."""
     end = _advance(step, length, limits, settings.max_angle)
     if end.point is step.origin:
         return end
     step.accept(end.point, settings.max_angle)
     if step.origin is not start and (home := closing(step, end.point, start)) is not None:
         end = _End(home, PathEnd.CLOSED)
-    found = located(step, end.point)
+    found = located(step, end.point, settings.first)
     if (edge := leaving(step, [*found, end.point], limits)) is not None:
         end = _End(edge, PathEnd.BOUND)
         found = [event for event in found if event.arclength <= edge.arclength]
@@ -220,10 +224,10 @@ def _take(step: Step, length: float, start: Point, limits: Limits, settings: Ste
 
 
 def _next_length(length: float, step: Step, end: Point, settings: Steps) -> float:
-    """Return the length of the next step: longer where the curve is straight and Newton's easy."""
+    """Return the next step length: longer where the curve is straight and Newton's method fast."""
     angle = step.accept(end, math.inf)
     factor = min(2.0, max(0.5, settings.max_angle / 3.0 / max(angle, 1e-12)))
-    if end.iterations > EASY_CORRECTIONS:
+    if end.iterations > _EASY_CORRECTIONS:
         factor = min(factor, 0.7)
     return min(max(factor * length, settings.min_step), settings.max_step)
 
@@ -262,7 +266,8 @@ def trace(curve: Curve, start: Point | Path, limits: Limits, settings: Steps) ->
             length = _next_length(length, step, end.point, settings)
     except KeyboardInterrupt:
         raise Interrupted(
-            f"interrupted after {len(points)} points; .result holds the path so far",
+            f"interrupted after {len(points)} points",
             path(PathEnd.INTERRUPTED),
+            holds="the path so far",
         ) from None
     return path(PathEnd.POINTS)

@@ -1,8 +1,8 @@
 """Periodic motions: found, judged, and followed over parameters (docs/orbits.md).
 
-Residuals, their derivatives and test functions are kernels of the compiled core; what is done with
-them stands here: Newton's method from simulations (`shooting`), verdicts (`motion`), branches with
-their bifurcations and borders, borders in two parameters, manifolds of saddles.
+Residuals, their derivatives and test functions are kernels of the compiled core; this package uses
+them for Newton's method from simulations (`shooting`), verdicts (`motion`), branches with their
+bifurcations and borders, borders in two parameters, manifolds of saddles.
 """
 
 from .._core import Border, BorderKind, Condition, Leg, LegEnd, LegKind

@@ -1,4 +1,4 @@
-"""The walk round a region of stability, from curve to curve and along the bounds (`regions`)."""
+"""The border of a region of stability, from curve to curve and along the bounds (`regions`)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from .branch import Bifurcation
 from .curve import BifurcationCurve, CodimensionTwo
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .doubling import doubled, doubling_near, halving
-from .kinds import BORDERS, BifurcationKind
+from .kinds import BORDERS, FIRST, BifurcationKind
 from .motion import PeriodicMotion
 from .problem import OrbitProblem
 from .ranges import Bounds
@@ -24,7 +24,7 @@ from .verdict import motion_of
 
 Array = NDArray[np.float64]
 
-# At which a stable motion ends, along a branch and along the edge of its stability.
+# Bifurcations at which a stable motion ends, along a branch and along a border of stability.
 ENDS = (
     OwnTest.FOLD,
     BifurcationKind.SADDLE_NODE,
@@ -33,17 +33,17 @@ ENDS = (
     *BORDERS,
     *RESONANCES,
 )
-# The other curve through a strong resonance on one of Neimark-Sacker points.
+# The kind of the other curve through a strong resonance on a curve of Neimark-Sacker points.
 _OTHER = {
     BifurcationKind.RESONANCE_1_1: BifurcationKind.SADDLE_NODE,
     BifurcationKind.RESONANCE_1_2: BifurcationKind.PERIOD_DOUBLING,
 }
-# Two ends of curves are one point if they agree to this part of the ranges.
-SAME_CORNER = 1e-6
-# ... and to this part where the equations of a doubled motion become singular.
-JOINED = 1e-3
+# Two ends of curves are the same point if they agree to this part of the ranges.
+_SAME_CORNER = 1e-6
+# The same tolerance where the equations of a doubled motion become singular.
+_JOINED = 1e-3
 # Curves and bounds that a border may consist of.
-MOST_ARCS = 60
+_MOST_ARCS = 60
 
 
 class Lost(Exception):
@@ -52,7 +52,7 @@ class Lost(Exception):
 
 @dataclass
 class Arc:
-    """Part of the border, in the order of the walk: a curve, or a piece of a bound."""
+    """Part of the border, in order: a curve, or a piece of a bound."""
 
     values: Array
     curve: BifurcationCurve | None
@@ -69,12 +69,12 @@ class OnBound:
     tangent: Array | None = None
 
 
-# Where the walk stands: where the next curve starts, on a bound, nowhere, or where Ctrl-C came.
+# Position on the border: start of the next curve, on a bound, none, or the place of Ctrl-C.
 Place = Bifurcation | CodimensionTwo | OnBound | Lost | KeyboardInterrupt
 
 
 class Walk:
-    """A walk round the region of stability of a motion; ``arcs`` is what it has come along."""
+    """Follows the border of the region of stability of a motion; ``arcs`` are the parts so far."""
 
     def __init__(
         self,
@@ -85,7 +85,7 @@ class Walk:
     ) -> None:
         self.motion, self.names, self.bounds, self.steps = motion, names, bounds, steps
         self.sizes = np.array([high - low for low, high in bounds])
-        # Parts of the border in the order of the walk, forwards and backwards from its start.
+        # Parts of the border in order, forwards and backwards from the start.
         self._after: list[Arc] = []
         self._before: list[Arc] = []
         # Where a doubled motion becomes one with the shorter one.
@@ -93,14 +93,14 @@ class Walk:
 
     @property
     def arcs(self) -> list[Arc]:
-        """The border in order: what was walked backwards from the start, then forwards."""
+        """The border in order: the parts found backwards from the start, then those forwards."""
         turned = [Arc(arc.values[::-1], arc.curve) for arc in reversed(self._before)]
         return [*turned, *self._after]
 
     def round(self) -> str:
-        """Walk round; return why the border does not close, ``""`` if it does.
+        """Follow the border; return why it does not close, ``""`` if it does.
 
-        After Ctrl-C a KeyboardInterrupt, and ``arcs`` is what was walked by then.
+        After Ctrl-C a KeyboardInterrupt is raised, and ``arcs`` has the parts found by then.
         """
         try:
             start = self._first_bifurcation()
@@ -128,7 +128,7 @@ class Walk:
             return ""
         except Lost as loss:
             why_not = str(loss)
-        # What can be reached the other way round, which may be the rest.
+        # The other direction may reach the rest of the border.
         try:
             for arc in self._onward(self._place(problem, back), self._after[-1].values[-1]):
                 self._before.append(arc)
@@ -137,18 +137,18 @@ class Walk:
             return f"{why_not}; {loss}"
 
     def _onward(self, place: Place, aim: Array) -> Iterator[Arc]:
-        """Give the arcs from a place up to the point aimed at."""
-        for _ in range(MOST_ARCS):
+        """Yield the arcs from a place to the target point."""
+        for _ in range(_MOST_ARCS):
             if isinstance(place, Lost | KeyboardInterrupt):
                 raise place
             arc, place = self._next(place)
             yield arc
             if isinstance(place, KeyboardInterrupt):
                 continue
-            near = JOINED if isinstance(place, Lost) else SAME_CORNER
+            near = _JOINED if isinstance(place, Lost) else _SAME_CORNER
             if (np.abs(arc.values[-1] - aim) < near * self.sizes).all():
                 return
-        raise Lost(f"not closed after {MOST_ARCS} curves")
+        raise Lost(f"not closed after {_MOST_ARCS} curves")
 
     def _next(self, place: Bifurcation | CodimensionTwo | OnBound) -> tuple[Arc, Place]:
         if isinstance(place, OnBound):
@@ -172,7 +172,7 @@ class Walk:
         return path
 
     def _place(self, problem: CurveProblem, path: Path) -> Place:
-        """Return where a curve has led."""
+        """Return the place at the end of a curve."""
         if path.end is PathEnd.INTERRUPTED:
             return KeyboardInterrupt()
         last = path.points[-1]
@@ -200,7 +200,7 @@ class Walk:
         return int(np.argmin(off / self.sizes))
 
     def _first_bifurcation(self) -> Bifurcation | None:
-        """Return the first bifurcation that is met along one of the parameters, if any is."""
+        """Return the first bifurcation along one of the parameters, if there is one."""
         system, nodes = self.motion.system, self.motion.nodes.ravel()
         p = np.array([getattr(system, name) for name in self.names])
         lost: Lost | None = None
@@ -267,6 +267,7 @@ class Walk:
                 max_step=self.steps.max_step,
                 max_points=most or self.steps.max_points,
                 stop_at=ENDS,
+                first=FIRST,
                 classify=problem.classify,
             )
         except KeyboardInterrupt as interruption:

@@ -25,7 +25,7 @@ from .branch import Bifurcation
 from .curve import BifurcationCurve, CodimensionTwo
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .friction import with_friction
-from .kinds import BORDERS, BifurcationKind
+from .kinds import BORDERS, FIRST, BifurcationKind
 from .problem import OrbitProblem
 from .ranges import LONGEST_STEP, Bounds, two_ranges
 from .resegment import beside, spared
@@ -54,7 +54,7 @@ class CurveSteps:
 
     @classmethod
     def checked(cls, step: float, max_step: float, max_points: int) -> "CurveSteps":
-        """Check what a caller gives."""
+        """Check the arguments."""
         first, largest = positive("step", step), positive("max_step", max_step)
         for name, value in (("step", first), ("max_step", largest)):
             if value > LONGEST_STEP:
@@ -148,7 +148,7 @@ def curve_problem(
     if "friction" in names:
         itinerary, nodes, friction = with_friction(system, itinerary, nodes)
         if friction != system.friction:
-            reject("friction", system.friction, "> 0 for a motion with lasting contact")
+            reject("friction", system.friction, "> 0 for a motion with sustained contact")
     return CurveProblem(system, itinerary, names, bifurcation.kind, test), nodes.ravel().copy()
 
 
@@ -160,7 +160,7 @@ def follow_way(
     steps: CurveSteps,
     stop_at: Sequence[str] = (),
 ) -> Path:
-    """Follow a curve one way, up to where it is no bifurcation of a motion any more.
+    """Follow a curve in one direction, until it is no bifurcation of a motion any more.
 
     After Ctrl-C the path ends with ``interrupted``.
     """
@@ -179,6 +179,7 @@ def follow_way(
             max_step=steps.max_step,
             max_points=steps.max_points,
             stop_at=(*BORDERS, *resonances, *stop_at),
+            first=FIRST,
             # On a curve of saddle-nodes det(I - M) is zero throughout.
             ignore=[BifurcationKind.SADDLE_NODE] if problem.test is OwnTest.FOLD else [],
             classify=problem.classify,

@@ -36,7 +36,7 @@ class Bifurcation:
     motion
         The motion there.
     test, test_value
-        The function that vanishes there, and what is left of it.
+        The function that vanishes there, and its remaining value.
     goes_on
         At a border: the legs beyond it, ``()`` where the branch ends.
     """
@@ -89,7 +89,7 @@ class Piece:
 
     @property
     def label(self) -> str:
-        """The motion in a word, m-n."""
+        """The label of the motion, m-n."""
         legs = self.itinerary.legs
         impacts = sum(leg.kind is LegKind.IMPACT for leg in legs)
         return f"{self.itinerary.periods}-{'inf' if Leg.CHATTER in legs else impacts}"
@@ -113,7 +113,7 @@ class Piece:
 
     @cached_property
     def impacts(self) -> Array:
-        """x1 at the impacts but those of chatter, shape (k, impacts)."""
+        """x1 at the impacts that do not belong to chatter, shape (k, impacts)."""
         after = [i for i, leg in enumerate(self.itinerary.legs) if leg.kind is LegKind.IMPACT]
         count = len(self.itinerary.legs)
         return self.nodes[:, [(i + 1) % count for i in after], 0]
@@ -122,7 +122,8 @@ class Piece:
     def sections(self) -> Array:
         """x1 at the starts of the m drive periods, shape (k, m)."""
         motion_of = verb("motion_of")
-        # As a whole: at a period doubling an orbit run through twice would be cut down to one.
+        # With ``whole``: at a period doubling an orbit that repeats twice would become a single
+        # one.
         motions = (
             motion_of(self._system_at(k), self.itinerary, nodes.copy(), whole=True)
             for k, nodes in enumerate(self.nodes)
@@ -148,7 +149,7 @@ class Branch:
         does not pass, ``points``, ``closed``, ``start``, ``no convergence``, ``outside domain``,
         ``interrupted``, or ``refused``: a simulation does not confirm the next point.
     why_not
-        Why not, of either end; ``""`` where that is not the reason.
+        For each end that is ``refused``: the reason of the simulation; else ``""``.
     """
 
     parameter: str

@@ -37,7 +37,7 @@ class CodimensionTwo:
     motion
         The motion there.
     test, test_value
-        The second function, and what is left of it.
+        The second function, and its remaining value.
     goes_on
         Where two borders meet: the curve's own bifurcation with the legs beyond the other border,
         to be followed by ``bifurcation_curve``; None where it is not known.

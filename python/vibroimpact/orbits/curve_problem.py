@@ -1,7 +1,7 @@
-"""The conditions of periodicity along a curve of bifurcations of one kind: which tests to watch.
+"""The conditions of periodicity along a curve of bifurcations, and the tests to watch there.
 
-On a curve one multiplier, or a pair, or a border's function stays critical. What else may happen is
-a point of codimension two:
+On a curve one multiplier, a pair of multipliers, or the function of a border stays critical. At a
+point of codimension two something else happens as well:
 
 - another multiplier reaches 1 or -1, or another pair the unit circle;
 - two multipliers become 1 (``resonance_1_1``) or -1 (``resonance_1_2``): there curves of
@@ -34,8 +34,8 @@ from .problem import Array, OrbitProblem
 
 # cos theta within this of 1 or -1 belongs to a resonance: multipliers within 1e-2 of 1 or -1. Where
 # two multipliers meet, rounding of the matrix moves them by its square root.
-RESONANT = 1e-4
-# A test of a border, or 1 - |l|, above minus this is not below zero: rounding of a point on it.
+_RESONANT = 1e-4
+# A test of a border, or 1 - |l|, counts as negative only below minus this: rounding.
 ROUNDING = 1e-9
 # How many multipliers are critical on a curve, and where on the unit circle a single one is.
 _CRITICAL = {
@@ -107,7 +107,7 @@ class CurveProblem(OrbitProblem):
         single = (BifurcationKind.SADDLE_NODE, BifurcationKind.PERIOD_DOUBLING)
         if test is BifurcationKind.NEIMARK_SACKER and self.kind in single:
             c = neimark_sacker_cosine(self.monodromy(u, p))
-            if abs(abs(c) - 1.0) < RESONANT:
+            if abs(abs(c) - 1.0) < _RESONANT:
                 return RESONANCES[0] if c > 0.0 else RESONANCES[1]
         return super().classify(test, u, p, jacobian)
 

@@ -1,4 +1,4 @@
-"""Period doubling of orbits: where the halves of one become one, and how one begins to double."""
+"""Period doubling of orbits: where both halves become equal, and how a doubled orbit starts."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,18 +16,18 @@ from .special_points import bifurcation_at
 
 Array = NDArray[np.float64]
 
-# Halves of an orbit this close, in units of its size, are one.
-ONE_HALF = 1e-3
-# Halves this close are the same but for rounding.
-SAME_HALVES = 1e-9
+# Halves of an orbit that are this close, in units of its size, are equal.
+_ONE_HALF = 1e-3
+# Halves this close differ by rounding only.
+_SAME_HALVES = 1e-9
 # Parts of the range around their meeting in which the period doubling is looked for.
-DOUBLING_WINDOWS = (1e-5, 1e-4, 1e-3, 1e-2)
+_DOUBLING_WINDOWS = (1e-5, 1e-4, 1e-3, 1e-2)
 # Shortest step, as part of the range and of the motion's size.
 MIN_STEP = 1e-9
 
 
 def doubled(motion: PeriodicMotion) -> tuple[_core.Itinerary, Array, Array]:
-    """Return legs and nodes of a motion run through twice, and the direction that doubles it.
+    """Return legs and nodes of a motion repeated twice, and the direction that doubles it.
 
     At a period doubling the multiplier -1 has an eigenvector d: the doubled orbit leaves by +d in
     its first half and by -d in its second.
@@ -51,10 +51,10 @@ def doubled(motion: PeriodicMotion) -> tuple[_core.Itinerary, Array, Array]:
 
 
 def halving(problem: OrbitProblem, path: Path) -> int | None:
-    """Return the first point beyond which both halves of the orbit have become one.
+    """Return the first point beyond which both halves of the orbit are equal.
 
-    There the branch meets that of the halved orbit, at its period doubling, and would come back
-    with its halves exchanged.
+    There the branch meets the branch of the shorter orbit, at its period doubling. Beyond, it would
+    return with exchanged halves.
     """
     shorter = _half_of(problem)
     if shorter is None or len(path.points) < 2:
@@ -64,8 +64,8 @@ def halving(problem: OrbitProblem, path: Path) -> int | None:
     distance = np.abs(apart).max(axis=1)
     for k in range(1, len(apart)):
         # A branch that begins at a period doubling leaves it first.
-        turned = apart[k] @ apart[k - 1] < 0.0 and distance[k - 1] > SAME_HALVES
-        if turned or distance[k - 1] > distance[k] < ONE_HALF:
+        turned = apart[k] @ apart[k - 1] < 0.0 and distance[k - 1] > _SAME_HALVES
+        if turned or distance[k - 1] > distance[k] < _ONE_HALF:
             return k
     return None
 
@@ -80,7 +80,7 @@ def doubling_near(
     nodes = 0.5 * (u[: len(u) // 2] + u[len(u) // 2 :])
     low, high = bounds
     size = high - low
-    for part in DOUBLING_WINDOWS:
+    for part in _DOUBLING_WINDOWS:
         window = part * size
         start = max(low, float(p[0]) - window)
         path = follow(

@@ -21,7 +21,7 @@ from ..continuation.path import Path, Point, SpecialPoint, path_so_far
 from ..system import System
 from .branch import Bifurcation, Branch, Piece
 from .doubling import MIN_STEP, doubling_near, halving
-from .kinds import BORDERS, BifurcationKind, BranchEnd
+from .kinds import BORDERS, FIRST, BifurcationKind, BranchEnd
 from .motion import same_orbit
 from .problem import OrbitProblem
 from .ranges import LONGEST_STEP
@@ -30,29 +30,30 @@ from .special_points import bifurcation_at, end_of
 from .verdict import motion_of
 
 # Sequences of legs that one direction of a branch may pass.
-MOST_PIECES = 200
-# Part of the largest value of a test function along a piece below which it is at its border.
-AT_BORDER = 1e-4
+_MOST_PIECES = 200
+# A test function is at its border below this part of its largest value along a piece.
+_AT_BORDER = 1e-4
 # First step unless told otherwise.
-DEFAULT_STEP = 0.01
-# A test is this small at the most where it was located; all are of order one elsewhere.
-LOCATED = 1e-6
-# Times that the steps are halved where a path has passed a border.
-MOST_REFINEMENTS = 6
-# A border met again has the same parameter to this accuracy.
-SAME_VALUE = 1e-9
-# Another event nearer to a border than this, in units of the sizes, is the border: beyond it these
-# legs are none any more.
-SAME_PLACE = 1e-9
-# Where a step has led past a border unseen, such as a gap's maximum that rises from nothing to
-# above zero within it, it is taken again this many times, each time by so many shorter ones.
-RETRIES = 8
-SHORTER = 4.0
+_DEFAULT_STEP = 0.01
+# Where a test was located it is at most this; elsewhere all tests are of order one.
+_LOCATED = 1e-6
+# How often the steps are halved where a path has passed a border.
+_MOST_REFINEMENTS = 6
+# A border that is reached again has the same parameter to this accuracy.
+_SAME_VALUE = 1e-9
+# Another event nearer to a border than this, in units of the sizes, belongs to the border: beyond
+# it these legs do not exist.
+_BESIDE_BORDER = 1e-9
+# A step may pass a border without a sign change, for example if a maximum of the gap appears and
+# becomes positive within it. Then the step is repeated this many times, each time with so many
+# shorter steps.
+_RETRIES = 8
+_SHORTER = 4.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """What is the same along a branch."""
+    """The settings of a branch."""
 
     parameter: str
     bounds: tuple[float, float]
@@ -72,11 +73,11 @@ class Settings:
         max_points: int,
         virtual: bool = False,
     ) -> "Settings":
-        """Check what a caller gives."""
+        """Check the arguments."""
         largest = positive("max_step", max_step)
         if largest > LONGEST_STEP:
             reject("max_step", max_step, f"a number > 0, at most {LONGEST_STEP:g}")
-        first = min(DEFAULT_STEP, largest) if step is None else positive("step", step)
+        first = min(_DEFAULT_STEP, largest) if step is None else positive("step", step)
         if not MIN_STEP <= first <= largest:
             reject("step", step, f"a number from {MIN_STEP} to max_step = {largest}")
         if not isinstance(virtual, bool):
@@ -92,7 +93,7 @@ class Settings:
         )
 
     def halved(self) -> "Settings":
-        """Return the same with steps half as long."""
+        """Return these settings with steps half as long."""
         half = max(self.step / 2.0, MIN_STEP)
         return replace(self, step=half, max_step=max(self.max_step / 2.0, half))
 
@@ -108,17 +109,17 @@ class Half:
 
 
 def follow_half(system: System, start: Crossing, way: int, settings: Settings) -> Half:
-    """Follow one direction; Ctrl-C ends it with what is done."""
+    """Follow one direction; after Ctrl-C return what is done."""
     half = Half([], [], PathEnd.POINTS)
     try:
         _extend(half, system, start, way, settings)
-    except KeyboardInterrupt:  # Interrupted is one
+    except KeyboardInterrupt:  # Interrupted is a KeyboardInterrupt
         half.end = PathEnd.INTERRUPTED
     return half
 
 
 def joined(name: str, halves: Sequence[Half], both: bool) -> Branch:
-    """Return the branch of one direction, or of both, the first of which runs against its way."""
+    """Return the branch of one direction, or of both; then the first is reversed."""
     if not both or len(halves) == 1:
         half = halves[0]
         return Branch(
@@ -152,19 +153,19 @@ def joined(name: str, halves: Sequence[Half], both: bool) -> Branch:
 def _extend(half: Half, system: System, start: Crossing, way: int, settings: Settings) -> None:
     borders: list[tuple[Bifurcation, int, int]] = []
     at: Crossing | None = start
-    direction, left, retries = way, settings.max_points, RETRIES
+    direction, left, retries = way, settings.max_points, _RETRIES
     finer, continued = settings, False
-    while at is not None and left >= 2 and len(half.pieces) < MOST_PIECES:
+    while at is not None and left >= 2 and len(half.pieces) < _MOST_PIECES:
         problem = OrbitProblem(system, at.itinerary, (settings.parameter,))
         path = _path(problem, at, direction, left, finer)
         try:
-            for _ in range(MOST_REFINEMENTS):
+            for _ in range(_MOST_REFINEMENTS):
                 if not _passed_a_border(problem, path):
                     break
                 finer = finer.halved()
                 path = _path(problem, at, direction, left, finer)
         except KeyboardInterrupt:
-            # The last step may have passed a border unseen.
+            # The last step may have passed a border without a sign change.
             path = replace(path, points=path.points[:-1], end=PathEnd.INTERRUPTED)
         left -= len(path.points)
         half.end, half.why_not = end_of(path), ""
@@ -181,7 +182,7 @@ def _extend(half: Half, system: System, start: Crossing, way: int, settings: Set
         last = path.stop
         reached = path.points[good - 1].arclength
         if last is not None and not reason:
-            reached = min(reached, last.arclength - SAME_PLACE)
+            reached = min(reached, last.arclength - _BESIDE_BORDER)
         for special in path.special:
             if special is not last and special.arclength <= reached and _is_zero(special):
                 half.bifurcations.append(bifurcation_at(problem, special))
@@ -191,7 +192,7 @@ def _extend(half: Half, system: System, start: Crossing, way: int, settings: Set
             half.end, half.why_not = PathEnd.REFUSED, reason
             failed = path.points[good].arclength - path.points[good - 1].arclength
             at = _again(problem, path.points[good - 1])
-            finer = replace(settings, step=failed / SHORTER, max_step=failed / SHORTER)
+            finer = replace(settings, step=failed / _SHORTER, max_step=failed / _SHORTER)
             direction, retries, continued = 1, retries - 1, True
             if retries < 0 or finer.step <= MIN_STEP:
                 break
@@ -208,13 +209,13 @@ def _extend(half: Half, system: System, start: Crossing, way: int, settings: Set
         if last is None:
             break
         at = beyond(problem, last)
-        direction, retries, finer, continued = 1, RETRIES, settings, False
+        direction, retries, finer, continued = 1, _RETRIES, settings, False
         onward = () if at is None else tuple(at.itinerary.legs)
         border = bifurcation_at(problem, last, onward)
         for known, pieces, found in borders:
             if _same_border(known, border):
-                # Once round: what of the loop lies before the first passage of this border comes
-                # again. Before that there may be a way to the loop.
+                # The loop is complete: its points before the first passage of this border would
+                # repeat. Points before the loop may lead to it.
                 first, keep = pieces, 0
                 while first > 0 and _same_legs(
                     half.pieces[first - 1], half.pieces[first - 1 - pieces]
@@ -248,6 +249,7 @@ def _path(
             max_step=settings.max_step,
             max_points=left,
             stop_at=() if settings.virtual else BORDERS,
+            first=FIRST,
             classify=problem.classify,
         )
     except KeyboardInterrupt as interruption:
@@ -257,9 +259,9 @@ def _path(
 def _piece(
     problem: OrbitProblem, path: Path, halved: int | None, settings: Settings
 ) -> tuple[Piece | None, int, str | None]:
-    """Return the piece, how many points it has, and why a simulation does not confirm the next.
+    """Return the piece, its number of points, and why a simulation does not confirm the next one.
 
-    That is ``""`` if there is none, and None after Ctrl-C.
+    The reason is ``""`` if there is no next point, and None after Ctrl-C.
     """
     multipliers: list[NDArray[np.complex128]] = []
     reason: str | None = ""
@@ -267,7 +269,7 @@ def _piece(
     stops = path.stop.test if path.stop is not None else None
     largest = max((point.tests.get(stops, 0.0) for point in points), default=0.0)
     # All of a path may lie at its border.
-    border = max(AT_BORDER * largest, LOCATED)
+    border = max(_AT_BORDER * largest, _LOCATED)
     for k, point in enumerate(points):
         try:
             system = problem.system_at(point.p)
@@ -275,7 +277,7 @@ def _piece(
         except KeyboardInterrupt:
             reason = None
             break
-        # So close to a border a simulation decides by rounding.
+        # So close to a border the result of a simulation depends on rounding.
         at_border = (
             k == 0
             or (stops is not None and k == len(path.points) - 1)
@@ -302,9 +304,9 @@ def _piece(
 def _passed_a_border(problem: OrbitProblem, path: Path) -> bool:
     """Whether another border lies in the step to the border at which a path stops.
 
-    Both sign changes of a test within a step go unseen. This is common where a branch meets a
-    shorter orbit at its graze: all its passes graze there together, and one of them may have done
-    so just before.
+    If a test changes its sign twice within a step, neither change is found. This is common where a
+    branch meets a shorter orbit at its graze: all passes of the orbit graze there together, and one
+    of them may have grazed just before.
     """
     if path.stop is None or len(path.points) < 2:
         return False
@@ -323,10 +325,10 @@ def _passed_a_border(problem: OrbitProblem, path: Path) -> bool:
 def _is_zero(special: SpecialPoint) -> bool:
     """Whether a test vanishes where it was located.
 
-    A test of the multipliers that jumps passes infinity near a grazing; and where one of them is
-    huge, rounding of the small ones makes it cross zero as it likes.
+    A test of the multipliers that jumps passes infinity near a grazing. Where one multiplier is
+    huge, rounding of the small ones makes the test cross zero at random.
     """
-    return special.continuous and abs(special.value) <= LOCATED
+    return special.continuous and abs(special.value) <= _LOCATED
 
 
 def _same_legs(one: Piece, other: Piece) -> bool:
@@ -337,14 +339,14 @@ def _same_border(one: Bifurcation, other: Bifurcation) -> bool:
     """Whether a branch has come back to a border, with the same legs on both sides."""
     return (
         one.kind == other.kind
-        and abs(one.value - other.value) <= SAME_VALUE * max(1.0, abs(one.value))
+        and abs(one.value - other.value) <= _SAME_VALUE * max(1.0, abs(one.value))
         and Counter(one.goes_on) == Counter(other.goes_on)
         and same_orbit(one.motion, other.motion)
     )
 
 
 def _again(problem: OrbitProblem, point: Point) -> Crossing:
-    """Start from a point of a path, the way it goes."""
+    """Start from a point of a path, in its direction."""
     return Crossing(
         itinerary=problem.itinerary, u=point.u, p=float(point.p[0]), tangent=point.tangent
     )

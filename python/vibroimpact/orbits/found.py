@@ -57,7 +57,7 @@ class MotionSearch:
     reached: NDArray[np.int64]
 
     def __repr__(self) -> str:
-        """Say what the starts end on, with its share."""
+        """Return the motions on which the starts end, with their shares, in words."""
         labels = [motion.label for motion in self.motions]
         ends = [*zip(labels, self.shares, strict=True), *self.others.items()]
         texts = ", ".join(f"{label} {share:.1%}" for label, share in ends)

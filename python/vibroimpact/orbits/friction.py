@@ -1,9 +1,9 @@
-"""A motion without friction as one with it: the legs from which a branch over friction starts.
+"""The legs with friction of a motion without friction: there a branch over friction starts.
 
-Impacts at mu = 0 do not know which way the tip slips, so that their legs cannot tell what friction
-does to them. For mu -> 0 each has a regime, slip or a reversal, whose outcome tends to that without
-friction (docs/theory.md, section 4): with it the motion at mu = 0 is the end of a branch over mu.
-The legs of lasting contact are those of a simulation at a small friction.
+At mu = 0 the leg of an impact has no direction of slip. In the limit mu -> 0 each impact has a
+regime, slip or reversal, and its outcome tends to that without friction (docs/theory.md, section
+4). With these regimes the motion at mu = 0 is the end of a branch over mu. Legs of sustained
+contact are taken from a simulation at a small friction.
 """
 
 import math
@@ -22,28 +22,28 @@ from .verdict import MAX_EVENTS, motion_of
 
 Array = NDArray[np.float64]
 
-# Friction at which the regimes for mu -> 0 are asked for, and where a motion with lasting contact
-# is solved for anew.
-SMALL = 1e-9
+# Friction at which the regimes for mu -> 0 are computed, and at which a motion with sustained
+# contact is solved again.
+_SMALL = 1e-9
 
 
 def with_friction(
     system: System, itinerary: _core.Itinerary, nodes: Array
 ) -> tuple[_core.Itinerary, Array, float]:
-    """Return legs that know friction, nodes, and the friction at which they are a motion.
+    """Return legs with friction, nodes, and the friction at which they are a motion.
 
-    Those of a system with friction are returned as they are; ParameterError if there are none.
+    If the system has friction they are unchanged. ParameterError if there are no such legs.
     """
     if system.contact == "direct":
         reject("friction", "a range", "no parameter to vary in direct contact, which has none")
     if system.friction > 0.0 or itinerary.legs == [Leg.CIRCUIT]:
         return itinerary, nodes, system.friction
-    rough = system.replace(friction=SMALL)
+    rough = system.replace(friction=_SMALL)
     periods, wall = itinerary.periods, itinerary.wall_at_rest
     if all(leg.kind is LegKind.IMPACT for leg in itinerary.legs):
         x1, v1, _, v2 = itinerary.before_events(system._compiled, nodes).T
         regimes = impact(rough, x1=x1, v1=v1, v2=v2)["regime"]
-        sides = np.ones(len(x1)) if system.law == "paper" else np.sin(x1)
+        sides = np.ones(len(x1)) if system.law == "paper" else system.tip(x1)
         legs = [
             Leg.impact(Regime(int(regime)), *(int(math.copysign(1.0, x)) for x in signs))
             for regime, *signs in zip(regimes, v1, sides, strict=True)
@@ -54,7 +54,7 @@ def with_friction(
     if found is not None:
         u, report = solve(OrbitProblem(rough, found[0]), found[1].ravel(), np.empty(0))
         if report.converged:
-            return found[0], u.reshape(-1, 4), SMALL
+            return found[0], u.reshape(-1, 4), _SMALL
         reason = f"Newton's method: {report.outcome}"
     given = [str(leg) for leg in itinerary.legs]
-    reject("motion", given, f"one that goes on at a friction of {SMALL}; here {reason}")
+    reject("motion", given, f"one that goes on at a friction of {_SMALL}; here {reason}")

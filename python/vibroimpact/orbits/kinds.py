@@ -21,7 +21,7 @@ class BifurcationKind(StrEnum):
     REGIME_BORDER = BorderKind.REGIME_BORDER.value
     CHATTER_ONSET = BorderKind.CHATTER_ONSET.value
     CONTACT_BORDER = BorderKind.CONTACT_BORDER.value
-    # Of codimension two: on curves alone.
+    # Of codimension two, on curves only.
     CUSP = "cusp"
     RESONANCE_1_1 = "resonance_1_1"
     RESONANCE_1_2 = "resonance_1_2"
@@ -30,12 +30,14 @@ class BifurcationKind(StrEnum):
 
     @classmethod
     def _missing_(cls, value: object) -> BifurcationKind | None:
-        # What continuation in general calls a fold is a saddle-node of motions.
+        # A fold of any equations is called saddle-node for motions.
         return cls.SADDLE_NODE if value == OwnTest.FOLD else None
 
 
-# At which a motion ceases to be one with these legs.
+# The borders: beyond them the motion has other legs.
 BORDERS = frozenset(BifurcationKind(kind.value) for kind in BorderKind)
+# Where u of an impact vanishes, its other tests may vanish as well: that is a grazing.
+FIRST = (BifurcationKind.GRAZING,)
 # What vanishes at a bifurcation: a condition of a leg, a function of the multipliers named as the
 # bifurcation, or a function of the path itself.
 Test = Condition | BifurcationKind | OwnTest

@@ -53,7 +53,7 @@ class ManifoldSide(FixedArrays):
 
     @property
     def _to(self) -> str:
-        """Where its orbits end up, in words."""
+        """The attractors of its orbits, in words."""
         names = (x.label if isinstance(x, PeriodicMotion) else x for x in self.attractors)
         return ", ".join(names) or "unknown"
 
@@ -97,7 +97,7 @@ class UnstableManifold(FixedArrays):
     def separates(self) -> bool:
         """Whether its sides lead to different attractors: the saddle is on their basins' border.
 
-        False also where that is not known, something reached being no periodic motion.
+        False also where that is not known because something that is no periodic motion was reached.
         """
         one, other = self.sides[0].attractors, self.sides[-1].attractors
         known = all(isinstance(found, PeriodicMotion) for found in (*one, *other))
@@ -114,7 +114,7 @@ class UnstableManifold(FixedArrays):
 
 
 def same_attractor(one: PeriodicMotion | str, other: PeriodicMotion | str) -> bool:
-    """Whether two ends are one: the same orbit, or the same label or stop reason."""
+    """Whether two ends are the same: one orbit, or one label or stop reason."""
     if isinstance(one, PeriodicMotion) and isinstance(other, PeriodicMotion):
         return same_orbit(one, other)
     return one is other or (isinstance(one, str) and one == other)

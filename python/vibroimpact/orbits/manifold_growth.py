@@ -16,27 +16,28 @@ from ..system import System
 
 Array = NDArray[np.float64]
 
-# The image of X + s_0 v must be X + lambda s_0 v to this part of s_0; if not, s_0 is made smaller,
-# down to the least, below which rounding of X tells.
-LINEAR = 1e-3
-LEAST_OFFSET = 1e-9
-# Neighbours nearer than this part of the spacing may turn by any angle, a corner, and are not kept.
-CORNER = 0.05
+# The image of X + s_0 v must be X + lambda s_0 v to this part of s_0; if not, s_0 is reduced, at
+# most to the least value, below which rounding of X dominates.
+_LINEAR = 1e-3
+_LEAST_OFFSET = 1e-9
+# Points nearer to each other than this part of the spacing are not kept; the curve may have a
+# corner of any angle there.
+_CORNER = 0.05
 # Orbits with which each side begins: an image may leave and come back between its ends.
 FIRST = 16
-# Two neighbours whose preimages differ by this many roundings of X cannot be told apart further.
-ROUNDINGS = 16.0
-# A break stays as wide as it is while its preimages come this many times nearer.
-NEARER = 1000.0
+# No point is inserted between neighbours whose preimages differ by this many roundings of X.
+_ROUNDINGS = 16.0
+# At a break the distance stays the same although the preimages come this many times nearer.
+_NEARER = 1000.0
 # A side ends on its attractor when an image of the first piece is this short, relative to the
 # longest one.
-SETTLED = 1e-4
-MOST_IMAGES = 20_000
-# States kept from image to image, before they are computed anew.
-MOST_KNOWN = 4_000_000
+_COLLAPSED = 1e-4
+_MOST_IMAGES = 20_000
+# States kept from image to image; beyond this number they are computed again.
+_MOST_KNOWN = 4_000_000
 # Orbits of a side that are followed to their attractors.
-SAMPLES = 16
-# Orbits followed in one call, between which Ctrl-C is looked for.
+_SAMPLES = 16
+# Orbits followed in one call; Ctrl-C takes effect between calls.
 BATCH = 256
 
 
@@ -78,12 +79,12 @@ def first_piece(
     section: System, m: int, saddle: Array, direction: Array, multiplier: float, offset: float
 ) -> FirstPiece:
     """Return the piece of the eigenvector on which the map is linear."""
-    while offset >= LEAST_OFFSET:
+    while offset >= _LEAST_OFFSET:
         starts = saddle + np.multiply.outer([offset, -offset], direction)
         runs = simulate(section, initial=starts, periods=m, keep=0)
         ends = np.array([run.final_state.state for run in runs]) - saddle
         expected = multiplier * offset * direction
-        if np.abs(ends - [expected, -expected]).max() <= LINEAR * abs(multiplier) * offset:
+        if np.abs(ends - [expected, -expected]).max() <= _LINEAR * abs(multiplier) * offset:
             flips = multiplier < 0.0
             return FirstPiece(
                 section=section,
@@ -113,10 +114,10 @@ class Curve:
         """Place the first orbits."""
         growth, offset = self.first.growth, self.first.offset
         self._known: dict[float, tuple[Array, str]] = {}
-        # As many images as it takes to come to a distance of 1, and some more.
+        # The number of images until a distance of 1, and some more.
         self._images = 16 + math.ceil(-math.log(offset) / math.log(growth))
         size = max(1.0, float(np.abs(self.first.saddle).max()))
-        self._finest = ROUNDINGS * np.finfo(float).eps * size
+        self._finest = _ROUNDINGS * np.finfo(float).eps * size
         self._places = [offset * growth ** (i / FIRST) for i in range(FIRST + 1)]
         # The newest point, kept or not.
         self._newest: Array | None = None
@@ -124,7 +125,7 @@ class Curve:
     def grow(self) -> None:
         """Add image after image of the first piece, until one of the limits."""
         longest = 0.0
-        for image in range(MOST_IMAGES):
+        for image in range(_MOST_IMAGES):
             places, reason = self._refined(image)
             states = self._states(places, image)
             begun = self.length
@@ -139,7 +140,7 @@ class Curve:
                 break
             grown = self.length - begun
             longest = max(longest, grown)
-            if not reason and grown < SETTLED * longest:
+            if not reason and grown < _COLLAPSED * longest:
                 reason = "attractor"
             if reason:
                 self.end = reason
@@ -152,21 +153,21 @@ class Curve:
         In place of a state there may be the stop reason of the simulation.
         """
         first = self.first
-        places = first.offset * first.growth ** (np.arange(SAMPLES) / SAMPLES)
+        places = first.offset * first.growth ** (np.arange(_SAMPLES) / _SAMPLES)
         return [
             orbit[-1] if reason == "completed" else reason
             for orbit, reason in first.orbits(self.sign * places, self._images)
         ]
 
     def _add(self, state: Array, broken: bool) -> None:
-        """Go on to a point; not all are kept."""
+        """Add a point; not all points are kept."""
         if broken:
             self._keep()
             self.breaks.append(len(self.points))
         elif self._newest is not None:
             self.length += float(np.linalg.norm(state - self._newest))
         self._newest = state
-        near = CORNER * self.limits.spacing
+        near = _CORNER * self.limits.spacing
         if not self.points or broken or np.linalg.norm(state - self.points[-1]) > near:
             self._keep()
 
@@ -191,7 +192,7 @@ class Curve:
 
     def _refined(self, image: int) -> tuple[list[float], str]:
         """Return places of the first piece with images close enough, and why they end early."""
-        if len(self._known) * self._images > MOST_KNOWN:
+        if len(self._known) * self._images > _MOST_KNOWN:
             self._known.clear()
         for _ in range(200):
             places = self._places
@@ -218,7 +219,7 @@ class Curve:
         split = sizes > limits.spacing
         with np.errstate(all="ignore"):
             cosines = (steps[1:] * steps[:-1]).sum(axis=1) / (sizes[1:] * sizes[:-1])
-        least = CORNER * limits.spacing
+        least = _CORNER * limits.spacing
         for i in np.flatnonzero(cosines < math.cos(limits.max_angle)):
             # Both sides of a sharp turn, unless it is a corner.
             split[i : i + 2] |= sizes[i : i + 2] > least
@@ -245,7 +246,7 @@ class Curve:
         width = float(np.linalg.norm(other - one))
         if width <= self.limits.spacing:
             return False, False
-        away = NEARER * (high - low)
+        away = _NEARER * (high - low)
         outside = self._states([low - away, high + away], image)
         near = (np.linalg.norm(outside[0] - one), np.linalg.norm(outside[1] - other))
         return True, bool(max(near) < width)

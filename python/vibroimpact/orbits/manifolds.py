@@ -120,13 +120,13 @@ def unstable_manifold(
             curve.grow()
             sides.append(_side(curve, curve.end, _attractors(curve, motion.system, phase, settle)))
             curve = None
-    except KeyboardInterrupt:  # Interrupted is one
+    except KeyboardInterrupt:  # Interrupted is a KeyboardInterrupt
         sides.append(_NO_SIDE if curve is None else _side(curve, "interrupted", ()))
         raise Interrupted("interrupted along an unstable manifold", result()) from None
     return result()
 
 
-# One that Ctrl-C has kept from being begun.
+# A side that was not begun because of Ctrl-C.
 _NO_SIDE = ManifoldSide(
     points=np.empty((0, 4)),
     breaks=np.empty(0, dtype=np.int64),
@@ -149,7 +149,7 @@ def _side(curve: Curve, end: str, attractors: tuple[PeriodicMotion | str, ...]) 
 def _attractors(
     curve: Curve, system: System, phase: float, settle: int
 ) -> tuple[PeriodicMotion | str, ...]:
-    """Return where the orbits of a side end up, the most frequent first."""
+    """Return the attractors that the orbits of a side reach, the most frequent first."""
     found: list[PeriodicMotion | str] = []
     counts: list[int] = []
     for state in curve.away():

@@ -3,9 +3,9 @@
 A motion is a sequence of legs (flights to an impact in a given regime, chatter, slides, sticks) and
 the nodes at which they start; both come from the kernels in the compiled core (`_core.Itinerary`).
 An algebraic solution of the conditions of periodicity is a motion only if it is *admissible*: the
-bodies approach before each impact, do not overlap in between, and every leg ends as it is said to
-(docs/theory.md, section 8). Its Floquet multipliers are the eigenvalues of the derivative of the
-return map (section 7).
+bodies approach before each impact, do not overlap in between, and every leg ends in the event that
+belongs to it (docs/theory.md, section 8). Its Floquet multipliers are the eigenvalues of the
+derivative of the return map (section 7).
 """
 
 from __future__ import annotations
@@ -35,9 +35,14 @@ IMPACT_DTYPE = np.dtype(
     ]
     + [("regime", "<i8"), ("approach_velocity", "<f8")]
 )
-# A multiplier this close to the unit circle is on it: those of undamped free motion are, but for
-# rounding.
+# A multiplier this close to the unit circle counts as on it: those of undamped free motion lie on
+# it within rounding.
 NEUTRAL = 1e-12
+# Two orbits are the same if their sections agree to this part of their size. Newton's method gives
+# sections to rounding times the growth of the motion, which this leaves room for.
+SAME_ORBIT = 1e-7
+# The size of smaller motions, so that those at rest have one.
+_LEAST_SIZE = 1e-3
 
 
 @interruptible
@@ -89,7 +94,7 @@ class PeriodicMotion(FixedArrays):
 
     @property
     def label(self) -> str:
-        """The motion in a word, m-n: ``"1-1"``, ``"4-5"``, ``"1-inf"``, ``"1-0"``."""
+        """The label of the motion, m-n: ``"1-1"``, ``"4-5"``, ``"1-inf"``, ``"1-0"``."""
         return f"{self.m}-{self.n}"
 
     @cached_property
@@ -130,7 +135,7 @@ class PeriodicMotion(FixedArrays):
 
     @cached_property
     def impacts(self) -> NDArray[np.void]:
-        """Impacts of one orbit but those of chatter, in order of time: structured array.
+        """Impacts of one orbit, without those of chatter, in order of time: structured array.
 
         Columns ``time`` (in [0, m T)), ``x1, v1_pre, v1_post, x2, v2_pre, v2_post, phase, regime,
         approach_velocity``.
@@ -244,7 +249,7 @@ class PeriodicMotion(FixedArrays):
 def monodromy(itinerary: _core.Itinerary, system: System, nodes: Array) -> Array:
     """Return the derivative of the return map, the product of those of the legs."""
     product = np.eye(4)
-    # A leg that cannot be followed has NaN, one that ends in a graze infinity.
+    # A leg that cannot be followed gives NaN, a leg that ends in a graze infinity.
     with np.errstate(all="ignore"):
         for leg in itinerary.transfer(system._compiled, nodes):
             product = leg @ product
@@ -252,7 +257,7 @@ def monodromy(itinerary: _core.Itinerary, system: System, nodes: Array) -> Array
 
 
 def reduced(matrix: Array, itinerary: _core.Itinerary) -> Array:
-    """Leave out a wall at rest: its states, and x1, which cannot vary on it."""
+    """Leave out the states of a wall at rest, and x1, which cannot vary in contact with it."""
     if not itinerary.wall_at_rest:
         return matrix
     kept = [0, 1] if itinerary.legs == [Leg.CIRCUIT] else [1, 3]
@@ -265,14 +270,14 @@ def _wrapped(phase: float) -> float:
     return math.pi if result == -math.pi else result
 
 
-# Two orbits are the same if their sections agree to this part of their size.
-SAME_ORBIT = 1e-7
+def size_of(sections: Array) -> float:
+    """Return the size of a motion, by which differences of its sections are measured."""
+    return max(_LEAST_SIZE, float(np.abs(sections).max()))
 
 
 def same_orbit(one: PeriodicMotion, other: PeriodicMotion) -> bool:
-    """Whether two motions are one orbit, perhaps begun in another drive period."""
+    """Whether two motions are the same orbit; it may begin in another drive period."""
     if (one.m, one.n) != (other.m, other.n):
         return False
-    size = max(1e-3, float(np.abs(one.sections).max()))
     shifts = (np.abs(np.roll(other.sections, k, axis=0) - one.sections) for k in range(one.m))
-    return min(float(shift.max()) for shift in shifts) < SAME_ORBIT * size
+    return min(float(shift.max()) for shift in shifts) < SAME_ORBIT * size_of(one.sections)

@@ -1,8 +1,8 @@
 """The conditions of periodicity as a problem for Newton's method and for continuation.
 
 Unknowns are the nodes of a motion, flattened; parameters any numeric ones of its system. Residual
-and Jacobian come from the compiled core (`_core.Itinerary.residual`); test functions are what holds
-the motion inside its sequence of legs, and those of its multipliers.
+and Jacobian come from the compiled core (`_core.Itinerary.residual`); test functions are the
+conditions of the legs, and functions of the multipliers.
 """
 
 import math
@@ -72,20 +72,20 @@ class OrbitProblem:
         return tests
 
     def border_tests(self, u: Array, p: Array) -> dict[Condition, float]:
-        """Return what holds the motion inside its sequence of legs."""
+        """Return the conditions under which the motion has this sequence of legs."""
         found = self.itinerary.tests(self.system_at(p)._compiled, u.reshape(-1, 4))
         return {condition: value for condition, value, _ in found}
 
     @staticmethod
     def multiplier_tests(matrix: Array) -> dict[Test, float]:
-        """Return the tests of a monodromy matrix but that of a saddle-node."""
+        """Return the tests of a monodromy matrix, without that of a saddle-node."""
         return {
             BifurcationKind.PERIOD_DOUBLING: period_doubling(matrix),
             BifurcationKind.NEIMARK_SACKER: neimark_sacker(matrix),
         }
 
     def single_test(self, test: Hashable, u: Array, p: Array) -> float | None:
-        """Return one test of a border without the others; None if it is none, NaN if missing."""
+        """Return one test of a border without the others; None for other tests, NaN if missing."""
         if not isinstance(test, Condition):
             return None
         return self.border_tests(u, p).get(test, math.nan)
@@ -119,14 +119,15 @@ class OrbitProblem:
         return BifurcationKind(str(test))
 
     def monodromy(self, u: Array, p: Array) -> Array:
-        """Return the derivative of the return map, a wall at rest left out."""
+        """Return the derivative of the return map, without the states of a wall at rest."""
         matrix = monodromy(self.itinerary, self.system_at(p), u.reshape(-1, 4))
         return reduced(matrix, self.itinerary)
 
     def scale(self, u: Array) -> Array:
         """Return the sizes of the unknowns: one length of the motion, and its speed.
 
-        None of them vanishes where a single coordinate passes zero, or steps would shrink there.
+        None of them vanishes where a single coordinate passes zero, because steps would shrink
+        there.
         """
         nodes = u.reshape(-1, 4)
         omega = max(self.system.drive_frequency, 1e-3)

@@ -1,4 +1,4 @@
-"""Checks of the parameters over which something is followed, one or two, with their ranges."""
+"""Checks of the one or two parameters over which a motion is followed, with their ranges."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -8,8 +8,8 @@ from ..arguments import number, pair, reject
 from ..errors import ParameterError
 from ..system import System
 
-# Ends of a range at the most: their products and squares are to be floats.
-WIDEST = 1e100
+# Largest ends of a range: their products and squares must be finite floats.
+_WIDEST = 1e100
 # The longest step, as part of the ranges: from there it is halved until it fits.
 LONGEST_STEP = 1000.0
 
@@ -41,9 +41,9 @@ def range_around(system: System, name: str, bounds: Any) -> Range:
     if name not in PARAMETERS:
         reject("parameter", name, f"one of {', '.join(PARAMETERS)}")
     value = getattr(system, name)
-    allowed = f"a range (low, high) around {value}, within +-{WIDEST:g}"
+    allowed = f"a range (low, high) around {value}, within +-{_WIDEST:g}"
     low, high = pair(name, bounds, allowed)
     low, high = number(name, low, allowed), number(name, high, allowed)
-    if not -WIDEST <= low <= value <= high <= WIDEST or low == high:
+    if not -_WIDEST <= low <= value <= high <= _WIDEST or low == high:
         reject(name, (low, high), allowed)
     return low, high

@@ -52,7 +52,7 @@ class StabilityRegion:
 
     @property
     def label(self) -> str:
-        """The motion in a word, m-n."""
+        """The label of the motion, m-n."""
         return self.motion.label
 
     @property

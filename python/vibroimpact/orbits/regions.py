@@ -3,12 +3,12 @@
 From a stable motion one parameter is varied up to the first bifurcation. Its curve is followed both
 ways to points of codimension two, at which the motion would lose more than the curve takes; there
 the border turns into the other curve through that point, on the side where the first condition
-holds. Where a curve meets a bound of the parameters the border runs along the bound. So it is
-walked round until it closes (docs/islands.md).
+holds. Where a curve meets a bound of the parameters the border runs along the bound. This is
+repeated until the border closes (docs/islands.md).
 
-The border is that component of the edge of stability which the walk meets; a hole inside the region
-has a border of its own. Beyond a grazing or a regime border the motion may go on as a stable one
-with other legs: that is another region.
+The border is the component of the edge of stability that is reached in this way; a hole inside the
+region has a border of its own. Beyond a grazing or a regime border the motion may go on as a stable
+one with other legs: that is another region.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def stability_region(
     max_points: int = 1000,
     **parameters: tuple[float, float],
 ) -> StabilityRegion:
-    """Walk round the region of two parameters in which a periodic motion is stable.
+    """Find the border of the region of two parameters in which a periodic motion is stable.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def stability_region(
     walk = Walk(motion, names, bounds, CurveSteps.checked(step, max_step, max_points))
     try:
         why_not = walk.round()
-    except KeyboardInterrupt:  # Interrupted is one
+    except KeyboardInterrupt:  # Interrupted is a KeyboardInterrupt
         region = _region(walk, PathEnd.INTERRUPTED)
         raise Interrupted("interrupted along a border of stability", region) from None
     return _region(walk, why_not)

@@ -33,19 +33,20 @@ Array = NDArray[np.float64]
 _New = tuple[_core.Itinerary, Array, Condition]
 
 # Step in units of the sizes by which the direction of a new branch is tried.
-TRIAL = 1e-7
-# Steps beyond a border of a contact phase at which a simulation is asked for the legs: the first
-# that gives other legs. Very close to a border where chatter brings the tip to rest none may; and
-# where a slide between two stops vanishes the tangent may point back, two solutions meeting there.
-AHEAD = (1e-4, 1e-3, 1e-2, -1e-4, -1e-3, -1e-2)
+_TRIAL = 1e-7
+# Steps beyond a border of a contact phase at which a simulation gives the legs; the first that
+# gives other legs is used. Very close to a border where chatter brings the tip to rest there may be
+# no other legs. Where a slide between two stops vanishes two solutions meet, and the tangent may
+# point back.
+_AHEAD = (1e-4, 1e-3, 1e-2, -1e-4, -1e-3, -1e-2)
 # Impacts whose tests are this small are at their borders together.
-TOGETHER = 1e-10
-# A test this small at a border's own orbit vanishes there.
-ON_BORDER = 1e-8
-# Velocities this small at a touch are rounding.
+_TOGETHER = 1e-10
+# A test that is this small at the orbit of a border counts as zero there.
+_VANISHES = 1e-8
+# Velocities below this at a touch are rounding.
 AT_REST = 1e-6
 # The orbit found there must be this close to the one expected, in units of the sizes.
-NEAR = 1e-2
+_NEAR = 1e-2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -79,7 +80,7 @@ def beyond(problem: OrbitProblem, border: SpecialPoint) -> Crossing | None:
         elif _slides_on(problem.itinerary, test):
             found = _not_stopped(problem, border, test.leg)
         elif test.kind in (BorderKind.CONTACT_BORDER, BorderKind.REGIME_BORDER):
-            steps = (_by_simulation(problem, border, ahead) for ahead in AHEAD)
+            steps = (_by_simulation(problem, border, ahead) for ahead in _AHEAD)
             return next((crossing for crossing in steps if crossing is not None), None)
         else:
             return None
@@ -91,8 +92,8 @@ def beyond(problem: OrbitProblem, border: SpecialPoint) -> Crossing | None:
 def beside(problem: OrbitProblem, corner: SpecialPoint, own: Condition) -> _New | None:
     """Return how a curve of borders goes on where it meets another border.
 
-    Legs and nodes beyond that border, and the curve's own test there; None where
-    another border has no neighbour, or the curve's own condition is not found again.
+    Returns legs and nodes beyond that border, and the curve's own test there; None where the other
+    border has no neighbour, or the curve's own condition is not found again.
     """
     try:
         known = _has_neighbour(problem, corner.test)
@@ -109,7 +110,7 @@ def beside(problem: OrbitProblem, corner: SpecialPoint, own: Condition) -> _New 
         if test.border is own.border and test != crossed
     }
     same = min(values, key=lambda test: values[test], default=None)
-    return (itinerary, nodes, same) if same is not None and values[same] < ON_BORDER else None
+    return (itinerary, nodes, same) if same is not None and values[same] < _VANISHES else None
 
 
 def _has_neighbour(problem: OrbitProblem, test: Condition) -> bool:
@@ -161,18 +162,18 @@ def _struck(problem: OrbitProblem, border: SpecialPoint, leg: int) -> _New | Non
 
 
 def _slips(system: System, x1: float, v1: float, regime: Regime = Regime.SLIP) -> Leg:
-    """The leg to an impact with u = 0, which as a rule slips the way the tip moves."""
+    """The leg to an impact with u = 0, which usually slips in the direction of the tip's motion."""
     if system.friction == 0.0:
         return Leg.impact(Regime.FRICTIONLESS)
-    side = 1 if system.law == "paper" or math.sin(x1) > 0.0 else -1
+    side = 1 if system.law == "paper" or system.tip(x1) > 0.0 else -1
     return Leg.impact(regime, 1 if v1 > 0.0 else -1, side)
 
 
 def _from_rest(system: System, touch: tuple[float, float, float, float], time: float) -> Leg:
     """The leg to an impact with u = 0 in which both bodies are at rest.
 
-    Just beyond, both velocities are the accelerations times the time by which it comes before the
-    touch: x1'/u = a1/g'' decides the regime, not the sign of x1'.
+    Just beyond the border the impact comes before the touch, and both velocities are the
+    accelerations times this time. So x1'/u = a1/g'' decides the regime, not the sign of x1'.
     """
     x1, v1, _, _ = touch
     phase = system.drive_frequency * time + system.phase
@@ -199,7 +200,7 @@ def spared(problem: OrbitProblem, u: Array, p: Array, leg: int) -> _New | None:
         new = _core.Itinerary([Leg.CIRCUIT], 1, [0], itinerary.wall_at_rest)
         return new, np.array([[x1, v1, v2, x2]]), Condition(Border.FLIGHT, 0)
     if legs[after].kind is not LegKind.IMPACT:
-        # What follows is contact or chatter: it has begun with this impact.
+        # Contact or chatter follows, which has begun with this impact.
         return None
     kept = [i for i in range(count) if i != after]
     new_legs = [legs[after] if i == leg else legs[i] for i in kept]
@@ -210,7 +211,7 @@ def spared(problem: OrbitProblem, u: Array, p: Array, leg: int) -> _New | None:
 
 
 def _other_regime(problem: OrbitProblem, border: SpecialPoint, test: Condition) -> _New | None:
-    """The impact is one of the neighbouring regime."""
+    """The impact has the neighbouring regime."""
     itinerary, system = problem.itinerary, problem.system_at(border.p)
     legs, nodes = itinerary.legs, border.u.reshape(-1, 4)
     angles = itinerary.before_events(system._compiled, nodes)[:, 0]
@@ -219,7 +220,7 @@ def _other_regime(problem: OrbitProblem, border: SpecialPoint, test: Condition) 
         other.leg
         for other, value, _ in itinerary.tests(system._compiled, nodes)
         if other.border is test.border
-        and abs(value) <= TOGETHER
+        and abs(value) <= _TOGETHER
         and legs[other.leg].kind is LegKind.IMPACT
     ]
     changed = list(legs)
@@ -230,7 +231,7 @@ def _other_regime(problem: OrbitProblem, border: SpecialPoint, test: Condition) 
         changed[other] = new_leg
     new = _core.Itinerary(changed, itinerary.periods, itinerary.clocks, itinerary.wall_at_rest)
     if system.restitution == 0.0 and test.border in _STOPS:
-        # Both edges are one: from slip to approach, and back.
+        # Here both edges coincide: from slip to approach, and back.
         slips = changed[test.leg].regime is Regime.SLIP
         edge = Border.STOP_AT_END_OF_IMPACT if slips else Border.STOP_AT_END_OF_APPROACH
         test = Condition(edge, test.leg)
@@ -249,7 +250,7 @@ _OTHER_WAY = dict(zip(_REVERSAL + _STICK, _STICK + _REVERSAL, strict=True))
 def _beyond_edge(leg: Leg, edge: Border, system: System, x1: float) -> Leg | None:
     """Return the leg to an impact of the neighbouring regime."""
     regime, direction, side = leg.regime, leg.direction, leg.side
-    sticks = abs(math.cos(x1)) <= system.friction * abs(math.sin(x1))
+    sticks = system._compiled.is_in_friction_cone(x1)
     in_approach, in_restitution = _STICK if sticks else _REVERSAL
     if regime is None:
         return None
@@ -353,7 +354,7 @@ def _oriented(
         tests = itinerary.tests(system._compiled, z[:-1].reshape(-1, 4))
         return next((value for other, value, _ in tests if other == test), -math.inf)
 
-    forth, back = grown(TRIAL), grown(-TRIAL)
+    forth, back = grown(_TRIAL), grown(-_TRIAL)
     if forth == back or max(forth, back) <= 0.0:
         return None
     tangent = tangent if forth > back else -tangent
@@ -382,7 +383,7 @@ def _by_simulation(problem: OrbitProblem, border: SpecialPoint, step: float) -> 
         return None
     motion = motion_of(system, itinerary, u.reshape(-1, 4), whole=True)
     off = np.abs(motion.sections[0] - start).max()
-    if not motion.admissible or off > NEAR * max(1.0, float(sizes.max())):
+    if not motion.admissible or off > _NEAR * max(1.0, float(sizes.max())):
         return None
     _, jacobian = new.residual(u, p)
     _, _, right = np.linalg.svd(jacobian * np.append(new.scale(u), 1.0))

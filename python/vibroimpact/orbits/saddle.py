@@ -1,4 +1,4 @@
-"""A saddle on the stroboscopic section: its unstable direction, and where orbits near it end up."""
+"""A saddle on the stroboscopic section: its unstable direction, and where nearby orbits end."""
 
 import math
 
@@ -60,7 +60,7 @@ def eigenvector(motion: PeriodicMotion, time: float) -> Array:
 def attractor_of(
     system: System, section: System, phase: float, state: Array, settle: int
 ) -> PeriodicMotion | str:
-    """Return where a state on the section ends up."""
+    """Return the attractor that a state on the section reaches."""
     if phase > 0.0:
         left = (math.tau - phase) / system.drive_frequency
         rest = simulate(section, initial=state.tolist(), time=left)

@@ -1,8 +1,8 @@
 """Periodic motions from simulations: Newton's method on the conditions of periodicity.
 
-A simulation tells which events one orbit passes; with that sequence held fixed, nodes and event
-times are found by Newton's method with exact derivatives (docs/theory.md, section 7), stable or
-not.
+A simulation gives the sequence of events of one orbit; with this sequence held fixed, nodes and
+event times are found by Newton's method with exact derivatives (docs/theory.md, section 7), stable
+or not.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from ..run import Run
 from ..simulation import refuse_overlap, simulate
 from ..system import System
 from .found import MotionSearch, NotFound
-from .motion import SAME_ORBIT, PeriodicMotion, same_orbit
+from .motion import SAME_ORBIT, PeriodicMotion, same_orbit, size_of
 from .problem import OrbitProblem
 from .verdict import motion_of
 
 Array = NDArray[np.float64]
 
 # Events of two orbits after which the search for their sequence is given up.
-MAX_EVENTS = 1_000_000
-# A run this close to an unstable motion has settled on it: it cannot have come there by itself.
+_MAX_EVENTS = 1_000_000
+# A run this close to an unstable motion started on it: it cannot get there by itself.
 SETTLED = 1e-6
-# Drive periods by which a run is carried on that has not settled yet.
-FURTHER = (0, 2000, 8000)
-# Starts of a search that are simulated together; Ctrl-C loses no more of them.
+# Drive periods by which a run that has not settled yet is continued.
+_FURTHER = (0, 2000, 8000)
+# Starts of a search that are simulated together; Ctrl-C loses at most so many.
 BATCH = 256
 # Half widths of the box from which a search starts (docs/theory.md, E9).
 START_BOX = (0.3, 1.0, 0.2, 1.0)
@@ -81,7 +81,7 @@ def periodic_motion(
     start = state(initial)
     periods = count("periods", periods, least=1, most=100_000)
     _driven(system)
-    found, reason = _core.Itinerary.follow(system._compiled, start, periods, MAX_EVENTS)
+    found, reason = _core.Itinerary.follow(system._compiled, start, periods, _MAX_EVENTS)
     if found is None:
         return NotFound(reason=reason)
     itinerary, nodes = found
@@ -95,9 +95,9 @@ def periodic_motion(
 def refine(run: Run) -> PeriodicMotion | NotFound:
     """Find the periodic motion that a run has settled on, to rounding; see ``Run.refine``.
 
-    A label can foretell what a run settles on while it is still far from it
-    (``run.period.evidence``): Newton's method may then find another motion, and the run is carried
-    on.
+    A label can predict the motion on which a run settles while the run is still far from it
+    (``run.period.evidence``). Newton's method may then find another motion, and the run is
+    continued.
     """
     _driven(run.system)
     period, label = run.period, run.label
@@ -105,9 +105,9 @@ def refine(run: Run) -> PeriodicMotion | NotFound:
         return NotFound(reason=f"the run is {label}, not periodic")
     end = run.final_state
     if end.time_in_period > 0.0:
-        # On to the start of the next drive period.
+        # Continue to the start of the next drive period.
         run = run.resume(time=run.system.drive_period - end.time_in_period)
-    for further in FURTHER:
+    for further in _FURTHER:
         if further:
             run = run.resume(periods=further, keep=0)
         motion = periodic_motion(run.system, initial=run.final_state.state, periods=period.m)
@@ -122,8 +122,8 @@ def refine(run: Run) -> PeriodicMotion | NotFound:
 
 def _distance(motion: PeriodicMotion, state: ArrayLike) -> float:
     """Distance of a state at the start of a drive period from a motion, as part of its size."""
-    size = max(1e-3, float(np.abs(motion.sections).max()))
-    return float(np.abs(motion.sections - np.asarray(state)).max(axis=1).min()) / size
+    distances = np.abs(motion.sections - np.asarray(state)).max(axis=1)
+    return float(distances.min()) / size_of(motion.sections)
 
 
 @interruptible
@@ -176,7 +176,7 @@ def search_motions(
         for begin in begins.tolist():
             refuse_overlap(system, begin)
     motions: list[PeriodicMotion] = []
-    # Of each start, in their order: the number of its motion, or why it has none.
+    # For each start, in order: the number of its motion, or why it has none.
     ends: list[int | str] = []
     try:
         for first in range(0, len(begins), BATCH):
@@ -188,10 +188,11 @@ def search_motions(
                 workers=workers,
             ):
                 ends.append(_end(run, motions))
-    except KeyboardInterrupt:  # Interrupted is one
+    except KeyboardInterrupt:  # Interrupted is a KeyboardInterrupt
         raise Interrupted(
-            f"interrupted after {len(ends)} of {len(begins)} starts; .result holds them",
+            f"interrupted after {len(ends)} of {len(begins)} starts",
             _searched(begins, motions, ends),
+            holds="them",
         ) from None
     return _searched(begins, motions, ends)
 
@@ -215,7 +216,7 @@ def _end(run: Run, motions: list[PeriodicMotion]) -> int | str:
 def _searched(
     begins: Array, motions: Sequence[PeriodicMotion], ends: Sequence[int | str]
 ) -> MotionSearch:
-    """Return what the starts end on, the most frequent motion first; those without end pend."""
+    """Return the motions of the starts, the most frequent first; others count as pending."""
     reached = np.full(len(begins), -1, dtype=np.int64)
     others: Counter[str] = Counter()
     for i, end in enumerate(ends):

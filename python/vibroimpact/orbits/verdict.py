@@ -20,15 +20,18 @@ from .motion import NEUTRAL, PeriodicMotion, monodromy, reduced
 Array = NDArray[np.float64]
 
 # A simulation over one orbit must come back this closely, times the largest growth on the way.
-CLOSES = 1e-7
+_CLOSES = 1e-7
 
 
-# An event this part of a drive period from its start is too close for a simulation to begin there.
-NEAR_EVENT = 1e-9
+# A simulation does not begin within this part of a drive period of an event.
+_NEAR_EVENT = 1e-9
 
 
+# An orbit repeats itself if its nodes repeat to this part of their size, which counts as at least
+# the second number.
+_REPEATS, _LEAST_SIZE = 1e-8, 1e-3
 # A test function this close to zero is on its border.
-ON_BORDER = 1e-12
+_ON_BORDER = 1e-12
 
 
 # Events of one orbit after which a simulation that checks it is given up.
@@ -45,8 +48,8 @@ def motion_of(
 ) -> PeriodicMotion:
     """Build the motion of a converged solution, with its multipliers and verdict.
 
-    Unless asked for as a ``whole``, an orbit that repeats itself is cut down to one run, and begins
-    with its first event.
+    Without ``whole`` an orbit that repeats itself is reduced to one repetition, and begins with its
+    first event.
     """
     if whole:
         nodes = nodes.copy()
@@ -88,14 +91,14 @@ def why_not(motion: PeriodicMotion) -> str:
     """
     if not np.isfinite(motion.multipliers).all():
         return "a leg cannot be followed"
-    # Said at once: the maxima of the gap take longer to find.
+    # Checked first: the maxima of the gap take longer to find.
     for u in motion.impacts["approach_velocity"]:
         if not u > 0.0:
             return f"separating before the impact (u = {u:.3g})"
     tests = motion.itinerary.tests(motion.system._compiled, motion.nodes)
     for test, value, _ in sorted(tests, key=lambda row: row[0].kind is not BorderKind.GRAZING):
-        # On a border between regimes the motion is one of both, and of a graze.
-        if value > (0.0 if test.border is Border.APPROACH_VELOCITY else -ON_BORDER):
+        # On a border between regimes the motion belongs to both, also at a graze.
+        if value > (0.0 if test.border is Border.APPROACH_VELOCITY else -_ON_BORDER):
             continue
         if test.border is Border.APPROACH_VELOCITY:
             return f"separating before the impact (u = {value:.3g})"
@@ -129,12 +132,12 @@ def _simulated_otherwise(motion: PeriodicMotion) -> str:
     growth = max(1.0, float(np.abs(motion.return_map).max()))
     scale = max(1.0, float(np.abs(start).max()))
     off = float(np.abs(np.array(end.state) - start).max())
-    if off > CLOSES * scale * growth:
+    if off > _CLOSES * scale * growth:
         return f"a simulation of it does not come back (by {off:.1e})"
     return ""
 
 
-# What two passages of one orbit must agree in: kinds of legs, and the legs themselves, or at mu = 0
+# Two passages of one orbit must agree in this: kinds of legs, and the legs themselves, or at mu = 0
 # how they end.
 _Told = tuple[LegKind, Leg | LegEnd | None]
 
@@ -145,22 +148,22 @@ def _shows(leg: Leg, system: System) -> bool:
 
 
 def _told_by(leg: Leg, system: System) -> _Told:
-    """Return what a leg says: at mu = 0 neither regime nor kind of contact plays a part."""
+    """Return what must agree of a leg: at mu = 0 neither its regime nor its kind of contact."""
     if system.friction > 0.0:
         return leg.kind, leg
     return (LegKind.SLIDE if leg.kind is LegKind.STICK else leg.kind), leg.end
 
 
 def _clear_of_events(motion: PeriodicMotion) -> float:
-    """Time from which to simulate an orbit: 0, but for an event there.
+    """Time from which to simulate an orbit: 0 unless there is an event.
 
-    A simulation that begins or ends within rounding of an event passes it twice, or never.
+    A simulation that begins or ends within rounding of an event may count it twice, or not at all.
     """
     period = motion.system.drive_period
     if (
         motion.legs[0] == Leg.CIRCUIT
         or np.abs(np.remainder(motion.nodes[:, 3] + 0.5 * period, period) - 0.5 * period).min()
-        > NEAR_EVENT * period
+        > _NEAR_EVENT * period
     ):
         return 0.0
     starts = motion._node_times()
@@ -173,14 +176,14 @@ def _clear_of_events(motion: PeriodicMotion) -> float:
 
 
 def _significant(legs: list[_Told]) -> list[_Told]:
-    """Leave out the impacts that lead into chatter: how many stand alone is a matter of choice."""
+    """Leave out the impacts that lead into chatter: how many are listed is a matter of choice."""
     kept: list[_Told] = []
     for leg in legs + legs:
         if leg[0] is LegKind.CHATTER:
             while kept and kept[-1][0] is LegKind.IMPACT:
                 kept.pop()
         kept.append(leg)
-    # The second round alone: the first may begin among such impacts.
+    # Only the second repetition: the first may begin among such impacts.
     chatters = [i for i, leg in enumerate(kept) if leg[0] is LegKind.CHATTER]
     if not chatters:
         return legs
@@ -190,10 +193,10 @@ def _significant(legs: list[_Told]) -> list[_Told]:
 def primitive(
     system: System, itinerary: _core.Itinerary, nodes: Array
 ) -> tuple[_core.Itinerary, Array]:
-    """Cut a solution that runs through a shorter orbit several times down to that orbit."""
+    """Reduce a solution that repeats a shorter orbit to that orbit."""
     legs, count, periods = itinerary.legs, len(itinerary.legs), itinerary.periods
     clocks = itinerary.clocks
-    size = np.abs(nodes).max(axis=0) + 1e-3
+    size = np.abs(nodes).max(axis=0) + _LEAST_SIZE
     if legs == [Leg.CIRCUIT]:
         return itinerary, nodes
     for repeats in range(count, 1, -1):
@@ -206,8 +209,8 @@ def primitive(
         ahead[count - step :] += periods * system.drive_period
         same = (
             legs == legs[step:] + legs[:step]
-            and np.abs((shifted - nodes)[:, :3] / size[:3]).max() < 1e-8
-            and np.abs(ahead - times - shorter * system.drive_period).max() < 1e-8
+            and np.abs((shifted - nodes)[:, :3] / size[:3]).max() < _REPEATS
+            and np.abs(ahead - times - shorter * system.drive_period).max() < _REPEATS
         )
         if same:
             cut = _core.Itinerary(legs[:step], shorter, clocks[:step], itinerary.wall_at_rest)

@@ -27,13 +27,14 @@ from .style import (
 )
 
 YELLOW = "#F0E442"
-# One colour and one mark for each attractor; a further round takes up the colours with other marks.
+# One colour and one mark for each attractor; if the colours do not suffice they repeat with other
+# marks.
 BASIN_COLORS = (SKY_BLUE, ORANGE, GREEN, PURPLE, YELLOW, BLUE, VERMILLION)
 _MARKERS = "osD^vP*X<>"
 _HATCH = "/////"
-# Reasons by rising grey; the bodies' overlap is hatched instead.
+# Greys of the reasons, from dark to light; overlap of the bodies is hatched.
 _GREYS = ("0.45", "0.6", "0.7", "0.8")
-# Sections of an attractor that does not repeat are drawn as at most so many dots.
+# At most so many section points are drawn of an attractor that is not periodic.
 _MOST_DOTS = 500
 
 
@@ -44,7 +45,7 @@ def basins(
 
     Each attractor has a colour. The sections of the attractors are marked, projected onto the two
     coordinates: they lie in the plane only by chance. Hatched: the bodies overlap; grey: no
-    attractor was told, and the legend says why.
+    attractor is known, and the legend says why.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ def basins(
         rasterized=True,
     )
     if "overlap" in basins.reasons:
-        # Seen through the cells that are not drawn.
+        # Visible where cells are not drawn.
         ax.patch.set(hatch=_HATCH, edgecolor="0.75", linewidth=0.0)
     limits = ax.get_xlim(), ax.get_ylim()
     marked = sections and _mark_sections(ax, basins, first, second)
@@ -114,7 +115,7 @@ def basins(
 
 
 def _plane(basins: Basins) -> str:
-    """Say which starts are drawn: the coordinates that all of them share."""
+    """Return the coordinates that all starts share, as text."""
     initial = zip(COORDINATES, basins.settings.initial, strict=True)
     shared = [
         f"{STATE_SYMBOLS[name]} = {value:g}" for name, value in initial if name not in basins.axes
@@ -123,7 +124,7 @@ def _plane(basins: Basins) -> str:
 
 
 def _marks(basins: Basins) -> str:
-    """Say what is marked, and that it need not lie among the starts that are drawn."""
+    """Say what is marked, and that the marks need not lie in the plane of the starts."""
     free = [STATE_SYMBOLS[name] for name in COORDINATES if name not in basins.axes]
     return f"marks: the attractors once per drive period, whatever their {', '.join(free)}"
 
@@ -184,6 +185,6 @@ def _color(number: int) -> str:
 
 
 def _percent(share: float) -> str:
-    """The share with three digits, not rounded to all or nothing."""
+    """The share with three digits, but never rounded to 0 or 100 %."""
     text = f"{100.0 * share:.3g}"
     return f"{100.0 * share:.6g} %" if text == "100" and share < 1.0 else f"{text} %"

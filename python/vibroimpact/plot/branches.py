@@ -45,7 +45,7 @@ Array = NDArray[np.float64]
 Section = Literal["impact", "stroboscopic"]
 Curves = BifurcationCurve | StabilityRegion | Sequence[BifurcationCurve | StabilityRegion]
 
-# In this order neighbours differ in grey, too.
+# In this order neighbouring curves differ in brightness as well.
 _COLORS = (BLACK, VERMILLION, BLUE, ORANGE, GREEN, PURPLE)
 _DIAGRAM_GREY = "0.62"
 _DIAGRAM_SIZE = 0.6
@@ -53,8 +53,8 @@ _KEY_GREY = "0.35"
 # How much wider than a curve its white edge is, in points.
 _HALO = 1.4
 _UNSTABLE = (0.0, (4.0, 1.5))
-# A multiplier this close to the unit circle is that of a bifurcation: the point belongs to either
-# side.
+# A multiplier this close to the unit circle belongs to a bifurcation: the point counts for both
+# sides.
 _ON_CIRCLE = 1e-6
 
 
@@ -134,7 +134,7 @@ def branches(
 
 
 def _drive_phase(branches: Sequence[Branch]) -> float | None:
-    """Return the drive phase at t = 0, where the sections are; None if it varies."""
+    """Return the drive phase of the sections, that at t = 0; None if it varies."""
     phases = {piece.system.phase for branch in branches for piece in branch.pieces}
     return phases.pop() if len(phases) == 1 and branches[0].parameter != "phase" else None
 
@@ -213,7 +213,7 @@ def bifurcation_curves(
         dashes = (0.0, style.dashes) if style.dashes else "-"
         here = [curve for curve in many if curve.kind == kind]
         for curve in here:
-            # The part that bounds a region of stability, drawn over.
+            # The part that bounds a region of stability is drawn over the curve.
             border = np.where(curve.bounds_stability, curve.values.T, np.nan)
             for gid, line, width in (
                 (kind, curve.values.T, 0.6),
@@ -306,7 +306,8 @@ def _stretches(piece: Piece) -> list[tuple[int, int, bool]]:
     size = np.abs(piece.multipliers).max(axis=1)
     neutral = np.abs(size - 1.0) < _ON_CIRCLE
     calm = piece.stable | neutral
-    # From one point to the next: two bifurcations side by side tell nothing of what is between.
+    # Judged by the points in between: two neighbouring bifurcations do not say what is between
+    # them.
     stable = calm[1:] & calm[:-1] & ~(neutral[1:] & neutral[:-1])
     starts = np.flatnonzero(np.diff(stable)) + 1
     edges = [0, *starts.tolist(), len(stable)]
@@ -339,9 +340,9 @@ def _with_bifurcations(branch: Branch) -> list[Piece]:
 
 
 def _detour(piece: Piece, value: float, nodes: Array) -> tuple[float, int]:
-    """Return between which points a point lies, and how much longer the way through it is.
+    """Return between which points a point lies, and by which part the way through it is longer.
 
-    The detour is a part of the way between the two; 0 if the point is one of them.
+    The part is relative to the distance of the two points; 0 if the point is one of them.
     """
     points = np.column_stack([piece.values, piece.nodes.reshape(len(piece.values), -1)])
     sizes = np.maximum(np.ptp(points, axis=0), 1e-12)

@@ -1,4 +1,4 @@
-"""Charts over two parameters: what moves where, by the label of the motion or by its exponent.
+"""Charts over two parameters: the label of the motion, or its largest exponent.
 
 Bifurcation curves of the same two parameters go over it (`bifurcation_curves`, ``halo=True``).
 """
@@ -80,7 +80,7 @@ def chart(
     else:
         _exponents(ax, chart, limit, legend)
     (first, x), (second, y) = chart.axes.items()
-    # Curves laid over do not widen the chart.
+    # Curves drawn over the chart do not change its limits.
     left, *_, right = edges(np.sort(x)).tolist()
     bottom, *_, top = edges(np.sort(y)).tolist()
     ax.set_xlim(left, right)

@@ -1,7 +1,7 @@
-"""Samples of a run for drawing: both sides of every impact, and when it is over.
+"""Samples of a run for drawing, with the states before and after every impact.
 
 A curve holds the state before and after every impact at the same instant, so that a drawn velocity
-jumps there and not one sample beside it. Marks for impacts and lasting contact: `marks`.
+jumps exactly there. Marks for impacts and sustained contact: `marks`.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def sample(
 ) -> Curve:
     """Sample a run over a time window, with both sides of every impact.
 
-    The instants at which lasting contact begins, changes or ends are among the samples.
+    The instants at which sustained contact begins, changes or ends are among the samples.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Bifurcation diagrams: a section of the long-term motion against the swept parameter.
 
-`contact_fraction` draws the time in lasting contact beneath (docs/theory.md, section 5). The impact
-section is the state just before each impact, the stroboscopic section the state once
-per drive period; Han, Jin & Hu (2004), eqs. (48a) and (48b), docs/theory.md section 6.
+`contact_fraction` draws the time in sustained contact beneath (docs/theory.md, section 5). The
+impact section is the state just before each impact, the stroboscopic section the state once per
+drive period; Han, Jin & Hu (2004), eqs. (48a) and (48b), docs/theory.md section 6.
 """
 
 from __future__ import annotations
@@ -88,13 +88,13 @@ def bifurcation(
     """Draw a section, by default the pendulum angle on it, against the swept parameter.
 
     Values whose run did not complete are marked by a grey rug along the bottom axis, one row for
-    each status, so that an empty column is never mistaken for a motion without impacts. Values
+    each status, so that an empty column cannot be confused with a motion without impacts. Values
     whose motion has complete chatter in every orbit (`Diagram.n` = -1) have a strip of their own
-    colour along the top, and black points take that colour too: what is drawn there are the
-    impacts before the chatter is carried to its end, the infinitely many after them lie at the tip
-    of the column. Of several branches strip and rug mark what any has. On the impact section a
-    grey strip there marks the empty columns of runs that came to their end: none of the kept drive
-    periods has an impact.
+    colour along the top, and black points take that colour too: only the impacts before the
+    completion of the chatter are drawn there, and the infinitely many others lie at the tip of the
+    column. With several branches, strip and rug mark what occurs on any of them. On the impact
+    section a grey strip there marks the empty columns of runs that came to their end: none of the
+    kept drive periods has an impact.
 
     Parameters
     ----------
@@ -107,8 +107,8 @@ def bifurcation(
         impact; "x1", "v1", "x2" or "v2" once per drive period.
     color : {"regime", "label", "branch"} or None
         Colour each impact by its regime (only impacts have one), or each point by the label of its
-        motion or by its branch; the points are drawn in a fixed random order then: where colours
-        mix, none hides the others. None: by branch if there are several, else black.
+        motion or by its branch; then the points are drawn in a fixed random order, so that no
+        colour hides the others. None: by branch if there are several, else black.
     size : float
         Area of a point in square points, as in `matplotlib.axes.Axes.scatter`. Below 1, a picture
         of 100 dots per inch or less shows none; 0.25 suits dense diagrams in print.
@@ -153,7 +153,7 @@ def bifurcation(
         parameter, heights, colors = parameter[order], heights[order], colors[order]
     ax.scatter(parameter, heights, s=size, c=colors, marker="s", linewidths=0, rasterized=True)
 
-    # By label, chatter has its colour already.
+    # With colours by label, chatter has a colour already.
     handles += _chatter_strip(ax, diagram) if color != "label" else []
     if section == "impact":
         handles += _no_impact_strip(ax, diagram)
@@ -178,7 +178,7 @@ def _stroboscopic(text: str, diagram: Diagram) -> str:
 def _colors(diagram: Diagram, section: str, color: str | None) -> tuple[Any, list[Artist]]:
     """Return the colour of each point of the section, and the legend entries.
 
-    Of many points as numbers: matplotlib reads colours given as text one by one.
+    Colours are numbers, because matplotlib reads colours given as text one by one.
     """
     if color == "regime":
         regime = np.asarray(diagram.regime)
@@ -210,7 +210,7 @@ def branch_color(number: int) -> str:
 
 
 def branch_names(diagram: Diagram) -> list[str]:
-    """Return what tells each branch from the others: its direction, its initial state, or both."""
+    """Return names that distinguish the branches: direction, initial state, or both."""
     initials, starts = diagram.settings.initial, diagram.settings.start
     names = []
     for initial, start in zip(initials, starts, strict=True):
@@ -224,7 +224,7 @@ def branch_names(diagram: Diagram) -> list[str]:
 
 
 def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
-    """Draw the part of the time that the bodies are in lasting contact against the parameter.
+    """Draw the part of the time that the bodies are in sustained contact against the parameter.
 
     The time is that of the kept drive periods, so that for a settled motion this is the part of
     the drive period. Values where nothing is kept leave a gap. Several branches have the colours of
@@ -280,7 +280,7 @@ def _on_any_branch(diagram: Diagram, chosen: NDArray[np.bool_]) -> NDArray[np.bo
 
 
 def no_impact_handles(diagram: Diagram) -> list[Artist]:
-    """Return the legend entry of motions without impact, if any value has no other."""
+    """Return the legend entry of motions without impact, if some value has only those."""
     if not _without_impact(diagram).any():
         return []
     return [square(_NO_IMPACT_GREY, _NO_IMPACT_TEXT)]

@@ -1,7 +1,7 @@
 """The contact force of one run over time.
 
 Normal force p and tangential force on the tip, docs/theory.md section 5: in slip the tangential
-force is -mu s sgn(sin x1) p, in stick whatever holds the tip, at most mu p in size.
+force is -mu s sgn(sin x1) p, in stick the force that holds the tip, at most mu p in size.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ def contact_force(
 ) -> Axes:
     r"""Draw the normal and the tangential contact force against time.
 
-    Both are zero in flight; the impulses of impacts take no time and are no part of them. The
-    dotted lines are the edges of Coulomb's cone, `mu p` to either side: on an edge the tip slides,
-    between them it sticks. Bands mark lasting contact. Unit: M1 l omega_2^2.
+    Both are zero in flight; the impulses of impacts take no time and are not drawn. The dotted
+    lines are the edges of Coulomb's cone, `mu p` to either side: on an edge the tip slides, between
+    them it sticks. Bands mark sustained contact. Unit: M1 l omega_2^2.
 
     Parameters
     ----------

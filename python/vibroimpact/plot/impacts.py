@@ -1,7 +1,7 @@
-r"""Maps of what impacts do, and the agreement of the two ways to resolve them.
+r"""Maps of the outcome of impacts, and the agreement of the two methods for it.
 
-Axes: the angle x1 and the ratio x1'/u of angular and approach velocity, which together say all of
-an impact, since every law is homogeneous; docs/theory.md, section 4.
+Axes: the angle x1 and the ratio x1'/u of angular and approach velocity, which together determine an
+impact, since every law is homogeneous; docs/theory.md, section 4.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def impact_regimes(
     _map(regimes, result, result.regime, cmap=palette, vmin=-1.5, vmax=5.5)
     regimes.set_title("(a) regime", pad=4)
 
-    # The law's own r is white, and a colour means one distance from it on either side.
+    # The law's own r is white, and a colour means the same distance from r on both sides.
     r, (low, high) = result.system.restitution, result.spread
     norm = CenteredNorm(r, halfrange=max(r - low, high - r, 0.01))
     mesh = _map(restitution, result, result.restitution, cmap="RdBu_r", norm=norm)
@@ -129,7 +129,7 @@ def _scale(mesh: Any, ax: Axes, label: str) -> Axes:
 def impact_agreement(
     result: ImpactAgreement, axes: Sequence[Axes] | None = None, *, legend: bool = True
 ) -> list[Axes]:
-    """Draw the difference of the exact walk and the incremental integrator against the step.
+    """Draw the difference of exact impulse path and incremental integration against the step.
 
     One panel for each law, one line for each regime, and the slope of first order (dashed).
 

@@ -1,4 +1,4 @@
-"""Colours of labels: one for each number of drive periods, and for what has none.
+"""Colours of labels: one for each number of drive periods, and for motions without a period.
 
 The palette was found by a search for colours that are far apart for normal vision and under the
 three dichromacies (model of Machado, Oliveira & Fernandes 2009): any two of them differ by at least
@@ -71,8 +71,9 @@ MORE, CHATTER, NO_IMPACT, QUASI_PERIODIC, CHAOTIC, UNRESOLVED = range(_LONGEST, 
 def label_codes(result: GridResult) -> NDArray[np.int64]:
     """Return the kind of label of each cell, in the shape of the grid.
 
-    A periodic motion is told by its m, but complete chatter and motions without impact come first.
-    From `UNRESOLVED` on are the cells without a label: unresolved, then by their status.
+    A periodic motion is classified by its m, but complete chatter and motions without impact are
+    kinds of their own. From `UNRESOLVED` on are the cells without a label: unresolved, then by
+    their status.
     """
     m, n = result.columns["m"], result.columns["n"]
     motion, status = result.columns["motion"], result.columns["status"]

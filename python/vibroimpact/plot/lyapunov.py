@@ -1,4 +1,4 @@
-"""Lyapunov exponents: how they converge over time, or what they are along a parameter.
+"""Lyapunov exponents: their convergence over time, or their values over a parameter.
 
 docs/theory.md, section 7; per unit time, natural logarithm, without the zero of the drive's phase.
 """
@@ -131,7 +131,7 @@ def _digits(error: float) -> int:
 
 @dataclass(frozen=True)
 class _Curves:
-    """Exponents over a parameter and their errors, shape (curves, values), and their looks."""
+    """Exponents over a parameter and their errors, shape (curves, values), with line styles."""
 
     name: str
     values: Array

@@ -1,8 +1,8 @@
-"""Marks on the drawing of a run: impacts by their regime, and the times of lasting contact.
+"""Marks on the drawing of a run: impacts by their regime, and the times of sustained contact.
 
-The functions `draw_...` do the same for anything with such impacts and stretches, such as a
-periodic motion. Lasting contact is docs/theory.md, section 5; the rows of `Run.contacts` say when
-it begins, changes its mode and ends.
+The functions `draw_...` take such impacts and stretches from any source, for example a periodic
+motion. Sustained contact is docs/theory.md, section 5; the rows of `Run.contacts` say when it
+begins, changes its mode and ends.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _STYLES: dict[str, ContactStyle] = {
 
 
 class ContactSpan(NamedTuple):
-    """A stretch of lasting contact in one mode; slides to either side are one mode here.
+    """A stretch of sustained contact in one mode; slides to either side are one mode here.
 
     Of periodic motions also a stretch of complete chatter.
     """
@@ -44,14 +44,15 @@ class ContactSpan(NamedTuple):
 
 
 def contact_spans(run: Run, window: tuple[float, float]) -> list[ContactSpan]:
-    """Return the stretches of lasting contact in a time window, in order."""
+    """Return the stretches of sustained contact in a time window, in order."""
     start, end = window
     changes: list[tuple[float, Literal["slide", "stick"] | None]] = [
         (float(row["time"]), _mode(int(row["kind"])))
         for row in run.contacts
         if row["kind"] != EventKind.CHATTER
     ]
-    # What the window begins with happened before its first event: the contact force tells.
+    # The phase at the start of the window began before its first event: the contact force shows
+    # whether it is contact.
     _, v1, _, _, normal, _ = run.trajectory([run.kept_from], forces=True)[0]
     first: Literal["slide", "stick"] = "slide" if v1 else "stick"
     changes.insert(0, (float(run.kept_from), first if normal > 0.0 else None))
@@ -74,7 +75,7 @@ def _mode(kind: int) -> Literal["slide", "stick"] | None:
 
 
 def mark_contact_times(ax: Axes, run: Run, window: tuple[float, float]) -> None:
-    """Draw the times of lasting contact as bands over the height of the axes."""
+    """Draw the times of sustained contact as bands over the height of the axes."""
     draw_bands(ax, contact_spans(run, window))
 
 
@@ -106,7 +107,7 @@ def draw_bands(ax: Axes, spans: Sequence[ContactSpan]) -> None:
 def mark_contact_path(
     ax: Axes, run: Run, curve: Curve, x: Array, y: Array, *, named: bool = True
 ) -> None:
-    """Mark the part of a curve (x, y) that belongs to lasting contact, in the legend if `named`.
+    """Mark the part of a curve (x, y) that belongs to sustained contact, in the legend if `named`.
 
     Sliding is a broad line under the curve; sticking, where the bodies rest, a dot.
     """

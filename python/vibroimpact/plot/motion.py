@@ -1,10 +1,9 @@
 """Time histories, phase portraits and impact sections of one run.
 
-Curves are drawn through `Run.trajectory` with the states before and after every impact inserted,
-so that a velocity jumps at the instant of the impact and not one sample beside it. Lasting contact
-is marked: bands on an axis of time, a broad line and dots in a portrait; sticking is darker and
-hatched. Symbols as in docs/notation.md: gap function g = sin x1 - x2 - delta (oblique),
-docs/theory.md section 1.
+Curves are drawn through `Run.trajectory` with the states before and after every impact inserted, so
+that a velocity jumps exactly at the instant of the impact. Sustained contact is marked: bands on an
+axis of time, a broad line and dots in a portrait; sticking is darker and hatched. Symbols as in
+docs/notation.md: gap function g = sin x1 - x2 - delta (oblique), docs/theory.md section 1.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ def time_history(
     r"""Draw the contact faces of both bodies and the drive against time.
 
     The thick curve is `x2`, the thin one `sin x1 - delta` (they touch at an impact), the dashed
-    one `cos(omega t + phi)`, as in the paper's Figs. 5, 6 and 9. Bands mark lasting contact.
+    one `cos(omega t + phi)`, as in the paper's Figs. 5, 6 and 9. Bands mark sustained contact.
 
     Parameters
     ----------
@@ -81,7 +80,7 @@ def phase_portrait(
 ) -> Axes:
     """Draw velocity against position: body 1 solid, body 2 dash-dotted, impacts as vertical jumps.
 
-    A broad light line marks sliding in lasting contact, a dot sticking.
+    A broad light line marks sliding in sustained contact, a dot sticking.
 
     Parameters
     ----------
@@ -174,7 +173,7 @@ def gap_history(
 ) -> Axes:
     """Draw the gap function sin x1 - x2 - delta against time; it is zero at an impact.
 
-    It stays zero in lasting contact, which bands mark.
+    It stays zero in sustained contact, which bands mark.
 
     Parameters as in `time_history`.
     """
@@ -204,7 +203,7 @@ def displacement_history(
 ) -> Axes:
     """Draw x1 (grey) and x2 (black) against time, as in the paper's Fig. 10(b).
 
-    Bands mark lasting contact.
+    Bands mark sustained contact.
 
     Parameters as in `time_history`.
     """

@@ -44,9 +44,9 @@ def multipliers(
 ) -> Axes:
     """Draw Floquet multipliers and the unit circle.
 
-    Along a branch they are coloured by the parameter, and marked where they cross the circle. What
-    lies outside the frame is counted below it: near a grazing one multiplier grows beyond all
-    bounds.
+    Along a branch they are coloured by the parameter, and marked where they cross the circle. The
+    number of multipliers outside the frame is given below it: near a grazing one multiplier grows
+    without bound.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def _along(
         linewidths=0,
         zorder=2,
     )
-    # Beside the frame, whose aspect is fixed, and as high as it.
+    # Beside the frame, whose aspect is fixed, and of the same height.
     bar = ax.figure.colorbar(points, cax=ax.inset_axes((1.04, 0.0, 0.05, 1.0)))
     bar.ax.tick_params(direction="out", left=False)
     bar.set_label(PARAMETER_SYMBOLS.get(branch.parameter, branch.parameter))

@@ -1,7 +1,7 @@
 r"""One periodic motion: phase portraits of both bodies, and the contact faces over one orbit.
 
-Unlike the pictures of runs these are drawn from the solution itself, so that an unstable motion can
-be seen, and a solution that is no motion: docs/theory.md, section 8.
+Unlike the figures of runs these are drawn from the solution itself, so that they can show an
+unstable motion, and a solution that is not admissible (docs/theory.md, section 8).
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from .style import BLACK, GREY, STATE_SYMBOLS, VERMILLION
 
 Array = NDArray[np.float64]
 
-# How the legs that are no flights are drawn.
+# How the legs that are not flights are drawn.
 _MODES: dict[LegKind, Mode] = {
     LegKind.CHATTER: "chatter",
     LegKind.SLIDE: "slide",
     LegKind.STICK: "stick",
 }
-# Gaps up to here are rounding.
+# Gaps up to this are rounding.
 _OVERLAP = 1e-10
 # Samples of a stretch of chatter, whose bounces become ever shorter.
 _CHATTER_POINTS = 300
@@ -61,7 +61,7 @@ def orbit(
 
     The history has `x2` (thick) and `sin x1 - delta` (thin), which touch at an impact. Impacts have
     colour and shape of their regime, in the portraits at the state before; dotted lines are the
-    jumps. Bands mark chatter and lasting contact. A solution that is not admissible has a title
+    jumps. Bands mark chatter and sustained contact. A solution that is not admissible has a title
     that says why; where the bodies overlap the curves are red and the space between them filled,
     and a cross marks an impact of bodies that are separating.
 
@@ -205,7 +205,7 @@ def _sample(motion: PeriodicMotion, points: int) -> _Orbit:
 
 
 def _spans(motion: PeriodicMotion, end: float) -> list[ContactSpan]:
-    """Return the stretches of chatter and lasting contact in one orbit from t = 0."""
+    """Return the stretches of chatter and sustained contact in one orbit from t = 0."""
     if motion.legs[0] == Leg.CIRCUIT:
         return []
     times = np.array(motion.clocks) * motion.system.drive_period + motion.nodes[:, 3]

@@ -1,8 +1,8 @@
 r"""Period n-1 solutions over one or two parameters, with the verdicts on them.
 
-Stable solutions are thick and coloured, unstable ones thin and black. Only those that are motions
-count, and the others are left in grey. With ``criterion``, the name of another criterion and its
-verdicts, all algebraic solutions count.
+Stable solutions are thick and coloured, unstable ones thin and black. Only admissible solutions
+count; the others are grey. With ``criterion``, the name of another criterion and its verdicts, all
+algebraic solutions count.
 """
 
 from __future__ import annotations

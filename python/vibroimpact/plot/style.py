@@ -2,7 +2,7 @@
 
 Colours are the palette of Okabe and Ito (Color Universal Design, 2008), which readers with any of
 the common colour vision deficiencies can tell apart; where markers are large enough to have a
-shape, the regime is told by the shape as well. Symbols are those of docs/notation.md.
+shape, the shape shows the regime as well. Symbols are those of docs/notation.md.
 """
 
 import math
@@ -54,7 +54,7 @@ REGIME_STYLES: dict[int, RegimeStyle] = {
 
 @dataclass(frozen=True)
 class ContactStyle:
-    """How lasting contact in one mode is drawn: a band with its outline and hatch, or a mark."""
+    """How sustained contact in one mode is drawn: a band with its outline and hatch, or a mark."""
 
     text: str
     band: str
@@ -154,7 +154,7 @@ PUBLICATION: dict[str, Any] = {
 
 @contextmanager
 def publication_style() -> Iterator[None]:
-    """Draw with the settings of `PUBLICATION` inside a ``with`` block, and leave none behind."""
+    """Draw with the settings of `PUBLICATION` inside a ``with`` block only."""
     settings: Any = PUBLICATION  # matplotlib 3.11 types the keys as literals, 3.10 as str
     with matplotlib.rc_context(settings):
         yield
@@ -253,7 +253,7 @@ _LEGEND_PART = 0.85
 def legend_above(ax: Axes, handles: Sequence[Artist], columns: int = 2) -> Legend:
     """Put a legend above the axes, where it hides no data.
 
-    Axes that have their figure for themselves get fewer columns, if so many are wider than it.
+    If the axes are alone in their figure the number of columns is reduced until the legend fits.
     """
 
     def legend(columns: int) -> Legend:

@@ -1,4 +1,4 @@
-"""An independent simulator in ball arithmetic, to check the compiled core by.
+"""An independent simulator in ball arithmetic, for checks of the compiled core.
 
 Flights, first contacts, impacts, chatter and contact at any precision (docs/theory.md, sections 1
 to 5), computed by other formulas than those of the core: no module here uses any other part of

@@ -8,10 +8,10 @@ sin x1 stay the same. So t, x1, v1, v2 just before the impacts are analytic func
 tail, and their values at u = 0 follow by polynomial extrapolation (Neville's scheme): from nodes
 u_1 < u_2 < ... < u_n inside the radius R of convergence the error is of order u_1 u_2 ... u_n/R^n.
 
-Impacts that stick or reverse are another matter: v1 goes to 0 with u, and where they reverse the
-quotient v1/u tends to its limit at a rate of its own, so that nothing is analytic in u alone. Such
-tails, of whatever regimes, are followed until the last step of a linear extrapolation is itself
-below the tolerance.
+For impacts that stick or reverse this does not hold: v1 goes to 0 with u, and where they reverse
+the quotient v1/u tends to its limit at a rate of its own, so that nothing is analytic in u alone.
+Such tails, of whatever regimes, are followed until the last step of a linear extrapolation is
+itself below the tolerance.
 
 A tail ends when its stated error is below the tolerance: the differences of the last three orders,
 or the last step. It is an estimate and no enclosure, and is returned as the radius of the balls.
@@ -26,9 +26,9 @@ from flint import arb, ctx
 
 #: A node needs at most this share of the approach velocity of the node before it: closer nodes
 #: would magnify rounding, at a half the sum of the weights is below 9.
-SPACING = 0.5
+_SPACING = 0.5
 #: No extrapolation from fewer nodes: two or three may agree by chance.
-LEAST_NODES = 6
+_LEAST_NODES = 6
 #: Regimes of tails that are analytic in u.
 ANALYTIC = ("slip", "frictionless")
 
@@ -90,11 +90,11 @@ class Tail:
         self._falling = 0
 
     def forget(self) -> None:
-        """Start anew, after a contact phase."""
+        """Forget the tail, after a contact phase."""
         self._nodes, self._last, self._falling = [], None, 0
 
     def observe(self, bounce: Bounce) -> Accumulation | None:
-        """Take the next impact; the accumulation point as soon as it is known well enough."""
+        """Add the next impact; return the accumulation point when it is known well enough."""
         last, self._last = self._last, bounce
         if last is None or not bounce.u < last.u:
             self._nodes, self._falling = [bounce], 1
@@ -104,13 +104,13 @@ class Tail:
         if bounce.regime not in ANALYTIC:
             self._nodes = []
             # linear extrapolation: do not try before u is that small
-            if self._falling >= LEAST_NODES and bounce.u < self._tolerance:
+            if self._falling >= _LEAST_NODES and bounce.u < self._tolerance:
                 found = step_to_limit(last, bounce)
         elif (last.regime, last.signs) != (bounce.regime, bounce.signs):
             self._nodes = [bounce]
-        elif bounce.u < self._nodes[-1].u * SPACING:
+        elif bounce.u < self._nodes[-1].u * _SPACING:
             self._nodes.append(bounce)
-            if len(self._nodes) >= LEAST_NODES:
+            if len(self._nodes) >= _LEAST_NODES:
                 found = accumulate(self._nodes, float(bounce.u / last.u))
         return found if found is not None and found.error() < self._tolerance else None
 
@@ -126,7 +126,7 @@ def accumulate(bounces: Sequence[Bounce], ratio: float) -> Accumulation:
 
 
 def step_to_limit(before: Bounce, last: Bounce) -> Accumulation:
-    """Accumulation point of any tail: what is left if all steps shrink as u just did."""
+    """Accumulation point of any tail, if all further steps shrink by the last ratio of u."""
     ratio = (last.u / before.u).mid()
     time, x1, v1, v2 = (
         arb((q + (q - p) * ratio / (1 - ratio)).mid(), abs((q - p) / (1 - ratio)).abs_upper())

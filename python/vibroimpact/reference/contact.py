@@ -159,7 +159,8 @@ def _scan(flight: Flight, end: fmpq, touching: int) -> Contact:
     humps: list[Hump] = []
     a, width, held = fmpq(0), widest, touching
     if touching == 1 and at_start[2] > 0:
-        # a hop of a chatter is about 2 |g'|/g'' long: shortening from the widest would take long
+        # a flight within chatter takes about 2 |g'|/g'': to shorten the widest interval would take
+        # long
         width = min(widest, rational((-3 * at_start[1] / at_start[2]).mid()))
     while a < end:
         b = min(end, _dyadic(a + width))
@@ -219,11 +220,11 @@ def _decide(flight: Flight, a: fmpq, b: fmpq, held: int, humps: list[Hump]) -> a
 
 
 def _over_hump(flight: Flight, a: fmpq, b: fmpq, humps: list[Hump]) -> arb | bool | None:
-    """The same where g'' < 0 and g(a) < 0."""
+    """The root of g in (a, b] where g'' < 0 and g(a) < 0."""
     length = arb(b - a)
     ga, slope_a = derivatives(flight, a)[:2]
     gb, slope_b = derivatives(flight, b)[:2]
-    # A concave g lies below its tangents, which settles a maximum at or beyond an end.
+    # A concave g lies below its tangents; this decides if the maximum is at or beyond an end.
     if ga + slope_a.max(arb(0)) * length < 0 or gb + (-slope_b).max(arb(0)) * length < 0:
         return False
     if slope_b > 0:
@@ -253,7 +254,7 @@ def _over_hump(flight: Flight, a: fmpq, b: fmpq, humps: list[Hump]) -> arb | boo
 def _velocity(flight: Flight, time: arb) -> arb:
     """Enclosure of g' at a time that is itself an enclosure."""
     x1, v1, _, v2 = flight.state(time)
-    return v1 * x1.cos() - v2 if flight.system.oblique else v1 - v2
+    return flight.system.gap_rate(x1, v1, v2)
 
 
 def _poly(series: list[arb], level: int) -> arb_poly:

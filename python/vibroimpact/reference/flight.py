@@ -92,10 +92,10 @@ class Body:
         return rows[0], rows[1]
 
     def state_quick(self, t: Value, x: Value, v: Value, psi: Value) -> tuple[arb, arb]:
-        """The same, as tight and at a fraction of the cost, for a damped or undamped vibration.
+        """Position and velocity as by `state`, as tight and faster, if the body vibrates.
 
-        Far from critical damping and from undamped resonance, and not for short times, in which
-        the closed form cancels; otherwise it is `state`.
+        It is used far from critical damping and from undamped resonance, and not for short times,
+        because there the closed form cancels; otherwise `state` is called.
         """
         tau, phase = ball(t), ball(psi)
         balls = self._quick_balls()
@@ -122,7 +122,7 @@ class Body:
         return first, second
 
     def _quick_balls(self) -> tuple[arb, arb, arb] | None:
-        """Angular velocity of the free vibration, and R; None where `state_quick` has no use."""
+        """Angular velocity of the free vibration, and R; None where `state_quick` is not used."""
         found = self._cache.get(-ctx.prec)
         if found is None:
             square = (1 - self.zeta**2) * self.omega0**2
@@ -136,7 +136,7 @@ class Body:
         return found[0], found[1], found[2]
 
     def state_closed(self, t: Value, x: Value, v: Value, psi: Value) -> tuple[arb, arb]:
-        """The same by the closed form, cases decided on the exact parameters."""
+        """Position and velocity by the closed form, with cases decided on the exact parameters."""
         tau, phase = ball(t), ball(psi)
         decay, stiffness = arb(self.zeta * self.omega0), arb(self.omega0**2)
         discriminant = (self.zeta**2 - 1) * self.omega0**2
@@ -234,6 +234,14 @@ class System:
     def tip(self, x1: arb) -> arb:
         """Position of the pendulum's tip along the contact normal: sin x1, or x1 if direct."""
         return x1.sin() if self.oblique else x1
+
+    def slope(self, x1: arb) -> arb:
+        """Derivative of `tip` by x1: cos x1, or 1 if direct."""
+        return x1.cos() if self.oblique else arb(1)
+
+    def gap_rate(self, x1: arb, v1: arb, v2: arb) -> arb:
+        """Rate g' of the gap function."""
+        return v1 * self.slope(x1) - v2
 
 
 class Flight:

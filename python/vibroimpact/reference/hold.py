@@ -26,8 +26,8 @@ from .slide import Settings, Slide, Touch
 
 Mode = Literal["slide_positive", "slide_negative", "stick", "separate", "painleve", "jammed"]
 Sampler = Callable[[arb, Callable[[arb], State]], None]
-#: Phases of one contact; more are taken for a fault.
-LONGEST = 200
+#: Largest number of phases of one contact; more would be an error of the program.
+_LONGEST = 200
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Hold:
         touch = start
         phases: list[Phase] = []
         mode: Mode | None = None
-        for _ in range(LONGEST):
+        for _ in range(_LONGEST):
             mode = mode or self.mode(touch)
             if mode == "separate":
                 phases.append(self._record("release", touch, error, arb(0), arb(0)))
@@ -105,7 +105,7 @@ class Hold:
             if slid.ending == "end" or slid.ending == "painleve":
                 return Held(slid.ending, touch, phases, error)
             mode = "separate" if slid.ending == "release" else None
-        raise RuntimeError(f"more than {LONGEST} phases of one contact")
+        raise RuntimeError(f"more than {_LONGEST} phases of one contact")
 
     def slide(self, touch: Touch, direction: int) -> Slide:
         """The stretch of sliding that begins at a state; sigma looks ahead where sin x1 = 0."""
@@ -176,7 +176,7 @@ class Hold:
     def _grip(self, touch: Touch) -> tuple[arb, arb]:
         """Normal and friction force that keep x1' = 0."""
         a1, a2 = self._free(touch)
-        cos = touch.x1.cos() if self.system.oblique else arb(1)
+        cos = self.system.slope(touch.x1)
         if self.at_rest:
             return a1 / cos, arb(0)
         push = -a2 / arb(self.system.mbar)
@@ -187,7 +187,7 @@ class Hold:
         system = self.system
         f1, f2, mu = arb(system.f1), arb(system.f2), arb(system.mu)
         spring = arb(system.omega0**2) * touch.x1
-        cos = touch.x1.cos() if system.oblique else arb(1)
+        cos = system.slope(touch.x1)
         margins: list[tuple[Mode, arb, arb]] = []
         if self.at_rest:
             margins.append(("separate", f1 * sign(cos), -spring * sign(cos)))

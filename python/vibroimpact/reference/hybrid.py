@@ -25,9 +25,9 @@ from .impact import LAWS, Jammed
 from .simulate import Event
 from .slide import Settings, Slide, Touch
 
-#: Differs from the standard settings in everything that a result might depend on.
+#: Settings that differ from the standard in everything on which a result may depend.
 FINER = Settings(precision=544, order=52, tolerance=1e-60)
-MAX_IMPACTS = 20_000
+_MAX_IMPACTS = 20_000
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Run:
 
 
 class Samples:
-    """Takes the states at given ascending times from whatever motion reaches over them."""
+    """Collects the states at given ascending times from the motions that cover them."""
 
     def __init__(self, times: Sequence[arb]) -> None:
         self.times, self.states = times, list[State]()
@@ -112,9 +112,9 @@ def approach_in_contact(system: System, start: Sequence[fmpq]) -> fmpq | None:
 class Motion:
     """One run, to be made and run at the precision of its settings.
 
-    What has happened by then is there even if the run is cut short: `story`, all impacts and phases
-    in order, and `samples`. The first `proved` entries of the story enclose the exact motion, and
-    the first `proved_samples` states.
+    If the run ends early, what has happened until then is available: `story`, all impacts and
+    phases in order, and `samples`. The first `proved` entries of the story enclose the exact
+    motion, and the first `proved_samples` states.
     """
 
     def __init__(
@@ -128,7 +128,7 @@ class Motion:
         *,
         enclose: bool = False,
         quick: bool = False,
-        most_impacts: int = MAX_IMPACTS,
+        most_impacts: int = _MAX_IMPACTS,
     ) -> None:
         self.system, self.settings, self.phase = system, settings, arb(phase)
         self.law, self.most_impacts = LAWS[law], most_impacts
@@ -208,13 +208,12 @@ class Motion:
         """
         system = self.system
         outcome = self.law(system, self.x1, self.v1, self.v2)
-        cos = self.x1.cos() if system.oblique else arb(1)
-        if outcome.v1 * cos - outcome.v2 > 0:
+        if system.gap_rate(self.x1, outcome.v1, outcome.v2) > 0:
             return "law_failed"
         self.impacts += 1
         kinks = system.mu != 0
         signs = (sign(self.v1), sign(self.x1.sin())) if kinks else (0, 0)
-        u = self.v1 * cos - self.v2
+        u = system.gap_rate(self.x1, self.v1, self.v2)
         time, x1, v1, v2 = (q.mid() for q in (self.now, self.x1, self.v1, self.v2))
         limit = self.tail.observe(Bounce(time, x1, v1, v2, u.mid(), outcome.regime, signs))
         if limit is not None:

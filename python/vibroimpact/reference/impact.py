@@ -1,8 +1,9 @@
-"""Impact laws in ball arithmetic: the walk of docs/theory.md, section 4, and `paper`.
+"""Impact laws in ball arithmetic: the impulse path of docs/theory.md, section 4, and `paper`.
 
 With M1 l^2 = 1 and normal impulse P: dv1 = -k dP, dv2 = mbar dP, k = cos x1 + mu s |sin x1|,
 s = sgn(v1); approach velocity u = v1 cos x1 - v2 > 0, du = -(mbar + k cos x1) dP. Direct contact:
-cos -> 1, sin -> 0. The walk ends by one of three laws, which differ only where v1 = 0 bends it:
+cos -> 1, sin -> 0. The path ends by one of three laws, which differ only if the path bends at
+v1 = 0:
     poisson     P_II = r P_I                              impulses
     newton      u = -r u0                                 velocities
     energetic   -int u dP (u < 0) = r^2 int u dP (u > 0)   work of the normal impulse
@@ -51,7 +52,7 @@ class Impact:
 
 
 def walk(law: Law, system: System, x1: arb, v1: arb, v2: arb) -> Impact:
-    """The exact walk along the impulse, to the end that `law` says."""
+    """The exact impulse path to the end that `law` gives."""
     mbar, r = arb(system.mbar), arb(system.r)
     cos, friction = _geometry(system, x1)
     u = v1 * cos - v2
@@ -105,7 +106,7 @@ def _end(law: Law, r: arb, u: arb, switch: arb, bent: arb, rate: arb, approach: 
     """The whole impulse of an impact in which slip ends at the impulse `switch`.
 
     u falls on a straight line from `u` to `bent` at `switch`, and at `rate` from there on. At the
-    rate 0 (mbar = 0 and the tip sticks) u stays `bent`, which `newton` does not wait for.
+    rate 0 (mbar = 0 and the tip sticks) u stays `bent`, and `newton` ends there.
     """
     if law == "poisson":
         return (1 + r) * approach

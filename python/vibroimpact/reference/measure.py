@@ -20,7 +20,7 @@ from .hybrid import FINER, Run, approach_in_contact, follow
 #: Size of the perturbation: far above the errors, far below all scales of the motion.
 NUDGE = exact("1e-30")
 #: Differences below this may come from the errors of the runs, 1e-43 at most.
-UNSEEN = 1e-41
+_UNSEEN = 1e-41
 
 
 @dataclass(frozen=True)
@@ -72,18 +72,18 @@ def measured(
 
 
 def _together(one: arb, two: arb) -> arb:
-    """The finer value with a radius that holds the other one."""
+    """The finer value with a radius that includes the other one."""
     return arb(two.mid(), (abs(one - two) + two.rad()).abs_upper())
 
 
 def _state(one: State, two: State) -> State:
-    """The same for all coordinates."""
+    """Finer values with radii, for all coordinates."""
     x1, v1, x2, v2 = (_together(p, q) for p, q in zip(one, two, strict=True))
     return x1, v1, x2, v2
 
 
 def _merged(one: Phase, two: Phase) -> Phase:
-    """The same for a phase."""
+    """Finer values with radii, for a phase."""
     forces: list[arb | None] = [
         None if p is None or q is None else _together(p, q)
         for p, q in ((one.normal, two.normal), (one.friction, two.friction))
@@ -99,4 +99,4 @@ def _values(phase: Phase) -> tuple[arb, ...]:
 def _growth(one: Sequence[arb], two: Sequence[arb]) -> float:
     """Largest difference in units of the perturbation, to three digits; 0 if it is not seen."""
     worst = max(float(abs(p.mid() - q.mid())) for p, q in zip(one, two, strict=True))
-    return float(f"{worst / float(NUDGE):.3g}") if worst > UNSEEN else 0.0
+    return float(f"{worst / float(NUDGE):.3g}") if worst > _UNSEEN else 0.0

@@ -26,12 +26,12 @@ from .contact import Undecided
 from .flight import State, System
 
 Ending = Literal["end", "release", "stop", "cross", "painleve"]
-#: A step below this is taken for the approach to a pole of p, a Painleve point.
-SHORTEST_STEP = 1e-9
-#: Where an interval is cut in two: not in the middle, where a root may well lie.
+#: A step below this means the approach to a pole of p, a Painleve point.
+_SHORTEST_STEP = 1e-9
+#: Place at which an interval is cut in two: not the middle, where a root is likely.
 CUT = fmpq(479, 1024)
 #: Cuts of an interval before a root is called undecided (a double root, or one at an end).
-DEEPEST = 60
+_DEEPEST = 60
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Touch:
 
 @dataclass(frozen=True)
 class Slid:
-    """End of a slide: why, where, and the stated error of the way."""
+    """End of a slide: reason, state, and the stated error of the whole slide."""
 
     ending: Ending
     touch: Touch
@@ -79,8 +79,8 @@ class Slide:
 
     def state(self, x1: arb, v1: arb) -> State:
         """All four coordinates of a state on g = 0."""
-        cos = x1.cos() if self.system.oblique else arb(1)
-        return x1, v1, self.system.tip(x1) - arb(self.system.delta), v1 * cos
+        x2 = self.system.tip(x1) - arb(self.system.delta)
+        return x1, v1, x2, v1 * self.system.slope(x1)
 
     def force(self, touch: Touch) -> arb:
         """Contact force p at a state."""
@@ -107,7 +107,7 @@ class Slide:
         even, odd = [psi.cos()], [psi.sin()]
         x, v = [touch.x1, touch.v1], [touch.v1]
         sine = [touch.x1.sin() if system.oblique else arb(0)]
-        cosine = [touch.x1.cos() if system.oblique else arb(1)]
+        cosine = [system.slope(touch.x1)]
         tip = sine if system.oblique else x
         a1: list[arb] = []
         k: list[arb] = []
@@ -164,7 +164,7 @@ class Slide:
             left = (end - touch.time).mid()
             last = not step < left
             step = left if last else step
-            if step < SHORTEST_STEP and not last:
+            if step < _SHORTEST_STEP and not last:
                 return Slid("painleve", touch, error)
             ending, at = self._first_event(series, touch, step)
             then = touch.time + (step if at is None else at)
@@ -240,7 +240,7 @@ def first_root(coefficients: Sequence[arb], end: arb) -> arb | None:
             if (left > 0) == (right > 0):
                 continue
             return _polish(poly, slope, span)
-        if depth == DEEPEST:
+        if depth == _DEEPEST:
             raise Undecided("a double root in contact")
         cut = (a + (b - a) * CUT).mid()
         pending += [(cut, b, depth + 1), (a, cut, depth + 1)]

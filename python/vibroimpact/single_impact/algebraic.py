@@ -22,10 +22,14 @@ numerators Nc, Ns; cos^2 + sin^2 = 1 leaves the one equation
     F(x1) = Nc^2 + Ns^2 - D^2 = 0,    D = d(kappa),    N = x1 p(kappa) + y q(kappa),
 
 d, p, q quadratic. This is (35) with its poles multiplied out, for any damping, both forces, both
-contacts and a wall; and nothing is divided by, so that it holds at resonance as well.
+contacts and a wall. Nothing is divided by, so that it holds at resonance as well.
+
+These equations belong to this machine alone: for other equations of motion, another law or another
+geometry of the contact they are others. They are written out here, and not asked of the compiled
+core, because a proof needs them in interval arithmetic.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -47,6 +51,9 @@ class Parameters:
 
     n: int
     oblique: bool
+    # `System.slope`, which is the same for all of them.
+    slope: Callable[[Array], Array]
+    is_wall: NDArray[np.bool_]
     mass_ratio: Array
     frequency_ratio: Array
     restitution: Array
@@ -60,19 +67,14 @@ class Parameters:
     @classmethod
     def of(cls, systems: Sequence[System], n: int) -> "Parameters":
         """Collect the parameters of systems of one contact."""
-        names = [name for name in cls.__dataclass_fields__ if name not in ("n", "oblique")]
+        names = list(cls.__dataclass_fields__)[3:]
         columns = {name: np.array([getattr(system, name) for system in systems]) for name in names}
-        return cls(n=n, oblique=systems[0].contact == "oblique", **columns)
+        first = systems[0]
+        return cls(n=n, oblique=first.contact == "oblique", slope=first.slope, **columns)
 
     def __len__(self) -> int:
         """Number of systems."""
         return len(self.gap)
-
-    def tip_jet(self, x1: Array) -> tuple[Array, Array, Array]:
-        """Return the tip's position along the normal and its first two derivatives by x1."""
-        if self.oblique:
-            return np.sin(x1), np.cos(x1), -np.sin(x1)
-        return x1, np.ones_like(x1), np.zeros_like(x1)
 
 
 @dataclass(frozen=True)
@@ -196,12 +198,11 @@ def conditions(parameters: Parameters) -> Conditions:
     ones = np.ones(len(par))
     second = flight(par.n, ones, par.oscillator_damping, par.force_amplitude, omega)
     # A wall at rest stays where it is.
-    at_rest = (par.mass_ratio == 0.0) & (par.force_amplitude == 0.0)
+    at_rest = par.is_wall & (par.force_amplitude == 0.0)
     second = rigid_wall(second, at_rest)
     one, zero = Interval(ones), Interval(0.0 * ones)
     mbar, r = Interval(par.mass_ratio), Interval(par.restitution)
     rho = r / (1.0 + r)
-    immovable = par.mass_ratio == 0.0
 
     def columns(body: Flight) -> dict[str, tuple[Interval, Interval]]:
         return {
@@ -236,11 +237,11 @@ def conditions(parameters: Parameters) -> Conditions:
         constant = mbar * (of_w + rho * free)
         linear = a("v", "e") * b_(c2, s2) - mbar * a_(c, s) * b("v", "e")
         quadratic = of_v + rho * free
-        # A wall takes no notice of P, and kappa P takes its place: D and N lose a factor kappa.
+        # P does not act on a wall, and kappa P takes its place: D and N lose a factor kappa.
         return (
-            choose(immovable, linear, constant),
-            choose(immovable, quadratic, linear),
-            choose(immovable, zero, quadratic),
+            choose(par.is_wall, linear, constant),
+            choose(par.is_wall, quadratic, linear),
+            choose(par.is_wall, zero, quadratic),
         )
 
     return Conditions(

@@ -6,8 +6,9 @@ x'' + 2 zeta w x' + w^2 x = f cos(omega t + psi), time in 1/omega: over T = 2 pi
 
 These are (A.1)-(A.8) for every damping. Near resonance Gx = f (E(z+) - E(z-))/(z+ - z-) with
 E(z) = (e^{zT} - 1)/z and the exponents z of the free motion less that of the drive: the response
-from rest, which has no pole. 1 - A and not A is formed, from the part of a turn by which the body
-misses a whole number, so that small differences keep their digits (docs/theory.md, section 2).
+from rest, which has no pole. 1 - A is computed and not A, from the difference of the number of
+turns of the body to a whole number, so that small differences keep their digits (docs/theory.md,
+section 2).
 """
 
 from dataclasses import dataclass, replace
@@ -21,9 +22,9 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 # Where |(w/omega)^2 - 1 + 2 i zeta w/omega| is smaller, the forced motion is written as a beat.
-NEAR_RESONANCE = 0.5
+_NEAR_RESONANCE = 0.5
 # Near critical damping sin(wd T)/wd is summed as a series in (wd T)^2, |wd T| < 1.
-SERIES_TERMS = 12
+_SERIES_TERMS = 12
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ class Flight:
 
     @property
     def kicked(self) -> tuple[Interval, Interval]:
-        """Displacement and velocity before a unit kick of the body kicked once in n periods."""
+        """Displacement and velocity just before a unit impulse, which acts once in n periods."""
         det = self.c11 * self.c22 - self.a12 * self.a21
         return self.a12 / det, (self.a21 * self.a12 + self.c11 * (1.0 - self.c22)) / det
 
@@ -105,7 +106,7 @@ def _product(a: Array, b: Array) -> tuple[Array, Array]:
 def _turns_beyond_whole(n: int, natural: Array, omega: Array) -> tuple[Interval, Mask, Mask]:
     """Return n natural/omega less the nearest whole number; where that is rounding, and 1/2.
 
-    The remainder is formed exactly, so that it has all its digits where it is small.
+    The remainder is computed exactly, so that it has all its digits where it is small.
     """
     counted = np.full(natural.shape, float(n))
     whole = np.rint(counted * natural / omega)
@@ -182,7 +183,7 @@ def _flight(n: int, natural: Array, damping: Array, force: Array, omega: Array) 
     gx = steady.times(c11).plus(steady.turned().times(-s))
     gv = steady.times(-a21).plus(steady.turned().times(c22))
     # The beat: E(z) = (e^{zT} - 1)/z at z = -c + i(+-wd - 1); e^{-iT} = 1.
-    beat = stiffness.largest < NEAR_RESONANCE
+    beat = stiffness.largest < _NEAR_RESONANCE
     slow_z = Complex(-rate, (detuning - rate.square()) / (damped + 1.0))
     fast_z = Complex(-rate, -(damped + 1.0))
     at_rest = slow_z.re.holds_zero & slow_z.im.holds_zero
@@ -211,7 +212,7 @@ def _series(y: Interval, odd: int) -> Interval:
     """Enclose cos sqrt(y), or sin(sqrt y)/sqrt y if ``odd``, for |y| <= 1 of either sign."""
     # The terms left out are below the first of them, times 1 + 1/12 + ...
     total = Interval(-1e-20, 1e-20) + Interval(np.zeros(y.lo.shape))
-    for k in range(SERIES_TERMS, -1, -1):
+    for k in range(_SERIES_TERMS, -1, -1):
         # Horner: 1 - y/((2k+1+odd)(2k+2+odd)) (...)
         total = 1.0 - y * total / float((2 * k + 1 + odd) * (2 * k + 2 + odd))
     return total

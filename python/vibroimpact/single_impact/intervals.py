@@ -35,9 +35,9 @@ UNREDUCED = 0.75
 FAR = 1e5
 # Bisection halves a box to the spacing of the numbers at most; more levels than floats have bits
 # for cannot be needed.
-MAX_LEVELS = 80
-# Boxes of one function under work at once; where it takes more, they are left undecided.
-MAX_BOXES = 20_000
+_MAX_LEVELS = 80
+# Largest number of boxes of one function at a time; with more they are left undecided.
+_MAX_BOXES = 20_000
 
 
 def _down(x: Array) -> Array:
@@ -99,7 +99,7 @@ class Interval:
     __rmul__ = __mul__
 
     def __truediv__(self, other: "Interval | ArrayLike") -> "Interval":
-        """Return x / y; everything where y holds zero."""
+        """Return x / y; the whole line where y contains zero."""
         y = Interval.of(other)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             a, b, c, d = self.lo / y.lo, self.lo / y.hi, self.hi / y.lo, self.hi / y.hi
@@ -134,7 +134,7 @@ class Interval:
 
     @property
     def middle(self) -> Array:
-        """A number of the interval near its middle; NaN for everything."""
+        """A number of the interval near its middle; NaN for the whole line."""
         with np.errstate(invalid="ignore"):
             return np.clip(0.5 * (self.lo + self.hi), self.lo, self.hi)
 
@@ -174,7 +174,7 @@ class Interval:
         a, b = _sin_cos(self.lo)[which], _sin_cos(self.hi)[which]
         lo = np.maximum(np.minimum(a.lo, b.lo), -1.0)
         hi = np.minimum(np.maximum(a.hi, b.hi), 1.0)
-        # In turns; a crest that may lie inside, for all that rounding tells, counts as inside.
+        # In turns; a crest that may lie inside within rounding counts as inside.
         first, last = self.lo / (2.0 * np.pi), self.hi / (2.0 * np.pi)
         slack = 4.0 * EPS * (1.0 + np.maximum(np.abs(first), np.abs(last)))
         first, last = first - slack, last + slack
@@ -294,7 +294,7 @@ def isolate(enclose: Enclosure, which: NDArray[np.int64], box: Interval) -> Root
         Every root in the boxes lies in one of those returned.
     """
     alone, edges, undecided = _Kept(), _Kept(), _Kept()
-    for _ in range(MAX_LEVELS):
+    for _ in range(_MAX_LEVELS):
         if not len(which):
             break
         value, slope = enclose(which, box)
@@ -306,7 +306,7 @@ def isolate(enclose: Enclosure, which: NDArray[np.int64], box: Interval) -> Root
         edges.add(which[monotone], box[monotone], product == 0)
         which, box = which[left & ~monotone], box[left & ~monotone]
         stop = _is_noise(enclose, which, box)
-        stop |= np.bincount(which, minlength=1)[which] > MAX_BOXES if len(which) else False
+        stop |= np.bincount(which, minlength=1)[which] > _MAX_BOXES if len(which) else False
         undecided.add(which, box, stop)
         which, box = _halves(which[~stop], box[~stop])
     undecided.add(which, box)
@@ -321,7 +321,7 @@ def contract(enclose: Enclosure, which: NDArray[np.int64], box: Interval) -> Int
     """Shrink boxes that hold one root each to rounding, by Newton's method on intervals."""
     active = np.arange(len(which))
     lo, hi = box.lo.copy(), box.hi.copy()
-    for _ in range(MAX_LEVELS):
+    for _ in range(_MAX_LEVELS):
         if not len(active):
             break
         now = Interval(lo[active], hi[active])
@@ -350,7 +350,7 @@ def _signs_at_ends(
 
 
 def _is_noise(enclose: Enclosure, which: NDArray[np.int64], box: Interval) -> Mask:
-    """Where further halving tells nothing: rounding hides the sign at ends and middle."""
+    """Where further halving does not help: rounding hides the sign at ends and middle."""
     middle = box.middle
     stop = (middle <= box.lo) | (middle >= box.hi)
     small = np.flatnonzero(~stop & (box.width < 1e-4 * (1.0 + box.largest)))

@@ -17,10 +17,9 @@ from .._core import PARAMETERS
 from ..arguments import axis, count, reject
 from ..errors import Interrupted, ParameterError
 from ..interruption import interruptible
-from ..orbits.motion import NEUTRAL, PeriodicMotion
+from ..orbits.motion import PeriodicMotion
 from ..system import System
-from .algebraic import Conditions, Parameters, conditions
-from .fixed_flight import multipliers
+from .algebraic import Parameters, conditions
 from .motions import check_system, limits_of, motion_at, motions_in
 from .results import SOLUTION_DTYPE, STATE, MotionMap
 from .solutions import Solutions, lost, reach_of, solve_many
@@ -30,7 +29,7 @@ Array = NDArray[np.float64]
 # Grid points whose equations are solved together.
 BATCH = 4000
 # Grid points at most.
-MAX_POINTS = 10_000_000
+_MAX_POINTS = 10_000_000
 
 
 @interruptible
@@ -107,12 +106,12 @@ def motion_map(
             rows["point"] += start
             parts.append(rows)
             undecided[batch], empty[batch] = unsure, nothing
-            pending[batch] = False  # the last: what Ctrl-C leaves before counts for nothing
+            pending[batch] = False  # set last: if Ctrl-C comes before, the batch stays pending
     except KeyboardInterrupt:
         undecided[pending], empty[pending] = 0, False
         done = size - np.count_nonzero(pending)
         raise Interrupted(
-            f"interrupted after {done} of {size} points; .result holds them", result()
+            f"interrupted after {done} of {size} points", result(), holds="them"
         ) from None
     return result()
 
@@ -125,8 +124,8 @@ def _grid(parameters: Mapping[str, Any]) -> dict[str, Array]:
         )
     grid = {name: axis(name, values) for name, values in parameters.items()}
     size = int(np.prod([len(values) for values in grid.values()]))
-    if size > MAX_POINTS:
-        raise ParameterError(f"a grid of {size} points is not allowed; allowed: 1 to {MAX_POINTS}")
+    if size > _MAX_POINTS:
+        raise ParameterError(f"a grid of {size} points is not allowed; allowed: 1 to {_MAX_POINTS}")
     return grid
 
 
@@ -153,8 +152,8 @@ def _solve(
         *(found.x1, found.v1, found.v2),
     )
     np.add.at(undecided, kept[found.which[gone]], 1)
-    rows = [_rows(systems, equations, found, found.isolated & ~gone, kept, n)]
-    # A box without one simple root is looked at alone.
+    rows = [_rows(systems, found, found.isolated & ~gone, kept, n)]
+    # A box without one simple root is examined on its own.
     for k in np.flatnonzero(~found.isolated):
         number = int(kept[found.which[k]])
         alone = conditions(Parameters.of([systems[number]], n))
@@ -166,13 +165,12 @@ def _solve(
 
 def _rows(
     systems: list[System],
-    equations: Conditions,
     found: Solutions,
     sure: NDArray[np.bool_],
     kept: NDArray[np.int64],
     n: int,
 ) -> NDArray[np.void]:
-    """Judge solutions; those that separate need no further test."""
+    """Judge solutions."""
     which = found.which[sure]
     columns = {name: getattr(found, name)[sure] for name in STATE}
     state = np.stack([columns[name] for name in STATE[:4]], axis=1)
@@ -180,12 +178,11 @@ def _rows(
     rows["point"] = kept[which]
     for name, column in columns.items():
         rows[name] = column
-    rows["largest_multiplier"] = np.abs(multipliers(equations, which, state)[:, 0])
-    rows["admissible"] = False
-    for k in np.flatnonzero(rows["approach_velocity"] > 0.0):
-        motion = motion_at(systems[rows["point"][k]], n, tuple(state[k].tolist()))
-        rows["admissible"][k] = motion.admissible
-    rows["stable"] = rows["admissible"] & (rows["largest_multiplier"] < 1.0 - NEUTRAL)
+    for row, values in zip(rows, state.tolist(), strict=True):
+        motion = motion_at(systems[row["point"]], n, tuple(values))
+        row["admissible"] = motion.admissible
+        row["largest_multiplier"] = np.abs(motion.multipliers[0])
+        row["stable"] = motion.stable
     return rows
 
 

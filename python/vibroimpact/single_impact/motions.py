@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 State = tuple[float, float, float, float]
 
 # Newton's method may move x1 beyond its box by so many units of rounding.
-SLACK = 256.0 * float(np.finfo(float).eps)
+_SLACK = 256.0 * float(np.finfo(float).eps)
 
 
 @interruptible
@@ -59,8 +59,8 @@ def periodic_motions(
     ParameterError
         For bad input: friction (use ``search_motions`` or ``run.refine`` there), no drive.
     Interrupted
-        After Ctrl-C; ``.result`` holds the solutions found so far, ``undecided`` the intervals not
-        yet looked at.
+        After Ctrl-C; ``.result`` holds the solutions found so far, its ``undecided`` the intervals
+        that were not examined.
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
@@ -86,7 +86,7 @@ def periodic_motions(
         order = sorted(range(len(motions)), key=lambda i: motions[i].state)
         return PeriodicMotions(
             motions=tuple(motions[i] for i in order),
-            # Where Ctrl-C came in between, a box may be without its motion.
+            # If Ctrl-C came in between, a box may have no motion yet.
             boxes=np.array(boxes[: len(motions)]).reshape(-1, 2)[order],
             undecided=tuple(undecided),
             **common,
@@ -107,8 +107,9 @@ def periodic_motions(
     except KeyboardInterrupt:
         undecided += [Undecided(lo=lo, hi=hi, reason="interrupted") for lo, hi in left]
         raise Interrupted(
-            f"interrupted; .result holds {len(motions)} solutions, and where there may be others",
+            "interrupted",
             result(),
+            holds=f"{len(motions)} solutions, and where there may be others",
         ) from None
     return result()
 
@@ -153,10 +154,11 @@ def _legs(system: System, n: int, state: State) -> tuple[_core.Itinerary, Array]
     x1, v1, v2, phase = state
     kappa = float(system.slope(x1))
     mbar = system.mass_ratio
+    # Newton's law, also for a solution whose bodies separate: `impact` refuses those.
     impulse = (1.0 + system.restitution) * (kappa * v1 - v2) / (mbar + kappa**2)
     time = math.fmod((phase - system.phase) / system.drive_frequency, system.drive_period)
     time %= system.drive_period
-    rest = mbar == 0.0 and system.force_amplitude == 0.0
+    rest = system.is_wall and system.force_amplitude == 0.0
     nodes = np.array([[x1, v1 - kappa * impulse, v2 + mbar * impulse, time]])
     return _core.Itinerary([Leg.impact(Regime.FRICTIONLESS)], n, None, rest), nodes
 
@@ -184,7 +186,7 @@ def _decided(equations: Conditions, box: Interval) -> tuple[list[State], str]:
 
 
 def _in(box: Interval, x1: float) -> bool:
-    slack = SLACK * max(1.0, abs(x1))
+    slack = _SLACK * max(1.0, abs(x1))
     return bool(box.lo[0] - slack <= x1 <= box.hi[0] + slack)
 
 

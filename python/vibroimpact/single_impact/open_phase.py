@@ -1,11 +1,11 @@
 """Solutions where the linear conditions (31) are singular: x1 is fixed, the drive phase is not yet.
 
-That is so for a wall at rest, where a body without drive makes half turns, or where kappa = 0. The
-unknowns z = (V, W, P, cos psi, sin psi) of `algebraic` then lie on a line z = base + t along, which
-the circle cos^2 + sin^2 = 1 cuts twice, or not at all. Intervals enclose the line over the whole
-box of x1, and thus every solution in it; that a cut is one solution and no more is proved by
-Krawczyk's operator on all six equations (R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to
-Interval Analysis, SIAM 2009, section 8.2).
+This happens for a wall at rest, for a body without drive that makes half turns, and where
+kappa = 0. The unknowns z = (V, W, P, cos psi, sin psi) of `algebraic` then lie on a line
+z = base + t along, which the circle cos^2 + sin^2 = 1 cuts twice, or not at all. Intervals enclose
+the line over the whole box of x1, and thus every solution in it; that a cut is one solution and no
+more is proved by Krawczyk's operator on all six equations (R. E. Moore, R. B. Kearfott, M. J.
+Cloud, Introduction to Interval Analysis, SIAM 2009, section 8.2).
 """
 
 import math
@@ -20,11 +20,11 @@ Array = NDArray[np.float64]
 
 # Ratio of extreme singular values below which (31) leaves the phase open, and above which the
 # other four conditions count as independent.
-OPEN = 1e-8
-INDEPENDENT = 1e-6
-NEWTON_STEPS = 30
+_OPEN = 1e-8
+_INDEPENDENT = 1e-6
+_NEWTON_STEPS = 30
 # Zero, rounded outwards a few times.
-TINY = 1e-300
+_TINY = 1e-300
 # The number of the first system, as the enclosures take it.
 FIRST = np.zeros(1, dtype=np.int64)
 
@@ -39,7 +39,7 @@ def is_open(equations: Conditions, x1: float) -> bool:
     """Whether (31) is singular at x1 to rounding."""
     matrix, _ = _scaled(equations, Interval(np.array([x1])), _units(equations))
     sizes = np.linalg.svd(matrix.middle, compute_uv=False)
-    return bool(sizes[4] <= OPEN * sizes[0])
+    return bool(sizes[4] <= _OPEN * sizes[0])
 
 
 def cuts(equations: Conditions, box: Interval) -> tuple[list[Array], bool]:
@@ -52,10 +52,10 @@ def cuts(equations: Conditions, box: Interval) -> tuple[list[Array], bool]:
     """
     units = _units(equations)
     matrix, rhs = _scaled(equations, box, units)
-    if bool(((matrix.largest <= TINY).all(axis=1) & ~rhs.holds_zero).any()):
+    if bool(((matrix.largest <= _TINY).all(axis=1) & ~rhs.holds_zero).any()):
         return [], True
     left, sizes, right = np.linalg.svd(matrix.middle)
-    if sizes[3] <= INDEPENDENT * sizes[0]:
+    if sizes[3] <= _INDEPENDENT * sizes[0]:
         return [], False
     # z = right^T (y, t); rows 0...3 in y and t.
     turned = matmul(matmul(Interval(left.T), matrix), Interval(right.T))[:4]
@@ -69,7 +69,7 @@ def cuts(equations: Conditions, box: Interval) -> tuple[list[Array], bool]:
     along = Interval(plane[:, 4]) - matmul(Interval(plane[:, :4]), slope[:, None])[:, 0]
     base = matmul(Interval(plane[:, :4]), start[:, None])[:, 0]
     reach = float(np.hypot(*along.smallest))
-    if spread >= 0.5 or reach < INDEPENDENT:
+    if spread >= 0.5 or reach < _INDEPENDENT:
         return [], False
     # |t| reach <= 1 + |base| + noise; the noise of y is below spread |y|/(1 - spread).
     most_y, slope_y = float(start.largest.max()), float(slope.largest.max())
@@ -154,7 +154,7 @@ def _jacobian(equations: Conditions, point: Interval, units: Array) -> Interval:
 def _one_solution(equations: Conditions, hull: Interval, units: Array) -> Array | None:
     """Return the only solution in ``hull``, or None if that is not proved."""
     centre = hull.middle
-    for _ in range(NEWTON_STEPS):
+    for _ in range(_NEWTON_STEPS):
         try:
             inverse = np.linalg.inv(_jacobian(equations, Interval(centre), units).middle)
         except np.linalg.LinAlgError:

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 @interruptible
 @dataclass(frozen=True, kw_only=True)
 class Undecided:
-    """An interval of x1 in which double precision does not tell how many solutions there are.
+    """An interval of x1 in which double precision cannot decide how many solutions there are.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class PeriodicMotions(Sequence[PeriodicMotion]):
         return self.motions[index]
 
     def __iter__(self) -> Iterator[PeriodicMotion]:
-        """Pass through the solutions."""
+        """Iterate over the solutions."""
         return iter(self.motions)
 
     def __repr__(self) -> str:
@@ -115,7 +115,7 @@ class MotionMap(FixedArrays):
     Attributes
     ----------
     system
-        The system; the varied parameters' own values play no part.
+        The system; its own values of the varied parameters have no influence.
     n
         Drive periods per orbit.
     grid

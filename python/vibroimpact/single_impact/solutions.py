@@ -12,11 +12,11 @@ from .intervals import Interval, isolate
 Array = NDArray[np.float64]
 
 # Boxes of x1 with which a search begins are this wide.
-FIRST_BOX = math.pi / 16
-# A bound of |x1| above this counts as none.
+_FIRST_BOX = math.pi / 16
+# A bound of |x1| above this counts as no bound.
 LARGEST_ANGLE = 1e3
 # An approach velocity below this part of the other velocities is lost in rounding.
-LOST = 1e-12
+_LOST = 1e-12
 UNBOUNDED = "x1 has no bound, or one beyond 1,000: |x1| <= pi is searched"
 
 
@@ -57,7 +57,7 @@ def lost(
 ) -> NDArray[np.bool_]:
     """Whether the approach velocity is lost in the rounding of the others."""
     size = np.abs(v1) + np.abs(v2) + np.asarray(omega) * np.abs(x1)
-    return np.asarray(np.abs(approach_velocity) <= LOST * size)
+    return np.asarray(np.abs(approach_velocity) <= _LOST * size)
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class Reach:
 @np.errstate(over="ignore", invalid="ignore")
 def solve_many(equations: Conditions, lo: Array, hi: Array) -> Solutions:
     """Isolate all solutions of many systems with x1 in [lo, hi], one interval per system."""
-    boxes = np.maximum(np.ceil((hi - lo) / FIRST_BOX).astype(np.int64), 1)
+    boxes = np.maximum(np.ceil((hi - lo) / _FIRST_BOX).astype(np.int64), 1)
     which = np.repeat(np.arange(len(lo)), boxes)
     place = np.arange(len(which)) - np.repeat(np.cumsum(boxes) - boxes, boxes)
     width = ((hi - lo) / boxes)[which]
@@ -111,7 +111,7 @@ def states_before(
 ) -> Solutions:
     """Return the states before the impact of solutions (V, W, P, cos psi, sin psi)."""
     parameters = equations.parameters
-    _, kappa, _ = parameters.tip_jet(x1)
+    kappa = parameters.slope(x1)
     omega, mbar = parameters.drive_frequency[which], parameters.mass_ratio[which]
     v_post, w_post, impulse, cosine, sine = unknowns.T
     return Solutions(
@@ -153,7 +153,7 @@ def reach_of(equations: Conditions) -> list[Reach]:
         # A moving wall: kappa P = (p2'/kappa - p1')/s1, and |kappa| is bounded if its tip is.
         height = np.abs(par.gap) + p2
         wall = np.where(height < 1.0, (p1 + p2 / np.sqrt(1.0 - height**2)) / s1, np.inf)
-        weighed = np.where((par.mass_ratio == 0.0) & ~still, wall, weighed)
+        weighed = np.where(par.is_wall & ~still, wall, weighed)
         limited = (1.0 + height) / (a2.smallest * par.mass_ratio)
         # A resonant body 2 is stopped by the impulse that the drive feeds into it in n periods.
         fed = np.where(second.returns, second.gv.largest / par.mass_ratio, np.inf)
@@ -197,7 +197,7 @@ def _without_solutions(equations: Conditions, k: int) -> str:
     # Over whole turns a body keeps what an impact gives it, unless resonance takes it away.
     if equations.first.returns[k] and (moment == 0.0 or par.frequency_ratio[k] != omega):
         return "no isolated solutions: the undamped pendulum swings a whole number of times"
-    resonant = force != 0.0 and omega == 1.0 and par.mass_ratio[k] > 0.0
+    resonant = force != 0.0 and omega == 1.0 and not par.is_wall[k]
     if equations.second.returns[k] and not resonant:
         return "no isolated solutions: the undamped body 2 swings a whole number of times"
     if par.frequency_ratio[k] == 0.0 and not par.oblique:

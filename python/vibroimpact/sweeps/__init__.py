@@ -1,7 +1,7 @@
 """Computations over grids: sweeps, diagrams, charts, Lyapunov exponents, basins (docs/sweeps.md).
 
-One engine cuts a grid into chunks and has them computed by threads or by a cluster, into memory or
-into a store; what a cell is, the tasks say.
+One engine divides a grid into chunks, which threads or a cluster compute, into memory or into a
+store. The tasks define what a cell is.
 """
 
 from .basins import (
@@ -19,7 +19,7 @@ from .columns import to_dataset as to_dataset
 from .diagram import bifurcation_diagram
 from .diagram_results import Diagram, DiagramSettings
 
-# Names given twice are the engine's own: of use within the package, and not public.
+# Names imported `as` themselves are used within the package only; they are not public.
 from .engine import compute as compute
 from .fields import STATUS as STATUS
 from .fields import STATUS_NAMES, Field, Layout, RowGroup

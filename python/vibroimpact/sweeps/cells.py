@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._core import PARAMETERS
+from .._core import CHATTER_TOLERANCE, PARAMETERS
 from ..arguments import (
     axis,
     count,
@@ -26,7 +26,7 @@ from .fields import STATUS, ChunkResult, Field, RowGroup
 from .grid import Grid
 
 COORDINATES = ("x1", "v1", "x2", "v2")
-# Periods that are kept of each run unless the caller says otherwise, or all of fewer.
+# Periods that are kept of each run unless given, or all if there are fewer.
 USUAL_KEEP = 100
 Measure = Literal["returns", "label", "largest_exponent", "spectrum"]
 
@@ -36,7 +36,7 @@ _LABEL = (
     Field("m", "int64", "drive periods per orbit; 0 where no period was found"),
     Field("n", "int64", "impacts per orbit; -1 for complete chatter"),
     Field("residual", "float64", "largest difference of sections m periods apart"),
-    Field("contact_fraction", "float64", "part of the kept time in lasting contact"),
+    Field("contact_fraction", "float64", "part of the kept time in sustained contact"),
     Field("final_state", "float64", "x1, v1, x2, v2 at the end", (4,), ("coordinate",)),
 )
 _LARGEST = (
@@ -72,13 +72,13 @@ STROBOSCOPIC_ROWS = RowGroup(
 
 @dataclass(frozen=True, kw_only=True)
 class RunSettings:
-    """How each run of a grid is made; meanings as in ``simulate``."""
+    """Settings of each run of a grid; meanings as in ``simulate``."""
 
     initial: tuple[float, float, float, float]
     periods: int
     keep: int
     max_events: int | None = None
-    chatter_tolerance: float = 1e-12
+    chatter_tolerance: float = CHATTER_TOLERANCE
     section_phase: float = 0.0
 
     @classmethod
@@ -164,7 +164,7 @@ class CellTask:
 
     @property
     def cost(self) -> float:
-        """Drive periods per cell; what does not return takes thousands more for its label."""
+        """Drive periods per cell; the label of a motion without a period takes thousands more."""
         more = {"label": 2000, "largest_exponent": 2000, "spectrum": 2 * self.measured}
         return self.run.periods + more.get(self.measure, 0)
 

@@ -1,8 +1,8 @@
 """The chunks of a computation on the workers of a Dask cluster.
 
-Few chunks are under way at a time, and fewer results wait here. The work of a worker that died is
-done again by another, which Dask sees to; since the numbers of a chunk follow from its place alone,
-they are the same bits.
+Only few chunks are computed at a time, and fewer results wait here. If a worker dies, Dask gives
+its work to another one; because the numbers of a chunk depend on its place only, they have the same
+bits.
 """
 
 from collections.abc import Generator, Sequence
@@ -16,7 +16,7 @@ from ..errors import ClusterError, SimulationError
 from .fields import ChunkResult, Task
 from .grid import Tiling
 
-# Chunks under way for each thread of the cluster: one at work, the others so that it need not wait.
+# Submitted chunks for each thread of the cluster: one is computed, the others avoid waiting.
 _AHEAD = 3
 
 
@@ -56,8 +56,8 @@ def on_cluster(
 ) -> Generator[tuple[int, ChunkResult]]:
     """Compute the chunks ``todo`` on the cluster; yield each as it is done, or in their order.
 
-    What is under way when the generator is closed is cancelled. The error of a chunk is raised as
-    it is; so is Dask's own, when a chunk was on several workers as they died.
+    When the generator is closed, submitted chunks are cancelled. An error of a chunk is raised
+    unchanged, also Dask's own error if several workers died while they computed a chunk.
 
     Raises
     ------
@@ -66,7 +66,8 @@ def on_cluster(
     """
     import distributed
 
-    # The task travels once. As the result of a computation it can be had again, as data could not.
+    # The task is sent once, as the result of a computation, so that it can be computed again; data
+    # could not.
     remote = client.submit(_same, task, pure=False)
     left, order = iter(todo), iter(todo)
     awaited = next(order, None)
@@ -78,7 +79,7 @@ def on_cluster(
         while True:
             if client.status != "running":
                 raise ConnectionError(f"the client is {client.status}")
-            # What waits for an earlier chunk counts too: memory is bounded.
+            # Chunks that wait for an earlier one count as well, so that memory is bounded.
             room = _AHEAD * threads(client) - len(running) - len(waiting)
             for _, index in zip(range(room), left, strict=False):
                 where = (*tiling.cells(index), 1 if workers is None else workers)
@@ -97,8 +98,8 @@ def on_cluster(
                 yield awaited, waiting.pop(awaited)
                 awaited = next(order, None)
     except Exception as error:
-        # Without a scheduler Dask's calls end in errors of many kinds, in one of the system perhaps
-        # before the client knows that it is gone.
+        # Without a scheduler Dask's calls raise errors of many kinds, perhaps an OSError before the
+        # client notices the loss.
         connected = client.status == "running" and not isinstance(error, OSError)
         of_chunk = latest is not None and latest.status == "error"
         if of_chunk or (connected and not isinstance(error, CancelledError)):

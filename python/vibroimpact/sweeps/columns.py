@@ -26,7 +26,7 @@ class Columns:
 
     ``columns["status"]`` has the shape of the grid, and any inner shape of the field after it. The
     columns of a row group have the shape (rows, ...), and ``columns["impact_offset"]`` says where
-    the rows of each cell begin: shape (cells + 1,). What is in a store is read at each access.
+    the rows of each cell begin: shape (cells + 1,). Columns of a store are read at each access.
 
     Attributes
     ----------
@@ -151,7 +151,7 @@ class Memory:
         self.done += int(np.count_nonzero(result.columns["status"]))
 
     def columns(self) -> Columns:
-        """Return what has been collected; nothing more is to be written then."""
+        """Return the columns collected; nothing may be written after that."""
         arrays = self._cells.copy()
         for entry, group in self.layout.arrays():
             if group is not None:
@@ -174,10 +174,10 @@ def need_xarray() -> None:
 def to_dataset(columns: Columns) -> "xarray.Dataset":
     """Return the columns as an xarray data set with labelled dimensions.
 
-    The axes of the grid are its coordinates; names and attributes are those of a store. In place
-    of ``impact_offset`` it has ``impact_count``, rows per cell, as CF's contiguous ragged arrays.
-    Where there are motions it has their ``label``, too, put together when it is looked at. What is
-    in a store is read when it is looked at, so that the store must stay where it is.
+    The axes of the grid are its coordinates; names and attributes are those of a store. In place of
+    ``impact_offset`` it has ``impact_count``, rows per cell, as CF's contiguous ragged arrays. If
+    it has motions it has their ``label`` as well, computed when it is used. Columns of a store are
+    read when they are used, so that the store must stay where it is.
 
     Raises
     ------
@@ -193,7 +193,7 @@ def to_dataset(columns: Columns) -> "xarray.Dataset":
 
     layout = columns.layout
     if columns.path is not None:
-        # xarray takes a chunk that is missing for one of fill values.
+        # xarray reads a missing chunk as fill values.
         lengths = columns._check()
         stored: xarray.Dataset = xarray.open_zarr(columns.path, chunks=None)
         return with_label(_as_told(columns, lengths, stored))

@@ -1,4 +1,4 @@
-"""Ctrl-C held back while something is done that may not be left half done."""
+"""Delay of Ctrl-C during work that must be finished."""
 
 import signal
 import threading

@@ -12,7 +12,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._core import PARAMETERS
+from .._core import CHATTER_TOLERANCE, PARAMETERS
 from ..arguments import count, flag, optional_count, reject, state, states, threads
 from ..errors import ClusterError, Interrupted
 from ..interruption import interruptible
@@ -36,7 +36,7 @@ from .grid import Grid
 from .merge import LEVELS, merged
 from .store import folder_of_stores, store_in
 
-# More would ask for more points than a screen has.
+# More refinements would give more points than a screen has.
 _MOST_REFINEMENTS = 20
 
 
@@ -118,7 +118,7 @@ class DiagramTask(CellTask):
         return ChunkResult(label_columns(sweep, self.measure), rows, sweep.interrupted)
 
     def _pending(self, cells: int) -> ChunkResult:
-        """Return the result of points that Ctrl-C has left."""
+        """Return the result of points that were not computed because of Ctrl-C."""
         columns = {f.name: np.full((cells, *f.shape), f.fill, f.dtype) for f in self.fields}
         none = np.zeros(cells, np.int64)
         rows = {
@@ -166,7 +166,7 @@ def bifurcation_diagram(
     exponents: bool = False,
     refine: int = 0,
     max_events: int | None = None,
-    chatter_tolerance: float = 1e-12,
+    chatter_tolerance: float = CHATTER_TOLERANCE,
     section_phase: float = 0.0,
     progress: bool = False,
     workers: int | None = None,
@@ -180,18 +180,19 @@ def bifurcation_diagram(
     Parameters
     ----------
     system
-        The system; the varied parameter's own value plays no part.
+        The system; its own value of the varied parameter has no influence.
     initial
         (x1, v1, x2, v2) at t = 0, or several starts, shape (k, 4): a branch for each.
     periods, keep
         Drive periods per run, and how many of them at the end are kept; default as in ``sweep``.
     start
         ``"fresh"``: every run starts from ``initial``. ``"forward"``, ``"backward"``: each starts
-        from the last state of the one before, in the given or the reverse order; the result is
-        in the given order always. Several of them: a branch for each, and each ``initial``.
+        from the last state of the one before, in the given or the reverse order; the result is in
+        the given order always. With several of them there is a branch for each, from each
+        ``initial``.
     labels
-        Tell chaotic and quasi-periodic motions apart by the growth of perturbations. Without,
-        which is faster, what does not return is ``unresolved``.
+        Distinguish chaotic and quasi-periodic motions by the growth of perturbations. If False,
+        which is faster, motions without a period are ``unresolved``.
     exponents
         Compute the largest Lyapunov exponent of each point, too.
     refine
@@ -317,8 +318,8 @@ def _refined(
             if columns is not None:
                 done = columns if done is None else merged(done, columns)
             if stopped is not None:
-                part = None if done is None else Diagram(done)
-                raise type(stopped)(str(stopped), part) from stopped.__cause__
+                stopped.result = None if done is None else Diagram(done)
+                raise stopped from stopped.__cause__
             values = _midpoints(Diagram(done))
             if not len(values):
                 break
@@ -327,8 +328,8 @@ def _refined(
     except KeyboardInterrupt:
         if done is None:
             raise
-        message = f"interrupted after {done.done} points; .result holds them"
-        raise Interrupted(message, Diagram(done)) from None
+        message = f"interrupted after {done.done} points"
+        raise Interrupted(message, Diagram(done), holds="them") from None
     assert done is not None
     return Diagram(done)
 
@@ -343,6 +344,6 @@ def _midpoints(diagram: Diagram) -> NDArray[np.float64]:
     labels = diagram.label.reshape(-1, len(values))
     changes = (labels[:, 1:] != labels[:, :-1]).any(axis=0)
     middle = 0.5 * (values[1:] + values[:-1])
-    # Between neighbouring doubles there is nothing.
+    # There is no double between two neighbouring ones.
     wanted: NDArray[np.float64] = middle[changes & (middle > values[:-1]) & (middle < values[1:])]
     return wanted

@@ -66,7 +66,7 @@ class Diagram(GridResult):
         return array.reshape(-1, *inner)
 
     def __repr__(self) -> str:
-        """Say what was varied and how much came of it."""
+        """Return what was varied, and the numbers of points and rows, in words."""
         return f"{super().__repr__()[:-1]}, {len(self.regime)} impacts>"
 
     @property
@@ -112,7 +112,7 @@ class Diagram(GridResult):
 
     @property
     def contact_fraction(self) -> NDArray[np.float64]:
-        """Part of the kept time in lasting contact, shape (n,); NaN where nothing is kept."""
+        """Part of the kept time in sustained contact, shape (n,); NaN where nothing is kept."""
         return self._flat("contact_fraction")
 
     @property

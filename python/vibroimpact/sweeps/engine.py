@@ -1,8 +1,8 @@
-"""The one engine behind every computation over a grid: in chunks, with progress, to be stopped.
+"""The engine of every computation over a grid: in chunks, with progress, interruptible.
 
 The cells of a grid go to the task in chunks, one after the other, the compiled kernel using its
 threads within a chunk; or to the workers of a Dask cluster. The numbers depend neither on the size
-of the chunks nor on who computes them. A chunk that is done is collected in memory or in a store.
+of the chunks nor on who computes them. Finished chunks are collected in memory or in a store.
 """
 
 import os
@@ -48,7 +48,7 @@ def compute(
         Makes the caller's own result of the columns, complete or not; called once.
     chunk
         At most so many cells are computed, sent and stored together; by default about half a second
-        of work. A store goes on in the chunks it was begun with.
+        of work. A store that exists keeps its size of chunks.
     workers
         Threads of the compiled kernel; default all cores, under ``client`` one per chunk.
     progress
@@ -69,7 +69,7 @@ def compute(
     ClusterError
         If the cluster is lost; ``.result`` as after Ctrl-C.
     OSError
-        If the store cannot be written, or is gone; what it holds stays valid.
+        If the store cannot be written, or is gone; its content stays valid.
     """
     threads(workers)
     optional_count("chunk", chunk, least=1)
@@ -99,18 +99,23 @@ def compute(
                     if result.interrupted:
                         raise KeyboardInterrupt
         except KeyboardInterrupt:
-            message = f"interrupted {_so_far(task, sink)}"
-            raise Interrupted(message, wrap(sink.columns())) from None
+            message = f"interrupted after {_so_far(task, sink)}"
+            raise Interrupted(message, wrap(sink.columns()), holds=_holds(sink)) from None
         except ClusterError as error:
-            message = f"{error} {_so_far(task, sink)}"
-            raise ClusterError(message, wrap(sink.columns())) from error
+            message = f"{error} after {_so_far(task, sink)}"
+            raise ClusterError(message, wrap(sink.columns()), holds=_holds(sink)) from error
     return wrap(sink.columns())
 
 
 def _so_far(task: Task, sink: Memory | Store) -> str:
-    """Say how much is done, and where it is."""
-    text = f"after {sink.done} of {task.grid.size} cells; .result holds them"
-    return text + (", as does the store: call again to go on" if isinstance(sink, Store) else "")
+    """Say how much is done."""
+    return f"{sink.done} of {task.grid.size} cells"
+
+
+def _holds(sink: Memory | Store) -> str:
+    """Say where what is done is."""
+    stored = ", as does the store: call again to go on" if isinstance(sink, Store) else ""
+    return f"them{stored}"
 
 
 def _chunk(task: Task, chunk: int | None, client: Any) -> int:
@@ -138,9 +143,10 @@ def _sink(
     try:
         return Store(store, layout, tiling)
     except KeyboardInterrupt:
-        # It has been made by now, but a large one takes a while to look through.
-        message = "interrupted while the store was opened; .result holds what is in it"
-        raise Interrupted(message, wrap(open_columns(store))) from None
+        # The store exists by now, but to check a large one takes a while.
+        message = "interrupted while the store was opened"
+        kept = wrap(open_columns(store))
+        raise Interrupted(message, kept, holds="what is in it") from None
 
 
 def _one_by_one(

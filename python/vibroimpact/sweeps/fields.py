@@ -1,4 +1,4 @@
-"""What a computation over a grid has to offer: its fields, and the pieces it is computed in."""
+"""The interface of a computation over a grid: its fields, and chunks of results."""
 
 import json
 import math
@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from .. import _core
 from .grid import Grid
 
-# What the attributes of a data set begin with.
+# Attributes of every data set.
 FORMAT = "vibroimpact atlas"
-# 2: what a store says of itself has a checksum, and a cell that is done has all its chunks. Older
-# ones are refused.
+# 2: the metadata have a checksum, and a finished cell has all its chunks. Stores of version 1 are
+# refused.
 FORMAT_VERSION = 2
 
-# The code of a cell's status is its place here. A cell is done when it is anything but pending.
+# The code of a cell's status is its index here. Every status other than pending means done.
 STATUS_NAMES = _core.STATUS_NAMES
 
 
@@ -35,7 +35,7 @@ class Field:
     description
         What it is, in one line.
     shape, dims
-        Shape of what one cell holds, and the names of its dimensions.
+        Shape of the values of one cell, and the names of its dimensions.
     fill
         Value of a cell that is not computed: by default NaN, for integers 0.
     flags
@@ -163,7 +163,7 @@ class Task(Protocol):
     def settings(self) -> dict[str, Any]:
         """Return all that the numbers depend on but the grid, fit for JSON; ``system`` is a dict.
 
-        Two tasks of one kind, grid and settings have the same numbers: on that a store relies.
+        Two tasks of one kind, grid and settings have the same numbers: a store relies on this.
         """
         ...
 
@@ -185,7 +185,7 @@ class Task(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """What a computation is and which arrays it has: all of a task but the computing.
+    """What a computation is, and which arrays it has: a task without its code.
 
     Attributes
     ----------

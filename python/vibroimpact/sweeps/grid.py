@@ -1,7 +1,7 @@
 """Grids of cells: named axes in C order, and their division into tiles.
 
-A cell is one point of the grid; its number runs through the last axis fastest. Nothing here holds
-more than the axes themselves, so that a grid of a billion cells costs no more than its two axes.
+A cell is one point of the grid; its number runs through the last axis fastest. Only the axes are
+stored, so that a grid of a billion cells takes no more memory than its two axes.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""The labels of a data set, put together when they are looked at.
+"""The labels of a data set, computed when they are used.
 
-This module alone imports xarray, which is optional: it is imported with the first data set.
+Only this module imports xarray, which is optional; the module is imported with the first data set.
 """
 
 from typing import Any

@@ -1,4 +1,4 @@
-"""Labels of cells, put together from the columns ``motion``, ``m`` and ``n`` that hold them."""
+"""Labels of cells, made from the columns ``motion``, ``m`` and ``n``."""
 
 import numpy as np
 from numpy.typing import NDArray

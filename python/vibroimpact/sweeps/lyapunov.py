@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
+from .._core import CHATTER_TOLERANCE
 from ..arguments import count, flag, kept_periods, positive, reject, state, threads
 from ..errors import Interrupted, SimulationError
 from ..interruption import interruptible
@@ -41,7 +42,7 @@ def lyapunov_spectrum(
     keep: int | None = None,
     time: float | None = None,
     max_events: int | None = None,
-    chatter_tolerance: float = 1e-12,
+    chatter_tolerance: float = CHATTER_TOLERANCE,
     progress: bool = False,
     workers: int | None = None,
     chunk: int | None = None,
@@ -138,7 +139,7 @@ def lyapunov_spectrum(
     )
 
 
-# Drive periods before the measurement from which the period is told.
+# Drive periods before the measurement from which the period is detected.
 _LOOKED_AT = 100
 
 
@@ -183,8 +184,7 @@ def _single(
     )
     if found.interrupted:
         raise Interrupted(
-            f"interrupted after a time {found.time:g} of the measurement; .result holds it",
-            spectrum,
+            f"interrupted after a time {found.time:g} of the measurement", spectrum, holds="it"
         )
     if found.error is not None:
         raise SimulationError(f"no Lyapunov exponents: {found.error}")

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 class LyapunovSpectrum(FixedArrays):
     """The four Lyapunov exponents of a motion, per unit time, natural logarithm; read-only arrays.
 
-    They are those of the state at fixed time. The phase of the drive is a fifth coordinate with the
+    They belong to the state at fixed time. The phase of the drive is a fifth coordinate with the
     exponent 0, left out here; without a drive the flow's own 0 is one of the four (``flow``).
 
     Attributes

@@ -18,7 +18,7 @@ LEVELS = r"level-\d+"
 
 
 def is_refined(path: str | os.PathLike[str]) -> bool:
-    """Say whether a directory holds the stores of a refined diagram."""
+    """Whether a directory has the stores of a refined diagram."""
     return (Path(path) / "level-0").is_dir()
 
 
@@ -63,7 +63,7 @@ def merged(first: Columns, second: Columns) -> Columns:
 def _row_order(
     first: Columns, second: Columns, offset: str, order: NDArray[np.intp]
 ) -> NDArray[np.intp]:
-    """Return where the rows of the merged cells stand in the rows of both."""
+    """Return the places of the rows of the merged cells among the rows of both."""
     counts, begins, before = [], [], 0
     for columns in (first, second):
         offsets = columns[offset]

@@ -1,4 +1,4 @@
-"""What every computation over a grid gives: its columns by name, labels, a file, a data set."""
+"""The result of every computation over a grid: columns by name, labels, files, data sets."""
 
 import os
 from typing import TYPE_CHECKING, Any, Self
@@ -29,8 +29,7 @@ _COMPLETED = [STATUS_NAMES.index(name) for name in ("completed", "restarted", "r
 class GridResult:
     """Result of a computation over a grid of cells; arrays are read-only, in C order of the axes.
 
-    What is in a store is read at each access, so that a result costs no memory before it is looked
-    at.
+    Columns of a store are read at each access, so that a result takes no memory before it is used.
 
     Attributes
     ----------
@@ -48,7 +47,7 @@ class GridResult:
 
     @property
     def axes(self) -> dict[str, NDArray[np.float64]]:
-        """What was varied: name and values of each axis, shape (n,)."""
+        """Name and values of each axis that was varied, shape (n,)."""
         return dict(self.columns.grid.axes)
 
     @property
@@ -104,7 +103,7 @@ class GridResult:
         return self.columns.grid.size
 
     def __repr__(self) -> str:
-        """Say what was varied and how much came of it."""
+        """Return what was varied, and the number of cells, in words."""
         spans = [
             f"{len(values)} values of {name}"
             + (f" in [{values.min():g}, {values.max():g}]" if len(values) else "")

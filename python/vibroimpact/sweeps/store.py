@@ -88,7 +88,7 @@ class Store:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Let others write."""
+        """Release the lock."""
         self._release()
 
     def _release(self) -> None:
@@ -98,7 +98,7 @@ class Store:
 
     def _opened(self) -> Any:
         """Return the group, made or found to be the same computation."""
-        # What a kill leaves of a file that was being written.
+        # The rest of a file that was being written when the process was killed.
         parts = set(self.path.glob("zarr.*.partial"))
         if _is_group(self.path):
             group = zarr_module().open_group(str(self.path), mode="r+", use_consolidated=False)
@@ -126,7 +126,7 @@ class Store:
         return group
 
     def _scan(self) -> None:
-        """Find out which chunks are done, how many cells they have and how many rows."""
+        """Find which chunks are done, their number of cells and of rows."""
         self.done = 0
         self._length = {group.name: 0 for group in self.layout.rows}
         self._whole = np.zeros(len(self.tiling), np.bool_)
@@ -186,7 +186,7 @@ class Store:
             If the store turns out to be damaged.
         """
         if not _is_group(self.path):
-            # Zarr would make the directory again and fill one that is no store.
+            # Zarr would make the directory again, and write into something that is no store.
             raise FileNotFoundError(
                 errno.ENOENT,
                 "the store has been moved or removed while it was written; the same call goes on "
@@ -200,7 +200,7 @@ class Store:
         place = self.tiling.slices(index)
         status = self._arrays["status"]
         if status[place].any():
-            # Part of the chunk came before, and may not stand beside half of what comes now.
+            # Part of the chunk was written before; it must not be mixed with a part of the new one.
             self._clear(place)
         ends = {}
         for group in self.layout.rows:
@@ -267,7 +267,7 @@ class StoredArrays:
         """Return a part of an array."""
         with reading(self.directory):
             if name in self._counts:
-                # A chunk that was cut short may have left rows without cells.
+                # A chunk that was interrupted may have left rows without cells.
                 place = (slice(0, self._length(name)),)
             self._chunks.check(name, place)
             return self._chunks.read(name, place)

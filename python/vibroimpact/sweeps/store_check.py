@@ -1,10 +1,10 @@
-"""Damage in a store: found before a number of it is believed, and named with what to do.
+"""Damage in a store: found before its numbers are used, and reported with a remedy.
 
-Three things keep wrong numbers from passing as right ones. Every chunk ends with a checksum, which
-Zarr's codec compares as it is read. What the store says of itself has one, too, `fingerprint`. And
-since Zarr takes a chunk without a file for one of fill values, every chunk of a cell that is done
-has its file, also where it holds nothing else (`Stored.missing`). A chunk that is deleted is
-computed again by the next call, to the same bits; so one that is damaged can be mended.
+Three checks find wrong numbers. Every chunk ends with a checksum, which Zarr's codec compares when
+the chunk is read. The metadata of the store have a checksum as well, `fingerprint`. Zarr reads a
+chunk without a file as fill values; so every chunk of a finished cell has its file, even if it
+contains fill values only (`Stored.missing`). A chunk that is deleted is computed again by the next
+call, to the same bits; this repairs a damaged one.
 """
 
 import itertools
@@ -20,8 +20,7 @@ from ..errors import ParameterError
 from .fields import Layout
 from .store_layout import fingerprint, row_chunk
 
-# What Zarr and its codecs raise on bytes that are not what they claim to be. A file that is not
-# there is damage as well.
+# What Zarr and its codecs raise on damaged bytes. A file that is not there is damage as well.
 _DAMAGE = (ValueError, KeyError, TypeError, IndexError, RuntimeError, FileNotFoundError)
 _HOPELESS = "what it says of itself cannot be trusted: move it away, and the same call begins anew"
 
@@ -33,7 +32,7 @@ def damaged(path: Path, what: object, remedy: str = _HOPELESS) -> ParameterError
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Turn what Zarr raises on bytes that are not what they claim to be into one error."""
+    """Turn the errors of Zarr for damaged bytes into one error."""
     try:
         yield
     except ParameterError:
@@ -109,7 +108,7 @@ class Chunks:
         rows = name in {entry.name for entry, group in self.layout.arrays() if group is not None}
         for file, part in self.missing(name, place):
             done = rows or self.read("status", part[:cells]).any()
-            if done and not self._exists(file):  # else it has been written in the meantime
+            if done and not self._exists(file):  # otherwise it has been written in the meantime
                 raise damaged(self.path, f"{file} is missing", "the same call computes it again")
 
     def read(self, name: str, place: tuple[slice, ...]) -> NDArray[Any]:

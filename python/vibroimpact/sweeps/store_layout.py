@@ -1,4 +1,4 @@
-"""What stands in a store: its making, its description, and what tells two computations apart.
+"""The layout of a store: arrays, metadata, and the comparison of two computations.
 
 The directory is a group in format 3 of Zarr: one array per field, of the grid's shape and with
 named dimensions, one per axis of the grid, with that axis as coordinate. Attributes say what the
@@ -35,7 +35,7 @@ def zarr_module() -> Any:
     except ImportError as error:
         raise ImportError(needed, name="zarr") from error
     if Version(zarr.__version__) < Version("3.1.3"):
-        # Older ones write into files that stand, so that a kill leaves half of one.
+        # Older ones write into existing files, so that a killed process leaves incomplete files.
         raise ImportError(f"{needed}; found {zarr.__version__}", name="zarr")
     return zarr
 
@@ -43,7 +43,7 @@ def zarr_module() -> Any:
 def every_chunk() -> AbstractContextManager[Any]:
     """Let arrays that are made or opened write chunks of fill values as files, too.
 
-    Zarr leaves them out else, and then a chunk that was lost cannot be told from one of them.
+    By default Zarr leaves them out; then a lost chunk looks like a chunk of fill values.
     """
     config: AbstractContextManager[Any] = zarr_module().config.set(
         {"array.write_empty_chunks": True}
@@ -62,7 +62,7 @@ def mark() -> dict[str, Any]:
 
 
 def create(group: Any, layout: Layout, tiling: Tiling) -> None:
-    """Make all arrays, empty; what a killed process has made of them is replaced."""
+    """Make all arrays, empty; arrays that a killed process has left are replaced."""
 
     def make(name: str, **options: Any) -> Any:
         return group.create_array(
@@ -100,7 +100,7 @@ def create(group: Any, layout: Layout, tiling: Tiling) -> None:
 
 
 def fingerprint(layout: Layout, tile: tuple[int, ...]) -> str:
-    """Return a checksum of all that a store says of itself."""
+    """Return a checksum of all metadata of a store."""
     axes = [values.astype("<f8").tobytes() for values in layout.grid.axes.values()]
     facts = [
         layout.attributes(),
@@ -166,7 +166,7 @@ def read_layout(group: Any) -> Layout:
 
 
 def differences(stored: Layout, asked: Layout) -> list[str]:
-    """Return in words what tells two computations apart."""
+    """Return the differences of two computations in words."""
     there, here = _facts(stored), _facts(asked)
     found = [
         f"{name} is {there.get(name, 'not known')} there, {here.get(name, 'not known')} here"

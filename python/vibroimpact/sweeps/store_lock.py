@@ -1,4 +1,4 @@
-"""One writer at a time: a lock that ends with the process which holds it, however that ends.
+"""One writer at a time: a lock that the end of the process releases in every case.
 
 It is the operating system's lock (``flock``; on Windows ``msvcrt.locking``) of a file within the
 store, which is there while the store is written. After a kill the file stays, without a lock. A
@@ -62,7 +62,7 @@ class Lock:
         raise ParameterError(f"store = {str(path)!r} is being written by many others; wait")
 
     def _is_there(self) -> bool:
-        """Say whether the file that is locked is still the one that others will open."""
+        """Whether the locked file is still the one that others will open."""
         assert self._handle is not None
         try:
             return os.path.samestat(os.fstat(self._handle), os.stat(self._file))
@@ -70,7 +70,7 @@ class Lock:
             return False
 
     def release(self) -> None:
-        """Let others write."""
+        """Release the lock."""
         with suppress(OSError):  # gone with the store; or Windows, where an open file stays
             self._file.unlink()
         if self._handle is not None:
@@ -79,7 +79,7 @@ class Lock:
 
 
 def _lock(handle: int) -> None:
-    """Lock an open file without waiting; BlockingIOError if another has it."""
+    """Lock an open file without waiting; BlockingIOError if another process has the lock."""
     if sys.platform == "win32":
         import msvcrt
 

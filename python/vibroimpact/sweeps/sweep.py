@@ -7,7 +7,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from .._core import PARAMETERS
+from .._core import CHATTER_TOLERANCE, PARAMETERS
 from ..arguments import flag
 from ..interruption import interruptible
 from ..system import System
@@ -26,7 +26,7 @@ def sweep(
     keep: int | None = None,
     exponents: bool = False,
     max_events: int | None = None,
-    chatter_tolerance: float = 1e-12,
+    chatter_tolerance: float = CHATTER_TOLERANCE,
     section_phase: float = 0.0,
     progress: bool = False,
     workers: int | None = None,
@@ -40,7 +40,7 @@ def sweep(
     Parameters
     ----------
     system
-        The system; what is varied has no part in it.
+        The system; its own values of what is varied have no influence.
     initial
         (x1, v1, x2, v2) at t = 0.
     periods, keep
@@ -102,7 +102,7 @@ def chart(
     keep: int | None = None,
     exponents: bool = True,
     max_events: int | None = None,
-    chatter_tolerance: float = 1e-12,
+    chatter_tolerance: float = CHATTER_TOLERANCE,
     section_phase: float = 0.0,
     progress: bool = False,
     workers: int | None = None,

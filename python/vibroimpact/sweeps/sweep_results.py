@@ -20,7 +20,7 @@ class Sweep(GridResult):
 
     @property
     def contact_fraction(self) -> NDArray[np.float64]:
-        """Part of the kept time in lasting contact, in [0, 1]; NaN where nothing is kept."""
+        """Part of the kept time in sustained contact, in [0, 1]; NaN where nothing is kept."""
         return self.columns["contact_fraction"]
 
     @property

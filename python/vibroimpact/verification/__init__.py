@@ -1,4 +1,4 @@
-"""Is this number real: a run against the exact motion, by the reference simulator.
+"""Comparison of a run with the exact motion, by the reference simulator.
 
 Of the modules, `path`, `motion`, `sizes` and `comparison` need python-flint and are imported when
 `verify` is called.

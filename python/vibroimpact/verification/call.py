@@ -1,4 +1,4 @@
-"""`verify`: the checks of what is given, the problem that a run poses, and the interrupt."""
+"""`verify`: the checks of arguments, the problem for the reference, and Ctrl-C."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 #: Digits that may be asked for: a double has hardly more.
 MOST_ASKED = 14
-#: How far past the end of a run the reference goes, in its length or in drive periods.
-BEYOND = 2**-10
+#: How far the reference goes beyond the end of a run, relative to its length or in drive periods.
+_BEYOND = 2**-10
 
 
 def need_flint() -> None:
-    """Say how to get python-flint where it is not installed."""
+    """Return the error for a missing python-flint, with how to install it."""
     try:
         import flint  # noqa: F401
     except ImportError as error:
@@ -44,15 +44,16 @@ def verify(
     max_events: int = 10_000,
     progress: bool = False,
 ) -> Verification:
-    """Re-run a motion at higher precision, and say how far and to how many digits it is right.
+    """Say until when a motion is right, and to how many digits, at higher precision.
 
     Parameters and start are taken as the exact doubles that they are, and the motion is followed
-    from t = 0, whatever the run keeps, by an independent simulator in ball arithmetic. What the run
-    has not kept is made again, to the same bits, and compared too: the horizon is that of the whole
-    motion. It ends where the run has parted from the exact motion for good. Where the simulator
-    can, it encloses the exact motion, so that the errors stated are proved; complete chatter and
-    lasting contact, and what enclosures at ``max_precision`` do not reach, rest on two precisions
-    that agree. Each row says which. It takes some ten to a hundred milliseconds for an impact.
+    from t = 0, whatever the run keeps, by an independent simulator in ball arithmetic. Parts that
+    the run has not kept are simulated again, to the same bits, and compared as well: the horizon is
+    that of the whole motion. The comparison ends where the run has left the exact motion for good.
+    Where the simulator can, it encloses the exact motion, so that the errors stated are proved. For
+    complete chatter and sustained contact, and where enclosures at ``max_precision`` are too wide,
+    two precisions that agree are compared instead. Each row says which is the case. It takes some
+    ten to a hundred milliseconds for an impact.
 
     Parameters
     ----------
@@ -100,7 +101,7 @@ def verify(
             exact = exact_motion(problem, run.impact_count, max_precision)
             exact = span.within_reach(exact)
     except Interrupted:
-        # while what the run has not kept was made again
+        # while the part that the run has not kept was simulated again
         parts = only_kept(run)
         span = _Span(run, parts, max_events)
         exact = Pass(FIRST, [], [], 0, "interrupted", "interrupted")
@@ -109,12 +110,12 @@ def verify(
     system = exact_system(run.system)
     found = compare(parts, beside, exact, system, span.section_times(), digits)
     if found.stopped == "interrupted":
-        raise Interrupted("interrupted; .result holds what is verified so far", found)
+        raise Interrupted("interrupted", found, holds="what is verified so far")
     return found
 
 
 class _Span:
-    """How far the reference goes for a run, and what of it belongs to which stretch."""
+    """How far the reference goes for a run, and which part belongs to which stretch."""
 
     def __init__(self, run: Run, parts: Stretches, max_events: int) -> None:
         self.run, self.parts, self.max_events = run, parts, max_events
@@ -123,7 +124,7 @@ class _Span:
         self.driven = run.system.drive_frequency > 0.0
 
     def problem(self, watch: Watch) -> Problem:
-        """What the reference is to follow."""
+        """The problem for the reference."""
         from ..reference.flight import exact
         from .motion import Problem, exact_system
 
@@ -167,18 +168,18 @@ class _Span:
         """Times of the sections within reach, and one past the end, as balls."""
         from flint import arb
 
-        end = arb(self.end) * (1 + BEYOND) + BEYOND
+        end = arb(self.end) * (1 + _BEYOND) + _BEYOND
         if not self.driven:
             return [end]
         turn = 2 * arb.pi() / arb(self.run.system.drive_frequency)
         shift = arb(self.parts.section_phase) / arb(self.run.system.drive_frequency)
-        end = turn * self.max_events if self.capped() else arb(self.end) + turn * BEYOND
+        end = turn * self.max_events if self.capped() else arb(self.end) + turn * _BEYOND
         within = self._turns()[: self.max_events + 1]
         times = (turn * k + shift for k in within)
         return [*(time for time in times if time < end), end]
 
     def within_reach(self, exact: Pass) -> Pass:
-        """The same, with the reason to stop if it ends before the run does."""
+        """The exact motion, with the reason to stop if it ends before the run does."""
         if not self.capped() or exact.stopped:
             return exact
         detail = f"the run has more than {self.max_events} drive periods (max_events)"

@@ -1,6 +1,6 @@
-"""The numbers of a run beside those of the exact motion: errors, digits, and the first that fails.
+"""Comparison of the numbers of a run with the exact ones: errors, digits, first failure.
 
-Events are set side by side in their order, with the pairing of motion.py. A graze of the run has no
+Events are compared in their order, with the pairing of motion.py. A graze of the run has no
 counterpart if in the exact motion that contact does not happen. If it is an impact there, the state
 of the graze is compared with those before and after it. All quantities are dimensionless.
 """
@@ -42,15 +42,15 @@ from .stretches import Rows, Stretches
 #: An impact that changes v1 and v2 by no more than this may be a graze of the run.
 GRAZING = 1e-6
 #: A run that ends in a chatter does not list the last of its impacts, which are weaker than this.
-WEAK = 1e-3
-#: Times are the same, where events are only set side by side, to this part of their size.
-CLOSE = 1e-6
+_WEAK = 1e-3
+#: For the pairing of events, times are equal if they agree to this part of their size.
+_CLOSE = 1e-6
 #: Places of the values of an Entry that make up CONTACT_NUMBERS, and the state of a section.
-CONTACT_PLACES = (0, 1, 3, 4, 6)
+_CONTACT_PLACES = (0, 1, 3, 4, 6)
 #: The numbers of a state.
 STATE = ("x1", "v1", "x2", "v2")
 #: Floats are rounded to nearest; a bound is rounded up.
-UP = 1.0 + 2.0**-50
+_UP = 1.0 + 2.0**-50
 
 
 def compare(
@@ -74,7 +74,7 @@ def compare(
             grazes += len(rows.grazes)
     last = done[-1]
     if parts.lead is not None and last.stopped == "completed" and done[0].stopped != "sequence":
-        # the first stretch may have ended where the reference is not known well enough
+        # the first stretch may have ended because the reference is not precise enough
         last.stopped, last.detail = done[0].stopped, done[0].detail
     failures = [failure for each in done for failure in each.failures]
     first = min(failures, key=lambda failure: failure.time, default=None)
@@ -182,18 +182,18 @@ class _Comparison:
             self._left_over(entries[j:])
 
     def _cut_in_chatter(self, told: Sequence[tuple[str, int]], entries: Sequence[Entry]) -> bool:
-        """Whether a run that ends before a chatter does only lists more of its impacts.
+        """Whether a run that ends before a chatter only lists more of its impacts.
 
-        Which those are is a matter of tolerance, as in motion.pairs.
+        Which impacts are listed depends on tolerances, as in motion.pairs.
         """
         if not entries or entries[0].kind != "chatter" or any(k != "impact" for k, _ in told):
             return False
-        limit = float(entries[0].values[0]) + CLOSE * self.sizes.time
+        limit = float(entries[0].values[0]) + _CLOSE * self.sizes.time
         return bool((self.rows.impacts["time"][[index for _, index in told]] <= limit).all())
 
     def _ends(self) -> bool:
-        """Whether only one of both ends where the model has no motion, or more than one."""
-        run, ends, close = self.run, self.exact.ends, CLOSE * self.sizes.time
+        """Whether only one of them ends where the model has no motion, or more than one."""
+        run, ends, close = self.run, self.exact.ends, _CLOSE * self.sizes.time
         time = run.final_state.time
         if ends is not None and ends < time - close:
             what = "has no one continuation"
@@ -219,15 +219,15 @@ class _Comparison:
     def _left_over(self, entries: Sequence[Entry]) -> None:
         """Events of the exact motion after all of the run's: missing, if before the run's end.
 
-        Weak impacts may be the end of a chatter, of which the run lists no more; whether they are
-        is seen from the final state.
+        Weak impacts may be the end of a chatter, of which the run lists no more; the final state
+        decides.
         """
-        end = self.run.final_state.time - CLOSE * self.sizes.time
+        end = self.run.final_state.time - _CLOSE * self.sizes.time
         for entry in entries:
             time = float(entry.values[0])
             if not time < end:
                 return
-            if not (entry.kind == "impact" and _change(entry) < WEAK):
+            if not (entry.kind == "impact" and _change(entry) < _WEAK):
                 rows = self.impacts if entry.kind == "impact" else self.contacts
                 self._apart(entry.kind, len(rows), time)
                 return
@@ -235,13 +235,13 @@ class _Comparison:
             self._miss(entry, -1, math.nan)
 
     def _miss(self, entry: Entry, graze: int, digits: float) -> None:
-        """An impact of the exact motion that is none of the run."""
+        """An impact of the exact motion that the run does not have."""
         time = float(entry.values[0])
-        own = entry.error() * UP
+        own = entry.error() * _UP
         self.missed.append((time, _change(entry), graze, digits, own, entry.certified))
 
     def _without_grazes(self) -> None:
-        """Set impacts aside that are grazes of the run, and compare them."""
+        """Find impacts that are grazes in the run, and compare them separately."""
         grazes, entries = self.rows.grazes, []
         for entry in self.exact.entries:
             if not len(grazes) or entry.kind != "impact" or not _change(entry) < GRAZING:
@@ -266,7 +266,7 @@ class _Comparison:
         self.exact = replace(self.exact, entries=entries)
 
     def _apart(self, kind: str, index: int, time: float) -> None:
-        """The run and the exact motion meet different events."""
+        """The run and the exact motion have different events."""
         number = self._number(index) if kind == "impact" else self.rows.before[1] + index
         self.failures.append(Disagreement(event=kind, number=number, time=time, reason="sequence"))
         self.stopped = "sequence"
@@ -309,8 +309,8 @@ class _Comparison:
         return True
 
     def _contact(self, index: int, row: np.void, entry: Entry) -> bool:
-        """One event of lasting contact; False as for an impact."""
-        values = tuple(entry.values[place] for place in CONTACT_PLACES)
+        """One event of sustained contact; False as for an impact."""
+        values = tuple(entry.values[place] for place in _CONTACT_PLACES)
         time_error, counted = self._time_errors(row, values[0])
         errors = [
             _off(float(row[name]), ball) for name, ball in zip(STATE, values[1:], strict=True)
@@ -349,7 +349,7 @@ class _Comparison:
 
     def _final(self) -> None:
         """The final state; after the impact, if one falls on that instant."""
-        run, exact, near = self.run.final_state, self.exact, CLOSE * self.sizes.time
+        run, exact, near = self.run.final_state, self.exact, _CLOSE * self.sizes.time
         known: list[tuple[State, bool]] = []
         if exact.final is not None:
             known.append((exact.final, exact.proved_final))
@@ -389,12 +389,12 @@ class _Comparison:
         values: Sequence[arb | None],
         proved: bool,
     ) -> tuple[float, float, bool] | None:
-        """Digits of the worst number, and how well the exact one is known; None: too badly."""
+        """Digits of the worst number, and the error of the exact one; None if that is too large."""
         least, own = MOST_DIGITS, 0.0
         for size, error, value in zip(sizes, errors, values, strict=True):
             if value is None:
                 continue
-            blur = float(value.rad()) * UP
+            blur = float(value.rad()) * _UP
             own = max(own, blur)
             if blur > size * 10.0 ** -(self.digits + 1):
                 if self.stopped == "completed":
@@ -405,10 +405,10 @@ class _Comparison:
         return least, own, proved
 
     def _time_errors(self, row: np.void, ball: arb) -> tuple[float, float]:
-        """Error of the time, and what of it counts.
+        """Error of the time, and the part of it that counts.
 
-        The first bounds the errors of `time`, and of `time_in_period` with `period`. Of the second
-        the rounding of both to a double is taken: time itself is none the worse for it.
+        The first bounds the errors of `time`, and of `time_in_period` with `period`. The second is
+        without the rounding of both to a double, which does not make the time itself worse.
         """
         balls = [("time", ball)]
         if self.period is not None:
@@ -454,7 +454,7 @@ def _off(value: float, ball: arb) -> float:
     """Upper bound of the distance of a number from an enclosure."""
     if not math.isfinite(value):
         return math.inf
-    return float(abs(ball - arb(value)).abs_upper()) * UP
+    return float(abs(ball - arb(value)).abs_upper()) * _UP
 
 
 def _digits(error: float, size: float) -> float:
@@ -474,7 +474,7 @@ def _mean_growth(impacts: NDArray[np.void]) -> float:
 
 
 def _shifted(table: NDArray[np.void], by: int) -> NDArray[np.void]:
-    """A copy whose rows are counted from there."""
+    """A copy whose rows are numbered from a given start."""
     table = table.copy()
     table["row"] -= by
     return table

@@ -1,7 +1,7 @@
-"""The exact motion of a run's system and start, as precisely as it takes, by the reference.
+"""The exact motion of a run's system and start, by the reference, with sufficient precision.
 
-First by enclosures, which prove every digit they give: precision rises until all are narrow, as
-far as the cap allows. What they do not reach (complete chatter, lasting contact, motions that widen
+First by enclosures, which prove every digit they give: precision rises until all are narrow, as far
+as the cap allows. What they do not reach (complete chatter, sustained contact, motions that widen
 them faster than precision rises) comes from two passes of different precision, tolerance and order,
 precision doubling until they agree; their difference is an estimate of the error and no bound. A
 last pass from a start shifted by a tiny amount measures the growth of perturbations. Parameters and
@@ -28,18 +28,18 @@ from ..system import SYMBOLS, System
 from .path import Parted, Path
 from .watch import Watch
 
-#: The reference is good where it is known to this, four digits more than a double has.
+#: The reference is precise enough if its error is below this: four digits more than a double.
 GOOD = 1e-20
 #: Bits of the first pass, and those that enclosures lose from impact to impact, as a first guess.
-FIRST, LOST = 256, 6
+FIRST, _LOST = 256, 6
 #: Shifts of v1(0) that show how perturbations grow, in flights and, less exact, through contact;
-#: differences are told from errors and non-linear growth from so much of them on to LINEAR.
-NUDGES, UNSEEN, LINEAR = ("1e-30", "1e-18"), 1e-6, 1e-4
+#: differences are told from errors and non-linear growth from so much of them on to _LINEAR.
+_NUDGES, _UNSEEN, _LINEAR = ("1e-30", "1e-18"), 1e-6, 1e-4
 #: Endings beyond which the model has no motion, or more than one.
 DEAD_ENDS = ("jammed", "painleve", "law_failed")
-#: Phases that repeat an impact, or the start, in other words.
+#: Phases that only repeat an impact, or the start.
 ECHOES = ("impact", "impact_at_start")
-#: Phases of lasting contact.
+#: Phases of sustained contact.
 HOLDS = ("slide_positive", "slide_negative", "stick")
 
 
@@ -49,8 +49,8 @@ class Problem:
 
     `times` makes the times of the sections and, last, a time past the end of the run, at the
     working precision; `end` makes the time at which the run ends. `watch` looks at each impact and
-    section, and says whether the run has parted from the motion for good. At most `most_impacts`
-    are followed.
+    section, and says whether the run has left the motion for good. At most `most_impacts` are
+    followed.
     """
 
     system: ExactSystem
@@ -84,7 +84,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Pass:
-    """What the reference has met, and why it ended ("" where it went to the end).
+    """The result of the reference, and why it ended ("" if it reached the end).
 
     The first `proved_samples` states are enclosures; a state is None where it is not known.
     `final` is the state at the time at which the run ends, None likewise. `ends` is the time beyond
@@ -108,7 +108,7 @@ class Pass:
 
 
 def exact_system(system: System) -> ExactSystem:
-    """The same parameters, as exact rationals."""
+    """The parameters as exact rationals."""
     values = {symbol: getattr(system, name) for symbol, name in SYMBOLS.items()}
     return ExactSystem.parse(values, system.contact)
 
@@ -118,7 +118,7 @@ class _Unproved(Exception):
 
 
 class _Followed(Motion):
-    """A motion that is left once the run has parted from it, or once an enclosure ends."""
+    """A motion that ends when the run has left it, or when an enclosure ends."""
 
     watch: Watch
 
@@ -136,7 +136,7 @@ class _Followed(Motion):
 
 
 def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> Pass:
-    """One pass; whatever ends it early is told in `stopped`, Ctrl-C too.
+    """One pass; `stopped` says what ended it early, also Ctrl-C.
 
     `nudge` is added to v1 at the start.
     """
@@ -168,7 +168,7 @@ def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> P
         except Parted:
             stopped, detail = "lost", "the run has parted from the exact motion for good"
         except _Unproved:
-            stopped, detail = "unproved", "complete chatter or lasting contact"
+            stopped, detail = "unproved", "complete chatter or sustained contact"
         except Undecided as doubt:
             stopped, detail = "undecided", str(doubt)
         except ValueError as error:
@@ -223,7 +223,7 @@ def _impulses(told: Event, problem: Problem) -> tuple[arb | None, ...]:
 
 def exact_motion(problem: Problem, impacts: int, max_precision: int) -> Pass:
     """The exact motion, for a run of about so many impacts; with `interrupted` what there is."""
-    bits = min(max_precision, _rounded(FIRST + LOST * min(impacts, 100)))
+    bits = min(max_precision, _rounded(FIRST + _LOST * min(impacts, 100)))
     before = 0
     while True:
         proof = follow(problem, bits, enclose=True)
@@ -234,7 +234,7 @@ def exact_motion(problem: Problem, impacts: int, max_precision: int) -> Pass:
         known = sum(entry.error() < GOOD for entry in proof.entries) + 1
         needed = _rounded(bits * min(2.0, max(1.25, 1.1 * (impacts + 1) / known)))
         if known > impacts + 1 or known < 1.1 * before:
-            break  # a chatter, of which the run does not list more, or no precision leads far
+            break  # a chatter in which the run ends, or more precision does not help
         before = known
         narrow = known > len(proof.entries)
         if needed > max_precision or (proof.stopped == "unproved" and narrow):
@@ -247,10 +247,10 @@ def exact_motion(problem: Problem, impacts: int, max_precision: int) -> Pass:
 def pairs(left: Sequence[str], right: Sequence[str]) -> Iterator[tuple[int, int]]:
     """Places of the events that belong together, up to the first that do not.
 
-    How many impacts of a complete chatter are listed is a matter of tolerance: more impacts on one
-    side are passed over if a chatter ends them. With a small restitution the last impact may be
-    listed as plastic: then the bodies are in contact at once, and the chatter of the other side is
-    passed over with its impacts. How far off that is, the rows that follow say. A last pair, (left,
+    How many impacts of a complete chatter are listed depends on tolerances: further impacts on one
+    side are skipped if a chatter ends them. With a small restitution the last impact may be listed
+    as plastic: then the bodies are in contact at once, and the chatter of the other side is skipped
+    with its impacts. The rows that follow show how large the difference is. A last pair, (left,
     right) beyond one of the ends or of different kinds, says where it stops.
     """
     i = j = 0
@@ -294,7 +294,7 @@ def _chatters(kinds: Sequence[str], place: int) -> bool:
 
 
 def _settled(done: Pass) -> bool:
-    """Whether a pass proves all there is to know."""
+    """Whether a pass proves everything that can be known."""
     decided = done.stopped in ("", "lost", "start", "event_cap")
     return decided and all(entry.certified and entry.error() < GOOD for entry in done.entries)
 
@@ -304,7 +304,7 @@ def _rounded(bits: float) -> int:
 
 
 def _certified_part(done: Pass) -> Pass:
-    """What a pass proves, as far as it is known well enough."""
+    """The proved part of a pass, as far as it is precise enough."""
     entries = []
     for entry in done.entries:
         if not (entry.certified and entry.error() < GOOD):
@@ -346,7 +346,7 @@ def _difference(one: Pass, two: Pass) -> tuple[Pass, bool]:
     agree = one.stopped == two.stopped and (one.ends is None) == (two.ends is None)
     left, right = one.entries[i:], two.entries[j:]
     if one.stopped in ("event_cap", "lost"):
-        # it may fall into a chatter, of which the two list different numbers of impacts
+        # the end may be inside a chatter, of which both list different numbers of impacts
         agree = agree and any(all(e.kind == "impact" for e in rest) for rest in (left, right))
     else:
         agree = agree and not left and not right
@@ -367,14 +367,14 @@ def _difference(one: Pass, two: Pass) -> tuple[Pass, bool]:
 
 
 def _together(coarse: Sequence[arb], fine: Sequence[arb]) -> tuple[arb, ...]:
-    """The finer values with radii that hold the coarser ones."""
+    """The finer values with radii that include the coarser ones."""
     return tuple(
         arb(q.mid(), (abs(p - q) + q.rad()).abs_upper()) for p, q in zip(coarse, fine, strict=True)
     )
 
 
 def _state(coarse: State | None, fine: State | None) -> State | None:
-    """The same for a state, if both know it."""
+    """The finer state with such radii, if both passes have it."""
     if coarse is None or fine is None:
         return None
     x1, v1, x2, v2 = _together(coarse, fine)
@@ -382,7 +382,7 @@ def _state(coarse: State | None, fine: State | None) -> State | None:
 
 
 def _joint(coarse: Sequence[arb | None], fine: Sequence[arb | None]) -> tuple[arb | None, ...]:
-    """The same for values that may be missing."""
+    """The finer values with such radii, None where one is missing."""
     return tuple(
         None if p is None or q is None else _together((p,), (q,))[0]
         for p, q in zip(coarse, fine, strict=True)
@@ -390,7 +390,7 @@ def _joint(coarse: Sequence[arb | None], fine: Sequence[arb | None]) -> tuple[ar
 
 
 def _joined(proof: Pass, compared: Pass) -> Pass:
-    """What is proved, and what goes beyond it by comparison."""
+    """The proved part, continued by comparison of two passes."""
     *matched, _ = pairs([e.kind for e in proof.entries], [e.kind for e in compared.entries])
     entries = list(compared.entries)
     for i, j in matched:
@@ -411,15 +411,15 @@ def _with_growth(problem: Problem, done: Pass) -> Pass:
     if done.stopped in ("interrupted", "start") or not done.entries:
         return done
     held = any(entry.kind != "impact" for entry in done.entries)
-    nudge = NUDGES[held]
+    nudge = _NUDGES[held]
     moved = follow(problem, FIRST, enclose=False, nudge=nudge)
     *matched, _ = pairs([e.kind for e in done.entries], [e.kind for e in moved.entries])
     entries = list(done.entries)
     for i, j in matched:
         here, there = entries[i].values, moved.entries[j].values
         far = max(float(abs(p.mid() - q.mid())) for p, q in zip(here, there, strict=True))
-        if far > LINEAR or entries[i].regime != moved.entries[j].regime:
+        if far > _LINEAR or entries[i].regime != moved.entries[j].regime:
             break
         growth = far / float(nudge)
-        entries[i] = replace(entries[i], growth=growth if growth > UNSEEN else 0.0)
+        entries[i] = replace(entries[i], growth=growth if growth > _UNSEEN else 0.0)
     return replace(done, entries=entries)

@@ -1,8 +1,8 @@
-"""What of the exact motion is looked at between its events: how large it is, where the run ends.
+"""Samples of the exact motion between its events: its size, and its state at the run's end.
 
-Whatever moves the bodies over a stretch of time (a flight, a slide, a stick) gives the state at any
-time of it. Three things are taken from it: the states at the sections, the one at the end of the
-run, and rough values, in few bits and often enough that their largest is the size of the motion.
+Every flight, slide and stick gives the state at any time. Three things are taken from it: the
+states at the sections, the one at the end of the run, and rough values, in few bits and often
+enough that their largest is the size of the motion.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from ..reference.hybrid import Samples
 from .watch import OWN_PERIOD, Watch
 
 #: Times at which the motion is looked at in a window, and the bits for that.
-LOOKS, ROUGH = 32, 64
+_LOOKS, _ROUGH = 32, 64
 #: A window is no longer than so many periods of body 2 alone, however slow drive or pendulum are.
 LONGEST_WINDOW = 10
 
 
 def window(system: ExactSystem) -> float:
-    """The time over which the size of the motion is taken: its longest period, within limits."""
+    """The time over which the size of the motion is measured: its longest period, within limits."""
     rates = [float(rate) for rate in (system.omega, system.omega0) if rate > 0]
     slowest = min([1.0, *rates])
     return OWN_PERIOD * min(LONGEST_WINDOW, 1.0 / slowest)
@@ -78,13 +78,13 @@ class Path(Samples):
 
     def _look(self, until: arb, state: Callable[[arb], State]) -> None:
         """Rough values in the windows before the sections of a stretch, and before its end."""
-        stop, step = float(until), self.window / LOOKS
+        stop, step = float(until), self.window / _LOOKS
         anchors = []
         for place in range(len(self.states), len(self.times)):
             if not self.times[place] < until:
                 break
             anchors.append(float(self.times[place]))
-        with ctx.workprec(ROUGH):
+        with ctx.workprec(_ROUGH):
             for anchor in (*anchors, stop):
                 time = max(self._next, anchor - self.window, self._reached)
                 while time < anchor:

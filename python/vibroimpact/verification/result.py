@@ -1,6 +1,6 @@
-"""What a verification says: errors of every kept number, and from where on the run is wrong.
+"""The result of a verification: errors of every kept number, and where the run becomes wrong.
 
-Errors are upper bounds of |run - exact motion| and hold the reference's own error. The digits of a
+Errors are upper bounds of |run - exact motion|, the reference's own error included. The digits of a
 number are -log10 of its error in units of its size: for x1, v1, x2, v2 the largest value that the
 motion takes in the last period before the row, for times the drive period, or 2 pi if that is less
 (more exactly in sizes.py). The rounding of a time to a double does not count. A row has the digits
@@ -22,7 +22,7 @@ from ..interruption import interruptible
 MOTION_NUMBERS = ("time", "x1", "v1_pre", "v1_post", "x2", "v2_pre", "v2_post")
 FURTHER_NUMBERS = ("phase", "impulse_normal", "impulse_tangential", "energy_loss")
 IMPACT_NUMBERS = MOTION_NUMBERS + FURTHER_NUMBERS
-#: Numbers of an event of lasting contact, and those of a section.
+#: Numbers of an event of sustained contact, and those of a section.
 CONTACT_NUMBERS = ("time", "x1", "v1", "x2", "v2")
 SECTION_NUMBERS = ("x1", "v1", "x2", "v2")
 #: A double has no more digits than these.
@@ -73,7 +73,7 @@ class Disagreement:
     Attributes
     ----------
     event
-        ``"impact"``, ``"section"``, the kind of an event of lasting contact, ``"graze"`` (of the
+        ``"impact"``, ``"section"``, the kind of an event of sustained contact, ``"graze"`` (of the
         run, where the exact motion has an impact), ``"final_state"``, or ``"stop"``: the run ends
         as ``jammed``, ``painleve`` or ``law_failed`` and the exact motion goes on, or the reverse.
     number
@@ -82,9 +82,9 @@ class Disagreement:
     time
         When, as the run has it.
     reason
-        ``"digits"``: a number is wrong; ``"regime"``: the numbers are right, the regime is not;
-        ``"sequence"``: the exact motion meets another kind of event, or none, or one more, or
-        does not end where the run does.
+        ``"digits"``: a number is wrong; ``"regime"``: the numbers are right, but the regime is
+        wrong; ``"sequence"``: the exact motion meets another kind of event, or none, or one more,
+        or does not end where the run does.
     """
 
     event: str
@@ -96,7 +96,7 @@ class Disagreement:
 @interruptible
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Verification(FixedArrays):
-    """A run beside the exact motion of its system and start, as ``verify`` returns it.
+    """The comparison of a run with the exact motion of its system and start, by ``verify``.
 
     Attributes
     ----------
@@ -140,15 +140,15 @@ class Verification(FixedArrays):
         Where its window begins: number since t = 0 of its first impact (the next one, if it has
         none), and the time.
     from_start
-        False if the run comes from another version, and made again is not the same to the bit: then
-        only what it keeps is judged.
+        False if the run comes from another version, and simulated again has other bits: then only
+        the part that it keeps is judged.
     stopped
         ``"completed"``: all that the run holds is verified. Else why it ends earlier: ``"lost"``
-        (the run has parted from the exact motion for good: 40 impacts or sections in a row are far
-        off, and it is not periodic in the end), ``"sequence"`` (other events than in
-        the exact motion, or another end), ``"precision_cap"``, ``"event_cap"``, ``"undecided"``
-        (an event that no precision decides, such as a graze), ``"start"`` (the reference takes the
-        start for an overlap), ``"interrupted"``.
+        (the run has left the exact motion for good: 40 impacts or sections in a row are far off,
+        and it is not periodic at the end), ``"sequence"`` (other events than in the exact motion,
+        or another end), ``"precision_cap"``, ``"event_cap"``, ``"undecided"`` (an event that no
+        precision decides, such as a graze), ``"start"`` (the reference takes the start for an
+        overlap), ``"interrupted"``.
     stop_detail
         That in a sentence, with the place.
     precision
@@ -180,7 +180,7 @@ class Verification(FixedArrays):
     def holds(self) -> bool:
         """Whether all that the run holds was verified and has the digits asked for.
 
-        Of a run that keeps nothing: whether its whole motion has. Never of nothing at all.
+        For a run that keeps nothing: whether its whole motion has. False if nothing was verified.
         """
         if not any(self.kept) and self.horizon is not None:
             return False
@@ -227,7 +227,7 @@ class Verification(FixedArrays):
         return right
 
     def summary(self) -> str:
-        """Say in a few lines what holds, to how many digits, until when, and how that is known."""
+        """Return a summary in a few lines: digits, until when, and how that is known."""
         return "\n".join(_sentences(self))
 
     def __str__(self) -> str:
@@ -244,9 +244,8 @@ class Verification(FixedArrays):
         )
 
 
-# The summary. Each sentence names its impacts by their numbers since t = 0. To be compared and to
-# hold are two things: how far the comparison goes is told in one sentence, how far the digits are
-# right in others.
+# The summary. Each sentence names its impacts by their numbers since t = 0. One sentence says how
+# far the comparison goes, others how far the digits are right.
 
 
 def _sentences(found: Verification) -> list[str]:
@@ -283,7 +282,7 @@ def _sentences(found: Verification) -> list[str]:
 
 
 def _kept(found: Verification) -> str:
-    """What of the kept rows is verified, and holds."""
+    """The part of the kept rows that is verified, and has the digits."""
     tables, of = found._tables(), found.kept
     right = [int(good.sum()) for good in found._right()]
     if not any((*of, *right)):
@@ -310,7 +309,7 @@ def _kept(found: Verification) -> str:
 
 
 def _held(found: Verification) -> str:
-    """Up to where the whole motion holds, and where the window begins."""
+    """Up to where the whole motion has the digits, and where the window begins."""
     least, horizon, impacts = found.least_digits, found.horizon, found.whole_impacts
     end = math.inf if horizon is None else horizon.time
     good = impacts[impacts["time"] < end]
@@ -330,7 +329,7 @@ def _held(found: Verification) -> str:
 
 
 def _horizon(found: Verification, horizon: Disagreement) -> list[str]:
-    """What comes when the digits are lost, and where the last right one is."""
+    """What follows when the digits are lost, and where the last right one is."""
     impacts, lines = found.whole_impacts, list[str]()
     if horizon.reason == "sequence":
         if found.stopped != "sequence":
@@ -346,7 +345,7 @@ def _horizon(found: Verification, horizon: Disagreement) -> list[str]:
 
 
 def _missed(found: Verification) -> list[str]:
-    """What impacts of the exact motion the run does not have."""
+    """The impacts of the exact motion that the run does not have."""
     lines, missed = list[str](), found.missed
     of_graze = missed["graze"] >= 0
     for rows, where in (

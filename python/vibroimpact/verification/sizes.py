@@ -1,14 +1,14 @@
-"""What errors are measured in: the size of the motion about the time of a row, not of all of it.
+"""The units of errors: the size of the motion near the time of a row, not of all of it.
 
-x1, v1, x2, v2 vanish twice in each period, and no digit is lost by that: so an error counts in
+x1, v1, x2, v2 vanish twice in each period, and no digit is lost there. So an error is measured in
 units of the largest value over the last period, up to the row. The period is the longest of drive
-and bodies, within ten times that of body 2. Where the motion has been much larger just before, as
-after an impact or with a slow drive, not more counts than the present state can lead to: a
-velocity, times the slowest of the three periods over 2 pi; a position, over the fastest; or the
-amplitude of the drive. A position at which a motion begins or turns counts as the velocity there
-over the fastest. A velocity next to 0 at a position that hardly changes, as at rest under a
-constant load, counts as STEADY of the position, anything next to 0 as STILL of the largest of the
-four. Times count in drive periods, or in 2 pi if that is less.
+and bodies, within ten times that of body 2. If the motion was much larger just before, as after an
+impact or with a slow drive, the size is limited to what the present state can lead to: a velocity,
+times the slowest of the three periods over 2 pi; a position, over the fastest; or the amplitude of
+the drive. A position at which a motion begins or turns counts as the velocity there over the
+fastest. A velocity next to 0 at a position that hardly changes, as at rest under a constant load,
+counts as _STEADY of the position, anything next to 0 as _STILL of the largest of the four. Times
+count in drive periods, or in 2 pi if that is less.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from .path import LONGEST_WINDOW, window
 from .watch import OWN_PERIOD
 
 #: The size of a velocity that stays next to 0, in units of what its position would swing with.
-STEADY = 1e-4
+_STEADY = 1e-4
 #: The size of a number that stays 0 or next to it, in units of the largest of the four.
-STILL = 1e-8
+_STILL = 1e-8
 
 
 class Sizes:
@@ -67,20 +67,20 @@ class Sizes:
             reach_x, reach_v = max(x, v / slow, drive), max(v, x * fast, drive)
             sizes.append(max(x, min(float(lately[2 * body]), reach_x), v / fast))
             swing = min(float(lately[2 * body + 1]), reach_v)
-            sizes.append(max(v, swing, STEADY * own * x))
-        floor = STILL * max(sizes)
+            sizes.append(max(v, swing, _STEADY * own * x))
+        floor = _STILL * max(sizes)
         x1, v1, x2, v2 = (max(size, floor) for size in sizes)
         return x1, v1, x2, v2
 
     def of_impact(self, values: Sequence[arb], normal: arb | None) -> tuple[float, ...]:
         """Sizes of MOTION_NUMBERS and FURTHER_NUMBERS at an impact.
 
-        An impulse counts in units of the one that takes both velocities away, an energy in units of
+        An impulse is measured in units of the impulse that stops both bodies, an energy in units of
         all the terms that make up the loss.
         """
         time, x1, v1, v1_, x2, v2, v2_ = values
         s1, r1, s2, r2 = self.at(float(time), (x1, v1, x2, v2), (x1, v1_, x2, v2_))
-        cos = abs(float(x1.cos())) if self.system.oblique else 1.0
+        cos = abs(float(self.system.slope(x1)))
         before1, after1, before2, after2 = (abs(float(q)) for q in (v1, v1_, v2, v2_))
         given = 0.0 if normal is None else abs(float(normal))
         mass = float(self.system.mbar) + cos * cos

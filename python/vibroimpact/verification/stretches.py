@@ -1,7 +1,7 @@
-"""The two stretches of a run: its kept window, and what came before it, made again.
+"""The two stretches of a run: its kept window, and the part before it, simulated again.
 
-A run is reproducible to the bit, so that what it has not kept can be had once more: by the same
-call, everything kept. It is made again as far as the reference may go, and no further.
+A run is reproducible to the bit, so that the same call gives again the part that it has not kept.
+It is simulated again only as far as the reference may go.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from ..errors import SimulationError
 from ..run import EventKind, Run
 from ..simulation import simulate
 
-#: Events made again for each one that the reference may follow, and some more: it lists fewer
-#: impacts of a chatter, and no grazes.
-MORE, SOME = 4, 1000
+#: Events simulated again for each one that the reference may follow; more than one, because the
+#: reference lists fewer impacts of a chatter, and no grazes.
+MORE, _SOME = 4, 1000
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Stretches:
     Attributes
     ----------
     lead
-        What comes before the kept window; None if nothing does, or if it cannot be had.
+        The part before the kept window; None if there is none, or if it cannot be reproduced.
     kept
         The kept window.
     from_start
@@ -54,7 +54,7 @@ class Stretches:
     section_phase
         Of the sections.
     again
-        The run made again; None if it did not have to be.
+        The run simulated again; None if that was not necessary.
     """
 
     lead: Rows | None
@@ -66,7 +66,7 @@ class Stretches:
 
 
 def stretches(run: Run, most: int) -> Stretches:
-    """Make what a run has not kept again, for a reference that follows so many impacts, periods.
+    """Simulate again what a run has not kept, as far as so many impacts and periods.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def only_kept(run: Run) -> Stretches:
     """The kept window alone."""
     core: dict[str, Any] = json.loads(run._core.to_json())
     tables = (run.impacts, run.grazes, run.contacts, run.events, run.stroboscopic)
-    # of sections the number is known, of contacts it is not
+    # the number of sections is known, that of contacts is not
     before = (run.impact_count - len(run._core.impacts), 0, int(core["first_section"]) - 1)
     kept = Rows(run, *tables, before, to_the_end=True)
     phase = float(core["options"]["section_phase"])
@@ -124,15 +124,15 @@ def _made_again(run: Run, options: dict[str, Any], most: int) -> Run:
 
 
 def _most_events(most: int) -> int:
-    return MORE * most + SOME
+    return MORE * most + _SOME
 
 
 def _is_the_same(run: Run, again: Run, dropped: int, sections: int, most: int) -> bool:
-    """Whether the run made again is the run, as far as both have rows, and goes far enough."""
+    """Whether the repeated run equals the run, as far as both have rows, and goes far enough."""
     events, rows = again.events[:-1], run._core.events[:-1]
     beyond = run.final_state.period > most or dropped + len(rows) > _most_events(most)
     if not beyond:
-        # a run that ends before its window begins has not so many
+        # a run that ends before its window begins has fewer
         sections = min(sections, run.final_state.period)
         if len(events) < dropped + len(rows) or len(again.stroboscopic) < sections:
             return False
@@ -163,5 +163,5 @@ def _first_rows(run: Run, again: Run, events: NDArray[np.void], sections: int) -
 
 
 def _contacts(events: NDArray[np.void]) -> int:
-    """How many of these events are rows of lasting contact."""
+    """How many of these events are rows of sustained contact."""
     return int(np.isin(events["kind"], (EventKind.IMPACT, EventKind.GRAZE), invert=True).sum())

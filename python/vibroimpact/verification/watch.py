@@ -1,4 +1,4 @@
-"""What looks at the exact motion while it is followed: how far it is, has the run parted."""
+"""Observation of the exact motion: its progress, and whether the run has left it."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ if TYPE_CHECKING:
     from ..reference.flight import State
     from ..reference.simulate import Event
 
-#: So many impacts or sections in a row this far off, in drive periods or in the size of the motion,
-#: and the run has parted from the exact motion.
-PARTED, FAR = 40, 0.01
+#: After so many impacts or sections in a row that are this far off, in drive periods or in the size
+#: of the motion, the run has left the exact motion.
+_PARTED, _FAR = 40, 0.01
 #: The size of the motion is the largest value at so many sections in a row.
-AROUND = 5
-#: What times are measured in where the drive is slower or constant: a period of body 2 alone.
+_AROUND = 5
+#: The unit of times where the drive is slower or constant: a period of body 2 alone.
 OWN_PERIOD = 2.0 * math.pi
 
 
 class Watch:
-    """Told of every impact and section of the exact motion; says when to leave it.
+    """Gets every impact and section of the exact motion, and decides when to end it.
 
-    A run that settles on a periodic motion finds its digits again if the exact motion does: it is
-    not left, however far apart both are on the way there.
+    If run and exact motion settle on the same periodic motion the run has right digits again: then
+    the comparison goes on, however far apart both are before.
     """
 
     def __init__(self, parts: Stretches, bar: Any) -> None:
@@ -54,8 +54,8 @@ class Watch:
                 # the kept window lies beyond what the reference may reach
                 times.pop()
                 sections.pop()
-        # from then on the numbers of impacts tell nothing: how many of a chatter are listed is a
-        # matter of tolerance
+        # after that the numbers of impacts mean nothing: how many of a chatter are listed depends
+        # on tolerances
         touched = np.concatenate(contacts).min(initial=math.inf)
         every: NDArray[np.float64] = np.concatenate(times)
         self.times = every[: int(np.searchsorted(every, touched))]
@@ -69,11 +69,11 @@ class Watch:
 
     @cached_property
     def _far(self) -> NDArray[np.float64]:
-        """From where on each section is far off: by the size of the motion about it."""
+        """The distance from which a section is far off, by the size of the motion near it."""
         sizes = np.abs(self.sections)
-        for shift in range(1, AROUND):
+        for shift in range(1, _AROUND):
             np.maximum(sizes[shift:], np.abs(self.sections[:-shift]), out=sizes[shift:])
-        far: NDArray[np.float64] = FAR * np.maximum(sizes, FAR * sizes.max(axis=1, keepdims=True))
+        far: NDArray[np.float64] = _FAR * np.maximum(sizes, _FAR * sizes.max(axis=1, keepdims=True))
         return far
 
     def begin(self, bits: int) -> None:
@@ -85,18 +85,18 @@ class Watch:
             self.bar.set_description(f"exact motion, pass {self.passes}, {bits} bits")
 
     def impact(self, number: int, event: Event) -> bool:
-        """Look at an impact, counted from 0; whether the run has parted from it for good."""
+        """Compare an impact, counted from 0; return whether the run has left the motion."""
         self._show(event.time, number + 1)
         row = number - self.first_impact
         if not 0 <= row < len(self.times):
             return False
         unit = min(self.period, OWN_PERIOD)
-        near = abs(float(event.time) - float(self.times[row])) < FAR * unit
+        near = abs(float(event.time) - float(self.times[row])) < _FAR * unit
         self.far_impacts = 0 if near else self.far_impacts + 1
-        return self.far_impacts >= PARTED and not self.settles
+        return self.far_impacts >= _PARTED and not self.settles
 
     def section(self, number: int, time: arb, state: State) -> bool:
-        """The same for a state at a section."""
+        """Compare the state at a section; return the same."""
         self._show(time, 0)
         row = number - self.first_section
         if not 0 <= row < len(self.sections):
@@ -104,7 +104,7 @@ class Watch:
         off = [abs(float(q) - p) for q, p in zip(state, self.sections[row], strict=True)]
         near = bool((np.array(off) < self._far[row]).all())
         self.far_sections = 0 if near else self.far_sections + 1
-        return self.far_sections >= PARTED and not self.settles
+        return self.far_sections >= _PARTED and not self.settles
 
     def _show(self, time: arb, impacts: int) -> None:
         if self.bar is None:

@@ -60,7 +60,7 @@ example:
 ROUNDS = 5
 # Drive periods after which the periodic scenes have settled to rounding.
 SETTLING = 3000
-# Chatter is completed to 1e-12, and rounding adds up over the impacts of an orbit.
+# Chatter is completed to 1e-12; the sum of roundings over the impacts of an orbit comes on top.
 SETTLED = 1e-10
 # Rounding in works and energies is some 1e-13 of all works (vibroimpact.EnergyAudit).
 BALANCED = 1e-11
@@ -191,7 +191,7 @@ def _machine() -> str:
 
 
 def _processor() -> str:
-    """Name the processor; the standard library does so on some systems only."""
+    """Name the processor; the standard library knows it on some systems only."""
     if sys.platform == "linux":
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
         names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))

@@ -1,4 +1,4 @@
-"""What several statements of section 4 look at: the diagrams of Figs. 4, 7 and 8, computed once."""
+"""The diagrams of Figs. 4, 7 and 8, for several statements of section 4, computed once."""
 
 from functools import cache
 
@@ -60,5 +60,5 @@ def same(one: str, other: str) -> float:
 
 
 def span(values: NDArray[np.float64]) -> str:
-    """Say from where to where some frequencies lie."""
+    """Return the range of some frequencies, as text."""
     return f"{values.min():.6g} to {values.max():.6g}" if len(values) else "nowhere"

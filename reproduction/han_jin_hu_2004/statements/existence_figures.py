@@ -20,8 +20,8 @@ ERRATA = "theory.md#8-errata-of-the-paper"
 PAGE_ALL = "orbits.md#all-motions-with-one-impact"
 # Frequencies of the maps of Figs. 2 and 3: `vibroimpact reproduce` takes 561.
 COARSE = 141
-# What is strict, or very difficult, is met at less than the first part of all choices; what is met
-# at more than the second is neither.
+# A condition is strict, or very difficult, if less than the first part of all choices meet it, and
+# not so if more than the second part do.
 RARE, COMMON = 0.02, 0.2
 # Points at which starts are tried; distance of the frequencies of the coarse maps.
 POINTS, STEP = 100, 0.02

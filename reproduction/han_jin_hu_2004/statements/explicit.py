@@ -8,8 +8,8 @@ from vibroimpact import System, periodic_motions
 
 from ..claims import Verdict
 from ..parameters import paper_system
+from ..printed_impact import frictionless_coefficients
 from . import printed_motion as printed
-from .printed_impact import frictionless_coefficients
 from .statement import Finding, stated
 
 TRIED = 60

@@ -12,6 +12,7 @@ from .. import evidence
 from ..claims import Verdict
 from ..parameters import ENLARGED_RANGE, FREQUENCY_RANGE, INITIAL, KEEP, PERIODS
 from .diagrams import BY_ID, MOTION, diagram, kinds, same, span
+from .samples import states_before
 from .statement import Finding, Statement, stated
 
 ERRATA = "theory.md#8-errata-of-the-paper"
@@ -463,7 +464,7 @@ def pendulum_repeats() -> Finding:
 def grazes() -> Finding:
     """Look at the energy that impacts take."""
     run = simulate(MOTION["10"].system, initial=INITIAL, periods=20000)
-    u = run.impacts["v1_pre"] * np.cos(run.impacts["x1"]) - run.impacts["v2_pre"]
+    u = run.system.gap_rate(states_before(run.impacts))
     period = run.impacts["period"]
     losses = run.impacts["energy_loss"]
     late = losses[period >= 600]

@@ -5,16 +5,16 @@ from numpy.typing import NDArray
 
 from vibroimpact import bifurcation_diagram, lyapunov_spectrum, simulate
 
-from .. import evidence, lasting
+from .. import evidence, sustained_contact
 from ..claims import Claim, Verdict
 from ..parameters import INITIAL, KEEP, PERIODS, TRANSITIONS
 from .diagrams import BY_ID, MOTION, NO_IMPACTS, changes, diagram, kinds, non_periodic
 from .statement import Finding, stated
 
 GALLERY = "gallery.md"
-# What most choices lead to needs no care.
+# If more than this part of the choices lead to it, no care is needed.
 MOST = 0.5
-# Mainly: so much is settled by it.
+# "Mainly" means at least this part.
 MAINLY = 0.9
 
 
@@ -64,7 +64,7 @@ def settled() -> Finding:
     slow=True,
 )
 def insensitive() -> Finding:
-    """Start anew from a dozen states."""
+    """Start again from a dozen states."""
     starts = evidence.random_starts(12)
     grid = np.linspace(0.3, 2.9, 53)
     single: dict[str, float] = {}
@@ -268,7 +268,7 @@ def force_stirs() -> Finding:
 def low_frequencies() -> Claim:
     """Look for complete chatter and sustained contact."""
     (transition,) = [item for item in TRANSITIONS if item.id == "7c"]
-    return lasting.evaluate(lasting.observe(transition))
+    return sustained_contact.evaluate(sustained_contact.observe(transition))
 
 
 @stated(

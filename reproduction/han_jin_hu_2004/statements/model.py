@@ -10,8 +10,9 @@ from vibroimpact import MotionMap, PeriodicMotion, System, motion_map, periodic_
 
 from ..claims import Verdict
 from ..parameters import INITIAL, paper_system
+from ..printed_impact import frictionless_coefficients
 from . import printed_motion as printed
-from .printed_impact import frictionless_coefficients
+from .samples import states_before
 from .statement import CLEAR, ROUNDING, Finding, formula, stated
 
 Array = NDArray[np.float64]
@@ -76,8 +77,7 @@ def apart() -> Finding:
     system = paper_system(friction=0.5, drive_frequency=1.545)
     run = simulate(system, initial=INITIAL, periods=200)
     t = np.linspace(0.0, run.final_state.time, 200_001)
-    x1, _, x2, _ = run.trajectory(t).T
-    most = float((np.sin(x1) - x2 - system.gap).max())
+    most = float(system.gap_function(run.trajectory(t)).max())
     verdict: Verdict = "reproduced" if most < ROUNDING else "refuted"
     return Finding(
         f"gap function <= {max(most, 0.0):.1g}",
@@ -174,7 +174,7 @@ def at_an_impact() -> Finding:
     off = [
         r[0] * table["v1_pre"] + r[1] * table["v2_pre"] - table["v1_post"],
         r[2] * table["v1_pre"] + r[3] * table["v2_pre"] - table["v2_post"],
-        np.sin(table["x1"]) - table["x2"] - 0.5,
+        run.system.gap_function(states_before(table)),
     ]
     found = formula(
         float(np.abs(off).max()),
@@ -270,7 +270,7 @@ def matrix_map() -> Finding:
     for motion in damped_motions():
         x1, v1, v2, _ = motion.state
         r = coefficients(motion)
-        x2 = math.sin(x1) - motion.system.gap
+        x2 = motion.system.tip(x1) - motion.system.gap
         s = printed.period(motion.system, motion.m)
         after = np.array([x1, r[0] * v1 + r[1] * v2, x2, r[2] * v1 + r[3] * v2])
         drive = s[:, 2:] @ unknowns(motion)[2:]

@@ -15,7 +15,7 @@ from .statement import Finding, stated
 Array = NDArray[np.float64]
 BODIES = 400
 STEPS = 4000
-# Small steps are off by some of their number, relative to the velocities.
+# The error of small steps, relative to the velocities, is of the order of one over their number.
 STEPPED = 20.0 / STEPS
 
 

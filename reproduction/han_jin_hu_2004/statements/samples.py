@@ -1,4 +1,4 @@
-"""Random impacts of the paper's system, resolved by the exact walk; seeds are fixed."""
+"""Random impacts of the paper's system, by the exact impulse path; seeds are fixed."""
 
 from functools import cache
 from typing import Any
@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from vibroimpact import Regime, System, impact
 
+from .. import printed_impact as printed
 from ..parameters import paper_system
-from . import printed_impact as printed
 
 Table = NDArray[np.void]
 IMPACTS = 20_000
@@ -32,10 +32,8 @@ def impacts(
     random = np.random.default_rng(0)
     x1 = random.uniform(-within, within, size)
     v1, u = random.normal(size=size), random.uniform(0.05, 2.0, size)
-    cos = np.cos(x1) if contact == "oblique" else np.ones(size)
-    table = impact(
-        system(friction, law, contact, mass_ratio), x1=x1, v1=v1, v2=v1 * cos - u, steps=steps
-    )
+    made = system(friction, law, contact, mass_ratio)
+    table = impact(made, x1=x1, v1=v1, v2=v1 * made.slope(x1) - u, steps=steps)
     table.flags.writeable = False
     return table
 
@@ -61,6 +59,11 @@ def before(table: Table, friction: float, *, absolute: bool) -> printed.Before:
         friction=friction,
         absolute=absolute,
     )
+
+
+def states_before(hits: Table) -> NDArray[np.float64]:
+    """Return the states x1, v1, x2, v2 just before the impacts of a run, shape (n, 4)."""
+    return np.column_stack([hits[name] for name in ("x1", "v1_pre", "x2", "v2_pre")])
 
 
 def in_regime(table: Table, *regimes: Regime) -> Table:

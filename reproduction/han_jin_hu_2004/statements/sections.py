@@ -11,6 +11,7 @@ from vibroimpact import Run, simulate
 from ..claims import Verdict
 from ..parameters import INITIAL, KEEP, PERIODS, paper_system
 from .diagrams import MOTION
+from .samples import states_before
 from .statement import Finding, formula, stated
 
 # Points of a settled orbit differ by less, those of different places by more.
@@ -56,7 +57,7 @@ def sketch() -> Finding:
     system = paper_system(moment_amplitude=0.0).replace(gap=0.05)
     run = simulate(system, initial=(-0.3, 1.5, 0.4, -0.5), periods=20)
     hits = run.impacts
-    contact = float(np.abs(np.sin(hits["x1"]) - hits["x2"] - system.gap).max())
+    contact = float(np.abs(system.gap_function(states_before(hits))).max())
     energy = {
         side: 0.5 * (hits[f"v1_{side}"] ** 2 + (system.frequency_ratio * hits["x1"]) ** 2)
         + 0.5 * (hits[f"v2_{side}"] ** 2 + hits["x2"] ** 2) / system.mass_ratio
@@ -76,9 +77,9 @@ def impact_section() -> Finding:
     """Look where the motions are at the instants of their impacts."""
     off, count = 0.0, 0
     for run in (*settled_runs(), chaotic_run()):
-        x1, _, x2, _ = run.trajectory(run.impacts["time"]).T
-        off = max(off, float(np.abs(np.sin(x1) - x2 - run.system.gap).max()))
-        count += len(x1)
+        gaps = run.system.gap_function(run.trajectory(run.impacts["time"]))
+        off = max(off, float(np.abs(gaps).max()))
+        count += len(gaps)
     return formula(
         off,
         f"in sin x1 - x2 = delta at {count} impacts of the motions of Figs. 5, 6, 9",

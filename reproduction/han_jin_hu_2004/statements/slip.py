@@ -4,8 +4,8 @@ import numpy as np
 
 from vibroimpact import Regime
 
+from .. import printed_impact as printed
 from ..claims import Verdict
-from . import printed_impact as printed
 from .restitution_laws import (
     ENDING,
     FEW,

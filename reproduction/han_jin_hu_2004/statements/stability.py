@@ -9,9 +9,9 @@ from vibroimpact import Bifurcation, PeriodicMotion, follow_motion, periodic_mot
 
 from ..claims import Verdict
 from ..parameters import INITIAL, paper_system
+from ..printed_impact import coefficient_slopes, frictionless_coefficients
 from . import printed_motion as printed
 from .model import coefficients, damped_motions, unknowns
-from .printed_impact import coefficient_slopes
 from .printed_roots import apart, characteristic, roots
 from .statement import CLEAR, Finding, formula, mended, stated
 
@@ -53,9 +53,7 @@ def _exact_jacobian(motion: PeriodicMotion) -> np.ndarray:
     for k in range(4):
         y = _y(motion).astype(complex)
         y[k] += 1j * h
-        cos, m, r = np.cos(y[0]), system.mass_ratio, system.restitution
-        q = m + cos**2
-        moved = np.array([m - r * cos**2, (1 + r) * cos, (1 + r) * m * cos, cos**2 - r * m]) / q
+        moved = frictionless_coefficients(y[0], system.mass_ratio, system.restitution)
         columns.append(printed.residual_41(s, moved, system.gap, y).imag / h)
     return np.column_stack(columns)
 
@@ -81,9 +79,7 @@ def jacobian() -> Finding:
 def slopes() -> Finding:
     """Compare with complex steps."""
     x1, h, m, r = np.linspace(-1.5, 1.5, 301), 1e-30, 0.6, 0.8
-    cos = np.cos(x1 + 1j * h)
-    q = m + cos**2
-    exact = np.array([m - r * cos**2, (1 + r) * cos, (1 + r) * m * cos, cos**2 - r * m]) / q
+    exact = frictionless_coefficients(x1 + 1j * h, m, r)
     off = float(np.abs(coefficient_slopes(x1, m, r) - exact.imag / h).max())
     return formula(
         off,

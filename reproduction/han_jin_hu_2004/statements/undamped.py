@@ -23,7 +23,7 @@ from .statement import Finding, stated
 
 # A motion occurs easily if it does at more than this part of the frequencies.
 EASILY = 0.2
-# What is ubiquitous makes up more than this part.
+# "Ubiquitous" means more than this part.
 UBIQUITOUS = 0.5
 # Starts for "easily": the paper's and random ones.
 STARTS = 12
@@ -173,7 +173,7 @@ def uncertain() -> Finding:
             )
             start = np.array(motion.initial)
             off = _disturbed(system, by, random)
-            gap = float(np.sin(start[0]) - start[2] - off.gap)
+            gap = float(off.gap_function(start))
             tried[name] += 1
             if gap <= 0.0:
                 run = simulate(off, initial=start, periods=2000, keep=KEEP)

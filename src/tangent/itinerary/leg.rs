@@ -58,7 +58,7 @@ pub struct Signs {
 
 impl Signs {
     /// Of an impact without friction, which does not know them.
-    pub const NONE: Self = Self { direction: Sign::Unknown, side: Sign::Unknown };
+    pub(crate) const NONE: Self = Self { direction: Sign::Unknown, side: Sign::Unknown };
 
     /// Of an impact in this regime from these x1' and sin x1.
     #[must_use]

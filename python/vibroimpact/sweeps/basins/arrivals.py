@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..._core import CHATTER_TOLERANCE
 from ...arguments import (
     axis,
     count,
@@ -50,13 +51,13 @@ from .search import find_attractors, follow_all
 PENDING, COMPLETED, UNRESOLVED = (
     STATUS_NAMES.index(name) for name in ("pending", "completed", "unresolved")
 )
-# Drive periods that a cell takes as a rule, where it can arrive.
+# Drive periods that a cell usually takes, where it can arrive.
 _USUAL = 200
-# Sections by which a cell that has arrived nowhere is judged, as a rule.
+# Number of sections by which a cell that has not arrived is judged, unless given.
 USUAL_KEEP = 200
-# Cells that are followed at a time: what is kept of those that do not arrive is bounded.
+# Cells that are followed at a time; this limits the memory for those that do not arrive.
 _BLOCK = 8192
-# Cells left over that are searched for attractors in every round.
+# How many of the remaining cells are searched for attractors in every round.
 _SEARCHED = 32
 # Names of the stores of the passes.
 _PASSES = r"cells|round_\d+"
@@ -69,7 +70,7 @@ class ArrivalTask:
     Attributes
     ----------
     system, initial, follow, attractors
-        The system, its fixed coordinates, how cells are followed, and whereto.
+        The system, its fixed coordinates, how cells are followed, and the attractors known.
     plane
         The two coordinates that vary.
     left
@@ -100,7 +101,7 @@ class ArrivalTask:
         return min(self.follow.periods, _USUAL) if arrives else self.follow.periods
 
     def settings(self) -> dict[str, Any]:
-        """Return what the numbers depend on beside the grid."""
+        """Return all settings, apart from the grid, on which the numbers depend."""
         plane = {name: values.tolist() for name, values in self.plane.axes.items()}
         return {
             "system": self.system.to_dict(),
@@ -167,7 +168,7 @@ def basins(
     scouts: int = 1000,
     rounds: int = 2,
     max_events: int | None = None,
-    chatter_tolerance: float = 1e-12,
+    chatter_tolerance: float = CHATTER_TOLERANCE,
     progress: bool = False,
     workers: int | None = None,
     chunk: int | None = None,
@@ -187,14 +188,14 @@ def basins(
     system
         The system; drive_frequency > 0.
     initial
-        (x1, v1, x2, v2) at t = 0; the two that vary play no part.
+        (x1, v1, x2, v2) at t = 0; its values of the two that vary have no influence.
     periods, keep
         Drive periods for which a cell is followed at most, at first, and number of sections at the
         end by which it is judged if it has arrived nowhere: 200 by default, or all of fewer.
     scouts
         About so many cells, evenly spread, are searched for attractors beforehand.
     rounds
-        How often what is left over is followed again, each time for twice as long.
+        How often the remaining cells are followed again, each time for twice as long.
     max_events, chatter_tolerance
         As in ``simulate``.
     progress
@@ -302,8 +303,9 @@ class _Computation:
             done = np.count_nonzero(self.columns["status"] != PENDING)
             raise Interrupted(
                 f"interrupted while attractors were searched, after {done} of "
-                f"{task.plane.size} cells; .result holds them",
+                f"{task.plane.size} cells",
                 self.result(),
+                holds="them",
             ) from None
         self.task = dataclasses.replace(task, attractors=attractors)
 
@@ -315,7 +317,7 @@ class _Computation:
         compute(light, self._take, store=store_in(self.store, name), **self.options)
 
     def _take(self, columns: Columns) -> Basins:
-        """Put the columns of a pass in their places."""
+        """Copy the columns of a pass to the cells of the plane."""
         left = self.task.left
         for name, values in self.columns.items():
             found = columns[name].ravel()

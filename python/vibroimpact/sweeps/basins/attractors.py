@@ -1,4 +1,4 @@
-"""Attractors: what is known of them, and how a run is recognised to be on one.
+"""Attractors, and how a run is recognised to be on one of them.
 
 A stable periodic motion has a trapping region (`trapping`); one that never repeats has the cloud of
 its sections (`clouds`). Motions with a multiplier on the unit circle (free motion without damping,
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...interruption import interruptible
-from ...orbits.motion import PeriodicMotion
+from ...orbits.motion import PeriodicMotion, size_of
 from ...system import System
 from .clouds import INSIDE, Cloud
 from .free_motion import never_strike
@@ -22,12 +22,12 @@ from .region import Region, wrapped
 Array = NDArray[np.float64]
 Kind = Literal["periodic", "quasi-periodic", "chaotic", "family"]
 
-# Sections agree to this part of their size: one periodic orbit.
-SAME = 1e-6
+# Sections that agree to this part of their size belong to the same periodic orbit.
+_SAME = 1e-6
 
 
 class Family(StrEnum):
-    """Why the motions of a family are no attractors of their own."""
+    """Why the motions of a family are not separate attractors."""
 
     AT_REST = "at rest under friction: not isolated"
     NOT_ISOLATED = "a multiplier on the unit circle: not isolated"
@@ -37,7 +37,7 @@ class Family(StrEnum):
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Attractor:
-    """Where motions end up.
+    """An attractor, or a family of motions that are not isolated.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class Attractor:
     orbit
         m and n of a motion that has a period, n = -1 with complete chatter; else (0, 0).
     family
-        Of a family, why its motions are none of their own.
+        For a family: why its motions are not separate attractors.
     region
         Trapping region, of a confirmed periodic motion.
     cloud
@@ -91,12 +91,12 @@ class Attractor:
         return f"<Attractor {self.label}, {self.kind}, {verdict}>"
 
     def light(self) -> "Attractor":
-        """Return what is needed to recognise it, fit to be sent to other processes."""
+        """Return the attractor with only those parts that recognition in other processes needs."""
         sections = self.sections if self.kind == "periodic" else self.sections[:0]
         return replace(self, motion=None, sections=sections)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what recognising it depends on, fit for JSON."""
+        """Return everything on which recognition depends, as values for JSON."""
         region, cloud = self.region, self.cloud
         return {
             "label": self.label,
@@ -115,7 +115,7 @@ class Attractor:
         Parameters
         ----------
         tails
-            What is left of k runs.
+            The ends of k runs.
 
         Returns
         -------
@@ -130,7 +130,6 @@ class Attractor:
         if self.kind == "family":
             return _both(alike, tails.rested == (self.family is Family.AT_REST))
         m = len(self.sections)
-        size = max(1e-3, float(np.abs(self.sections).max()))
         last = tails.sections[:, -m:]
         if last.shape[1] < m:
             return np.zeros(len(last), dtype=bool)
@@ -140,7 +139,7 @@ class Attractor:
             )
             for k in range(m)
         ]
-        return _both(alike, np.min(off, axis=0) < SAME * size)
+        return _both(alike, np.min(off, axis=0) < _SAME * size_of(self.sections))
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +165,7 @@ class Tails:
 
     @property
     def aperiodic(self) -> NDArray[np.bool_]:
-        """Which have no period."""
+        """Which runs have no period."""
         return np.asarray(self.orbits[:, 0] == 0)
 
     def __len__(self) -> int:
@@ -184,7 +183,7 @@ def _both(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> NDArray[np.bool_]
 
 
 def same(new: Attractor, old: Attractor) -> bool:
-    """Whether two attractors are one."""
+    """Whether two attractors are the same."""
     if (new.kind, new.label) != (old.kind, old.label):
         return False
     if new.cloud is not None and old.cloud is not None:

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 # Boxes along the largest extent that are tried, finest first.
-DIVISIONS = (64, 48, 32, 24, 16, 12, 8, 6, 4)
+_DIVISIONS = (64, 48, 32, 24, 16, 12, 8, 6, 4)
 # Part of the second half that must find the first.
-COVERED = 0.99
+_COVERED = 0.99
 # Part of a run's sections that must lie in the cloud, for the run to be on the attractor.
 INSIDE = 0.95
 # A neighbour in every direction.
@@ -56,7 +56,7 @@ class Cloud:
         return found
 
     def digest(self) -> str:
-        """Return a number that tells clouds apart."""
+        """Return a checksum of the cloud."""
         parts = (self.low, self.width, self.boxes)
         return hashlib.sha256(b"".join(part.tobytes() for part in parts)).hexdigest()
 
@@ -68,18 +68,18 @@ class Cloud:
 def cloud_of(points: Array, *, rotor: bool = False) -> Cloud | None:
     """Return the cloud of section points in order of time, shape (k, 4).
 
-    None if even coarse boxes do not hold its second half: the run was too short, or drifts.
+    None if even coarse boxes do not contain its second half: the run was too short, or drifts.
     """
     points = _in_one_turn(points, rotor=rotor)
     half = len(points) // 2
     low, extent = points.min(axis=0), np.ptp(points, axis=0)
-    # A coordinate that hardly varies has boxes of a width that rounding does not leave.
+    # For a coordinate that hardly varies, boxes are wide against rounding.
     floor = 1e-9 * float(np.abs(points).max()) + 1e-300
-    for divisions in DIVISIONS:
+    for divisions in _DIVISIONS:
         width = np.maximum(extent / divisions, floor)
         first = Cloud(low, width, _visited(points[:half], low, width), 0.0, rotor)
         covered = float(first.inside(points[half:]).mean())
-        if covered >= COVERED:
+        if covered >= _COVERED:
             return Cloud(low, width, _visited(points, low, width), covered, rotor)
     return None
 
@@ -100,8 +100,8 @@ def _visited(points: Array, low: Array, width: Array) -> NDArray[np.int64]:
 
 def _numbers(places: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Number the boxes at whole-numbered places; False for those far away."""
-    base = 2 * DIVISIONS[0]
-    reach = DIVISIONS[0] // 2
+    base = 2 * _DIVISIONS[0]
+    reach = _DIVISIONS[0] // 2
     valid: NDArray[np.bool_] = np.all((places >= -reach) & (places < base - reach), axis=-1)
     shifted = np.where(valid[..., None], places + reach, 0).astype(np.int64)
     powers = base ** np.arange(4, dtype=np.int64)

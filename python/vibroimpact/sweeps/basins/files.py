@@ -50,7 +50,7 @@ def read_basins(path: str | os.PathLike[str]) -> Basins:
 
 
 def basins_from_parts(metadata: dict[str, Any], arrays: Arrays) -> Basins:
-    """Build basins from what an archive holds."""
+    """Build basins from the content of an archive."""
     system = System.from_dict(metadata["system"])
     settings = metadata["settings"]
     attractors = []
@@ -72,7 +72,7 @@ def basins_from_parts(metadata: dict[str, Any], arrays: Arrays) -> Basins:
 
 
 def _parts(attractor: Attractor) -> tuple[dict[str, Any], Arrays]:
-    """Return what is text or few numbers, and what is an array."""
+    """Return metadata (texts and few numbers), and arrays."""
     words = {
         name: getattr(attractor, name)
         for name in ("label", "kind", "start", "confirmed", "why_not", "orbit", "family", "rotor")

@@ -32,7 +32,8 @@ class UncertaintyExponent:
 
     A cell is uncertain at a distance of k cells if one of the cells k steps before and after it,
     along an axis, has another attractor; f is the mean over both axes. A smooth boundary has the
-    exponent 1; a fractal one of dimension D in the plane 2 - D; near 0 a finer start hardly helps.
+    exponent 1, a fractal one of dimension D in the plane 2 - D. With an exponent near 0 a more
+    precise start hardly helps.
 
     Attributes
     ----------
@@ -40,7 +41,7 @@ class UncertaintyExponent:
         Slope of ln f over ln k; NaN where fewer than two distances have uncertain cells.
     error
         Standard error: of the sample, from leaving out one sixteenth of the grid at a time, and of
-        the fit, from its residuals, both together. Cells finer than the grid are not seen.
+        the fit, from its residuals, both together. Structure finer than the grid is not included.
     dimension
         2 - exponent, the box dimension of the boundary.
     steps

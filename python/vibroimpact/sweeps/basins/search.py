@@ -1,7 +1,7 @@
-"""Where starts end up among known attractors, and the search for those that are not known.
+"""Which known attractors starts reach, and the search for unknown attractors.
 
 A run that settles on a periodic motion is refined by Newton's method, and a stable motion gets a
-trapping region. A run that neither repeats nor settles is carried on for a long time: it may be a
+trapping region. A run that neither repeats nor settles is continued for a long time: it may be a
 transient.
 """
 
@@ -27,21 +27,22 @@ from .trapping import arrive, largest_multiplier, trapping_region
 
 Array = NDArray[np.float64]
 
-# A multiplier this close to the unit circle is on it: central differences tell it no better.
-NEUTRAL = 1e-7
-# Drive periods for which a motion that does not repeat is carried on, and how many are looked at.
-LASTING, LOOKED_AT = 20_000, 8_000
-# More attractors than this are not told apart: there is a continuum of them.
-MOST = 64
+# A multiplier this close to the unit circle counts as on it: central differences are not more
+# accurate.
+_ON_UNIT_CIRCLE = 1e-7
+# Drive periods by which a motion that does not repeat is continued, and how many are used.
+_CONTINUED, _LOOKED_AT = 20_000, 8_000
+# With more attractors than this there is a continuum of them, and they are not distinguished.
+_MOST = 64
 # Starts that are followed at a time.
 BATCH = 64
-# Starts in a row whose motion cannot be told, after which no more are looked at.
-MOST_HOPELESS = 8
+# After so many starts in a row without a known motion the search ends.
+_MOST_HOPELESS = 8
 
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """Where n starts ended up among known attractors.
+    """The known attractors that n starts reached.
 
     Attributes
     ----------
@@ -104,7 +105,7 @@ def find_attractors(
 ) -> tuple[Attractor, ...]:
     """Find the attractors of some starts beyond those that are known.
 
-    Starts are looked at in their order, each that is on no attractor found so far. The result does
+    Starts are examined in their order, if they lead to no attractor found so far. The result does
     not depend on ``workers``.
 
     Parameters
@@ -135,7 +136,7 @@ def find_attractors(
             raise KeyboardInterrupt
         left, tails = ends.left, ends.tails
         while len(left):
-            if hopeless == MOST_HOPELESS or len(found) == MOST:
+            if hopeless == _MOST_HOPELESS or len(found) == _MOST:
                 return tuple(found)
             new = explore(system, batch[left[0]], follow, known=found, workers=workers)
             kept = np.arange(len(left)) > 0
@@ -157,7 +158,7 @@ def explore(
     known: Sequence[Attractor] = (),
     workers: int | None = None,
 ) -> Attractor | None:
-    """Say on what a start ends up: a known attractor, a new one, or None if it cannot be told."""
+    """Return the attractor of a start: a known one, a new one, or None if it is not decided."""
     run: Run = simulate(
         system,
         initial=start.tolist(),
@@ -172,7 +173,7 @@ def explore(
                 return None
             free = _attractor(run, **_family(Family.FREE), system=system)
             return _known_or(free, known)
-        run = run.resume(periods=LASTING, keep=LOOKED_AT)
+        run = run.resume(periods=_CONTINUED, keep=_LOOKED_AT)
     if run.stop_reason not in ("completed", "rest"):
         return None
     if run.period.m is not None:
@@ -202,7 +203,7 @@ def _family(why: Family) -> dict[str, Any]:
 
 
 def _known_or(new: Attractor, known: Sequence[Attractor]) -> Attractor:
-    """Return the known attractor that this is, or itself."""
+    """Return the known attractor that is the same as this one, or this one."""
     return next((old for old in known if same(new, old)), new)
 
 
@@ -234,7 +235,7 @@ def _periodic(
         region = trapping_region(run.system, motion.sections, follow, workers=workers)
         why_not = "" if region is not None else "no trapping region was confirmed"
         return replace(new, region=region, confirmed=region is not None, why_not=why_not)
-    if abs(largest_multiplier(run.system, sections, follow) - 1.0) <= NEUTRAL:
+    if abs(largest_multiplier(run.system, sections, follow) - 1.0) <= _ON_UNIT_CIRCLE:
         return _known_or(replace(new, **_family(Family.NOT_ISOLATED)), known)
     if isinstance(motion, PeriodicMotion):
         why = motion.why_not or f"unstable, |lambda| = {abs(motion.multipliers[0]):.6g}"

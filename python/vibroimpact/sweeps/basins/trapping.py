@@ -1,10 +1,10 @@
 """Trapping regions of periodic attractors, and where starts arrive.
 
 Around a section point c of a stable periodic motion the map F of m drive periods contracts in a
-norm |x|_P of its own, P = D + M^T P M/rho^2 with M = F'(c) and |lambda| < rho < 1. How far from c
-it still does is found out by simulation: a radius counts as confirmed if F brings every one of many
-random states within it nearer to c, by a fixed factor, with the motion's number of impacts in each
-drive period. Half of that radius is used.
+norm |x|_P of its own, P = D + M^T P M/rho^2 with M = F'(c) and |lambda| < rho < 1. The size of the
+region in which it contracts is found by simulation: a radius is confirmed if F brings every one of
+many random states within it nearer to c by a fixed factor, with the motion's number of impacts in
+each drive period. Half of that radius is used.
 """
 
 import math
@@ -22,17 +22,17 @@ from .region import Follow, Region, wrapped
 Array = NDArray[np.float64]
 
 # Random states that confirm a radius, and those that are tried first.
-SAMPLES, SCREENED = 1024, 64
+_SAMPLES, _SCREENED = 1024, 64
 # Drive periods per sample over all section points of one motion that are tried.
-MOST_PERIODS = 64
+_MOST_PERIODS = 64
 # Largest half extent of a region that is tried, as part of the motion's size, and the smallest.
-WIDEST, NARROWEST = 0.25, 1e-9
+_WIDEST, _NARROWEST = 0.25, 1e-9
 # Samples lie between this part of the radius and all of it.
-INNERMOST = 1e-3
+_INNERMOST = 1e-3
 # Step of the central differences, as part of the motion's size.
-STEP = 1e-6
+_STEP = 1e-6
 # Part of the confirmed radius that is used.
-USED = 0.5
+_USED = 0.5
 
 
 def arrive(
@@ -77,10 +77,10 @@ def trapping_region(
     size = _size(sections)
     m = len(sections)
     cycle = _Cycle(system, Follow(m, m, follow.max_events, follow.chatter_tolerance), workers)
-    tried = np.unique(np.linspace(0, m - 1, min(m, max(1, MOST_PERIODS // m))).round().astype(int))
+    tried = np.unique(np.linspace(0, m - 1, min(m, max(1, _MOST_PERIODS // m))).round().astype(int))
     found = [cycle.region(sections[place], size) for place in tried]
     regions = [region for region in found if region is not None]
-    # The widest: the smallest determinant. Motions of m = 1 have one alone.
+    # The widest region has the smallest determinant. Motions with m = 1 have only one.
     volume = [-float(np.linalg.slogdet(region.factor)[1]) for region in regions]
     return regions[int(np.argmax(volume))] if regions else None
 
@@ -94,7 +94,7 @@ def largest_multiplier(system: System, sections: Array, follow: Follow) -> float
 
 
 def _size(sections: Array) -> Array:
-    """Size of a motion along each coordinate; that of an equilibrium is a matter of choice."""
+    """Size of a motion along each coordinate; for an equilibrium the size is chosen."""
     largest = np.abs(sections).max(axis=0)
     size: Array = np.maximum(largest, max(0.1 * float(largest.max()), 0.01))
     return size
@@ -109,7 +109,7 @@ class _Cycle:
     workers: int | None
 
     def __call__(self, starts: Array) -> tuple[Array, NDArray[np.int64], NDArray[np.bool_]]:
-        """Return where starts come to, the impacts of each drive period, and which got there."""
+        """Return final states, the impacts of each drive period, and which starts got there."""
         arrivals = arrive(self.system, starts, [], self.follow, workers=self.workers)
         if arrivals.interrupted:
             raise KeyboardInterrupt
@@ -132,27 +132,27 @@ class _Cycle:
         factor: Array = np.asarray(np.linalg.cholesky(metric).T, dtype=np.float64)
         inverse: Array = np.asarray(np.linalg.inv(factor), dtype=np.float64)
         widest = float((np.sqrt((inverse @ inverse.T).diagonal()) / size).max())
-        radius = WIDEST / widest
+        radius = _WIDEST / widest
         slowest = 0.5 * (1.0 + rho)
         draw = np.random.default_rng(0)
-        while radius * widest > NARROWEST:
+        while radius * widest > _NARROWEST:
             if all(
                 self._contracts(center, inverse * radius, own[0], slowest, draw, count)
-                for count in (SCREENED, SAMPLES)
+                for count in (_SCREENED, _SAMPLES)
             ):
                 return Region(
                     center=center,
-                    factor=factor / (USED * radius),
+                    factor=factor / (_USED * radius),
                     counts=tuple(own[0].tolist()),
                     contraction=slowest,
-                    samples=SAMPLES,
+                    samples=_SAMPLES,
                 )
             radius *= 0.5
         return None
 
     def derivative(self, center: Array, size: Array) -> Array | None:
         """Derivative of the map by central differences, one-sided where the bodies overlap."""
-        steps = STEP * np.diag(size)
+        steps = _STEP * np.diag(size)
         starts = np.concatenate([center + steps, center - steps, center[None]])
         ends, _, possible = self(starts)
         starts[:8][~possible[:8]] = center
@@ -173,12 +173,12 @@ class _Cycle:
         """Whether random states of the ball come nearer with the motion's impacts."""
         direction = draw.standard_normal((number, 4))
         direction /= np.linalg.norm(direction, axis=1)[:, None]
-        # Half of them on the surface, where it is decided; the others at all scales.
-        scale = INNERMOST ** draw.random(number)
+        # Half of them are on the surface, which decides; the others have all scales.
+        scale = _INNERMOST ** draw.random(number)
         scale[::2] = 1.0
         offsets = scale[:, None] * direction
         ends, passed, possible = self(center + offsets @ ball.T)
-        # Where the bodies would overlap no start can be; a contact has them on one side.
+        # States in which the bodies overlap are no starts; near a contact they lie on one side.
         if np.count_nonzero(possible) < number // 4:
             return False
         off = wrapped(ends - center, rotor=self.system.is_rotor)

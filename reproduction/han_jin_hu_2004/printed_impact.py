@@ -1,11 +1,12 @@
 """The impact formulas of section 2 as they are printed, on arrays.
 
 (14) to (18) are given the sine as an argument: the printed formulas have sin theta_0, the corrected
-ones its absolute value (docs/theory.md, E1). Each is the outcome of one course of the slip, whether
-or not the impact takes it.
+ones its absolute value (docs/theory.md, E1). Each is the outcome of one sequence of slip; the
+impact may have another one.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +45,7 @@ class Before:
 
     @property
     def minus(self) -> Array:
-        """The same after slip has reversed."""
+        """Cosine minus the moment of friction, after slip has reversed."""
         return np.asarray(self.cos - self.friction * np.sign(self.v1) * self.sin)
 
 
@@ -97,8 +98,10 @@ def slipping(b: Before) -> Pair:
     return np.asarray(first), _second_body(b)
 
 
-def frictionless_coefficients(x1: Array, mass_ratio: float, r0: float) -> Array:
-    """r_1 to r_4 of (20), shape (4, ...)."""
+def frictionless_coefficients(
+    x1: NDArray[Any], mass_ratio: float | Array, r0: float | Array
+) -> NDArray[Any]:
+    """r_1 to r_4 of (20), shape (4, ...); complex if ``x1`` is."""
     cos, m = np.cos(x1), mass_ratio
     q = m + cos**2
     return np.asarray(
@@ -111,7 +114,7 @@ def frictionless_coefficients(x1: Array, mass_ratio: float, r0: float) -> Array:
     )
 
 
-def coefficient_slopes(x1: Array, mass_ratio: float, r: float) -> Array:
+def coefficient_slopes(x1: Array, mass_ratio: float | Array, r: float | Array) -> Array:
     """Derivatives of r_1 to r_4 by the angle, (44), shape (4, ...)."""
     cos, sin, m = np.cos(x1), np.sin(x1), mass_ratio
     q2 = (m + cos**2) ** 2

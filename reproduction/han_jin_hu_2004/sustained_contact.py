@@ -1,7 +1,7 @@
-"""Sustained contact in Fig. 7(c), which the paper's section 3 has no room for (docs/theory.md, E8).
+"""Sustained contact in Fig. 7(c), which the paper's section 3 does not have (docs/theory.md, E8).
 
 Its model is impacts and free flights. At low drive frequencies the impacts accumulate in every
-drive period, infinitely many in a finite time, and contact lasts after them (section 5).
+drive period, infinitely many in a finite time, and sustained contact follows (section 5).
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ FREQUENCIES = 161
 
 
 @dataclass(frozen=True)
-class LastingContact:
+class SustainedContact:
     """What the low frequencies of a diagram show.
 
     `edge` is the frequency up to which every motion of the grid, from the lowest on, is a 1-inf:
@@ -34,7 +34,7 @@ class LastingContact:
 
 def observe(
     transition: Transition, *, frequencies: int = FREQUENCIES, workers: int | None = None
-) -> LastingContact:
+) -> SustainedContact:
     """Simulate the low frequencies of a transition.
 
     Parameters
@@ -67,7 +67,7 @@ def observe(
         )
         for frequency in LOW_EXAMPLES
     ]
-    return LastingContact(grid, float(grid[first - 1]) if first else None, examples)
+    return SustainedContact(grid, float(grid[first - 1]) if first else None, examples)
 
 
 def contact_share(run: Run) -> float:
@@ -81,15 +81,15 @@ def chattering_periods(run: Run) -> int:
     return len(np.unique(run.contacts["period"][ends]))
 
 
-def evaluate(observed: LastingContact) -> Claim:
-    """Judge that impacts and free flights are all there is in Fig. 7(c).
+def evaluate(observed: SustainedContact) -> Claim:
+    """Judge the statement that Fig. 7(c) has only impacts and free flights.
 
     `refuted` if complete chatter happens in every kept period of every example, `reproduced` if
     nowhere on the grid and in no example, otherwise `open`.
 
     Parameters
     ----------
-    observed : LastingContact
+    observed : SustainedContact
         Of `observe`.
     """
     (transition,) = [item for item in TRANSITIONS if item.id == "7c"]
