@@ -2,8 +2,9 @@
 
 A result has numbers and imports nothing that computes or draws, but a user writes ``run.refine()``.
 Such a method gets its function from this table; the function is imported when it is called for the
-first time. The types in the signatures of such methods are in `verb_types`. `tests/python/test_architecture.py` checks that every entry leads to a function, and
-that no other module imports by name.
+first time. The types in the signatures of such methods are in `verb_types`.
+`tests/python/test_architecture.py` checks that every entry leads to a function, and that no other
+module imports by name.
 """
 
 from __future__ import annotations
