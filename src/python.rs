@@ -53,7 +53,7 @@ mod _core {
     use crate::analysis::{EvidenceKind, WhyUndecided};
     use crate::impact::{ImpactOutcome, RegimeKind};
     use crate::model::parameters::{Contact, ImpactLaw};
-    use crate::numerics::tolerance::DEFAULT_TOLERANCE;
+    use crate::simulate::tolerances::DEFAULT_TOLERANCE;
     use crate::simulate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
     use crate::tangent::border::{Border, BorderKind};
     use pyo3::prelude::*;
