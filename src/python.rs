@@ -53,8 +53,8 @@ mod _core {
     use crate::analysis::{EvidenceKind, WhyUndecided};
     use crate::impact::{ImpactOutcome, RegimeKind};
     use crate::model::parameters::{Contact, ImpactLaw};
-    use crate::simulate::tolerances::DEFAULT_TOLERANCE;
     use crate::simulate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
+    use crate::simulate::tolerances::DEFAULT_TOLERANCE;
     use crate::tangent::border::{Border, BorderKind};
     use pyo3::prelude::*;
     use pyo3::types::PyTuple;
