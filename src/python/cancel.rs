@@ -2,11 +2,11 @@
 //!
 //! Only Python's main thread sees signals, and only while it holds the interpreter. So the work goes to a
 //! thread of its own, without the interpreter, while the calling thread waits for it, looks for signals
-//! and reports progress.
+//! and reports progress. Starting a thread costs more than a short run: runs begin on the calling thread.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::mpsc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
@@ -15,6 +15,11 @@ use crate::numerics::cancel::CancelToken;
 
 /// Time between two looks for signals.
 const LOOK: Duration = Duration::from_millis(25);
+/// Work done on the calling thread before a thread is started for the rest: many times what that costs, and
+/// too short to be noticed after Ctrl-C.
+const FIRST_PART: Duration = Duration::from_millis(1);
+/// Asks between two looks at the clock in this part.
+const ASKS_PER_LOOK: u64 = 16;
 /// Asks that are left until the work behaves as after Ctrl-C, over calls; `u64::MAX` if it never does.
 static ASKS: AtomicU64 = AtomicU64::new(u64::MAX);
 
@@ -91,6 +96,29 @@ pub(super) fn interruptible<T: Send, E: Into<PyErr> + Send>(
         Some(error) if !error.is_instance_of::<PyKeyboardInterrupt>(py) => Err(error),
         _ => result.map(|done| (done, interrupted)).map_err(Into::into),
     }
+}
+
+/// Work that can be interrupted and go on: `proceed` does so until it has ended or the token is cancelled, and
+/// returns whether it has ended.
+pub(super) fn interruptible_later(
+    py: Python<'_>,
+    mut proceed: impl FnMut(&CancelToken) -> bool + Send,
+) -> PyResult<()> {
+    let mut first_part = || {
+        let begun = Instant::now();
+        while begun.elapsed() < FIRST_PART {
+            if proceed(&CancelToken::after(ASKS_PER_LOOK)) {
+                return true;
+            }
+        }
+        false
+    };
+    // Asks are counted on one token: then there is no first part.
+    let counted = ASKS.load(Relaxed) != u64::MAX;
+    if counted || !py.detach(&mut first_part) {
+        interruptible::<_, PyErr>(py, None, |cancel| Ok(proceed(cancel)))?;
+    }
+    Ok(())
 }
 
 /// Does the work on another thread, and looks now and then until it is done.
