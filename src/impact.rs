@@ -26,7 +26,7 @@ pub use regime::{Regime, RegimeKind};
 pub use crate::model::contact_coordinates::PreImpact;
 
 use self::laws::Law;
-use self::path::without_switch;
+use self::path::{Segment, without_switch};
 use self::regime::FirstSlip;
 use crate::model::contact_coordinates::ContactCoordinates;
 use crate::model::parameters::System;
@@ -123,12 +123,11 @@ pub fn resolve(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure
     if pre.has_no_room(system) {
         return Err(ImpactFailure::Jammed);
     }
-    let contact = pre.coordinates(system.mass_ratio, system.friction);
-    if system.law.is_coulomb() {
-        resolve_in_contact(&contact, system.restitution, &system.law)
-    } else {
-        paper::resolve(&contact, system.restitution)
+    if !system.law.is_coulomb() {
+        return paper::resolve(system, pre);
     }
+    let contact = pre.coordinates(system.mass_ratio, system.friction);
+    resolve_in_contact(&contact, system.restitution, &system.law)
 }
 
 /// The impact of two bodies in contact coordinates, under any law.
@@ -160,7 +159,8 @@ pub(crate) fn resolve_without_switch(
     let first = FirstSlip::new(contact);
     let slips = (contact.scale != 0.0) & (contact.slip != 0.0);
     let continues = slips & first.continues(contact, restitution) & !first.approach_grows();
-    let end = without_switch(contact, restitution, 1f64.copysign(contact.slip));
+    let segment = Segment::slip(contact, 1f64.copysign(contact.slip));
+    let end = without_switch(contact, restitution, &segment);
     (end, (contact.friction == 0.0) | continues)
 }
 

@@ -294,6 +294,14 @@ impl Simulation {
         self
     }
 
+    /// Goes on where it was interrupted, until this is cancelled.
+    pub(crate) fn proceed_with(&mut self, cancel: &CancelToken) {
+        self.cancel = cancel.clone();
+        if self.point.stopped == Some(StopReason::Interrupted) {
+            self.point.stopped = None;
+        }
+    }
+
     /// Cap on the number of events; the run then stops with [`StopReason::EventCap`].
     #[must_use]
     pub fn max_events(mut self, events: u64) -> Self {

@@ -3,21 +3,16 @@
 //! create energy (docs/theory.md, errata E1 to E3).
 
 use super::regime::Regime;
-use super::{Impact, ImpactFailure};
+use super::{Impact, ImpactFailure, PreImpact};
 use crate::impact::tolerances::PAPER_NOISE;
-use crate::model::contact_coordinates::ContactCoordinates;
+use crate::model::parameters::System;
 use crate::numerics::EPS;
 
 /// The literal law; the stored regime is the paper's own case.
-pub(super) fn resolve(
-    contact: &ContactCoordinates<f64>,
-    restitution: f64,
-) -> Result<Impact, ImpactFailure> {
-    // The pendulum's names: cos x1, r, mbar, x1', x2', sin x1, mu.
-    let (c, r, m) = (contact.coupling, restitution, contact.mobility);
-    let (th, x) = (contact.slip, contact.parting);
-    let (sin, friction) = (contact.scale, contact.friction);
-    let u = contact.approach_velocity();
+pub(super) fn resolve(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure> {
+    let &PreImpact { cos: c, sin, v1: th, v2: x } = pre;
+    let &System { restitution: r, mass_ratio: m, friction, .. } = system;
+    let u = pre.approach_velocity();
     let sign = if th == 0.0 { 0.0 } else { th.signum() };
     let (plus, minus) = (c + friction * sign * sin, c - friction * sign * sin);
     let b2 = m + c * plus; // (17a)

@@ -73,6 +73,13 @@ impl<T: Number> Exact<T> {
             + (self.rest - quotient * other.rest);
         Self { rounded, rest: rest / divisor }
     }
+
+    /// a x + b of this x, rounded once: twice is a bias.
+    #[inline(always)]
+    fn multiply_add(self, a: T, b: T) -> T {
+        let sum = Self::product_sum(a, self.rounded, b);
+        sum.rounded.with_value(sum.rounded.value() + a.value().mul_add(self.rest, sum.rest))
+    }
 }
 
 /// a b + c rounded once.
@@ -82,15 +89,21 @@ fn fused<T: Number>(a: T, b: T, c: T) -> T {
 }
 
 /// One law of motion along the impulse: dw = -k dP, dQ = t dP, work of friction mu |h| |w| dP.
-struct Segment<T> {
+pub(crate) struct Segment<T> {
     k: T,
     tangential: T,
     grip: f64,
 }
 
 impl<T: Number> Segment<T> {
+    /// Without friction.
     #[inline(always)]
-    fn slip(contact: &ContactCoordinates<T>, direction: f64) -> Self {
+    pub fn smooth(contact: &ContactCoordinates<T>) -> Self {
+        Self { k: contact.coupling, tangential: T::constant(0.0), grip: 0.0 }
+    }
+
+    #[inline(always)]
+    pub fn slip(contact: &ContactCoordinates<T>, direction: f64) -> Self {
         Self {
             k: contact.slip_rate(direction),
             tangential: contact.friction * (-direction * contact.side),
@@ -98,12 +111,14 @@ impl<T: Number> Segment<T> {
         }
     }
 
+    #[inline(always)]
     fn stick(contact: &ContactCoordinates<T>) -> Self {
         let tangential = contact.coupling / contact.scale;
         Self { k: T::constant(0.0), tangential, grip: 0.0 }
     }
 
     /// -du/dP.
+    #[inline(always)]
     fn slows(&self, contact: &ContactCoordinates<T>) -> T {
         fused(self.k, contact.coupling, contact.mobility)
     }
@@ -127,22 +142,30 @@ impl<T: Number> PathEnd<T> {
         }
     }
 
-    /// One segment; `stops`: up to w = 0.
+    /// One segment of this impulse, to w = 0.
     #[inline(always)]
-    fn step(
+    fn stop(&mut self, contact: &ContactCoordinates<T>, segment: &Segment<T>, impulse: T) {
+        let parting = fused(contact.mobility, impulse, self.parting);
+        self.reach(contact, segment, impulse, (T::constant(0.0), parting));
+    }
+
+    /// One segment of this impulse.
+    #[inline(always)]
+    fn step(&mut self, contact: &ContactCoordinates<T>, segment: &Segment<T>, impulse: T) {
+        let slip = fused(-segment.k, impulse, self.slip);
+        let parting = fused(contact.mobility, impulse, self.parting);
+        self.reach(contact, segment, impulse, (slip, parting));
+    }
+
+    /// One segment to these velocities.
+    #[inline(always)]
+    fn reach(
         &mut self,
         contact: &ContactCoordinates<T>,
         segment: &Segment<T>,
-        Exact { rounded: impulse, rest }: Exact<T>,
-        stops: bool,
+        impulse: T,
+        (slip, parting): (T, T),
     ) {
-        let changed = |v: T, k: T| {
-            // Rounded once: twice is a bias.
-            let Exact { rounded, rest: left } = Exact::product_sum(k, impulse, v);
-            rounded.with_value(rounded.value() + k.value().mul_add(rest, left))
-        };
-        let slip = if stops { T::constant(0.0) } else { changed(self.slip, -segment.k) };
-        let parting = changed(self.parting, contact.mobility);
         let u = slip * contact.coupling - parting;
         // Straight segments: the trapezoidal rule is exact. u dP is what restitution takes in
         // approach and gives back after, mu |h| |w| dP the work of friction.
@@ -162,9 +185,8 @@ impl<T: Number> PathEnd<T> {
 pub(crate) fn without_switch<T: Number>(
     contact: &ContactCoordinates<T>,
     restitution: T,
-    direction: f64,
+    segment: &Segment<T>,
 ) -> PathEnd<T> {
-    let segment = Segment::slip(contact, direction);
     // 1 + r and mobility + k b/h with what rounding leaves out of them: constant where the contact does
     // not turn, it would drain energy from every impact alike.
     let slowing = Exact::product_sum(segment.k, contact.coupling, contact.mobility);
@@ -173,8 +195,11 @@ pub(crate) fn without_switch<T: Number>(
         (T::constant(1.0) + restitution) * approach.rounded,
         DoubleDouble::sum(1.0, restitution.value()) * approach.exact(),
     );
+    let impulse = whole.over(slowing);
     let mut path = PathEnd::start(contact);
-    path.step(contact, &segment, whole.over(slowing), false);
+    let slip = impulse.multiply_add(-segment.k, contact.slip);
+    let parting = impulse.multiply_add(contact.mobility, contact.parting);
+    path.reach(contact, segment, impulse.rounded, (slip, parting));
     path.energy_loss = path.energy_loss.max(0.0);
     // -r u is exact; the difference of the velocities has rounding.
     path.separation_velocity = -(restitution * path.approach_velocity);
@@ -197,10 +222,9 @@ fn with_switch<T: Number>(
     let (slows_before, slows_after) = (first.slows(contact), second.slows(contact));
     let mut path = PathEnd::start(contact);
     let u = path.approach_velocity;
-    path.step(contact, &first, Exact { rounded: switch, rest: 0.0 }, true);
+    path.stop(contact, &first, switch);
     let mobile = contact.mobility.value() > 0.0;
-    // w = 0 at P*: u = -v there.
-    let velocity = -fused(contact.mobility, switch, contact.parting);
+    let velocity = path.separation_velocity;
     let impulse_approach = match (in_approach, sticks) {
         (false, _) => u / slows_before,
         (true, false) => switch - (contact.parting + contact.mobility * switch) / slows_after,
@@ -226,10 +250,14 @@ fn with_switch<T: Number>(
         in_approach,
         sticks_mobile: sticks && mobile,
     });
-    path.step(contact, &second, Exact { rounded: end.impulse, rest: 0.0 }, sticks);
-    if let (true, Some(separation)) = (sticks, end.separation) {
-        // u = -v in stick: exact too, also where r = 0 ends in rest.
-        path.parting = -separation;
+    if sticks {
+        path.stop(contact, &second, end.impulse);
+        if let Some(separation) = end.separation {
+            // u = -v in stick: exact too, also where r = 0 ends in rest.
+            path.parting = -separation;
+        }
+    } else {
+        path.step(contact, &second, end.impulse);
     }
     path.separation_velocity = match end.separation {
         Some(separation) => separation,
@@ -256,8 +284,10 @@ pub(crate) fn follow<T: Number>(
     switch: T,
 ) -> PathEnd<T> {
     match kind {
-        RegimeKind::Frictionless => without_switch(&contact.smooth(), restitution, 1.0),
-        RegimeKind::Slip => without_switch(contact, restitution, direction),
+        RegimeKind::Frictionless => without_switch(contact, restitution, &Segment::smooth(contact)),
+        RegimeKind::Slip => {
+            without_switch(contact, restitution, &Segment::slip(contact, direction))
+        }
         _ => with_switch(contact, (restitution, law), kind, direction, switch),
     }
 }

@@ -79,6 +79,11 @@ impl RegimeKind {
         Self::StickInRestitution,
     ];
 
+    /// Whether slip ends or reverses, at an impulse P*.
+    pub(crate) fn has_switch(self) -> bool {
+        !matches!(self, Self::Frictionless | Self::Slip)
+    }
+
     /// Whether slip ends in stick.
     #[must_use]
     pub(crate) fn sticks(self) -> bool {

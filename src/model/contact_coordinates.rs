@@ -109,12 +109,6 @@ impl<T: Number> ContactCoordinates<T> {
     pub(crate) fn slip_rate(&self, direction: f64) -> T {
         self.coupling + self.grip() * direction
     }
-
-    /// The same contact without friction.
-    #[inline(always)]
-    pub(crate) fn smooth(&self) -> Self {
-        Self { friction: T::constant(0.0), ..*self }
-    }
 }
 
 impl ContactCoordinates<f64> {

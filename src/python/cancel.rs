@@ -2,11 +2,12 @@
 //!
 //! Only Python's main thread receives signals, and only while it holds the interpreter. So the work
 //! runs on another thread, without the interpreter, while the calling thread waits for it, checks for
-//! signals and reports progress.
+//! signals and reports progress. The start of a thread costs more than a short run, so a run begins on the
+//! calling thread.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::mpsc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
@@ -15,6 +16,11 @@ use crate::numerics::cancel::CancelToken;
 
 /// Time between two checks for signals.
 const LOOK: Duration = Duration::from_millis(25);
+/// Time of work on the calling thread before a thread is started for the rest: many times what the start
+/// costs, and too short to be noticed after Ctrl-C.
+const FIRST_PART: Duration = Duration::from_millis(1);
+/// Reads of the token between two readings of the clock in this part.
+const READS_PER_LOOK: u64 = 16;
 /// Number of reads of the token, over several calls, until it counts as cancelled; `u64::MAX`: never.
 static ASKS: AtomicU64 = AtomicU64::new(u64::MAX);
 
@@ -96,6 +102,29 @@ pub(super) fn interruptible<T: Send, E: Into<PyErr> + Send>(
         Some(error) if !error.is_instance_of::<PyKeyboardInterrupt>(py) => Err(error),
         _ => result.map(|done| (done, interrupted)).map_err(Into::into),
     }
+}
+
+/// Work that can be interrupted and go on: `proceed` does so until it has ended or the token is cancelled, and
+/// returns whether it has ended.
+pub(super) fn interruptible_later(
+    py: Python<'_>,
+    mut proceed: impl FnMut(&CancelToken) -> bool + Send,
+) -> PyResult<()> {
+    let mut first_part = || {
+        let begun = Instant::now();
+        while begun.elapsed() < FIRST_PART {
+            if proceed(&CancelToken::after(READS_PER_LOOK)) {
+                return true;
+            }
+        }
+        false
+    };
+    // A test counts the reads of one token: then there is no first part.
+    let counted = ASKS.load(Relaxed) != u64::MAX;
+    if counted || !py.detach(&mut first_part) {
+        interruptible::<_, PyErr>(py, None, |cancel| Ok(proceed(cancel)))?;
+    }
+    Ok(())
 }
 
 /// Does the work on another thread, and calls `look` at intervals until it is done.

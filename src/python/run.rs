@@ -7,7 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::arrays;
-use super::cancel::interruptible;
+use super::cancel::{interruptible, interruptible_later};
 use super::enums::Member;
 use super::system::PySystem;
 use crate::analysis::period::{EvidenceKind, ImpactCount, PeriodReport, WhyUndecided};
@@ -17,7 +17,7 @@ use crate::model::error::ParameterError;
 use crate::model::state::State;
 use crate::simulate::Horizon;
 use crate::simulate::event::StopReason;
-use crate::simulate::run::{EnergyAudit, FinalState, Run, RunError, RunOptions, run};
+use crate::simulate::run::{Collection, EnergyAudit, FinalState, Run, RunError, RunOptions};
 use crate::simulate::tolerances::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 
 /// State at the end of a run.
@@ -274,7 +274,7 @@ impl PyRun {
             max_events: max_events.unwrap_or(self.0.options.max_events),
             ..self.0.options
         };
-        Ok(Self(interruptible(py, None, |cancel| self.0.resume(options, cancel))?.0))
+        make(py, self.0.begin_resuming(options)?)
     }
 
     /// Everything but the arrays, as JSON with exact numbers.
@@ -364,10 +364,13 @@ pub(super) fn simulate(
 ) -> PyResult<PyRun> {
     let horizon = horizon(periods, time)?;
     let options = RunOptions { horizon, keep, max_events, chatter_tolerance, section_phase };
-    options.check(&system.0)?;
-    let initial = to_state(initial)?;
-    let system = system.0;
-    Ok(PyRun(interruptible(py, None, move |cancel| run(&system, initial, options, cancel))?.0))
+    make(py, Collection::begin(&system.0, to_state(initial)?, options)?)
+}
+
+/// Makes a run.
+fn make(py: Python<'_>, mut collection: Collection) -> PyResult<PyRun> {
+    interruptible_later(py, |cancel| collection.proceed(cancel))?;
+    Ok(PyRun(collection.into_run()?))
 }
 
 /// One run per initial state, in parallel, and whether Ctrl-C ended the work.

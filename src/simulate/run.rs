@@ -151,8 +151,9 @@ pub fn run(
     options: RunOptions,
     cancel: &CancelToken,
 ) -> Result<Run, RunError> {
-    options.check(system)?;
-    Collection::new(system, initial, options, cancel)?.into_run()
+    let mut collection = Collection::begin(system, initial, options)?;
+    collection.proceed(cancel);
+    collection.into_run()
 }
 
 /// Makes runs, at most so many at a time: `next` gives their systems and starts, `done` gets each with
@@ -179,7 +180,7 @@ pub(crate) fn run_together(
 }
 
 /// A run in the making.
-struct Collection {
+pub(crate) struct Collection {
     system: System,
     options: RunOptions,
     window: Clock,
@@ -217,6 +218,23 @@ impl Job for Collection {
 }
 
 impl Collection {
+    /// A run of which nothing is made yet.
+    ///
+    /// # Errors
+    /// [`RunError`]: a bad option or start.
+    pub fn begin(system: &System, initial: State, options: RunOptions) -> Result<Self, RunError> {
+        options.check(system)?;
+        Ok(Self::new(system, initial, options, &CancelToken::never())?)
+    }
+
+    /// Goes on until the run ends or `cancel` interrupts it, also after an interruption. Returns whether it
+    /// has ended.
+    pub fn proceed(&mut self, cancel: &CancelToken) -> bool {
+        self.simulation.proceed_with(cancel);
+        self.finish();
+        self.end.is_none_or(|end| end.reason != StopReason::Interrupted)
+    }
+
     fn new(
         system: &System,
         initial: State,
@@ -273,7 +291,7 @@ impl Collection {
     }
 
     /// Goes on to the end, and makes the run of what was kept.
-    fn into_run(mut self) -> Result<Run, RunError> {
+    pub fn into_run(mut self) -> Result<Run, RunError> {
         self.finish();
         let failure = self.failure.take();
         let Self { system, options, window, first_section, simulation, collector, .. } = self;
@@ -323,6 +341,13 @@ impl Run {
     /// # Errors
     /// [`RunError`]: bad options, a run that ended for good, or a failed computation.
     pub fn resume(&self, options: RunOptions, cancel: &CancelToken) -> Result<Run, RunError> {
+        let mut collection = self.begin_resuming(options)?;
+        collection.proceed(cancel);
+        collection.into_run()
+    }
+
+    /// The continuation, of which nothing is made yet.
+    pub(crate) fn begin_resuming(&self, options: RunOptions) -> Result<Collection, RunError> {
         options.check(&self.system)?;
         let resumable = matches!(
             self.stop_reason,
@@ -336,7 +361,7 @@ impl Run {
             let allowed = "a run that completed, was interrupted or met a cap";
             return Err(ParameterError::new("stop_reason", self.stop_reason.name(), allowed).into());
         }
-        let simulation = self.resumed().until(options.horizon).cancel_with(cancel);
+        let simulation = self.resumed().until(options.horizon);
         let here = self.final_state.clock;
         if simulation.horizon_clock() < here {
             let value = format!("{:?}", options.horizon);
@@ -344,7 +369,7 @@ impl Run {
         }
         let kept = Clock::new(options.window(), 0.0);
         let window = if options.keep.is_some() && kept > here { kept } else { here };
-        Collection::of(simulation, &self.system, options, window).into_run()
+        Ok(Collection::of(simulation, &self.system, options, window))
     }
 
     /// The simulation at the end of the run, ready to go on. The caps on events count from there.
@@ -360,5 +385,47 @@ impl Run {
     #[must_use]
     pub fn kept_from(&self) -> f64 {
         FreeMotion::new(&self.system).drive.time(self.window)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Collection, RunOptions, run};
+    use crate::model::parameters::System;
+    use crate::model::state::State;
+    use crate::numerics::cancel::CancelToken;
+
+    #[test]
+    fn a_run_made_in_parts_is_the_run_made_at_once() {
+        let start = State { x1: 0.0, v1: 0.5, x2: 0.0, v2: 0.0 };
+        // A motion that repeats exactly and is copied; friction; chatter with sustained contact.
+        for (drive_frequency, friction, damping) in
+            [(1.8, 0.0, 0.0), (2.55, 0.4, 0.01), (0.25, 0.0, 0.1)]
+        {
+            let system = System::builder()
+                .mass_ratio(0.6)
+                .frequency_ratio(2.0)
+                .restitution(0.8)
+                .gap(0.5)
+                .drive_frequency(drive_frequency)
+                .moment_amplitude(1.0)
+                .pendulum_damping(damping)
+                .oscillator_damping(damping)
+                .force_amplitude(15.0 * damping)
+                .friction(friction)
+                .build()
+                .unwrap();
+            let options = RunOptions::periods(400).keep(300);
+            let whole = run(&system, start, options, &CancelToken::never()).unwrap();
+            for asks in [2, 3, 16] {
+                let mut collection = Collection::begin(&system, start, options).unwrap();
+                let mut parts = 1;
+                while !collection.proceed(&CancelToken::after(asks)) {
+                    parts += 1;
+                }
+                assert!(parts > 10, "{parts}");
+                assert_eq!(collection.into_run().unwrap(), whole);
+            }
+        }
     }
 }

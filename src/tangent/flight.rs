@@ -13,7 +13,7 @@
 //! lines for every damping and at resonance, exact to rounding.
 
 use super::{Dual, DualState, Model, Moment};
-use crate::flight::{BodyFlight, Oscillator, Trig};
+use crate::flight::{BodyFlight, Oscillator, Trig, Turn};
 use crate::model::oblique::Body;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
@@ -26,15 +26,28 @@ const MOST_PANELS: f64 = 10_000.0;
 
 /// State after time `s` of free flight from `moment`.
 pub(crate) fn fly(model: &Model, state: &DualState, moment: &Moment, s: Dual) -> DualState {
-    let p = &model.parameters;
+    let (p, motion) = (&model.parameters, &model.motion);
+    let (start, angle) = model.phase(moment);
+    let turn = motion.drive.turned_far(start, DoubleDouble::new(s.value));
+    let forcing = Forcing { start, angle, turn };
     let (x1, v1) =
-        fly_body(model, &model.motion.pendulum, &p.pendulum(), (state.x1, state.v1), moment, s);
+        fly_body(model, &motion.pendulum, &p.pendulum(), (state.x1, state.v1), &forcing, s);
     let (x2, v2) = if model.wall_at_rest {
         (Dual::constant(0.0), Dual::constant(0.0))
     } else {
-        fly_body(model, &model.motion.oscillator, &p.oscillator(), (state.x2, state.v2), moment, s)
+        fly_body(model, &motion.oscillator, &p.oscillator(), (state.x2, state.v2), &forcing, s)
     };
     DualState { x1, v1, x2, v2 }
+}
+
+/// The forcing during a flight.
+struct Forcing {
+    /// Phase at the start.
+    start: Trig,
+    /// The same as an angle, with derivatives.
+    angle: Dual,
+    /// From the start to the end.
+    turn: Turn,
 }
 
 fn fly_body(
@@ -42,15 +55,13 @@ fn fly_body(
     oscillator: &Oscillator,
     body: &Body<Dual>,
     (x, v): (Dual, Dual),
-    moment: &Moment,
+    &Forcing { start, angle, ref turn }: &Forcing,
     s: Dual,
 ) -> (Dual, Dual) {
     let drive = &model.motion.drive;
-    let (start, angle) = model.phase(moment);
     let elapsed = DoubleDouble::new(s.value);
-    let turn = drive.turned_far(start, elapsed);
     let flight = oscillator.flight(x.value, v.value, start);
-    let (end, rate) = oscillator.after(&flight, x.value, elapsed, &turn);
+    let (end, rate) = oscillator.after(&flight, x.value, elapsed, turn);
     let values = values(body);
     let acceleration = values.acceleration(end, rate, turn.phase.cos);
     let [[xx, xv], [vx, vv]] = oscillator.transition(elapsed);

@@ -28,7 +28,11 @@ pub(crate) fn strike(model: &Model, pre: &DualState, kind: RegimeKind, signs: Si
     let Angle { sin, cos } = model.angle(pre.x1);
     let contact =
         ContactCoordinates::at_tip((sin, cos), (pre.v1, pre.v2), p.mass_ratio, p.friction, side);
-    let switch = contact.slip / contact.slip_rate(direction);
+    let switch = if kind.has_switch() {
+        contact.slip / contact.slip_rate(direction)
+    } else {
+        Dual::constant(0.0)
+    };
     let end = follow(&contact, (p.restitution, law), kind, direction, switch);
     let mut borders = Vec::new();
     let mut border = |border, value: Dual| borders.push(BorderValue { border, value: value.value });
