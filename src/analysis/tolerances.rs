@@ -6,8 +6,9 @@ pub const SHORTEST_MEASURED: f64 = 1e-300;
 /// Step, as an angle of the fastest motion, at which a flight is sampled for maxima of the gap.
 pub const HUMP_ANGLE: f64 = 0.25;
 
-/// A maximum of the gap this close to the end of a flight, as a part of a local flight,
+/// Part of a local flight: a maximum of the gap this close to the end of a flight is at the end.
 pub const END_OF_FLIGHT: f64 = 1e-6;
 
-/// and this close to zero is the contact that ends it: a flat top is known to the root of rounding.
+/// A maximum at the end that is this close to zero is the contact that ends the flight: the place of a
+/// flat top is known to the root of rounding.
 pub const END_LEVEL: f64 = 1e-12;

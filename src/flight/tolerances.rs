@@ -18,10 +18,10 @@ pub const LEAST_DAMPING: f64 = 1e-100;
 /// Spread of the exponents times time below which divided differences are summed as series.
 pub const SERIES_SPREAD: f64 = 1.0;
 
-/// Below this angle of the fastest of free motion, decay and drive, a flight is summed as a
-/// Taylor series,
+/// A flight over a smaller angle of the fastest of free motion, decay and drive is summed as a
+/// Taylor series.
 pub const SHORT_ANGLE: f64 = 1.0 / 4.0;
 
-/// of the order that belongs to the first of these parts of `SHORT_ANGLE` which it stays below: the next
-/// term is then below angle^order/order! = 5e-20 of the first.
+/// Orders of that series: the first pair whose part of [`SHORT_ANGLE`] is larger than the angle names
+/// the order. The next term is then below angle^order/order! = 5e-20 of the first.
 pub const SHORT_ORDERS: [(f64, usize); 4] = [(0.007, 6), (0.057, 8), (0.2, 10), (1.0, 14)];

@@ -12,7 +12,7 @@ use crate::model::angle::Angle;
 use crate::model::contact_coordinates::{ContactCoordinates, PreImpact};
 use crate::model::parameters::{Contact, Parameters, System};
 use crate::model::state::State;
-use crate::model::tolerances::WALL_SLOPE;
+use crate::model::tolerances::{LAST_IMPULSES, WALL_SLOPE};
 use crate::numerics::dual::Number;
 
 /// One body between contacts: x'' = f cos psi - 2 zeta w x' - w^2 x.
@@ -223,7 +223,7 @@ impl System {
         let at = self.tip_contact(&state);
         let k = at.slip_rate(if at.slip == 0.0 { 0.0 } else { at.slip.signum() });
         let change = k * at.approach_velocity() / (at.mobility + k * at.coupling);
-        let small = change.abs() <= 1e-3 * state.v1.abs();
+        let small = change.abs() <= LAST_IMPULSES * state.v1.abs();
         let v1 = if !self.is_wall() && small { state.v1 - change } else { state.v1 };
         State { v1, v2: v1 * slope, ..state }
     }

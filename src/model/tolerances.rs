@@ -18,3 +18,7 @@ pub const DEAD_CENTRE: f64 = 64.0 * EPS;
 /// With |cos x1| above this, x1 follows a wall (mbar = 0) on the contact; below, where x1 would
 /// magnify the wall's rounding, the wall is moved by rounding instead.
 pub const WALL_SLOPE: f64 = 0.1;
+
+/// A landing changes x1' only by less than this part: what the impulses of bounces at rounding level
+/// have left. More is no rounding, and belongs to body 2.
+pub const LAST_IMPULSES: f64 = 1e-3;

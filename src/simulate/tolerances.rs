@@ -15,11 +15,11 @@ pub const STANDSTILL_EVENTS: u32 = 8;
 /// Progress in time below this part of a local flight is hardly any.
 pub const STANDSTILL_TIME: f64 = 1e-3;
 
-/// After so many such moves in a row,
+/// Moves of time in a row after which a move below [`SHORTEST_MOVE`] ends the run as stalled.
 pub const MOST_MOVES: u32 = 4096;
 
-/// one below this part of a local flight shows that they do not end: a gap whose derivatives are so
-/// large, beside bodies so far away, has no digits in which the modes could differ.
+/// Part of a local flight: shorter moves do not end. The derivatives of the gap are then so large, and
+/// the bodies so far away, that no digits are left in which the modes could differ.
 pub const SHORTEST_MOVE: f64 = 1e-12;
 
 /// Default tolerance where something is approximated (completion of chatter): absolute, in time
