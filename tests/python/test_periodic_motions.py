@@ -163,7 +163,7 @@ def test_wide_parameters_are_answered():
         return 10.0 ** random.uniform(-4.0, 1.5)
 
     solutions = 0
-    for _ in range(sizes.either(12, 80)):
+    for _ in range(sizes.either(15, 80)):
         system = random_system(
             random,
             mass_ratio=size(),
