@@ -1,5 +1,5 @@
-//! Sweeps do several simulations in lockstep, one in each lane of the vector registers; what comes of a
-//! system must be, to the last bit, what it gives by itself, whoever travels with it.
+//! Sweeps do several simulations in lockstep, one in each lane of the vector registers; what comes
+//! of a system must be, to the last bit, what it gives by itself, whoever travels with it.
 
 mod draw;
 
@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use draw::{DRIVEN, Drawer, Family, Place, Traveller};
 use rayon::prelude::*;
-use vibroimpact::analysis::basin::{Arrival, Fate, Target, arrive};
+use vibroimpact::analysis::basin::{Arrival, ArrivalStatus, Target, arrive};
 use vibroimpact::impact::PreImpact;
 use vibroimpact::{
     CancelToken, Cell, Contact, Horizon, ImpactLaw, PointStatus, Run, RunError, RunOptions, State,
@@ -169,8 +169,8 @@ fn caps_and_sections_fall_where_they_do_alone() {
     }
 }
 
-/// The first cell decides about the geometry of a company; the others go by themselves. One that overlaps,
-/// and one that leaves the range of numbers, leave their lanes to others.
+/// The first cell decides about the geometry of a company; the others go by themselves. One that
+/// overlaps, and one that leaves the range of numbers, leave their lanes to others.
 #[test]
 fn a_company_takes_what_comes() {
     let mut drawer = Drawer::new(4);
@@ -218,7 +218,8 @@ fn a_company_takes_what_comes() {
     }
 }
 
-/// Runs keep more than a point of a sweep does: times of all events, evaluations of the gap, where to go on.
+/// Runs keep more than a point of a sweep does: times of all events, evaluations of the gap, where
+/// to go on.
 #[test]
 fn runs_and_basins_from_many_starts_are_the_single_ones() {
     const STARTS: usize = 21;
@@ -265,16 +266,19 @@ fn runs_and_basins_from_many_starts_are_the_single_ones() {
             &AtomicUsize::new(0),
         );
         assert!(format!("{:?}", all.unwrap()) == format!("{singles:?}"), "{first:?}");
-        let fates = singles.iter().map(|arrival| arrival.fate);
-        arrived += fates.clone().filter(|fate| matches!(fate, Fate::Arrived { .. })).count();
-        overlap += fates.filter(|&fate| fate == Fate::Overlap).count();
+        let statuses = singles.iter().map(|arrival| arrival.status);
+        arrived += statuses
+            .clone()
+            .filter(|status| matches!(status, ArrivalStatus::Arrived { .. }))
+            .count();
+        overlap += statuses.filter(|&status| status == ArrivalStatus::Overlap).count();
     }
     println!("{impacts} {arrived} {overlap}");
     assert!(impacts > 500 && arrived > 100 && overlap > 50);
 }
 
-/// Runs that never end, but are within each other's reach by the bounds of their amplitudes, take all lanes
-/// sooner or later: only those before them come to an end.
+/// Runs that never end, but are within each other's reach by the bounds of their amplitudes, take
+/// all lanes sooner or later: only those before them come to an end.
 #[test]
 fn a_sweep_that_is_cancelled_has_no_wrong_points() {
     let mut drawer = Drawer::new(5);

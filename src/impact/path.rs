@@ -33,16 +33,16 @@ pub(crate) struct PathEnd<T> {
 }
 
 impl PathEnd<f64> {
-    /// Whether velocities, impulse and energy are numbers: energies are squares, and the first to leave
-    /// the range of floats.
+    /// Whether velocities, impulse and energy are numbers: energies are squares, and the first to
+    /// leave the range of floats.
     #[inline(always)]
     pub(crate) fn is_finite(&self) -> bool {
         (self.slip + self.parting + self.impulse_normal + self.energy_loss).is_finite()
     }
 }
 
-/// A sum or product, and what its rounding left out: a rounded impulse would cost the velocities one
-/// unit of *its* last place. The rest is too small for its derivatives to matter.
+/// A sum or product, and what its rounding left out: a rounded impulse would cost the velocities
+/// one unit of *its* last place. The rest is too small for its derivatives to matter.
 #[derive(Clone, Copy)]
 struct Exact<T> {
     rounded: T,
@@ -179,16 +179,16 @@ impl<T: Number> PathEnd<T> {
     }
 }
 
-/// The path of an impact whose slip keeps its direction, or that has no friction: all laws agree there,
-/// and none gains energy.
+/// The path of an impact whose slip keeps its direction, or that has no friction: all laws agree
+/// there, and none gains energy.
 #[inline(always)]
 pub(crate) fn without_switch<T: Number>(
     contact: &ContactCoordinates<T>,
     restitution: T,
     segment: &Segment<T>,
 ) -> PathEnd<T> {
-    // 1 + r and mobility + k b/h with what rounding leaves out of them: constant where the contact does
-    // not turn, it would drain energy from every impact alike.
+    // 1 + r and mobility + k b/h with what rounding leaves out of them: constant where the contact
+    // does not turn, it would drain energy from every impact alike.
     let slowing = Exact::product_sum(segment.k, contact.coupling, contact.mobility);
     let approach = Exact::product_sum(contact.slip, contact.coupling, -contact.parting);
     let whole = Exact::of(
@@ -207,8 +207,8 @@ pub(crate) fn without_switch<T: Number>(
     path
 }
 
-/// The path of an impact whose slip ends at the impulse `switch`: approach to u = 0 at P_I, restitution
-/// to where the law ends it.
+/// The path of an impact whose slip ends at the impulse `switch`: approach to u = 0 at P_I,
+/// restitution to where the law ends it.
 fn with_switch<T: Number>(
     contact: &ContactCoordinates<T>,
     (restitution, law): (T, &impl Law),
@@ -273,8 +273,8 @@ fn with_switch<T: Number>(
     path
 }
 
-/// The path in a given regime, with slip in this direction at first; `switch` is P*, if the regime has
-/// one.
+/// The path in a given regime, with slip in this direction at first; `switch` is P*, if the regime
+/// has one.
 #[inline(always)]
 pub(crate) fn follow<T: Number>(
     contact: &ContactCoordinates<T>,

@@ -1,8 +1,9 @@
 //! The one bridge from Ctrl-C to the core's cancellation token.
 //!
-//! Only Python's main thread sees signals, and only while it holds the interpreter. So the work goes to a
-//! thread of its own, without the interpreter, while the calling thread waits for it, looks for signals
-//! and reports progress. Starting a thread costs more than a short run: runs begin on the calling thread.
+//! Only Python's main thread sees signals, and only while it holds the interpreter. So the work
+//! goes to a thread of its own, without the interpreter, while the calling thread waits for it,
+//! looks for signals and reports progress. Starting a thread costs more than a short run: runs
+//! begin on the calling thread.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::mpsc;
@@ -15,16 +16,17 @@ use crate::numerics::cancel::CancelToken;
 
 /// Time between two looks for signals.
 const LOOK: Duration = Duration::from_millis(25);
-/// Work done on the calling thread before a thread is started for the rest: many times what that costs, and
-/// too short to be noticed after Ctrl-C.
+/// Work done on the calling thread before a thread is started for the rest: many times what that
+/// costs, and too short to be noticed after Ctrl-C.
 const FIRST_PART: Duration = Duration::from_millis(1);
 /// Asks between two looks at the clock in this part.
 const ASKS_PER_LOOK: u64 = 16;
-/// Asks that are left until the work behaves as after Ctrl-C, over calls; `u64::MAX` if it never does.
+/// Asks that are left until the work behaves as after Ctrl-C, over calls; `u64::MAX` if it never
+/// does.
 static ASKS: AtomicU64 = AtomicU64::new(u64::MAX);
 
-/// Lets the `asks`-th ask of the calls that follow behave as Ctrl-C at that place; None: none. For tests, with
-/// one worker thread. Returns how many asks were left.
+/// Lets the `asks`-th ask of the calls that follow behave as Ctrl-C at that place; None: none. For
+/// tests, with one worker thread. Returns how many asks were left.
 #[pyfunction]
 pub(super) fn _interrupt_at(asks: Option<u64>) -> u64 {
     ASKS.swap(asks.unwrap_or(u64::MAX), Relaxed)
@@ -98,8 +100,8 @@ pub(super) fn interruptible<T: Send, E: Into<PyErr> + Send>(
     }
 }
 
-/// Work that can be interrupted and go on: `proceed` does so until it has ended or the token is cancelled, and
-/// returns whether it has ended.
+/// Work that can be interrupted and go on: `proceed` does so until it has ended or the token is
+/// cancelled, and returns whether it has ended.
 pub(super) fn interruptible_later(
     py: Python<'_>,
     mut proceed: impl FnMut(&CancelToken) -> bool + Send,
