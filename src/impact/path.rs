@@ -41,8 +41,8 @@ impl PathEnd<f64> {
     }
 }
 
-/// A sum or product, and what its rounding left out: a rounded impulse would cost the velocities
-/// one unit of *its* last place. The rest is too small for its derivatives to matter.
+/// A sum or product, and its rounding error: without that, the velocities would have the rounding
+/// error of the impulse. The error is too small for its derivatives to matter.
 #[derive(Clone, Copy)]
 struct Exact<T> {
     rounded: T,
@@ -74,7 +74,7 @@ impl<T: Number> Exact<T> {
         Self { rounded, rest: rest / divisor }
     }
 
-    /// a x + b of this x, rounded once: twice is a bias.
+    /// a x + b for this x, rounded once: rounding twice is a bias.
     #[inline(always)]
     fn multiply_add(self, a: T, b: T) -> T {
         let sum = Self::product_sum(a, self.rounded, b);
@@ -142,14 +142,14 @@ impl<T: Number> PathEnd<T> {
         }
     }
 
-    /// One segment of this impulse, to w = 0.
+    /// Follows a segment for this impulse, which ends at w = 0.
     #[inline(always)]
     fn stop(&mut self, contact: &ContactCoordinates<T>, segment: &Segment<T>, impulse: T) {
         let parting = fused(contact.mobility, impulse, self.parting);
         self.reach(contact, segment, impulse, (T::constant(0.0), parting));
     }
 
-    /// One segment of this impulse.
+    /// Follows a segment for this impulse.
     #[inline(always)]
     fn step(&mut self, contact: &ContactCoordinates<T>, segment: &Segment<T>, impulse: T) {
         let slip = fused(-segment.k, impulse, self.slip);
@@ -157,7 +157,7 @@ impl<T: Number> PathEnd<T> {
         self.reach(contact, segment, impulse, (slip, parting));
     }
 
-    /// One segment to these velocities.
+    /// Ends a segment at these velocities, w and v.
     #[inline(always)]
     fn reach(
         &mut self,
