@@ -1,12 +1,17 @@
 //! Instantaneous planar impact with Coulomb friction (docs/theory.md, section 4;
 //! Han, Jin & Hu (2004), section 2).
 //!
-//! The law stands in contact coordinates (section 12, model/contact_coordinates.rs) and knows no pendulum: with
-//! the normal impulse P on the contact, dw = -k dP, dv = mobility dP and k = b/h + mu |h| sgn w. The impact
-//! is classified once, into a [`Regime`] with its impulse of switching, and its path followed in closed
-//! form, by single runs, lanes and, with numbers that carry derivatives, by saltation matrices; the laws of
-//! restitution tell where the path ends. [`incremental`] does the same in many small steps, as an
-//! independent check.
+//! The law is written in contact coordinates (section 12, model/contact_coordinates.rs), for any
+//! two bodies. With the normal impulse P on the contact,
+//!
+//! ```text
+//! dw = -k dP,    dv = mobility dP,    k = b/h + mu |h| sgn w.
+//! ```
+//!
+//! The impact is classified once, into a [`Regime`] with the impulse P* at which slip ends. Then
+//! the impulse path is computed in closed form (impact/path.rs), with floats for runs and with numbers
+//! that carry derivatives for saltation matrices. The law of restitution decides where the path
+//! ends. [`incremental`] does the same in many small steps, as an independent check.
 
 mod incremental;
 mod laws;
@@ -84,8 +89,8 @@ impl Impact {
         -self.separation_velocity / self.approach_velocity
     }
 
-    /// Whether velocities, impulse and energy are numbers: energies are squares, and the first to leave
-    /// the range of floats.
+    /// Whether velocities, impulse and energy are numbers: energies are squares, and the first to
+    /// leave the range of floats.
     #[inline(always)]
     #[allow(clippy::inline_always)]
     pub(crate) fn is_finite(&self) -> bool {
@@ -148,7 +153,7 @@ fn resolve_in_contact(
     Ok(Impact::new(regime, &end))
 }
 
-/// The impact whose slip keeps its direction, and whether it does so and is the outcome: without a branch.
+/// The impact if slip keeps its direction, and whether it does: computed without a branch.
 #[inline(always)]
 #[allow(clippy::inline_always)]
 #[allow(clippy::needless_bitwise_bool)] // conditions without jumps, for the lanes
@@ -164,8 +169,8 @@ pub(crate) fn resolve_without_switch(
     (end, (contact.friction == 0.0) | continues)
 }
 
-/// Whether slip in the direction it has before cannot stop the approach (mbar + k cos x1 <= 0): a graze
-/// there has a finite effect and is undecidable (docs/theory.md, section 4).
+/// Whether slip in the direction it has before cannot stop the approach (mbar + k cos x1 <= 0): a
+/// graze there has a finite effect and is undecidable (docs/theory.md, section 4).
 pub(crate) fn approach_grows(system: &System, pre: &PreImpact) -> bool {
     let contact = pre.coordinates(system.mass_ratio, system.friction);
     contact.friction > 0.0 && contact.slip != 0.0 && FirstSlip::new(&contact).approach_grows()

@@ -3,28 +3,28 @@
 //! parameters (docs/theory.md, section 7).
 //!
 //! Everything smooth within a leg is written for numbers that carry their derivatives; event times
-//! are unknowns of their own, so that no leg divides by an approach velocity. Eliminating them gives
-//! the derivative of the return map: dt' = -(dh . dy)/h', h the condition of the event, which for an
-//! impact is what the saltation matrix S = R + (F+ - R F-)(grad g)^T/g'^- says.
+//! are unknowns of their own, so that no leg divides by an approach velocity. Eliminating them
+//! gives the derivative of the return map: dt' = -(dh . dy)/h', h the condition of the event, which
+//! for an impact is what the saltation matrix S = R + (F+ - R F-)(grad g)^T/g'^- says.
 
 pub mod border;
 mod chatter;
 mod contact;
 mod flight;
+mod impact;
 pub mod itinerary;
 mod leg;
-mod strike;
 pub(crate) mod tolerances;
 
 pub(crate) use contact::{
     free_gap_acceleration, least_in_slide, on_contact, slide, slip_from_rest,
 };
 pub(crate) use flight::fly;
-pub(crate) use leg::{Particulars, Passage, mode, to_event, traverse};
+pub(crate) use leg::{LegDetails, LegOutcome, mode, to_event, traverse};
 
 use chatter::{Accumulation, accumulate};
 use contact::stick_condition;
-use strike::strike;
+use impact::impact_in_regime;
 
 use crate::flight::{FreeMotion, Trig};
 use crate::model::angle::Angle;

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use crate::support::draws;
 use draw::{DRIVEN, Drawer, Family, Job, Place};
 use rayon::prelude::*;
-use vibroimpact::analysis::basin::{Arrival, Fate, Target, arrive};
+use vibroimpact::analysis::basin::{Arrival, ArrivalStatus, Target, arrive};
 use vibroimpact::impact::PreImpact;
 use vibroimpact::{
     CancelToken, Cell, Contact, Horizon, ImpactLaw, PointStatus, Run, RunError, RunOptions, State,
@@ -213,7 +213,8 @@ fn a_batch_takes_any_jobs() {
     }
 }
 
-/// Runs keep more than a point of a sweep does: times of all events, evaluations of the gap, where to go on.
+/// Runs keep more than a point of a sweep does: times of all events, evaluations of the gap, where
+/// to go on.
 #[test]
 fn runs_and_basins_from_many_starts_are_the_single_ones() {
     const STARTS: usize = 21;
@@ -260,16 +261,19 @@ fn runs_and_basins_from_many_starts_are_the_single_ones() {
             &AtomicUsize::new(0),
         );
         assert!(format!("{:?}", all.unwrap()) == format!("{singles:?}"), "{first:?}");
-        let fates = singles.iter().map(|arrival| arrival.fate);
-        arrived += fates.clone().filter(|fate| matches!(fate, Fate::Arrived { .. })).count();
-        overlap += fates.filter(|&fate| fate == Fate::Overlap).count();
+        let statuses = singles.iter().map(|arrival| arrival.status);
+        arrived += statuses
+            .clone()
+            .filter(|status| matches!(status, ArrivalStatus::Arrived { .. }))
+            .count();
+        overlap += statuses.filter(|&status| status == ArrivalStatus::Overlap).count();
     }
     println!("{impacts} {arrived} {overlap}");
     assert!(impacts > 250 && arrived > 50 && overlap > 25);
 }
 
-/// Runs that never end, but are within each other's reach by the bounds of their amplitudes, take all lanes
-/// sooner or later: only those before them come to an end.
+/// Runs that never end, but are within each other's reach by the bounds of their amplitudes, take
+/// all lanes sooner or later: only those before them come to an end.
 #[test]
 fn a_sweep_that_is_cancelled_has_no_wrong_points() {
     let mut drawer = Drawer::new(5);

@@ -1,5 +1,6 @@
-//! No number, however odd, makes the library panic, hang or hand out what is not a number as a result
-//! (docs/robustness.md): every float through the public entry points, and what fuzzing once found.
+//! No number, however odd, makes the library panic, hang or hand out what is not a number as a
+//! result (docs/robustness.md): every float through the public entry points, and what fuzzing once
+//! found.
 
 mod ends;
 mod frequencies;
@@ -9,7 +10,7 @@ mod interrupts;
 use crate::support::random_cases;
 use proptest::num::f64::ANY;
 use proptest::prelude::*;
-use vibroimpact::analysis::basin::{Fate, arrive};
+use vibroimpact::analysis::basin::{ArrivalStatus, arrive};
 use vibroimpact::analysis::shooting::Orbit;
 use vibroimpact::impact::{ImpactOutcome, IncrementalError, PreImpact, incremental};
 use vibroimpact::tangent::itinerary::{Itinerary, Leg, Node};
@@ -78,7 +79,8 @@ fn changed() -> impl Strategy<Value = System> {
     )
 }
 
-/// Whether a tip that is driven like this turns so often in a local flight that some flights take seconds.
+/// Whether a tip that is driven like this turns so often in a local flight that some flights take
+/// seconds.
 fn is_hectic(system: &System, [x1, v1, x2, v2]: [f64; 4]) -> bool {
     let natural = system.frequency_ratio();
     let loads = system.moment_amplitude().abs() + system.force_amplitude().abs();
@@ -225,7 +227,7 @@ fn a_state_that_is_no_state_is_refused_wherever_it_comes_in() {
         }
         assert!(Itinerary::follow(&system, bad, 1, 100, &CancelToken::never()).is_err());
         let arrival = arrive(&system, bad, &[], options, &CancelToken::never());
-        assert_eq!(arrival.fate, Fate::Overlap);
+        assert_eq!(arrival.status, ArrivalStatus::Overlap);
     }
 }
 
@@ -301,8 +303,8 @@ fn a_search_over_nothing_finds_nothing() {
     }
 }
 
-/// The tip passes its lowest point as fast as body 2 its middle, three times touching: the search once led
-/// from the top at which it began to one before it.
+/// The tip passes its lowest point as fast as body 2 its middle, three times touching: the search
+/// once led from the top at which it began to one before it.
 #[test]
 fn no_event_comes_before_the_one_before_it() {
     let system = System::builder()
@@ -333,7 +335,8 @@ fn no_event_comes_before_the_one_before_it() {
     assert!(grazes > 0);
 }
 
-/// The steps of the search once left the flight, and the place to which they led was told as a graze.
+/// The steps of the search once left the flight, and the place to which they led was told as a
+/// graze.
 #[test]
 fn a_graze_lies_in_the_flight() {
     let system = System::builder()

@@ -43,10 +43,10 @@ impl Target {
     }
 }
 
-/// What became of a start.
+/// How the run of a start ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Fate {
+pub enum ArrivalStatus {
     /// Not reached, or cut short, before the caller ended the work.
     Pending,
     /// The bodies overlap in it.
@@ -67,8 +67,8 @@ pub enum Fate {
 /// Where a start ended up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Arrival {
-    /// What became of it.
-    pub fate: Fate,
+    /// How its run ended.
+    pub status: ArrivalStatus,
     /// Its state where it arrived or ended.
     pub state: Option<[f64; 4]>,
     /// The last sections of a start that reached the end of its run without arriving,
@@ -80,8 +80,8 @@ pub struct Arrival {
 }
 
 impl Arrival {
-    pub(crate) fn empty(fate: Fate) -> Self {
-        Self { fate, state: None, tail: Vec::new(), counts: Vec::new(), period: None }
+    pub(crate) fn empty(status: ArrivalStatus) -> Self {
+        Self { status, state: None, tail: Vec::new(), counts: Vec::new(), period: None }
     }
 }
 
@@ -89,8 +89,8 @@ impl Arrival {
 pub(crate) struct Watch<'a> {
     targets: &'a [Target],
     rotor: bool,
-    /// Ends the start's own journey, once it has arrived.
-    journey: CancelToken,
+    /// Ends the run of this start alone, once it has arrived.
+    own: CancelToken,
     /// Impacts since the last section.
     impacts: u32,
     keep: usize,
@@ -104,16 +104,11 @@ pub(crate) struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    fn new(
-        targets: &'a [Target],
-        system: &System,
-        options: &RunOptions,
-        journey: CancelToken,
-    ) -> Self {
+    fn new(targets: &'a [Target], system: &System, options: &RunOptions, own: CancelToken) -> Self {
         Self {
             targets,
             rotor: system.is_rotor(),
-            journey,
+            own,
             impacts: 0,
             keep: usize::try_from(options.keep.unwrap_or(0)).unwrap_or(0),
             longest: targets.iter().map(|target| target.counts.len()).max().unwrap_or(0),
@@ -159,7 +154,7 @@ impl Observer for Watch<'_> {
                 let nearer = distance <= before.max(CLOSE);
                 if k == at + cycle && nearer && self.cycled(target) {
                     self.arrived = Some((number, at, state));
-                    self.journey.cancel();
+                    self.own.cancel();
                     return;
                 }
             }
@@ -173,15 +168,15 @@ impl Observer for Watch<'_> {
     }
 }
 
-/// A start that is followed.
-pub(crate) struct Journey<'a> {
+/// The run of one start.
+pub(crate) struct BasinRun<'a> {
     simulation: Simulation,
     watch: Watch<'a>,
     end: Option<StopEvent>,
     failed: bool,
 }
 
-impl<'a> Job for Journey<'a> {
+impl<'a> Job for BasinRun<'a> {
     type Watch = Watch<'a>;
 
     fn parts(&mut self) -> (&mut Simulation, &mut Watch<'a>) {
@@ -198,7 +193,7 @@ impl<'a> Job for Journey<'a> {
     }
 }
 
-impl<'a> Journey<'a> {
+impl<'a> BasinRun<'a> {
     /// From `initial`; `cancel` leaves it pending.
     ///
     /// # Errors
@@ -210,14 +205,14 @@ impl<'a> Journey<'a> {
         options: RunOptions,
         cancel: &CancelToken,
     ) -> Result<Self, StateError> {
-        let journey = cancel.part();
+        let own = cancel.part();
         let simulation = Simulation::new(system, initial)?
             .until(options.horizon)
             .max_events(options.max_events)
             .chatter_tolerance(options.chatter_tolerance)
             .section_phase(options.section_phase)
-            .cancel_with(&journey);
-        let watch = Watch::new(targets, system, &options, journey);
+            .cancel_with(&own);
+        let watch = Watch::new(targets, system, &options, own);
         Ok(Self { simulation, watch, end: None, failed: false })
     }
 
@@ -226,16 +221,16 @@ impl<'a> Journey<'a> {
         self.finish();
         let Self { watch, end, failed, .. } = self;
         if failed {
-            return Arrival::empty(Fate::Failed);
+            return Arrival::empty(ArrivalStatus::Failed);
         }
         if let Some((target, periods, state)) = watch.arrived {
-            let fate = Fate::Arrived { target, periods };
-            return Arrival { state: Some(state), ..Arrival::empty(fate) };
+            let status = ArrivalStatus::Arrived { target, periods };
+            return Arrival { state: Some(state), ..Arrival::empty(status) };
         }
         let Some(stop) = end.filter(|stop| stop.reason != StopReason::Interrupted) else {
-            return Arrival::empty(Fate::Pending);
+            return Arrival::empty(ArrivalStatus::Pending);
         };
-        let mut arrival = Arrival::empty(Fate::Elsewhere(stop.reason));
+        let mut arrival = Arrival::empty(ArrivalStatus::Elsewhere(stop.reason));
         arrival.state = Some(stop.state.to_array());
         if stop.reason.reached_the_end() {
             arrival.tail = watch.sections.into();
@@ -258,9 +253,9 @@ pub fn arrive(
     options: RunOptions,
     cancel: &CancelToken,
 ) -> Arrival {
-    match Journey::new(system, initial, targets, options, cancel) {
-        Ok(journey) => journey.arrive(),
-        Err(_) => Arrival::empty(Fate::Overlap),
+    match BasinRun::new(system, initial, targets, options, cancel) {
+        Ok(run) => run.arrive(),
+        Err(_) => Arrival::empty(ArrivalStatus::Overlap),
     }
 }
 
@@ -311,7 +306,7 @@ mod tests {
             let system = coexisting();
             let run = run(&system, state(initial), options, &CancelToken::never()).unwrap();
             let left = go(&system, initial, &[], 900);
-            assert_eq!(left.fate, Fate::Elsewhere(StopReason::Completed));
+            assert_eq!(left.status, ArrivalStatus::Elsewhere(StopReason::Completed));
             assert_eq!(left.tail, run.stroboscopic);
             assert_eq!(left.period, Some(run.return_report(&CancelToken::never())));
             assert_eq!(left.counts.iter().sum::<u32>() as usize, run.impacts.len());
@@ -325,7 +320,9 @@ mod tests {
         assert_eq!(targets.each_ref().map(|t| t.counts.iter().sum::<u32>()), [5, 7]);
         for (initial, expected) in [(TO_4_5, 0), (TO_6_7, 1), (targets[1].center, 1)] {
             let arrival = go(&coexisting(), initial, &targets, 4000);
-            let Fate::Arrived { target, periods } = arrival.fate else { panic!("{arrival:?}") };
+            let ArrivalStatus::Arrived { target, periods } = arrival.status else {
+                panic!("{arrival:?}")
+            };
             assert_eq!(target, expected);
             assert!(targets[target].distance(&arrival.state.unwrap(), false) <= 1.0);
             // The region is entered where it says, not before and not for the last time.
@@ -339,22 +336,22 @@ mod tests {
         let mut other = target(TO_4_5, 4);
         other.counts[1] += 1;
         let arrival = go(&coexisting(), TO_4_5, &[other], 2000);
-        assert_eq!(arrival.fate, Fate::Elsewhere(StopReason::Completed));
+        assert_eq!(arrival.status, ArrivalStatus::Elsewhere(StopReason::Completed));
         assert_eq!(arrival.period.unwrap().label(), "4-5");
     }
 
     #[test]
     fn starts_that_cannot_run_say_why() {
         let system = coexisting();
-        assert_eq!(go(&system, [1.5, 0.0, 0.0, 0.0], &[], 100).fate, Fate::Overlap);
+        assert_eq!(go(&system, [1.5, 0.0, 0.0, 0.0], &[], 100).status, ArrivalStatus::Overlap);
         let capped = RunOptions { max_events: 3, ..RunOptions::periods(100) };
         let start = state(TO_4_5);
         let arrival = arrive(&system, start, &[], capped, &CancelToken::never());
-        assert_eq!(arrival.fate, Fate::Elsewhere(StopReason::EventCap));
+        assert_eq!(arrival.status, ArrivalStatus::Elsewhere(StopReason::EventCap));
         assert!(arrival.tail.is_empty() && arrival.period.is_none());
         let cancelled =
             arrive(&system, start, &[], RunOptions::periods(100), &CancelToken::after(0));
-        assert_eq!(cancelled.fate, Fate::Pending);
+        assert_eq!(cancelled.status, ArrivalStatus::Pending);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use crate::analysis::lyapunov::{GrowthMeter, exponent_of_orbit};
+use crate::analysis::lyapunov::{GrowthEstimator, exponent_of_orbit};
 use crate::analysis::period::{Evidence, Growth, Kind, PeriodReport, WhyUndecided};
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::Horizon;
@@ -12,8 +12,8 @@ use crate::simulate::run::{Run, RunOptions};
 
 /// Shortest and longest measurement of a growth, in drive periods.
 const GROWTH_PERIODS: (u32, u32) = (400, 25_600);
-/// Most impacts a growth is measured over: a second or two. Motions have some ten in a drive period, but for bounces
-/// that never end (r = 1 with damping).
+/// Most impacts a growth is measured over: a second or two. Motions have some ten in a drive
+/// period, but for bounces that never end (r = 1 with damping).
 const GROWTH_IMPACTS: f64 = 1e6;
 /// Distance of an impact from the section that rounding may bridge, as part of a drive period.
 const AT_SECTION: f64 = 1e-6;
@@ -34,10 +34,10 @@ impl Run {
         self.judged(cancel).0.unless(cancel)
     }
 
-    /// Period and label with the largest Lyapunov exponent per unit time, and its error: of a periodic
-    /// motion from its Floquet multipliers, with the change from one orbit to the next as error,
-    /// else from the growth that was measured for its label, with its standard error. NaN where
-    /// neither could be computed.
+    /// Period and label with the largest Lyapunov exponent per unit time, and its error: of a
+    /// periodic motion from its Floquet multipliers, with the change from one orbit to the next as
+    /// error, else from the growth that was measured for its label, with its standard error. NaN
+    /// where neither could be computed.
     #[must_use]
     pub fn period_and_exponent(&self, cancel: &CancelToken) -> (PeriodReport, [f64; 2]) {
         let (report, later) = self.on_attractor(cancel);
@@ -49,7 +49,7 @@ impl Run {
         let exponent = match (report.orbit, report.evidence.growth()) {
             (Some((m, _)), _) => exponent_of_orbit(settled, m, cancel).or_else(|| {
                 // Its end lies among skipped impacts.
-                GrowthMeter::new(settled, cancel).over(GROWTH_PERIODS.0).map(per_time)
+                GrowthEstimator::new(settled, cancel).over(GROWTH_PERIODS.0).map(per_time)
             }),
             (None, Some(growth)) => Some(per_time(growth)),
             (None, None) => None,
@@ -65,8 +65,8 @@ impl Run {
         (report.unless(cancel), later)
     }
 
-    /// Follows a motion that still approaches its orbit until it has come close, or for as long as a
-    /// growth is measured.
+    /// Follows a motion that still approaches its orbit until it has come close, or for as long as
+    /// a growth is measured.
     fn settled(
         &self,
         report: &PeriodReport,
@@ -115,8 +115,8 @@ impl Run {
     }
 
     /// The period of a motion whose sections return or draw together, and the run that shows it;
-    /// `None` if they only seemed to. They will return if perturbations of the motion shrink as fast
-    /// as they draw together, else if they do so when followed further.
+    /// `None` if they only seemed to. They will return if perturbations of the motion shrink as
+    /// fast as they draw together, else if they do so when followed further.
     fn lasting(
         &self,
         report: PeriodReport,
@@ -195,7 +195,7 @@ impl Run {
     ) -> (PeriodReport, Option<Run>) {
         report.evidence = Evidence::undecided(WhyUndecided::NotMeasurable);
         let (mut periods, longest) = GROWTH_PERIODS;
-        let mut meter = GrowthMeter::new(self, cancel);
+        let mut meter = GrowthEstimator::new(self, cancel);
         let each = self.impacts.len() as f64 / f64::from(self.kept_periods().max(1));
         while periods <= longest && each * f64::from(periods) <= GROWTH_IMPACTS {
             let Some(growth) = meter.over(periods) else { break };

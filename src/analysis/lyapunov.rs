@@ -1,12 +1,12 @@
 //! Lyapunov exponents: the mean rates at which small perturbations of a motion grow, from the exact
-//! derivatives of its flights, impacts, chatter and contact phases (docs/theory.md, section 7), with
-//! the perturbations kept orthonormal (Benettin et al. 1980; Shimada & Nagashima 1979).
+//! derivatives of its flights, impacts, chatter and contact phases (docs/theory.md, section 7),
+//! with the perturbations kept orthonormal (Benettin et al. 1980; Shimada & Nagashima 1979).
 //!
 //! There are four, those of the state at fixed time. The phase of the drive is a fifth coordinate
 //! with the exponent 0, which is left out; without a drive one of the four is that of the flow. A
 //! wall that rests (mbar = 0) is left out with its two.
 
-mod along;
+mod perturbed;
 
 use crate::analysis::period::Growth;
 use crate::analysis::tolerances::SHORTEST_MEASURED;
@@ -19,13 +19,13 @@ use crate::simulate::Horizon;
 use crate::simulate::event::StopReason;
 use crate::simulate::run::Run;
 
-use along::{Along, Broken};
+use perturbed::PerturbedMotion;
 
-/// One step in so many aligns the perturbations before the others count.
+/// The first steps, one in so many, only align the perturbations.
 const ALIGNMENT: usize = 10;
-/// Blocks from which a standard error is told.
+/// Blocks from which a standard error is computed.
 const BLOCKS: usize = 10;
-/// Drive periods between two looks at a growth.
+/// Drive periods of a step in which growth is recorded.
 const STRIDE: u32 = 8;
 /// Points of the history, at most.
 const HISTORY: usize = 200;
@@ -45,20 +45,10 @@ pub enum LyapunovError {
     NoDerivative,
 }
 
-impl From<Broken> for LyapunovError {
-    fn from(broken: Broken) -> Self {
-        match broken {
-            Broken::Failed(error) => Self::Simulation(error),
-            Broken::Stopped(reason) => Self::Stopped(reason),
-            Broken::NoDerivative => Self::NoDerivative,
-        }
-    }
-}
-
 /// Lyapunov exponents of a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spectrum {
-    /// Per unit time, descending. -inf where perturbations die out at once (stick, chatter,
+    /// Per unit time, descending. -inf where perturbations vanish at once (stick, chatter,
     /// contact); NaN for the two of a wall at rest, and where nothing could be measured.
     pub exponents: [f64; 4],
     /// Their standard errors, from the means of blocks; 0 for -inf.
@@ -103,14 +93,14 @@ pub fn lyapunov_spectrum(
         return Err(ParameterError::new("step", format!("{step:?}"), allowed));
     }
     let step = step.map_or(Step::Periods(1), Step::Time);
-    let mut meter = Meter::new(run, step, 4, cancel);
-    // What has died out while the perturbations were aligned is taken up again.
+    let mut record = GrowthRecord::new(run, step, 4, cancel);
+    // Directions lost while the perturbations were aligned are replaced.
     let aligned = steps as usize / ALIGNMENT;
-    meter.follow(aligned as u32);
-    meter.along.take_up_lost();
-    meter.align = Some(aligned);
-    meter.follow(steps);
-    Ok(meter.spectrum())
+    record.measure_to(aligned as u32);
+    record.motion.restore_directions();
+    record.align = Some(aligned);
+    record.measure_to(steps);
+    Ok(record.spectrum())
 }
 
 /// Length of a step.
@@ -123,13 +113,13 @@ enum Step {
 }
 
 /// Growth of perturbations, step by step.
-struct Meter {
-    along: Along,
+struct GrowthRecord {
+    motion: PerturbedMotion,
     drive: Drive,
-    /// End of the run it goes on from.
+    /// End of the run, where the record begins.
     from: Clock,
     step: Step,
-    /// So many perturbations are followed.
+    /// Number of perturbations.
     wanted: usize,
     /// End, length, logarithmic growth in each direction and impacts so far of each step.
     ends: Vec<Clock>,
@@ -142,13 +132,13 @@ struct Meter {
     error: Option<LyapunovError>,
 }
 
-impl Meter {
+impl GrowthRecord {
     fn new(run: &Run, step: Step, wanted: usize, cancel: &CancelToken) -> Self {
         let drive = FreeMotion::new(&run.system).drive;
         let from = run.final_state.clock;
         let stopped = !run.stop_reason.reached_the_end();
         Self {
-            along: Along::new(run, Some(wanted), cancel),
+            motion: PerturbedMotion::new(run, Some(wanted), cancel),
             drive,
             from,
             step,
@@ -163,12 +153,13 @@ impl Meter {
     }
 
     /// Goes on until so many steps are done.
-    fn follow(&mut self, count: u32) {
+    fn measure_to(&mut self, count: u32) {
         let done = self.ends.len() as u32;
-        // Without events a motion is followed to its horizon at once: no further than is wanted.
+        // A motion without events reaches its horizon in one step: it must not lie further than
+        // wanted.
         let last = end_of_step(&self.drive, self.from, self.step, count);
         let whole = matches!(self.step, Step::Periods(_)) && last.time_in_period == 0.0;
-        self.along.extend(if whole {
+        self.motion.extend(if whole {
             Horizon::Periods(last.period)
         } else {
             Horizon::Time(self.drive.time(last))
@@ -178,22 +169,22 @@ impl Meter {
                 return;
             }
             let end = end_of_step(&self.drive, self.from, self.step, k);
-            if let Err(broken) = self.along.reach(end) {
-                self.error = Some(broken.into());
+            if let Err(error) = self.motion.advance_to(end) {
+                self.error = Some(error);
                 return;
             }
             let before = self.ends.last().copied().unwrap_or(self.from);
-            self.ends.push(self.along.clock());
-            self.lengths.push(self.drive.until(before, self.along.clock()).value());
-            self.logs.push(self.along.take_logs());
-            self.impacts.push(self.along.impacts());
-            if self.wanted == 1 && self.along.rank() == 0 {
-                self.along.start_anew(1);
+            self.ends.push(self.motion.clock());
+            self.lengths.push(self.drive.until(before, self.motion.clock()).value());
+            self.logs.push(self.motion.take_logs());
+            self.impacts.push(self.motion.impacts());
+            if self.wanted == 1 && self.motion.rank() == 0 {
+                self.motion.restart(1);
             }
         }
     }
 
-    /// Steps done that do not count.
+    /// Steps that only align.
     fn aligned(&self) -> usize {
         let part = self.logs.len() / ALIGNMENT;
         self.align.filter(|&align| align < self.logs.len()).unwrap_or(part)
@@ -202,7 +193,7 @@ impl Meter {
     fn spectrum(&self) -> Spectrum {
         let (all, aligned) = (self.logs.len(), self.aligned());
         let (lengths, logs) = (&self.lengths[aligned..], &self.logs[aligned..]);
-        let directions = self.along.directions();
+        let directions = self.motion.directions();
         let mut passed = Vec::with_capacity(lengths.len());
         let mut sums = Vec::with_capacity(lengths.len());
         let (mut time, mut sum) = (0.0, [0.0; 4]);
@@ -257,38 +248,39 @@ fn end_of_step(drive: &Drive, from: Clock, step: Step, k: u32) -> Clock {
 }
 
 /// Growth of a perturbation after the end of a run, over more and more drive periods.
-pub(crate) struct GrowthMeter(Meter);
+pub(crate) struct GrowthEstimator(GrowthRecord);
 
-impl GrowthMeter {
+impl GrowthEstimator {
     pub fn new(run: &Run, cancel: &CancelToken) -> Self {
-        Self(Meter::new(run, Step::Periods(STRIDE), 1, cancel))
+        Self(GrowthRecord::new(run, Step::Periods(STRIDE), 1, cancel))
     }
 
     /// The growth over so many periods from the end of the run; `None` where it cannot be measured.
     pub fn over(&mut self, periods: u32) -> Option<Growth> {
-        let meter = &mut self.0;
-        meter.follow(periods / STRIDE);
-        if meter.error.is_some() {
+        let record = &mut self.0;
+        record.measure_to(periods / STRIDE);
+        if record.error.is_some() {
             return None;
         }
-        // A perturbation that dies out at once (stick leaves no trace) has shrunk by the rounding of
-        // a double.
+        // A perturbation that is lost at once (by stick) counts as reduced to the rounding of a
+        // double.
         let least = f64::EPSILON.ln();
         let logs: Vec<f64> =
-            meter.logs[meter.aligned()..].iter().map(|log| log[0].max(least)).collect();
+            record.logs[record.aligned()..].iter().map(|log| log[0].max(least)).collect();
         let stride = f64::from(STRIDE);
         Some(Growth {
             mean: logs.iter().sum::<f64>() / (stride * logs.len() as f64),
             error: standard_error(&logs) / stride,
-            periods: meter.logs.len() * STRIDE as usize,
+            periods: record.logs.len() * STRIDE as usize,
         })
     }
 }
 
-/// Largest exponent of the periodic motion of `m` drive periods on which `run` has settled, from its
-/// Floquet multipliers: ln max|lambda|/(m T), -inf where all are 0; and by how much it changes from
-/// one orbit to the next, as it does while the run still settles. `None` where derivatives cannot be
-/// computed, or the orbit cannot be cut at the end of the run, which lies among skipped impacts.
+/// Largest exponent of the periodic motion of `m` drive periods on which `run` has settled, from
+/// its Floquet multipliers: ln max|lambda|/(m T), -inf where all are 0; and by how much it changes
+/// from one orbit to the next, as it does while the run still settles. `None` where derivatives
+/// cannot be computed, or the orbit cannot be cut at the end of the run, which lies among skipped
+/// impacts.
 pub(crate) fn exponent_of_orbit(run: &Run, m: usize, cancel: &CancelToken) -> Option<[f64; 2]> {
     let m = Step::Periods(u32::try_from(m).ok()?);
     let drive = FreeMotion::new(&run.system).drive;
@@ -300,19 +292,19 @@ pub(crate) fn exponent_of_orbit(run: &Run, m: usize, cancel: &CancelToken) -> Op
     } else {
         end
     };
-    let mut along = Along::new(run, None, cancel);
-    along.extend(Horizon::Periods(end_of_step(&drive, begin, m, 2).period + 1));
+    let mut motion = PerturbedMotion::new(run, None, cancel);
+    motion.extend(Horizon::Periods(end_of_step(&drive, begin, m, 2).period + 1));
     if begin != end {
-        along.reach(begin).ok()?;
+        motion.advance_to(begin).ok()?;
     }
     let mut exponent_of_next = |turn: u32| {
-        let from = along.clock();
+        let from = motion.clock();
         let close = end_of_step(&drive, begin, m, turn);
-        along.start_anew(4);
-        along.reach(close).ok()?;
-        let multipliers = along.vectors().complex_eigenvalues();
+        motion.restart(4);
+        motion.advance_to(close).ok()?;
+        let multipliers = motion.vectors().complex_eigenvalues();
         let largest = multipliers.iter().map(|lambda| lambda.norm()).fold(0.0, f64::max);
-        (along.clock() == close).then(|| largest.ln() / drive.until(from, close).value())
+        (motion.clock() == close).then(|| largest.ln() / drive.until(from, close).value())
     };
     let (first, second) = (exponent_of_next(1)?, exponent_of_next(2)?);
     Some([second, if first == second { 0.0 } else { (second - first).abs() }])

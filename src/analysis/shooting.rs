@@ -2,8 +2,8 @@
 //! derivatives, what holds a motion inside its sequence, and the derivative of the return map.
 //!
 //! Unknowns are the nodes (x1, x1', x2', t) just after each event; x2 follows from g = 0, on which
-//! all events lie. Each leg gives four equations: x1, x1', x2' at the next node, and the condition of
-//! the event (g = 0; p = 0; x1' = 0; the cone of friction), or for chatter the time at which it
+//! all events lie. Each leg gives four equations: x1, x1', x2' at the next node, and the condition
+//! of the event (g = 0; p = 0; x1' = 0; the cone of friction), or for chatter the time at which it
 //! accumulates. A motion without events is a circuit: unknowns (x1, x1', x2', x2) at the start of a
 //! drive period.
 //!
@@ -50,7 +50,7 @@ use crate::tangent::border::BorderValue;
 pub use crate::tangent::border::{Border, BorderKind, Condition, ConditionValue};
 use crate::tangent::itinerary::{Itinerary, Leg, Node, StickEnd};
 use crate::tangent::{
-    DIRECTIONS, Dual, DualState, END, FREE, Model, Moment, Particulars, Passage, fly,
+    DIRECTIONS, Dual, DualState, END, FREE, LegDetails, LegOutcome, Model, Moment, fly,
     free_gap_acceleration, least_in_slide, mode, slide, slip_from_rest, to_event, traverse,
 };
 
@@ -78,8 +78,8 @@ pub struct Orbit<'a> {
     system: System,
 }
 
-/// A leg as it comes out.
-struct Passed {
+/// A leg, computed from the node at its start.
+struct FollowedLeg {
     /// x1, x1', x2' after the event at its end.
     image: [Dual; 3],
     /// Zero where the event is at the end time.
@@ -125,20 +125,20 @@ impl<'a> Orbit<'a> {
         let mut values = vec![f64::NAN; unknowns];
         let mut jacobian = vec![f64::NAN; unknowns * columns];
         for i in 0..count {
-            let Some(passed) = self.pass(&model, i, false) else { continue };
+            let Some(followed) = self.follow_leg(&model, i, false) else { continue };
             let next = (i + 1) % count;
             let target = self.nodes[next].to_array();
             let rows: [(Dual, f64, Option<usize>); PER_LEG] = if self.is_circuit() {
-                let [x1, v1, v2] = passed.image;
-                let x2 = passed.condition;
+                let [x1, v1, v2] = followed.image;
+                let x2 = followed.condition;
                 std::array::from_fn(|c| ([x1, v1, v2, x2][c], target[c], Some(c)))
             } else {
-                let [x1, v1, v2] = passed.image;
+                let [x1, v1, v2] = followed.image;
                 [
                     (x1, target[0], Some(0)),
                     (v1, target[1], Some(1)),
                     (v2, target[2], Some(2)),
-                    (passed.condition, 0.0, None),
+                    (followed.condition, 0.0, None),
                 ]
             };
             for (c, (image, target, into)) in rows.into_iter().enumerate() {
@@ -169,13 +169,13 @@ impl<'a> Orbit<'a> {
     pub fn tests(&self) -> Vec<ConditionValue> {
         let Ok(model) = self.model(&[]) else { return Vec::new() };
         (0..self.nodes.len())
-            .filter_map(|i| Some(self.pass(&model, i, true)?.tests))
+            .filter_map(|i| Some(self.follow_leg(&model, i, true)?.tests))
             .flatten()
             .collect()
     }
 
-    /// Derivative of each leg's map with respect to (x1, x1', x2', t) at its start (row by row): the
-    /// eigenvalues of their product are the Floquet multipliers. Of a circuit, with respect to
+    /// Derivative of each leg's map with respect to (x1, x1', x2', t) at its start (row by row):
+    /// the eigenvalues of their product are the Floquet multipliers. Of a circuit, with respect to
     /// (x1, x1', x2', x2). NaN for a leg that cannot be followed.
     #[must_use]
     pub fn transfer(&self) -> Vec<Matrix4<f64>> {
@@ -183,12 +183,12 @@ impl<'a> Orbit<'a> {
         let Ok(model) = self.model(&[]) else { return vec![failed; self.nodes.len()] };
         (0..self.nodes.len())
             .map(|i| {
-                let Some(passed) = self.pass(&model, i, false) else { return failed };
-                let [x1, v1, v2] = passed.image;
+                let Some(followed) = self.follow_leg(&model, i, false) else { return failed };
+                let [x1, v1, v2] = followed.image;
                 if self.is_circuit() {
-                    return Matrix4::from_fn(|r, c| [x1, v1, v2, passed.condition][r].slope[c]);
+                    return Matrix4::from_fn(|r, c| [x1, v1, v2, followed.condition][r].slope[c]);
                 }
-                to_event(&passed.image, &passed.condition)
+                to_event(&followed.image, &followed.condition)
             })
             .collect()
     }
@@ -199,13 +199,13 @@ impl<'a> Orbit<'a> {
         let nowhere = State { x1: f64::NAN, v1: f64::NAN, x2: f64::NAN, v2: f64::NAN };
         let Ok(model) = self.model(&[]) else { return vec![nowhere; self.nodes.len()] };
         (0..self.nodes.len())
-            .map(|i| self.pass(&model, i, false).map_or(nowhere, |passed| passed.pre))
+            .map(|i| self.follow_leg(&model, i, false).map_or(nowhere, |followed| followed.pre))
             .collect()
     }
 
     /// State at a time after the start of a leg, free flight and contact alike, whether or not the
-    /// bodies would overlap; chatter is left out. Not finite where the leg cannot be followed, `None`
-    /// where there is none of this number.
+    /// bodies would overlap; chatter is left out. Not finite where the leg cannot be followed,
+    /// `None` where there is none of this number.
     #[must_use]
     pub fn state_in_leg(&self, leg: usize, time: f64) -> Option<State> {
         let kind = *self.itinerary.legs.get(leg)?;
@@ -266,7 +266,7 @@ impl<'a> Orbit<'a> {
     }
 
     /// Whether the leg before this one ends in an impact or an accumulation point.
-    fn lands(&self, leg: usize) -> bool {
+    fn follows_impact(&self, leg: usize) -> bool {
         let count = self.nodes.len();
         let before = self.itinerary.legs[(leg + count - 1) % count];
         matches!(before, Leg::Impact(..) | Leg::Chatter)
@@ -315,7 +315,7 @@ impl<'a> Orbit<'a> {
             .collect()
     }
 
-    fn pass(&self, model: &Model, leg: usize, tested: bool) -> Option<Passed> {
+    fn follow_leg(&self, model: &Model, leg: usize, tested: bool) -> Option<FollowedLeg> {
         let (start, from) = self.start(model, leg);
         let end = self.end(leg);
         let s = model.elapsed(&from, &end);
@@ -332,31 +332,33 @@ impl<'a> Orbit<'a> {
         let kind = self.itinerary.legs[leg];
         let held = !matches!(kind, Leg::Impact(..) | Leg::Chatter | Leg::Circuit);
         if held {
-            let lands = self.lands(leg);
-            if lands {
+            let follows_impact = self.follows_impact(leg);
+            if follows_impact {
                 let force = free_gap_acceleration(model, &start, &from).value;
                 test(Border::ForceAtStart, force, 0.0);
             }
             // A contact that begins and ends with no force has no length either.
-            if !(lands && matches!(kind, Leg::SlideToRelease(_) | Leg::Stick(StickEnd::Release))) {
+            if !(follows_impact
+                && matches!(kind, Leg::SlideToRelease(_) | Leg::Stick(StickEnd::Release)))
+            {
                 test(Border::Length, s.value, s.value);
             }
         }
-        let Passage { image, condition, pre, particulars } =
+        let LegOutcome { image, condition, pre, details } =
             traverse(model, kind, &start, &from, &end)?;
-        match particulars {
-            Particulars::Impact(struck) => {
-                test(Border::ApproachVelocity, struck.approach_velocity.value, s.value);
-                for BorderValue { border, value } in struck.borders {
+        match details {
+            LegDetails::Impact(impact) => {
+                test(Border::ApproachVelocity, impact.approach_velocity.value, s.value);
+                for BorderValue { border, value } in impact.borders {
                     test(border, value, s.value);
                 }
             }
-            Particulars::Chatter(borders) => {
+            LegDetails::Chatter(borders) => {
                 for BorderValue { border, value } in borders {
                     test(border, value, s.value);
                 }
             }
-            Particulars::Slide(state, force) => {
+            LegDetails::Slide(state, force) => {
                 let positive = matches!(kind, Leg::SlideToRelease(true) | Leg::SlideToStop(true));
                 if tested {
                     for (border, value, time) in
@@ -373,12 +375,12 @@ impl<'a> Orbit<'a> {
                     test(Border::SpeedAtRelease, speed, s.value);
                 }
             }
-            Particulars::Stick(condition) => {
+            LegDetails::Stick(condition) => {
                 for BorderValue { border, value } in condition.others {
                     test(border, value, s.value);
                 }
             }
-            Particulars::Circuit => {}
+            LegDetails::Circuit => {}
         }
         if tested && !held && kind != Leg::Chatter {
             let touching = kind != Leg::Circuit;
@@ -387,7 +389,7 @@ impl<'a> Orbit<'a> {
             }
         }
         let start = (start, from);
-        Some(Passed { image, condition, pre, start, length: s.value, tests })
+        Some(FollowedLeg { image, condition, pre, start, length: s.value, tests })
     }
 
     /// Largest local maximum of the gap inside each leg and its time from the leg's start; `None`
@@ -398,10 +400,10 @@ impl<'a> Orbit<'a> {
         (0..self.nodes.len())
             .map(|i| {
                 let kind = self.itinerary.legs[i];
-                let passed = self.pass(&model, i, false)?;
-                let (state, moment) = &passed.start;
+                let followed = self.follow_leg(&model, i, false)?;
+                let (state, moment) = &followed.start;
                 matches!(kind, Leg::Impact(..) | Leg::Circuit).then_some(())?;
-                hump::highest(&model, state, moment, passed.length, kind != Leg::Circuit)
+                hump::highest(&model, state, moment, followed.length, kind != Leg::Circuit)
             })
             .collect()
     }

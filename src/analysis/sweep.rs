@@ -13,7 +13,7 @@ use workers::side_by_side;
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-use crate::analysis::basin::{Arrival, Fate, Journey, Target};
+use crate::analysis::basin::{Arrival, ArrivalStatus, BasinRun, Target};
 use crate::analysis::lyapunov::{LyapunovError, lyapunov_spectrum};
 use crate::analysis::period::PeriodReport;
 use crate::impact::PreImpact;
@@ -62,8 +62,8 @@ pub enum Measure {
     Label,
     /// The label, and the largest Lyapunov exponent.
     LargestExponent,
-    /// The label, and all Lyapunov exponents over so many drive periods after the end of the run, or
-    /// after the motion has settled.
+    /// The label, and all Lyapunov exponents over so many drive periods after the end of the run,
+    /// or after the motion has settled.
     Spectrum(u32),
 }
 
@@ -130,15 +130,15 @@ pub enum PointStatus {
     Unresolved,
 }
 
-impl From<Fate> for PointStatus {
-    fn from(fate: Fate) -> Self {
-        match fate {
-            Fate::Pending => Self::Pending,
-            Fate::Overlap => Self::Overlap,
-            Fate::Arrived { .. } => Self::Completed { restarted: false },
-            Fate::Elsewhere(StopReason::Completed) => Self::Unresolved,
-            Fate::Elsewhere(reason) => Self::Stopped(reason),
-            Fate::Failed => Self::Failed,
+impl From<ArrivalStatus> for PointStatus {
+    fn from(status: ArrivalStatus) -> Self {
+        match status {
+            ArrivalStatus::Pending => Self::Pending,
+            ArrivalStatus::Overlap => Self::Overlap,
+            ArrivalStatus::Arrived { .. } => Self::Completed { restarted: false },
+            ArrivalStatus::Elsewhere(StopReason::Completed) => Self::Unresolved,
+            ArrivalStatus::Elsewhere(reason) => Self::Stopped(reason),
+            ArrivalStatus::Failed => Self::Failed,
         }
     }
 }
@@ -187,8 +187,8 @@ impl PointStatus {
 pub struct SweepPoint {
     /// What became of it.
     pub status: PointStatus,
-    /// (x1, v1, v2, phase, approach velocity, energy loss) of each kept impact, state and phase just
-    /// before it.
+    /// (x1, v1, v2, phase, approach velocity, energy loss) of each kept impact, state and phase
+    /// just before it.
     pub impact_section: Vec<[f64; 6]>,
     /// Regime number of each kept impact.
     pub regime: Vec<i8>,
@@ -292,8 +292,8 @@ impl SweepPoint {
     }
 }
 
-/// Runs every cell, and counts in `done` those that are. `cancel` ends the sweep; cells not done are then
-/// pending.
+/// Runs every cell, and counts in `done` those that are. `cancel` ends the sweep; cells not done
+/// are then pending.
 ///
 /// # Errors
 /// [`ParameterError`] for a bad option, before any run.
@@ -401,8 +401,8 @@ pub fn run_many(
     Ok(runs.into_iter().map_while(|run| run).collect())
 }
 
-/// Follows every start until it arrives at one of the targets, and counts in `count` those that have
-/// come to an end. `cancel` ends the work; starts not reached are then pending.
+/// Follows every start until it arrives at one of the targets, and counts in `count` those that
+/// have come to an end. `cancel` ends the work; starts not reached are then pending.
 ///
 /// # Errors
 /// [`ParameterError`] for a bad option, before any run.
@@ -419,21 +419,21 @@ pub fn arrive_many(
     let arrivals = workers.install(|| {
         side_by_side(initials.len(), &|next, done, in_hand| {
             let done = RefCell::new(|place, arrival: Arrival| {
-                count.fetch_add(usize::from(arrival.fate != Fate::Pending), Relaxed);
+                count.fetch_add(usize::from(arrival.status != ArrivalStatus::Pending), Relaxed);
                 done(place, arrival);
             });
             let mut next = || loop {
                 let place = next().filter(|_| !cancel.is_cancelled())?;
-                match Journey::new(system, initials[place], targets, options, cancel) {
-                    Ok(journey) => return Some((place, journey)),
-                    Err(_) => (done.borrow_mut())(place, Arrival::empty(Fate::Overlap)),
+                match BasinRun::new(system, initials[place], targets, options, cancel) {
+                    Ok(run) => return Some((place, run)),
+                    Err(_) => (done.borrow_mut())(place, Arrival::empty(ArrivalStatus::Overlap)),
                 }
             };
             let mut arrived =
-                |(place, journey): (usize, Journey)| (done.borrow_mut())(place, journey.arrive());
+                |(place, run): (usize, BasinRun)| (done.borrow_mut())(place, run.arrive());
             run_batch(&mut next, &mut arrived, in_hand);
         })
     });
-    let pending = || Arrival::empty(Fate::Pending);
+    let pending = || Arrival::empty(ArrivalStatus::Pending);
     Ok(arrivals.into_iter().map(|arrival| arrival.unwrap_or_else(pending)).collect())
 }

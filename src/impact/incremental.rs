@@ -1,6 +1,6 @@
 //! The incremental-impulse integrator: an impact in many small steps of the normal impulse, the
-//! direction of slip judged at each. It knows neither regimes nor closed forms and shares no code with
-//! them but what a law is: it is the oracle that the impulse path is tested against.
+//! direction of slip judged at each. It knows neither regimes nor closed forms and shares no code
+//! with them but what a law is: it is the oracle that the impulse path is tested against.
 //!
 //! One step in contact coordinates, G the change of w by the tangential impulse:
 //!

@@ -6,15 +6,16 @@
 //! energetic   W_II = r^2 W_I                     works -+ int u dP of the normal impulse
 //! ```
 //!
-//! A law names one of the three and its ratio; the path finds where that is reached ([`Restitution`]
-//! here), the incremental integrator sees when it is. While slip keeps its direction u(P) is one straight
-//! line, of slope -a1, and all three end at (1 + r) u0/a1: the regime does not depend on the law, nor does
-//! the outcome of `frictionless` and `slip`, and every law must leave it so. The laws part where slip ends,
-//! at P*: the slope is -a2 after.
+//! A law gives one of these three conditions, with its ratio. The path solves for the impulse at
+//! which the condition holds ([`Restitution`]); the incremental integrator checks it after each
+//! step. While slip keeps its direction, u(P) is one straight line of slope -a1, and all three end
+//! at (1 + r) u0/a1: the regime does not depend on the law, nor does the outcome of `frictionless`
+//! and `slip`. A new law must have this property too. The laws differ only where slip ends at some
+//! P*: there the slope changes to -a2.
 //!
-//! Where a2 = 0 (a contact that stick leaves no mobility: the pendulum at a wall) u changes no more. A
-//! ratio of velocities is then never reached, nor one of works with u = 0: the path ends at P*, since no
-//! further impulse changes a velocity.
+//! Where a2 = 0 (a contact that stick leaves no mobility: the pendulum at a wall) u changes no
+//! more. A ratio of velocities is then never reached, nor one of works with u = 0: the path ends at
+//! P*, since no further impulse changes a velocity.
 //!
 //! Source: docs/theory.md, section 4; W. J. Stronge, Impact Mechanics (2000), and Beghin and
 //! Boulanger as quoted by Han, Jin & Hu (2004), section 2.
@@ -22,7 +23,7 @@
 use crate::model::parameters::ImpactLaw;
 use crate::numerics::dual::Number;
 
-/// What a law looks at: the phase of approach, u > 0.
+/// What a law depends on: the phase of approach, u > 0.
 #[derive(Debug, Clone, Copy)]
 #[allow(dead_code)] // the present laws need no more than r
 pub(crate) struct Approach<T> {
@@ -126,7 +127,8 @@ impl<T: Number> Restitution<T> {
                 let impulse = (one + ratio) * at.impulse_approach - at.impulse;
                 End {
                     impulse: if at.in_approach { impulse } else { impulse.at_least(zero) },
-                    // u = -v = -mobility (P - P_I) in stick: exactly -r of what it was without slip.
+                    // u = -v = -mobility (P - P_I) in stick: exactly -r of what it was without
+                    // slip.
                     separation: (at.in_approach && at.sticks_mobile).then(|| ratio * at.parting),
                 }
             }
@@ -135,7 +137,8 @@ impl<T: Number> Restitution<T> {
                 End::at(speed, (speed + at.velocity) / at.slows_after)
             }
             Self::Work(ratio) if at.in_approach => {
-                // Approach: P* (u0 + u)/2 before P*, u^2/(2 a2) after; restitution: u_post^2/(2 a2).
+                // Approach: P* (u0 + u)/2 before P*, u^2/(2 a2) after; restitution: u_post^2/(2
+                // a2).
                 let sum = (at.approach_velocity + at.velocity).at_least(zero);
                 let speed = ratio * root(at.velocity, at.slows_after * at.impulse, sum);
                 End::at(speed, (speed + at.velocity) / at.slows_after)

@@ -33,16 +33,16 @@ pub(crate) struct PathEnd<T> {
 }
 
 impl PathEnd<f64> {
-    /// Whether velocities, impulse and energy are numbers: energies are squares, and the first to leave
-    /// the range of floats.
+    /// Whether velocities, impulse and energy are numbers: energies are squares, and the first to
+    /// leave the range of floats.
     #[inline(always)]
     pub(crate) fn is_finite(&self) -> bool {
         (self.slip + self.parting + self.impulse_normal + self.energy_loss).is_finite()
     }
 }
 
-/// A sum or product, and what its rounding left out: a rounded impulse would cost the velocities one
-/// unit of *its* last place. The rest is too small for its derivatives to matter.
+/// A sum or product, and its rounding error: without that, the velocities would have the rounding
+/// error of the impulse. The error is too small for its derivatives to matter.
 #[derive(Clone, Copy)]
 struct Exact<T> {
     rounded: T,
@@ -74,7 +74,7 @@ impl<T: Number> Exact<T> {
         Self { rounded, rest: rest / divisor }
     }
 
-    /// a x + b of this x, rounded once: twice is a bias.
+    /// a x + b for this x, rounded once: rounding twice is a bias.
     #[inline(always)]
     fn multiply_add(self, a: T, b: T) -> T {
         let sum = Self::product_sum(a, self.rounded, b);
@@ -142,14 +142,14 @@ impl<T: Number> PathEnd<T> {
         }
     }
 
-    /// One segment of this impulse, to w = 0.
+    /// Follows a segment for this impulse, which ends at w = 0.
     #[inline(always)]
     fn stop(&mut self, contact: &ContactCoordinates<T>, segment: &Segment<T>, impulse: T) {
         let parting = fused(contact.mobility, impulse, self.parting);
         self.reach(contact, segment, impulse, (T::constant(0.0), parting));
     }
 
-    /// One segment of this impulse.
+    /// Follows a segment for this impulse.
     #[inline(always)]
     fn step(&mut self, contact: &ContactCoordinates<T>, segment: &Segment<T>, impulse: T) {
         let slip = fused(-segment.k, impulse, self.slip);
@@ -157,7 +157,7 @@ impl<T: Number> PathEnd<T> {
         self.reach(contact, segment, impulse, (slip, parting));
     }
 
-    /// One segment to these velocities.
+    /// Ends a segment at these velocities, w and v.
     #[inline(always)]
     fn reach(
         &mut self,
@@ -179,16 +179,16 @@ impl<T: Number> PathEnd<T> {
     }
 }
 
-/// The path of an impact whose slip keeps its direction, or that has no friction: all laws agree there,
-/// and none gains energy.
+/// The path of an impact whose slip keeps its direction, or that has no friction: all laws agree
+/// there, and none gains energy.
 #[inline(always)]
 pub(crate) fn without_switch<T: Number>(
     contact: &ContactCoordinates<T>,
     restitution: T,
     segment: &Segment<T>,
 ) -> PathEnd<T> {
-    // 1 + r and mobility + k b/h with what rounding leaves out of them: constant where the contact does
-    // not turn, it would drain energy from every impact alike.
+    // 1 + r and mobility + k b/h with what rounding leaves out of them: constant where the contact
+    // does not turn, it would drain energy from every impact alike.
     let slowing = Exact::product_sum(segment.k, contact.coupling, contact.mobility);
     let approach = Exact::product_sum(contact.slip, contact.coupling, -contact.parting);
     let whole = Exact::of(
@@ -207,8 +207,8 @@ pub(crate) fn without_switch<T: Number>(
     path
 }
 
-/// The path of an impact whose slip ends at the impulse `switch`: approach to u = 0 at P_I, restitution
-/// to where the law ends it.
+/// The path of an impact whose slip ends at the impulse `switch`: approach to u = 0 at P_I,
+/// restitution to where the law ends it.
 fn with_switch<T: Number>(
     contact: &ContactCoordinates<T>,
     (restitution, law): (T, &impl Law),
@@ -273,8 +273,8 @@ fn with_switch<T: Number>(
     path
 }
 
-/// The path in a given regime, with slip in this direction at first; `switch` is P*, if the regime has
-/// one.
+/// The path in a given regime, with slip in this direction at first; `switch` is P*, if the regime
+/// has one.
 #[inline(always)]
 pub(crate) fn follow<T: Number>(
     contact: &ContactCoordinates<T>,

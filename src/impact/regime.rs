@@ -4,8 +4,8 @@
 //! direction (Han, Jin & Hu (2004), eqs. (9), (10) with |sin x1|).
 //!
 //! Edges: |b| = mu c sticks (the pendulum: |cos x1| = mu |sin x1|); P* = P_f counts as restitution;
-//! P* = (1 + r) P_f is slip; w = 0 at the start sticks, or slips with s = -sgn b; c = 0 is frictionless.
-//! The outcome is continuous across all of them.
+//! P* = (1 + r) P_f is slip; w = 0 at the start sticks, or slips with s = -sgn b; c = 0 is
+//! frictionless. The outcome is continuous across all of them.
 
 #![allow(clippy::inline_always)] // a flight with its impact is compiled for several instruction sets
 #![allow(clippy::needless_bitwise_bool)] // conditions without jumps, for the lanes

@@ -8,8 +8,8 @@ use crate::model::contact_coordinates::ContactCoordinates;
 use crate::model::parameters::ImpactLaw;
 use crate::numerics::dual::{Dual, Number};
 
-/// The bodies part at r times the mean velocity of approach along the impulse, doubled: Newton's law
-/// where the path is straight. All there is to a law.
+/// The bodies part at r times the mean velocity of approach along the impulse, doubled: Newton's
+/// law where the path is straight. All there is to a law.
 struct MeanVelocity;
 
 impl Law for MeanVelocity {

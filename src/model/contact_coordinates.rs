@@ -1,9 +1,9 @@
-//! Two bodies that meet at one point, as an impact sees them: velocities and mobilities along the normal
-//! and the tangent of the contact, whatever the bodies are (docs/theory.md, sections 4 and 12). The one
-//! place that says which of them belong to the pendulum.
+//! Two bodies that meet at one point, as an impact sees them: velocities and mobilities along the
+//! normal and the tangent of the contact, whatever the bodies are (docs/theory.md, sections 4 and
+//! 12). The one place that says which of them belong to the pendulum.
 //!
-//! With rows n and t of the contact, u = n.q', s = t.q', a = n M^-1 n, b = n M^-1 t, c = t M^-1 t, and
-//! impulses P and Q against n and along t:
+//! With rows n and t of the contact, u = n.q', s = t.q', a = n M^-1 n, b = n M^-1 t, c = t M^-1 t,
+//! and impulses P and Q against n and along t:
 //!
 //! ```text
 //! du = -a dP + b dQ        ds = -b dP + c dQ
@@ -16,8 +16,9 @@
 //! v = (b/h) w - u                  dv = (a - b^2/c) dP
 //! ```
 //!
-//! v is what friction cannot change: the speed at which the bodies would part if w were stopped. For the
-//! pendulum h = sin x1, w = x1', v = x2', b/h = cos x1 and a - b^2/c = mbar: its own equations of impact.
+//! v is what friction cannot change: the speed at which the bodies would part if w were stopped.
+//! For the pendulum h = sin x1, w = x1', v = x2', b/h = cos x1 and a - b^2/c = mbar: its own
+//! equations of impact.
 
 #![allow(clippy::inline_always)] // a flight with its impact is compiled for several instruction sets
 
@@ -65,8 +66,8 @@ impl ContactCoordinates<f64> {
 }
 
 impl<T: Number> ContactCoordinates<T> {
-    /// The pendulum's tip at body 2: n = (cos x1, -1), t = (sin x1, 0), M = diag(1, 1/mbar); `side` is the
-    /// sign of sin x1.
+    /// The pendulum's tip at body 2: n = (cos x1, -1), t = (sin x1, 0), M = diag(1, 1/mbar); `side`
+    /// is the sign of sin x1.
     #[inline(always)]
     pub(crate) fn at_tip(
         (sin, cos): (T, T),
@@ -159,8 +160,8 @@ impl PreImpact {
         ContactCoordinates::at_tip(angle, velocities, mass_ratio, friction, side)
     }
 
-    /// A wall that approaches a tip at the end of its reach, which would drive x1' beyond all bounds, or
-    /// at dead centre, where hardly any impulse acts on x1'.
+    /// A wall that approaches a tip at the end of its reach, which would drive x1' beyond all
+    /// bounds, or at dead centre, where hardly any impulse acts on x1'.
     #[inline]
     pub(crate) fn has_no_room(&self, system: &System) -> bool {
         let approaches = system.mass_ratio == 0.0 && self.v2 < 0.0;

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use super::arrays;
 use super::cancel::{Progress, interruptible};
 use super::system::PySystem;
-use crate::analysis::basin::{Arrival, Fate, Target};
+use crate::analysis::basin::{Arrival, ArrivalStatus, Target};
 use crate::analysis::period::{CHATTERING, ImpactCount};
 use crate::analysis::sweep::{PointStatus, Workers, arrive_many};
 use crate::model::error::StateError;
@@ -48,21 +48,21 @@ impl PyArrivals {
     /// (n,) place of each status in `STATUS_NAMES`.
     #[getter]
     fn status<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
-        self.column(py, |arrival| PointStatus::from(arrival.fate).code())
+        self.column(py, |arrival| PointStatus::from(arrival.status).code())
     }
     /// (n,) number of the attractor, -1 for none of them.
     #[getter]
     fn attractor<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        self.column(py, |arrival| match arrival.fate {
-            Fate::Arrived { target, .. } => target as i64,
+        self.column(py, |arrival| match arrival.status {
+            ArrivalStatus::Arrived { target, .. } => target as i64,
             _ => -1,
         })
     }
     /// (n,) drive periods until its region was entered, -1 for none.
     #[getter]
     fn periods<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        self.column(py, |arrival| match arrival.fate {
-            Fate::Arrived { periods, .. } => periods,
+        self.column(py, |arrival| match arrival.status {
+            ArrivalStatus::Arrived { periods, .. } => periods,
             _ => -1,
         })
     }

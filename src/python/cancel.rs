@@ -104,8 +104,8 @@ pub(super) fn interruptible<T: Send, E: Into<PyErr> + Send>(
     }
 }
 
-/// Work that can be interrupted and go on: `proceed` does so until it has ended or the token is cancelled, and
-/// returns whether it has ended.
+/// Work that can be interrupted and go on: `proceed` does so until it has ended or the token is
+/// cancelled, and returns whether it has ended.
 pub(super) fn interruptible_later(
     py: Python<'_>,
     mut proceed: impl FnMut(&CancelToken) -> bool + Send,

@@ -36,7 +36,7 @@ impl Simulation {
                 (touch.time, touch.offset)
             }
             Found::Clear(time) => (time, 0.0),
-            // The literal law creates energy without bound.
+            // The law as printed creates energy without bound.
             Found::NotFinite | Found::Stalled if !self.system.law.is_coulomb() => {
                 return Some(Ok(self.stop_here(StopReason::LawFailed)));
             }
@@ -47,7 +47,7 @@ impl Simulation {
         let reached = over.unwrap_or(DoubleDouble::sum(time, offset));
         self.pass_sections_in_flight(reached, over.is_some(), observer);
         if let Some(end) = over {
-            // What was found is met if the run goes on.
+            // A run that goes on uses what was found.
             self.found = Some(found);
             let state = self.motion.state_within(&self.flight, end.not_negative());
             return Some(Ok(self.stop_at_horizon(state)));
@@ -67,7 +67,7 @@ impl Simulation {
                 if self.flight.state.is_finite() {
                     return None;
                 }
-                // It fails where it last was in range.
+                // The failure is reported at the last finite state.
                 (self.point.elapsed, self.point.grazed) = (elapsed, grazed);
                 self.enter_flight();
                 Some(Err(self.fail(false)))
@@ -75,8 +75,8 @@ impl Simulation {
         }
     }
 
-    /// Local time of the horizon if it lies before this one, at which the bodies may strike: told by the
-    /// clock that the event will have. An event at the very end still belongs to the run.
+    /// Local time of the horizon if it lies before this one, at which the bodies may strike: told
+    /// by the clock that the event will have. An event at the very end still belongs to the run.
     #[inline(always)]
     pub(super) fn horizon_before(
         &self,
@@ -122,8 +122,8 @@ impl Simulation {
         self.checked_against_graze(report.found)
     }
 
-    /// What was found, if its last step is one within a local flight, and not before the graze from which
-    /// the flight goes on.
+    /// What was found, if its last step is one within a local flight, and not before the graze from
+    /// which the flight goes on.
     #[inline(always)]
     pub(super) fn checked_against_graze(&self, found: Found) -> Found {
         match found {
@@ -228,7 +228,8 @@ impl Simulation {
         (!skipped).then(|| Ok(self.record(pre, impact)))
     }
 
-    /// The present flight begins at this clock and state, with an impact; whether chatter may have begun.
+    /// The present flight begins at this clock and state, with an impact; whether chatter may have
+    /// begun.
     #[inline(always)]
     pub(super) fn leave(
         &mut self,
@@ -259,7 +260,7 @@ impl Simulation {
     #[inline(always)]
     pub(super) fn record(&self, pre: State, impact: Impact) -> Event {
         let Flight { clock, state: post, .. } = self.flight;
-        // At the end to rounding, and told there.
+        // To rounding it is at the end, and belongs there.
         let clock = if clock > self.end { self.end } else { clock };
         let (time, phase) = (self.motion.drive.time(clock), self.motion.drive.phase_at(clock));
         Event::Impact(ImpactEvent { clock, time, phase, pre, post, impact })
@@ -271,7 +272,7 @@ impl Simulation {
         self.point.completion = self.chatter_ahead(self.flight.clock, impact);
     }
 
-    /// Where chatter ends, once that is known within the tolerance and contact follows.
+    /// The end of chatter, if it is known within the tolerance and contact follows.
     fn chatter_ahead(&mut self, clock: Clock, impact: &Impact) -> Option<Completion> {
         let post = self.point.anchor.state;
         let drive = &self.motion.drive;
@@ -342,7 +343,7 @@ impl Simulation {
         }
         let before = self.point.grazed.unwrap_or(f64::NEG_INFINITY);
         if touch.local_time() <= before + STANDSTILL_TIME * self.motion.span {
-            // The gap stays at rounding level: no graze follows another so closely for ever.
+            // The gap stays at rounding level: such grazes do not follow one another for ever.
             self.point.standstill += 1;
             if self.point.standstill > STANDSTILL_EVENTS {
                 self.anchor(clock, self.system.landed(state), Phase::Landing);
@@ -370,7 +371,7 @@ fn is_finite(touch: &Touch) -> bool {
     touch.state.is_finite() && touch.local_time().is_finite()
 }
 
-/// A flight with all that is usual in it, compiled for each kind of vector instructions.
+/// A flight and the usual events at its end, compiled for each set of vector instructions.
 struct FlightStep<'a, O> {
     simulation: &'a mut Simulation,
     began: FlightStart,

@@ -1,21 +1,22 @@
 //! Motions that repeat to the last bit.
 //!
-//! What follows an impact depends on few numbers, and rounding leaves finitely many of them: a motion that
-//! settles soon has the very numbers that it had some drive periods before, and from there all repeats.
-//! (Unless its impacts fall within some 1e-16 of a period's boundary, where the clock resolves far more.)
-//! It is then not computed again: the clock moves on by whole cycles. What is kept of them is copied
-//! (src/run/kept.rs). The results have the same bits.
+//! The motion after an impact depends on few numbers, and floats have finitely many values. So a
+//! motion that settles has, after some time, an impact with exactly the numbers of an earlier one.
+//! From there on it repeats. (Not if its impacts lie within some 1e-16 of the start of a drive
+//! period, where the clock resolves much more.) Such a motion is not computed again: the clock
+//! moves on by whole cycles, and the records of a cycle are copied (run/kept.rs). The results have
+//! the same bits.
 
 use super::{Horizon, Simulation};
 use crate::contact::chatter::ChatterKey;
 use crate::model::state::{Clock, State};
 
-/// Fewest impacts for which the numbers of one are looked for in the next ones, and the part of all so far:
-/// cycles up to that length are found within that part of the time that the motion takes to settle.
+/// A reference is compared with at least so many impacts, and with at least one in so many of all
+/// impacts so far. Cycles up to that length are found soon after the motion has settled.
 const FEWEST: u64 = 8;
 const PART: u64 = 8;
 
-/// Looks for an impact that has been before.
+/// Looks for an impact with the numbers of an earlier one, the reference.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Recurrence {
     /// Drive period up to which nothing is kept.
@@ -24,13 +25,13 @@ pub(super) struct Recurrence {
     /// Impacts since the reference, and the number of them at which it is changed.
     age: u64,
     limit: u64,
-    /// What lies between the reference and the present impact, if they are alike and it is kept. Who keeps
-    /// impacts asks for it at each of them.
+    /// What lies between the reference and the present impact, if they are alike and it is kept.
+    /// Who keeps impacts asks for it at each of them.
     found: Option<Cycle>,
 }
 
-/// All that the motion after an impact depends on, but whole drive periods. (Whether a plastic impact is
-/// followed by contact follows from the state and the chatter_key.)
+/// All that the motion after an impact depends on, except the number of drive periods. (Whether a
+/// plastic impact is followed by contact follows from the state and the chatter_key.)
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Numbers {
     state: [u64; 4],
@@ -51,7 +52,7 @@ struct Reference {
     next_section: i64,
 }
 
-/// The stretch from an impact to the next one with the same numbers.
+/// The motion from an impact to the next one with the same numbers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cycle {
     /// Drive periods, and so sections.
@@ -78,8 +79,8 @@ impl Recurrence {
 }
 
 impl Simulation {
-    /// Nothing is kept before this drive period: a motion that repeats is moved on up to there, and from
-    /// there on [`Self::repeats`] tells of it.
+    /// Nothing is kept before this drive period: a motion that repeats is moved on up to there, and
+    /// from there on [`Self::repeats`] tells of it.
     pub(crate) fn skips_repeats_until(&mut self, period: i64) {
         let reference = Reference {
             numbers: None,
@@ -107,8 +108,8 @@ impl Simulation {
         })
     }
 
-    /// Finds out whether the present impact is the reference, or makes it the next one. Where nothing is
-    /// kept the clock then moves on by whole cycles.
+    /// Finds out whether the present impact is the reference, or makes it the next one. Where
+    /// nothing is kept the clock then moves on by whole cycles.
     #[inline(never)]
     pub(super) fn look_for_repeat(&mut self) {
         let Some(mut recurrence) = self.recurrence else { return };
@@ -148,8 +149,8 @@ impl Simulation {
         self.recurrence = Some(recurrence);
     }
 
-    /// What the motion is going to repeat, if the present impact is like one before that is kept, too; and
-    /// how often before it ends.
+    /// What the motion is going to repeat, if the present impact is like one before that is kept,
+    /// too; and how often before it ends.
     #[inline(always)]
     #[allow(clippy::inline_always)] // asked after every impact that is kept
     pub(crate) fn repeats(&mut self) -> Option<(Cycle, i64)> {

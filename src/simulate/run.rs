@@ -156,8 +156,8 @@ pub fn run(
     collection.into_run()
 }
 
-/// Makes runs, at most so many at a time: `next` gives their systems and starts, `done` gets each with
-/// its place in their order.
+/// Makes runs, at most so many at a time: `next` gives their systems and starts, `done` gets each
+/// with its place in their order.
 pub(crate) fn run_together(
     next: &mut dyn FnMut() -> Option<(usize, System, State)>,
     options: RunOptions,
@@ -227,8 +227,8 @@ impl Collection {
         Ok(Self::new(system, initial, options, &CancelToken::never())?)
     }
 
-    /// Goes on until the run ends or `cancel` interrupts it, also after an interruption. Returns whether it
-    /// has ended.
+    /// Goes on until the run ends or `cancel` interrupts it, also after an interruption. Returns
+    /// whether it has ended.
     pub fn proceed(&mut self, cancel: &CancelToken) -> bool {
         self.simulation.proceed_with(cancel);
         self.finish();

@@ -1,13 +1,13 @@
 //! Derivatives of complete chatter.
 //!
 //! Time and state just after the impacts of one sequence are smooth functions of the separation
-//! velocity u. The bounces are followed one by one, with their derivatives, and extrapolated to
-//! u = 0 by the same polynomials for numbers that carry derivatives: the derivative
-//! of the extrapolated value, which converges as the value does.
+//! velocity u. The impacts are followed one by one, with their derivatives, and extrapolated to
+//! u = 0 by the same polynomials for numbers that carry derivatives: the derivative of the
+//! extrapolated value, which converges as the value does.
 
 use super::border::{BorderValue, note_least};
 use super::contact::on_contact;
-use super::{Dual, DualState, Model, Moment, fly, free_gap_acceleration, strike};
+use super::{Dual, DualState, Model, Moment, fly, free_gap_acceleration, impact_in_regime};
 use crate::contact::tolerances::CHATTER_SPACING;
 use crate::flight::{Found, next_contact};
 use crate::impact::{PreImpact, RegimeKind, resolve};
@@ -21,15 +21,16 @@ use crate::tangent::itinerary::Signs;
 
 /// Highest number of samples extrapolated.
 const MOST: usize = 10;
-/// Most bounces followed.
+/// Most impacts followed.
 const BOUNCES: usize = 2_000;
 /// Most local flights of one hop.
 const FLIGHTS: usize = 64;
 /// Largest difference of the last two orders of an extrapolation that converges.
 const CONVERGED: f64 = 1e-9;
-/// Where x1' has a ratio of its own (slip that reverses in each impact) nothing is extrapolated: such
-/// bounces are followed down to this separation velocity. What is left is taken to leading order,
-/// with an error O(u^2) below rounding; a hop's derivatives have an error of EPS/u.
+/// Where slip reverses in each impact, x1' decreases by another factor than u and nothing is
+/// extrapolated: such impacts are followed down to this separation velocity. The rest is computed
+/// to leading order, with an error O(u^2) below rounding; the derivatives of a flight have an error
+/// of EPS/u.
 const LOWEST: f64 = 1e-8;
 
 /// u, and differences from the first sample of time, x1 and x1' just after an impact.
@@ -39,7 +40,7 @@ type Sample = (Dual, [Dual; 3]);
 pub(crate) struct Accumulation {
     pub state: DualState,
     pub moment: Moment,
-    /// Of all bounces, the least value of each border of their regime.
+    /// The least value of each border of the regime over all impacts.
     pub borders: Vec<BorderValue>,
 }
 
@@ -54,7 +55,7 @@ pub(crate) fn accumulate(
     let mut samples: Vec<Sample> = Vec::new();
     let mut best: Option<(f64, [Dual; 3])> = None;
     let mut borders: Vec<BorderValue> = Vec::new();
-    let mut character = None;
+    let mut regime = None;
     let (mut stops, mut reverses, mut ratio) = (false, false, 1.0);
     for _ in 0..BOUNCES {
         let u = -model.approach_velocity(&state);
@@ -80,13 +81,13 @@ pub(crate) fn accumulate(
                 }
             }
         }
-        // Bounces at rounding level cannot be told from contact.
+        // Flights at rounding level cannot be distinguished from contact.
         let Some(bounce) = bounce(model, &state, &moment.later(passed)) else { break };
         ratio = model.approach_velocity(&bounce.post).value / -u.value;
         (stops, reverses) = (bounce.stops, bounce.reverses);
         (state, passed) = (bounce.post, passed + bounce.time);
-        if character.replace(bounce.character) != Some(bounce.character) {
-            // Smooth in u are the impacts of one kind alone.
+        if regime.replace(bounce.regime) != Some(bounce.regime) {
+            // Only impacts in one regime are smooth functions of u.
             samples.clear();
             best = None;
         }
@@ -112,16 +113,16 @@ pub(crate) fn accumulate(
     Some(Accumulation { state: on_contact(model, x1, v1), moment: moment.later(time), borders })
 }
 
-/// One hop and the impact at its end.
+/// One flight and the impact at its end.
 struct Bounce {
     post: DualState,
     time: Dual,
-    /// The tip stops in the impact, or turns round.
+    /// Whether the tip stops in the impact, or reverses.
     stops: bool,
     reverses: bool,
     borders: Vec<BorderValue>,
     /// Regime and signs.
-    character: (RegimeKind, Signs),
+    regime: (RegimeKind, Signs),
 }
 
 fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
@@ -129,15 +130,15 @@ fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
     let (hop, approach) = next_touch(model, state.value(), moment.clock())?;
     let hop = Dual::constant(hop);
     let there = fly(model, state, moment, hop);
-    // g = 0 at the end of the hop: its derivative follows from that of g.
+    // g = 0 at the end of the flight: the derivative of its time follows from that of g.
     let hop = Dual::chain(hop.value, [(-1.0 / approach, model.gap(&there))]);
     let pre = fly(model, state, moment, hop);
     let velocities = PreImpact::new(system.contact, &pre.value());
     let impact = resolve(system, &velocities).ok()?;
     let signs = Signs::of(impact.regime, velocities.v1, velocities.sin);
     let kind = impact.regime.kind();
-    let struck = strike(model, &pre, kind, signs);
-    let post = DualState { x2: model.contact_place(pre.x1), ..struck.post };
+    let impact = impact_in_regime(model, &pre, kind, signs);
+    let post = DualState { x2: model.contact_place(pre.x1), ..impact.post };
     Some(Bounce {
         post,
         time: hop,
@@ -146,13 +147,13 @@ fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
             kind,
             RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution
         ),
-        borders: struck.borders,
-        character: (kind, signs),
+        borders: impact.borders,
+        regime: (kind, signs),
     })
 }
 
-/// Time to the end of a hop, and u there. A long one, which the simulation leaves to chatter because
-/// those after it are short, takes several local flights.
+/// Time to the next impact, and u there. The first flight of chatter may be long, and then takes
+/// several local flights.
 fn next_touch(model: &Model, mut state: State, mut clock: Clock) -> Option<(f64, f64)> {
     let motion = &model.motion;
     let (mut start, mut before) = (Start::Touching, 0.0);

@@ -82,9 +82,9 @@ pub enum ItineraryError {
     TooLong(usize),
 }
 
-/// An event with the leg that it ends.
+/// A leg with the event that ends it.
 #[derive(Clone)]
-struct Mark {
+struct EndedLeg {
     leg: Leg,
     clock: Clock,
     state: State,
@@ -149,46 +149,46 @@ impl Itinerary {
         };
         let initial = with_wall_at_rest(system, initial);
         let wall_at_rest = system.is_wall_at_rest(&initial);
-        let marks = marks(system, initial, whole, max_events, cancel)?;
-        if marks.is_empty() {
+        let ended = ended_legs(system, initial, whole, max_events, cancel)?;
+        if ended.is_empty() {
             let node = Node { x1: initial.x1, v1: initial.v1, v2: initial.v2, time: initial.x2 };
             let legs = Self { legs: vec![Leg::Circuit], periods, clocks: vec![0], wall_at_rest };
             return Ok((legs, vec![node]));
         }
         let drive = FreeMotion::new(system).drive;
-        let time = |mark: &Mark| drive.time(mark.clock);
+        let time = |end: &EndedLeg| drive.time(end.clock);
         let length = periods as f64 * system.drive_period();
-        // One cycle is enough, and all that a guess near an unstable motion may give, if no event is
-        // so close to its ends that drift could move it across.
-        let inside = marks.iter().take_while(|mark| time(mark) < length).count();
+        // One cycle is enough, and all that a guess near an unstable motion may give, if no event
+        // is so close to its ends that drift could move it across.
+        let inside = ended.iter().take_while(|leg| time(leg) < length).count();
         let clear = CLEAR_ENDS * system.drive_period();
-        let apart = |i: usize, end: f64| marks.get(i).is_none_or(|m| (time(m) - end).abs() > clear);
+        let apart = |i: usize, end: f64| ended.get(i).is_none_or(|m| (time(m) - end).abs() > clear);
         let one = inside > 0 && apart(0, 0.0) && apart(inside - 1, length) && apart(inside, length);
         let (begins, count) = if one {
             (0, inside)
         } else {
             // The cycle begins with the event of the first one that has most room before it.
-            let room = |i: usize| time(&marks[i]) - if i == 0 { 0.0 } else { time(&marks[i - 1]) };
+            let room = |i: usize| time(&ended[i]) - if i == 0 { 0.0 } else { time(&ended[i - 1]) };
             let first = length + 0.5 * system.drive_period();
-            let begins = (0..marks.iter().take_while(|mark| time(mark) < first).count())
+            let begins = (0..ended.iter().take_while(|leg| time(leg) < first).count())
                 .max_by(|&i, &j| room(i).total_cmp(&room(j)))
                 .ok_or(ItineraryError::NotClosed)?;
-            let end = time(&marks[begins]) + length - 0.5 * room(begins);
-            (begins, marks[begins..].iter().take_while(|mark| time(mark) < end).count())
+            let end = time(&ended[begins]) + length - 0.5 * room(begins);
+            (begins, ended[begins..].iter().take_while(|leg| time(leg) < end).count())
         };
-        let cycle = &marks[begins..begins + count];
+        let cycle = &ended[begins..begins + count];
         let next = if one {
-            &marks[0]
+            &ended[0]
         } else {
-            marks.get(begins + count).ok_or(ItineraryError::NotClosed)?
+            ended.get(begins + count).ok_or(ItineraryError::NotClosed)?
         };
         if cycle.len() > MOST_LEGS {
             return Err(ItineraryError::TooLong(cycle.len()));
         }
         let legs: Vec<Leg> = cycle[1..].iter().map(|m| m.leg).chain([next.leg]).collect();
-        let consistent = cycle.iter().zip(&legs).all(|(mark, leg): (&Mark, &Leg)| {
+        let consistent = cycle.iter().zip(&legs).all(|(end, leg): (&EndedLeg, &Leg)| {
             let held = matches!(leg, Leg::SlideToRelease(_) | Leg::SlideToStop(_) | Leg::Stick(_));
-            held == mark.holds
+            held == end.holds
         });
         if !consistent {
             return Err(ItineraryError::NotClosed);
@@ -216,8 +216,8 @@ pub(crate) fn with_wall_at_rest(system: &System, state: State) -> State {
     if decays && system.gap_function(&still) <= 0.0 { still } else { state }
 }
 
-/// What an event says of the legs.
-pub(crate) enum Reading {
+/// What an event changes about the legs.
+pub(crate) enum LegChange {
     /// It ends this leg; the state is the one after it.
     Ends(Leg, Clock, State),
     /// Contact begins in this state where an impact or chatter has just ended, or at t = 0.
@@ -236,7 +236,7 @@ pub(crate) struct LegReader {
 }
 
 impl LegReader {
-    pub fn read(&mut self, system: &System, event: &Event) -> Reading {
+    pub fn read(&mut self, system: &System, event: &Event) -> LegChange {
         let (leg, clock, state, after) = match event {
             Event::Impact(impact) => {
                 (Leg::to_impact(system, impact), impact.clock, impact.post, None)
@@ -248,7 +248,7 @@ impl LegReader {
             | Event::Release(change) => {
                 let Some(ended) = self.mode else {
                     self.mode = change.mode;
-                    return Reading::Begins(change.state);
+                    return LegChange::Begins(change.state);
                 };
                 // Without friction the direction plays no part.
                 let positive = ended == ContactMode::SlidePositive || system.friction == 0.0;
@@ -263,23 +263,23 @@ impl LegReader {
                 };
                 (leg, change.clock, change.state, change.mode)
             }
-            Event::Graze(_) => return Reading::Nothing,
-            Event::Stop(stop) => return Reading::Stops(stop.reason),
+            Event::Graze(_) => return LegChange::Nothing,
+            Event::Stop(stop) => return LegChange::Stops(stop.reason),
         };
         self.mode = after;
-        Reading::Ends(leg, clock, state)
+        LegChange::Ends(leg, clock, state)
     }
 }
 
 /// The events of so many drive periods, each with the leg it ends.
-fn marks(
+fn ended_legs(
     system: &System,
     initial: State,
     periods: u32,
     max_events: u64,
     cancel: &CancelToken,
-) -> Result<Vec<Mark>, ItineraryError> {
-    let mut marks: Vec<Mark> = Vec::new();
+) -> Result<Vec<EndedLeg>, ItineraryError> {
+    let mut ended: Vec<EndedLeg> = Vec::new();
     let mut reader = LegReader { mode: None };
     let mut simulation = Simulation::new(system, initial)?
         .periods(periods)
@@ -288,35 +288,35 @@ fn marks(
     while let Some(event) = simulation.advance(&mut ()) {
         let event = event?;
         match reader.read(system, &event) {
-            Reading::Ends(leg, clock, state) => {
+            LegChange::Ends(leg, clock, state) => {
                 let approach_velocity = match event {
                     Event::Impact(impact) => impact.impact.approach_velocity,
                     _ => 0.0,
                 };
                 let holds = reader.mode.is_some();
-                marks.push(Mark { leg, clock, state, holds, approach_velocity });
+                ended.push(EndedLeg { leg, clock, state, holds, approach_velocity });
             }
-            Reading::Begins(state) => {
-                if let Some(last) = marks.last_mut() {
+            LegChange::Begins(state) => {
+                if let Some(last) = ended.last_mut() {
                     last.holds = true;
                     last.state = state;
                 }
             }
-            Reading::Nothing => {}
-            Reading::Stops(StopReason::Completed) => break,
-            Reading::Stops(reason) => return Err(ItineraryError::Stopped(reason)),
+            LegChange::Nothing => {}
+            LegChange::Stops(StopReason::Completed) => break,
+            LegChange::Stops(reason) => return Err(ItineraryError::Stopped(reason)),
         }
     }
-    Ok(without_low_bounces(&marks))
+    Ok(without_low_bounces(&ended))
 }
 
 /// The low impacts that lead into chatter are left to the chatter's leg: as legs of their own their
 /// times have the rounding of the gap over u.
-fn without_low_bounces(marks: &[Mark]) -> Vec<Mark> {
-    let highest = marks.iter().map(|mark| mark.approach_velocity).fold(0.0, f64::max);
-    let mut kept: Vec<Mark> = Vec::with_capacity(marks.len());
-    for mark in marks {
-        if mark.leg == Leg::Chatter {
+fn without_low_bounces(ended: &[EndedLeg]) -> Vec<EndedLeg> {
+    let highest = ended.iter().map(|end| end.approach_velocity).fold(0.0, f64::max);
+    let mut kept: Vec<EndedLeg> = Vec::with_capacity(ended.len());
+    for end in ended {
+        if end.leg == Leg::Chatter {
             while let [.., before, last] = &kept[..] {
                 let low = last.approach_velocity < LOW_BOUNCE * highest
                     && before.approach_velocity > last.approach_velocity;
@@ -326,7 +326,7 @@ fn without_low_bounces(marks: &[Mark]) -> Vec<Mark> {
                 kept.pop();
             }
         }
-        kept.push(mark.clone());
+        kept.push(end.clone());
     }
     kept
 }

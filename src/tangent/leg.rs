@@ -1,34 +1,34 @@
-//! One leg of a motion with its derivatives: the one place that tells which formulas belong to which
-//! leg. Shooting (shooting.rs) and Lyapunov exponents (lyapunov.rs) build on it.
+//! One leg of a motion with its derivatives: which formulas belong to which kind of leg. Shooting
+//! (shooting.rs) and Lyapunov exponents (lyapunov.rs) build on it.
 
 use nalgebra::Matrix4;
 
 use super::border::BorderValue;
 use super::contact::StickCondition;
-use super::strike::Struck;
+use super::impact::RegimeImpact;
 use super::{
     Accumulation, Dual, DualState, END, Model, Moment, accumulate, fly, free_gap_acceleration,
-    slide, stick_condition, strike,
+    impact_in_regime, slide, stick_condition,
 };
 use crate::contact::sustained::ContactMode;
 use crate::model::state::State;
 use crate::numerics::dual::Number;
 use crate::tangent::itinerary::Leg;
 
-/// A leg as it comes out.
-pub(crate) struct Passage {
+/// The end of a leg, with derivatives.
+pub(crate) struct LegOutcome {
     /// x1, x1', x2' after the event at its end.
     pub image: [Dual; 3],
     /// Zero where the event is at the end time; of a circuit, which has none, x2.
     pub condition: Dual,
     /// State just before that event.
     pub pre: State,
-    pub particulars: Particulars,
+    pub details: LegDetails,
 }
 
-/// What only this kind of leg has.
-pub(crate) enum Particulars {
-    Impact(Struck),
+/// Results that depend on the kind of leg.
+pub(crate) enum LegDetails {
+    Impact(RegimeImpact),
     /// Least values of the borders of the bounces' regimes.
     Chatter(Vec<BorderValue>),
     /// State at the end, and the free gap acceleration there, which the contact force takes away.
@@ -44,28 +44,28 @@ pub(crate) fn traverse(
     start: &DualState,
     from: &Moment,
     end: &Moment,
-) -> Option<Passage> {
+) -> Option<LegOutcome> {
     let s = model.elapsed(from, end);
     let stop = Dual::constant(0.0);
     Some(match leg {
         Leg::Impact(regime, signs) => {
             let pre = fly(model, start, from, s);
-            let struck = strike(model, &pre, regime, signs);
-            let DualState { x1, v1, v2, .. } = struck.post;
-            Passage {
+            let impact = impact_in_regime(model, &pre, regime, signs);
+            let DualState { x1, v1, v2, .. } = impact.post;
+            LegOutcome {
                 image: [x1, v1, v2],
                 condition: model.gap(&pre),
                 pre: pre.value(),
-                particulars: Particulars::Impact(struck),
+                details: LegDetails::Impact(impact),
             }
         }
         Leg::Chatter => {
             let Accumulation { state, moment, borders } = accumulate(model, start, from)?;
-            Passage {
+            LegOutcome {
                 image: [state.x1, state.v1, state.v2],
                 condition: model.elapsed(end, &moment),
                 pre: state.value(),
-                particulars: Particulars::Chatter(borders),
+                details: LegDetails::Chatter(borders),
             }
         }
         Leg::SlideToRelease(positive) | Leg::SlideToStop(positive) => {
@@ -75,29 +75,29 @@ pub(crate) fn traverse(
                 Leg::SlideToRelease(_) => ([state.v1, state.v2], force),
                 _ => ([stop, stop], state.v1),
             };
-            Passage {
+            LegOutcome {
                 image: [state.x1, v[0], v[1]],
                 condition,
                 pre: state.value(),
-                particulars: Particulars::Slide(state, force),
+                details: LegDetails::Slide(state, force),
             }
         }
         Leg::Stick(how) => {
             let condition = stick_condition(model, start, (from, end), how);
-            Passage {
+            LegOutcome {
                 image: [start.x1, stop, stop],
                 condition: condition.ends,
                 pre: start.value(),
-                particulars: Particulars::Stick(condition),
+                details: LegDetails::Stick(condition),
             }
         }
         Leg::Circuit => {
             let state = fly(model, start, from, s);
-            Passage {
+            LegOutcome {
                 image: [state.x1, state.v1, state.v2],
                 condition: state.x2,
                 pre: state.value(),
-                particulars: Particulars::Circuit,
+                details: LegDetails::Circuit,
             }
         }
     })

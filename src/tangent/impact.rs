@@ -1,5 +1,5 @@
-//! An impact in a given regime, with its derivatives: the impulse path (impact/path.rs) with the signs of
-//! x1' and sin x1 held fixed; and the functions that change sign where the regime ends.
+//! An impact in a given regime, with its derivatives: the impulse path (impact/path.rs) with the
+//! signs of x1' and sin x1 held fixed; and the functions that change sign where the regime ends.
 
 use super::{Dual, DualState, Model};
 use crate::impact::{RegimeKind, follow};
@@ -9,9 +9,9 @@ use crate::numerics::dual::Number;
 use crate::tangent::border::{Border, BorderValue};
 use crate::tangent::itinerary::Signs;
 
-/// An impact.
+/// An impact in a given regime.
 #[derive(Debug)]
-pub(crate) struct Struck {
+pub(crate) struct RegimeImpact {
     /// State after.
     pub post: DualState,
     /// u before.
@@ -21,7 +21,12 @@ pub(crate) struct Struck {
 }
 
 /// The impact from `pre` in this regime.
-pub(crate) fn strike(model: &Model, pre: &DualState, kind: RegimeKind, signs: Signs) -> Struck {
+pub(crate) fn impact_in_regime(
+    model: &Model,
+    pre: &DualState,
+    kind: RegimeKind,
+    signs: Signs,
+) -> RegimeImpact {
     let (direction, side) = (signs.direction.value(), signs.side.value());
     let p = &model.parameters;
     let law = &model.system.law;
@@ -59,7 +64,7 @@ pub(crate) fn strike(model: &Model, pre: &DualState, kind: RegimeKind, signs: Si
             border(Border::FrictionCone, if kind.sticks() { grips } else { -grips });
         }
     }
-    Struck {
+    RegimeImpact {
         post: DualState { v1: end.slip, v2: end.parting, ..*pre },
         approach_velocity: end.approach_velocity,
         borders,
