@@ -14,6 +14,7 @@ import math
 from array import array
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 from flint import arb, ctx, fmpq
 
@@ -26,6 +27,7 @@ from ..reference.simulate import Event
 from ..reference.slide import Settings, Touch
 from ..system import SYMBOLS, System
 from .path import Parted, Path
+from .result import Early
 from .watch import Watch
 
 #: The reference is precise enough if its error is below this: four digits more than a double.
@@ -97,7 +99,7 @@ class Pass:
     entries: list[Entry]
     samples: list[State | None]
     proved_samples: int = 0
-    stopped: str = ""
+    stopped: Early | Literal[""] = ""
     detail: str = ""
     ends: float | None = None
     ending: str = ""
@@ -147,7 +149,8 @@ def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> P
     start[3] += exact(nudge) if touching else 0
     tolerance = 10.0 ** -min(300.0, 0.13 * bits)
     settings = Settings(bits, order=max(20, bits // 8), tolerance=tolerance)
-    stopped, detail, ending = "", "", ""
+    stopped: Early | Literal[""] = ""
+    detail = ending = ""
     problem.watch.begin(bits)
     with ctx.workprec(bits):
         moments = Path(problem.times(), problem.end(), problem.watch, problem.system)
