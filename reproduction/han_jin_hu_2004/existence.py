@@ -44,7 +44,7 @@ RETURNS = 1000
 """Orbits after which a perturbation is looked at."""
 SAMPLE = 40
 """Motions of each kind, drawn at random from the grid, that are simulated."""
-# Rates of growth per orbit this close to 1 are not told from 1 within RETURNS orbits.
+# Rates of growth per orbit this close to 1 cannot be distinguished from 1 within RETURNS orbits.
 _CLEAR = 0.01
 # Largest step of x10 along a branch, and how many steps the grid has instead of a larger one.
 _RISE = 0.03

@@ -34,8 +34,9 @@ from .watch import Watch
 GOOD = 1e-20
 #: Bits of the first pass, and those that enclosures lose from impact to impact, as a first guess.
 FIRST, _LOST = 256, 6
-#: Shifts of v1(0) that show how perturbations grow, in flights and, less exact, through contact;
-#: differences are told from errors and non-linear growth from so much of them on to _LINEAR.
+#: Shifts of v1(0) that show how perturbations grow, in flights and, less exact, through contact.
+#: A difference counts if it is above the first part of the shift (else it may be an error), and
+#: below the second number (else its growth is not linear).
 _NUDGES, _UNSEEN, _LINEAR = ("1e-30", "1e-18"), 1e-6, 1e-4
 #: Endings beyond which the model has no motion, or more than one.
 DEAD_ENDS = ("jammed", "painleve", "law_failed")
