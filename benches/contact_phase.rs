@@ -1,10 +1,10 @@
-//! Cost of a contact phase, from its start to the release, by the library and by DOP853 of the crate
-//! `differential-equations` at several tolerances, each with its error beside it
+//! Cost of a contact phase, from its start to the release, by the library and by DOP853 of the
+//! crate `differential-equations` at several tolerances, each with its error beside it
 //! (docs/contact-phase.md).
 //!
 //! Scenes: the settled contact phases of Fig. 7(c) of Han, Jin & Hu (2004) at drive frequency 0.25
-//! (one slide), and of a system with friction (slide, stick, slide back). The library's time includes
-//! setting up a run.
+//! (one slide), and of a system with friction (slide, stick, slide back). The library's time
+//! includes setting up a run.
 
 #![allow(missing_docs)] // criterion's macros
 #![allow(clippy::unwrap_used)]

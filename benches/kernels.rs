@@ -1,6 +1,6 @@
-//! Cost of the parts of a simulation: a flight and its evaluation, the search for the next
-//! contact, an impact in each regime; and of the kernels of shooting on periodic motions. Inputs are
-//! built outside the timed closures.
+//! Cost of the parts of a simulation: a flight and its evaluation, the search for the next contact,
+//! an impact in each regime; and of the kernels of shooting on periodic motions. Inputs are built
+//! outside the timed closures.
 
 #![allow(missing_docs)] // criterion's macros
 #![allow(clippy::unwrap_used)]

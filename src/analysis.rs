@@ -1,5 +1,5 @@
-//! What a motion is: periods and labels, Lyapunov exponents, periodic orbits by shooting, basins and
-//! sweeps over parameters.
+//! What a motion is: periods and labels, Lyapunov exponents, periodic orbits by shooting, basins
+//! and sweeps over parameters.
 
 pub mod basin;
 mod label;

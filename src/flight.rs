@@ -2,9 +2,10 @@
 //! Han, Jin & Hu (2004), eqs. (22), (25), Appendix A, extended to every damping and to resonance).
 //!
 //! A [`Flight`] is local: it starts at some instant and is evaluated at times of at most
-//! [`FreeMotion::span`] after it, as *increments* from the start, so that a short hop is as
-//! exact, relatively, as a long one. Longer flights are evaluated from their start by
-//! [`FreeMotion::state_after_periods`] with angles reduced in double-double, and go on as a new local flight.
+//! [`FreeMotion::span`] after it, as *increments* from the start, so that a short hop is as exact,
+//! relatively, as a long one. Longer flights are evaluated from their start by
+//! [`FreeMotion::state_after_periods`] with angles reduced in double-double, and go on as a new
+//! local flight.
 
 mod drive;
 pub(crate) mod gap;
@@ -49,7 +50,8 @@ pub struct FreeMotion {
     pub(crate) reach: f64,
     /// Longest time after its start for which a local flight is evaluated without reducing angles.
     pub(crate) far: f64,
-    /// Local time from which on `plain_at` holds: infinite where a body creeps or is near resonance.
+    /// Local time from which on `plain_at` holds: infinite where a body creeps or is near
+    /// resonance.
     plain_from: f64,
     tables: table::Tables,
 }

@@ -9,9 +9,9 @@
 //! ```
 //!
 //! The impact is classified once, into a [`Regime`] with the impulse P* at which slip ends. Then
-//! the impulse path is computed in closed form (impact/path.rs), with floats for runs and with numbers
-//! that carry derivatives for saltation matrices. The law of restitution decides where the path
-//! ends. [`incremental`] does the same in many small steps, as an independent check.
+//! the impulse path is computed in closed form (impact/path.rs), with floats for runs and with
+//! numbers that carry derivatives for saltation matrices. The law of restitution decides where the
+//! path ends. [`incremental`] does the same in many small steps, as an independent check.
 
 mod incremental;
 mod laws;

@@ -252,8 +252,8 @@ impl Simulation {
         self.until(Horizon::Periods(i64::from(periods)))
     }
 
-    /// Ends at this horizon; its time must be finite, or the default cap on time takes its place. One
-    /// before t = 0 is t = 0, one after 2^53 drive periods is that.
+    /// Ends at this horizon; its time must be finite, or the default cap on time takes its place.
+    /// One before t = 0 is t = 0, one after 2^53 drive periods is that.
     #[must_use]
     pub fn until(mut self, horizon: Horizon) -> Self {
         let drive = &self.motion.drive;
@@ -422,8 +422,8 @@ impl Simulation {
         self.motion.drive.until(self.flight.clock, self.end)
     }
 
-    /// Whether the next local time `reached` of the present leg certainly lies before `target`: told
-    /// by whole periods, without a difference of clocks.
+    /// Whether the next local time `reached` of the present leg certainly lies before `target`:
+    /// told by whole periods, without a difference of clocks.
     #[inline(always)]
     #[allow(clippy::inline_always)]
     fn is_far(&self, target: Clock, reached: f64) -> bool {
@@ -438,7 +438,8 @@ impl Simulation {
         self.motion.drive.advance(self.flight.clock, DoubleDouble::sum(time, offset))
     }
 
-    /// The same, and never before the leg starts: an impact's clock may be one of two with the same value.
+    /// The same, and never before the leg starts: an impact's clock may be one of two with the same
+    /// value.
     fn clock_after(&self, time: f64, offset: f64) -> Clock {
         let (start, clock) = (self.flight.clock, self.clock_at(time, offset));
         if clock < start { start } else { clock }

@@ -1,5 +1,5 @@
-//! A sweep runs a batch of simulations at once, one in each lane of the vector registers; what comes of a
-//! system must be, to the last bit, what it gives by itself, whatever runs beside it.
+//! A sweep runs a batch of simulations at once, one in each lane of the vector registers; what
+//! comes of a system must be, to the last bit, what it gives by itself, whatever runs beside it.
 
 mod draw;
 
@@ -164,8 +164,8 @@ fn caps_and_sections_fall_where_they_do_alone() {
     }
 }
 
-/// The first cell decides about the geometry of a batch; the others go by themselves. One that overlaps,
-/// and one that leaves the range of numbers, leave their lanes to others.
+/// The first cell decides about the geometry of a batch; the others go by themselves. One that
+/// overlaps, and one that leaves the range of numbers, leave their lanes to others.
 #[test]
 fn a_batch_takes_any_jobs() {
     let mut drawer = Drawer::new(4);

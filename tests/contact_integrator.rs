@@ -1,6 +1,6 @@
-//! The integrator of the contact phase (`src/contact/sustained`, docs/contact-phase.md), from outside: against
-//! DOP853 of the crate `differential-equations` on random systems, against the closed form of
-//! direct contact, and by the balances of momentum, displacement and energy along
+//! The integrator of the contact phase (`src/contact/sustained`, docs/contact-phase.md), from
+//! outside: against DOP853 of the crate `differential-equations` on random systems, against the
+//! closed form of direct contact, and by the balances of momentum, displacement and energy along
 //! `Run::trajectory` and `Run::contact_forces` (docs/theory.md, section 5).
 
 mod balance;
@@ -43,7 +43,8 @@ struct Case {
 
 impl Case {
     /// Of a quarter each: direct; oblique without friction; the other half with friction. Every
-    /// second one is damped. Friction stays away from Painleve points, mu < 2 sqrt(mbar (1 + mbar)).
+    /// second one is damped. Friction stays away from Painleve points, mu < 2 sqrt(mbar (1 +
+    /// mbar)).
     fn draw(rng: &mut ChaCha8Rng, index: usize) -> Self {
         let mut uniform = |low: f64, high: f64| rng.random_range(low..high);
         let direct = index.is_multiple_of(4);

@@ -1,6 +1,6 @@
-//! The search of first_contact.rs, its fast first pass in front (docs/contact-detection.md), along whole
-//! sequences of flights and impacts, each flight judged by the independent dense search of the
-//! contact audit; and contacts that the fast pass once told wrongly.
+//! The search of first_contact.rs, its fast first pass in front (docs/contact-detection.md), along
+//! whole sequences of flights and impacts, each flight judged by the independent dense search of
+//! the contact audit; and contacts that the fast pass once told wrongly.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};

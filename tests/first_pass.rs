@@ -1,6 +1,7 @@
-//! What the first pass of the contact search tells without many samples: hops that end soon after an
-//! impact, contacts several local flights ahead, and contacts at the end of a simple fraction of a turn.
-//! Contacts are compared with a dense search in double-double arithmetic, or are known exactly.
+//! What the first pass of the contact search tells without many samples: hops that end soon after
+//! an impact, contacts several local flights ahead, and contacts at the end of a simple fraction of
+//! a turn. Contacts are compared with a dense search in double-double arithmetic, or are known
+//! exactly.
 
 use std::f64::consts::{PI, TAU};
 
@@ -74,7 +75,8 @@ struct Hop {
 }
 
 impl Hop {
-    /// Flight number `index`, its g'' such that `bend` is so large, either sign; `None` if there is none.
+    /// Flight number `index`, its g'' such that `bend` is so large, either sign; `None` if there is
+    /// none.
     fn new(index: u64) -> Option<Self> {
         let mut drawer = Drawer::new(7, index);
         let plain = drawer.system(1.2).build().unwrap();
@@ -116,8 +118,9 @@ impl Hop {
     }
 }
 
-/// The bodies leave the contact with g'' > 0. Where g''' hardly matters, one evaluation is enough, however
-/// short the hop; where g'' changes its sign before the hop is over, or g''' doubles it, samples are needed.
+/// The bodies leave the contact with g'' > 0. Where g''' hardly matters, one evaluation is enough,
+/// however short the hop; where g'' changes its sign before the hop is over, or g''' doubles it,
+/// samples are needed.
 #[test]
 fn short_hops_end_where_a_dense_search_says() {
     let hops: Vec<Hop> = (0..).filter_map(Hop::new).take(draws(6_000, 12_000)).collect();
@@ -223,8 +226,8 @@ impl Far {
     }
 }
 
-/// A contact that lies several local flights ahead is met from where the flight starts; the angles have
-/// grown by then, but nothing is lost.
+/// A contact that lies several local flights ahead is met from where the flight starts; the angles
+/// have grown by then, but nothing is lost.
 #[test]
 fn a_contact_several_local_flights_ahead_is_met_to_rounding() {
     let flights: Vec<Far> =
@@ -265,9 +268,10 @@ fn a_contact_several_local_flights_ahead_is_met_to_rounding() {
     assert!(number[1..].iter().all(|&flights| flights >= 5), "{number:?}");
 }
 
-/// A body that creeps is evaluated for one local flight only, and what lies beyond belongs to the next one.
-/// On the last step the root of the interpolant is too rough to tell on which side a contact lies: contacts
-/// before the end were once taken for later ones, and met at the end, where the bodies overlapped.
+/// A body that creeps is evaluated for one local flight only, and what lies beyond belongs to the
+/// next one. On the last step the root of the interpolant is too rough to tell on which side a
+/// contact lies: contacts before the end were once taken for later ones, and met at the end, where
+/// the bodies overlapped.
 #[test]
 fn a_contact_just_before_the_end_of_a_local_flight_is_met_there() {
     let meet = |index: u64| -> Option<(f64, f64, f64)> {
@@ -306,9 +310,9 @@ fn a_contact_just_before_the_end_of_a_local_flight_is_met_there() {
     assert!(wrong.is_empty(), "{} {:?}", wrong.len(), wrong.first());
 }
 
-/// A drive that is the fastest of the motion: its period is half a local flight, and the flights of a motion
-/// that repeats with it all end there. Steps that ended there too left all these contacts to the careful
-/// search.
+/// A drive that is the fastest of the motion: its period is half a local flight, and the flights of
+/// a motion that repeats with it all end there. Steps that ended there too left all these contacts
+/// to the careful search.
 #[test]
 fn a_flight_of_one_drive_period_costs_few_evaluations() {
     let mut motions = 0;

@@ -142,8 +142,8 @@ fn resonance_with_hardly_any_damping_is_finite() {
     }
 }
 
-/// The state of a body that was thrown at 1e4 and is nearly at rest: what is left of the motion, not
-/// of the first velocity, has to be right.
+/// The state of a body that was thrown at 1e4 and is nearly at rest: what is left of the motion,
+/// not of the first velocity, has to be right.
 #[test]
 fn decayed_motion_keeps_its_own_digits() {
     let mut worst = 0f64;

@@ -1,5 +1,5 @@
-//! Motions that can never meet are jumped over, by a bound that holds for ever (src/search/scan.rs); what the
-//! bound does not prove is searched.
+//! Motions that can never meet are jumped over, by a bound that holds for ever
+//! (src/search/scan.rs); what the bound does not prove is searched.
 
 use vibroimpact::{
     CancelToken, Clock, FreeMotion, RunOptions, State, StopReason, System, SystemBuilder, run,

@@ -248,9 +248,10 @@ fn a_landing_after_a_plastic_impact_keeps_the_momentum() {
     }
 }
 
-/// Two bodies that come to swing alike, an undamped one driven at its own frequency by the other: between them
-/// the gap stays at rounding level for seconds. A contact was read off a Taylor polynomial 0.7 ahead, beyond the end of the
-/// local flight, and the tip came to be 5e-6 away from where it was.
+/// Two bodies that come to swing alike, an undamped one driven at its own frequency by the other:
+/// between them the gap stays at rounding level for seconds. A contact was read off a Taylor
+/// polynomial 0.7 ahead, beyond the end of the local flight, and the tip came to be 5e-6 away from
+/// where it was.
 #[test]
 fn a_gap_at_rounding_level_moves_no_body() {
     let system = paper()
@@ -273,8 +274,9 @@ fn a_gap_at_rounding_level_moves_no_body() {
     assert!(audit.residual().abs() < 1e-12 * audit.total, "{audit:?}");
 }
 
-/// The same at resonance, where contact ends and begins by rounding: time is moved on, and the release at which a contact ended
-/// for good was not told. The trajectory went on as a slide, at the place where that had ended.
+/// The same at resonance, where contact ends and begins by rounding: time is moved on, and the
+/// release at which a contact ended for good was not told. The trajectory went on as a slide, at
+/// the place where that had ended.
 #[test]
 fn a_release_is_told_where_rounding_decides() {
     let system = paper()

@@ -1,5 +1,5 @@
-//! All integration tests, in one binary: each binary would have to be linked with the library and with
-//! all of what the tests use. `cargo test --test integration oracle` runs those of one file.
+//! All integration tests, in one binary: each binary would have to be linked with the library and
+//! with all of what the tests use. `cargo test --test integration oracle` runs those of one file.
 
 #![allow(clippy::unwrap_used)]
 

@@ -198,7 +198,8 @@ fn under_a_constant_load_the_steps_are_given() {
     let from =
         run(&system, start, RunOptions::until(Horizon::Time(1.0)), &CancelToken::never()).unwrap();
     assert_eq!(lyapunov_spectrum(&from, 10, None, &CancelToken::never()).unwrap_err().name, "step");
-    // Steps that do not move the time were taken, and all exponents 0/0; over 5e-324 they were infinite.
+    // Steps that do not move the time were taken, and all exponents 0/0; over 5e-324 they were
+    // infinite.
     for short in [1e-17, 5e-324, 0.0] {
         let refused = lyapunov_spectrum(&from, 10, Some(short), &CancelToken::never()).unwrap_err();
         assert_eq!(refused.name, "step");
@@ -294,8 +295,8 @@ fn what_is_lost_before_the_measurement_does_not_count() {
     }
 }
 
-/// A wall comes to rest, and the last impact is a low one after a higher: no bounce of chatter, for none follows.
-/// It was waited for to the end, and nothing was measured.
+/// A wall comes to rest, and the last impact is a low one after a higher: no bounce of chatter, for
+/// none follows. It was waited for to the end, and nothing was measured.
 #[test]
 fn after_a_last_low_impact_the_motion_is_measured() {
     let system = System::builder()

@@ -1,6 +1,6 @@
-//! The ladder of near-grazes (tests/data/README.md): flights whose gap has a hump of height
-//! d = +-1e-2 ... +-1e-14. Above the stated threshold every contact is found, below minus the
-//! threshold none, and in between the outcome is a graze or either side (docs/contact-detection.md).
+//! The ladder of near-grazes (tests/data/README.md): flights whose gap has a hump of height d =
+//! +-1e-2 ... +-1e-14. Above the stated threshold every contact is found, below minus the threshold
+//! none, and in between the outcome is a graze or either side (docs/contact-detection.md).
 
 use std::path::Path;
 

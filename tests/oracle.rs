@@ -226,7 +226,8 @@ fn random_systems_impact_by_impact() {
 #[test]
 fn paper_scenes_after_600_periods() {
     for (name, scene) in data("paper_scenes.json").as_object().unwrap() {
-        // Their transients are chaotic beyond double precision's horizon (docs/theory.md, section 10).
+        // Their transients are chaotic beyond double precision's horizon (docs/theory.md, section
+        // 10).
         if name == "fig6a" || name == "fig9_2" {
             continue;
         }
@@ -257,8 +258,8 @@ fn paper_scenes_after_600_periods() {
     }
 }
 
-/// The contact search does some twenty evaluations per drive period, most of them eight at a time; a
-/// change that needs many more is seen here.
+/// The contact search does some twenty evaluations per drive period, most of them eight at a time;
+/// a change that needs many more is seen here.
 #[test]
 fn work_counts() {
     for (name, scene) in data("paper_scenes.json").as_object().unwrap() {

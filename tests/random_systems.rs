@@ -13,7 +13,8 @@ fn random_systems_run_to_their_end() {
     let tally = random_systems::examine_all(2, sample, MOST_EVENTS);
     println!("{tally}");
     assert!(tally.failed.is_empty(), "{tally}");
-    // Few runs come near a Painleve point, or to millions of bounces, where rounding adds up to more.
+    // Few runs come near a Painleve point, or to millions of bounces, where rounding adds up to
+    // more.
     assert!(tally.imbalance < 1e-12, "{tally}");
     let ends = |name: &str| tally.ends.get(name).map_or(0, |(number, _)| *number);
     assert_eq!(tally.ends.values().map(|(number, _)| number).sum::<u64>(), sample);

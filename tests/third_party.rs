@@ -75,7 +75,8 @@ fn phases(gamma: f64) -> Vec<f64> {
         .build()
         .unwrap();
     // One bounce per swing leaves and comes back with speed pi, where the table moves against the
-    // fall with pi (1 - r)/(1 + r). Other motions coexist: start near this one, just after a bounce.
+    // fall with pi (1 - r)/(1 + r). Other motions coexist: start near this one, just after a
+    // bounce.
     let v2 = -std::f64::consts::PI * (1.0 - 0.8) / (1.0 + 0.8);
     let x2 = -(gamma * gamma - v2 * v2).sqrt();
     let start = State::new(x2, -std::f64::consts::PI + 1e-3, x2, v2).unwrap();

@@ -108,7 +108,8 @@ impl<'a> Draw<'a> {
         laws[self.below(4)]
     }
 
-    /// A builder: in most draws all parameters but one are usual, in the others any may be anything.
+    /// A builder: in most draws all parameters but one are usual, in the others any may be
+    /// anything.
     pub fn builder(&mut self) -> SystemBuilder {
         let odd = self.byte();
         let mut place = 0;

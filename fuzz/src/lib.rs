@@ -1,5 +1,5 @@
-//! What all targets share: numbers, systems, states and options made from bytes, and what has to hold
-//! after an execution.
+//! What all targets share: numbers, systems, states and options made from bytes, and what has to
+//! hold after an execution.
 
 mod draw;
 mod memory;
@@ -18,7 +18,8 @@ pub const MOST_EVENTS: u64 = 60;
 /// Local flights after which a run is asked to end.
 pub const MOST_FLIGHTS: u64 = 100;
 
-/// Most sections in one leg: a local flight lasts two turns of the fastest motion, a rest 256 of them.
+/// Most sections in one leg: a local flight lasts two turns of the fastest motion, a rest 256 of
+/// them.
 const MOST_SECTIONS: u32 = 1_000;
 
 /// Ends a simulation after so many flights, and looks at its sections.
@@ -75,8 +76,8 @@ pub fn numbers(system: &System, state: &State) -> [f64; 11] {
     ]
 }
 
-/// Whether the tip may turn so often in one local flight that a few flights take longer than an execution
-/// may. Where it turns beyond counting the search ends at once, with an error.
+/// Whether the tip may turn so often in one local flight that a few flights take longer than an
+/// execution may. Where it turns beyond counting the search ends at once, with an error.
 pub fn is_hectic(system: &System, start: &State) -> bool {
     let fastest = system.frequency_ratio().max(system.drive_frequency()).max(1.0);
     let span = 4.0 * std::f64::consts::PI / fastest;
@@ -91,8 +92,8 @@ pub fn is_hectic(system: &System, start: &State) -> bool {
     [tip, both].iter().any(|speed| (60.0..1e80).contains(&(speed * span)))
 }
 
-/// Whether following a motion for so many drive periods takes longer than an execution may: calls that
-/// nobody can end are not made then.
+/// Whether following a motion for so many drive periods takes longer than an execution may: calls
+/// that nobody can end are not made then.
 pub fn is_long(system: &System, start: &State, periods: f64) -> bool {
     let (natural, drive) = (system.frequency_ratio(), system.drive_frequency());
     let decay = 2.0 * (system.pendulum_damping() * natural).max(system.oscillator_damping());

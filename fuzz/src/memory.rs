@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicIsize, AtomicUsize, Ordering::Relaxed};
 
 /// Executions after which everything that is made once (tables, threads) is there.
 const WARM_UP: usize = 2_000;
-/// By how much the memory held between two executions may grow over a whole run, in bytes: what is made
-/// once, but late. The smallest leak per execution exceeds it within a million executions.
+/// By how much the memory held between two executions may grow over a whole run, in bytes: what is
+/// made once, but late. The smallest leak per execution exceeds it within a million executions.
 const GROWTH: isize = 64 << 10;
 /// Most memory that one execution may hold, in bytes.
 const MOST: isize = 64 << 20;

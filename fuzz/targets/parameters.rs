@@ -1,5 +1,5 @@
-//! Parameters, states and options: what is accepted is in range and the same after a round trip, what is
-//! refused is named.
+//! Parameters, states and options: what is accepted is in range and the same after a round trip,
+//! what is refused is named.
 
 #![no_main]
 

@@ -48,7 +48,8 @@ fn body(draw: &mut Draw) {
                     _ => last,
                 };
                 assert!(time >= last, "{event:?} after {last}");
-                // An impact half a last digit from the number told may be read a digit earlier or later.
+                // An impact half a last digit from the number told may be read a digit earlier or
+                // later.
                 let now = event.clock();
                 let read = (now.period, now.time_in_period.next_up());
                 assert!(read >= (clock.period, clock.time_in_period), "{event:?} after {clock:?}");

@@ -219,7 +219,7 @@ class Leg:
     def __hash__(self) -> int: ...
 
 class Border(StrEnum):
-    """What vanishes where a leg ceases to be what it is."""
+    """The conditions that vanish where a leg changes its kind."""
 
     APPROACH_VELOCITY = "u"
     FLIGHT = "flight"
@@ -240,7 +240,7 @@ class Border(StrEnum):
     FORCE_IN_STICK = "contact force in stick"
 
 class BorderKind(StrEnum):
-    """What a border tells apart."""
+    """What changes at a border."""
 
     GRAZING = "grazing"
     REGIME_BORDER = "regime_border"
@@ -263,7 +263,7 @@ class Condition:
     def __hash__(self) -> int: ...
 
 class EvidenceKind(StrEnum):
-    """What the verdict on a motion stands on."""
+    """The kind of evidence for a label."""
 
     RETURNED = "returned"
     CONVERGING = "converging"
@@ -302,7 +302,7 @@ class Itinerary:
     def follow(
         system: System, initial: tuple[float, float, float, float], periods: int, max_events: int
     ) -> tuple[tuple[Itinerary, NDArray[np.float64]] | None, str]:
-        """Read the legs off a simulation from t = 0; or say why there are none."""
+        """Return the legs of a simulation from t = 0, or why there are none."""
 
     @property
     def legs(self) -> list[Leg]: ...
@@ -329,7 +329,7 @@ class Itinerary:
     def tests(
         self, system: System, nodes: NDArray[np.float64]
     ) -> list[tuple[Condition, float, float]]:
-        """What is positive inside: (condition, value, time in the leg)."""
+        """The conditions, positive inside: (condition, value, time in the leg)."""
 
     def transfer(self, system: System, nodes: NDArray[np.float64]) -> NDArray[np.float64]:
         """Derivatives of the legs' maps of (x1, v1, v2, t), shape (legs, 4, 4)."""
@@ -369,7 +369,7 @@ class FinalState:
 
 @final
 class PeriodReport:
-    """What the kept stroboscopic states say of the motion (see definitions of a label)."""
+    """The label of a motion from its kept stroboscopic states, with the evidence."""
 
     @property
     def m(self) -> int | None: ...
@@ -405,7 +405,7 @@ class PeriodReport:
 
 @final
 class Run:
-    """Result of simulate; arrays are built anew by each access."""
+    """Result of simulate; each access builds a new array."""
 
     @property
     def impacts(self) -> NDArray[np.void]: ...
@@ -449,7 +449,7 @@ class Run:
         keep: int | None = None,
         max_events: int | None = None,
     ) -> Run:
-        """Go on for so many further periods (or so much further time), bit for bit."""
+        """Continue for further periods (or time); the bits are those of one long run."""
     def to_json(self) -> str:
         """Everything but the arrays, as JSON with exact numbers."""
     @staticmethod
@@ -542,7 +542,7 @@ class Spectrum:
         """Whether Ctrl-C ended it."""
 
 def lyapunov_spectrum(run: Run, steps: int, step: float | None = None) -> Spectrum:
-    """The spectrum of the motion that goes on from the end of ``run``.
+    """The spectrum of the motion that continues from the end of ``run``.
 
     Over so many drive periods, or steps of this time under a constant load.
     """
@@ -618,7 +618,7 @@ def sweep(
 
 @final
 class Arrivals:
-    """Where each of n starts ended up; what is left over has sections, counts and a period."""
+    """The attractor of each of n starts; starts left over have sections, counts and a period."""
 
     @property
     def interrupted(self) -> bool:
@@ -682,7 +682,7 @@ def arrivals(
     """
 
 def _interrupt_at(asks: int | None) -> int:
-    """Let the ``asks``-th ask of the calls that follow be Ctrl-C (for tests); None: none.
+    """Let the ``asks``-th read of the token act as Ctrl-C (for tests); None: no such read.
 
     Returns how many asks were left.
     """

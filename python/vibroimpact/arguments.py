@@ -20,7 +20,7 @@ from .errors import ParameterError, StateError
 Item = TypeVar("Item")
 Arguments = ParamSpec("Arguments")
 
-# Every whole number up to here is a float64, so that times of that many periods can be told apart.
+# Every whole number up to here is a float64, so that times of that many periods are distinct.
 _MOST = 2**53
 
 

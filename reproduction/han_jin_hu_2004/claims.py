@@ -36,8 +36,8 @@ class Claim:
     """One line of claims.json.
 
     `residual` is that of `PeriodReport`, or of `PeriodicMotion` for an algebraic solution, None
-    without a period; `figure` is None for a conclusion. `evidence` begins with what the verdict
-    depends on, up to the first semicolon (`decided_by`).
+    without a period; `figure` is None for a conclusion. `decided_by` is the evidence on which the
+    verdict depends, `details` are further numbers, perhaps none.
     """
 
     id: str
@@ -48,13 +48,14 @@ class Claim:
     residual: float | None
     reference: dict[str, Any]
     verdict: Verdict
-    evidence: str
+    decided_by: str
+    details: str
     command: str
 
     @property
-    def decided_by(self) -> str:
-        """What the verdict depends on: the evidence up to its first semicolon."""
-        return self.evidence.partition("; ")[0]
+    def evidence(self) -> str:
+        """The whole evidence."""
+        return "; ".join(filter(None, (self.decided_by, self.details)))
 
 
 def references() -> dict[str, dict[str, Any]]:
@@ -92,11 +93,11 @@ def evaluate(
         If there is no reference for the motion.
     """
     reference = references()[motion.id]
-    found = run.label
+    found, more = run.label, ""
     if motion.paper_says == "chaotic":
-        verdict, text = _judge_growth(motion, found, long_run, coexistence)
+        verdict, text, more = _judge_growth(motion, found, long_run, coexistence)
     elif long_run is not None:
-        verdict, text = _judge_counts(long_run)
+        verdict, text, more = _judge_counts(long_run)
         found = f"{long_run.impact_count} impacts by period {evidence.drive_periods(long_run)}"
     elif found == motion.paper_says:
         verdict, text = "reproduced", "the same label from the paper's start"
@@ -114,14 +115,15 @@ def evaluate(
         residual=period.residual if period.m is not None else None,
         reference=reference,
         verdict=verdict,
-        evidence=f"{text}; {_comparison(run, reference)}",
+        decided_by=text,
+        details="; ".join(filter(None, (more, _comparison(run, reference)))),
         command=_command(motion),
     )
 
 
 def _judge_growth(
     motion: Motion, found: str, long_run: Run | None, coexistence: Coexistence | None
-) -> tuple[Verdict, str]:
+) -> tuple[Verdict, str, str]:
     """Judge "chaotic": from the paper's start by label and growth, else from other starts.
 
     That the motion from the paper's start is another one needs two things: a nearby orbit stays
@@ -147,10 +149,10 @@ def _judge_growth(
         decisive = f"{after}, and {decisive}"
     decisive = f"from the paper's start {decisive}"
     if found == "chaotic" and largest > _SEPARATED and not settled:
-        return "reproduced", f"{decisive}; {text}"
+        return "reproduced", decisive, text
     other = found != "chaotic" and largest < _BOUNDED and settled
     if coexistence is None:
-        return "open", f"{decisive}; {text}; no other start was tried"
+        return "open", decisive, f"{text}; no other start was tried"
     decisive += (
         f", while {coexistence.share} random starts are on a chaotic motion after "
         f"{evidence.START_PERIODS} periods"
@@ -168,10 +170,10 @@ def _judge_growth(
         verdict = "corrected"
     elif other and _CHAOS_OR_LIKE_IT.isdisjoint(coexistence.labels):
         verdict = "refuted"
-    return verdict, f"{decisive}; {text}"
+    return verdict, decisive, text
 
 
-def _judge_counts(run: Run) -> tuple[Verdict, str]:
+def _judge_counts(run: Run) -> tuple[Verdict, str, str]:
     """Judge "impacts stop" by whether contacts come again and again.
 
     Counts beyond some 2,000 periods depend on rounding: the motion is sensitive until impacts die
@@ -187,16 +189,16 @@ def _judge_counts(run: Run) -> tuple[Verdict, str]:
             f", and no wait for a contact exceeds {repeats} periods, when free motion repeats, so "
             "that no impact can be the last"
         )
-    text += (
-        f"; counts beyond some 2,000 periods depend on the last bits; {len(run.grazes)} grazes; "
+    more = (
+        f"counts beyond some 2,000 periods depend on the last bits; {len(run.grazes)} grazes; "
         f"the longest wait for a contact is {wait:.4g} periods"
     )
     if run.stop_reason != "completed":
-        return "open", text
+        return "open", text, more
     if len(set(counts.values())) == 1:
-        return "reproduced", text
+        return "reproduced", text, more
     refuted = again or all(np.diff(list(counts.values())) > 0)
-    return ("refuted" if refuted else "open"), text
+    return ("refuted" if refuted else "open"), text, more
 
 
 def _judge_coexistence(coexistence: Coexistence) -> tuple[Verdict, str]:

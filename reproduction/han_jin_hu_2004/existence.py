@@ -44,7 +44,7 @@ RETURNS = 1000
 """Orbits after which a perturbation is looked at."""
 SAMPLE = 40
 """Motions of each kind, drawn at random from the grid, that are simulated."""
-# Rates of growth per orbit this close to 1 are not told from 1 within RETURNS orbits.
+# Rates of growth per orbit this close to 1 cannot be distinguished from 1 within RETURNS orbits.
 _CLEAR = 0.01
 # Largest step of x10 along a branch, and how many steps the grid has instead of a larger one.
 _RISE = 0.03
@@ -224,11 +224,13 @@ def _judge_counts(computed: Existence) -> Claim:
             "unstable_left": [computed.left, len(computed.unstable)],
         },
         verdict=verdict,
-        evidence=(
+        decided_by=(
             "admissibility and multipliers of each solution, and simulations from "
             f"{PERTURBATION:g} beside motions drawn at random: {computed.returned} of "
             f"{len(computed.stable)} stable ones are found again and {computed.left} of "
-            f"{len(computed.unstable)} unstable ones left within {RETURNS} orbits; "
+            f"{len(computed.unstable)} unstable ones left within {RETURNS} orbits"
+        ),
+        details=(
             f"{len(rows)} algebraic solutions with |x10| <= pi/2 over {over} (omega "
             f"{frequency[0]:g} to {frequency[-1]:g}, f1 {moment[0]:g} to {moment[-1]:g}), each "
             f"proved by intervals to be one, {undecided} intervals undecided, {empty} points "
@@ -270,9 +272,12 @@ def judge_quoted(item: Quoted) -> Claim:
         residual=motion.residual,
         reference={"label": f"simulated: off by {away:.2g}", "distance": away},
         verdict=verdict,
-        evidence=(
+        decided_by=(
             f"{motion.why_not or 'admissible'}, and started in its state the bodies "
-            f"{'collide' if at_once else 'separate without an impact'}; after {n} drive "
+            f"{'collide' if at_once else 'separate without an impact'}"
+        ),
+        details=(
+            f"after {n} drive "
             f"period{'s' if n > 1 else ''} they are {away:.2g} off it; the solution of (38) at "
             f"x10 = {x1:.10f} is {paper} by (45), largest eigenvalue "
             f"{size:.4g}; multipliers up to "
@@ -301,9 +306,11 @@ def _judge_shown(figure: int, panel: str, system: System, label: str) -> Claim:
         residual=motion.residual,
         reference={"label": f"simulated: {made.measured:.3f}", "factor": made.measured},
         verdict=verdict,
-        evidence=(
+        decided_by=(
             f"Floquet multipliers up to {made.expected:.6f}, and from {PERTURBATION:g} beside the "
-            f"{label} motion a simulation comes within {made.last:.1g} of it in {RETURNS} orbits; "
+            f"{label} motion a simulation comes within {made.last:.1g} of it in {RETURNS} orbits"
+        ),
+        details=(
             f"that is by a factor of {made.measured:.4f} per orbit; the motion is at omega = "
             f"{system.drive_frequency:g}, f1 = {system.moment_amplitude:g}, with u = "
             f"{motion.approach_velocity:.4g}"

@@ -47,6 +47,8 @@ PATH = 1.0
 _SETTLED = 3000
 _MOST_POINTS = 150
 _SHADES = {"1-1": "#DCE9F5", "2-1": "#E3F1E4", "1-2": "#FBE8D3", "2-4": "#EFE0EC", "8-6": "#F2EFC8"}
+# How the parts of bifurcation curves that bound stability are marked in a drawing.
+_OF_STABILITY = frozenset(f"{kind}-stability" for kind in BIFURCATION_STYLES)
 # Where borders are so close that they need a panel of their own.
 _CROWDED = ((1.005, 1.13), (1.2, 2.4))
 # Width and height of a label in points.
@@ -177,7 +179,7 @@ def _draw_plane(ax: Axes, islands: Islands) -> list[Artist]:
         plot.bifurcation_curves(arcs, size=3.0, legend=False, ax=ax)
         for line in list(ax.get_lines()):
             # All of an arc bounds stability: one line of middle width will do.
-            if str(line.get_gid()).endswith("-stability"):
+            if line.get_gid() in _OF_STABILITY:
                 line.remove()
             elif line.get_gid() in BIFURCATION_STYLES:
                 line.set_linewidth(1.1)

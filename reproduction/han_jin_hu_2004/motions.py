@@ -84,7 +84,7 @@ def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:
     sections: list[Artist] = []
     for item in shown:
         motion, run = item.motion, item.run
-        panel = motion.panel if motion.panel.startswith("(") else f"({motion.panel})"
+        panel = f"({motion.panel})"
         parameters = row_parameters(motion.system, frequency=True)
         found = f"paper: {motion.paper_says}; found: {label_text(run.label)}{_later(item)}"
         left, right = page.row(f"{panel}  {parameters}. {found}", widths=(1.5, 1.0))

@@ -74,10 +74,15 @@ class Motion:
     right: Literal["portrait", "pendulum", "section"] = "portrait"
 
     @property
+    def place(self) -> str:
+        """Where in the paper it says so."""
+        panel = f"({self.panel})" if self.panel else ""
+        return f"caption of Fig. {self.figure}{panel}"
+
+    @property
     def source(self) -> str:
-        """Where the paper says it."""
-        panel = self.panel if self.panel.startswith("(") or not self.panel else f"({self.panel})"
-        return f"Han, Jin & Hu (2004), caption of Fig. {self.figure}{panel}"
+        """Paper and place."""
+        return f"Han, Jin & Hu (2004), {self.place}"
 
 
 TRANSITIONS = (
@@ -100,23 +105,23 @@ MOTIONS = (
     Motion(
         "9(1)",
         9,
-        "(1)",
+        "1",
         "1-3",
         paper_system(drive_frequency=0.75, damping=0.1, force_amplitude=1.5),
     ),
     Motion(
         "9(2)",
         9,
-        "(2)",
+        "2",
         "chaotic",
         paper_system(drive_frequency=1.545, friction=0.5),
         right="section",
     ),
-    Motion("9(3)", 9, "(3)", "4-5", paper_system(drive_frequency=1.5752, friction=0.5)),
+    Motion("9(3)", 9, "3", "4-5", paper_system(drive_frequency=1.5752, friction=0.5)),
     Motion(
         "9(4)",
         9,
-        "(4)",
+        "4",
         "chaotic",
         paper_system(drive_frequency=2.55, friction=0.4, damping=0.01, force_amplitude=0.5),
         right="section",

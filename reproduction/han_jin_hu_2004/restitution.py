@@ -77,10 +77,8 @@ def judge(computed: Restitution) -> Claim:
         residual=None,
         reference={"label": _range(computed.stepped), "steps": STEPS, "spread": list(stepped)},
         verdict=verdict,
-        evidence=(
-            f"-u_post/u varies by {high - low:.3f}, known to {uncertainty:.1g}; "
-            f"{_evidence(computed)}"
-        ),
+        decided_by=f"-u_post/u varies by {high - low:.3f}, known to {uncertainty:.1g}",
+        details=_evidence(computed),
         command=(
             'python -c "import vibroimpact as vi; '
             f'print(vi.impact_regimes(vi.System({arguments})))"'

@@ -124,8 +124,8 @@ def evaluate(observed: SustainedContact) -> Claim:
         residual=max(residuals) if len(residuals) == len(observed.examples) else None,
         reference={"label": "none", "note": "the paper's model ends where impacts accumulate"},
         verdict=verdict,
-        evidence=(
-            f"drive periods in which a complete chatter ends: {listed}; "
+        decided_by=f"drive periods in which a complete chatter ends: {listed}",
+        details=(
             f"{edge} (every label from {observed.frequencies[0]:g} on is 1-inf; "
             f"{len(observed.frequencies)} frequencies, step {step:g}); part of the drive period in "
             f"sustained contact: {shares}; bound of the error of a completed chatter: "

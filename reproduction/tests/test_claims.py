@@ -292,7 +292,8 @@ def test_files_hold_every_field():
         "residual",
         "reference",
         "verdict",
-        "evidence",
+        "decided_by",
+        "details",
         "command",
     ]
     text = claims.to_markdown([claim])

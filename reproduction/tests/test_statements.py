@@ -61,7 +61,8 @@ def read_page() -> dict[str, Claim]:
             residual=None,
             reference={},
             verdict=kind,
-            evidence=shown(evidence.get(statement.id, found)),
+            decided_by=shown(evidence.get(statement.id, found)),
+            details="",
             command=command,
         )
     return claims

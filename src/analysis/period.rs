@@ -2,8 +2,8 @@
 //!
 //! m is the smallest number of drive periods after which the section returns with equal impact
 //! counts, the distance being small or falling geometrically. What falls may yet turn round (a
-//! passage along a saddle, a lucky stretch of chaos): label.rs asks the motion itself, and judges one
-//! that does not return by the growth of a small perturbation.
+//! passage along a saddle, a lucky stretch of chaos): label.rs asks the motion itself, and judges
+//! one that does not return by the growth of a small perturbation.
 
 mod evidence;
 
@@ -55,8 +55,8 @@ impl std::fmt::Display for ImpactCount {
     }
 }
 
-/// Periods tried between two looks at the caller's wish to go on: a millisecond with ten thousand sections, a
-/// tenth of a second with a million.
+/// Periods tried between two looks at the caller's wish to go on: a millisecond with ten thousand
+/// sections, a tenth of a second with a million.
 const PERIODS_PER_LOOK: usize = 64;
 
 /// Impacts in a drive period with complete chatter.
@@ -108,7 +108,8 @@ impl PeriodReport {
         Self { orbit: None, kind: Kind::Unresolved, ..self }
     }
 
-    /// Factor per drive period by which the sections draw near to an orbit that they have not reached.
+    /// Factor per drive period by which the sections draw near to an orbit that they have not
+    /// reached.
     pub(crate) fn convergence(&self) -> Option<f64> {
         self.orbit.and(self.evidence.rate())
     }
@@ -209,9 +210,9 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> Per
     report
 }
 
-/// For each m how many of the counts from the m-th on are those from the first on, in a row (Main and
-/// Lorentz (1984); Gusfield (1997), section 1.4): all that follow it if the counts repeat after m. One pass
-/// over the counts does for all m.
+/// For each m how many of the counts from the m-th on are those from the first on, in a row (Main
+/// and Lorentz (1984); Gusfield (1997), section 1.4): all that follow it if the counts repeat after
+/// m. One pass over the counts does for all m.
 fn matching_counts(counts: &[u32]) -> Vec<usize> {
     let kept = counts.len();
     let mut matching = vec![0; kept];
@@ -230,7 +231,8 @@ fn matching_counts(counts: &[u32]) -> Vec<usize> {
     matching
 }
 
-/// Distances |X(k + m) - X(k)| over the last min(K - m, 3 m) sections, the last first: they tell most.
+/// Distances |X(k + m) - X(k)| over the last min(K - m, 3 m) sections, the last first: they tell
+/// most.
 fn last_distances(sections: &[[f64; 4]], m: usize) -> impl Iterator<Item = f64> {
     let kept = sections.len();
     let last = (kept - m).min(3 * m);
@@ -246,9 +248,9 @@ fn returns(sections: &[[f64; 4]], m: usize, most: f64) -> bool {
     last_distances(sections, m).all(|distance| distance <= most)
 }
 
-/// Whether [`approach`] can be one that counts: not if two neighbours in the last quarter of the window are
-/// further apart than the extents of a motion of this extent and size may be by then. Most m of a motion
-/// that does not converge are ruled out by their first few sections.
+/// Whether [`approach`] can be one that counts: not if two neighbours in the last quarter of the
+/// window are further apart than the extents of a motion of this extent and size may be by then.
+/// Most m of a motion that does not converge are ruled out by their first few sections.
 fn may_approach(sections: &[[f64; 4]], m: usize, extent: f64, size: f64) -> bool {
     let quarter = sections.len() / (4 * m) * m;
     if quarter < 2 * m {
@@ -376,7 +378,8 @@ mod tests {
 
     use super::*;
 
-    /// Orbits m and whether they return, as the definition says them: every m with all its sections.
+    /// Orbits m and whether they return, as the definition says them: every m with all its
+    /// sections.
     fn by_definition(sections: &[[f64; 4]], counts: &[u32]) -> Option<usize> {
         let whole = Bounds::of(sections.iter());
         let (size, extent) = (whole.size().max(f64::MIN_POSITIVE), whole.extent());

@@ -149,8 +149,8 @@ impl ChatterMonitor {
         (self.kept > 0 && continues).then_some(self.ratio)
     }
 
-    /// Samples an impact of a sequence that keeps its ratio, and extrapolates to u = 0; `None` while
-    /// there are too few samples.
+    /// Samples an impact of a sequence that keeps its ratio, and extrapolates to u = 0; `None`
+    /// while there are too few samples.
     pub fn extrapolate(&mut self, drive: &Drive, bounce: &Bounce) -> Option<Limit> {
         let (regime, character) = (bounce.regime, Some(bounce.character()));
         if matches!(regime, RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution) {

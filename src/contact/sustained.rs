@@ -1,15 +1,15 @@
 //! Sustained contact on g = 0: slip, stick, and what follows a landing, in contact coordinates
 //! (model/contact_coordinates.rs) and whatever the bodies are (docs/theory.md, sections 5 and 12).
 //!
-//! With the free accelerations w' = alpha, v' = beta and g'' = gamma, the coupling b/h, the mobility m,
-//! k = b/h + mu |h| s and s = sgn w:
+//! With the free accelerations w' = alpha, v' = beta and g'' = gamma, the coupling b/h, the
+//! mobility m, k = b/h + mu |h| s and s = sgn w:
 //!
 //! * slip: p = gamma/(m + k b/h), w' = alpha - k p;
 //! * stick: w = 0, p = -beta/m, as long as |alpha - p b/h| <= mu p |h|;
 //! * release where p falls through 0.
 //!
-//! m + k b/h <= 0 is a Painleve point. Against a wall at rest (m = 0) p = alpha/(b/h). What the pendulum
-//! and body 2 answer when they are asked for these numbers is in contact/tip.rs.
+//! m + k b/h <= 0 is a Painleve point. Against a wall at rest (m = 0) p = alpha/(b/h). What the
+//! pendulum and body 2 answer when they are asked for these numbers is in contact/tip.rs.
 
 mod slide;
 mod stick;
@@ -103,8 +103,8 @@ pub(crate) struct ClosedContact<T = f64> {
 }
 
 impl<T: Number> ClosedContact<T> {
-    /// m w' of a tip at rest under the force that keeps v' = 0, with the friction of slip in direction
-    /// s, or without any (s = 0): with the sign of s the tip slips that way.
+    /// m w' of a tip at rest under the force that keeps v' = 0, with the friction of slip in
+    /// direction s, or without any (s = 0): with the sign of s the tip slips that way.
     pub fn slip_drive(&self, direction: f64) -> T {
         let Self { at, slip_acceleration, parting_acceleration, .. } = *self;
         at.mobility * slip_acceleration + parting_acceleration * at.slip_rate(direction)
@@ -123,7 +123,8 @@ pub(crate) struct ContactInstant {
     pub clock_noise: f64,
     /// dh/dt at w = 1.
     pub scale_slope: f64,
-    /// A bound of the rates at which the motion turns or decays, and at which slip turns the contact.
+    /// A bound of the rates at which the motion turns or decays, and at which slip turns the
+    /// contact.
     pub fastest: f64,
     pub turning: f64,
     /// The other body is a wall that will never move.
@@ -172,8 +173,8 @@ impl ContactInstant {
         } else if self.wall_at_rest || (rubs && self.sticks()) || self.balances() {
             Next::Hold(ContactMode::Stick)
         } else {
-            // s = sgn(alpha - p_s b/h); without friction this is the sign of w' too. Against a wall the
-            // tip follows it.
+            // s = sgn(alpha - p_s b/h); without friction this is the sign of w' too. Against a wall
+            // the tip follows it.
             self.slide(contact.slip_drive(0.0))
         };
         match next {
@@ -232,8 +233,8 @@ impl ContactInstant {
         ContactForce { normal, tangential }
     }
 
-    /// w at the accumulation point of bounces that slip, to leading order, time `left` after an impact
-    /// with separation velocity u: w + alpha T - k S, S = (1 + q) u/((1 - q)(m + k b/h)).
+    /// w at the accumulation point of bounces that slip, to leading order, time `left` after an
+    /// impact with separation velocity u: w + alpha T - k S, S = (1 + q) u/((1 - q)(m + k b/h)).
     pub fn slip_after_bounces(&self, u: f64, q: f64, left: f64) -> f64 {
         let ClosedContact { at, slip_acceleration, .. } = &self.contact;
         let k = at.slip_rate(1f64.copysign(at.slip));

@@ -1,5 +1,5 @@
-//! The pendulum's tip on body 2: what a contact phase asks this machine for (docs/theory.md, section 5).
-//! The displacement along the contact is x1, the velocity of slip x1'.
+//! The pendulum's tip on body 2: what a contact phase asks this machine for (docs/theory.md,
+//! section 5). The displacement along the contact is x1, the velocity of slip x1'.
 
 use std::f64::consts::PI;
 
@@ -211,7 +211,8 @@ impl<T: Number> Sliding<T> for TipSlide<'_, T> {
     }
 }
 
-/// A step of a slide with derivatives, from x1 and x1' at a phase of the loads (its cosine and sine).
+/// A step of a slide with derivatives, from x1 and x1' at a phase of the loads (its cosine and
+/// sine).
 pub(crate) fn slide_with_derivatives<T: Number>(
     step: &SlideStep,
     parameters: &Parameters<T>,

@@ -34,6 +34,7 @@ pub const REACH_LEVEL: f64 = 1e-10;
 /// what a series of order `hold::slide::ORDER` still sums to rounding.
 pub const CONTACT_ANGLE: f64 = 1.5;
 
-/// A slide whose steps are shorter than this part of a local flight, of a tip that turns or decays so fast,
-/// is stalled: it would never be done. (A light tip pressed past the end of its reach turns 1e12 times.)
+/// A slide whose steps are shorter than this part of a local flight, of a tip that turns or decays
+/// so fast, is stalled: it would never be done. (A light tip pressed past the end of its reach
+/// turns 1e12 times.)
 pub const LEAST_STEP: f64 = 1e-20;

@@ -97,8 +97,8 @@ impl Drive {
         } else {
             DoubleDouble::new(f64::INFINITY)
         };
-        // Reduced once, so that a large phase given by the user costs nothing later; one beyond all digits
-        // has the sine and cosine that the library gives it.
+        // Reduced once, so that a large phase given by the user costs nothing later; one beyond all
+        // digits has the sine and cosine that the library gives it.
         let reduced = DoubleDouble::new(phase).reduced_angle();
         let phase = if reduced.abs() <= 4.0 { reduced } else { phase.sin().atan2(phase.cos()) };
         let ticks = if period.hi.is_finite() {
@@ -110,8 +110,9 @@ impl Drive {
         Self { omega, phase, period, ticks }
     }
 
-    /// What rounding an impact's time in the period to one number left out, in whole ticks: three binary
-    /// digits more, and no others, so that what follows depends on few numbers (src/simulate/recurrence.rs).
+    /// What rounding an impact's time in the period to one number left out, in whole ticks: three
+    /// binary digits more, and no others, so that what follows depends on few numbers
+    /// (src/simulate/recurrence.rs).
     #[inline(always)]
     pub fn ticked(&self, rest: f64) -> f64 {
         (rest + self.ticks) - self.ticks

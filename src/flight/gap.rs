@@ -128,8 +128,8 @@ impl<T: Tip> SteppedGap for TipGap<'_, T> {
         !T::TURNS || self.flight.state.x1.abs() + moved <= MOST_TURNED
     }
 
-    /// By the amplitudes of all parts of the motion: those of the steady responses each by itself, or as
-    /// they go together.
+    /// By the amplitudes of all parts of the motion: those of the steady responses each by itself,
+    /// or as they go together.
     #[inline(always)]
     fn never_meets(&self, slack: f64) -> bool {
         let FreeMotion { pendulum, oscillator, gap, .. } = self.motion;
@@ -201,8 +201,8 @@ pub(crate) fn start_of<T: Tip>(state: &State, angle: Angle, gap: f64) -> (f64, f
     (tip - x2 - gap, tip.abs() + x2.abs() + gap.abs())
 }
 
-/// Change of the gap since the start of a flight by a motion of both bodies, and the angle; `turned`:
-/// (cos - 1, sin) of the increment of x1.
+/// Change of the gap since the start of a flight by a motion of both bodies, and the angle;
+/// `turned`: (cos - 1, sin) of the increment of x1.
 #[inline(always)]
 pub(crate) fn change_of<T: Tip>(
     start: Angle,
@@ -233,8 +233,8 @@ pub(crate) fn higher_of<T: Tip>(
     Higher { fourth: tip[0] - others_fourth, fifth: tip[1] - others_fifth }
 }
 
-/// The jet of the gap in a state, and bounds of its derivatives from bounds of the derivatives 1 to 6 of
-/// both displacements.
+/// The jet of the gap in a state, and bounds of its derivatives from bounds of the derivatives 1 to
+/// 6 of both displacements.
 #[inline(always)]
 pub(crate) fn scan_start<T: Tip>(
     (pendulum, oscillator): (&Equation, &Equation),
@@ -260,7 +260,8 @@ pub(crate) fn scan_start<T: Tip>(
     ScanStart { start: Jet { value, rate: rate - v2, second: second - a2 }, bounds }
 }
 
-/// First contact of `flight` in (0, `span`], `span` at most that of the motion; none where that is empty.
+/// First contact of `flight` in (0, `span`], `span` at most that of the motion; none where that is
+/// empty.
 #[must_use]
 pub fn next_contact(
     motion: &FreeMotion,

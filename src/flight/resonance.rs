@@ -20,8 +20,8 @@ use crate::numerics::lanes::lanes_of;
 
 type C64 = Complex<f64>;
 
-/// Forced motion Re(F E(t)), F = f e^{i psi}/(z0 - z2) with psi at the flight's start, and
-/// E = e^{(z0 + z1) t/2} t sinh(y)/y, y = (z0 - z1) t/2. It starts with displacement 0 and rate Re F.
+/// Forced motion Re(F E(t)), F = f e^{i psi}/(z0 - z2) with psi at the flight's start, and E =
+/// e^{(z0 + z1) t/2} t sinh(y)/y, y = (z0 - z1) t/2. It starts with displacement 0 and rate Re F.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Beat {
     factor: C64,
@@ -69,8 +69,8 @@ impl Beat {
         (re * start.cos - im * start.sin, re * start.sin + im * start.cos)
     }
 
-    /// Displacement and rate at a time `t` within a local flight; C - 1 and S of the free motion then.
-    /// No branch needs a jump.
+    /// Displacement and rate at a time `t` within a local flight; C - 1 and S of the free motion
+    /// then. No branch needs a jump.
     #[inline(always)]
     pub fn near(&self, (p, q): (f64, f64), t: f64, (c1, sine): (f64, f64)) -> (f64, f64) {
         let half_shrink = 0.5 * self.decay_rate * t;
@@ -78,8 +78,8 @@ impl Beat {
         // e^{-half_shrink} sinh(y)/y
         let shrink = decay_minus_1(-2.0 * half_shrink);
         let (re, im) = (-0.5 * shrink * cos, (1.0 + 0.5 * shrink) * sin);
-        // Neither underflows unless both are zero: a difference of frequencies is zero or above 1e-33, damping
-        // zero or above 1e-100.
+        // Neither underflows unless both are zero: a difference of frequencies is zero or above
+        // 1e-33, damping zero or above 1e-100.
         let square = half_shrink * half_shrink + angle * angle;
         let quotient = (
             if square == 0.0 { 1.0 } else { (re * half_shrink + im * angle) / square },
@@ -177,7 +177,8 @@ impl RestResponse {
             .fdiv(a.value() - c.value())
     }
 
-    /// e^{mt} sum_k h_k(z - m) t^(k+2)/(k+2)!, h_k the complete homogeneous polynomials, m the mean.
+    /// e^{mt} sum_k h_k(z - m) t^(k+2)/(k+2)!, h_k the complete homogeneous polynomials, m the
+    /// mean.
     fn series(&self, t: f64) -> C64 {
         let z = self.exponents.map(Exponent::value);
         let mean = (z[0] + z[1] + z[2]) / 3.0;

@@ -22,6 +22,6 @@ pub const SERIES_SPREAD: f64 = 1.0;
 /// Taylor series.
 pub const SHORT_ANGLE: f64 = 1.0 / 4.0;
 
-/// Orders of that series: the first pair whose part of [`SHORT_ANGLE`] is larger than the angle names
-/// the order. The next term is then below angle^order/order! = 5e-20 of the first.
+/// Orders of that series: the first pair whose part of [`SHORT_ANGLE`] is larger than the angle
+/// names the order. The next term is then below angle^order/order! = 5e-20 of the first.
 pub const SHORT_ORDERS: [(f64, usize); 4] = [(0.007, 6), (0.057, 8), (0.2, 10), (1.0, 14)];

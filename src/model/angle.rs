@@ -1,5 +1,5 @@
-//! Sine and cosine of the pendulum's angle, which the contact geometry, the impact and the forces in
-//! contact all look at: worked out once and handed on.
+//! Sine and cosine of the pendulum's angle, which the contact geometry, the impact and the forces
+//! in contact all look at: worked out once and handed on.
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 

@@ -84,8 +84,8 @@ pub enum SimulationError {
         /// State (x1, v1, x2, v2) at the start of the flight.
         state: [f64; 4],
     },
-    /// The contact search used up its step budget, or the steps of search or slide are so short that it
-    /// would: the tip turns or decays beyond counting.
+    /// The contact search used up its step budget, or the steps of search or slide are so short
+    /// that it would: the tip turns or decays beyond counting.
     #[error(
         "the contact search stalled after t = {time}, {impacts} impacts, in the flight from {state:?}"
     )]

@@ -1,5 +1,6 @@
-//! The physics of the system: bodies that swing and are driven between contacts, the gap between them,
-//! and what the second body is (docs/theory.md, section 1). The only place that knows the pendulum:
+//! The physics of the system: bodies that swing and are driven between contacts, the gap between
+//! them, and what the second body is (docs/theory.md, section 1). The only place that knows the
+//! pendulum:
 //!
 //! ```text
 //! x1'' = f1 cos psi - 2 zeta1 omega0 x1' - omega0^2 x1      x2'' = f2 cos psi - 2 zeta2 x2' - x2
@@ -54,8 +55,8 @@ impl Body<f64> {
         self.natural * (1.0 + 2.0 * self.damping)
     }
 
-    /// The fastest rate at which its free motion decays: w (zeta + sqrt(zeta^2 - 1)), or w zeta below
-    /// critical damping.
+    /// The fastest rate at which its free motion decays: w (zeta + sqrt(zeta^2 - 1)), or w zeta
+    /// below critical damping.
     pub fn fastest_decay(&self) -> f64 {
         let zeta = self.damping;
         self.natural * (zeta + (zeta * zeta - 1.0).max(0.0).sqrt())

@@ -45,12 +45,13 @@ impl Contact {
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum ImpactLaw {
-    /// Coulomb friction along the impulse, Poisson's restitution P_II = r P_I; never creates energy.
+    /// Coulomb friction along the impulse, Poisson's restitution P_II = r P_I; never creates
+    /// energy.
     #[default]
     Poisson,
-    /// The same friction, restitution u_post = -r u. **It can create energy** where slip ends during
-    /// the impact: a few per cent at mbar = 0.6, without bound as mbar -> 0 and the tip sticks.
-    /// With mbar = 0 and the tip sticking no impulse gets to -r u: the impact ends there.
+    /// The same friction, restitution u_post = -r u. **It can create energy** where slip ends
+    /// during the impact: a few per cent at mbar = 0.6, without bound as mbar -> 0 and the tip
+    /// sticks. With mbar = 0 and the tip sticking no impulse gets to -r u: the impact ends there.
     Newton,
     /// The same friction, work of the normal impulse in restitution r^2 times that in approach
     /// (Stronge; Beghin and Boulanger); never creates energy.
@@ -75,8 +76,8 @@ impl ImpactLaw {
         }
     }
 
-    /// Whether slip follows Coulomb's law along the impulse; the formulas of the paper are used as they
-    /// are printed, whatever they imply.
+    /// Whether slip follows Coulomb's law along the impulse; the formulas of the paper are used as
+    /// they are printed, whatever they imply.
     #[must_use]
     pub fn is_coulomb(self) -> bool {
         self != Self::Paper

@@ -62,7 +62,8 @@ pub struct Clock {
     pub period: i64,
     /// Time since the start of the current period, in [0, 2 pi/omega).
     pub time_in_period: f64,
-    /// What rounding `time_in_period` to one number left out; at impacts in whole ticks of the drive.
+    /// What rounding `time_in_period` to one number left out; at impacts in whole ticks of the
+    /// drive.
     pub(crate) residual: f64,
 }
 

@@ -1,5 +1,5 @@
-//! The pendulum's tip along the normal of the contact, and its derivatives along a motion of the angle:
-//! sin x1 in oblique contact, x1 in direct contact (docs/theory.md, section 1).
+//! The pendulum's tip along the normal of the contact, and its derivatives along a motion of the
+//! angle: sin x1 in oblique contact, x1 in direct contact (docs/theory.md, section 1).
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
@@ -8,23 +8,23 @@ use std::f64::consts::FRAC_PI_2;
 use crate::model::angle::Angle;
 use crate::numerics::{EPS, elementary};
 
-/// What differs between oblique and direct contact. The angle enters through sin and cos of x1 at the start
-/// of a flight, so that the gap is an increment too: relatively exact for short hops.
+/// What differs between oblique and direct contact. The angle enters through sin and cos of x1 at
+/// the start of a flight, so that the gap is an increment too: relatively exact for short hops.
 pub(crate) trait Tip {
     /// Whether the gap needs the sine of x1.
     const TURNS: bool;
     /// Position of the tip along the normal: sin x1, or x1.
     fn position(x1: f64, angle: Angle) -> f64;
     /// Change of the tip's position since the start of a flight, where the angle was `start`, its
-    /// derivatives 1 to 3, and the angle now. `turned`: (cos - 1, sin) of the increment of x1; `motion`:
-    /// that increment and the derivatives 1 to 3 of x1.
+    /// derivatives 1 to 3, and the angle now. `turned`: (cos - 1, sin) of the increment of x1;
+    /// `motion`: that increment and the derivatives 1 to 3 of x1.
     fn change(start: Angle, turned: (f64, f64), motion: [f64; 4]) -> ([f64; 4], Angle);
     /// Rate and acceleration of the tip, from x1', x1''.
     fn rates(angle: Angle, v1: f64, a1: f64) -> [f64; 2];
     /// The derivatives 4 and 5 of the tip's position, from the derivatives 1 to 5 of x1.
     fn higher(angle: Angle, rates: [f64; 5]) -> [f64; 2];
-    /// Position, rate and acceleration of the tip for the first pass of the contact search: a sine of few
-    /// operations, exact enough up to [`elementary::MOST_TURNED`].
+    /// Position, rate and acceleration of the tip for the first pass of the contact search: a sine
+    /// of few operations, exact enough up to [`elementary::MOST_TURNED`].
     fn fast(x1: f64, v1: f64, a1: f64) -> [f64; 3];
     /// For |x1| <= r: bounds of the tip's position, and of how far it is ahead of x1.
     fn reach(r: f64) -> (f64, f64);

@@ -10,15 +10,15 @@ pub const LEAST_FREQUENCY: f64 = 1e-150;
 /// x1' beyond all bounds.
 pub const NO_ROOM: f64 = 1e-7;
 
-/// With |cos x1| below this, in units of 1 + |gap|, a wall that approaches a tip at sin x1 = 1 meets
-/// it at dead centre: thrown aside at u/cos x1 it would be back before the gap has changed by more
-/// than its rounding, and no number says what follows.
+/// With |cos x1| below this, in units of 1 + |gap|, a wall that approaches a tip at sin x1 = 1
+/// meets it at dead centre: thrown aside at u/cos x1 it would be back before the gap has changed by
+/// more than its rounding, and no number says what follows.
 pub const DEAD_CENTRE: f64 = 64.0 * EPS;
 
 /// With |cos x1| above this, x1 follows a wall (mbar = 0) on the contact; below, where x1 would
 /// magnify the wall's rounding, the wall is moved by rounding instead.
 pub const WALL_SLOPE: f64 = 0.1;
 
-/// A landing changes x1' only by less than this part: what the impulses of bounces at rounding level
-/// have left. More is no rounding, and belongs to body 2.
+/// A landing changes x1' only by less than this part: what the impulses of bounces at rounding
+/// level have left. More is no rounding, and belongs to body 2.
 pub const LAST_IMPULSES: f64 = 1e-3;

@@ -8,8 +8,8 @@ const UNCOUNTED: u64 = u64::MAX;
 
 /// Ends work early, with what is done by then. Clones share one wish; a wish is never taken back.
 ///
-/// A loop asks [`is_cancelled`](Self::is_cancelled) as often as it likes: the answer is one load of a
-/// number that hardly ever changes.
+/// A loop asks [`is_cancelled`](Self::is_cancelled) as often as it likes: the answer is one load of
+/// a number that hardly ever changes.
 #[derive(Debug, Clone)]
 pub struct CancelToken {
     /// How many more times the answer is no: 0 once cancelled.
@@ -31,15 +31,15 @@ impl CancelToken {
         Self { left: None, whole: None }
     }
 
-    /// A token that is cancelled when it is asked for the `asks`-th time. On one thread the work then ends at
-    /// the same place each time, however fast it is.
+    /// A token that is cancelled when it is asked for the `asks`-th time. On one thread the work
+    /// then ends at the same place each time, however fast it is.
     #[must_use]
     pub fn after(asks: u64) -> Self {
         Self { left: Some(Arc::new(AtomicU64::new(asks))), whole: None }
     }
 
-    /// A token of a part of the work, which ends with the whole or on its own. Of a part's own parts only the
-    /// outermost whole counts.
+    /// A token of a part of the work, which ends with the whole or on its own. Of a part's own
+    /// parts only the outermost whole counts.
     pub(crate) fn part(&self) -> Self {
         let whole = self.whole.as_ref().or(self.left.as_ref()).map(Arc::clone);
         Self { whole, ..Self::new() }

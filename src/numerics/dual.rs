@@ -21,11 +21,11 @@ pub(crate) trait Number:
     fn constant(value: f64) -> Self;
     /// The number without its derivatives.
     fn value(self) -> f64;
-    /// This number, its value known better than by its formula. A number with derivatives stays on the
-    /// formula: value and derivatives belong together.
+    /// This number, its value known better than by its formula. A number with derivatives stays on
+    /// the formula: value and derivatives belong together.
     fn with_value(self, value: f64) -> Self;
-    /// The bound in place of a number below it: for what only rounding can bring there. A number with
-    /// derivatives stays on the formula, which goes on smoothly beyond its range.
+    /// The bound in place of a number below it: for what only rounding can bring there. A number
+    /// with derivatives stays on the formula, which goes on smoothly beyond its range.
     fn at_least(self, bound: Self) -> Self;
     fn sin_cos(self) -> (Self, Self);
     fn sqrt(self) -> Self;

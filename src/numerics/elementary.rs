@@ -59,8 +59,8 @@ impl Kernel {
     }
 }
 
-/// Sine and cosine of an angle from those of its remainder. In odd quadrants they change places; their
-/// signs are bits of the quadrant.
+/// Sine and cosine of an angle from those of its remainder. In odd quadrants they change places;
+/// their signs are bits of the quadrant.
 #[inline(always)]
 fn into_quadrant(quadrant: u64, sin: f64, cos: f64) -> (f64, f64) {
     let (sin, cos) = (sin.to_bits(), cos.to_bits());

@@ -1,5 +1,6 @@
 //! A few numbers treated together, written so that compilers turn loops over them into vector
-//! instructions: no branches, no calls. The operations are the same with any of them, and so are the bits.
+//! instructions: no branches, no calls. The operations are the same with any of them, and so are
+//! the bits.
 
 /// Numbers treated together.
 pub(crate) const LANES: usize = 8;
@@ -14,8 +15,8 @@ pub(crate) fn wide<W: pulp::NullaryFnOnce>(work: W) -> W::Output {
     pulp::Arch::new().dispatch(work)
 }
 
-/// Does a piece of work with registers of at most 256 bits: where each step waits for the one before, wider
-/// ones are no faster, and cost more to start with.
+/// Does a piece of work with registers of at most 256 bits: where each step waits for the one
+/// before, wider ones are no faster, and cost more to start with.
 #[inline(always)]
 #[allow(clippy::inline_always)]
 pub(crate) fn narrow<W: pulp::NullaryFnOnce>(work: W) -> W::Output {

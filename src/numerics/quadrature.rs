@@ -2,8 +2,8 @@
 
 use std::sync::LazyLock;
 
-/// Panels of the energy audit's quadrature, as an angle of the fastest motion: [`POINTS`] integrate a sine
-/// of twice that angle to rounding.
+/// Panels of the energy audit's quadrature, as an angle of the fastest motion: [`POINTS`] integrate
+/// a sine of twice that angle to rounding.
 pub(crate) const PANEL_ANGLE: f64 = 1.5;
 
 /// Points on each panel.

@@ -17,7 +17,7 @@ use crate::model::state::State;
 use crate::simulate::run::RunOptions;
 use crate::simulate::tolerances::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 
-/// Where each of n starts ended up.
+/// The attractor of each of n starts.
 #[pyclass(name = "Arrivals", module = "vibroimpact._core", frozen)]
 pub(super) struct PyArrivals {
     arrivals: Vec<Arrival>,

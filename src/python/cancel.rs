@@ -1,9 +1,9 @@
 //! The one bridge from Ctrl-C to the core's cancellation token.
 //!
 //! Only Python's main thread receives signals, and only while it holds the interpreter. So the work
-//! runs on another thread, without the interpreter, while the calling thread waits for it, checks for
-//! signals and reports progress. The start of a thread costs more than a short run, so a run begins on the
-//! calling thread.
+//! runs on another thread, without the interpreter, while the calling thread waits for it, checks
+//! for signals and reports progress. The start of a thread costs more than a short run, so a run
+//! begins on the calling thread.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::mpsc;
@@ -16,16 +16,17 @@ use crate::numerics::cancel::CancelToken;
 
 /// Time between two checks for signals.
 const LOOK: Duration = Duration::from_millis(25);
-/// Time of work on the calling thread before a thread is started for the rest: many times what the start
-/// costs, and too short to be noticed after Ctrl-C.
+/// Time of work on the calling thread before a thread is started for the rest: many times what the
+/// start costs, and too short to be noticed after Ctrl-C.
 const FIRST_PART: Duration = Duration::from_millis(1);
 /// Reads of the token between two readings of the clock in this part.
 const READS_PER_LOOK: u64 = 16;
-/// Number of reads of the token, over several calls, until it counts as cancelled; `u64::MAX`: never.
+/// Number of reads of the token, over several calls, until it counts as cancelled; `u64::MAX`:
+/// never.
 static ASKS: AtomicU64 = AtomicU64::new(u64::MAX);
 
-/// Lets the `asks`-th read of the token in the following calls act as Ctrl-C at that place; None: no
-/// such read. For tests, with one worker thread. Returns how many reads were left.
+/// Lets the `asks`-th read of the token in the following calls act as Ctrl-C at that place; None:
+/// no such read. For tests, with one worker thread. Returns how many reads were left.
 #[pyfunction]
 pub(super) fn _interrupt_at(asks: Option<u64>) -> u64 {
     ASKS.swap(asks.unwrap_or(u64::MAX), Relaxed)
@@ -37,13 +38,13 @@ pub(super) struct Progress<'a> {
     pub done: &'a AtomicUsize,
 }
 
-/// What a call raises that Ctrl-C ended, if it has nothing to hand over.
+/// The exception of a call that Ctrl-C ended, if the call has no result.
 pub(super) fn interrupted(message: String) -> PyErr {
     PyKeyboardInterrupt::new_err(message)
 }
 
 /// Works with the interpreter released. Ctrl-C makes the work end early with what is done, and is
-/// reported beside it, also where it comes while progress is told; another exception is raised.
+/// reported with the result, also if it comes during a call of progress; others are raised.
 pub(super) fn interruptible<T: Send, E: Into<PyErr> + Send>(
     py: Python<'_>,
     progress: Option<&Progress>,

@@ -135,11 +135,11 @@ enumerated! {
     RegimeKind, RegimeKind::ALL, RegimeKind::name, |_| None,
         "Regime", "What the contact point did during an impact (docs/theory.md, section 4).";
     Border, Border::ALL, Border::name, |border: Border| Some(border.text()),
-        "Border", "What vanishes where a leg ceases to be what it is.";
+        "Border", "The conditions that vanish where a leg changes its kind.";
     BorderKind, BorderKind::ALL, BorderKind::name, |kind: BorderKind| Some(kind.name()),
-        "BorderKind", "What a border tells apart.";
+        "BorderKind", "What changes at a border.";
     EvidenceKind, EvidenceKind::ALL, EvidenceKind::name, |kind: EvidenceKind| Some(kind.name()),
-        "EvidenceKind", "What the verdict on a motion stands on.";
+        "EvidenceKind", "The kind of evidence for a label.";
     WhyUndecided, WhyUndecided::ALL, WhyUndecided::name, |why: WhyUndecided| Some(why.name()),
         "WhyUndecided", "Why a motion is not judged.";
     LegKind,

@@ -1,4 +1,4 @@
-//! `_core.Leg` and `_core.Condition`: what a motion does, and what holds it to that.
+//! `_core.Leg` and `_core.Condition`: the legs of a motion, and their conditions.
 
 // PyO3 calls methods by reference.
 #![allow(clippy::trivially_copy_pass_by_ref)]

@@ -68,7 +68,7 @@ impl PyFinalState {
     }
 }
 
-/// What the kept stroboscopic states say of the motion.
+/// The label of a motion from its kept stroboscopic states, with the evidence.
 #[pyclass(name = "PeriodReport", module = "vibroimpact._core", frozen)]
 pub(super) struct PyPeriodReport(PeriodReport);
 
@@ -239,7 +239,7 @@ impl PyRun {
         Ok(PyPeriodReport(report))
     }
 
-    /// Go on for so many further periods, or so much further time.
+    /// Continue for further periods or time.
     #[pyo3(signature = (*, periods = None, time = None, keep = None, max_events = None))]
     fn resume(
         &self,
@@ -282,7 +282,7 @@ impl PyRun {
         serde_json::to_string(&self.0).map_err(|e| PyValueError::new_err(e.to_string()))
     }
 
-    /// A run from what `to_json` and the arrays hold.
+    /// A run from the text of `to_json` and the arrays.
     #[staticmethod]
     fn from_parts(
         text: &str,
@@ -311,7 +311,7 @@ impl PyRun {
     }
 }
 
-/// What an audit holds, by name.
+/// The numbers of an audit, by name.
 fn works(audit: EnergyAudit) -> BTreeMap<&'static str, f64> {
     BTreeMap::from([
         ("energy_start", audit.energy_start),

@@ -167,7 +167,7 @@ impl PySystem {
         PyArray1::from_vec(py, values).reshape([states.len(), 2])
     }
 
-    /// States (n, 4) at times >= 0 after a state, without contact; `phase` of the drive at the start.
+    /// States (n, 4) at times >= 0 after a state, without contact; `phase` is that at the start.
     fn free_flight<'py>(
         &self,
         py: Python<'py>,

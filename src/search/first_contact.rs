@@ -92,7 +92,8 @@ pub struct ContactReport<S> {
     pub evaluations: u64,
 }
 
-/// First contact of a flight in (0, `span`]: the first pass, and the careful search where it stays unsure.
+/// First contact of a flight in (0, `span`]: the first pass, and the careful search where it stays
+/// unsure.
 #[inline(always)]
 pub(crate) fn first_contact<G: SteppedGap>(
     gap: &G,

@@ -1,6 +1,6 @@
-//! The gap function along one flight, as the search for its first root sees it: g < 0 while the bodies are
-//! apart, g = 0 in contact. What the bodies are, and what the gap measures, is the model's business: it
-//! implements [`Gap`], and for the first pass `SteppedGap` (steps.rs).
+//! The gap function along one flight, as the search for its first root sees it: g < 0 while the
+//! bodies are apart, g = 0 in contact. What the bodies are, and what the gap measures, is the
+//! model's business: it implements [`Gap`], and for the first pass `SteppedGap` (steps.rs).
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
@@ -20,11 +20,13 @@ pub(crate) trait Gap {
     /// The state that is handed on with a contact.
     type State: Copy;
 
-    /// Value of the gap at the start, and the sum of the sizes of its terms, which sets its rounding.
+    /// Value of the gap at the start, and the sum of the sizes of its terms, which sets its
+    /// rounding.
     fn start(&self) -> (f64, f64);
     /// Bounds of the derivatives on the local flight.
     fn bounds(&self) -> GapBounds;
-    /// The jet at `s`; its value is the change since the start, so that short flights are relatively exact.
+    /// The jet at `s`; its value is the change since the start, so that short flights are
+    /// relatively exact.
     fn change(&self, s: f64) -> (GapPoint, Self::Instant);
     /// The fourth and fifth derivative at an instant.
     fn higher(&self, instant: &Self::Instant) -> Higher;
@@ -112,7 +114,8 @@ impl GapBounds {
     #[inline(always)]
     pub fn remainder(&self, offset: f64) -> f64 {
         let square = offset * offset;
-        // By lower bounds twice the first term left out, with room for the polynomial's own terms after it.
+        // By lower bounds twice the first term left out, with room for the polynomial's own terms
+        // after it.
         let (fifth, sixth) = (self.fifth / 60.0 * offset.abs(), self.sixth / 720.0 * square);
         let best = (self.fourth / 8.0).min(fifth).min(sixth);
         best * (square * square)

@@ -1,14 +1,14 @@
 //! First pass of the contact search: the gap at equal steps of a flight, eight at a time.
 //!
-//! On each step the gap function is its quintic Hermite interpolant plus the remainder
-//! g^(6) (t - a)^3 (t - b)^3/720. In Bernstein form of degree 6 on [a, b] the remainder is a part of the
-//! middle coefficient, at most |g^(6)| h^6/14400; all seven coefficients below zero prove that the step is
-//! free of contact. A step for which that fails is cut into eight. A sign change on a step with g' > 0, proven
-//! in the same way from the interpolant's derivative, is the first contact; on a step that ends beyond
-//! what is searched the sign there decides. What stays unsure is left to the careful search
-//! (first_contact.rs), which alone decides about grazes, rest and release. The jets at the ends of steps come
-//! from the model, the rest is arithmetic on arrays; its rounding is allowed for, and can only make steps
-//! unsure (docs/contact-detection.md).
+//! On each step the gap function is its quintic Hermite interpolant plus the remainder g^(6) (t -
+//! a)^3 (t - b)^3/720. In Bernstein form of degree 6 on [a, b] the remainder is a part of the
+//! middle coefficient, at most |g^(6)| h^6/14400; all seven coefficients below zero prove that the
+//! step is free of contact. A step for which that fails is cut into eight. A sign change on a step
+//! with g' > 0, proven in the same way from the interpolant's derivative, is the first contact; on
+//! a step that ends beyond what is searched the sign there decides. What stays unsure is left to
+//! the careful search (first_contact.rs), which alone decides about grazes, rest and release. The
+//! jets at the ends of steps come from the model, the rest is arithmetic on arrays; its rounding is
+//! allowed for, and can only make steps unsure (docs/contact-detection.md).
 
 #![allow(clippy::inline_always)] // all of a scan must be compiled with the same instructions
 #![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
@@ -73,8 +73,8 @@ impl RisingStep {
     }
 }
 
-/// Scans a flight for its first contact, and counts evaluations of the gap. `touching`: it starts on the
-/// contact.
+/// Scans a flight for its first contact, and counts evaluations of the gap. `touching`: it starts
+/// on the contact.
 #[inline(always)]
 pub(crate) fn scan<G: SteppedGap>(
     gap: &G,
@@ -147,7 +147,8 @@ impl<P: Copy + Default> Scanner<P> {
         if !(clear && gap.steps_hold(SCAN_SPANS * rate * span)) {
             return Some(Scan::Unsure(0.0));
         }
-        // Halving the step takes a 64th of the remainder; a NaN or too large a bound finds no level.
+        // Halving the step takes a 64th of the remainder; a NaN or too large a bound finds no
+        // level.
         let allowed = SCAN_REMAINDER * (extent + rate * gap.step(0));
         let mut remainder = bounds.sixth * gap.remainder_factor();
         let mut coarse = 0;
@@ -231,8 +232,9 @@ impl<P: Copy + Default> Scanner<P> {
             if left >= h {
                 return Some(Scan::RisingStep(rise));
             }
-            // The step ends beyond: on which side of `reach` the contact lies says the sign of the gap
-            // there, and not the interpolant's root, which may be off by a good part of a coarse step.
+            // The step ends beyond: on which side of `reach` the contact lies says the sign of the
+            // gap there, and not the interpolant's root, which may be off by a good part of a
+            // coarse step.
             let there = Quintic::new(&rise.start, &rise.end, h).value(left / h);
             let doubt = self.remainder + self.slack;
             if there > doubt {
@@ -243,7 +245,8 @@ impl<P: Copy + Default> Scanner<P> {
             }
         }
         if self.level + CUT >= LEVELS {
-            // With care from there; beyond one local flight in one of its own, whose rounding is less.
+            // With care from there; beyond one local flight in one of its own, whose rounding is
+            // less.
             return Some(if s < self.span { Scan::Unsure(s) } else { Scan::Clear(s) });
         }
         self.level += CUT;
@@ -322,8 +325,8 @@ fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// Whether the gap rises through zero, and all the way, on a step: the Bernstein coefficients of the
-/// interpolant's derivative (times h/5) exceed what the remainder may take from it,
+/// Whether the gap rises through zero, and all the way, on a step: the Bernstein coefficients of
+/// the interpolant's derivative (times h/5) exceed what the remainder may take from it,
 /// sqrt(5)/30000 |g^(6)| h^5 (Agarwal & Wong (1993), Error Inequalities in Polynomial
 /// Interpolation, section 1.2), here from `remainder` = |g^(6)| h^6/14400.
 #[inline(always)]

@@ -20,7 +20,8 @@ pub(crate) trait SteppedGap: Gap {
     fn scan_start(&self) -> ScanStart;
     /// Local time up to which the bounds of the scan's start hold.
     fn bounds_hold(&self) -> f64;
-    /// Longest local time at which a contact is met; a later one belongs to a local flight of its own.
+    /// Longest local time at which a contact is met; a later one belongs to a local flight of its
+    /// own.
     fn reach(&self) -> f64;
     /// Size of the bodies' coordinates at the start, which sets the rounding of the steps.
     fn extent(&self) -> f64;
@@ -104,8 +105,8 @@ impl ScanStarts {
     }
 }
 
-/// Weights of rate and second derivative in Bernstein coefficients of degree 6 on a step: h/6, h/3, h^2/30,
-/// h/5, h^2/40.
+/// Weights of rate and second derivative in Bernstein coefficients of degree 6 on a step: h/6, h/3,
+/// h^2/30, h/5, h^2/40.
 #[derive(Debug, Clone)]
 pub(crate) struct Weights {
     pub(super) sixth: f64,

@@ -31,13 +31,13 @@ pub(crate) const REST_NOISE: f64 = 2.0 * GRAZE_NOISE * FLIGHT_NOISE;
 /// itself (a few dozen operations) cannot make it too small.
 pub(crate) const BOUND_MARGIN: f64 = 1.0 + 1e-12;
 
-/// Steps of the first pass of the contact search are at most so long that the remainder of the gap's
-/// interpolant is this part of the size of its motion. Twice or half as much costs more.
+/// Steps of the first pass of the contact search are at most so long that the remainder of the
+/// gap's interpolant is this part of the size of its motion. Twice or half as much costs more.
 pub(crate) const SCAN_REMAINDER: f64 = 0.02;
 
-/// Eight of the longest steps of the first pass are this part of a local flight, 4/(pi (sqrt(5) - 1)): no
-/// simple fraction of a turn, or the contacts of periodic motions would fall on the ends of steps, where
-/// no sign is certain.
+/// Eight of the longest steps of the first pass are this part of a local flight, 4/(pi (sqrt(5) -
+/// 1)): no simple fraction of a turn, or the contacts of periodic motions would fall on the ends of
+/// steps, where no sign is certain.
 pub(crate) const SCAN_STEPS: f64 = 1.030_072_868_268_605;
 
 /// Rounding of the gap in the first pass, relative to the size of its motion: some thousand
@@ -47,16 +47,16 @@ pub(crate) const SCAN_SLACK: f64 = 1e-12;
 /// Local flights scanned at once where nothing is met.
 pub(crate) const SCAN_SPANS: f64 = 8.0;
 
-/// Local flights passed at once where the bodies are too far apart ever to meet; not more, so that the
-/// caller is asked now and then.
+/// Local flights passed at once where the bodies are too far apart ever to meet; not more, so that
+/// the caller is asked now and then.
 pub(crate) const FREE_SPANS: f64 = 64.0;
 
 /// The first pass is tried after an impact whose separation velocity is this part of what the gap
 /// rate can be.
 pub(crate) const SCAN_REST: f64 = 1e-7;
 
-/// A flight is a short hop where g(h)/h has this part of its slope at the start to lose up to twice the
-/// time of the hop.
+/// A flight is a short hop where g(h)/h has this part of its slope at the start to lose up to twice
+/// the time of the hop.
 pub(crate) const HOP_BEND: f64 = 1.0 / 16.0;
 
 /// Gap evaluations in one local flight before the search is declared stalled. Twenty are
@@ -66,8 +66,8 @@ pub(crate) const SEARCH_STEPS: u64 = 200_000;
 /// Gap evaluations after which a search goes on as a new local flight, with bounds of its own.
 pub(crate) const SEARCH_PATIENCE: u64 = 20_000;
 
-/// A search that has come no further by then than this part of its span is stalled: at that pace the span
-/// would take weeks. The tip turns 1e13 times in it, or more.
+/// A search that has come no further by then than this part of its span is stalled: at that pace
+/// the span would take weeks. The tip turns 1e13 times in it, or more.
 pub(crate) const LEAST_PROGRESS: f64 = 1e-9;
 
 /// It does so where the bodies are apart by so many rounding levels of a fresh start.
@@ -76,7 +76,7 @@ pub(crate) const PAUSE_NOISE: f64 = 1024.0;
 /// First and last part of a local flight at which a release with g''' = 0 is probed.
 pub(crate) const RELEASE_PROBE: (f64, f64) = (1e-6, 1e-2);
 
-/// A root of the gap's Taylor polynomial is summed as a series where the first term changes g' by at
-/// most this part. The first term left out is then some forty times its fifth power, and the slope at the
-/// start takes all but a hundredth of that.
+/// A root of the gap's Taylor polynomial is summed as a series where the first term changes g' by
+/// at most this part. The first term left out is then some forty times its fifth power, and the
+/// slope at the start takes all but a hundredth of that.
 pub(crate) const SERIES_TURN: f64 = 4e-3;

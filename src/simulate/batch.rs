@@ -1,10 +1,10 @@
-//! Many simulations at once, in the lanes of the vector registers: each flight's first pass by itself,
-//! then the contacts and impacts of all lanes together.
+//! Many simulations at once, in the lanes of the vector registers: each flight's first pass by
+//! itself, then the contacts and impacts of all lanes together.
 //!
 //! A lane does the same operations as a single simulation ([`Simulation::advance`]), by the same
-//! functions: the bits do not depend on what the other lanes hold. An impact whose slip ends is resolved
-//! by itself. Everything but the usual flight between two impacts (grazes, chatter, sustained contact,
-//! motion that has decayed, overdamped bodies) is left to the single simulation.
+//! functions: the bits do not depend on what the other lanes hold. An impact whose slip ends is
+//! resolved by itself. Everything but the usual flight between two impacts (grazes, chatter,
+//! sustained contact, motion that has decayed, overdamped bodies) is left to the single simulation.
 
 #![allow(clippy::inline_always)] // a round is compiled for several instruction sets
 
@@ -69,7 +69,8 @@ impl<T: Job> Job for (usize, T) {
 /// With fewer jobs than this, lanes save no time.
 const FEWEST: usize = 3;
 
-/// Runs all jobs that `next` gives, at most `most` at a time, and hands each to `done` after its stop.
+/// Runs all jobs that `next` gives, at most `most` at a time, and hands each to `done` after its
+/// stop.
 pub(crate) fn run_batch<T: Job>(
     next: &mut dyn FnMut() -> Option<T>,
     done: &mut dyn FnMut(T),
@@ -114,13 +115,14 @@ struct LaneData {
     scanners: [Scanner<Point>; LANES],
     strides: [Stride<States>; LANES],
     impacts: ImpactLanes,
-    /// 1 where the present flight began in the lane: the lane alone then has the bodies' constants and
-    /// the start of the scan.
+    /// 1 where the present flight began in the lane: the lane alone then has the bodies' constants
+    /// and the start of the scan.
     in_lane: [u64; LANES],
 }
 
 impl LaneData {
-    /// Writes what the lane alone has into the simulation, which can then go on outside of the lane.
+    /// Writes what the lane alone has into the simulation, which can then go on outside of the
+    /// lane.
     #[inline(always)]
     fn write_back<T: Job>(&mut self, j: usize, job: &mut Option<T>) {
         if let (1, Some(job)) = (std::mem::take(&mut self.in_lane[j]), job) {
@@ -201,8 +203,8 @@ impl<T: Job> Batch<'_, T> {
         self.refill(j, next_job);
     }
 
-    /// The next impact of each lane. All lanes take one stride before any result is read, so that no lane
-    /// waits for a result.
+    /// The next impact of each lane. All lanes take one stride before any result is read, so that
+    /// no lane waits for a result.
     #[inline(always)]
     fn round<G: Tip>(&mut self) {
         let (mut scanning, mut ready) = (LaneSet::default(), LaneSet::default());
@@ -252,7 +254,8 @@ impl<T: Job> Batch<'_, T> {
         *in_lane = leaving;
     }
 
-    /// Ends the flight of lane `j`, which has a contact ahead; whether the next flight begins in the lane.
+    /// Ends the flight of lane `j`, which has a contact ahead; whether the next flight begins in
+    /// the lane.
     #[inline(always)]
     fn end_flight(&mut self, j: usize) -> bool {
         let LaneData { impacts, .. } = &*self.lanes;
@@ -305,7 +308,8 @@ impl<T: Job> Batch<'_, T> {
         }
     }
 
-    /// Begins flights in lane `j` until one has to be scanned or has a contact ahead, or no job is left.
+    /// Begins flights in lane `j` until one has to be scanned or has a contact ahead, or no job is
+    /// left.
     #[inline(always)]
     fn begin_flight<G: Tip>(&mut self, j: usize, scanning: &mut LaneSet, ready: &mut LaneSet) {
         loop {
@@ -428,8 +432,8 @@ impl Simulation {
         Some(self.start(began)).filter(|start| matches!(start, Start::Apart | Start::Touching))
     }
 
-    /// Stores the result of the first pass for the next turn. A contact ahead is not stored: the turn
-    /// finds it.
+    /// Stores the result of the first pass for the next turn. A contact ahead is not stored: the
+    /// turn finds it.
     #[inline(never)]
     fn store_first_pass<G: Tip>(&mut self, first_pass: FirstPass, evaluations: u64) {
         let Phase::Flight(began) = self.point.anchor.phase else { return };
@@ -449,8 +453,9 @@ impl Simulation {
         }
     }
 
-    /// Begins the flight after the impact in lane `j`, the bodies' constants left in the lane; whether
-    /// chatter may have begun. Not inlined: wide loads of numbers that were just written would wait.
+    /// Begins the flight after the impact in lane `j`, the bodies' constants left in the lane;
+    /// whether chatter may have begun. Not inlined: wide loads of numbers that were just written
+    /// would wait.
     #[inline(never)]
     fn start_next_flight(&mut self, j: usize, impacts: &ImpactLanes) -> bool {
         let (clock, state) = impacts.start_after(j, self.flight.clock.period);

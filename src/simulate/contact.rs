@@ -64,7 +64,8 @@ impl Simulation {
             let state = touch.state;
             let second = touch.gap.second.max(f64::MIN_POSITIVE);
             let leading = (2.0 * u / (second * (1.0 - ratio))).min(self.motion.span);
-            // Velocities of some least numbers have no digits; the end is not before the next bounce.
+            // Velocities of some least numbers have no digits; the end is not before the next
+            // bounce.
             let time = leading.max(touch.local_time());
             let phase = self.motion.drive.trig_at(clock);
             let v1 = if self.point.monitor.stopped {

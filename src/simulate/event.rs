@@ -61,9 +61,9 @@ pub struct ChatterEvent {
     pub impacts_skipped: f64,
     /// Time from the last impact to the accumulation point.
     pub time_jump: f64,
-    /// Bound of the error that the completion adds to time and state, absolute. Where g'' is so small
-    /// that the accumulation point is not certain to 1e-12, contact begins once the bounces are at
-    /// rounding level: `time_jump` is 0 then and this bounds the state alone.
+    /// Bound of the error that the completion adds to time and state, absolute. Where g'' is so
+    /// small that the accumulation point is not certain to 1e-12, contact begins once the bounces
+    /// are at rounding level: `time_jump` is 0 then and this bounds the state alone.
     pub error: f64,
 }
 
@@ -159,7 +159,8 @@ pub enum StopReason {
     Jammed,
     /// law = paper gave no admissible outcome.
     LawFailed,
-    /// A number left the range of floats, or no contact could be decided: of what was done up to there.
+    /// A number left the range of floats, or no contact could be decided: of what was done up to
+    /// there.
     Failed,
     /// The caller wished it, and nothing else.
     Interrupted,

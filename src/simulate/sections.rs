@@ -27,8 +27,8 @@ impl Simulation {
         }
     }
 
-    /// Local time of the section after so many more, if it lies before `reached`; `inclusive`: or there, to
-    /// rounding.
+    /// Local time of the section after so many more, if it lies before `reached`; `inclusive`: or
+    /// there, to rounding.
     #[inline(always)]
     pub(super) fn section_by(
         &self,
@@ -56,7 +56,8 @@ impl Simulation {
         self.point.next_section += 1;
     }
 
-    /// The same of a flight: a single section by itself, which most flights have, more of them together.
+    /// The same of a flight: a single section by itself, which most flights have, more of them
+    /// together.
     #[inline(always)]
     pub(super) fn pass_sections_in_flight<O: Observer>(
         &mut self,

@@ -18,8 +18,8 @@ pub const STANDSTILL_TIME: f64 = 1e-3;
 /// Moves of time in a row after which a move below [`SHORTEST_MOVE`] ends the run as stalled.
 pub const MOST_MOVES: u32 = 4096;
 
-/// Part of a local flight: shorter moves do not end. The derivatives of the gap are then so large, and
-/// the bodies so far away, that no digits are left in which the modes could differ.
+/// Part of a local flight: shorter moves do not end. The derivatives of the gap are then so large,
+/// and the bodies so far away, that no digits are left in which the modes could differ.
 pub const SHORTEST_MOVE: f64 = 1e-12;
 
 /// Default tolerance where something is approximated (completion of chatter): absolute, in time
@@ -33,6 +33,6 @@ pub const DEFAULT_MAX_EVENTS: u64 = 10_000_000;
 /// never meet again (some seconds of computing).
 pub const DEFAULT_MAX_TIME: f64 = 1e7;
 
-/// 2^53: drive periods that can be counted without a gap in the numbers, and as much time, of which a double
-/// tells no more than whole units.
+/// 2^53: drive periods that can be counted without a gap in the numbers, and as much time, of which
+/// a double tells no more than whole units.
 pub const MOST_COUNTED: f64 = 9_007_199_254_740_992.0;

@@ -1,5 +1,5 @@
-//! What holds a motion inside its sequence of legs: for each leg the conditions that are positive as
-//! long as the leg is what it is. The root of one is a border (docs/orbits.md).
+//! What holds a motion inside its sequence of legs: for each leg the conditions that are positive
+//! as long as the leg is what it is. The root of one is a border (docs/orbits.md).
 
 use std::fmt;
 

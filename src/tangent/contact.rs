@@ -47,8 +47,8 @@ pub(crate) fn slide(
 /// Points at which a step of a slide is sampled for minima.
 const SAMPLES: usize = 12;
 
-/// Least local minima inside a slide of time `length` of the free gap acceleration and of |x1'|, each
-/// with its time; `None` where there is none.
+/// Least local minima inside a slide of time `length` of the free gap acceleration and of |x1'|,
+/// each with its time; `None` where there is none.
 pub(crate) fn least_in_slide(
     model: &Model,
     state: &DualState,
@@ -138,8 +138,8 @@ pub(crate) fn free_gap_acceleration(model: &Model, state: &DualState, moment: &M
     model.angle(state.x1).gap_acceleration(state.v1, (a1, a2))
 }
 
-/// Conditions of a stick: all positive while it lasts; the one that ends it, and the least values of
-/// all inside it, where they have minima, and of the others at its ends.
+/// Conditions of a stick: all positive while it lasts; the one that ends it, and the least values
+/// of all inside it, where they have minima, and of the others at its ends.
 pub(crate) struct StickCondition {
     pub ends: Dual,
     pub others: Vec<BorderValue>,

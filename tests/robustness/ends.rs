@@ -19,8 +19,8 @@ fn assert_in_order(run: &Run) {
     }
 }
 
-/// With each drive period the force throws the tip off a wall so suddenly that it grazes it an instant
-/// after the period has begun.
+/// With each drive period the force throws the tip off a wall so suddenly that it grazes it an
+/// instant after the period has begun.
 fn thrown_off() -> (System, State) {
     let system = System::builder()
         .mass_ratio(2.0)
@@ -66,8 +66,8 @@ fn a_graze_just_after_the_end_belongs_to_what_follows() {
     }
 }
 
-/// A run that ends at one of its events, or a last digit beside it, has those before and, going on, the
-/// others.
+/// A run that ends at one of its events, or a last digit beside it, has those before and, going on,
+/// the others.
 #[test]
 fn a_run_may_end_at_any_event() {
     let slides = paper().friction(0.4).restitution(0.3).force_amplitude(0.5).build().unwrap();
@@ -92,7 +92,8 @@ fn a_run_may_end_at_any_event() {
     }
 }
 
-/// Where rounding decides between the modes of contact, time is moved on by 1e-15: beyond the end, too.
+/// Where rounding decides between the modes of contact, time is moved on by 1e-15: beyond the end,
+/// too.
 #[test]
 fn a_run_of_no_length_has_no_event_after_it() {
     let system = System::builder()
@@ -118,7 +119,8 @@ fn a_run_of_no_length_has_no_event_after_it() {
     }
 }
 
-/// The clock of this impact is one of two with the same value: the stop had the other, which reads as earlier.
+/// The clock of this impact is one of two with the same value: the stop had the other, which reads
+/// as earlier.
 #[test]
 fn a_stop_at_an_impact_has_its_clock() {
     let system = System::builder()
@@ -142,7 +144,8 @@ fn a_stop_at_an_impact_has_its_clock() {
     }
 }
 
-/// Forces next to nothing: what the search finds beyond its flight is searched for again after the graze only.
+/// Forces next to nothing: what the search finds beyond its flight is searched for again after the
+/// graze only.
 #[test]
 fn a_search_that_begins_again_does_so_after_the_graze() {
     let system = System::builder()
@@ -190,8 +193,8 @@ impl Default for Patience {
     }
 }
 
-/// Motions that stay clear of contact for ever, that lie still or creep: the search was led out of its flight
-/// to a contact at t = 1e17, up to which all was passed in one step.
+/// Motions that stay clear of contact for ever, that lie still or creep: the search was led out of
+/// its flight to a contact at t = 1e17, up to which all was passed in one step.
 #[test]
 fn no_step_is_so_long_that_the_caller_cannot_end_it() {
     let still = System::builder()
@@ -258,8 +261,8 @@ fn a_graze_that_is_no_number_is_not_waited_for() {
     assert!(patience.most < 600, "{} sections in one step", patience.most);
 }
 
-/// Velocities of a few of the least numbers there are: bounces too low to tell were carried on to an end before the
-/// graze between them.
+/// Velocities of a few of the least numbers there are: bounces too low to tell were carried on to
+/// an end before the graze between them.
 #[test]
 fn chatter_does_not_end_before_its_last_bounce() {
     let constant = |builder: vibroimpact::SystemBuilder| {

@@ -112,8 +112,8 @@ fn capped(max_events: u64) -> RunOptions {
     RunOptions { max_events, ..RunOptions::periods(2) }
 }
 
-/// The series of such slides are no numbers: they were taken for Painleve points, behind states, sections
-/// and forces that were NaN.
+/// The series of such slides are no numbers: they were taken for Painleve points, behind states,
+/// sections and forces that were NaN.
 #[test]
 fn a_slide_beyond_counting_is_a_failed_computation() {
     let stuck = light()

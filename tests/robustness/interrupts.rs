@@ -11,7 +11,8 @@ use super::{paper, start};
 /// More asks than any of these calls makes.
 const MANY: u64 = 1 << 40;
 
-/// On a torus the time to look for a period grows with the square of its sections: minutes for a million.
+/// On a torus the time to look for a period grows with the square of its sections: minutes for a
+/// million.
 #[test]
 fn the_search_for_a_period_can_be_ended() {
     let torus = paper().gap(3.0).frequency_ratio(2f64.sqrt()).build().unwrap();
@@ -46,8 +47,9 @@ fn a_motion_that_is_followed_can_be_left() {
     assert_eq!(followed.unwrap_err(), ItineraryError::Stopped(StopReason::Interrupted));
 }
 
-/// The tip slides on a wall that comes to rest at x1 = 0: once both lie within rounding of the line where friction
-/// changes its side, a velocity against the mode by rounding led to steps of no length, one after the other.
+/// The tip slides on a wall that comes to rest at x1 = 0: once both lie within rounding of the line
+/// where friction changes its side, a velocity against the mode by rounding led to steps of no
+/// length, one after the other.
 #[test]
 fn a_slide_that_dies_on_the_line_of_friction_goes_on() {
     let system = System::builder()
@@ -98,8 +100,8 @@ fn a_growth_is_measured_over_a_million_impacts_at_most() {
     assert_eq!(report.orbit.unwrap().0, 1, "{report:?}");
 }
 
-/// The gap of a tip at x1 = -1e154 has no digits: whether the bodies slide or part is rounding, and time was moved on by
-/// 7e-16 each time.
+/// The gap of a tip at x1 = -1e154 has no digits: whether the bodies slide or part is rounding, and
+/// time was moved on by 7e-16 each time.
 #[test]
 fn moves_without_an_end_are_a_stalled_search() {
     let system = System::builder()
@@ -124,8 +126,8 @@ fn moves_without_an_end_are_a_stalled_search() {
     assert!(!cancel.is_cancelled());
 }
 
-/// A free rotor under a load of period 1e5 turns 1e5 times in a unit of time: a search of seconds for each of its
-/// flights, after which its caller is asked.
+/// A free rotor under a load of period 1e5 turns 1e5 times in a unit of time: a search of seconds
+/// for each of its flights, after which its caller is asked.
 #[test]
 fn a_search_that_crawls_can_be_ended() {
     let system = System::builder()

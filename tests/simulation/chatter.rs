@@ -157,7 +157,8 @@ fn an_elastic_ball_keeps_its_speed_to_rounding_at_every_bounce() {
     }
     let mean = sum / f64::from(heights) / BOUNCES as f64;
     println!("{:.2} eps at most, {:.3} on average", most / f64::EPSILON, mean / f64::EPSILON);
-    // The two terms of the rate are rounded, and those of the gap, twice as large, that give the instant.
+    // The two terms of the rate are rounded, and those of the gap, twice as large, that give the
+    // instant.
     assert!(most <= 4.0 * f64::EPSILON, "{most:e}");
     // The average of 600 drifts of standard deviation 0.5 eps has 0.02 itself.
     assert!(mean.abs() <= 0.08 * f64::EPSILON, "{mean:e}");

@@ -1,5 +1,5 @@
-//! Sustained contact: starts in contact, Coulomb's law, sections and resumed runs inside contact, and
-//! every way it can end (docs/theory.md, section 5). Its numbers: tests/contact_reference.rs.
+//! Sustained contact: starts in contact, Coulomb's law, sections and resumed runs inside contact,
+//! and every way it can end (docs/theory.md, section 5). Its numbers: tests/contact_reference.rs.
 
 use vibroimpact::{
     CancelToken, Contact, ContactMode, ContactRecord, Event, EventKind, ImpactLaw, Run, RunOptions,
@@ -230,8 +230,8 @@ fn chattering_motions_are_labelled() {
 
 #[test]
 fn contact_ends_in_painleve_or_jams_by_name() {
-    // mu >= 2 sqrt(mbar (1 + mbar)): slip can drive the bodies into each other. Sliding with
-    // mbar + k cos x1 < 0, pressed together (no force fits) and pulled apart (flight fits, and p too).
+    // mu >= 2 sqrt(mbar (1 + mbar)): slip can drive the bodies into each other. Sliding with mbar +
+    // k cos x1 < 0, pressed together (no force fits) and pulled apart (flight fits, and p too).
     for (x1, v1) in [(2.0f64, 1.0), (-2.0, 1.0)] {
         let system = paper(0.7).mass_ratio(0.1).friction(3.0).gap(0.0).moment_amplitude(0.0);
         let system = system.build().unwrap();

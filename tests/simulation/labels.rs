@@ -11,8 +11,8 @@ use super::{Draw, go, paper, paper_start};
 
 const PERIODS: i64 = 600;
 const KEEP: i64 = 200;
-/// Of 1,200 random systems (seeds 30 to 35) 20 differ; which ones hangs on roundings, the motions being
-/// chaotic. Three standard deviations more are allowed: 11 of 300, 19 of 600.
+/// Of 1,200 random systems (seeds 30 to 35) 20 differ; which ones hangs on roundings, the motions
+/// being chaotic. Three standard deviations more are allowed: 11 of 300, 19 of 600.
 const MISMATCHES: f64 = 20.0 / 1_200.0;
 
 #[test]
@@ -84,8 +84,8 @@ fn a_motion_that_strikes_at_its_section_has_its_label() {
 
 #[test]
 fn a_passage_along_a_saddle_is_no_period() {
-    // Cells (i, j) of a chart of 400 x 400 of Fig. 4's system, the last 100 of whose 400 periods draw
-    // together as if to an orbit, which is unstable, or are chaos that happens to shrink.
+    // Cells (i, j) of a chart of 400 x 400 of Fig. 4's system, the last 100 of whose 400 periods
+    // draw together as if to an orbit, which is unstable, or are chaos that happens to shrink.
     let cells = [(37, 357), (112, 393), (149, 222), (222, 241), (266, 305), (269, 273), (343, 324)];
     let mut drawn_together = 0;
     for (i, j) in cells.map(|(i, j)| (f64::from(i), f64::from(j))) {

@@ -228,7 +228,8 @@ fn the_literal_law_stops_where_it_fails() {
     assert_eq!(sound.impacts[0].regime, RegimeKind::Slip as i64);
 }
 
-/// The separation velocity of a plastic impact is zero to rounding: nine of ten runs ended there, as `law_failed`.
+/// The separation velocity of a plastic impact is zero to rounding: nine of ten runs ended there,
+/// as `law_failed`.
 #[test]
 fn the_literal_law_takes_plastic_impacts() {
     for omega in [0.7, 0.9, 1.3, 1.8, 2.6] {

@@ -23,8 +23,8 @@ pub enum Kind {
     JustApart,
     /// Apart, the gap parameter such that a hump of g ends 1e-15 ... 1e-1 above or below 0.
     NearGraze,
-    /// Apart, the gap parameter such that g rises through 0 next to the end of the local flight: before
-    /// it by 1e-9 ... 0.3 of it.
+    /// Apart, the gap parameter such that g rises through 0 next to the end of the local flight:
+    /// before it by 1e-9 ... 0.3 of it.
     NearEnd,
     /// After an impact.
     Impact,

@@ -207,7 +207,8 @@ impl<M: Measured> Judge<M> {
         })
     }
 
-    /// Whether g comes up to zero at the end of the flight, to the level, and a time lies on that rise.
+    /// Whether g comes up to zero at the end of the flight, to the level, and a time lies on that
+    /// rise.
     fn rises_at_the_end(&self, time: f64) -> bool {
         self.seen.end.is_some_and(|end| {
             let level = self.level.undecided(self.span);

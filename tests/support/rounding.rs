@@ -1,6 +1,6 @@
 //! The rounding level of the gap function that the contact search states, worked out anew from
-//! docs/contact-detection.md for use in tests:
-//! e(s) = EPS (4 (|tip| + |x2| + |delta|) + 6 V s), V >= |g'|; without the first part after an impact.
+//! docs/contact-detection.md for use in tests: e(s) = EPS (4 (|tip| + |x2| + |delta|) + 6 V s), V
+//! >= |g'|; without the first part after an impact.
 
 use super::judge::Level;
 use vibroimpact::{Contact, State, System};

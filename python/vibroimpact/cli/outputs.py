@@ -170,6 +170,6 @@ def print_table(rows: Sequence[Sequence[str]], stream: TextIO) -> None:
 
 
 def regime_names(regimes: NDArray[np.integer]) -> NDArray[np.str_]:
-    """Return impact regimes by name, as they stand in a CSV file."""
+    """Return impact regimes by name, as in a CSV file."""
     names = np.array([regime.name.lower() for regime in Regime])
     return np.asarray(names[regimes])

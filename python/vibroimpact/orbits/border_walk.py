@@ -40,7 +40,7 @@ _OTHER = {
 }
 # Two ends of curves are the same point if they agree to this part of the ranges.
 _SAME_CORNER = 1e-6
-# The same tolerance where the equations of a doubled motion become singular.
+# This tolerance where the equations of a doubled motion become singular.
 _JOINED = 1e-3
 # Curves and bounds that a border may consist of.
 _MOST_ARCS = 60

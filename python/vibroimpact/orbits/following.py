@@ -33,7 +33,7 @@ from .verdict import motion_of
 _MOST_PIECES = 200
 # A test function is at its border below this part of its largest value along a piece.
 _AT_BORDER = 1e-4
-# First step unless told otherwise.
+# First step unless given.
 _DEFAULT_STEP = 0.01
 # Where a test was located it is at most this; elsewhere all tests are of order one.
 _LOCATED = 1e-6

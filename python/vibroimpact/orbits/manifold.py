@@ -27,9 +27,9 @@ class ManifoldSide(FixedArrays):
     length
         Its length in the space of (x1, v1, x2, v2), without the breaks.
     end
-        Why it ends: ``length``, ``attractor`` (the curve runs into it), ``points``,
-        ``resolution`` (neighbours that double precision cannot tell apart at the start have come
-        further apart than the spacing), ``interrupted``, or the stop reason of a simulation.
+        Why it ends: ``length``, ``attractor`` (the curve runs into it), ``points``, ``resolution``
+        (neighbours that double precision cannot distinguish at the start are further apart than the
+        spacing), ``interrupted``, or the stop reason of a simulation.
     attractors
         Where its orbits end up, the most frequent first, from a sample of 16 on the first piece,
         through which all of them pass: stable PeriodicMotions, or the label or stop reason of a

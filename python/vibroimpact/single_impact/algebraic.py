@@ -184,7 +184,7 @@ class Conditions:
         return x1, Interval(one), Interval(0.0 * one)
 
 
-# Beyond the range of floats an interval is everything, or NaN, which nothing is told from.
+# Beyond the range of floats an interval is the whole line, or NaN, which decides nothing.
 @np.errstate(over="ignore", invalid="ignore")
 def conditions(parameters: Parameters) -> Conditions:
     """Enclose the coefficients of F for every system.

@@ -114,7 +114,7 @@ def periodic_motions(
     return result()
 
 
-# Beyond the range of floats an interval is everything, or NaN, which nothing is told from.
+# Beyond the range of floats an interval is the whole line, or NaN, which decides nothing.
 @np.errstate(over="ignore", invalid="ignore")
 def motions_in(
     system: System, equations: Conditions, box: Interval, state: State

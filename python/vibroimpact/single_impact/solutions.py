@@ -82,7 +82,7 @@ class Reach:
     note: str
 
 
-# Beyond the range of floats an interval is everything, or NaN, which nothing is told from.
+# Beyond the range of floats an interval is the whole line, or NaN, which decides nothing.
 @np.errstate(over="ignore", invalid="ignore")
 def solve_many(equations: Conditions, lo: Array, hi: Array) -> Solutions:
     """Isolate all solutions of many systems with x1 in [lo, hi], one interval per system."""
@@ -127,7 +127,7 @@ def states_before(
     )
 
 
-# Beyond the range of floats an interval is everything, or NaN, which nothing is told from.
+# Beyond the range of floats an interval is the whole line, or NaN, which decides nothing.
 @np.errstate(over="ignore", invalid="ignore")
 def reach_of(equations: Conditions) -> list[Reach]:
     """Bound |x1| over all solutions, for each system.

@@ -38,7 +38,7 @@ def compute(
     client: Any = None,
     store: str | os.PathLike[str] | None = None,
 ) -> Result:
-    """Compute all cells of a task and hand them over as ``wrap(columns)``.
+    """Compute all cells of a task and return ``wrap(columns)``.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def compute(
             with closing(results):
                 for index, result in results:
                     layout.check(*sink.tiling.cells(index), result)
-                    with ctrl_c_waits():  # so that no chunk is written by half
+                    with ctrl_c_waits():  # so that no chunk is written incompletely
                         sink.write(index, result)
                     if bar is not None:
                         bar.update(sink.done - bar.n)

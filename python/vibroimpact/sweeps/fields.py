@@ -177,8 +177,8 @@ class Task(Protocol):
     ) -> ChunkResult:
         """Compute the cells first ... last - 1 on ``workers`` threads (None: all cores).
 
-        ``progress`` is told now and then how many of them are done; Ctrl-C ends the work there, as
-        ``interrupted``.
+        ``progress`` is called at intervals with the number of cells that are done. Ctrl-C ends the
+        work early; then the result is ``interrupted``.
         """
         ...
 

@@ -14,6 +14,7 @@ import math
 from array import array
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 from flint import arb, ctx, fmpq
 
@@ -26,14 +27,16 @@ from ..reference.simulate import Event
 from ..reference.slide import Settings, Touch
 from ..system import SYMBOLS, System
 from .path import Parted, Path
+from .result import Early
 from .watch import Watch
 
 #: The reference is precise enough if its error is below this: four digits more than a double.
 GOOD = 1e-20
 #: Bits of the first pass, and those that enclosures lose from impact to impact, as a first guess.
 FIRST, _LOST = 256, 6
-#: Shifts of v1(0) that show how perturbations grow, in flights and, less exact, through contact;
-#: differences are told from errors and non-linear growth from so much of them on to _LINEAR.
+#: Shifts of v1(0) that show how perturbations grow, in flights and, less exact, through contact.
+#: A difference counts if it is above the first part of the shift (else it may be an error), and
+#: below the second number (else its growth is not linear).
 _NUDGES, _UNSEEN, _LINEAR = ("1e-30", "1e-18"), 1e-6, 1e-4
 #: Endings beyond which the model has no motion, or more than one.
 DEAD_ENDS = ("jammed", "painleve", "law_failed")
@@ -97,7 +100,7 @@ class Pass:
     entries: list[Entry]
     samples: list[State | None]
     proved_samples: int = 0
-    stopped: str = ""
+    stopped: Early | Literal[""] = ""
     detail: str = ""
     ends: float | None = None
     ending: str = ""
@@ -147,7 +150,8 @@ def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> P
     start[3] += exact(nudge) if touching else 0
     tolerance = 10.0 ** -min(300.0, 0.13 * bits)
     settings = Settings(bits, order=max(20, bits // 8), tolerance=tolerance)
-    stopped, detail, ending = "", "", ""
+    stopped: Early | Literal[""] = ""
+    detail = ending = ""
     problem.watch.begin(bits)
     with ctx.workprec(bits):
         moments = Path(problem.times(), problem.end(), problem.watch, problem.system)

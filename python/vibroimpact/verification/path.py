@@ -37,7 +37,7 @@ class Parted(Exception):
 
 
 class Path(Samples):
-    """Takes the states at sections; None where one cannot be told from an event or is skipped.
+    """Collects the states at sections; None where one is too close to an event, or skipped.
 
     `final` is the state at the time `end`, None likewise; `looks` has time, x1, v1, x2, v2 of each
     look, one after the other.

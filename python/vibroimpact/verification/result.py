@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,19 @@ IMPACT_NUMBERS = MOTION_NUMBERS + FURTHER_NUMBERS
 #: Numbers of an event of sustained contact, and those of a section.
 CONTACT_NUMBERS = ("time", "x1", "v1", "x2", "v2")
 SECTION_NUMBERS = ("x1", "v1", "x2", "v2")
+#: Why a pass of the reference, or a verification, ends early: see `Verification.stopped`. Only a
+#: pass is ``unproved``: there enclosures end, and two passes are compared.
+Early = Literal[
+    "lost",
+    "sequence",
+    "precision_cap",
+    "event_cap",
+    "undecided",
+    "start",
+    "interrupted",
+    "unproved",
+]
+Stopped = Literal["completed"] | Early
 #: A double has no more digits than these.
 MOST_DIGITS = 16.0
 
@@ -171,7 +185,7 @@ class Verification(FixedArrays):
     first_kept: int
     kept_from: float
     from_start: bool
-    stopped: str
+    stopped: Stopped
     stop_detail: str
     precision: int
     growth: float

@@ -4,7 +4,7 @@ from .. import motions
 from ..claims import Claim, evaluate
 from ..parameters import Motion
 from .diagrams import MOTION
-from .statement import SOURCE, Statement, stated
+from .statement import Statement, stated
 
 ERRATA = "theory.md#8-errata-of-the-paper"
 PRINTED_LAW = "theory.md#4-impact"
@@ -20,7 +20,7 @@ def _statement(motion: Motion) -> Statement:
 
     @stated(
         f"fig{name}",
-        motion.source.removeprefix(f"{SOURCE}, "),
+        motion.place,
         f"{says} at omega = {motion.system.drive_frequency:g}",
         figure=motion.figure,
         page=ERRATA if motion.id in ("9(3)", "9(4)", "10") else "",

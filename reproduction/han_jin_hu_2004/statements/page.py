@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 from ..claims import Claim, Verdict
 from . import GROUPS, STATEMENTS
-from .statement import SOURCE
 
 WORDS: dict[Verdict, str] = {
     "reproduced": "reproduced",
@@ -96,7 +95,7 @@ def row(claim: Claim) -> str:
         verdict = f"[{verdict}]({statement.page})"
     cells = (
         statement.says,
-        claim.source.removeprefix(f"{SOURCE}, "),
+        statement.place,
         claim.found,
         verdict,
         f"`{statement.command}`",

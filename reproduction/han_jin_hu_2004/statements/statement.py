@@ -84,7 +84,8 @@ class Statement:
             residual=made.residual,
             reference=made.reference,
             verdict=made.verdict,
-            evidence=made.evidence,
+            decided_by=made.decided_by if isinstance(made, Claim) else made.evidence,
+            details=made.details if isinstance(made, Claim) else "",
             command=by_hand or self.command,
         )
 

@@ -8,9 +8,7 @@ from .statement import STATEMENTS, Finding, Statement, stated
 def _no_data(figure: int) -> str:
     """Say why the look of a figure is left open, and which statements on it are judged."""
     judged = [
-        name
-        for name, item in STATEMENTS.items()
-        if item.figure == figure and not name.endswith("-look")
+        name for name, item in STATEMENTS.items() if item.figure == figure and not item.drawn_by
     ]
     return (
         "only the text of the paper was at hand, which gives neither data nor ranges of the axes, "

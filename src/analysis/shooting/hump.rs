@@ -26,8 +26,8 @@ pub(super) fn highest(
     let start = model.motion.flight(moment.clock(), state.value());
     let mut highest: Option<(f64, f64)> = None;
     let (mut passed, mut first) = (0.0, touching);
-    // A flight from the contact has its largest gap, 0, at its start; a maximum after it rises again
-    // from below. At a release g, g' and g'' begin as rounding.
+    // A flight from the contact has its largest gap, 0, at its start; a maximum after it rises
+    // again from below. At a release g, g' and g'' begin as rounding.
     let mut lowest = if touching { 0.0 } else { f64::NEG_INFINITY };
     for _ in 0..MOST_CHUNKS {
         if passed >= length {

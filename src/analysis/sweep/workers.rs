@@ -45,9 +45,10 @@ pub(super) type Next<'a> = dyn FnMut() -> Option<usize> + 'a;
 /// Takes what has come of a piece of work.
 pub(super) type Done<'a, T> = dyn FnMut(usize, T) + 'a;
 
-/// Does so many pieces of work on the threads of the present pool, each of which asks for the next piece
-/// when it has room for it, and hands over what has come of each; `None` where nothing has. The last
-/// argument of `work` is how many pieces a thread may have in hand, so that few are shared by all.
+/// Does so many pieces of work on the threads of the present pool, each of which asks for the next
+/// piece when it has room for it, and hands over what has come of each; `None` where nothing has.
+/// The last argument of `work` is how many pieces a thread may have in hand, so that few are shared
+/// by all.
 pub(super) fn side_by_side<T: Send>(
     count: usize,
     work: &(dyn Fn(&mut Next, &mut Done<T>, usize) + Sync),

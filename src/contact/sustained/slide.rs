@@ -2,11 +2,12 @@
 //! and the first event in it.
 //!
 //! Equations of `contact/sustained.rs`; the coefficients follow by the recursions of automatic
-//! differentiation (Jorba & Zou (2005), Exp. Math. 14, 99), sums of products and one quotient. Those of
-//! the free accelerations come from the model ([`Sliding`]). The series is the dense output too: on it
-//! the events are found by the majorant search of the contact detection, which cannot step over a root.
-//! The side of h = 0 and the direction of slip are constants of a step, so that |h| and sgn w have no
-//! kink in it. docs/contact-phase.md measures all this against a general integrator.
+//! differentiation (Jorba & Zou (2005), Exp. Math. 14, 99), sums of products and one quotient.
+//! Those of the free accelerations come from the model ([`Sliding`]). The series is the dense
+//! output too: on it the events are found by the majorant search of the contact detection, which
+//! cannot step over a root. The side of h = 0 and the direction of slip are constants of a step, so
+//! that |h| and sgn w have no kink in it. docs/contact-phase.md measures all this against a general
+//! integrator.
 
 use super::{ContactInstant, ContactMode, painleve_level};
 use crate::contact::tolerances::{CONTACT_ANGLE, LEAST_STEP, REACH_LEVEL};
@@ -33,8 +34,8 @@ pub(crate) struct SlideTerm<T> {
 
 /// Bodies that slide along one another on g = 0, in a unit of time of their own.
 pub(crate) trait Sliding<T> {
-    /// Coefficients n along a slide whose displacement x and velocity w are known up to n. Asked in turn
-    /// for n = 0, 1, ...
+    /// Coefficients n along a slide whose displacement x and velocity w are known up to n. Asked in
+    /// turn for n = 0, 1, ...
     fn term(&mut self, n: usize, x: &Series<T>, w: &Series<T>) -> SlideTerm<T>;
 }
 
@@ -100,7 +101,8 @@ pub(crate) fn product<T: Number>(a: &Series<T>, b: &Series<T>, n: usize) -> T {
 }
 
 impl<T: Number> SlideSeries<T> {
-    /// The slide of `bodies` from x and w on: w' = alpha - k p; `slip`: s sgn h, in k = b/h + mu s |h|.
+    /// The slide of `bodies` from x and w on: w' = alpha - k p; `slip`: s sgn h, in k = b/h + mu s
+    /// |h|.
     fn new(
         mut bodies: impl Sliding<T>,
         at: &ContactCoordinates<T>,
@@ -152,7 +154,8 @@ impl SlideStep {
         let side = if at.friction == 0.0 {
             0.0
         } else if at.scale.abs() <= now.scale_noise {
-            // On h = 0: the side the tip slides to. Its velocity may be against the mode by rounding.
+            // On h = 0: the side the tip slides to. Its velocity may be against the mode by
+            // rounding.
             let velocity = if at.slip == 0.0 { mode.direction() } else { at.slip };
             1f64.copysign(velocity * now.scale_slope)
         } else {
@@ -183,13 +186,14 @@ impl SlideStep {
         value(&self.series.free[..=FORCED], s / unit) / (unit * unit)
     }
 
-    /// Whether its series is made of numbers: of a tip that turns or is pressed beyond counting it is not.
+    /// Whether its series is made of numbers: of a tip that turns or is pressed beyond counting it
+    /// is not.
     pub fn is_finite(&self) -> bool {
         self.series.x.iter().chain(&self.series.w).all(|c| c.is_finite())
     }
 
-    /// Whether m + k b/h is so small, or negative, that x may not resolve what happens: beside a tip at
-    /// the end of its reach the other body is a wall.
+    /// Whether m + k b/h is so small, or negative, that x may not resolve what happens: beside a
+    /// tip at the end of its reach the other body is a wall.
     pub fn is_at_reach(&self) -> bool {
         self.series.inertia[0] <= REACH_LEVEL
     }

@@ -10,8 +10,8 @@ use crate::flight::Trig;
 pub(crate) struct Bounds(pub [f64; 4]);
 
 impl Oscillator {
-    /// Amplitudes that the free part of a flight and its steady response never exceed; not finite where
-    /// there is no such bound.
+    /// Amplitudes that the free part of a flight and its steady response never exceed; not finite
+    /// where there is no such bound.
     #[inline(always)]
     pub fn amplitudes(&self, f: &BodyFlight) -> (f64, f64) {
         if !self.is_steady() {
@@ -32,8 +32,9 @@ impl Oscillator {
         (re * re + im * im).sqrt()
     }
 
-    /// Bounds of the derivatives 1 to 6 over a local flight. Where the steady response is not used, the
-    /// load adds at most |f| per unit time, and the equation of motion gives the higher derivatives.
+    /// Bounds of the derivatives 1 to 6 over a local flight. Where the steady response is not used,
+    /// the load adds at most |f| per unit time, and the equation of motion gives the higher
+    /// derivatives.
     #[inline(always)]
     pub fn derivative_bounds(&self, f: &BodyFlight) -> [f64; 6] {
         if self.is_steady() {

@@ -1,6 +1,6 @@
 //! The equation of motion of one body, x'' + 2 c x' + w^2 x = f cos psi, and its usual solution: a
-//! body that swings, and answers the drive with its steady response. No branch in it needs a jump, so
-//! that it can be evaluated for one body or for several in the lanes of a register.
+//! body that swings, and answers the drive with its steady response. No branch in it needs a jump,
+//! so that it can be evaluated for one body or for several in the lanes of a register.
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
@@ -91,7 +91,8 @@ impl Equation {
         self.flight((x, v), (x, v - p), (p, q))
     }
 
-    /// A flight from its state, its free part's displacement and rate, and its forced part's constants.
+    /// A flight from its state, its free part's displacement and rate, and its forced part's
+    /// constants.
     #[inline(always)]
     pub fn flight(
         &self,
@@ -105,9 +106,10 @@ impl Equation {
         BodyFlight { x, v, a, rate, b: rate + c * a, k, p, q }
     }
 
-    /// Bounds of the derivatives 1 to 6 over a flight with the steady response, for ever. The energy
-    /// sqrt(v^2 + w^2 x^2) of a free oscillation does not grow, and the derivative of one is another with
-    /// at most w (zeta + sqrt(1 + zeta^2)) times the energy; the steady response adds |P| omega^n.
+    /// Bounds of the derivatives 1 to 6 over a flight with the steady response, for ever. The
+    /// energy sqrt(v^2 + w^2 x^2) of a free oscillation does not grow, and the derivative of one is
+    /// another with at most w (zeta + sqrt(1 + zeta^2)) times the energy; the steady response adds
+    /// |P| omega^n.
     #[inline(always)]
     pub fn steady_bounds(&self, f: &BodyFlight) -> [f64; 6] {
         let mut bounds = [0.0; 6];
@@ -153,8 +155,8 @@ impl Equation {
         self.omega * (f.q + (f.q * turn.cos_minus_1 - f.p * turn.sin))
     }
 
-    /// Increment of the displacement, and rate, at a local time `s` at which the free motion has not
-    /// decayed; `turned`: (cos wd s - 1, sin wd s).
+    /// Increment of the displacement, and rate, at a local time `s` at which the free motion has
+    /// not decayed; `turned`: (cos wd s - 1, sin wd s).
     #[inline(always)]
     pub fn swung(&self, f: &BodyFlight, s: f64, turned: (f64, f64), turn: &Turn) -> (f64, f64) {
         self.combine(f, self.swinging_basis(s, turned), turn)
@@ -252,8 +254,8 @@ impl Equation {
     }
 }
 
-/// Motion a short time after the start, by its Taylor series: free and steady motion cancel there, and a
-/// body that starts at rest would move by their rounding.
+/// Motion a short time after the start, by its Taylor series: free and steady motion cancel there,
+/// and a body that starts at rest would move by their rounding.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Series {
     /// Taylor coefficients of x.

@@ -29,8 +29,8 @@ pub(super) fn first_pass<G: SteppedGap>(gap: &G, start: Start, span: f64) -> (Fi
     (FirstPass::new(found, scan_start.bounds), evaluations)
 }
 
-/// A time of few digits: its products with the frequencies are exact, and what it leaves out is in the
-/// offset of the contact.
+/// A time of few digits: its products with the frequencies are exact, and what it leaves out is in
+/// the offset of the contact.
 #[inline(always)]
 pub(crate) fn short_time(time: f64) -> f64 {
     f64::from(time as f32)

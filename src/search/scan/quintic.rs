@@ -1,4 +1,5 @@
-//! The interpolant of a step of a scan, by the gap function and its first two derivatives at both ends.
+//! The interpolant of a step of a scan, by the gap function and its first two derivatives at both
+//! ends.
 
 #![allow(clippy::inline_always)] // a scan is compiled for several instruction sets
 
@@ -28,8 +29,8 @@ impl Quintic {
     }
 }
 
-/// Root of the interpolant of a rising step, as a part of the step; as a rule to some 1e-5, from where the
-/// exact motion leads on.
+/// Root of the interpolant of a rising step, as a part of the step; as a rule to some 1e-5, from
+/// where the exact motion leads on.
 #[inline(always)]
 pub(super) fn root(start: &Jet, end: &Jet, h: f64) -> f64 {
     let quintic = Quintic::new(start, end, h);

@@ -5,12 +5,13 @@
 use crate::search::steps::SteppedGap;
 use crate::search::tolerances::HOP_BEND;
 
-/// About the time at which a short hop ends, the contact that a flight leaves with g' < 0 and g'' > 0, as
-/// near as the exact evaluation needs it; `None` where it is not certain to be the first contact. `hop`: its time to leading order.
+/// About the time at which a short hop ends, the contact that a flight leaves with g' < 0 and g'' >
+/// 0, as near as the exact evaluation needs it; `None` where it is not certain to be the first
+/// contact. `hop`: its time to leading order.
 ///
-/// The slope of g(h)/h = g' + g'' h/2 + g''' h^2/6 + ... is at least g''/2 - |g'''| h/3 - M h^2/8. Where
-/// that is little less than g''/2 up to twice the time of the hop, there is one root, before that. No
-/// sample is needed, however short the hop.
+/// The slope of g(h)/h = g' + g'' h/2 + g''' h^2/6 + ... is at least g''/2 - |g'''| h/3 - M h^2/8.
+/// Where that is little less than g''/2 up to twice the time of the hop, there is one root, before
+/// that. No sample is needed, however short the hop.
 #[inline(always)]
 pub(super) fn short_hop<G: SteppedGap>(
     gap: &G,

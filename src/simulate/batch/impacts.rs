@@ -1,5 +1,5 @@
-//! Contacts and impacts of several flights, one in each lane. No branch depends on a lane: a result may
-//! be of no use in some lanes, and a flag of the lane says so (1 or 0, as wide as a float).
+//! Contacts and impacts of several flights, one in each lane. No branch depends on a lane: a result
+//! may be of no use in some lanes, and a flag of the lane says so (1 or 0, as wide as a float).
 
 #![allow(clippy::inline_always)] // a round is compiled for several instruction sets
 #![allow(clippy::needless_bitwise_bool)] // conditions without jumps, for the lanes
@@ -33,7 +33,8 @@ pub(super) enum Nearby {
     Near(f64),
 }
 
-/// The flights of all lanes, the contacts that end them, the impacts there, and the flights after them.
+/// The flights of all lanes, the contacts that end them, the impacts there, and the flights after
+/// them.
 #[derive(Debug, Clone, Default)]
 #[repr(C, align(64))]
 pub(super) struct ImpactLanes {
@@ -86,9 +87,11 @@ struct Impacts {
     friction_loss: Lanes,
     /// 1 where the state before the impact is usual.
     met: [u64; LANES],
-    /// What the scans of the flights after the impacts start from, where the forced motions are steady.
+    /// What the scans of the flights after the impacts start from, where the forced motions are
+    /// steady.
     scan_starts: ScanStarts,
-    /// 1 where the impact is resolved without a switch: no friction, or slip in one direction to its end.
+    /// 1 where the impact is resolved without a switch: no friction, or slip in one direction to
+    /// its end.
     unswitched: [u64; LANES],
     /// Impacts of other regimes.
     switched: [Option<Impact>; LANES],
@@ -100,7 +103,8 @@ impl ImpactLanes {
         self.systems.set(j, system, motion);
     }
 
-    /// The present flight of lane `j`, with bounds of its derivatives; `touching`: it started on the contact.
+    /// The present flight of lane `j`, with bounds of its derivatives; `touching`: it started on
+    /// the contact.
     #[inline(always)]
     pub fn load<G: Tip>(&mut self, j: usize, flight: &Flight, bounds: &GapBounds, touching: bool) {
         let to = &mut self.flights;
@@ -136,7 +140,8 @@ impl ImpactLanes {
         lanes::take(&mut self.start_noise, &[0.0; LANES], which);
     }
 
-    /// Sets where the first pass has found the contact of lane `j`, after so many evaluations of the gap.
+    /// Sets where the first pass has found the contact of lane `j`, after so many evaluations of
+    /// the gap.
     #[inline(always)]
     pub fn set_nearby(&mut self, j: usize, sight: &Nearby, evaluations: u64) {
         match sight {
@@ -256,7 +261,8 @@ impl ImpactLanes {
         }
     }
 
-    /// Whether the impact in lane `j` is of next_job regime, to be resolved by itself: the state before it.
+    /// Whether the impact in lane `j` is of next_job regime, to be resolved by itself: the state
+    /// before it.
     #[inline(always)]
     pub fn switches(&mut self, j: usize) -> Option<PreImpact> {
         let Self { contacts, impacts, .. } = self;
@@ -348,7 +354,8 @@ impl ImpactLanes {
         self.systems.beats[0].which[j] | self.systems.beats[1].which[j] == 0
     }
 
-    /// What the scan of the flight after the impact in lane `j` starts from, where forced motions are steady.
+    /// What the scan of the flight after the impact in lane `j` starts from, where forced motions
+    /// are steady.
     #[inline(always)]
     pub fn scan_start(&self, j: usize) -> ScanStart {
         self.impacts.scan_starts.get(j)

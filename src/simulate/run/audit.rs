@@ -22,8 +22,8 @@ use crate::simulate::event::ImpactEvent;
 use crate::simulate::impacts_hop_by_hop;
 
 /// Works of all forces on the system in the kept window of a run, in M1 l^2 omega_2^2: positive
-/// what enters. All are NaN where one of them leaves the range of floats: velocities beyond 1e154 have
-/// energies beyond it.
+/// what enters. All are NaN where one of them leaves the range of floats: velocities beyond 1e154
+/// have energies beyond it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EnergyAudit {
     /// Energy at the start of the window.
@@ -36,8 +36,8 @@ pub struct EnergyAudit {
     pub force: f64,
     /// Work of both dampers, not positive.
     pub damping: f64,
-    /// Work of the normal impulses, restitution's loss: negative as a rule; where friction drives the
-    /// tip against the other body (x1' cos x1 < 0 before a stick) it can be positive.
+    /// Work of the normal impulses, restitution's loss: negative as a rule; where friction drives
+    /// the tip against the other body (x1' cos x1 < 0 before a stick) it can be positive.
     pub restitution: f64,
     /// Work of friction during impacts, not positive.
     pub impact_friction: f64,
@@ -94,8 +94,8 @@ struct Auditor<'a> {
 }
 
 impl Run {
-    /// Works of all forces in the kept window, and the change of energy they should explain; `None` once
-    /// `cancel` has ended it.
+    /// Works of all forces in the kept window, and the change of energy they should explain; `None`
+    /// once `cancel` has ended it.
     #[must_use]
     pub fn energy_audit(&self, cancel: &CancelToken) -> Option<EnergyAudit> {
         let motion = FreeMotion::new(&self.system);

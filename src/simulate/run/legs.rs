@@ -183,8 +183,9 @@ impl Slide {
         (!step.stalls(motion.span) && step.is_finite()).then_some(Self { clock, step })
     }
 
-    /// Local time up to which this step is taken. The end of the leg is that of the slide, and not what the step
-    /// says of its own: a force that is all but zero falls through it where rounding decides.
+    /// Local time up to which this step is taken. The end of the leg is that of the slide, and not
+    /// what the step says of its own: a force that is all but zero falls through it where rounding
+    /// decides.
     pub fn reach(&self) -> f64 {
         let (reached, end) = self.step.end();
         if end.goes_on() && reached > 0.0 { reached } else { self.step.length() }
@@ -228,8 +229,8 @@ impl Follower {
             let elapsed = motion.drive.until(start, clock);
             if elapsed.hi < 0.0 { DoubleDouble::ZERO } else { elapsed }
         };
-        // Forces so large that nothing after its start is a number end a leg where it starts, but for
-        // what its clock is rounded by.
+        // Forces so large that nothing after its start is a number end a leg where it starts, but
+        // for what its clock is rounded by.
         let in_range = |state: State| {
             let start = Clock { residual: leg.end.residual, ..leg.anchor.clock };
             if leg.end <= start && !state.is_finite() { leg.anchor.state } else { state }

@@ -214,7 +214,7 @@ def _periodic(
     m, n = run.period.m, run.period.n
     assert m is not None
     assert n is not None
-    # The period may have been told from more sections than were kept.
+    # The period may have been detected from more sections than were kept.
     sections = (run.resume(periods=m) if m > len(run.stroboscopic) else run).stroboscopic[-m:]
     rotor = run.system.is_rotor
     new = Attractor(
