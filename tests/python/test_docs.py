@@ -4,6 +4,7 @@ Rust blocks of the README are executed by rustdoc (``make test``).
 """
 
 import dataclasses
+import functools
 import importlib
 import re
 import tomllib
@@ -95,6 +96,101 @@ def test_relative_links_lead_to_files(page):
     for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", text):
         if "://" not in target:
             assert (page.parent / target).exists(), f"{page.name} links to {target}"
+
+
+# The folders that hold what the pages name.
+FOLDERS = ("benches", "docs", "examples", "fuzz", "python", "reproduction", "src", "tests")
+# What programs write, which a clone does not have; git ignores it.
+WRITTEN = re.compile(r"(benches|fuzz)/(.*/)?out/")
+
+
+@functools.cache
+def files() -> frozenset[str]:
+    """Every source and page of the repository, by its path."""
+    kinds = (".py", ".pyi", ".rs", ".md", ".c")
+    found = (path for folder in FOLDERS for path in (ROOT / folder).rglob("*"))
+    return frozenset(name(path) for path in found if path.suffix in kinds)
+
+
+def code(text: str) -> list[str]:
+    """The code of a page: what stands in back quotes, and the blocks in a fence."""
+    if text.startswith("# Migration\n"):  # its first column has the names that are gone
+        text = re.sub(r"^\|[^|]*", "", text, flags=re.M)
+    fenced = re.findall(r"^```\w*\n(.*?)^```$", text, re.M | re.S)
+    return fenced + re.findall(r"`([^`\n]+)`", text)
+
+
+def paths_without_file(text: str, folder: Path) -> list[str]:
+    """The paths in the code of a page, in a folder, that lead to nothing.
+
+    A word in angle brackets stands for any name, and so does a star.
+    """
+    missing = []
+    for each in code(text):
+        pattern = rf"(?<![\w./<>*-])(?:{'|'.join(FOLDERS)})/[\w./<>*-]*[\w/>*]"
+        for path in re.findall(pattern, each):
+            glob = re.sub(r"<\w+>", "*", path)
+            if WRITTEN.match(path) or any(ROOT.glob(glob)) or any(folder.glob(glob)):
+                continue
+            missing.append(path)
+        # A file without its whole path: some file must end with these words.
+        for path in re.findall(r"(?<![\w./<>*-])(\w+(?:/\w+)*\.(?:rs|pyi?))\b(?!/)", each):
+            is_whole = path.split("/")[0] in FOLDERS
+            if not is_whole and not any(file.endswith(f"/{path}") for file in files()):
+                missing.append(path)
+    return missing
+
+
+def tests_without_definition(text: str) -> list[str]:
+    """The tests that the code of a page names and no file defines."""
+    return [
+        test
+        for each in code(text)
+        for test in re.findall(r"(?<![\w./-])test_\w+\b(?![./])", each)
+        if test not in tests()
+    ]
+
+
+@functools.cache
+def tests() -> frozenset[str]:
+    """Every test that is defined in Python, and every file of them without its ending."""
+    pages = [path for path in files() if Path(path).stem.startswith("test_")]
+    texts = ((ROOT / path).read_text(encoding="utf-8") for path in pages)
+    defined = {test for text in texts for test in re.findall(r"def (test_\w+)", text)}
+    return frozenset(defined | {Path(path).stem for path in pages})
+
+
+# The changelog tells of the past, too.
+@pytest.mark.parametrize("page", [page for page in PAGES if page.stem != "CHANGELOG"], ids=name)
+def test_files_and_tests_that_are_named_exist(page):
+    text = page.read_text(encoding="utf-8")
+    missing = paths_without_file(text, page.parent) + tests_without_definition(text)
+    assert not missing, f"{name(page)} names {', '.join(missing)}: no such file or test"
+
+
+def test_a_file_or_test_that_is_gone_is_noticed():
+    gone = "`src/no_such.rs` `run tests/python/no_such.py` `src/<law>/no_such` `search/no_such.rs`"
+    assert paths_without_file(gone, ROOT) == [
+        "src/no_such.rs",
+        "tests/python/no_such.py",
+        "src/<law>/no_such",
+        "search/no_such.rs",
+    ]
+    assert paths_without_file("`src/*/tolerances.rs` `search/gap.rs` `fuzz/out/` src/x", ROOT) == []
+    assert tests_without_definition("`test_no_such`") == ["test_no_such"]
+    assert tests_without_definition("`test_docs.py`") == []
+
+
+def test_the_page_on_rust_names_public_items():
+    front = (ROOT / "src" / "lib.rs").read_text(encoding="utf-8")
+    public = {*re.findall(r"^pub mod (\w+);", front, re.M)}
+    for items in re.findall(r"^pub use [\w:]+(?:::(\w+)|::\{([^}]*)\});", front, re.M):
+        public |= {*re.findall(r"\w+", " ".join(items))}
+    table = (ROOT / "docs" / "api" / "rust.md").read_text(encoding="utf-8")
+    cells = re.findall(r"^\|[^|]*\|([^|]*)\|$", table, re.M)
+    named = {each for cell in cells for each in re.findall(r"`(\w+)(?:::|`)", cell)}
+    assert named
+    assert named <= public, f"not public: {named - public}"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)
