@@ -15,11 +15,11 @@ const GROWTH_PERIODS: (u32, u32) = (400, 25_600);
 /// Most impacts a growth is measured over: a second or two. Motions have some ten in a drive
 /// period, but for bounces that never end (r = 1 with damping).
 const GROWTH_IMPACTS: f64 = 1e6;
-/// Distance of an impact from the section that rounding may bridge, as part of a drive period.
+/// An impact this close to the section may be on either side by rounding; in drive periods.
 const AT_SECTION: f64 = 1e-6;
-/// Residual below which a motion is on its orbit, as far as multipliers are concerned.
+/// Residual below which a motion is close enough to its orbit for multipliers.
 const SETTLED: f64 = 1e-8;
-/// Shortest one that shows that perturbations do not grow.
+/// Shortest measurement that shows that perturbations do not grow.
 const NO_GROWTH: u32 = 1600;
 /// Part by which the rate seen in the sections of a convergence and that of its multipliers differ
 /// at most.
@@ -89,7 +89,7 @@ impl Run {
         cancel: &CancelToken,
     ) -> (PeriodReport, Option<Run>) {
         let (shortest, longest) = GROWTH_PERIODS;
-        // A slow spiral that this window shows, a shorter one need not.
+        // A shorter window might not show a slow spiral that this one shows.
         let mut periods = shortest.max(later.as_ref().unwrap_or(self).kept_periods());
         while report.orbit.is_some() && !arrived(&report) && periods <= longest {
             let run = later.as_ref().unwrap_or(self);
@@ -202,7 +202,8 @@ impl Run {
             report.evidence =
                 Evidence::Undecided { why: WhyUndecided::GrowthUnclear, growth: Some(growth) };
             let total = growth.mean * f64::from(periods);
-            // A shear grows like the time itself: ln(periods) is no sign of chaos.
+            // By shear, perturbations grow like the time: growth by ln(periods) is no sign of
+            // chaos.
             let shear = f64::from(periods).ln();
             if total > shear + 4.0 && growth.mean > 4.0 * growth.error {
                 report.kind = Kind::Chaotic;
@@ -210,11 +211,11 @@ impl Run {
                 return (report, None);
             }
             let shrinks = total < -(shear + 4.0) && growth.mean < -4.0 * growth.error;
-            // Even two standard errors more would be no more than a shear.
+            // Even with two standard errors more it would be no more than shear.
             let stays = periods >= NO_GROWTH
                 && total + 2.0 * growth.error * f64::from(periods) < shear + 1.0;
             if shrinks || stays {
-                // It still settles, or has settled late: it will return.
+                // The motion still converges, or has only just done so: it will return.
                 let later = self.later(periods, self.options.section_phase, cancel);
                 if let Some((found, later)) = later.and_then(|(r, later)| {
                     later
@@ -234,7 +235,7 @@ impl Run {
         (report, None)
     }
 
-    /// What a later run says, as evidence on this one.
+    /// The report of a later run, as evidence for this one.
     fn told_by(&self, later: &Run, report: PeriodReport) -> PeriodReport {
         let by = later.final_state.clock.period - self.final_state.clock.period;
         PeriodReport { evidence: report.evidence.later(by), ..report }
@@ -244,7 +245,7 @@ impl Run {
         u32::try_from(self.stroboscopic.len()).unwrap_or(u32::MAX)
     }
 
-    /// What the sections of so many further drive periods say.
+    /// The report of the sections of so many further drive periods.
     fn later(
         &self,
         periods: u32,

@@ -1,9 +1,9 @@
 //! Period m-n of a motion from its stroboscopic section, and its label.
 //!
 //! m is the smallest number of drive periods after which the section returns with equal impact
-//! counts, the distance being small or falling geometrically. What falls may yet turn round (a
-//! passage along a saddle, a lucky stretch of chaos): label.rs asks the motion itself, and judges
-//! one that does not return by the growth of a small perturbation.
+//! counts, if the distance is small or decreases geometrically. A distance that decreases may grow
+//! again later (near a saddle, or for a while in chaos): label.rs therefore follows the motion
+//! further, and labels one that does not return by the growth of a small perturbation.
 
 mod evidence;
 
@@ -16,12 +16,12 @@ use crate::simulate::run::Run;
 /// A distance below this, relative to the motion's size, is a return; the steady state of a
 /// damped motion repeats to 1e-13.
 const SMALL: f64 = 1e-9;
-/// Where a motion still converges, its extent must shrink at least by this factor from quarter to
-/// quarter of the window,
+/// While a motion converges, its extent must decrease at least by this factor from each quarter of
+/// the window to the next,
 const FALL: f64 = 0.97;
-/// and must promise to go no further than this part of the motion's size.
+/// and the distance still to go must be at most this part of the motion's size.
 const REACH: f64 = 0.25;
-/// Fewest sections from which a period is told: too few make a slow drift look like convergence.
+/// Fewest sections that show a period: with fewer, a slow drift looks like convergence.
 const SHORTEST_TAIL: usize = 100;
 
 /// What the stroboscopic section says of a motion.
@@ -55,7 +55,7 @@ impl std::fmt::Display for ImpactCount {
     }
 }
 
-/// Periods tried between two looks at the caller's wish to go on: a millisecond with ten thousand
+/// Periods tried between two checks of the cancellation token: a millisecond with ten thousand
 /// sections, a tenth of a second with a million.
 const PERIODS_PER_LOOK: usize = 64;
 
@@ -108,8 +108,7 @@ impl PeriodReport {
         Self { orbit: None, kind: Kind::Unresolved, ..self }
     }
 
-    /// Factor per drive period by which the sections draw near to an orbit that they have not
-    /// reached.
+    /// Factor per drive period by which the distance of the sections from the orbit decreases.
     pub(crate) fn convergence(&self) -> Option<f64> {
         self.orbit.and(self.evidence.rate())
     }
@@ -210,13 +209,13 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> Per
     report
 }
 
-/// For each m how many of the counts from the m-th on are those from the first on, in a row (Main
-/// and Lorentz (1984); Gusfield (1997), section 1.4): all that follow it if the counts repeat after
-/// m. One pass over the counts does for all m.
+/// For each m the length of the longest common prefix of the counts and of the counts from the m-th
+/// on (Main and Lorentz (1984); Gusfield (1997), section 1.4). If the counts repeat after m, it
+/// reaches the end. All m together take one pass.
 fn matching_counts(counts: &[u32]) -> Vec<usize> {
     let kept = counts.len();
     let mut matching = vec![0; kept];
-    // The stretch that is known to match and reaches furthest.
+    // The match known so far that reaches furthest.
     let (mut begin, mut end) = (0, 0);
     for m in 1..kept {
         let mut length = if m < end { matching[m - begin].min(end - m) } else { 0 };
@@ -231,8 +230,8 @@ fn matching_counts(counts: &[u32]) -> Vec<usize> {
     matching
 }
 
-/// Distances |X(k + m) - X(k)| over the last min(K - m, 3 m) sections, the last first: they tell
-/// most.
+/// Distances |X(k + m) - X(k)| over the last min(K - m, 3 m) sections, the last ones first, since
+/// they decide most often.
 fn last_distances(sections: &[[f64; 4]], m: usize) -> impl Iterator<Item = f64> {
     let kept = sections.len();
     let last = (kept - m).min(3 * m);
@@ -243,14 +242,14 @@ fn residual(sections: &[[f64; 4]], m: usize) -> f64 {
     last_distances(sections, m).fold(0.0, f64::max)
 }
 
-/// Whether the residual of m is no larger than `most`; told by the first distance that is.
+/// Whether the residual of m is at most `most`; the first larger distance decides.
 fn returns(sections: &[[f64; 4]], m: usize, most: f64) -> bool {
     last_distances(sections, m).all(|distance| distance <= most)
 }
 
-/// Whether [`approach`] can be one that counts: not if two neighbours in the last quarter of the
-/// window are further apart than the extents of a motion of this extent and size may be by then.
-/// Most m of a motion that does not converge are ruled out by their first few sections.
+/// Whether [`approach`] may succeed, for a motion of this extent and size: not if two neighbours in
+/// the last quarter of the window are further apart than convergence allows by then. If a motion
+/// does not converge, the first few sections rule out most m.
 fn may_approach(sections: &[[f64; 4]], m: usize, extent: f64, size: f64) -> bool {
     let quarter = sections.len() / (4 * m) * m;
     if quarter < 2 * m {

@@ -113,12 +113,12 @@ impl Simulation {
             return Some(Ok(self.stop_at_horizon(state)));
         }
         let next = self.system.land(self.motion.drive.trig_at(clock), &state);
-        self.go_over(clock, state, next, false)
+        self.continue_with(clock, state, next, false)
     }
 
-    /// Goes over to what follows; `held`: from contact, so that its end is an event.
-    fn go_over(&mut self, clock: Clock, state: State, next: Next, held: bool) -> Turn {
-        let (clock, state) = match self.moved_on(clock, &state) {
+    /// Continues with what follows; `held`: from contact, so that its end is an event.
+    fn continue_with(&mut self, clock: Clock, state: State, next: Next, held: bool) -> Turn {
+        let (clock, state) = match self.moved_from_standstill(clock, &state) {
             Ok(Some(moved)) => moved,
             Ok(None) => return self.enter(clock, state, next, held),
             Err(error) => return Some(Err(error)),
@@ -160,7 +160,7 @@ impl Simulation {
     /// Counts changes with hardly any progress in time. Where there are too many, rounding decides
     /// between the modes: time is moved on, further each time, but only so far that the gap of a
     /// free motion stays at rounding level. Where that leads nowhere the run fails.
-    fn moved_on(
+    fn moved_from_standstill(
         &mut self,
         clock: Clock,
         state: &State,
@@ -210,7 +210,7 @@ impl Simulation {
         if !step.is_finite() {
             // Either the force grows beyond all bounds where the tip's reach ends, or the loads do.
             if step.is_at_reach() {
-                return self.go_over(clock, state, self.system.no_force_fits(&state), true);
+                return self.continue_with(clock, state, self.system.no_force_fits(&state), true);
             }
             return Some(Err(self.fail(false)));
         }
@@ -238,21 +238,21 @@ impl Simulation {
                 None
             }
             SlideEnd::Continues | SlideEnd::Side => {
-                let (clock, state) = match self.moved_on(clock, &state) {
+                let (clock, state) = match self.moved_from_standstill(clock, &state) {
                     Ok(moved) => moved.unwrap_or((clock, state)),
                     Err(error) => return Some(Err(error)),
                 };
                 self.anchor(clock, state, Phase::Contact(mode));
                 None
             }
-            SlideEnd::Released => self.go_over(clock, state, Next::Release, true),
+            SlideEnd::Released => self.continue_with(clock, state, Next::Release, true),
             SlideEnd::Stopped => {
                 let state = self.system.on_contact(state.x1, 0.0);
                 let next = self.system.land(self.motion.drive.trig_at(clock), &state);
-                self.go_over(clock, state, next, true)
+                self.continue_with(clock, state, next, true)
             }
             SlideEnd::Painleve => {
-                self.go_over(clock, state, self.system.no_force_fits(&state), true)
+                self.continue_with(clock, state, self.system.no_force_fits(&state), true)
             }
         }
     }
@@ -281,7 +281,7 @@ impl Simulation {
         }
         let clock = self.clock_after(reached, 0.0);
         if let Some((_, next)) = change {
-            return self.go_over(clock, state, next, true);
+            return self.continue_with(clock, state, next, true);
         }
         self.anchor(clock, state, Phase::Contact(ContactMode::Stick));
         None

@@ -96,7 +96,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     )
     outputs.check(options)
     with engine(options) as computing:
-        result, interrupted = outputs.as_far_as_it_got(
+        result, interrupted = outputs.partial_on_interrupt(
             lambda: basins(system, **values, **computing, **plane)
         )
     write = outputs.Writing()

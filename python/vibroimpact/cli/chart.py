@@ -71,7 +71,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     )
     outputs.check(options)
     with engine(options) as computing:
-        result, interrupted = outputs.as_far_as_it_got(
+        result, interrupted = outputs.partial_on_interrupt(
             lambda: chart(
                 system, exponents=not options.no_exponents, **values, **computing, **swept
             )

@@ -113,7 +113,7 @@ def run(options: argparse.Namespace) -> ExitCode:
         "exponents": options.exponents,
     }
     with engine(options) as computing:
-        result, interrupted = outputs.as_far_as_it_got(
+        result, interrupted = outputs.partial_on_interrupt(
             lambda: bifurcation_diagram(system, **values, **computing, **swept)
         )
     write = outputs.Writing()

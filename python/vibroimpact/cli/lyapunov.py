@@ -93,7 +93,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     )
     outputs.check(options)
     with engine(options) as computing:
-        result, interrupted = outputs.as_far_as_it_got(
+        result, interrupted = outputs.partial_on_interrupt(
             lambda: lyapunov_spectrum(system, **values, **computing, **swept)
         )
     if isinstance(result, LyapunovSpectrum):

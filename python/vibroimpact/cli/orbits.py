@@ -129,7 +129,7 @@ def run(options: argparse.Namespace) -> ExitCode:
 
 def _all(request: shared.Request, system: System) -> ExitCode:
     options = request.options
-    found, interrupted = outputs.as_far_as_it_got(
+    found, interrupted = outputs.partial_on_interrupt(
         lambda: periodic_motions(system, options.n, within=options.within)
     )
     code = _write(options, found.motions)
@@ -149,7 +149,7 @@ def _all(request: shared.Request, system: System) -> ExitCode:
 def _search(request: shared.Request, system: System) -> ExitCode:
     options = request.options
     values = request.values(own=("periods", "seed", "workers"))
-    found, interrupted = outputs.as_far_as_it_got(
+    found, interrupted = outputs.partial_on_interrupt(
         lambda: search_motions(system, starts=options.search, **values)
     )
     code = _write(options, found.motions, found.shares.tolist())
@@ -193,7 +193,7 @@ def _follow(request: shared.Request, system: System) -> ExitCode:
         return _no_motion(request, motion)
     steps = {} if options.max_step is None else {"max_step": options.max_step}
     parameter: dict[str, Any] = {name: (first, last)}
-    branch, interrupted = outputs.as_far_as_it_got(
+    branch, interrupted = outputs.partial_on_interrupt(
         lambda: follow_motion(motion, **steps, **parameter)
     )
     _write_branch(options, branch)

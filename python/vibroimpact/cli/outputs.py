@@ -97,7 +97,7 @@ class Writing:
             raise OSError("; ".join(map(str, self._errors))) from self._errors[0]
 
 
-def as_far_as_it_got(
+def partial_on_interrupt(
     compute: Callable[[], _Result],
 ) -> tuple[_Result, Interrupted | ClusterError | None]:
     """Return the result and, if it was cut short, the exception to raise once it is written."""

@@ -81,7 +81,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     if options.verify is not None:
         count("verify", options.verify, least=1, most=MOST_ASKED)
         need_flint()
-    result, interrupted = outputs.as_far_as_it_got(lambda: simulate(system, **values))
+    result, interrupted = outputs.partial_on_interrupt(lambda: simulate(system, **values))
     write = outputs.Writing()
     if options.csv:
         write(_write_csv, result, options.csv)
@@ -95,7 +95,7 @@ def run(options: argparse.Namespace) -> ExitCode:
         raise interrupted
     complete = result.stop_reason in outputs.COMPLETE
     if options.verify is not None:
-        found, interrupted = outputs.as_far_as_it_got(
+        found, interrupted = outputs.partial_on_interrupt(
             lambda: verify(result, digits=options.verify, progress=not options.quiet)
         )
         lines = found.summary().splitlines()

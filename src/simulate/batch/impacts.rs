@@ -143,8 +143,8 @@ impl ImpactLanes {
     /// Sets where the first pass has found the contact of lane `j`, after so many evaluations of
     /// the gap.
     #[inline(always)]
-    pub fn set_nearby(&mut self, j: usize, sight: &Nearby, evaluations: u64) {
-        match sight {
+    pub fn set_nearby(&mut self, j: usize, nearby: &Nearby, evaluations: u64) {
+        match nearby {
             Nearby::On(rising) => {
                 self.rising_steps.set(j, rising);
                 self.on_step[j] = 1;
