@@ -339,3 +339,14 @@ def test_rust_is_taken_off_the_path(tmp_path):
         folder.mkdir()
         (folder / tool).touch(mode=0o755)
     assert script["without_rust"](f"{with_rust}:{without}") == str(without)
+
+
+def test_the_page_on_releases_names_the_jobs_that_publish():
+    workflow = (ROOT / ".github" / "workflows" / "wheels.yml").read_text(encoding="utf-8")
+    jobs = re.findall(r"^  (publish[\w-]*):\n((?:    .*\n|\n)*)", workflow, re.M)
+    used = {job: re.findall(r"^    environment: (.*)$", text, re.M) for job, text in jobs}
+    page = (ROOT / "docs" / "releasing.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(publish[\w-]*)` \|.*\| `([\w-]+)` \|$", page, re.M)
+    assert used == {job: [environment] for job, environment in rows}
+    # PyPI tells two pending publishers of one workflow apart by their environments.
+    assert len({environment for _, environment in rows}) == len(rows) > 1
