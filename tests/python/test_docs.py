@@ -141,18 +141,18 @@ def paths_without_file(text: str, folder: Path) -> list[str]:
     return missing
 
 
-def tests_without_definition(text: str) -> list[str]:
+def undefined_tests(text: str) -> list[str]:
     """The tests that the code of a page names and no file defines."""
     return [
         test
         for each in code(text)
         for test in re.findall(r"(?<![\w./-])test_\w+\b(?![./])", each)
-        if test not in tests()
+        if test not in defined_tests()
     ]
 
 
 @functools.cache
-def tests() -> frozenset[str]:
+def defined_tests() -> frozenset[str]:
     """Every test that is defined in Python, and every file of them without its ending."""
     pages = [path for path in files() if Path(path).stem.startswith("test_")]
     texts = ((ROOT / path).read_text(encoding="utf-8") for path in pages)
@@ -164,7 +164,7 @@ def tests() -> frozenset[str]:
 @pytest.mark.parametrize("page", [page for page in PAGES if page.stem != "CHANGELOG"], ids=name)
 def test_files_and_tests_that_are_named_exist(page):
     text = page.read_text(encoding="utf-8")
-    missing = paths_without_file(text, page.parent) + tests_without_definition(text)
+    missing = paths_without_file(text, page.parent) + undefined_tests(text)
     assert not missing, f"{name(page)} names {', '.join(missing)}: no such file or test"
 
 
@@ -177,8 +177,8 @@ def test_a_file_or_test_that_is_gone_is_noticed():
         "search/no_such.rs",
     ]
     assert paths_without_file("`src/*/tolerances.rs` `search/gap.rs` `fuzz/out/` src/x", ROOT) == []
-    assert tests_without_definition("`test_no_such`") == ["test_no_such"]
-    assert tests_without_definition("`test_docs.py`") == []
+    assert undefined_tests("`test_no_such`") == ["test_no_such"]
+    assert undefined_tests("`test_docs.py`") == []
 
 
 def test_the_page_on_rust_names_public_items():
