@@ -182,9 +182,12 @@ def test_every_wheel_is_tested_before_anything_is_published():
     tested |= {each["target"] for each in found["test-musl"]["strategy"]["matrix"]["include"]}
     assert built == tested
     publishing = [name for name, job in found.items() if "id-token" in job.get("permissions", {})]
-    assert publishing == ["publish", "publish-crate"]
-    for name in publishing:
+    assert publishing == ["publish", "publish-reproduction", "publish-crate"]
+    # The reproduction needs the package of the same version, so it waits for that.
+    assert found["publish-reproduction"]["needs"] == "publish"
+    for name in ("publish", "publish-crate"):
         assert {*found[name]["needs"]} == found.keys() - {*publishing}
+    for name in publishing:
         assert found[name]["if"] == "startsWith(github.ref, 'refs/tags/v')"
 
 
