@@ -5,6 +5,7 @@
 //! period of the cycle had the attractor's number of impacts. A start that has not arrived by the
 //! end hands over the tail of its section, by which it is judged.
 
+use crate::analysis::tolerances::NEAR_ATTRACTOR;
 use std::collections::VecDeque;
 
 use crate::analysis::period::{CHATTERING, PeriodReport, detect_period};
@@ -15,9 +16,6 @@ use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{Event, StopEvent, StopReason};
 use crate::simulate::run::RunOptions;
 use crate::simulate::{Job, Observer, Simulation};
-
-/// This close to the attractor, as part of the region's radius, rounding may decide what is nearer.
-const CLOSE: f64 = 1e-3;
 
 /// Trapping region of a periodic attractor around one of its section points c: |W (X - c)| <= 1.
 #[derive(Debug, Clone, PartialEq)]
@@ -151,7 +149,7 @@ impl Observer for Watch<'_> {
                 if k < at + cycle {
                     continue; // a cycle is on its way
                 }
-                let nearer = distance <= before.max(CLOSE);
+                let nearer = distance <= before.max(NEAR_ATTRACTOR);
                 if k == at + cycle && nearer && self.cycled(target) {
                     self.arrived = Some((number, at, state));
                     self.own.cancel();

@@ -2,6 +2,9 @@
 //! perturbation says: chaotic if it grows, quasi-periodic if it does not, unresolved if neither is
 //! certain.
 
+use crate::analysis::tolerances::{
+    AT_SECTION, GROWTH_IMPACTS, GROWTH_PERIODS, NO_GROWTH_PERIODS, RATE_RTOL, SETTLED_RESIDUAL,
+};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::analysis::lyapunov::{GrowthEstimator, exponent_of_orbit};
@@ -9,21 +12,6 @@ use crate::analysis::period::{Evidence, Growth, Kind, PeriodReport, WhyUndecided
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::Horizon;
 use crate::simulate::run::{Run, RunOptions};
-
-/// Shortest and longest measurement of a growth, in drive periods.
-const GROWTH_PERIODS: (u32, u32) = (400, 25_600);
-/// Most impacts a growth is measured over: a second or two. Motions have some ten in a drive
-/// period, but for bounces that never end (r = 1 with damping).
-const GROWTH_IMPACTS: f64 = 1e6;
-/// An impact this close to the section may be on either side by rounding; in drive periods.
-const AT_SECTION: f64 = 1e-6;
-/// Residual below which a motion is close enough to its orbit for multipliers.
-const SETTLED: f64 = 1e-8;
-/// Shortest measurement that shows that perturbations do not grow.
-const NO_GROWTH: u32 = 1600;
-/// Part by which the rate seen in the sections of a convergence and that of its multipliers differ
-/// at most.
-const SAME_RATE: f64 = 0.2;
 
 impl Run {
     /// Period and label of the motion in the kept window; measures the growth of a perturbation
@@ -74,7 +62,7 @@ impl Run {
         cancel: &CancelToken,
     ) -> Option<Run> {
         let orbit = report.orbit;
-        let arrived = |r: &PeriodReport| r.orbit != orbit || r.residual <= SETTLED;
+        let arrived = |r: &PeriodReport| r.orbit != orbit || r.residual <= SETTLED_RESIDUAL;
         let (found, later) = self.followed(*report, later, arrived, cancel);
         later.filter(|_| found.orbit == orbit)
     }
@@ -152,7 +140,7 @@ impl Run {
     /// Whether perturbations shrink as fast as the sections draw together.
     fn contracts_like(&self, report: &PeriodReport, rate: f64, cancel: &CancelToken) -> bool {
         self.contraction(report, cancel)
-            .is_some_and(|log| log.is_finite() && (rate.ln() - log).abs() <= SAME_RATE * log.abs())
+            .is_some_and(|log| log.is_finite() && (rate.ln() - log).abs() <= RATE_RTOL * log.abs())
     }
 
     /// The period from the sections alone. Where an impact falls on the section, rounding puts it
@@ -212,7 +200,7 @@ impl Run {
             }
             let shrinks = total < -(shear + 4.0) && growth.mean < -4.0 * growth.error;
             // Even with two standard errors more it would be no more than shear.
-            let stays = periods >= NO_GROWTH
+            let stays = periods >= NO_GROWTH_PERIODS
                 && total + 2.0 * growth.error * f64::from(periods) < shear + 1.0;
             if shrinks || stays {
                 // The motion still converges, or has only just done so: it will return.

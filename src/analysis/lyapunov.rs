@@ -9,7 +9,7 @@
 mod perturbed;
 
 use crate::analysis::period::Growth;
-use crate::analysis::tolerances::SHORTEST_MEASURED;
+use crate::analysis::tolerances::{ALIGNING_STEPS, ERROR_BLOCKS, SHORTEST_MEASURED};
 use crate::flight::{Drive, FreeMotion};
 use crate::model::error::{ParameterError, SimulationError};
 use crate::model::state::Clock;
@@ -21,10 +21,6 @@ use crate::simulate::run::Run;
 
 use perturbed::PerturbedMotion;
 
-/// The first steps, one in so many, only align the perturbations.
-const ALIGNMENT: usize = 10;
-/// Blocks from which a standard error is computed.
-const BLOCKS: usize = 10;
 /// Drive periods of a step in which growth is recorded.
 const STRIDE: u32 = 8;
 /// Points of the history, at most.
@@ -95,7 +91,7 @@ pub fn lyapunov_spectrum(
     let step = step.map_or(Step::Periods(1), Step::Time);
     let mut record = GrowthRecord::new(run, step, 4, cancel);
     // Directions lost while the perturbations were aligned are replaced.
-    let aligned = steps as usize / ALIGNMENT;
+    let aligned = steps as usize / ALIGNING_STEPS;
     record.measure_to(aligned as u32);
     record.motion.restore_directions();
     record.align = Some(aligned);
@@ -186,7 +182,7 @@ impl GrowthRecord {
 
     /// Steps that only align.
     fn aligned(&self) -> usize {
-        let part = self.logs.len() / ALIGNMENT;
+        let part = self.logs.len() / ALIGNING_STEPS;
         self.align.filter(|&align| align < self.logs.len()).unwrap_or(part)
     }
 
@@ -317,13 +313,13 @@ fn standard_error(values: &[f64]) -> f64 {
     if values.contains(&f64::NEG_INFINITY) {
         return 0.0;
     }
-    let length = values.len() / BLOCKS;
+    let length = values.len() / ERROR_BLOCKS;
     if length == 0 {
         return f64::NAN;
     }
-    let blocks = values.rchunks_exact(length).take(BLOCKS);
+    let blocks = values.rchunks_exact(length).take(ERROR_BLOCKS);
     let means: Vec<f64> = blocks.map(|block| block.iter().sum::<f64>() / length as f64).collect();
-    let count = BLOCKS as f64;
+    let count = ERROR_BLOCKS as f64;
     let mean = means.iter().sum::<f64>() / count;
     let squares = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>();
     (squares / (count - 1.0) / count).sqrt()

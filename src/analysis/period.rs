@@ -9,20 +9,12 @@ mod evidence;
 
 pub use evidence::{Evidence, EvidenceKind, Growth, WhyUndecided};
 
+use crate::analysis::tolerances::{
+    EXTENT_DECREASE, REMAINING_PART, RETURN_RTOL, SECTION_NOISE, SHORTEST_TAIL,
+};
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::EventKind;
 use crate::simulate::run::Run;
-
-/// A distance below this, relative to the motion's size, is a return; the steady state of a
-/// damped motion repeats to 1e-13.
-const SMALL: f64 = 1e-9;
-/// While a motion converges, its extent must decrease at least by this factor from each quarter of
-/// the window to the next,
-const FALL: f64 = 0.97;
-/// and the distance still to go must be at most this part of the motion's size.
-const REACH: f64 = 0.25;
-/// Fewest sections that show a period: with fewer, a slow drift looks like convergence.
-const SHORTEST_TAIL: usize = 100;
 
 /// What the stroboscopic section says of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -166,7 +158,7 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> Per
     let size = whole.size().max(f64::MIN_POSITIVE);
     // Values far from zero (a rotor after many turns) must not make a drift look small.
     let extent = whole.extent();
-    let negligible = (SMALL * extent).max(1e-13 * size);
+    let negligible = (RETURN_RTOL * extent).max(SECTION_NOISE * size);
     report.evidence = Evidence::undecided(WhyUndecided::NoReturn);
     let matching = matching_counts(counts);
     let equal_counts = |m: usize| matching[m] == kept - m;
@@ -177,7 +169,7 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> Per
         }
         let small = returns(sections, m, negligible);
         let approach = if may_approach(sections, m, extent, size) {
-            approach(sections, m).filter(|a| a.remaining <= REACH * size)
+            approach(sections, m).filter(|a| a.remaining <= REMAINING_PART * size)
         } else {
             None
         };
@@ -255,7 +247,8 @@ fn may_approach(sections: &[[f64; 4]], m: usize, extent: f64, size: f64) -> bool
     if quarter < 2 * m {
         return false;
     }
-    let most = (FALL * (FALL * (FALL * extent))).min(2.0 * REACH * size);
+    let most = (EXTENT_DECREASE * (EXTENT_DECREASE * (EXTENT_DECREASE * extent)))
+        .min(2.0 * REMAINING_PART * size);
     let start = sections.len() - quarter;
     let mut pairs = (start..sections.len() - m).rev();
     pairs.all(|k| distance(&sections[k + m], &sections[k]) <= most)
@@ -287,7 +280,7 @@ fn approach(sections: &[[f64; 4]], m: usize) -> Option<Approach> {
     let mut extents = [0.0; 4];
     for i in 0..4 {
         extents[i] = boxes(i).map(|b| b.extent()).fold(0.0, f64::max);
-        if i > 0 && extents[i] > FALL * extents[i - 1] {
+        if i > 0 && extents[i] > EXTENT_DECREASE * extents[i - 1] {
             return None;
         }
     }
@@ -382,11 +375,11 @@ mod tests {
     fn by_definition(sections: &[[f64; 4]], counts: &[u32]) -> Option<usize> {
         let whole = Bounds::of(sections.iter());
         let (size, extent) = (whole.size().max(f64::MIN_POSITIVE), whole.extent());
-        let negligible = (SMALL * extent).max(1e-13 * size);
+        let negligible = (RETURN_RTOL * extent).max(SECTION_NOISE * size);
         let equal_counts = |m: usize| counts.windows(m + 1).all(|w| w[0] == w[m]);
         (1..=sections.len() / 4).filter(|&m| equal_counts(m)).find_map(|m| {
             let small = residual(sections, m) <= negligible;
-            let approach = approach(sections, m).filter(|a| a.remaining <= REACH * size);
+            let approach = approach(sections, m).filter(|a| a.remaining <= REMAINING_PART * size);
             let remaining = approach.map(|a| a.remaining);
             if !small && remaining.is_none() {
                 return None;

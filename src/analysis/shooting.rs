@@ -39,6 +39,7 @@
 
 mod hump;
 
+use crate::analysis::tolerances::NEGATIVE_LEG;
 use nalgebra::Matrix4;
 
 use crate::model::error::ParameterError;
@@ -320,7 +321,7 @@ impl<'a> Orbit<'a> {
         let end = self.end(leg);
         let s = model.elapsed(&from, &end);
         // A leg may become a little shorter than nothing on the way to a solution.
-        if !s.value.is_finite() || s.value < -0.05 * model.motion.span {
+        if !s.value.is_finite() || s.value < -NEGATIVE_LEG * model.motion.span {
             return None;
         }
         let mut tests = Vec::new();

@@ -13,3 +13,69 @@ pub const END_OF_FLIGHT: f64 = 1e-6;
 /// A maximum at the end that is this close to zero is the contact that ends the flight: the place
 /// of a flat top is known to the root of rounding.
 pub const END_LEVEL: f64 = 1e-12;
+
+/// A distance below this, relative to the extent of the motion, is a return. The steady state of a
+/// damped motion repeats to 1e-13.
+pub const RETURN_RTOL: f64 = 1e-9;
+
+/// While a motion converges, its extent decreases at least by this factor from each quarter of the
+/// window to the next.
+pub const EXTENT_DECREASE: f64 = 0.97;
+
+/// The distance that is left to a converging motion is at most this part of its size.
+pub const REMAINING_PART: f64 = 0.25;
+
+/// Fewest sections that show a period: with fewer, a slow drift looks like convergence.
+pub const SHORTEST_TAIL: usize = 100;
+
+/// Shortest and longest measurement of a growth, in drive periods.
+pub const GROWTH_PERIODS: (u32, u32) = (400, 25_600);
+
+/// Most impacts a growth is measured over: a second or two. Motions have some ten in a drive
+/// period, but for bounces that never end (r = 1 with damping).
+pub const GROWTH_IMPACTS: f64 = 1e6;
+
+/// An impact this close to the section may be on either side by rounding; in drive periods.
+pub const AT_SECTION: f64 = 1e-6;
+
+/// Residual below which a motion is close enough to its orbit for multipliers.
+pub const SETTLED_RESIDUAL: f64 = 1e-8;
+
+/// Shortest measurement that shows that perturbations do not grow, in drive periods.
+pub const NO_GROWTH_PERIODS: u32 = 1600;
+
+/// Largest relative difference between the rate seen in the sections of a convergence and that of
+/// its multipliers.
+pub const RATE_RTOL: f64 = 0.2;
+
+/// One in so many steps, the first ones, only aligns the perturbations.
+pub const ALIGNING_STEPS: usize = 10;
+
+/// Blocks from which a standard error is computed.
+pub const ERROR_BLOCKS: usize = 10;
+
+/// Below this part of the largest u, rounding decides whether u decreases from impact to impact.
+pub const LOW_APPROACH: f64 = 1e-6;
+
+/// Sine of the least angle between a direction and others that it is independent of.
+pub const INDEPENDENT_SINE: f64 = 0.1;
+
+/// In one step of a flight no direction contracts by more than exp of this against another:
+/// rounding would decide the smaller one.
+pub const MOST_CONTRACTION: f64 = 10.0;
+
+/// Most such steps of one flight. Where damping is so strong that more are needed, only the first
+/// exponents are exact.
+pub const MOST_CONTRACTION_STEPS: f64 = 256.0;
+
+/// This close to the attractor, as part of the region's radius, rounding may decide what is nearer.
+pub const NEAR_ATTRACTOR: f64 = 1e-3;
+
+/// Rounding of the sections relative to the size of the motion: what moves less has returned.
+pub const SECTION_NOISE: f64 = 1e-13;
+
+/// A leg may become shorter than nothing by this part of a local flight on the way to a solution.
+pub const NEGATIVE_LEG: f64 = 0.05;
+
+/// Most samples for the maxima of the gap of one local flight.
+pub const MOST_HUMP_SAMPLES: f64 = 1e4;

@@ -18,20 +18,9 @@ use crate::numerics::dual::Number;
 use crate::numerics::extrapolation::at_zero;
 use crate::search::Start;
 use crate::tangent::itinerary::Signs;
-
-/// Highest number of samples extrapolated.
-const MOST: usize = 10;
-/// Most impacts followed.
-const BOUNCES: usize = 2_000;
-/// Most local flights of one hop.
-const FLIGHTS: usize = 64;
-/// Largest difference of the last two orders of an extrapolation that converges.
-const CONVERGED: f64 = 1e-9;
-/// Where slip reverses in each impact, x1' decreases by another factor than u and nothing is
-/// extrapolated: such impacts are followed down to this separation velocity. The rest is computed
-/// to leading order, with an error O(u^2) below rounding; the derivatives of a flight have an error
-/// of EPS/u.
-const LOWEST: f64 = 1e-8;
+use crate::tangent::tolerances::{
+    CONVERGED, LOWEST_REVERSING, MOST_BOUNCES, MOST_EXTRAPOLATED, MOST_HOP_FLIGHTS,
+};
 
 /// u, and differences from the first sample of time, x1 and x1' just after an impact.
 type Sample = (Dual, [Dual; 3]);
@@ -57,16 +46,16 @@ pub(crate) fn accumulate(
     let mut borders: Vec<BorderValue> = Vec::new();
     let mut regime = None;
     let (mut stops, mut reverses, mut ratio) = (false, false, 1.0);
-    for _ in 0..BOUNCES {
+    for _ in 0..MOST_BOUNCES {
         let u = -model.approach_velocity(&state);
-        if u.value <= 0.0 || (reverses && u.value <= LOWEST) {
+        if u.value <= 0.0 || (reverses && u.value <= LOWEST_REVERSING) {
             break;
         }
         if !reverses
             && samples.last().is_none_or(|(last, _)| u.value <= CHATTER_SPACING * last.value)
         {
             samples.push((u, [passed, state.x1 - start.x1, state.v1 - start.v1]));
-            let newest = &samples[samples.len().saturating_sub(MOST)..];
+            let newest = &samples[samples.len().saturating_sub(MOST_EXTRAPOLATED)..];
             if newest.len() >= 4 {
                 let (nodes, values): (Vec<_>, Vec<_>) = newest.iter().rev().copied().unzip();
                 let through = |count: usize| at_zero(&nodes[..count], values.clone());
@@ -76,7 +65,7 @@ pub(crate) fn accumulate(
                 if best.is_none_or(|(least, _)| difference < least) {
                     best = Some((difference, limit));
                 }
-                if difference <= EPS || u.value <= LOWEST * LOWEST {
+                if difference <= EPS || u.value <= LOWEST_REVERSING * LOWEST_REVERSING {
                     break;
                 }
             }
@@ -157,7 +146,7 @@ fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
 fn next_touch(model: &Model, mut state: State, mut clock: Clock) -> Option<(f64, f64)> {
     let motion = &model.motion;
     let (mut start, mut before) = (Start::Touching, 0.0);
-    for _ in 0..FLIGHTS {
+    for _ in 0..MOST_HOP_FLIGHTS {
         let flight = motion.flight(clock, state);
         let found = next_contact(motion, &flight, start, motion.span).found;
         let passed = match found {

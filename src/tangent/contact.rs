@@ -8,10 +8,8 @@ use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
 use crate::tangent::border::{Border, BorderValue, note_least};
 use crate::tangent::itinerary::StickEnd;
+use crate::tangent::tolerances::{MOST_SLIDE_STEPS, SLIDE_SAMPLES};
 use std::f64::consts::{PI, TAU};
-
-/// Most steps of one slide.
-const STEPS: usize = 10_000;
 
 /// A slide in `mode` from `state`, for a time `s`: the state there.
 pub(crate) fn slide(
@@ -22,7 +20,7 @@ pub(crate) fn slide(
     s: Dual,
 ) -> Option<DualState> {
     let (mut x1, mut v1, mut at, mut left) = (state.x1, state.v1, *moment, s);
-    for _ in 0..STEPS {
+    for _ in 0..MOST_SLIDE_STEPS {
         let values = model.system.on_contact(x1.value, v1.value);
         let step = model.system.slide(model.motion.drive.trig_at(at.clock()), &values, mode);
         let series = slide_with_derivatives(&step, &model.parameters, model.load(&at), (x1, v1));
@@ -44,9 +42,6 @@ pub(crate) fn slide(
     None
 }
 
-/// Points at which a step of a slide is sampled for minima.
-const SAMPLES: usize = 12;
-
 /// Least local minima inside a slide of time `length` of the free gap acceleration and of |x1'|,
 /// each with its time; `None` where there is none.
 pub(crate) fn least_in_slide(
@@ -64,7 +59,7 @@ pub(crate) fn least_in_slide(
     // next.
     let mut recent: [Vec<(f64, f64)>; 2] = [Vec::new(), Vec::new()];
     let mut before: Option<(SlideStep, f64)> = None;
-    for _ in 0..STEPS {
+    for _ in 0..MOST_SLIDE_STEPS {
         let start = model.system.on_contact(x1, v1);
         let step = model.system.slide(model.motion.drive.trig_at(clock), &start, mode);
         let end = match step.end() {
@@ -80,8 +75,8 @@ pub(crate) fn least_in_slide(
             if which == 0 { step.free_acceleration(s) } else { sign * step.at(s).1 }
         };
         // A step begins where the one before ends.
-        for i in usize::from(before.is_some())..=SAMPLES {
-            let time = passed + end * i as f64 / SAMPLES as f64;
+        for i in usize::from(before.is_some())..=SLIDE_SAMPLES {
+            let time = passed + end * i as f64 / SLIDE_SAMPLES as f64;
             for (which, recent) in recent.iter_mut().enumerate() {
                 recent.push((time, at(which, time)));
                 if let [.., a, b, c] = recent[..]

@@ -19,10 +19,7 @@ use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
 use crate::numerics::quadrature::PANEL_ANGLE;
 use crate::numerics::quadrature::{PANEL, SHORT_PANEL};
-
-/// Most panels of the quadrature of one flight: bodies so strongly overdamped that more were needed
-/// are given no derivatives by a parameter.
-const MOST_PANELS: f64 = 10_000.0;
+use crate::tangent::tolerances::MOST_PANELS;
 
 /// State after time `s` of free flight from `moment`.
 pub(crate) fn fly(model: &Model, state: &DualState, moment: &Moment, s: Dual) -> DualState {

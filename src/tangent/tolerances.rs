@@ -12,3 +12,31 @@ pub const STILL_WALL: f64 = 1e-6;
 
 /// Part of a drive period at the ends of an orbit without events, if it is to be cut there.
 pub const CLEAR_ENDS: f64 = 0.01;
+
+/// Most impacts of a chatter that the extrapolation to its end uses.
+pub const MOST_EXTRAPOLATED: usize = 10;
+
+/// Most impacts of a chatter that are followed.
+pub const MOST_BOUNCES: usize = 2_000;
+
+/// Most local flights of one hop of a chatter.
+pub const MOST_HOP_FLIGHTS: usize = 64;
+
+/// Largest difference of the last two orders of an extrapolation that converges.
+pub const CONVERGED: f64 = 1e-9;
+
+/// Where slip reverses in each impact, x1' decreases by another factor than u and nothing is
+/// extrapolated: such impacts are followed down to this separation velocity. The rest is computed
+/// to leading order, with an error O(u^2) below rounding; the derivatives of a flight have an error
+/// of EPS/u.
+pub const LOWEST_REVERSING: f64 = 1e-8;
+
+/// Most steps of one slide.
+pub const MOST_SLIDE_STEPS: usize = 10_000;
+
+/// Points at which a step of a slide is sampled for minima.
+pub const SLIDE_SAMPLES: usize = 12;
+
+/// Most panels of the quadrature of one flight: bodies so strongly overdamped that more are needed
+/// are given no derivatives by a parameter.
+pub const MOST_PANELS: f64 = 10_000.0;

@@ -11,6 +11,9 @@
 //! stick not on x1' either. The rank counts the directions that are left; rounding errors would
 //! hide the loss.
 
+use crate::analysis::tolerances::{
+    INDEPENDENT_SINE, LOW_APPROACH, MOST_CONTRACTION, MOST_CONTRACTION_STEPS,
+};
 use nalgebra::{Matrix4, Vector4};
 
 use super::LyapunovError;
@@ -28,18 +31,6 @@ use crate::tangent::tolerances::LOW_BOUNCE;
 use crate::tangent::{
     Dual, DualState, END, Model, Moment, fly, on_contact, slide, to_event, traverse,
 };
-
-/// Below this part of the largest u, rounding decides whether u decreases from impact to impact.
-const ROUNDING: f64 = 1e-6;
-
-/// Sine of the least angle between a direction and others that it is independent of.
-const INDEPENDENT: f64 = 0.1;
-/// In one step of a flight no direction contracts by more than exp of this against another:
-/// rounding would decide the smaller one.
-const MOST_CONTRACTION: f64 = 10.0;
-/// Most such steps of one flight. Where damping is so strong that more were needed, only the first
-/// exponents are exact.
-const MOST_STEPS: f64 = 256.0;
 
 /// Orthogonal columns without zeros.
 const HADAMARD: Matrix4<f64> = Matrix4::new(
@@ -76,7 +67,7 @@ impl PerturbedState {
                 let before: Vector4<f64> = self.vectors.column(j).into();
                 column -= before * before.dot(&column);
             }
-            if column.norm() > INDEPENDENT {
+            if column.norm() > INDEPENDENT_SINE {
                 self.vectors.set_column(self.rank, &column.normalize());
                 self.logs[self.rank] = 0.0;
                 self.rank += 1;
@@ -296,7 +287,7 @@ impl PerturbedMotion {
     /// Keeps the state after an impact, unless it is a low one after a higher one.
     fn note_impact(&mut self, u: f64) {
         self.largest = self.largest.max(u);
-        let decreases = u < self.last || u < ROUNDING * self.largest;
+        let decreases = u < self.last || u < LOW_APPROACH * self.largest;
         if u >= LOW_BOUNCE * self.largest || !decreases || self.before_chatter.is_none() {
             self.before_chatter = Some((self.here.clone(), u));
         }
@@ -324,7 +315,8 @@ impl PerturbedMotion {
         }
         let drive = self.model.motion.drive;
         let time = drive.until(self.here.clock, clock).value();
-        let steps = (time * self.fastest_decay / MOST_CONTRACTION).min(MOST_STEPS).floor();
+        let steps =
+            (time * self.fastest_decay / MOST_CONTRACTION).min(MOST_CONTRACTION_STEPS).floor();
         let step = DoubleDouble::new(time / (steps + 1.0));
         let mut done = 0.0;
         while done < steps {

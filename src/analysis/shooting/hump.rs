@@ -2,7 +2,7 @@
 //! grazes. It is sampled closely; this describes a flight, the guarantee that a motion does not
 //! penetrate is the contact search's.
 
-use crate::analysis::tolerances::{END_LEVEL, END_OF_FLIGHT, HUMP_ANGLE};
+use crate::analysis::tolerances::{END_LEVEL, END_OF_FLIGHT, HUMP_ANGLE, MOST_HUMP_SAMPLES};
 use crate::flight::Flight;
 use crate::flight::gap::TipGap;
 use crate::model::parameters::Contact;
@@ -72,7 +72,7 @@ fn in_chunk<T: Tip>(
     #[allow(clippy::cast_sign_loss)] // at least 1
     let steps = (span * (model.system.highest_frequency() + turning) / HUMP_ANGLE)
         .ceil()
-        .clamp(1.0, 1e4) as usize;
+        .clamp(1.0, MOST_HUMP_SAMPLES) as usize;
     let mut highest: Option<(f64, f64)> = None;
     let (mut from, mut before) = (0.0, at(0.0));
     for step in 1..=steps {
