@@ -71,7 +71,7 @@ impl FreeMotion {
         let plain_from = pendulum.swings_from().max(oscillator.swings_from());
         let tables = table::Tables::new(span);
         Self {
-            drive: Drive::new(omega, system.phase),
+            drive: Drive::of(system),
             pendulum,
             oscillator,
             plain_from,

@@ -10,7 +10,7 @@ mod perturbed;
 
 use crate::analysis::period::Growth;
 use crate::analysis::tolerances::{ALIGNING_STEPS, ERROR_BLOCKS, SHORTEST_MEASURED};
-use crate::flight::{Drive, FreeMotion};
+use crate::flight::Drive;
 use crate::model::error::{ParameterError, SimulationError};
 use crate::model::state::Clock;
 use crate::numerics::cancel::CancelToken;
@@ -130,7 +130,7 @@ struct GrowthRecord {
 
 impl GrowthRecord {
     fn new(run: &Run, step: Step, wanted: usize, cancel: &CancelToken) -> Self {
-        let drive = FreeMotion::new(&run.system).drive;
+        let drive = Drive::of(&run.system);
         let from = run.final_state.clock;
         let stopped = !run.stop_reason.reached_the_end();
         Self {
@@ -279,7 +279,7 @@ impl GrowthEstimator {
 /// impacts.
 pub(crate) fn exponent_of_orbit(run: &Run, m: usize, cancel: &CancelToken) -> Option<[f64; 2]> {
     let m = Step::Periods(u32::try_from(m).ok()?);
-    let drive = FreeMotion::new(&run.system).drive;
+    let drive = Drive::of(&run.system);
     let end = run.final_state.clock;
     // Rounding may put an impact at the end of the run before or after it: a quarter period on, it
     // is on one side.

@@ -3,6 +3,7 @@
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 #![allow(clippy::needless_bitwise_bool)] // conditions without jumps, for the lanes
 
+use crate::model::parameters::System;
 use crate::model::state::Clock;
 use crate::numerics::double_double::{DoubleDouble, TWO_PI};
 use crate::numerics::elementary;
@@ -91,7 +92,12 @@ lanes_of! {
 }
 
 impl Drive {
-    pub fn new(omega: f64, phase: f64) -> Self {
+    /// The drive of `system`.
+    pub fn of(system: &System) -> Self {
+        Self::new(system.drive_frequency, system.phase)
+    }
+
+    fn new(omega: f64, phase: f64) -> Self {
         let period = if omega > 0.0 {
             TWO_PI.divide(DoubleDouble::new(omega))
         } else {

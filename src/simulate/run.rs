@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use self::kept::Kept;
 use crate::contact::sustained::ContactMode;
-use crate::flight::FreeMotion;
+use crate::flight::Drive;
 use crate::model::error::{ParameterError, SimulationError, StateError};
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
@@ -384,7 +384,7 @@ impl Run {
     /// Start of the kept window.
     #[must_use]
     pub fn kept_from(&self) -> f64 {
-        FreeMotion::new(&self.system).drive.time(self.window)
+        Drive::of(&self.system).time(self.window)
     }
 }
 

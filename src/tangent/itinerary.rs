@@ -9,7 +9,7 @@ mod leg;
 pub use leg::{Leg, Sign, Signs, StickEnd};
 
 use crate::contact::sustained::ContactMode;
-use crate::flight::FreeMotion;
+use crate::flight::Drive;
 use crate::model::error::{ParameterError, SimulationError, StateError};
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
@@ -155,7 +155,7 @@ impl Itinerary {
             let legs = Self { legs: vec![Leg::Circuit], periods, clocks: vec![0], wall_at_rest };
             return Ok((legs, vec![node]));
         }
-        let drive = FreeMotion::new(system).drive;
+        let drive = Drive::of(system);
         let time = |end: &EndedLeg| drive.time(end.clock);
         let length = periods as f64 * system.drive_period();
         // One cycle is enough, and all that a guess near an unstable motion may give, if no event

@@ -3,7 +3,7 @@
 
 use super::Run;
 use crate::contact::sustained::{ContactForce, ContactMode, SlideStep};
-use crate::flight::{Flight, FreeMotion};
+use crate::flight::{Drive, Flight, FreeMotion};
 use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
@@ -33,7 +33,7 @@ pub(super) struct Leg {
 impl Run {
     /// The legs of the kept window, in order; the first may begin before it.
     pub(super) fn legs(&self) -> Vec<Leg> {
-        let drive = FreeMotion::new(&self.system).drive;
+        let drive = Drive::of(&self.system);
         let leg = |anchor: Anchor, time: f64| {
             let kind = match anchor.phase {
                 Phase::Contact(mode) => Kind::Contact(mode),
@@ -140,7 +140,7 @@ impl Run {
         if self.contacts.is_empty() && !matches!(self.window_anchor.phase, Phase::Contact(_)) {
             return 0.0;
         }
-        let drive = FreeMotion::new(&self.system).drive;
+        let drive = Drive::of(&self.system);
         let within = |clock: Clock| if clock < self.window { self.window } else { clock };
         self.legs()
             .iter()
