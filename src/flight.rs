@@ -97,7 +97,7 @@ impl FreeMotion {
         self.flight_at(clock, state, self.contact.angle(state.x1))
     }
 
-    /// The same where sine and cosine of x1 are known.
+    /// As [`FreeMotion::flight`], from a known sine and cosine of x1.
     #[inline(always)]
     #[allow(clippy::inline_always)]
     pub(crate) fn flight_at(&self, clock: Clock, state: State, angle: Angle) -> Flight {

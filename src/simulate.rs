@@ -438,8 +438,8 @@ impl Simulation {
         self.motion.drive.advance(self.flight.clock, DoubleDouble::sum(time, offset))
     }
 
-    /// The same, and never before the leg starts: an impact's clock may be one of two with the same
-    /// value.
+    /// Clock as [`Simulation::clock_at`], but never before the leg starts: two clocks may have the
+    /// value of an impact's.
     fn clock_after(&self, time: f64, offset: f64) -> Clock {
         let (start, clock) = (self.flight.clock, self.clock_at(time, offset));
         if clock < start { start } else { clock }

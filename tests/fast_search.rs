@@ -26,7 +26,7 @@ const FLIGHTS: usize = 16;
 enum Family {
     /// Resonance, critical damping, near grazes, low hops.
     Audit,
-    /// The same under a load that does not act.
+    /// The systems of the audit under a load that does not act.
     Unforced,
     /// Strong damping, any frequency.
     Random,

@@ -274,7 +274,7 @@ fn a_gap_at_rounding_level_moves_no_body() {
     assert!(audit.residual().abs() < 1e-12 * audit.total, "{audit:?}");
 }
 
-/// The same at resonance, where contact ends and begins by rounding: time is moved on, and the
+/// A hold at resonance, where contact ends and begins by rounding: time is moved on, and the
 /// release at which a contact ended for good was not told. The trajectory went on as a slide, at
 /// the place where that had ended.
 #[test]

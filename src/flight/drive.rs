@@ -55,7 +55,7 @@ pub(crate) fn turn_within(w: DoubleDouble, s: f64) -> (f64, f64) {
     elementary::turn_within(angle.hi, angle.lo + w.lo * s)
 }
 
-/// The same of any angle.
+/// (cos(w s) - 1, sin(w s)) of any angle, with the tails of w and of w s.
 #[inline(always)]
 pub(super) fn turn(w: DoubleDouble, s: f64) -> (f64, f64) {
     let angle = DoubleDouble::product(w.hi, s);

@@ -354,7 +354,7 @@ impl Oscillator {
         self.motion(f, s, self.basis(s), turn)
     }
 
-    /// The same where (C - 1, S) is known.
+    /// Motion at local time `s`, from known (C - 1, S).
     pub fn at_basis(&self, f: &BodyFlight, s: f64, basis: (f64, f64), turn: &Turn) -> Motion {
         if s <= self.equation.short {
             return self.short_motion(f, s, turn);
@@ -373,7 +373,8 @@ impl Oscillator {
         self.equation.motion_from(increment, rate, [f.x, increment], turn)
     }
 
-    /// The same where omega^n leaves the range of floats, as (omega s)^n does not.
+    /// The short motion computed with `s` as the unit of time: omega^n may leave the range of floats
+    /// where (omega s)^n does not.
     #[cold]
     #[inline(never)]
     fn shortly_in_units_of(&self, s: f64, f: &BodyFlight, turn: &Turn) -> (f64, f64) {
@@ -425,7 +426,7 @@ impl Oscillator {
         self.transition_by(self.basis_far(elapsed))
     }
 
-    /// The same by (C - 1, S).
+    /// The derivative as in [`Oscillator::transition`], from known (C - 1, S).
     pub fn transition_by(&self, (c1, sine): (f64, f64)) -> [[f64; 2]; 2] {
         let shift = self.equation.decay_rate * sine;
         [[1.0 + c1 + shift, sine], [-self.equation.natural_squared * sine, 1.0 + c1 - shift]]

@@ -71,7 +71,7 @@ impl ImpactOutcome {
         Ok(Self::row(x1, &pre, resolve(system, &pre)))
     }
 
-    /// The same in small steps of the impulse, as [`incremental`].
+    /// The impact integrated in small steps of the impulse, as [`incremental`].
     ///
     /// # Errors
     /// [`OutcomeError`]: a state as in [`ImpactOutcome::new`], or `steps` or a law that

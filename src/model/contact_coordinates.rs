@@ -140,7 +140,7 @@ impl PreImpact {
         Self::at(contact.angle(state.x1), state)
     }
 
-    /// The same where sine and cosine of x1 are known.
+    /// As [`PreImpact::new`], from a known sine and cosine of x1.
     #[inline(always)]
     pub(crate) fn at(Angle { sin, cos }: Angle, state: &State) -> Self {
         Self { cos, sin, v1: state.v1, v2: state.v2 }

@@ -49,11 +49,11 @@ pub enum ImpactLaw {
     /// energy.
     #[default]
     Poisson,
-    /// The same friction, restitution u_post = -r u. **It can create energy** where slip ends
-    /// during the impact: a few per cent at mbar = 0.6, without bound as mbar -> 0 and the tip
+    /// Coulomb friction, Newton's restitution u_post = -r u. **It can create energy** where slip
+    /// ends during the impact: a few per cent at mbar = 0.6, without bound as mbar -> 0 and the tip
     /// sticks. With mbar = 0 and the tip sticking no impulse gets to -r u: the impact ends there.
     Newton,
-    /// The same friction, work of the normal impulse in restitution r^2 times that in approach
+    /// Coulomb friction, work of the normal impulse in restitution r^2 times that in approach
     /// (Stronge; Beghin and Boulanger); never creates energy.
     Energetic,
     /// The formulas (14), (16), (18) as Han, Jin & Hu (2004) print them: friction with the signed

@@ -14,7 +14,7 @@ pub(crate) const FEW_POINTS: usize = 6;
 
 /// Nodes and weights on [0, 1].
 pub(crate) static PANEL: LazyLock<[(f64, f64); POINTS]> = LazyLock::new(gauss_legendre);
-/// The same with fewer points.
+/// Nodes and weights on [0, 1] of the rule with fewer points.
 pub(crate) static SHORT_PANEL: LazyLock<[(f64, f64); FEW_POINTS]> = LazyLock::new(gauss_legendre);
 
 /// Nodes and weights on [0, 1], by Newton's method on the Legendre polynomial.

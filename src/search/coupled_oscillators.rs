@@ -265,7 +265,7 @@ impl SteppedGap for StopGap {
     }
 }
 
-/// The same flight in double-double.
+/// A flight of the oscillators in double-double.
 #[derive(Debug, Clone, Copy)]
 struct Exact {
     flight: Oscillators,

@@ -16,8 +16,8 @@ pub(crate) const GRAZE_NOISE: f64 = 4.0;
 /// `M h^4/24` is below this part of the rounding level, so another evaluation adds nothing.
 pub(crate) const TAYLOR_PART: f64 = 1.0 / 64.0;
 
-/// The same for the instant of the contact itself, whose error stays in the motion, and has one
-/// sign: over 10^8 impacts a bias of a hundredth of a rounding shows.
+/// As [`TAYLOR_PART`], for the instant of the contact itself: its error stays in the motion and has
+/// one sign, and over 10^8 impacts a bias of a hundredth of a rounding shows.
 pub(crate) const SETTLE_PART: f64 = 1.0 / 4096.0;
 
 /// Evaluations by which a contact near a double root is settled; each is a Newton step.

@@ -56,8 +56,8 @@ impl Simulation {
         self.point.next_section += 1;
     }
 
-    /// The same of a flight: a single section by itself, which most flights have, more of them
-    /// together.
+    /// Hands over the sections within a flight: a single one by itself, which is the usual case,
+    /// more of them together.
     #[inline(always)]
     pub(super) fn pass_sections_in_flight<O: Observer>(
         &mut self,

@@ -41,7 +41,7 @@ pub(crate) fn fly(model: &Model, state: &DualState, moment: &Moment, s: Dual) ->
 struct Forcing {
     /// Phase at the start.
     start: Trig,
-    /// The same as an angle, with derivatives.
+    /// Phase at the start as an angle, with derivatives.
     angle: Dual,
     /// From the start to the end.
     turn: Turn,

@@ -236,7 +236,7 @@ fn no_step_is_so_long_that_the_caller_cannot_end_it() {
     }
 }
 
-/// The same of a graze that is no number, under forces beyond reckoning: a failed computation.
+/// What happens at a graze that is no number, under forces beyond reckoning: a failed computation.
 #[test]
 fn a_graze_that_is_no_number_is_not_waited_for() {
     let system = System::builder()

@@ -8,7 +8,7 @@ use vibroimpact::{
 
 use super::{Draw, chattering, go, paper, paper_start};
 
-/// The same motion, event by event: nothing of it is copied.
+/// The motion computed event by event: nothing of it is copied.
 struct Computed {
     impacts: Vec<ImpactRecord>,
     grazes: Vec<GrazeRecord>,

@@ -86,7 +86,7 @@ pub enum Outcome {
     Missed,
     /// A contact or graze where there is none.
     Spurious,
-    /// The same contact, but |g| at the instant found exceeds the rounding level.
+    /// The contact is the right one, but |g| at the instant found exceeds the rounding level.
     Inaccurate,
     /// The search gave no answer.
     Failed,

@@ -132,13 +132,14 @@ class Verification(FixedArrays):
         ``certified`` (that error is proved; otherwise it is the difference of two precisions),
         ``growth`` (of a small perturbation of v1 at t = 0 until then, as a factor; NaN if unknown).
     contacts
-        The same for ``run.contacts``: ``row``, ``kind``, ``time``, errors of time, x1, v1, x2, v2.
-        Its phase, its forces and what it says of the chatter are not compared.
+        One row per verified row of ``run.contacts``: ``row``, ``kind``, ``time``, errors of time,
+        x1, v1, x2, v2. Its phase, its forces and what it says of the chatter are not compared.
     sections
-        The same for ``run.stroboscopic``: ``row``, ``time``, errors of x1, v1, x2, v2.
+        One row per verified row of ``run.stroboscopic``: ``row``, ``time``, errors of x1, v1, x2,
+        v2.
     whole_impacts, whole_contacts, whole_sections
-        The same from t = 0 on, kept or not, with ``row`` as in a run that keeps all. What the run
-        has not kept was made again.
+        These tables from t = 0 on, kept or not, with ``row`` as in a run that keeps all. What the
+        run has not kept was made again.
     final
         One row for ``run.final_state``: ``time``, errors of x1, v1, x2, v2; none if it was not
         reached, at a Painleve point, or within the end of a chatter.

@@ -213,7 +213,7 @@ impl SlideStep {
         self.reach * self.series.unit
     }
 
-    /// The same step with derivatives: `bodies` makes them in this step's unit of time; contact and
+    /// This step with derivatives: `bodies` makes them in this step's unit of time; contact and
     /// displacement at the start must have the values it was made with.
     pub fn with_derivatives<T: Number, S: Sliding<T>>(
         &self,

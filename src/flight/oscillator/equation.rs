@@ -143,7 +143,7 @@ impl Equation {
         (f.a * c1 + f.b * s1, f.rate + (f.rate * c1 - f.k * s1))
     }
 
-    /// The same with the steady response.
+    /// Increment of the displacement, and rate, of the free part and the steady response together.
     #[inline(always)]
     pub fn combine(&self, f: &BodyFlight, basis: (f64, f64), turn: &Turn) -> (f64, f64) {
         let (increment, rate) = Self::free(f, basis);
@@ -197,7 +197,7 @@ impl Equation {
         needed.map_or(0, |&(_, order)| order)
     }
 
-    /// The same equation of motion in this unit of time.
+    /// This equation of motion with `s` as the unit of time.
     pub fn in_units_of(&self, s: f64) -> Self {
         Self {
             natural_squared: self.natural_squared * s * s,

@@ -68,7 +68,8 @@ impl GapPoint {
         if holds { (time, 0.0) } else { self.rise_by_steps(higher, guess) }
     }
 
-    /// The same by reversion of the series, with one division; and whether that is exact enough.
+    /// Time to the root by reversion of the series, with one division; and whether that is exact
+    /// enough.
     #[inline(always)]
     pub(crate) fn rise_by_series(&self, higher: Higher) -> (f64, bool) {
         let Self { value, rate, second, third } = *self;
@@ -88,7 +89,8 @@ impl GapPoint {
         (time, (rate > 0.0) & (turn <= SERIES_TURN))
     }
 
-    /// The same near a double root: the parabola's root first, as Newton's steps alone are short.
+    /// Time to a root near a double root: the parabola's root first, as Newton's steps alone are
+    /// short.
     #[inline(never)]
     fn rise_by_steps(&self, higher: Higher, mut time: f64) -> (f64, f64) {
         let near = self.with_higher(higher, time);

@@ -196,7 +196,7 @@ struct Near {
     turned: (f64, f64),
     /// Increment and rate by the Taylor series, for a short time.
     summed: (f64, f64),
-    /// The same of a body that beats.
+    /// Whether the body beats, and its increment and rate by the formulas for that.
     beats: bool,
     beating: (f64, f64),
     turn: Turn,
