@@ -2,7 +2,8 @@
 
 use crate::numerics::EPS;
 
-/// Frequency ratios below this count as zero.
+/// Frequency ratios below this count as zero: much smaller ones have squares without correct
+/// digits. The number is public (docs/notation.md), so a test has it too.
 pub const LEAST_FREQUENCY: f64 = 1e-150;
 
 /// With |cos x1| below this the tip has no room left before sin x1 = -1: 1 - |sin x1| is below

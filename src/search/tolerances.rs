@@ -6,10 +6,12 @@ pub(crate) const GAP_NOISE: f64 = 4.0;
 
 /// Rounding of an increment of the gap function over a flight of length s, in units of
 /// `EPS s V`, V a bound of the gap rate: a rounded angle `w s` costs one such unit per
-/// term, and there are four terms (two homogeneous, two forced).
+/// term, and there are four terms (two homogeneous, two forced). It is part of the guarantee
+/// (docs/contact-detection.md), so the tests of the guarantee have the same number.
 pub(crate) const FLIGHT_NOISE: f64 = 6.0;
 
-/// A hump of the gap function whose top lies within so many noise levels of zero is a graze.
+/// A hump of the gap function whose top lies within so many noise levels of zero is a graze. It is
+/// part of the guarantee, as [`FLIGHT_NOISE`].
 pub(crate) const GRAZE_NOISE: f64 = 4.0;
 
 /// A contact this close is read off the Taylor polynomial of the gap: the remainder

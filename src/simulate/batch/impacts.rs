@@ -261,7 +261,7 @@ impl ImpactLanes {
         }
     }
 
-    /// Whether the impact in lane `j` is of next_job regime, to be resolved by itself: the state
+    /// Whether the impact in lane `j` is of another regime, to be resolved by itself: the state
     /// before it.
     #[inline(always)]
     pub fn switches(&mut self, j: usize) -> Option<PreImpact> {
