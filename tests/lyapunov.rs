@@ -167,7 +167,9 @@ fn the_largest_is_the_rate_at_which_nearby_orbits_part() {
     }
     let direct = sum / (f64::from(count) * system.drive_period());
     let difference = (found.exponents[0] - direct).abs();
-    assert!(difference < 4.0 * found.errors[0], "{difference} {}", found.errors[0]);
+    // Both estimates have such an error, of orbits that soon have nothing in common.
+    let error = std::f64::consts::SQRT_2 * found.errors[0];
+    assert!(difference < 4.0 * error, "{difference} {error}");
 }
 
 #[test]

@@ -58,7 +58,7 @@ pub(crate) const FREE_SPANS: f64 = 64.0;
 pub(crate) const SCAN_REST: f64 = 1e-7;
 
 /// A flight is a short hop where g(h)/h has this part of its slope at the start to lose up to twice
-/// the time of the hop.
+/// the time of the hop. A test counts the evaluations of short hops: half of it needs more of them.
 pub(crate) const HOP_BEND: f64 = 1.0 / 16.0;
 
 /// Gap evaluations in one local flight before the search is declared stalled. Twenty are
