@@ -1,8 +1,9 @@
 //! The tolerances of a flight: what each means, and why it has its value.
 
 /// A local flight lasts so many turns of the fastest of the two bodies and the drive.
-/// Angles then stay below 4 pi and lose no more than two bits to rounding. Two tests need a drive
-/// period within one local flight, so they fail with half of it: their exact times are local.
+/// Angles then stay below 4 pi and lose no more than two bits to rounding. Twice as long they lose
+/// one more, and tests that allow places six roundings fail. With half of it a drive period is no
+/// longer one local flight, as tests with exact times need it.
 pub const CHUNK_TURNS: f64 = 2.0;
 
 /// The steady response is used where it exceeds the true forced motion of a local flight at
