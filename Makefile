@@ -91,15 +91,18 @@ IN_PARALLEL ?= -n auto --dist worksteal
 test quick quick-update: export PYTHONDONTWRITEBYTECODE :=
 
 test: | rust-tests-begun $(INSTALLED)
-	cargo test --locked --lib --tests
-	cargo test --locked --doc
+	@while kill -0 "$$(cat $(RUST_TESTS).pid)" 2>/dev/null; do sleep 0.2; done
+	@cat $(RUST_TESTS).log && test -e $(RUST_TESTS).passed
 	$(BIN)/python -m pytest $(IN_PARALLEL) $(PYTEST)
 
-# The tests in Rust are built while the environment is: pip waits for the network, and the linker of
-# the extension uses one processor. A later cargo waits for this one, and prints what it has to say.
+# The tests in Rust are built and run while the environment is built, which is mostly waiting for pip
+# and for the linker of the extension. Their output follows when both are done.
+RUST_TESTS := target/rust-tests
 .PHONY: rust-tests-begun
 rust-tests-begun: | check-tools
-	@cargo test --locked --lib --tests --no-run >/dev/null 2>&1 &
+	@mkdir -p target && rm -f $(RUST_TESTS).passed
+	@(cargo test --locked --lib --tests && cargo test --locked --doc && touch $(RUST_TESTS).passed) \
+		>$(RUST_TESTS).log 2>&1 & echo $$! >$(RUST_TESTS).pid
 
 quick: $(INSTALLED)
 	cargo test --locked --lib
