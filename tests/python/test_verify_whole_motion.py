@@ -164,7 +164,7 @@ def test_no_more_is_made_again_than_the_reference_may_follow():
 
 
 def test_a_run_that_finds_its_digits_again_is_followed_on():
-    run = simulated(SETTLING, periods=250, keep=20)
+    run = simulated(SETTLING, periods=320, keep=20)
     assert run.label == "1-1"
     found = vi.verify(run, digits=2)
     assert found.horizon.number < found.first_kept
