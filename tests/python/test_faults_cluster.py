@@ -31,7 +31,7 @@ def client():
     """Yield a client of a scheduler and a worker in threads of this process."""
     with (
         LocalCluster(
-            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0"
         ) as threads,
         Client(threads) as client,
     ):
