@@ -125,6 +125,7 @@ lint: $(INSTALLED)
 	cargo fmt --check
 	cargo clippy --locked --all-targets -- -D warnings
 	cargo clippy --locked --all-targets --all-features -- -D warnings
+	cargo check --locked --manifest-path fuzz/Cargo.toml
 	RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps
 	@echo 'purity: the core names neither pyo3 nor numpy'
 	@tree=$$(cargo tree --locked -e normal --prefix none); ! grep -E '^(pyo3|numpy)' <<<"$$tree"

@@ -2,10 +2,9 @@
 
 #![no_main]
 
-
 use libfuzzer_sys::fuzz_target;
-use vibroimpact::CHATTERING;
-use vibroimpact::analysis::basin::{Fate, Target, arrive};
+use vibroimpact::analysis::basin::{ArrivalStatus, Target, arrive};
+use vibroimpact::{CHATTERING, CancelToken};
 use vibroimpact_fuzz::{Draw, assert_finite, execution, is_long};
 
 fn target(draw: &mut Draw) -> Target {
@@ -40,19 +39,19 @@ fn body(draw: &mut Draw) {
         return;
     }
     let arrival = arrive(&system, start, &targets, options, &CancelToken::never());
-    match arrival.fate {
-        Fate::Arrived { target, periods } => {
+    match arrival.status {
+        ArrivalStatus::Arrived { target, periods } => {
             assert!(target < targets.len() && periods >= 0, "{arrival:?}");
             assert!(arrival.state.is_some());
         }
-        Fate::Elsewhere(_) => {
+        ArrivalStatus::Elsewhere(_) => {
             assert_finite("state at the end", &arrival.state.expect("there is one"));
             for section in &arrival.tail {
                 assert_finite("section", section);
             }
             assert_eq!(arrival.tail.len(), arrival.counts.len());
         }
-        Fate::Pending => unreachable!("nothing asked it to end"),
+        ArrivalStatus::Pending => unreachable!("nothing asked it to end"),
         _ => {}
     }
 }
