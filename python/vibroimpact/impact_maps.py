@@ -23,6 +23,9 @@ from .system import System
 # Cells of a map along each axis. Even: no column has sin x1 = 0, no row has x1' = 0: there the
 # regimes differ from those on both sides.
 _CELLS = 400
+# The default range of the velocity ratio: so much wider than the borders of the regimes, at most so
+# wide. It is part of what users see: narrower, it does not show every regime of these systems;
+# wider, regimes near 0 fall into few cells.
 _WIDEST = 10.0
 _MARGIN = 1.25
 

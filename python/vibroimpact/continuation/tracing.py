@@ -14,7 +14,9 @@ from .path import Curve, Limits, Path, Point, SpecialPoint
 from .special import SMALL_BRACKET, closing, leaving, located
 from .step import MAX_CORRECTIONS, RESOLUTION, SAME_POINT, Rejected, Step
 
-# Steps grow only where Newton's method took at most this many iterations.
+# Steps grow only where Newton's method took at most this many iterations. From a good prediction
+# it takes three or four. With half as many allowed hardly any step grows, and curves do not reach
+# their ends; with twice as many, short curves get fewer points.
 _EASY_CORRECTIONS = 5
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from .motion import Pass, Problem
 
-#: Digits that may be asked for: a double has hardly more.
+#: Digits that may be asked for: a double has hardly more. Users see this limit.
 MOST_ASKED = 14
 #: How far the reference goes beyond the end of a run, relative to its length or in drive periods.
 _BEYOND = 2**-10
