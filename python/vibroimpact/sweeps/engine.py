@@ -23,7 +23,7 @@ from .store import Store, open_columns
 Result = TypeVar("Result")
 
 # Drive periods that take very roughly half a second, at four million a second on each of two cores,
-# and bounds to the cells of a chunk by default.
+# and bounds to the cells of a chunk by default. Users see the chunks in their stores.
 _PERIODS = 4e6
 _FEWEST, _MOST = 64, 65536
 

@@ -27,7 +27,7 @@ from .lyapunov_results import LyapunovSpectrum, LyapunovSweep
 if TYPE_CHECKING:
     pass
 
-# Drive periods that a measurement takes at least.
+# Drive periods that a measurement takes at least: two for each block of its error. Users see it.
 _LEAST = 20
 # Steps of a measurement under a constant load.
 _STEPS = 1000

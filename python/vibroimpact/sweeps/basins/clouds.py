@@ -17,7 +17,8 @@ Array = NDArray[np.float64]
 
 # Boxes along the largest extent that are tried, finest first.
 _DIVISIONS = (64, 48, 32, 24, 16, 12, 8, 6, 4)
-# Part of the second half that must find the first.
+# Part of the second half that must find the first. With half of it the boxes are so fine that they
+# miss much of the attractor, which then counts as several.
 _COVERED = 0.99
 # Part of a run's sections that must lie in the cloud, for the run to be on the attractor.
 INSIDE = 0.95
