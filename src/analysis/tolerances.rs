@@ -19,20 +19,21 @@ pub const END_LEVEL: f64 = 1e-12;
 pub const RETURN_RTOL: f64 = 1e-9;
 
 /// While a motion converges, its extent decreases at least by this factor from each quarter of the
-/// window to the next.
+/// window to the next. Half of it would miss slow convergence; above 1 a torus would converge.
 pub const EXTENT_DECREASE: f64 = 0.97;
 
 /// The distance that is left to a converging motion is at most this part of its size.
 pub const REMAINING_PART: f64 = 0.25;
 
 /// Fewest sections that show a period: with fewer, a slow drift looks like convergence.
+/// With twice as many, motions that settle late in a short window would not be seen to.
 pub const SHORTEST_TAIL: usize = 100;
 
 /// Shortest and longest measurement of a growth, in drive periods.
 pub const GROWTH_PERIODS: (u32, u32) = (400, 25_600);
 
 /// Most impacts a growth is measured over: a second or two. Motions have some ten in a drive
-/// period, but for bounces that never end (r = 1 with damping).
+/// period, but for bounces that never end (r = 1 with damping). Tests count this work.
 pub const GROWTH_IMPACTS: f64 = 1e6;
 
 /// An impact this close to the section may be on either side by rounding; in drive periods.
@@ -48,7 +49,8 @@ pub const NO_GROWTH_PERIODS: u32 = 1600;
 /// its multipliers.
 pub const RATE_RTOL: f64 = 0.2;
 
-/// One in so many steps, the first ones, only aligns the perturbations.
+/// One in so many steps, the first ones, only aligns the perturbations. Users see by the time of a
+/// spectrum what is left.
 pub const ALIGNING_STEPS: usize = 10;
 
 /// Blocks from which a standard error is computed.
