@@ -5,6 +5,7 @@ pub mod basin;
 mod label;
 pub(crate) mod lyapunov;
 pub(crate) mod period;
+mod return_map;
 pub mod shooting;
 pub(crate) mod sweep;
 pub(crate) mod tolerances;

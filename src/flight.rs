@@ -15,6 +15,7 @@ mod table;
 pub(crate) mod tolerances;
 
 pub(crate) use drive::{Drive, Drives, Trig, Trigs, Turn, turn_within};
+pub(crate) use gap::swings_apart;
 pub use gap::{ContactReport, Found, Touch, next_contact};
 pub(crate) use oscillator::{
     BodyFlight, BodyFlights, Bounds, Equation, Equations, Motion, MotionLanes, Oscillator,
@@ -29,7 +30,7 @@ use crate::model::oblique::Body;
 use crate::model::parameters::{Contact, System};
 use crate::model::state::{Clock, State};
 use crate::numerics::double_double::DoubleDouble;
-use crate::numerics::elementary;
+use crate::numerics::elementary::{self, MOST_TURNED};
 use crate::numerics::lanes::{self, LANES, Lanes};
 use crate::search::steps::sextic_remainder;
 use crate::search::tolerances::{FREE_SPANS, SCAN_SPANS, SCAN_STEPS};
@@ -243,6 +244,24 @@ impl FreeMotion {
     /// State after any time, however long, without loss of digits.
     pub(crate) fn state_after(&self, flight: &Flight, elapsed: DoubleDouble) -> State {
         lanes::narrow(After { motion: self, flight, elapsed })
+    }
+
+    /// Derivatives of (x, x') of pendulum and oscillator after any time by (x, x') before.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(crate) fn transitions(&self, time: f64) -> [[[f64; 2]; 2]; 2] {
+        let bodies = [&self.pendulum, &self.oscillator];
+        let rates = bodies.map(|body| body.equation.damped);
+        let angles = rates.map(|w| DoubleDouble::product(w.hi, time));
+        if !(self.swings_or_beats() && angles.iter().all(|angle| angle.hi <= MOST_TURNED)) {
+            return bodies.map(|body| body.transition(DoubleDouble::new(time)));
+        }
+        let tails = std::array::from_fn(|j| angles[j].lo + rates[j].lo * time);
+        let turned = elementary::turns(angles.map(|angle| angle.hi), tails);
+        std::array::from_fn(|j| {
+            let basis = bodies[j].equation.swinging_basis(time, turned[j]);
+            bodies[j].transition_by(basis)
+        })
     }
 
     /// State after `periods` drive periods and `time` more of a flight: exact for any number of

@@ -203,7 +203,7 @@ impl Simulation {
             return Err(StateError::Penetrating { gap, x1, x2 });
         }
         let anchor = if gap < -noise {
-            Anchor { clock: Clock::START, state: initial, phase: Phase::Flight(FlightStart::Apart) }
+            Anchor::apart(Clock::START, initial)
         } else {
             let approach = system.approach_velocity(&initial);
             let rest = REST_NOISE * EPS * (v1.abs() + v2.abs());
@@ -256,35 +256,35 @@ impl Simulation {
     /// One before t = 0 is t = 0, one after 2^53 drive periods is that.
     #[must_use]
     pub fn until(mut self, horizon: Horizon) -> Self {
+        (self.horizon, self.end) = self.horizon_at(horizon);
+        self
+    }
+
+    /// A horizon within what can be counted, and its clock.
+    fn horizon_at(&self, horizon: Horizon) -> (Horizon, Clock) {
         let drive = &self.motion.drive;
         let most = if drive.has_period() { MOST_COUNTED * drive.period.hi } else { f64::INFINITY };
         let capped =
             |time: f64| if time.is_finite() { time.clamp(0.0, most) } else { DEFAULT_MAX_TIME };
-        self.horizon = match horizon {
+        let horizon = match horizon {
             Horizon::Periods(periods) => Horizon::Periods(periods.clamp(0, MOST_COUNTED as i64)),
             Horizon::Time(time) => Horizon::Time(capped(time)),
             Horizon::Impacts { count, max_time } => {
                 Horizon::Impacts { count, max_time: capped(max_time) }
             }
         };
-        self.end = match self.horizon {
+        let end = match horizon {
             Horizon::Periods(periods) if drive.has_period() => Clock::new(periods, 0.0),
             Horizon::Periods(_) => drive.clock_at(DEFAULT_MAX_TIME),
             Horizon::Time(time) | Horizon::Impacts { max_time: time, .. } => drive.clock_at(time),
         };
-        self
+        (horizon, end)
     }
 
     /// Goes on to a further horizon, also after a stop at the last one.
     pub(crate) fn extend_to(&mut self, horizon: Horizon) {
-        let (max_events, chatter_tolerance) = (self.max_events, self.chatter_tolerance);
-        if self.point.stopped.take().is_some() {
-            *self = Self::from_checkpoint(&self.system, &self.point)
-                .cancel_with(&self.cancel)
-                .max_events(max_events)
-                .chatter_tolerance(chatter_tolerance);
-        }
-        *self = self.clone().until(horizon);
+        self.point.stopped = None;
+        (self.horizon, self.end) = self.horizon_at(horizon);
     }
 
     /// The run ends with [`StopReason::Interrupted`] once this is cancelled.
@@ -356,6 +356,11 @@ impl Simulation {
 
     pub(crate) fn checkpoint(&self) -> &Checkpoint {
         &self.point
+    }
+
+    /// Whether this event, the last one so far, lies among skipped impacts.
+    pub(crate) fn skips_at(&self, event: &Event) -> bool {
+        matches!(event, Event::Stop(_)) && self.point.skips()
     }
 
     /// Clock of the horizon. Every run has one: a motion without contact must end too.
@@ -464,6 +469,11 @@ impl Simulation {
 }
 
 impl Anchor {
+    /// A flight of bodies that are apart.
+    pub fn apart(clock: Clock, state: State) -> Self {
+        Self { clock, state, phase: Phase::Flight(FlightStart::Apart) }
+    }
+
     /// The flight after an impact.
     #[inline]
     pub fn after_impact(clock: Clock, state: State) -> Self {
@@ -475,6 +485,12 @@ impl Checkpoint {
     /// Whether the impacts that follow are skipped.
     pub(crate) fn skips(&self) -> bool {
         self.completion.is_some()
+    }
+
+    /// The same instant and counts, but another leg.
+    pub(crate) fn restarted(&self, anchor: Anchor) -> Self {
+        let Self { next_section, impacts, events, stopped, .. } = *self;
+        Self { next_section, impacts, events, stopped, ..Self::at(anchor) }
     }
 
     fn at(anchor: Anchor) -> Self {

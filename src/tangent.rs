@@ -14,6 +14,7 @@ mod flight;
 mod impact;
 pub mod itinerary;
 mod leg;
+mod strike;
 pub(crate) mod tolerances;
 
 pub(crate) use contact::{
@@ -21,6 +22,7 @@ pub(crate) use contact::{
 };
 pub(crate) use flight::fly;
 pub(crate) use leg::{LegDetails, LegOutcome, mode, to_event, traverse};
+pub(crate) use strike::{Columns, Departure, Derivative, Strike};
 
 use chatter::{Accumulation, accumulate};
 use contact::stick_condition;

@@ -2,16 +2,153 @@
 //! perturbation says: chaotic if it grows, quasi-periodic if it does not, unresolved if neither is
 //! certain.
 
-use crate::analysis::tolerances::{
-    AT_SECTION, GROWTH_IMPACTS, GROWTH_PERIODS, NO_GROWTH_PERIODS, RATE_RTOL, SETTLED_RESIDUAL,
-};
+mod following;
+
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use crate::analysis::lyapunov::{GrowthEstimator, exponent_of_orbit};
-use crate::analysis::period::{Evidence, Growth, Kind, PeriodReport, WhyUndecided};
+pub(crate) use self::following::Following;
+use crate::analysis::lyapunov::exponent_of_orbit;
+use crate::analysis::period::{Evidence, Growth, GrowthVerdict, Kind, PeriodReport, WhyUndecided};
+use crate::analysis::return_map::orbit_beside;
+use crate::analysis::tolerances::{
+    AT_SECTION, CONVERGENCE_PERIODS, EXPONENT_PERIODS, FIRST_GROWTH_PERIODS, GROWTH_IMPACTS,
+    GROWTH_PER_RUN, LONGEST_GROWTH, RATE_RTOL, SETTLED_RESIDUAL,
+};
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::Horizon;
 use crate::simulate::run::{Run, RunOptions};
+use crate::simulate::{Horizon, Job};
+
+/// The label of a run in the making: told from its sections, or from the motion after it, which is
+/// followed for as long as it takes.
+pub(crate) struct Labelling {
+    report: PeriodReport,
+    /// A later run on which the report stands.
+    later: Option<Run>,
+    /// Drive periods it is followed for; fewest before it is told, and most.
+    periods: u32,
+    fewest: u32,
+    most: u32,
+}
+
+impl Labelling {
+    /// The label of `run`, and the motion after it if that has to be followed; a growth is measured
+    /// over `least_growth` drive periods at least.
+    pub fn begin(
+        run: &Run,
+        least_growth: u32,
+        cancel: &CancelToken,
+    ) -> (Self, Option<Box<Following>>) {
+        let (report, later) = run.judged_by_sections(cancel);
+        let length = u32::try_from(run.final_state.clock.period).unwrap_or(u32::MAX);
+        let (shortest, longest) = LONGEST_GROWTH;
+        let mut labelling = Self {
+            report,
+            later: None,
+            periods: FIRST_GROWTH_PERIODS,
+            fewest: least_growth,
+            most: length.saturating_mul(GROWTH_PER_RUN).clamp(shortest, longest),
+        };
+        if !run.stop_reason.reached_the_end() {
+            labelling.report = report.undecided(WhyUndecided::Incomplete);
+        } else if !report.residual.is_finite() {
+            labelling.later = later;
+        } else if let Some((report, later)) = run.lasting(report, later, cancel) {
+            (labelling.report, labelling.later) = (report, later);
+        } else if run.swings_apart() {
+            labelling.report = report.unresolved().decided(
+                Kind::QuasiPeriodic,
+                Evidence::GrowthBounded(Growth::NONE),
+            );
+        } else {
+            labelling.report = report.undecided(WhyUndecided::NotMeasurable);
+            if labelling.affords(run) {
+                let following = Following::new(run, labelling.periods, cancel);
+                return (labelling, Some(Box::new(following)));
+            }
+        }
+        (labelling, None)
+    }
+
+    /// Whether so many periods have few enough impacts.
+    fn affords(&self, run: &Run) -> bool {
+        let each = run.impacts.len() as f64 / f64::from(run.kept_periods().max(1));
+        self.periods <= self.most && each * f64::from(self.periods) <= GROWTH_IMPACTS
+    }
+
+    /// Looks at what has been followed: tells the label, or hands back what is to be followed
+    /// further.
+    pub fn proceed(
+        &mut self,
+        run: &Run,
+        mut following: Box<Following>,
+        cancel: &CancelToken,
+    ) -> Option<Box<Following>> {
+        let growth = following.growth()?;
+        let unclear = Evidence::Undecided { why: WhyUndecided::GrowthUnclear, growth: Some(growth) };
+        self.report = self.report.decided(Kind::Unresolved, unclear);
+        let verdict = growth.verdict();
+        match verdict {
+            GrowthVerdict::Grows => {
+                self.report =
+                    self.report.decided(Kind::Chaotic, Evidence::GrowthExponential(growth));
+                if self.periods >= self.fewest {
+                    return None;
+                }
+            }
+            GrowthVerdict::Shrinks | GrowthVerdict::Stays => {
+                // The motion still converges, or has only just done so: it will return.
+                let report = following.return_report(cancel);
+                if report.orbit.is_some()
+                    && let Some(later) = following.continued(run)
+                    && let Some((found, last)) = later.lasting(report, None, cancel)
+                {
+                    self.report = run.told_by(&later, found);
+                    self.later = Some(last.unwrap_or(later));
+                    return None;
+                }
+                if verdict == GrowthVerdict::Stays {
+                    let evidence = Evidence::GrowthBounded(growth);
+                    self.report = self.report.decided(Kind::QuasiPeriodic, evidence);
+                    return None;
+                }
+            }
+            GrowthVerdict::Unclear => {}
+        }
+        self.periods = self.periods.saturating_mul(2);
+        self.affords(run).then(|| {
+            following.extend_to(self.periods);
+            following
+        })
+    }
+
+    /// The label.
+    pub fn report(&self, cancel: &CancelToken) -> PeriodReport {
+        self.report.unless(cancel)
+    }
+
+    /// The later run that has settled on the motion of the label, if `run` has not.
+    pub fn settled(&mut self, run: &Run, cancel: &CancelToken) -> Option<Run> {
+        run.settled(&self.report, self.later.take(), cancel)
+    }
+
+    /// Largest Lyapunov exponent per unit time, and its error: of a periodic motion from its
+    /// Floquet multipliers, with the change from one orbit to the next as error, else from the
+    /// growth that was measured, with its standard error. NaN where neither could be computed.
+    pub fn exponent(&mut self, run: &Run, cancel: &CancelToken) -> [f64; 2] {
+        let exponent = match (self.report.orbit, self.report.evidence.growth()) {
+            (Some((m, _)), _) => {
+                let later = self.settled(run, cancel);
+                exponent_of_orbit(later.as_ref().unwrap_or(run), m, cancel)
+            }
+            (None, Some(growth)) => {
+                let period = run.system.drive_period();
+                Some([growth.mean / period, growth.error / period])
+            }
+            (None, None) => None,
+        };
+        exponent.unwrap_or([f64::NAN; 2])
+    }
+}
 
 impl Run {
     /// Period and label of the motion in the kept window; measures the growth of a perturbation
@@ -19,7 +156,7 @@ impl Run {
     /// [is interrupted](PeriodReport::is_interrupted).
     #[must_use]
     pub fn period(&self, cancel: &CancelToken) -> PeriodReport {
-        self.judged(cancel).0.unless(cancel)
+        self.labelled(0, cancel).report(cancel)
     }
 
     /// Period and label with the largest Lyapunov exponent per unit time, and its error: of a
@@ -28,39 +165,42 @@ impl Run {
     /// where neither could be computed.
     #[must_use]
     pub fn period_and_exponent(&self, cancel: &CancelToken) -> (PeriodReport, [f64; 2]) {
-        let (report, later) = self.on_attractor(cancel);
-        let settled = later.as_ref().unwrap_or(self);
-        let per_time = |growth: Growth| {
-            let period = self.system.drive_period();
-            [growth.mean / period, growth.error / period]
-        };
-        let exponent = match (report.orbit, report.evidence.growth()) {
-            (Some((m, _)), _) => exponent_of_orbit(settled, m, cancel).or_else(|| {
-                // Its end lies among skipped impacts.
-                GrowthEstimator::new(settled, cancel).over(GROWTH_PERIODS.0).map(per_time)
-            }),
-            (None, Some(growth)) => Some(per_time(growth)),
-            (None, None) => None,
-        };
-        (report.unless(cancel), exponent.unwrap_or([f64::NAN; 2]))
+        let mut labelling = self.labelled(EXPONENT_PERIODS, cancel);
+        let exponent = labelling.exponent(self, cancel);
+        (labelling.report(cancel), exponent)
     }
 
     /// The verdict, and where the motion still had to settle for it, the later run that has.
     #[must_use]
     pub fn on_attractor(&self, cancel: &CancelToken) -> (PeriodReport, Option<Run>) {
-        let (report, later) = self.judged(cancel);
-        let later = self.settled(&report, later, cancel);
-        (report.unless(cancel), later)
+        let mut labelling = self.labelled(0, cancel);
+        let later = labelling.settled(self, cancel);
+        (labelling.report(cancel), later)
     }
 
-    /// Follows a motion that still approaches its orbit until it has come close, or for as long as
-    /// a growth is measured.
+    pub(crate) fn labelled(&self, least_growth: u32, cancel: &CancelToken) -> Labelling {
+        let (mut labelling, mut following) = Labelling::begin(self, least_growth, cancel);
+        while let Some(mut further) = following {
+            further.finish();
+            following = labelling.proceed(self, further, cancel);
+        }
+        labelling
+    }
+
+    /// The run that has settled on the orbit of the report, if this one has not.
     fn settled(
         &self,
         report: &PeriodReport,
         later: Option<Run>,
         cancel: &CancelToken,
     ) -> Option<Run> {
+        let (m, _) = report.orbit?;
+        if report.residual <= SETTLED_RESIDUAL {
+            return later;
+        }
+        if let Some(orbit) = orbit_beside(later.as_ref().unwrap_or(self), report, m, cancel) {
+            return Some(orbit);
+        }
         let orbit = report.orbit;
         let arrived = |r: &PeriodReport| r.orbit != orbit || r.residual <= SETTLED_RESIDUAL;
         let (found, later) = self.followed(*report, later, arrived, cancel);
@@ -76,7 +216,7 @@ impl Run {
         arrived: impl Fn(&PeriodReport) -> bool,
         cancel: &CancelToken,
     ) -> (PeriodReport, Option<Run>) {
-        let (shortest, longest) = GROWTH_PERIODS;
+        let (shortest, longest) = CONVERGENCE_PERIODS;
         // A shorter window might not show a slow spiral that this one shows.
         let mut periods = shortest.max(later.as_ref().unwrap_or(self).kept_periods());
         while report.orbit.is_some() && !arrived(&report) && periods <= longest {
@@ -86,20 +226,6 @@ impl Run {
             periods *= 2;
         }
         (report, later)
-    }
-
-    /// The verdict, and the run on which it stands if that is a later one.
-    fn judged(&self, cancel: &CancelToken) -> (PeriodReport, Option<Run>) {
-        let (report, later) = self.judged_by_sections(cancel);
-        if !self.stop_reason.reached_the_end() {
-            let evidence = Evidence::undecided(WhyUndecided::Incomplete);
-            return (PeriodReport { evidence, ..report.unresolved() }, None);
-        }
-        if !report.residual.is_finite() {
-            return (report, later);
-        }
-        self.lasting(report, later, cancel)
-            .unwrap_or_else(|| self.judged_by_growth(report.unresolved(), cancel))
     }
 
     /// The period of a motion whose sections return or draw together, and the run that shows it;
@@ -115,7 +241,10 @@ impl Run {
         let Some(rate) = report.convergence() else {
             return report.orbit.is_some().then_some((report, later));
         };
-        if run.contracts_like(&report, rate, cancel) {
+        let (m, _) = report.orbit?;
+        if orbit_beside(run, &report, m, cancel).is_some()
+            || run.contracts_like(&report, rate, cancel)
+        {
             return Some((report, later));
         }
         let (found, last) = self.followed(report, None, |r| r.convergence().is_none(), cancel);
@@ -173,54 +302,6 @@ impl Run {
             let after = (impact.time_in_period - time).rem_euclid(period);
             after.min(period - after) < AT_SECTION * period
         })
-    }
-
-    /// Decides a motion that does not repeat by the growth of a perturbation of it.
-    fn judged_by_growth(
-        &self,
-        mut report: PeriodReport,
-        cancel: &CancelToken,
-    ) -> (PeriodReport, Option<Run>) {
-        report.evidence = Evidence::undecided(WhyUndecided::NotMeasurable);
-        let (mut periods, longest) = GROWTH_PERIODS;
-        let mut meter = GrowthEstimator::new(self, cancel);
-        let each = self.impacts.len() as f64 / f64::from(self.kept_periods().max(1));
-        while periods <= longest && each * f64::from(periods) <= GROWTH_IMPACTS {
-            let Some(growth) = meter.over(periods) else { break };
-            report.evidence =
-                Evidence::Undecided { why: WhyUndecided::GrowthUnclear, growth: Some(growth) };
-            let total = growth.mean * f64::from(periods);
-            // By shear, perturbations grow like the time: growth by ln(periods) is no sign of
-            // chaos.
-            let shear = f64::from(periods).ln();
-            if total > shear + 4.0 && growth.mean > 4.0 * growth.error {
-                report.kind = Kind::Chaotic;
-                report.evidence = Evidence::GrowthExponential(growth);
-                return (report, None);
-            }
-            let shrinks = total < -(shear + 4.0) && growth.mean < -4.0 * growth.error;
-            // Even with two standard errors more it would be no more than shear.
-            let stays = periods >= NO_GROWTH_PERIODS
-                && total + 2.0 * growth.error * f64::from(periods) < shear + 1.0;
-            if shrinks || stays {
-                // The motion still converges, or has only just done so: it will return.
-                let later = self.later(periods, self.options.section_phase, cancel);
-                if let Some((found, later)) = later.and_then(|(r, later)| {
-                    later
-                        .lasting(r, None, cancel)
-                        .map(|(found, last)| (self.told_by(&later, found), last.unwrap_or(later)))
-                }) {
-                    return (found, Some(later));
-                }
-            }
-            if stays && !shrinks {
-                report.kind = Kind::QuasiPeriodic;
-                report.evidence = Evidence::GrowthBounded(growth);
-                return (report, None);
-            }
-            periods *= 2;
-        }
-        (report, None)
     }
 
     /// The report of a later run, as evidence for this one.

@@ -8,18 +8,19 @@
 
 mod perturbed;
 
+use nalgebra::Matrix4;
+
+use self::perturbed::Perturbations;
 use crate::analysis::period::Growth;
 use crate::analysis::tolerances::{ALIGNING_STEPS, ERROR_BLOCKS, SHORTEST_MEASURED};
 use crate::flight::Drive;
 use crate::model::error::{ParameterError, SimulationError};
-use crate::model::state::Clock;
+use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
-use crate::simulate::Horizon;
-use crate::simulate::event::StopReason;
+use crate::simulate::event::{Event, StopReason};
 use crate::simulate::run::Run;
-
-use perturbed::PerturbedMotion;
+use crate::simulate::{Horizon, Simulation};
 
 /// Drive periods of a step in which growth is recorded.
 const STRIDE: u32 = 8;
@@ -83,19 +84,31 @@ pub fn lyapunov_spectrum(
         return Err(ParameterError::new("step", format!("{step:?}"), allowed));
     }
     let step = step.filter(|_| !driven);
-    let end = run.final_state.time;
-    if let Some(step) = step.filter(|step| end + step <= end) {
-        let allowed = format!("a time that changes that of the end, {end:?}");
+    let time = run.final_state.time;
+    if let Some(step) = step.filter(|step| time + step <= time) {
+        let allowed = format!("a time that changes that of the end, {time:?}");
         return Err(ParameterError::new("step", format!("{step:?}"), allowed));
     }
-    let step = step.map_or(Step::Periods(1), Step::Time);
-    let mut record = GrowthRecord::new(run, step, 4, cancel);
-    // Directions lost while the perturbations were aligned are replaced.
-    let aligned = steps as usize / ALIGNING_STEPS;
-    record.measure_to(aligned as u32);
-    record.motion.restore_directions();
-    record.align = Some(aligned);
-    record.measure_to(steps);
+    let (step, end) = (step.map_or(Step::Periods(1), Step::Time), run.final_state.clock);
+    let mut record = GrowthRecord::new(run, step, 4);
+    record.align = Some(steps as usize / ALIGNING_STEPS);
+    let last = end_of_step(record.perturbations.drive(), end, step, steps);
+    let whole = matches!(step, Step::Periods(_)) && last.time_in_period == 0.0;
+    let horizon = if whole {
+        Horizon::Periods(last.period)
+    } else {
+        Horizon::Time(record.perturbations.drive().time(last))
+    };
+    let mut simulation = run.resumed().cancel_with(cancel);
+    simulation.extend_to(horizon);
+    while record.error.is_none()
+        && let Some(event) = simulation.advance(&mut ())
+    {
+        match event {
+            Ok(event) => record.take(&event, simulation.skips_at(&event)),
+            Err(error) => record.error = Some(error.into()),
+        }
+    }
     Ok(record.spectrum())
 }
 
@@ -108,15 +121,19 @@ enum Step {
     Time(f64),
 }
 
-/// Growth of perturbations, step by step.
-struct GrowthRecord {
-    motion: PerturbedMotion,
-    drive: Drive,
+/// Growth of the perturbations of a motion, step by step. Who follows the motion hands over its
+/// events.
+pub(crate) struct GrowthRecord {
+    perturbations: Perturbations,
     /// End of the run, where the record begins.
     from: Clock,
     step: Step,
+    /// End of the step that runs.
+    next: Clock,
     /// Number of perturbations.
     wanted: usize,
+    /// ln of the growth in each direction up to the end of the last step.
+    grown: [f64; 4],
     /// End, length, logarithmic growth in each direction and impacts so far of each step.
     ends: Vec<Clock>,
     lengths: Vec<f64>,
@@ -129,16 +146,18 @@ struct GrowthRecord {
 }
 
 impl GrowthRecord {
-    fn new(run: &Run, step: Step, wanted: usize, cancel: &CancelToken) -> Self {
-        let drive = Drive::of(&run.system);
-        let from = run.final_state.clock;
+    fn new(run: &Run, step: Step, wanted: usize) -> Self {
+        let (from, skips) = (run.final_state.clock, run.skips_at_end());
+        let perturbations = Perturbations::new(&run.system, &run.final_state, skips, Some(wanted));
+        let next = end_of_step(perturbations.drive(), from, step, 1);
         let stopped = !run.stop_reason.reached_the_end();
         Self {
-            motion: PerturbedMotion::new(run, Some(wanted), cancel),
-            drive,
+            perturbations,
             from,
             step,
+            next,
             wanted,
+            grown: [0.0; 4],
             ends: Vec::new(),
             lengths: Vec::new(),
             logs: Vec::new(),
@@ -148,36 +167,63 @@ impl GrowthRecord {
         }
     }
 
-    /// Goes on until so many steps are done.
-    fn measure_to(&mut self, count: u32) {
-        let done = self.ends.len() as u32;
-        // A motion without events reaches its horizon in one step: it must not lie further than
-        // wanted.
-        let last = end_of_step(&self.drive, self.from, self.step, count);
-        let whole = matches!(self.step, Step::Periods(_)) && last.time_in_period == 0.0;
-        self.motion.extend(if whole {
-            Horizon::Periods(last.period)
-        } else {
-            Horizon::Time(self.drive.time(last))
-        });
-        for k in done + 1..=count {
-            if self.error.is_some() {
-                return;
-            }
-            let end = end_of_step(&self.drive, self.from, self.step, k);
-            if let Err(error) = self.motion.advance_to(end) {
-                self.error = Some(error);
-                return;
-            }
-            let before = self.ends.last().copied().unwrap_or(self.from);
-            self.ends.push(self.motion.clock());
-            self.lengths.push(self.drive.until(before, self.motion.clock()).value());
-            self.logs.push(self.motion.take_logs());
-            self.impacts.push(self.motion.impacts());
-            if self.wanted == 1 && self.motion.rank() == 0 {
-                self.motion.restart(1);
-            }
+    /// Takes the next event of the motion; `skips`: whether impacts are skipped up to it.
+    pub fn take(&mut self, event: &Event, skips: bool) {
+        if self.error.is_none()
+            && let Err(error) = self.try_to_take(event, skips)
+        {
+            self.error = Some(error);
         }
+    }
+
+    fn try_to_take(&mut self, event: &Event, skips: bool) -> Result<(), LyapunovError> {
+        let (clock, stop) = (event.clock(), matches!(event, Event::Stop(_)));
+        if let Event::Stop(stop) = event
+            && !stop.reason.reached_the_end()
+        {
+            return Err(LyapunovError::Stopped(stop.reason));
+        }
+        let chatters = skips || matches!(event, Event::Chatter(_));
+        loop {
+            let ends = clock >= self.next;
+            if !chatters {
+                self.perturbations.approach(if ends { self.next } else { clock })?;
+            }
+            // Where there are no states, the step ends at the first instant after.
+            let cut = clock > self.perturbations.clock()
+                && !chatters
+                && !self.perturbations.has_no_states();
+            if !(ends && (cut || stop)) {
+                break;
+            }
+            self.end_step(cut)?;
+        }
+        if stop { Ok(()) } else { self.perturbations.take(event) }
+    }
+
+    /// Ends a step where it is to end, or at the last event.
+    fn end_step(&mut self, cut: bool) -> Result<(), LyapunovError> {
+        let last = self.perturbations.clock();
+        let end = if cut && self.next > last { self.next } else { last };
+        let grown = self.perturbations.logs_at(end)?;
+        let before = std::mem::replace(&mut self.grown, grown);
+        let drive = self.perturbations.drive();
+        let from = self.ends.last().copied().unwrap_or(self.from);
+        self.lengths.push(drive.until(from, end).value());
+        self.ends.push(end);
+        // A direction that was lost and replaced counts anew.
+        let since = |i: usize| if before[i].is_finite() { before[i] } else { 0.0 };
+        self.logs.push(std::array::from_fn(|i| grown[i] - since(i)));
+        self.impacts.push(self.perturbations.impacts());
+        let done = self.ends.len();
+        self.next = end_of_step(drive, self.from, self.step, done as u32 + 1);
+        if self.wanted == 1 && self.perturbations.rank() == 0 {
+            self.perturbations.restart(1);
+        } else if self.align == Some(done) {
+            // Directions lost while the perturbations were aligned are replaced.
+            self.perturbations.restore_directions();
+        }
+        Ok(())
     }
 
     /// Steps that only align.
@@ -189,7 +235,7 @@ impl GrowthRecord {
     fn spectrum(&self) -> Spectrum {
         let (all, aligned) = (self.logs.len(), self.aligned());
         let (lengths, logs) = (&self.lengths[aligned..], &self.logs[aligned..]);
-        let directions = self.motion.directions();
+        let directions = self.perturbations.directions();
         let mut passed = Vec::with_capacity(lengths.len());
         let mut sums = Vec::with_capacity(lengths.len());
         let (mut time, mut sum) = (0.0, [0.0; 4]);
@@ -243,32 +289,104 @@ fn end_of_step(drive: &Drive, from: Clock, step: Step, k: u32) -> Clock {
     }
 }
 
-/// Growth of a perturbation after the end of a run, over more and more drive periods.
-pub(crate) struct GrowthEstimator(GrowthRecord);
-
-impl GrowthEstimator {
-    pub fn new(run: &Run, cancel: &CancelToken) -> Self {
-        Self(GrowthRecord::new(run, Step::Periods(STRIDE), 1, cancel))
+impl GrowthRecord {
+    /// Of one perturbation of the motion that goes on from the end of `run`.
+    pub fn of_one(run: &Run) -> Self {
+        Self::new(run, Step::Periods(STRIDE), 1)
     }
 
-    /// The growth over so many periods from the end of the run; `None` where it cannot be measured.
-    pub fn over(&mut self, periods: u32) -> Option<Growth> {
-        let record = &mut self.0;
-        record.measure_to(periods / STRIDE);
-        if record.error.is_some() {
+    /// Mean growth per drive period of a record of one perturbation; `None` where it cannot be
+    /// measured.
+    pub fn growth(&self) -> Option<Growth> {
+        if self.error.is_some() {
             return None;
         }
         // A perturbation that is lost at once (by stick) counts as reduced to the rounding of a
         // double.
         let least = f64::EPSILON.ln();
         let logs: Vec<f64> =
-            record.logs[record.aligned()..].iter().map(|log| log[0].max(least)).collect();
+            self.logs[self.aligned()..].iter().map(|log| log[0].max(least)).collect();
         let stride = f64::from(STRIDE);
         Some(Growth {
             mean: logs.iter().sum::<f64>() / (stride * logs.len() as f64),
             error: standard_error(&logs) / stride,
-            periods: record.logs.len() * STRIDE as usize,
+            periods: self.logs.len() * STRIDE as usize,
         })
+    }
+}
+
+/// A motion that is followed from instant to instant, with the derivatives by where it started.
+pub(crate) struct PerturbedMotion {
+    simulation: Simulation,
+    perturbations: Perturbations,
+    /// The event after the present instant.
+    pending: Option<Event>,
+}
+
+impl PerturbedMotion {
+    /// The motion that goes on from the end of `run`, up to a horizon.
+    pub fn new(run: &Run, horizon: Horizon, cancel: &CancelToken) -> Self {
+        let mut simulation = run.resumed().cancel_with(cancel);
+        simulation.extend_to(horizon);
+        let perturbations =
+            Perturbations::new(&run.system, &run.final_state, run.skips_at_end(), None);
+        Self { simulation, perturbations, pending: None }
+    }
+
+    /// Goes on to an instant at which the motion has a state.
+    ///
+    /// # Errors
+    /// [`LyapunovError`], also where impacts are skipped at this instant.
+    pub fn advance_to(&mut self, end: Clock) -> Result<(), LyapunovError> {
+        loop {
+            let event = match self.pending.take() {
+                Some(event) => event,
+                None => match self.simulation.advance(&mut ()) {
+                    Some(event) => event?,
+                    None => return Err(LyapunovError::Stopped(StopReason::Completed)),
+                },
+            };
+            let (clock, skips) = (event.clock(), self.simulation.skips_at(&event));
+            if let Event::Stop(stop) = event
+                && !stop.reason.reached_the_end()
+            {
+                return Err(LyapunovError::Stopped(stop.reason));
+            }
+            let stops = matches!(event, Event::Stop(_));
+            let chatters = skips || matches!(event, Event::Chatter(_));
+            let ends = clock >= end && (clock > self.perturbations.clock() || stops);
+            if !chatters {
+                self.perturbations.approach(if ends { end } else { clock })?;
+            }
+            if ends {
+                if chatters || self.perturbations.has_no_states() {
+                    return Err(LyapunovError::NoDerivative);
+                }
+                self.pending = Some(event);
+                return self.perturbations.carry_to(end);
+            }
+            self.perturbations.take(&event)?;
+        }
+    }
+
+    /// Counts derivatives from the present instant on.
+    pub fn restart(&mut self) {
+        self.perturbations.restart(4);
+    }
+
+    /// The present state.
+    pub fn state(&self) -> State {
+        self.perturbations.state()
+    }
+
+    /// Impacts since the start, those of complete chatter left out.
+    pub fn impacts(&self) -> u64 {
+        self.perturbations.impacts()
+    }
+
+    /// Derivatives of the present state (x1, x1', x2', x2) by the one at the last restart.
+    pub fn derivatives(&self) -> &Matrix4<f64> {
+        self.perturbations.vectors()
     }
 }
 
@@ -288,22 +406,27 @@ pub(crate) fn exponent_of_orbit(run: &Run, m: usize, cancel: &CancelToken) -> Op
     } else {
         end
     };
-    let mut motion = PerturbedMotion::new(run, None, cancel);
-    motion.extend(Horizon::Periods(end_of_step(&drive, begin, m, 2).period + 1));
+    let horizon = Horizon::Periods(end_of_step(&drive, begin, m, 2).period + 1);
+    let mut motion = PerturbedMotion::new(run, horizon, cancel);
     if begin != end {
         motion.advance_to(begin).ok()?;
     }
+    let mut from = begin;
     let mut exponent_of_next = |turn: u32| {
-        let from = motion.clock();
         let close = end_of_step(&drive, begin, m, turn);
-        motion.restart(4);
+        motion.restart();
         motion.advance_to(close).ok()?;
-        let multipliers = motion.vectors().complex_eigenvalues();
-        let largest = multipliers.iter().map(|lambda| lambda.norm()).fold(0.0, f64::max);
-        (motion.clock() == close).then(|| largest.ln() / drive.until(from, close).value())
+        let length = drive.until(std::mem::replace(&mut from, close), close).value();
+        Some(largest_multiplier(motion.derivatives()).ln() / length)
     };
     let (first, second) = (exponent_of_next(1)?, exponent_of_next(2)?);
     Some([second, if first == second { 0.0 } else { (second - first).abs() }])
+}
+
+/// max|lambda| of the derivative of a return map.
+pub(crate) fn largest_multiplier(derivative: &Matrix4<f64>) -> f64 {
+    let multipliers = derivative.complex_eigenvalues();
+    multipliers.iter().map(|lambda| lambda.norm()).fold(0.0, f64::max)
 }
 
 /// Standard error of the mean of a series, neighbours of which may depend on each other, from the

@@ -7,6 +7,7 @@
 
 mod evidence;
 
+pub(crate) use evidence::GrowthVerdict;
 pub use evidence::{Evidence, EvidenceKind, Growth, WhyUndecided};
 
 use crate::analysis::tolerances::{
@@ -92,12 +93,22 @@ impl PeriodReport {
         if !cancel.is_cancelled() {
             return self;
         }
-        Self { evidence: Evidence::undecided(WhyUndecided::Interrupted), ..self.unresolved() }
+        self.undecided(WhyUndecided::Interrupted)
     }
 
     /// The report without its verdict.
     pub(crate) fn unresolved(self) -> Self {
         Self { orbit: None, kind: Kind::Unresolved, ..self }
+    }
+
+    /// The report without a verdict, for this reason.
+    pub(crate) fn undecided(self, why: WhyUndecided) -> Self {
+        Self { evidence: Evidence::undecided(why), ..self.unresolved() }
+    }
+
+    /// The report with the verdict on a motion that does not repeat.
+    pub(crate) fn decided(self, kind: Kind, evidence: Evidence) -> Self {
+        Self { kind, evidence, ..self }
     }
 
     /// Factor per drive period by which the distance of the sections from the orbit decreases.

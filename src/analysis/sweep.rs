@@ -3,19 +3,21 @@
 //! Every point is a run of its own, or a followed branch is one task from end to end, so the
 //! result has the same bits for any number of threads.
 
+mod points;
 mod rows;
 mod workers;
 
 pub use rows::SweepRows;
 pub use workers::Workers;
+use points::points_together;
 use workers::side_by_side;
 
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use crate::analysis::basin::{Arrival, ArrivalStatus, BasinRun, Target};
-use crate::analysis::lyapunov::{LyapunovError, lyapunov_spectrum};
 use crate::analysis::period::PeriodReport;
+use crate::analysis::tolerances::EXPONENT_PERIODS;
 use crate::impact::PreImpact;
 use crate::model::error::ParameterError;
 use crate::model::parameters::System;
@@ -65,6 +67,14 @@ pub enum Measure {
     /// The label, and all Lyapunov exponents over so many drive periods after the end of the run,
     /// or after the motion has settled.
     Spectrum(u32),
+}
+
+impl Measure {
+    /// Fewest drive periods over which a growth is measured: an exponent is wanted of it, or only
+    /// what it shows.
+    fn least_growth(self) -> u32 {
+        if self == Self::LargestExponent { EXPONENT_PERIODS } else { 0 }
+    }
 }
 
 /// How the points of a sweep are run, and what is kept of them.
@@ -218,62 +228,26 @@ impl SweepPoint {
         }
     }
 
-    fn of(
-        run: Result<Run, RunError>,
+    fn new(
+        run: &Run,
         restarted: bool,
         options: &SweepOptions,
-        cancel: &CancelToken,
+        (period, exponents): (Option<PeriodReport>, [[f64; 2]; 4]),
     ) -> Self {
-        match run {
-            Ok(run) => Self::new(run, restarted, options, cancel),
-            Err(RunError::State(_)) => Self::empty(PointStatus::Overlap),
-            Err(_) => Self::empty(PointStatus::Failed),
-        }
-    }
-
-    fn new(run: Run, restarted: bool, options: &SweepOptions, cancel: &CancelToken) -> Self {
-        // What is measured beside the run may take longer than the run; those who travelled
-        // together end together.
-        if options.measure != Measure::Returns && cancel.is_cancelled() {
-            return Self::empty(PointStatus::Pending);
-        }
+        let interrupted = period.is_some_and(|report| report.is_interrupted());
         let status = match run.stop_reason {
-            StopReason::Completed => PointStatus::Completed { restarted },
+            StopReason::Completed if !interrupted => PointStatus::Completed { restarted },
             StopReason::Interrupted => return Self::empty(PointStatus::Pending),
+            _ if interrupted => return Self::empty(PointStatus::Pending),
             reason => PointStatus::Stopped(reason),
         };
         let mut point = Self {
             contact_fraction: run.time_in_contact() / (run.final_state.time - run.kept_from()),
             final_state: Some(run.final_state.state),
+            period,
+            exponents,
             ..Self::empty(status)
         };
-        if run.stop_reason.reached_the_end() {
-            let report = match options.measure {
-                Measure::Returns => run.section_report(cancel),
-                Measure::Label => run.period(cancel),
-                Measure::Spectrum(periods) => {
-                    let (report, later) = run.on_attractor(cancel);
-                    let settled = later.as_ref().unwrap_or(&run);
-                    if let Ok(spectrum) = lyapunov_spectrum(settled, periods, None, cancel) {
-                        if spectrum.error == Some(LyapunovError::Stopped(StopReason::Interrupted)) {
-                            return Self::empty(PointStatus::Pending);
-                        }
-                        let both = |i: usize| [spectrum.exponents[i], spectrum.errors[i]];
-                        point.exponents = std::array::from_fn(both);
-                    }
-                    report
-                }
-                Measure::LargestExponent => {
-                    let (report, exponent) = run.period_and_exponent(cancel);
-                    point.exponents[0] = exponent;
-                    report
-                }
-            };
-            if report.is_interrupted() {
-                return Self::empty(PointStatus::Pending);
-            }
-            point.period = Some(report);
-        }
         if options.rows {
             let contact = run.system.contact;
             point.impact_section = run
@@ -286,7 +260,7 @@ impl SweepPoint {
                 })
                 .collect();
             point.regime = run.impacts.iter().map(|i| i.regime as i8).collect();
-            point.stroboscopic = run.stroboscopic;
+            point.stroboscopic.clone_from(&run.stroboscopic);
         }
         point
     }
@@ -315,14 +289,8 @@ pub fn sweep(
     Ok(workers.install(|| {
         if start == SweepStart::Fresh {
             let points = side_by_side(cells.len(), &|next, done, in_hand| {
-                let mut next = || {
-                    let place = next().filter(|_| !cancel.is_cancelled())?;
-                    Some((place, cells[place].system, cells[place].initial))
-                };
-                let mut done = |place, run| {
-                    done(place, counted(SweepPoint::of(run, false, &options, cancel)));
-                };
-                run_together(&mut next, options.run, cancel, &mut done, in_hand);
+                let mut done = |place, point| done(place, counted(point));
+                points_together(cells, next, &options, cancel, &mut done, in_hand);
             });
             let pending = || SweepPoint::empty(PointStatus::Pending);
             return points.into_iter().map(|point| point.unwrap_or_else(pending)).collect();

@@ -29,8 +29,24 @@ pub const REMAINING_PART: f64 = 0.25;
 /// With twice as many, motions that settle late in a short window would not be seen to.
 pub const SHORTEST_TAIL: usize = 100;
 
-/// Shortest and longest measurement of a growth, in drive periods.
-pub const GROWTH_PERIODS: (u32, u32) = (400, 25_600);
+/// Drive periods after which a growth is looked at for the first time, and then each time after
+/// twice as many: most chaotic motions show it by then.
+pub const FIRST_GROWTH_PERIODS: u32 = 96;
+
+/// Longest measurement of a growth, in lengths of the run; and its bounds, in drive periods.
+pub const GROWTH_PER_RUN: u32 = 6;
+pub const LONGEST_GROWTH: (u32, u32) = (1_536, 24_576);
+
+/// Shortest measurement of a growth that an exponent is wanted of, in drive periods.
+pub const EXPONENT_PERIODS: u32 = 384;
+
+/// ln of the growth beyond shear that is certain. Over some hundred periods the logarithms of a
+/// bounded growth come to a few.
+pub const CERTAIN_GROWTH: f64 = 8.0;
+
+/// Shortest and longest stretch by which a motion that seems to converge is followed, in drive
+/// periods, where Newton's method does not find its orbit.
+pub const CONVERGENCE_PERIODS: (u32, u32) = (400, 25_600);
 
 /// Most impacts a growth is measured over: a second or two. Motions have some ten in a drive
 /// period, but for bounces that never end (r = 1 with damping). Tests count this work.
@@ -43,7 +59,18 @@ pub const AT_SECTION: f64 = 1e-6;
 pub const SETTLED_RESIDUAL: f64 = 1e-8;
 
 /// Shortest measurement that shows that perturbations do not grow, in drive periods.
-pub const NO_GROWTH_PERIODS: u32 = 1600;
+pub const NO_GROWTH_PERIODS: usize = 768;
+
+/// Distance from its image, as part of the motion's size, at which a state lies on a closed orbit:
+/// a few roundings of a cycle.
+pub const CLOSED_ORBIT: f64 = 1e-11;
+
+/// Most steps of Newton's method to a closed orbit: some six double the digits.
+pub const MOST_RETURN_STEPS: usize = 12;
+
+/// How much further than sections that draw together geometrically go on the orbit may lie: the
+/// largest multiplier need not have shown yet.
+pub const SETTLED_BEYOND: f64 = 10.0;
 
 /// Largest relative difference between the rate seen in the sections of a convergence and that of
 /// its multipliers.

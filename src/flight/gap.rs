@@ -8,7 +8,7 @@ use std::marker::PhantomData;
 use super::{Equation, Flight, FreeMotion, Motion, Point, States};
 use crate::model::angle::Angle;
 use crate::model::parameters::{Contact, System};
-use crate::model::state::State;
+use crate::model::state::{Clock, State};
 use crate::model::tip::{Direct, Oblique, Tip};
 use crate::numerics::elementary::{self, MOST_TURNED};
 use crate::numerics::lanes::{self, LANES};
@@ -41,6 +41,18 @@ impl<'a, T: Tip> TipGap<'a, T> {
     pub fn bounded(&self, touching: bool) -> BoundedGap<'_, Self> {
         BoundedGap::new(self, touching, self.bounds())
     }
+}
+
+/// Whether undamped bodies that go on from this state in free flight swing for ever without meeting.
+pub(crate) fn swings_apart(system: &System, clock: Clock, state: State) -> bool {
+    let motion = FreeMotion::new(system);
+    let [p, o] = [&motion.pendulum, &motion.oscillator].map(|body| body.equation.decay_rate);
+    let (flight, slack) = (motion.flight(clock, state), system.gap_noise(&state));
+    (p, o) == (0.0, 0.0)
+        && match system.contact {
+            Contact::Oblique => TipGap::<Oblique>::new(&motion, &flight).never_meets(slack),
+            Contact::Direct => TipGap::<Direct>::new(&motion, &flight).never_meets(slack),
+        }
 }
 
 /// Angle, and motions of pendulum and body 2, at one instant.

@@ -44,6 +44,11 @@ impl State {
         [self.x1, self.v1, self.x2, self.v2]
     }
 
+    /// The state with the components (x1, v1, x2, v2).
+    pub(crate) fn from_array([x1, v1, x2, v2]: [f64; 4]) -> Self {
+        Self { x1, v1, x2, v2 }
+    }
+
     /// A short time earlier, to first order: where the bounces left are too low to be told apart.
     pub(crate) fn earlier(self, time: f64) -> Self {
         Self { x1: self.x1 - time * self.v1, x2: self.x2 - time * self.v2, ..self }

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use self::kept::Kept;
 use crate::contact::sustained::ContactMode;
-use crate::flight::Drive;
+use crate::flight::{Drive, swings_apart};
 use crate::model::error::{ParameterError, SimulationError, StateError};
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
@@ -128,6 +128,17 @@ impl Observer for Collector {
 }
 
 impl Collector {
+    /// From this instant on.
+    pub fn from(clock: Clock) -> Self {
+        let anchor = Anchor::apart(clock, State::from_array([0.0; 4]));
+        Self { sections: Vec::new(), window: clock, inclusive: true, anchor }
+    }
+
+    /// The sections so far.
+    pub fn sections(&self) -> &[[f64; 4]] {
+        &self.sections
+    }
+
     /// The last so many sections again.
     fn repeat(&mut self, sections: usize) {
         debug_assert!(sections <= self.sections.len(), "{sections} of {}", self.sections.len());
@@ -235,7 +246,11 @@ impl Collection {
         self.end.is_none_or(|end| end.reason != StopReason::Interrupted)
     }
 
-    fn new(
+    /// As [`Self::begin`], ended by `cancel`, with options that have been checked.
+    ///
+    /// # Errors
+    /// [`StateError`]: a bad start.
+    pub fn new(
         system: &System,
         initial: State,
         options: RunOptions,
@@ -379,6 +394,69 @@ impl Run {
         Simulation::from_checkpoint(&self.system, &point)
             .max_events(point.events.saturating_add(DEFAULT_MAX_EVENTS))
             .chatter_tolerance(self.options.chatter_tolerance)
+    }
+
+    /// Whether the end lies among skipped impacts.
+    pub(crate) fn skips_at_end(&self) -> bool {
+        self.checkpoint.skips()
+    }
+
+    /// A run that ends at the same instant in another state, of which nothing is kept; `None` unless
+    /// both runs end in free flight there.
+    pub(crate) fn from_state(&self, state: State) -> Option<Run> {
+        let apart = self.system.gap_function(&state) < -self.system.gap_noise(&state);
+        if !apart || self.skips_at_end() || self.final_state.mode.is_some() {
+            return None;
+        }
+        let anchor = Anchor::apart(self.final_state.clock, state);
+        let final_state = FinalState { state, ..self.final_state };
+        Some(self.ending(final_state, self.checkpoint.restarted(anchor), Vec::new()))
+    }
+
+    /// This run and its continuation up to `end`, of which sections alone are kept.
+    pub(crate) fn continued(
+        &self,
+        simulation: &Simulation,
+        end: StopEvent,
+        stroboscopic: Vec<[f64; 4]>,
+    ) -> Run {
+        let StopEvent { clock, time, state, reason } = end;
+        let final_state = FinalState { state, clock, time, mode: simulation.mode() };
+        let run = self.ending(final_state, *simulation.checkpoint(), stroboscopic);
+        Run { stop_reason: reason, impact_count: simulation.impact_count(), ..run }
+    }
+
+    /// A run of this system without tables of events.
+    fn ending(
+        &self,
+        final_state: FinalState,
+        checkpoint: Checkpoint,
+        stroboscopic: Vec<[f64; 4]>,
+    ) -> Run {
+        let kept = i64::try_from(stroboscopic.len()).unwrap_or(i64::MAX);
+        Run {
+            system: self.system,
+            options: self.options,
+            impacts: Vec::new(),
+            stroboscopic,
+            grazes: Vec::new(),
+            contacts: Vec::new(),
+            events: Vec::new(),
+            final_state,
+            stop_reason: self.stop_reason,
+            impact_count: self.impact_count,
+            evaluations: self.evaluations,
+            window: final_state.clock,
+            first_section: checkpoint.next_section - kept,
+            window_anchor: checkpoint.anchor,
+            checkpoint,
+        }
+    }
+
+    /// Whether the bodies swing free of one another from the end on, for ever and without decay.
+    pub(crate) fn swings_apart(&self) -> bool {
+        let FinalState { state, clock, mode, .. } = self.final_state;
+        mode.is_none() && !self.skips_at_end() && swings_apart(&self.system, clock, state)
     }
 
     /// Start of the kept window.

@@ -2,9 +2,10 @@
 //! signs of x1' and sin x1 held fixed; and the functions that change sign where the regime ends.
 
 use super::{Dual, DualState, Model};
-use crate::impact::{RegimeKind, follow};
+use crate::impact::{PathEnd, RegimeKind, follow};
 use crate::model::angle::Angle;
 use crate::model::contact_coordinates::ContactCoordinates;
+use crate::model::parameters::ImpactLaw;
 use crate::numerics::dual::Number;
 use crate::tangent::border::{Border, BorderValue};
 use crate::tangent::itinerary::Signs;
@@ -20,6 +21,22 @@ pub(crate) struct RegimeImpact {
     pub borders: Vec<BorderValue>,
 }
 
+/// The impulse at which slip ends in a regime that is held fixed, 0 where it does not, and the end of
+/// the impulse path.
+pub(super) fn regime_path<T: Number>(
+    contact: &ContactCoordinates<T>,
+    law: (T, &ImpactLaw),
+    kind: RegimeKind,
+    direction: f64,
+) -> (T, PathEnd<T>) {
+    let switch = if kind.has_switch() {
+        contact.slip / contact.slip_rate(direction)
+    } else {
+        T::constant(0.0)
+    };
+    (switch, follow(contact, law, kind, direction, switch))
+}
+
 /// The impact from `pre` in this regime.
 pub(crate) fn impact_in_regime(
     model: &Model,
@@ -33,12 +50,7 @@ pub(crate) fn impact_in_regime(
     let Angle { sin, cos } = model.angle(pre.x1);
     let contact =
         ContactCoordinates::at_tip((sin, cos), (pre.v1, pre.v2), p.mass_ratio, p.friction, side);
-    let switch = if kind.has_switch() {
-        contact.slip / contact.slip_rate(direction)
-    } else {
-        Dual::constant(0.0)
-    };
-    let end = follow(&contact, (p.restitution, law), kind, direction, switch);
+    let (switch, end) = regime_path(&contact, (p.restitution, law), kind, direction);
     let mut borders = Vec::new();
     let mut border = |border, value: Dual| borders.push(BorderValue { border, value: value.value });
     if kind != RegimeKind::Frictionless && law.is_coulomb() {

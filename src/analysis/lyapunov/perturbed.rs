@@ -1,4 +1,5 @@
-//! A motion with small perturbations, which the derivatives of its legs map from event to event.
+//! Small perturbations of a motion, which the derivatives of its legs map from event to event. Who
+//! follows the motion hands over its events.
 //!
 //! At an event a perturbation has the components (x1, x1', x2', t) of a node, as in shooting: the
 //! time of the event differs, and only the condition of the event is divided by an approach
@@ -18,18 +19,19 @@ use nalgebra::{Matrix4, Vector4};
 
 use super::LyapunovError;
 use crate::contact::sustained::ContactMode;
+use crate::flight::Drive;
 use crate::impact::RegimeKind;
+use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
-use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
-use crate::simulate::event::{Event, StopReason};
-use crate::simulate::run::{FinalState, Run};
-use crate::simulate::{Horizon, Simulation};
+use crate::simulate::event::Event;
+use crate::simulate::run::FinalState;
 use crate::tangent::itinerary::{Leg, LegChange, LegReader, with_wall_at_rest};
 use crate::tangent::tolerances::LOW_BOUNCE;
 use crate::tangent::{
-    Dual, DualState, END, Model, Moment, fly, on_contact, slide, to_event, traverse,
+    Columns, Departure, Derivative, Dual, DualState, END, Model, Moment, Strike, fly, on_contact,
+    slide, to_event, traverse,
 };
 
 /// Orthogonal columns without zeros.
@@ -40,13 +42,15 @@ const HADAMARD: Matrix4<f64> = Matrix4::new(
     1.0, -1.0, -1.0, 1.0,
 );
 
-/// One state of a motion, with its perturbations.
+/// The perturbations at one state of a motion.
 #[derive(Clone)]
 struct PerturbedState {
     state: State,
     clock: Clock,
     /// Whether it is the state after an event, or between two.
     at_event: bool,
+    /// The flight that begins here, if its numbers are known.
+    departure: Option<Departure>,
     /// The perturbations, one in each column.
     vectors: Matrix4<f64>,
     /// Number of columns that count.
@@ -74,15 +78,66 @@ impl PerturbedState {
             }
         }
     }
+
+    /// The flight that begins here.
+    fn departure(&self, model: &Model) -> Departure {
+        let make = || Departure::new(model, &self.state, self.clock, self.at_event);
+        self.departure.unwrap_or_else(make)
+    }
+
+    /// The perturbations that count, mapped.
+    fn mapped(&self, derivative: &impl Derivative) -> Matrix4<f64> {
+        let v = &self.vectors;
+        if self.rank == 1 {
+            let column = derivative.map(&[[v[0]], [v[1]], [v[2]], [v[3]]]);
+            return Matrix4::from_fn(|r, c| if c == 0 { column[r][0] } else { 0.0 });
+        }
+        let rows: Columns<4> = std::array::from_fn(|r| std::array::from_fn(|c| v[(r, c)]));
+        let rows = derivative.map(&rows);
+        Matrix4::from_fn(|r, c| rows[r][c])
+    }
+
+    /// Takes over what a leg has made of the perturbations.
+    fn set_vectors(
+        &mut self,
+        vectors: Matrix4<f64>,
+        orthonormal: bool,
+    ) -> Result<(), LyapunovError> {
+        self.vectors = vectors;
+        // Those that are lost must not overflow.
+        self.vectors.columns_mut(self.rank, 4 - self.rank).fill(0.0);
+        if !self.vectors.iter().all(|x| x.is_finite()) {
+            return Err(LyapunovError::NoDerivative);
+        }
+        if orthonormal {
+            self.orthonormalise();
+        }
+        Ok(())
+    }
+
+    /// The method of Gram and Schmidt, from the first column on.
+    fn orthonormalise(&mut self) {
+        for i in 0..self.rank {
+            let mut column: Vector4<f64> = self.vectors.column(i).into();
+            for j in 0..i {
+                let before = self.vectors.column(j);
+                column -= before * before.dot(&column);
+            }
+            let length = column.norm();
+            if length == 0.0 {
+                self.rank = i;
+                return;
+            }
+            self.logs[i] += length.ln();
+            self.vectors.set_column(i, &(column / length));
+        }
+    }
 }
 
-/// A motion with perturbations of it.
-pub(crate) struct PerturbedMotion {
-    simulation: Simulation,
+/// Perturbations of a motion.
+pub(crate) struct Perturbations {
     model: Model,
     reader: LegReader,
-    /// An event after the present state.
-    pending: Option<Event>,
     here: PerturbedState,
     /// Perturbations change only from the next event on.
     paused: bool,
@@ -101,30 +156,25 @@ pub(crate) struct PerturbedMotion {
     fastest_decay: f64,
 }
 
-impl PerturbedMotion {
-    /// The motion that goes on from the end of `run`, with `wanted` perturbations, kept
-    /// orthonormal, or with all four unit vectors, which are not.
-    pub fn new(run: &Run, wanted: Option<usize>, cancel: &CancelToken) -> Self {
-        let system = &run.system;
-        let FinalState { state, clock, mode, .. } = run.final_state;
+impl Perturbations {
+    /// Of the motion that goes on from the end of a run, where impacts may be skipped: so many,
+    /// kept orthonormal, or all four unit vectors, which are not.
+    pub fn new(system: &System, end: &FinalState, skips: bool, wanted: Option<usize>) -> Self {
+        let FinalState { state, clock, mode, .. } = *end;
         let still = system.is_wall_at_rest(&with_wall_at_rest(system, state));
-        let model = Model::new(system, &[], still);
-        let simulation = run.resumed().cancel_with(cancel);
-        let paused = simulation.checkpoint().skips();
-        let mut motion = Self {
-            simulation,
-            model,
+        let mut perturbations = Self {
+            model: Model::new(system, &[], still),
             reader: LegReader { mode },
-            pending: None,
             here: PerturbedState {
                 state,
                 clock,
                 at_event: false,
+                departure: None,
                 vectors: Matrix4::zeros(),
                 rank: 0,
                 logs: [0.0; 4],
             },
-            paused,
+            paused: skips,
             before_chatter: None,
             last: 0.0,
             largest: 0.0,
@@ -133,15 +183,13 @@ impl PerturbedMotion {
             impacts: 0,
             fastest_decay: system.fastest_decay(),
         };
-        motion.restart(wanted.unwrap_or(4));
-        motion.reduce_rank_in_contact();
-        motion
+        perturbations.restart(wanted.unwrap_or(4));
+        perturbations.reduce_rank_in_contact();
+        perturbations
     }
 
-    /// Moves the horizon of the motion.
-    pub fn extend(&mut self, horizon: Horizon) {
-        self.pending = self.pending.take().filter(|event| !matches!(event, Event::Stop(_)));
-        self.simulation.extend_to(horizon);
+    pub fn drive(&self) -> &Drive {
+        &self.model.motion.drive
     }
 
     /// Number of directions: a wall at rest has none.
@@ -155,6 +203,7 @@ impl PerturbedMotion {
     pub fn restart(&mut self, wanted: usize) {
         self.here.vectors = if self.orthonormal { 0.5 * HADAMARD } else { Matrix4::identity() };
         self.here.rank = if self.orthonormal { wanted.min(self.directions()) } else { 4 };
+        self.here.logs = [0.0; 4];
     }
 
     /// Replaces the directions that have been lost, before a measurement begins.
@@ -182,92 +231,79 @@ impl PerturbedMotion {
         self.impacts
     }
 
-    /// The instant reached.
+    /// The last instant at which the perturbations are known, at an event or between two.
     pub fn clock(&self) -> Clock {
         self.here.clock
     }
 
-    /// ln of the growth of each direction since the last call; -inf for those that are lost, the
-    /// last ones.
-    pub fn take_logs(&mut self) -> [f64; 4] {
-        let mut logs = self.here.logs;
-        let may_chatter = self.may_chatter();
-        if let Some((place, _)) = &mut self.before_chatter {
-            if may_chatter {
-                // Later growth counts once it is known whether this is chatter.
-                logs = place.logs;
-            }
-            place.logs = [0.0; 4];
-        }
-        let rest = &mut self.here.logs;
-        *rest = std::array::from_fn(|i| rest[i] - logs[i]);
-        std::array::from_fn(|i| if i < self.here.rank { logs[i] } else { f64::NEG_INFINITY })
+    /// The state at that instant.
+    pub fn state(&self) -> State {
+        self.here.state
     }
 
-    /// Goes on to the instant `end`; if impacts are skipped there, to the first instant after them.
-    pub fn advance_to(&mut self, end: Clock) -> Result<(), LyapunovError> {
-        loop {
-            let event = match self.pending.take() {
-                Some(event) => event,
-                None => match self.simulation.advance(&mut ()) {
-                    Some(event) => event.map_err(LyapunovError::Simulation)?,
-                    None => return Err(LyapunovError::Stopped(StopReason::Completed)),
-                },
-            };
-            if let Event::Stop(stop) = event
-                && !stop.reason.reached_the_end()
-            {
-                return Err(LyapunovError::Stopped(stop.reason));
+    /// Whether there are no states before the next event: impacts are skipped, or the last ones may
+    /// lead into chatter.
+    pub fn has_no_states(&self) -> bool {
+        self.paused || self.may_chatter()
+    }
+
+    /// ln of the growth of each direction since the start, up to an instant before the next event;
+    /// -inf for those that are lost, the last ones. What follows an impact that may lead into
+    /// chatter counts once it is known whether it does.
+    pub fn logs_at(&self, clock: Clock) -> Result<[f64; 4], LyapunovError> {
+        let mut logs = match &self.before_chatter {
+            Some((place, _)) if self.may_chatter() => place.logs,
+            _ if self.here.rank == 0 || clock <= self.here.clock => self.here.logs,
+            _ => {
+                let mut there = self.here.clone();
+                there.set_vectors(self.vectors_at(clock)?, self.orthonormal)?;
+                there.logs
             }
-            let clock = event.clock();
-            let stops = matches!(event, Event::Stop(_));
-            let chatters = matches!(event, Event::Chatter(_))
-                || (stops && self.simulation.checkpoint().skips());
-            if !chatters {
-                self.rule_out_chatter(if clock < end { clock } else { end });
-            }
-            if self.reader.mode.is_none() && !chatters && !self.may_chatter() {
-                self.fly_in_steps(if clock < end { clock } else { end })?;
-            }
-            if stops {
-                self.pending = Some(event);
-                // Within chatter there are no states.
-                return if chatters || self.may_chatter() { Ok(()) } else { self.carry_to(end) };
-            }
-            // Nor between the last impact and the end of chatter.
-            let skipped = chatters || self.paused || self.may_chatter();
-            if clock >= end && clock > self.here.clock && !skipped {
-                self.pending = Some(event);
-                return self.carry_to(if end > self.here.clock { end } else { self.here.clock });
-            }
-            self.take(&event)?;
+        };
+        logs[self.here.rank..].fill(f64::NEG_INFINITY);
+        Ok(logs)
+    }
+
+    /// Comes closer to the next event or to an instant before it, where no state is needed:
+    /// excludes what the time since the last event excludes, and covers most of a long flight.
+    pub fn approach(&mut self, clock: Clock) -> Result<(), LyapunovError> {
+        self.rule_out_chatter(clock);
+        if self.reader.mode.is_none() && !self.may_chatter() {
+            self.fly_in_steps(clock)?;
         }
+        Ok(())
     }
 
     /// Maps the perturbations through the leg that an event ends.
-    fn take(&mut self, event: &Event) -> Result<(), LyapunovError> {
+    pub fn take(&mut self, event: &Event) -> Result<(), LyapunovError> {
         if let Event::Chatter(_) = event {
             // The rounding of g, divided by so low a u, would spoil the times of these impacts.
             if let Some((place, _)) = self.before_chatter.take() {
                 self.here = place;
             }
         }
-        let start = self.start();
+        let mode = self.reader.mode;
         match self.reader.read(&self.model.system, event) {
             LegChange::Ends(leg, clock, state) => {
+                let mut departure = None;
                 if !self.paused && self.here.rank > 0 {
-                    let (start, from) = start;
-                    let time = Dual::variable(clock.time_in_period, END);
-                    let end = Moment { period: clock.period, time };
-                    let outcome = traverse(&self.model, leg, &start, &from, &end)
-                        .ok_or(LyapunovError::NoDerivative)?;
-                    self.apply(&to_event(&outcome.image, &outcome.condition))?;
+                    let vectors = match (leg, event, mode) {
+                        (Leg::Impact(kind, signs), Event::Impact(impact), None) => {
+                            let from = self.here.departure(&self.model);
+                            let strike = Strike::new(&self.model, &from, impact, (kind, signs));
+                            departure = Some(strike.departure());
+                            self.here.mapped(&strike)
+                        }
+                        _ => self.derivative_of(leg, mode, clock)? * self.here.vectors,
+                    };
+                    self.here.set_vectors(vectors, self.orthonormal)?;
                 }
                 self.reduce_rank_by(leg);
                 self.impacts += u64::from(matches!(leg, Leg::Impact(..)));
-                let place = &mut self.here;
-                self.interval = self.model.motion.drive.until(place.clock, clock).value();
-                (place.state, place.clock, place.at_event) = (state, clock, true);
+                let here = &mut self.here;
+                self.interval = self.model.motion.drive.until(here.clock, clock).value();
+                (here.state, here.clock, here.at_event) = (state, clock, true);
+                here.departure = departure;
                 self.paused = false;
                 if let Event::Impact(impact) = event {
                     self.note_impact(impact.impact.approach_velocity);
@@ -276,12 +312,27 @@ impl PerturbedMotion {
                 }
             }
             LegChange::Begins(state) => {
-                self.here.state = state;
+                (self.here.state, self.here.departure) = (state, None);
                 self.reduce_rank_in_contact();
             }
             LegChange::Nothing | LegChange::Stops(_) => {}
         }
         Ok(())
+    }
+
+    /// Derivative of the node at the end of a leg, at this clock, by the present one.
+    fn derivative_of(
+        &self,
+        leg: Leg,
+        mode: Option<ContactMode>,
+        clock: Clock,
+    ) -> Result<Matrix4<f64>, LyapunovError> {
+        let (start, from) = self.start(mode);
+        let time = Dual::variable(clock.time_in_period, END);
+        let end = Moment { period: clock.period, time };
+        let outcome = traverse(&self.model, leg, &start, &from, &end)
+            .ok_or(LyapunovError::NoDerivative)?;
+        Ok(to_event(&outcome.image, &outcome.condition))
     }
 
     /// Keeps the state after an impact, unless it is a low one after a higher one.
@@ -302,15 +353,17 @@ impl PerturbedMotion {
     /// The next event is not before this instant. In chatter each flight is shorter than the one
     /// before: a longer one shows that this is none.
     fn rule_out_chatter(&mut self, clock: Clock) {
-        let flown = self.model.motion.drive.until(self.here.clock, clock).value();
-        if self.may_chatter() && flown > self.interval {
-            self.before_chatter = None;
+        if self.may_chatter() {
+            let flown = self.model.motion.drive.until(self.here.clock, clock).value();
+            if flown > self.interval {
+                self.before_chatter = None;
+            }
         }
     }
 
     /// Covers most of the flight to an instant, in steps short enough for strong damping.
     fn fly_in_steps(&mut self, clock: Clock) -> Result<(), LyapunovError> {
-        if self.paused || self.rank() == 0 || !self.orthonormal {
+        if self.fastest_decay == 0.0 || self.paused || self.rank() == 0 || !self.orthonormal {
             return Ok(());
         }
         let drive = self.model.motion.drive;
@@ -326,31 +379,47 @@ impl PerturbedMotion {
         Ok(())
     }
 
-    /// Carries the perturbations to an instant before the next event.
-    fn carry_to(&mut self, clock: Clock) -> Result<(), LyapunovError> {
-        let (start, from) = self.start();
-        let time = Dual::constant(clock.time_in_period);
-        let end = Moment { period: clock.period, time };
-        let s = self.model.elapsed(&from, &end);
-        let state = match self.reader.mode {
-            None => fly(&self.model, &start, &from, s),
-            Some(ContactMode::Stick) => start,
-            Some(mode) => {
-                slide(&self.model, &start, mode, &from, s).ok_or(LyapunovError::NoDerivative)?
-            }
-        };
-        if self.here.rank > 0 {
-            let rows = [state.x1, state.v1, state.v2, state.x2];
-            self.apply(&Matrix4::from_fn(|r, c| rows[r].slope[c]))?;
+    /// The perturbations at an instant before the next event.
+    fn vectors_at(&self, clock: Clock) -> Result<Matrix4<f64>, LyapunovError> {
+        if self.reader.mode.is_none() {
+            let flight = self.here.departure(&self.model).flight(&self.model, clock);
+            return Ok(self.here.mapped(&flight));
         }
-        let place = &mut self.here;
-        (place.state, place.clock, place.at_event) = (state.value(), clock, false);
+        let DualState { x1, v1, x2, v2 } = self.state_at(clock)?;
+        let rows = [x1, v1, v2, x2];
+        Ok(Matrix4::from_fn(|r, c| rows[r].slope[c]) * self.here.vectors)
+    }
+
+    /// The state at an instant before the next event, with derivatives by the present one.
+    fn state_at(&self, clock: Clock) -> Result<DualState, LyapunovError> {
+        let (start, from) = self.start(self.reader.mode);
+        let end = Moment { period: clock.period, time: Dual::constant(clock.time_in_period) };
+        let s = self.model.elapsed(&from, &end);
+        match self.reader.mode {
+            None => Ok(fly(&self.model, &start, &from, s)),
+            Some(ContactMode::Stick) => Ok(start),
+            Some(mode) => {
+                slide(&self.model, &start, mode, &from, s).ok_or(LyapunovError::NoDerivative)
+            }
+        }
+    }
+
+    /// Carries the perturbations to an instant before the next event.
+    pub fn carry_to(&mut self, clock: Clock) -> Result<(), LyapunovError> {
+        let state = self.state_at(clock)?.value();
+        if self.here.rank > 0 {
+            let vectors = self.vectors_at(clock)?;
+            self.here.set_vectors(vectors, self.orthonormal)?;
+        }
+        let here = &mut self.here;
+        (here.state, here.clock, here.at_event) = (state, clock, false);
+        here.departure = None;
         self.before_chatter = None;
         Ok(())
     }
 
     /// The present state, with derivatives by its components.
-    fn start(&self) -> (DualState, Moment) {
+    fn start(&self, mode: Option<ContactMode>) -> (DualState, Moment) {
         let State { x1, v1, x2, v2 } = self.here.state;
         let (model, period) = (&self.model, self.here.clock.period);
         let rest = Dual::constant(0.0);
@@ -364,44 +433,12 @@ impl PerturbedMotion {
             let x2 = model.contact_place(x1);
             return (DualState { x1, v1, x2, v2 }, Moment { period, time });
         }
-        let state = match self.reader.mode {
+        let state = match mode {
             None => DualState { x1, v1, x2: variable(x2, 3), v2 },
             Some(ContactMode::Stick) => on_contact(model, x1, rest),
             Some(_) => on_contact(model, x1, v1),
         };
         (state, Moment { period, time: Dual::constant(self.here.clock.time_in_period) })
-    }
-
-    fn apply(&mut self, map: &Matrix4<f64>) -> Result<(), LyapunovError> {
-        let place = &mut self.here;
-        place.vectors = map * place.vectors;
-        // Those that are lost must not overflow.
-        place.vectors.columns_mut(place.rank, 4 - place.rank).fill(0.0);
-        if !place.vectors.iter().all(|x| x.is_finite()) {
-            return Err(LyapunovError::NoDerivative);
-        }
-        if self.orthonormal {
-            self.orthonormalise();
-        }
-        Ok(())
-    }
-
-    /// The method of Gram and Schmidt, from the first column on.
-    fn orthonormalise(&mut self) {
-        for i in 0..self.here.rank {
-            let mut column: Vector4<f64> = self.here.vectors.column(i).into();
-            for j in 0..i {
-                let before = self.here.vectors.column(j);
-                column -= before * before.dot(&column);
-            }
-            let length = column.norm();
-            if length == 0.0 {
-                self.here.rank = i;
-                return;
-            }
-            self.here.logs[i] += length.ln();
-            self.here.vectors.set_column(i, &(column / length));
-        }
     }
 
     /// Takes away the directions that a leg maps to zero.

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::analysis::tolerances::{CERTAIN_GROWTH, NO_GROWTH_PERIODS};
+
 /// Growth of a small perturbation along a motion (lyapunov.rs).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Growth {
@@ -9,8 +11,47 @@ pub struct Growth {
     pub mean: f64,
     /// Its standard error, from the means of blocks.
     pub error: f64,
-    /// Drive periods it was measured over.
+    /// Drive periods it was measured over; 0 where nothing had to be measured, since the bodies
+    /// never meet again.
     pub periods: usize,
+}
+
+/// What a growth shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum GrowthVerdict {
+    /// Perturbations grow exponentially.
+    Grows,
+    /// They shrink exponentially.
+    Shrinks,
+    /// They grow no faster than a shear.
+    Stays,
+    /// None of these for certain.
+    Unclear,
+}
+
+impl Growth {
+    /// Of undamped bodies that never meet again: known without a measurement.
+    pub(crate) const NONE: Self = Self { mean: 0.0, error: 0.0, periods: 0 };
+
+    /// What it shows. By shear, perturbations grow like the time: growth by ln(periods) is no sign
+    /// of chaos.
+    pub(crate) fn verdict(&self) -> GrowthVerdict {
+        let periods = self.periods as f64;
+        let (total, error, shear) = (self.mean * periods, self.error * periods, periods.ln());
+        let certain = total.abs() > shear + CERTAIN_GROWTH && total.abs() > 4.0 * error;
+        // Even with two standard errors more it would be no more than shear; and an exponent as
+        // large as the error would have shown.
+        let bounded = total + 2.0 * error < shear + 1.0 && 4.0 * error <= shear + 1.0;
+        if certain && total > 0.0 {
+            GrowthVerdict::Grows
+        } else if certain {
+            GrowthVerdict::Shrinks
+        } else if self.periods >= NO_GROWTH_PERIODS && bounded {
+            GrowthVerdict::Stays
+        } else {
+            GrowthVerdict::Unclear
+        }
+    }
 }
 
 /// What a verdict stands on.
@@ -196,6 +237,9 @@ impl Evidence {
 impl fmt::Display for Growth {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { mean, error, periods } = self;
+        if *periods == 0 {
+            return f.write_str("the bodies never meet again");
+        }
         write!(f, "{mean:.2e} +- {error:.0e} per drive period over {periods}")
     }
 }

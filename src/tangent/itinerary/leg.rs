@@ -166,9 +166,12 @@ impl FromStr for Leg {
 impl Leg {
     /// The leg that an impact ends.
     pub(super) fn to_impact(system: &System, event: &ImpactEvent) -> Self {
+        let regime = event.impact.regime;
+        if regime == Regime::Frictionless {
+            return Self::Impact(regime.kind(), Signs::NONE);
+        }
         // The literal law has no |sin x1|.
         let sin = if system.law.is_coulomb() { event.pre.x1.sin() } else { 1.0 };
-        let regime = event.impact.regime;
         Self::Impact(regime.kind(), Signs::of(regime, event.pre.v1, sin))
     }
 }

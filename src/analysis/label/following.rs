@@ -1,0 +1,100 @@
+//! A motion followed beyond its run in the lanes of a sweep, with a small perturbation of it and
+//! with its sections, so that nothing is computed twice.
+
+use crate::analysis::lyapunov::GrowthRecord;
+use crate::analysis::period::{CHATTERING, Growth, PeriodReport, detect_period};
+use crate::model::error::SimulationError;
+use crate::model::state::Clock;
+use crate::numerics::cancel::CancelToken;
+use crate::simulate::event::{Event, StopEvent};
+use crate::simulate::run::{Collector, Run};
+use crate::simulate::{Horizon, Job, Simulation};
+
+/// A motion after the end of its run.
+pub(crate) struct Following {
+    simulation: Simulation,
+    collector: Collector,
+    /// Impacts in the drive period that ends at each section, and since the last one.
+    counts: Vec<u32>,
+    growth: GrowthRecord,
+    /// End of the run.
+    from: Clock,
+    /// The end of the motion so far.
+    end: Option<StopEvent>,
+    /// Whether the first section ends an interval that began in the run.
+    cut: bool,
+}
+
+impl Job for Following {
+    type Watch = Collector;
+
+    fn parts(&mut self) -> (&mut Simulation, &mut Collector) {
+        (&mut self.simulation, &mut self.collector)
+    }
+
+    fn take(&mut self, event: Result<Event, SimulationError>) {
+        let Ok(event) = event else { return };
+        // Sections before an event have been passed.
+        self.counts.resize(self.collector.sections().len() + 1, 0);
+        if let Some(count) = self.counts.last_mut() {
+            match event {
+                Event::Impact(_) => *count = count.saturating_add(1),
+                Event::Chatter(_) => *count = CHATTERING,
+                _ => {}
+            }
+        }
+        if let Event::Stop(stop) = event {
+            self.end = Some(stop);
+        }
+        self.growth.take(&event, self.simulation.skips_at(&event));
+    }
+}
+
+impl Following {
+    /// The motion that goes on from the end of `run`, for so many drive periods.
+    pub fn new(run: &Run, periods: u32, cancel: &CancelToken) -> Self {
+        let simulation =
+            run.resumed().section_phase(run.options.section_phase).cancel_with(cancel);
+        let mut following = Self {
+            simulation,
+            collector: Collector::from(run.final_state.clock),
+            counts: Vec::new(),
+            growth: GrowthRecord::of_one(run),
+            from: run.final_state.clock,
+            end: None,
+            cut: run.options.section_phase > 0.0,
+        };
+        following.extend_to(periods);
+        following
+    }
+
+    /// Goes on until so many drive periods after the run.
+    pub fn extend_to(&mut self, periods: u32) {
+        let end = Clock { period: self.from.period + i64::from(periods), ..self.from };
+        self.end = None;
+        self.simulation.extend_to(if end.time_in_period == 0.0 {
+            Horizon::Periods(end.period)
+        } else {
+            Horizon::Time(self.simulation.drive().time(end))
+        });
+    }
+
+    /// The growth of the perturbation so far; `None` where it cannot be measured.
+    pub fn growth(&self) -> Option<Growth> {
+        let arrived = self.end.is_some_and(|end| end.reason.reached_the_end());
+        self.growth.growth().filter(|_| arrived)
+    }
+
+    /// The run of which `run` is the first part, without tables of events.
+    pub fn continued(&self, run: &Run) -> Option<Run> {
+        Some(run.continued(&self.simulation, self.end?, self.collector.sections().to_vec()))
+    }
+
+    /// The period that its sections show.
+    pub fn return_report(&self, cancel: &CancelToken) -> PeriodReport {
+        let sections = self.collector.sections();
+        let (counts, known) = (&self.counts[..sections.len()], usize::from(self.cut));
+        let known = known.min(sections.len());
+        detect_period(&sections[known..], &counts[known..], cancel)
+    }
+}

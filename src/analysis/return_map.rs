@@ -1,0 +1,66 @@
+//! The return map of a motion over whole drive periods, X -> X m periods later, with its derivative;
+//! and the fixed point beside a motion that settles on it.
+
+use nalgebra::{Matrix4, Vector4};
+
+use crate::analysis::lyapunov::{PerturbedMotion, largest_multiplier};
+use crate::analysis::period::{ImpactCount, PeriodReport};
+use crate::analysis::tolerances::{CLOSED_ORBIT, MOST_RETURN_STEPS, SETTLED_BEYOND};
+use crate::model::state::State;
+use crate::numerics::cancel::CancelToken;
+use crate::simulate::Horizon;
+use crate::simulate::run::Run;
+
+/// The orbit of `m` drive periods on which `run` settles, whose sections still move as `report`
+/// says: a run that ends on it at the same instant. Newton's method finds it from the end of the
+/// run on. It must attract, have the impacts of the report, and lie no further away than sections
+/// go on that draw together by its multiplier. `None` if it does not, or where the method has no
+/// state to start from: at both ends of a cycle the bodies must be apart.
+pub(crate) fn orbit_beside(
+    run: &Run,
+    report: &PeriodReport,
+    m: usize,
+    cancel: &CancelToken,
+) -> Option<Run> {
+    let periods = u32::try_from(m).ok()?;
+    let start = Vector4::from(run.final_state.state.to_array());
+    let size = run.final_state.state.to_array().iter().fold(1.0, |most: f64, x| most.max(x.abs()));
+    let mut point = start;
+    for _ in 0..MOST_RETURN_STEPS {
+        let from = run.from_state(State::from_array(point.into()).checked().ok()?)?;
+        let Return { image, derivative, impacts } = return_map(&from, periods, cancel)?;
+        let off = image - point;
+        if off.amax() <= CLOSED_ORBIT * size {
+            let left = 1.0 - largest_multiplier(&derivative);
+            let near = (point - start).amax() * left <= SETTLED_BEYOND * report.residual;
+            let alike = report.orbit == Some((m, ImpactCount::Finite(impacts)));
+            return (left > 0.0 && near && alike).then_some(from);
+        }
+        point -= (derivative - Matrix4::identity()).lu().solve(&off)?;
+    }
+    None
+}
+
+/// What becomes of a state in some drive periods.
+struct Return {
+    image: Vector4<f64>,
+    /// By the state.
+    derivative: Matrix4<f64>,
+    impacts: usize,
+}
+
+/// The return of the end of `run`.
+fn return_map(run: &Run, periods: u32, cancel: &CancelToken) -> Option<Return> {
+    let mut end = run.final_state.clock;
+    end.period += i64::from(periods);
+    let mut motion = PerturbedMotion::new(run, Horizon::Periods(end.period + 1), cancel);
+    motion.advance_to(end).ok()?;
+    // Perturbations are those of (x1, x1', x2', x2).
+    let order = [0, 1, 3, 2];
+    let derivatives = motion.derivatives();
+    Some(Return {
+        image: Vector4::from(motion.state().to_array()),
+        derivative: Matrix4::from_fn(|r, c| derivatives[(order[r], order[c])]),
+        impacts: usize::try_from(motion.impacts()).ok()?,
+    })
+}
