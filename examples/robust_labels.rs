@@ -23,7 +23,8 @@ use std::fs;
 
 use rayon::prelude::*;
 use vibroimpact::{
-    CancelToken, Horizon, Kind, PeriodReport, Run, RunOptions, State, System, lyapunov_spectrum, run,
+    CancelToken, Horizon, Kind, PeriodReport, Run, RunOptions, State, System, lyapunov_spectrum,
+    run,
 };
 
 const PERIODS: i64 = 600;
@@ -93,20 +94,21 @@ fn later(run: &Run, periods: u32) -> Option<Run> {
     run.resume(options, &CancelToken::never()).ok()
 }
 
-/// Whether the exponent over so many periods fits a label: positive of a chaotic motion, not of
-/// another.
+/// Whether the exponent over so many periods confirms a label: certainly positive of a chaotic
+/// motion, not so of another, and zero of a quasi-periodic one. Shear makes perturbations grow like
+/// the time.
 fn fits(report: &PeriodReport, run: &Run, periods: u32) -> bool {
     let Ok(spectrum) = lyapunov_spectrum(run, periods, None, &CancelToken::never()) else {
         return false;
     };
     let (exponent, error) = (spectrum.exponents[0], spectrum.errors[0]);
-    // Shear makes perturbations grow like the time.
-    let shear = 2.0 * f64::from(periods).ln() / spectrum.time;
+    let shear = f64::from(periods).ln();
+    let (total, uncertain) = (exponent * spectrum.time, 2.0 * error * spectrum.time);
     match report.kind {
         _ if spectrum.error.is_some() => false,
-        Kind::Chaotic => exponent > shear && exponent > 4.0 * error,
-        Kind::QuasiPeriodic => exponent.abs() < shear,
-        Kind::Periodic => exponent < shear,
+        Kind::Chaotic => total > 2.0 * shear && total > 2.0 * uncertain,
+        Kind::QuasiPeriodic => total.abs() < shear + 1.0 && uncertain < shear + 1.0,
+        Kind::Periodic => total < 2.0 * shear,
         _ => false,
     }
 }

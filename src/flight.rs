@@ -15,7 +15,7 @@ mod table;
 pub(crate) mod tolerances;
 
 pub(crate) use drive::{Drive, Drives, Trig, Trigs, Turn, turn_within};
-pub(crate) use gap::swings_apart;
+pub(crate) use gap::{Apart, stays_apart};
 pub use gap::{ContactReport, Found, Touch, next_contact};
 pub(crate) use oscillator::{
     BodyFlight, BodyFlights, Bounds, Equation, Equations, Motion, MotionLanes, Oscillator,

@@ -358,6 +358,11 @@ impl Simulation {
         &self.point
     }
 
+    /// The present local flight.
+    pub(crate) fn present_flight(&self) -> &Flight {
+        &self.flight
+    }
+
     /// Whether this event, the last one so far, lies among skipped impacts.
     pub(crate) fn skips_at(&self, event: &Event) -> bool {
         matches!(event, Event::Stop(_)) && self.point.skips()

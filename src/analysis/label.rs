@@ -8,12 +8,15 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 pub(crate) use self::following::Following;
 use crate::analysis::lyapunov::exponent_of_orbit;
-use crate::analysis::period::{Evidence, Growth, GrowthVerdict, Kind, PeriodReport, WhyUndecided};
+use crate::analysis::period::{
+    Evidence, Growth, GrowthVerdict, ImpactCount, Kind, PeriodReport, WhyUndecided,
+};
 use crate::analysis::return_map::orbit_beside;
 use crate::analysis::tolerances::{
     AT_SECTION, CONVERGENCE_PERIODS, EXPONENT_PERIODS, FIRST_GROWTH_PERIODS, GROWTH_IMPACTS,
-    GROWTH_PER_RUN, LONGEST_GROWTH, RATE_RTOL, SETTLED_RESIDUAL,
+    GROWTH_PER_RUN, GROWTH_STEP, LONGEST_GROWTH, RATE_RTOL, SETTLED_RESIDUAL,
 };
+use crate::flight::Apart;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::run::{Run, RunOptions};
 use crate::simulate::{Horizon, Job};
@@ -54,11 +57,18 @@ impl Labelling {
             labelling.later = later;
         } else if let Some((report, later)) = run.lasting(report, later, cancel) {
             (labelling.report, labelling.later) = (report, later);
-        } else if run.swings_apart() {
-            labelling.report = report.unresolved().decided(
-                Kind::QuasiPeriodic,
-                Evidence::GrowthBounded(Growth::NONE),
-            );
+        } else if let Some(apart) = run.stays_apart() {
+            labelling.report = match apart {
+                Apart::Swings => report
+                    .unresolved()
+                    .decided(Kind::QuasiPeriodic, Evidence::GrowthBounded(Growth::NONE)),
+                Apart::Settles(decay) => {
+                    let rate = (-decay * run.system.drive_period()).exp();
+                    let orbit = Some((1, ImpactCount::Finite(0)));
+                    PeriodReport { orbit, ..report }
+                        .decided(Kind::Periodic, Evidence::Converging { rate, further: 0 })
+                }
+            };
         } else {
             labelling.report = report.undecided(WhyUndecided::NotMeasurable);
             if labelling.affords(run) {
@@ -84,37 +94,37 @@ impl Labelling {
         cancel: &CancelToken,
     ) -> Option<Box<Following>> {
         let growth = following.growth()?;
-        let unclear = Evidence::Undecided { why: WhyUndecided::GrowthUnclear, growth: Some(growth) };
+        let unclear =
+            Evidence::Undecided { why: WhyUndecided::GrowthUnclear, growth: Some(growth) };
         self.report = self.report.decided(Kind::Unresolved, unclear);
         let verdict = growth.verdict();
-        match verdict {
-            GrowthVerdict::Grows => {
-                self.report =
-                    self.report.decided(Kind::Chaotic, Evidence::GrowthExponential(growth));
-                if self.periods >= self.fewest {
-                    return None;
-                }
+        if verdict == GrowthVerdict::Grows {
+            self.report = self.report.decided(Kind::Chaotic, Evidence::GrowthExponential(growth));
+            if self.periods >= self.fewest {
+                return None;
             }
-            GrowthVerdict::Shrinks | GrowthVerdict::Stays => {
-                // The motion still converges, or has only just done so: it will return.
-                let report = following.return_report(cancel);
-                if report.orbit.is_some()
-                    && let Some(later) = following.continued(run)
-                    && let Some((found, last)) = later.lasting(report, None, cancel)
-                {
-                    self.report = run.told_by(&later, found);
-                    self.later = Some(last.unwrap_or(later));
-                    return None;
-                }
-                if verdict == GrowthVerdict::Stays {
-                    let evidence = Evidence::GrowthBounded(growth);
-                    self.report = self.report.decided(Kind::QuasiPeriodic, evidence);
-                    return None;
-                }
+        } else {
+            let told = matches!(verdict, GrowthVerdict::Shrinks | GrowthVerdict::Stays);
+            // The motion still converges, or has only just done so: it will return.
+            let report = following.return_report(!told, cancel);
+            if report.orbit.is_some()
+                && let Some(later) = following.continued(run)
+                && let Some((found, last)) = later.lasting(report, None, cancel)
+            {
+                self.report = run.told_by(&later, found);
+                self.later = Some(last.unwrap_or(later));
+                return None;
             }
-            GrowthVerdict::Unclear => {}
+            if verdict == GrowthVerdict::Stays {
+                let evidence = Evidence::GrowthBounded(growth);
+                self.report = self.report.decided(Kind::QuasiPeriodic, evidence);
+                return None;
+            }
+            if !growth.may_show_more(self.most) {
+                return None;
+            }
         }
-        self.periods = self.periods.saturating_mul(2);
+        self.periods = next_look(self.periods);
         self.affords(run).then(|| {
             following.extend_to(self.periods);
             following
@@ -148,6 +158,12 @@ impl Labelling {
         };
         exponent.unwrap_or([f64::NAN; 2])
     }
+}
+
+/// The next number of drive periods after which a growth is looked at: half as many more, a whole
+/// number of the steps in which it is measured.
+fn next_look(periods: u32) -> u32 {
+    (periods.saturating_mul(3) / 2).next_multiple_of(GROWTH_STEP)
 }
 
 impl Run {

@@ -6,13 +6,14 @@
 //! with the exponent 0, which is left out; without a drive one of the four is that of the flow. A
 //! wall that rests (mbar = 0) is left out with its two.
 
+mod directions;
 mod perturbed;
 
 use nalgebra::Matrix4;
 
 use self::perturbed::Perturbations;
 use crate::analysis::period::Growth;
-use crate::analysis::tolerances::{ALIGNING_STEPS, ERROR_BLOCKS, SHORTEST_MEASURED};
+use crate::analysis::tolerances::{ALIGNING_STEPS, ERROR_BLOCKS, GROWTH_STEP, SHORTEST_MEASURED};
 use crate::flight::Drive;
 use crate::model::error::{ParameterError, SimulationError};
 use crate::model::state::{Clock, State};
@@ -22,8 +23,6 @@ use crate::simulate::event::{Event, StopReason};
 use crate::simulate::run::Run;
 use crate::simulate::{Horizon, Simulation};
 
-/// Drive periods of a step in which growth is recorded.
-const STRIDE: u32 = 8;
 /// Points of the history, at most.
 const HISTORY: usize = 200;
 
@@ -90,7 +89,7 @@ pub fn lyapunov_spectrum(
         return Err(ParameterError::new("step", format!("{step:?}"), allowed));
     }
     let (step, end) = (step.map_or(Step::Periods(1), Step::Time), run.final_state.clock);
-    let mut record = GrowthRecord::new(run, step, 4);
+    let mut record = GrowthRecord::<4>::new(run, step);
     record.align = Some(steps as usize / ALIGNING_STEPS);
     let last = end_of_step(record.perturbations.drive(), end, step, steps);
     let whole = matches!(step, Step::Periods(_)) && last.time_in_period == 0.0;
@@ -105,7 +104,7 @@ pub fn lyapunov_spectrum(
         && let Some(event) = simulation.advance(&mut ())
     {
         match event {
-            Ok(event) => record.take(&event, simulation.skips_at(&event)),
+            Ok(event) => record.take(&event, &simulation),
             Err(error) => record.error = Some(error.into()),
         }
     }
@@ -123,21 +122,19 @@ enum Step {
 
 /// Growth of the perturbations of a motion, step by step. Who follows the motion hands over its
 /// events.
-pub(crate) struct GrowthRecord {
-    perturbations: Perturbations,
+pub(crate) struct GrowthRecord<const N: usize> {
+    perturbations: Perturbations<N>,
     /// End of the run, where the record begins.
     from: Clock,
     step: Step,
     /// End of the step that runs.
     next: Clock,
-    /// Number of perturbations.
-    wanted: usize,
     /// ln of the growth in each direction up to the end of the last step.
-    grown: [f64; 4],
+    grown: [f64; N],
     /// End, length, logarithmic growth in each direction and impacts so far of each step.
     ends: Vec<Clock>,
     lengths: Vec<f64>,
-    logs: Vec<[f64; 4]>,
+    logs: Vec<[f64; N]>,
     impacts: Vec<u64>,
     /// Steps that align the perturbations; a part of those done if `None`.
     align: Option<usize>,
@@ -145,10 +142,10 @@ pub(crate) struct GrowthRecord {
     error: Option<LyapunovError>,
 }
 
-impl GrowthRecord {
-    fn new(run: &Run, step: Step, wanted: usize) -> Self {
+impl<const N: usize> GrowthRecord<N> {
+    fn new(run: &Run, step: Step) -> Self {
         let (from, skips) = (run.final_state.clock, run.skips_at_end());
-        let perturbations = Perturbations::new(&run.system, &run.final_state, skips, Some(wanted));
+        let perturbations = Perturbations::new(&run.system, &run.final_state, skips, true);
         let next = end_of_step(perturbations.drive(), from, step, 1);
         let stopped = !run.stop_reason.reached_the_end();
         Self {
@@ -156,8 +153,7 @@ impl GrowthRecord {
             from,
             step,
             next,
-            wanted,
-            grown: [0.0; 4],
+            grown: [0.0; N],
             ends: Vec::new(),
             lengths: Vec::new(),
             logs: Vec::new(),
@@ -167,23 +163,23 @@ impl GrowthRecord {
         }
     }
 
-    /// Takes the next event of the motion; `skips`: whether impacts are skipped up to it.
-    pub fn take(&mut self, event: &Event, skips: bool) {
+    /// Takes the next event of the motion from its simulation.
+    pub fn take(&mut self, event: &Event, simulation: &Simulation) {
         if self.error.is_none()
-            && let Err(error) = self.try_to_take(event, skips)
+            && let Err(error) = self.try_to_take(event, simulation)
         {
             self.error = Some(error);
         }
     }
 
-    fn try_to_take(&mut self, event: &Event, skips: bool) -> Result<(), LyapunovError> {
+    fn try_to_take(&mut self, event: &Event, simulation: &Simulation) -> Result<(), LyapunovError> {
         let (clock, stop) = (event.clock(), matches!(event, Event::Stop(_)));
         if let Event::Stop(stop) = event
             && !stop.reason.reached_the_end()
         {
             return Err(LyapunovError::Stopped(stop.reason));
         }
-        let chatters = skips || matches!(event, Event::Chatter(_));
+        let chatters = simulation.skips_at(event) || matches!(event, Event::Chatter(_));
         loop {
             let ends = clock >= self.next;
             if !chatters {
@@ -198,7 +194,7 @@ impl GrowthRecord {
             }
             self.end_step(cut)?;
         }
-        if stop { Ok(()) } else { self.perturbations.take(event) }
+        if stop { Ok(()) } else { self.perturbations.take(event, simulation.present_flight()) }
     }
 
     /// Ends a step where it is to end, or at the last event.
@@ -217,8 +213,8 @@ impl GrowthRecord {
         self.impacts.push(self.perturbations.impacts());
         let done = self.ends.len();
         self.next = end_of_step(drive, self.from, self.step, done as u32 + 1);
-        if self.wanted == 1 && self.perturbations.rank() == 0 {
-            self.perturbations.restart(1);
+        if N == 1 && self.perturbations.rank() == 0 {
+            self.perturbations.restart();
         } else if self.align == Some(done) {
             // Directions lost while the perturbations were aligned are replaced.
             self.perturbations.restore_directions();
@@ -231,7 +227,9 @@ impl GrowthRecord {
         let part = self.logs.len() / ALIGNING_STEPS;
         self.align.filter(|&align| align < self.logs.len()).unwrap_or(part)
     }
+}
 
+impl GrowthRecord<4> {
     fn spectrum(&self) -> Spectrum {
         let (all, aligned) = (self.logs.len(), self.aligned());
         let (lengths, logs) = (&self.lengths[aligned..], &self.logs[aligned..]);
@@ -289,10 +287,10 @@ fn end_of_step(drive: &Drive, from: Clock, step: Step, k: u32) -> Clock {
     }
 }
 
-impl GrowthRecord {
+impl GrowthRecord<1> {
     /// Of one perturbation of the motion that goes on from the end of `run`.
     pub fn of_one(run: &Run) -> Self {
-        Self::new(run, Step::Periods(STRIDE), 1)
+        Self::new(run, Step::Periods(GROWTH_STEP))
     }
 
     /// Mean growth per drive period of a record of one perturbation; `None` where it cannot be
@@ -306,11 +304,11 @@ impl GrowthRecord {
         let least = f64::EPSILON.ln();
         let logs: Vec<f64> =
             self.logs[self.aligned()..].iter().map(|log| log[0].max(least)).collect();
-        let stride = f64::from(STRIDE);
+        let stride = f64::from(GROWTH_STEP);
         Some(Growth {
             mean: logs.iter().sum::<f64>() / (stride * logs.len() as f64),
             error: standard_error(&logs) / stride,
-            periods: self.logs.len() * STRIDE as usize,
+            periods: self.logs.len() * GROWTH_STEP as usize,
         })
     }
 }
@@ -318,7 +316,7 @@ impl GrowthRecord {
 /// A motion that is followed from instant to instant, with the derivatives by where it started.
 pub(crate) struct PerturbedMotion {
     simulation: Simulation,
-    perturbations: Perturbations,
+    perturbations: Perturbations<4>,
     /// The event after the present instant.
     pending: Option<Event>,
 }
@@ -329,7 +327,7 @@ impl PerturbedMotion {
         let mut simulation = run.resumed().cancel_with(cancel);
         simulation.extend_to(horizon);
         let perturbations =
-            Perturbations::new(&run.system, &run.final_state, run.skips_at_end(), None);
+            Perturbations::new(&run.system, &run.final_state, run.skips_at_end(), false);
         Self { simulation, perturbations, pending: None }
     }
 
@@ -365,13 +363,13 @@ impl PerturbedMotion {
                 self.pending = Some(event);
                 return self.perturbations.carry_to(end);
             }
-            self.perturbations.take(&event)?;
+            self.perturbations.take(&event, self.simulation.present_flight())?;
         }
     }
 
     /// Counts derivatives from the present instant on.
     pub fn restart(&mut self) {
-        self.perturbations.restart(4);
+        self.perturbations.restart();
     }
 
     /// The present state.
@@ -385,8 +383,9 @@ impl PerturbedMotion {
     }
 
     /// Derivatives of the present state (x1, x1', x2', x2) by the one at the last restart.
-    pub fn derivatives(&self) -> &Matrix4<f64> {
-        self.perturbations.vectors()
+    pub fn derivatives(&self) -> Matrix4<f64> {
+        let columns = self.perturbations.columns();
+        Matrix4::from_fn(|r, c| columns[r][c])
     }
 }
 
@@ -417,7 +416,7 @@ pub(crate) fn exponent_of_orbit(run: &Run, m: usize, cancel: &CancelToken) -> Op
         motion.restart();
         motion.advance_to(close).ok()?;
         let length = drive.until(std::mem::replace(&mut from, close), close).value();
-        Some(largest_multiplier(motion.derivatives()).ln() / length)
+        Some(largest_multiplier(&motion.derivatives()).ln() / length)
     };
     let (first, second) = (exponent_of_next(1)?, exponent_of_next(2)?);
     Some([second, if first == second { 0.0 } else { (second - first).abs() }])

@@ -137,7 +137,35 @@ fn distance(a: &[f64; 4], b: &[f64; 4]) -> f64 {
 /// half, quarter ... are tried. Nothing is found once `cancel` has ended it.
 #[must_use]
 pub fn detect_period(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> PeriodReport {
-    let whole = detect_in(sections, counts, cancel);
+    detect(sections, counts, Signs::Any, cancel)
+}
+
+/// As [`detect_period`], but where the sections draw together nothing is found: this takes a small
+/// part of the time.
+pub(crate) fn detect_return(
+    sections: &[[f64; 4]],
+    counts: &[u32],
+    cancel: &CancelToken,
+) -> PeriodReport {
+    detect(sections, counts, Signs::Returns, cancel)
+}
+
+/// What is looked for.
+#[derive(Clone, Copy, PartialEq)]
+enum Signs {
+    /// Sections that return.
+    Returns,
+    /// And those that draw together.
+    Any,
+}
+
+fn detect(
+    sections: &[[f64; 4]],
+    counts: &[u32],
+    signs: Signs,
+    cancel: &CancelToken,
+) -> PeriodReport {
+    let whole = detect_in(sections, counts, signs, cancel);
     let kept = sections.len();
     if whole.orbit.is_some() || counts.len() != kept {
         return whole;
@@ -145,12 +173,17 @@ pub fn detect_period(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken
     let tails = std::iter::successors(Some(kept / 2), |tail| Some(tail / 2));
     tails
         .take_while(|&tail| tail >= SHORTEST_TAIL)
-        .map(|tail| detect_in(&sections[kept - tail..], &counts[kept - tail..], cancel))
+        .map(|tail| detect_in(&sections[kept - tail..], &counts[kept - tail..], signs, cancel))
         .find(|report| report.orbit.is_some())
         .unwrap_or(whole)
 }
 
-fn detect_in(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> PeriodReport {
+fn detect_in(
+    sections: &[[f64; 4]],
+    counts: &[u32],
+    signs: Signs,
+    cancel: &CancelToken,
+) -> PeriodReport {
     let kept = sections.len();
     let mut report = PeriodReport {
         orbit: None,
@@ -179,7 +212,7 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> Per
             break;
         }
         let small = returns(sections, m, negligible);
-        let approach = if may_approach(sections, m, extent, size) {
+        let approach = if signs == Signs::Any && may_approach(sections, m, extent, size) {
             approach(sections, m).filter(|a| a.remaining <= REMAINING_PART * size)
         } else {
             None
@@ -345,8 +378,15 @@ impl Run {
     /// The period from the kept sections alone, without following a nearby orbit.
     #[must_use]
     pub fn return_report(&self, cancel: &CancelToken) -> PeriodReport {
+        let (sections, counts) = self.counted_sections();
+        detect_period(sections, &counts[..sections.len()], cancel)
+    }
+
+    /// The kept sections that end a whole interval, and the impacts in each, with those in the
+    /// interval that has begun.
+    pub(crate) fn counted_sections(&self) -> (&[[f64; 4]], Vec<u32>) {
         let shift = self.options.section_phase / self.system.drive_frequency();
-        let mut counts = vec![0u32; self.stroboscopic.len()];
+        let mut counts = vec![0u32; self.stroboscopic.len() + 1];
         // Section k lies at k T, or at (k - 1) T + shift; what happens at a section belongs to the
         // interval that ends there.
         let row = |period: i64, time_in_period: f64| {
@@ -369,8 +409,8 @@ impl Run {
         }
         // A first interval that begins before the window: its count is not known.
         let cut = shift > 0.0 || self.window.time_in_period > 0.0;
-        let known = usize::from(cut).min(counts.len());
-        detect_period(&self.stroboscopic[known..], &counts[known..], cancel)
+        let known = usize::from(cut).min(self.stroboscopic.len());
+        (&self.stroboscopic[known..], counts.split_off(known))
     }
 }
 
@@ -437,7 +477,7 @@ mod tests {
                 sections[place % kept][1] = value;
             }
             let counts: Vec<u32> = (0..kept).map(|k| cycle[k % cycle.len()].1).collect();
-            let found = detect_in(&sections, &counts, &CancelToken::never());
+            let found = detect_in(&sections, &counts, Signs::Any, &CancelToken::never());
             prop_assert_eq!(found.orbit.map(|(m, _)| m), by_definition(&sections, &counts));
         }
 

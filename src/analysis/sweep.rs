@@ -7,9 +7,9 @@ mod points;
 mod rows;
 mod workers;
 
+use points::points_together;
 pub use rows::SweepRows;
 pub use workers::Workers;
-use points::points_together;
 use workers::side_by_side;
 
 use std::cell::RefCell;

@@ -29,8 +29,11 @@ pub const REMAINING_PART: f64 = 0.25;
 /// With twice as many, motions that settle late in a short window would not be seen to.
 pub const SHORTEST_TAIL: usize = 100;
 
-/// Drive periods after which a growth is looked at for the first time, and then each time after
-/// twice as many: most chaotic motions show it by then.
+/// Drive periods of a step in which the growth of one perturbation is recorded.
+pub const GROWTH_STEP: u32 = 8;
+
+/// Drive periods after which a growth is looked at for the first time: many chaotic motions show it
+/// by then. The growth is looked at again each time after half as many more.
 pub const FIRST_GROWTH_PERIODS: u32 = 96;
 
 /// Longest measurement of a growth, in lengths of the run; and its bounds, in drive periods.
@@ -38,7 +41,7 @@ pub const GROWTH_PER_RUN: u32 = 6;
 pub const LONGEST_GROWTH: (u32, u32) = (1_536, 24_576);
 
 /// Shortest measurement of a growth that an exponent is wanted of, in drive periods.
-pub const EXPONENT_PERIODS: u32 = 384;
+pub const EXPONENT_PERIODS: u32 = 320;
 
 /// ln of the growth beyond shear that is certain. Over some hundred periods the logarithms of a
 /// bounded growth come to a few.
@@ -46,7 +49,7 @@ pub const CERTAIN_GROWTH: f64 = 8.0;
 
 /// Shortest and longest stretch by which a motion that seems to converge is followed, in drive
 /// periods, where Newton's method does not find its orbit.
-pub const CONVERGENCE_PERIODS: (u32, u32) = (400, 25_600);
+pub const CONVERGENCE_PERIODS: (u32, u32) = (400, 1_600);
 
 /// Most impacts a growth is measured over: a second or two. Motions have some ten in a drive
 /// period, but for bounces that never end (r = 1 with damping). Tests count this work.
@@ -59,7 +62,7 @@ pub const AT_SECTION: f64 = 1e-6;
 pub const SETTLED_RESIDUAL: f64 = 1e-8;
 
 /// Shortest measurement that shows that perturbations do not grow, in drive periods.
-pub const NO_GROWTH_PERIODS: usize = 768;
+pub const NO_GROWTH_PERIODS: usize = 480;
 
 /// Distance from its image, as part of the motion's size, at which a state lies on a closed orbit:
 /// a few roundings of a cycle.

@@ -43,16 +43,27 @@ impl<'a, T: Tip> TipGap<'a, T> {
     }
 }
 
-/// Whether undamped bodies that go on from this state in free flight swing for ever without meeting.
-pub(crate) fn swings_apart(system: &System, clock: Clock, state: State) -> bool {
+/// What becomes of bodies that never meet again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Apart {
+    /// They swing for ever.
+    Swings,
+    /// They settle on the response to the drive: what is left of their free motion decays at least
+    /// by this rate.
+    Settles(f64),
+}
+
+/// What becomes of the bodies from this state in free flight on, if it is certain that they never
+/// meet again.
+pub(crate) fn stays_apart(system: &System, clock: Clock, state: State) -> Option<Apart> {
     let motion = FreeMotion::new(system);
-    let [p, o] = [&motion.pendulum, &motion.oscillator].map(|body| body.equation.decay_rate);
     let (flight, slack) = (motion.flight(clock, state), system.gap_noise(&state));
-    (p, o) == (0.0, 0.0)
-        && match system.contact {
-            Contact::Oblique => TipGap::<Oblique>::new(&motion, &flight).never_meets(slack),
-            Contact::Direct => TipGap::<Direct>::new(&motion, &flight).never_meets(slack),
-        }
+    let apart = match system.contact {
+        Contact::Oblique => TipGap::<Oblique>::new(&motion, &flight).never_meets(slack),
+        Contact::Direct => TipGap::<Direct>::new(&motion, &flight).never_meets(slack),
+    };
+    let slowest = motion.pendulum.slowest_decay().min(motion.oscillator.slowest_decay());
+    apart.then(|| if slowest > 0.0 { Apart::Settles(slowest) } else { Apart::Swings })
 }
 
 /// Angle, and motions of pendulum and body 2, at one instant.

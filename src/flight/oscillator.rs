@@ -192,6 +192,14 @@ impl Oscillator {
         matches!(self.response, Response::Unforced | Response::Steady)
     }
 
+    /// The slowest rate at which a free motion decays.
+    pub fn slowest_decay(&self) -> f64 {
+        match self.decay {
+            Decay::Overdamped { slow, .. } => slow,
+            _ => self.equation.decay_rate,
+        }
+    }
+
     pub fn is_forced(&self) -> bool {
         self.equation.forcing != 0.0
     }

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use self::kept::Kept;
 use crate::contact::sustained::ContactMode;
-use crate::flight::{Drive, swings_apart};
+use crate::flight::{Apart, Drive, stays_apart};
 use crate::model::error::{ParameterError, SimulationError, StateError};
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
@@ -128,10 +128,10 @@ impl Observer for Collector {
 }
 
 impl Collector {
-    /// From this instant on.
-    pub fn from(clock: Clock) -> Self {
+    /// From this instant on, after these sections.
+    pub fn from(clock: Clock, sections: Vec<[f64; 4]>) -> Self {
         let anchor = Anchor::apart(clock, State::from_array([0.0; 4]));
-        Self { sections: Vec::new(), window: clock, inclusive: true, anchor }
+        Self { sections, window: clock, inclusive: true, anchor }
     }
 
     /// The sections so far.
@@ -453,10 +453,11 @@ impl Run {
         }
     }
 
-    /// Whether the bodies swing free of one another from the end on, for ever and without decay.
-    pub(crate) fn swings_apart(&self) -> bool {
+    /// What becomes of bodies that are certain never to meet again.
+    pub(crate) fn stays_apart(&self) -> Option<Apart> {
         let FinalState { state, clock, mode, .. } = self.final_state;
-        mode.is_none() && !self.skips_at_end() && swings_apart(&self.system, clock, state)
+        let flies = mode.is_none() && !self.skips_at_end();
+        flies.then(|| stays_apart(&self.system, clock, state)).flatten()
     }
 
     /// Start of the kept window.

@@ -9,9 +9,10 @@
 //! dt = -grad g . y/u        before: y + F- dt        after: the same, through the impulse path.
 //! ```
 
+use super::Model;
 use super::impact::regime_path;
 use super::itinerary::Signs;
-use super::Model;
+use crate::flight::Flight;
 use crate::impact::RegimeKind;
 use crate::model::angle::Angle;
 use crate::model::contact_coordinates::ContactCoordinates;
@@ -108,17 +109,17 @@ pub(crate) struct Strike<'a> {
 }
 
 impl<'a> Strike<'a> {
+    /// The leg from this departure to an impact; `after`: the flight that begins there.
     pub fn new(
         model: &'a Model,
         from: &Departure,
         impact: &'a ImpactEvent,
+        after: &Flight,
         (kind, signs): (RegimeKind, Signs),
     ) -> Self {
         let flight = from.flight(model, impact.clock);
-        let cos_psi = model.motion.drive.trig_at(impact.clock).cos;
-        let (a1, a2) = model.system.free_accelerations(&impact.pre, cos_psi);
-        let angle = model.system.contact.angle(impact.pre.x1);
-        Self { model, flight, impact, kind, signs, angle, accelerations: [a1, a2] }
+        let (a1, a2) = model.system.free_accelerations(&impact.pre, after.start.cos);
+        Self { model, flight, impact, kind, signs, angle: after.angle, accelerations: [a1, a2] }
     }
 
     /// Where the next flight begins.
@@ -144,8 +145,7 @@ impl Derivative for Strike<'_> {
         let (system, pre) = (&model.system, &impact.pre);
         let [x1, v1, v2, x2] = self.flight.map(columns);
         let per_approach = 1.0 / impact.impact.approach_velocity;
-        let delay: [f64; N] =
-            std::array::from_fn(|i| (x2[i] - angle.cos * x1[i]) * per_approach);
+        let delay: [f64; N] = std::array::from_fn(|i| (x2[i] - angle.cos * x1[i]) * per_approach);
         let at_impact = |value: f64, y: &[f64; N], rate: f64| Dual::<N> {
             value,
             slope: std::array::from_fn(|i| y[i] + rate * delay[i]),

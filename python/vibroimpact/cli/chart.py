@@ -54,6 +54,11 @@ def add(subparsers: Any) -> None:
     command.add_argument(
         "--no-exponents", action="store_true", help="faster: compute the labels only"
     )
+    command.add_argument(
+        "--no-labels",
+        action="store_true",
+        help="still faster: what is not periodic is unresolved, and has no exponent",
+    )
     shared.add_system(command)
     shared.add_run(command, periods=400, keep=100)
     outputs.add_outputs(command, "the cells", save="write the chart for vibroimpact.load")
@@ -73,7 +78,12 @@ def run(options: argparse.Namespace) -> ExitCode:
     with engine(options) as computing:
         result, interrupted = outputs.partial_on_interrupt(
             lambda: chart(
-                system, exponents=not options.no_exponents, **values, **computing, **swept
+                system,
+                labels=not options.no_labels,
+                exponents=not (options.no_exponents or options.no_labels),
+                **values,
+                **computing,
+                **swept,
             )
         )
     write = outputs.Writing()

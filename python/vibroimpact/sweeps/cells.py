@@ -13,6 +13,7 @@ from .._core import CHATTER_TOLERANCE, PARAMETERS
 from ..arguments import (
     axis,
     count,
+    flag,
     kept_periods,
     number,
     optional_count,
@@ -29,6 +30,14 @@ COORDINATES = ("x1", "v1", "x2", "v2")
 # Periods that are kept of each run unless given, or all if there are fewer.
 USUAL_KEEP = 100
 Measure = Literal["returns", "label", "largest_exponent", "spectrum"]
+
+
+
+def measure_of(labels: Any, exponents: Any) -> Measure:
+    """Return what is found out about each cell; an exponent comes with a label always."""
+    measure: Measure = "label" if flag("labels", labels) else "returns"
+    return "largest_exponent" if flag("exponents", exponents) else measure
+
 
 MOTION = Field("motion", "int8", "kind of motion", flags=_core.MOTION_NAMES)
 _LABEL = (

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._core import CHATTER_TOLERANCE, PARAMETERS
-from ..arguments import count, flag, optional_count, reject, state, states, threads
+from ..arguments import count, optional_count, reject, state, states, threads
 from ..errors import ClusterError, Interrupted
 from ..interruption import interruptible
 from ..simulation import refuse_overlap
@@ -22,10 +22,10 @@ from .cells import (
     IMPACT_ROWS,
     STROBOSCOPIC_ROWS,
     CellTask,
-    Measure,
     RunSettings,
     checked_axes,
     label_columns,
+    measure_of,
     run_cells,
 )
 from .columns import Columns
@@ -240,9 +240,7 @@ def bifurcation_diagram(
     )
     _check_overlap(system, name, values, initials)
     branches = [(one, kind) for kind in kinds for one in initials]
-    measure: Measure = "label" if flag("labels", labels) else "returns"
-    if flag("exponents", exponents):
-        measure = "largest_exponent"
+    measure = measure_of(labels, exponents)
 
     def task(values: NDArray[np.float64]) -> DiagramTask:
         axes = {name: values}

@@ -8,10 +8,9 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from .._core import CHATTER_TOLERANCE, PARAMETERS
-from ..arguments import flag
 from ..interruption import interruptible
 from ..system import System
-from .cells import CellTask, RunSettings, checked_axes
+from .cells import CellTask, Measure, RunSettings, checked_axes, measure_of
 from .engine import compute
 from .grid import Grid
 from .sweep_results import Chart, Sweep
@@ -24,6 +23,7 @@ def sweep(
     initial: ArrayLike,
     periods: int = 400,
     keep: int | None = None,
+    labels: bool = True,
     exponents: bool = False,
     max_events: int | None = None,
     chatter_tolerance: float = CHATTER_TOLERANCE,
@@ -46,8 +46,11 @@ def sweep(
     periods, keep
         Drive periods per run, and how many of them at the end are looked at for the label: 100 by
         default, or all of fewer.
+    labels
+        Distinguish chaotic and quasi-periodic motions by the growth of perturbations. If False,
+        which is faster, motions without a period are ``unresolved``.
     exponents
-        Compute the largest Lyapunov exponent, too.
+        Compute the largest Lyapunov exponent, too, which comes with the label.
     max_events, chatter_tolerance, section_phase
         As in ``simulate``.
     progress
@@ -87,7 +90,7 @@ def sweep(
         chatter_tolerance=chatter_tolerance,
         section_phase=section_phase,
     )
-    task = _task(Sweep, system, grid, run, exponents=exponents)
+    task = _task(Sweep, system, grid, run, measure_of(labels, exponents))
     return compute(
         task, Sweep, chunk=chunk, workers=workers, progress=progress, client=client, store=store
     )
@@ -100,7 +103,8 @@ def chart(
     initial: ArrayLike,
     periods: int = 400,
     keep: int | None = None,
-    exponents: bool = True,
+    labels: bool = True,
+    exponents: bool | None = None,
     max_events: int | None = None,
     chatter_tolerance: float = CHATTER_TOLERANCE,
     section_phase: float = 0.0,
@@ -115,8 +119,10 @@ def chart(
 
     Parameters
     ----------
-    system, initial, periods, keep, exponents, max_events, chatter_tolerance, section_phase
+    system, initial, periods, keep, labels, max_events, chatter_tolerance, section_phase
         As in ``sweep``.
+    exponents
+        As in ``sweep``; computed unless ``labels`` is False.
     progress, workers, chunk, client, store
         As in ``sweep``.
     **axes
@@ -143,7 +149,8 @@ def chart(
         chatter_tolerance=chatter_tolerance,
         section_phase=section_phase,
     )
-    task = _task(Chart, system, grid, run, exponents=exponents)
+    exponents = labels if exponents is None else exponents
+    task = _task(Chart, system, grid, run, measure_of(labels, exponents))
     return compute(
         task, Chart, chunk=chunk, workers=workers, progress=progress, client=client, store=store
     )
@@ -154,13 +161,6 @@ def _task(
     system: System,
     grid: Grid,
     run: RunSettings,
-    *,
-    exponents: Any,
+    measure: Measure,
 ) -> CellTask:
-    return CellTask(
-        kind=result.kind,
-        system=system,
-        grid=grid,
-        run=run,
-        measure="largest_exponent" if flag("exponents", exponents) else "label",
-    )
+    return CellTask(kind=result.kind, system=system, grid=grid, run=run, measure=measure)

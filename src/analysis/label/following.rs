@@ -2,7 +2,7 @@
 //! with its sections, so that nothing is computed twice.
 
 use crate::analysis::lyapunov::GrowthRecord;
-use crate::analysis::period::{CHATTERING, Growth, PeriodReport, detect_period};
+use crate::analysis::period::{CHATTERING, Growth, PeriodReport, detect_period, detect_return};
 use crate::model::error::SimulationError;
 use crate::model::state::Clock;
 use crate::numerics::cancel::CancelToken;
@@ -14,15 +14,14 @@ use crate::simulate::{Horizon, Job, Simulation};
 pub(crate) struct Following {
     simulation: Simulation,
     collector: Collector,
-    /// Impacts in the drive period that ends at each section, and since the last one.
+    /// Impacts in the drive period that ends at each section, those of the run among them, and since
+    /// the last one.
     counts: Vec<u32>,
-    growth: GrowthRecord,
+    growth: GrowthRecord<1>,
     /// End of the run.
     from: Clock,
     /// The end of the motion so far.
     end: Option<StopEvent>,
-    /// Whether the first section ends an interval that began in the run.
-    cut: bool,
 }
 
 impl Job for Following {
@@ -46,23 +45,22 @@ impl Job for Following {
         if let Event::Stop(stop) = event {
             self.end = Some(stop);
         }
-        self.growth.take(&event, self.simulation.skips_at(&event));
+        self.growth.take(&event, &self.simulation);
     }
 }
 
 impl Following {
     /// The motion that goes on from the end of `run`, for so many drive periods.
     pub fn new(run: &Run, periods: u32, cancel: &CancelToken) -> Self {
-        let simulation =
-            run.resumed().section_phase(run.options.section_phase).cancel_with(cancel);
+        let simulation = run.resumed().section_phase(run.options.section_phase).cancel_with(cancel);
+        let (sections, counts) = run.counted_sections();
         let mut following = Self {
             simulation,
-            collector: Collector::from(run.final_state.clock),
-            counts: Vec::new(),
+            collector: Collector::from(run.final_state.clock, sections.to_vec()),
+            counts,
             growth: GrowthRecord::of_one(run),
             from: run.final_state.clock,
             end: None,
-            cut: run.options.section_phase > 0.0,
         };
         following.extend_to(periods);
         following
@@ -90,11 +88,11 @@ impl Following {
         Some(run.continued(&self.simulation, self.end?, self.collector.sections().to_vec()))
     }
 
-    /// The period that its sections show.
-    pub fn return_report(&self, cancel: &CancelToken) -> PeriodReport {
+    /// The period that its sections show, those of the run among them, by their return alone or by
+    /// how they draw together too.
+    pub fn return_report(&self, returns_only: bool, cancel: &CancelToken) -> PeriodReport {
         let sections = self.collector.sections();
-        let (counts, known) = (&self.counts[..sections.len()], usize::from(self.cut));
-        let known = known.min(sections.len());
-        detect_period(&sections[known..], &counts[known..], cancel)
+        let detect = if returns_only { detect_return } else { detect_period };
+        detect(sections, &self.counts[..sections.len()], cancel)
     }
 }

@@ -12,14 +12,13 @@
 //! stick not on x1' either. The rank counts the directions that are left; rounding errors would
 //! hide the loss.
 
-use crate::analysis::tolerances::{
-    INDEPENDENT_SINE, LOW_APPROACH, MOST_CONTRACTION, MOST_CONTRACTION_STEPS,
-};
-use nalgebra::{Matrix4, Vector4};
+use crate::analysis::tolerances::{LOW_APPROACH, MOST_CONTRACTION, MOST_CONTRACTION_STEPS};
+use nalgebra::Matrix4;
 
 use super::LyapunovError;
+use super::directions::Directions;
 use crate::contact::sustained::ContactMode;
-use crate::flight::Drive;
+use crate::flight::{Drive, Flight};
 use crate::impact::RegimeKind;
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
@@ -30,136 +29,56 @@ use crate::simulate::run::FinalState;
 use crate::tangent::itinerary::{Leg, LegChange, LegReader, with_wall_at_rest};
 use crate::tangent::tolerances::LOW_BOUNCE;
 use crate::tangent::{
-    Columns, Departure, Derivative, Dual, DualState, END, Model, Moment, Strike, fly, on_contact,
-    slide, to_event, traverse,
+    Columns, Departure, Dual, DualState, END, Model, Moment, Strike, fly, on_contact, slide,
+    to_event, traverse,
 };
-
-/// Orthogonal columns without zeros.
-const HADAMARD: Matrix4<f64> = Matrix4::new(
-    1.0, 1.0, 1.0, 1.0, //
-    1.0, -1.0, 1.0, -1.0, //
-    1.0, 1.0, -1.0, -1.0, //
-    1.0, -1.0, -1.0, 1.0,
-);
 
 /// The perturbations at one state of a motion.
 #[derive(Clone)]
-struct PerturbedState {
+struct PerturbedState<const N: usize> {
     state: State,
     clock: Clock,
     /// Whether it is the state after an event, or between two.
     at_event: bool,
     /// The flight that begins here, if its numbers are known.
     departure: Option<Departure>,
-    /// The perturbations, one in each column.
-    vectors: Matrix4<f64>,
-    /// Number of columns that count.
-    rank: usize,
-    /// ln of the factors by which each column has been divided.
-    logs: [f64; 4],
+    directions: Directions<N>,
 }
 
-impl PerturbedState {
-    /// Completes the columns that count to an orthonormal basis.
-    fn restore_directions(&mut self, directions: usize) {
-        let mut candidates = HADAMARD.column_iter();
-        while self.rank < directions {
-            let Some(candidate) = candidates.next() else { break };
-            let mut column: Vector4<f64> = 0.5 * candidate;
-            // Twice: after once, rounding errors are left.
-            for j in (0..self.rank).chain(0..self.rank) {
-                let before: Vector4<f64> = self.vectors.column(j).into();
-                column -= before * before.dot(&column);
-            }
-            if column.norm() > INDEPENDENT_SINE {
-                self.vectors.set_column(self.rank, &column.normalize());
-                self.logs[self.rank] = 0.0;
-                self.rank += 1;
-            }
-        }
-    }
-
+impl<const N: usize> PerturbedState<N> {
     /// The flight that begins here.
     fn departure(&self, model: &Model) -> Departure {
         let make = || Departure::new(model, &self.state, self.clock, self.at_event);
         self.departure.unwrap_or_else(make)
     }
-
-    /// The perturbations that count, mapped.
-    fn mapped(&self, derivative: &impl Derivative) -> Matrix4<f64> {
-        let v = &self.vectors;
-        if self.rank == 1 {
-            let column = derivative.map(&[[v[0]], [v[1]], [v[2]], [v[3]]]);
-            return Matrix4::from_fn(|r, c| if c == 0 { column[r][0] } else { 0.0 });
-        }
-        let rows: Columns<4> = std::array::from_fn(|r| std::array::from_fn(|c| v[(r, c)]));
-        let rows = derivative.map(&rows);
-        Matrix4::from_fn(|r, c| rows[r][c])
-    }
-
-    /// Takes over what a leg has made of the perturbations.
-    fn set_vectors(
-        &mut self,
-        vectors: Matrix4<f64>,
-        orthonormal: bool,
-    ) -> Result<(), LyapunovError> {
-        self.vectors = vectors;
-        // Those that are lost must not overflow.
-        self.vectors.columns_mut(self.rank, 4 - self.rank).fill(0.0);
-        if !self.vectors.iter().all(|x| x.is_finite()) {
-            return Err(LyapunovError::NoDerivative);
-        }
-        if orthonormal {
-            self.orthonormalise();
-        }
-        Ok(())
-    }
-
-    /// The method of Gram and Schmidt, from the first column on.
-    fn orthonormalise(&mut self) {
-        for i in 0..self.rank {
-            let mut column: Vector4<f64> = self.vectors.column(i).into();
-            for j in 0..i {
-                let before = self.vectors.column(j);
-                column -= before * before.dot(&column);
-            }
-            let length = column.norm();
-            if length == 0.0 {
-                self.rank = i;
-                return;
-            }
-            self.logs[i] += length.ln();
-            self.vectors.set_column(i, &(column / length));
-        }
-    }
 }
 
-/// Perturbations of a motion.
-pub(crate) struct Perturbations {
+/// N perturbations of a motion.
+pub(crate) struct Perturbations<const N: usize> {
     model: Model,
     reader: LegReader,
-    here: PerturbedState,
+    here: PerturbedState<N>,
     /// Perturbations change only from the next event on.
     paused: bool,
     /// The state after the last impact before a series of decreasing ones, and its u. The series
     /// may turn out to be chatter.
-    before_chatter: Option<(PerturbedState, f64)>,
+    before_chatter: Option<(PerturbedState<N>, f64)>,
     /// u of the last impact, and the largest so far.
     last: f64,
     largest: f64,
     /// Time between the last two impacts.
     interval: f64,
-    /// Whether the columns are kept orthonormal.
+    /// Whether the directions are kept orthonormal.
     orthonormal: bool,
     impacts: u64,
     /// Fastest decay of a free motion of either body.
     fastest_decay: f64,
 }
 
-impl Perturbations {
-    /// Of the motion that goes on from the end of a run, where impacts may be skipped: so many,
-    /// kept orthonormal, or all four unit vectors, which are not.
-    pub fn new(system: &System, end: &FinalState, skips: bool, wanted: Option<usize>) -> Self {
+impl<const N: usize> Perturbations<N> {
+    /// Of the motion that goes on from the end of a run, where impacts may be skipped: kept
+    /// orthonormal, or unit vectors, which are not.
+    pub fn new(system: &System, end: &FinalState, skips: bool, orthonormal: bool) -> Self {
         let FinalState { state, clock, mode, .. } = *end;
         let still = system.is_wall_at_rest(&with_wall_at_rest(system, state));
         let mut perturbations = Self {
@@ -170,20 +89,18 @@ impl Perturbations {
                 clock,
                 at_event: false,
                 departure: None,
-                vectors: Matrix4::zeros(),
-                rank: 0,
-                logs: [0.0; 4],
+                directions: Directions::unit_vectors(),
             },
             paused: skips,
             before_chatter: None,
             last: 0.0,
             largest: 0.0,
             interval: 0.0,
-            orthonormal: wanted.is_some(),
+            orthonormal,
             impacts: 0,
             fastest_decay: system.fastest_decay(),
         };
-        perturbations.restart(wanted.unwrap_or(4));
+        perturbations.restart();
         perturbations.reduce_rank_in_contact();
         perturbations
     }
@@ -197,33 +114,33 @@ impl Perturbations {
         if self.model.wall_at_rest { 2 } else { 4 }
     }
 
-    /// Starts with new perturbations. Orthonormal ones are not unit vectors: without contact, or
-    /// without friction, a perturbation of one body never reaches the other, so each must be of
-    /// both.
-    pub fn restart(&mut self, wanted: usize) {
-        self.here.vectors = if self.orthonormal { 0.5 * HADAMARD } else { Matrix4::identity() };
-        self.here.rank = if self.orthonormal { wanted.min(self.directions()) } else { 4 };
-        self.here.logs = [0.0; 4];
+    /// Starts with new perturbations.
+    pub fn restart(&mut self) {
+        self.here.directions = if self.orthonormal {
+            Directions::orthonormal(self.directions())
+        } else {
+            Directions::unit_vectors()
+        };
     }
 
     /// Replaces the directions that have been lost, before a measurement begins.
     pub fn restore_directions(&mut self) {
         let directions = self.directions();
-        self.here.restore_directions(directions);
+        self.here.directions.restore(directions);
         if let Some((place, _)) = &mut self.before_chatter {
-            place.restore_directions(directions);
+            place.directions.restore(directions);
         }
         self.reduce_rank_in_contact();
     }
 
     /// Number of perturbations that are left.
     pub fn rank(&self) -> usize {
-        self.here.rank
+        self.here.directions.rank()
     }
 
-    /// The matrix of the perturbations: of x1, x1', x2', x2 at an instant.
-    pub fn vectors(&self) -> &Matrix4<f64> {
-        &self.here.vectors
+    /// The perturbations of (x1, x1', x2', x2) at an instant, one in each column.
+    pub fn columns(&self) -> &Columns<N> {
+        self.here.directions.columns()
     }
 
     /// Impacts since the start, those of complete chatter left out.
@@ -250,18 +167,16 @@ impl Perturbations {
     /// ln of the growth of each direction since the start, up to an instant before the next event;
     /// -inf for those that are lost, the last ones. What follows an impact that may lead into
     /// chatter counts once it is known whether it does.
-    pub fn logs_at(&self, clock: Clock) -> Result<[f64; 4], LyapunovError> {
-        let mut logs = match &self.before_chatter {
-            Some((place, _)) if self.may_chatter() => place.logs,
-            _ if self.here.rank == 0 || clock <= self.here.clock => self.here.logs,
-            _ => {
-                let mut there = self.here.clone();
-                there.set_vectors(self.vectors_at(clock)?, self.orthonormal)?;
-                there.logs
+    pub fn logs_at(&self, clock: Clock) -> Result<[f64; N], LyapunovError> {
+        match &self.before_chatter {
+            Some((place, _)) if self.may_chatter() => {
+                let mut directions = place.directions.clone();
+                directions.reduce_rank(self.rank());
+                Ok(directions.logs())
             }
-        };
-        logs[self.here.rank..].fill(f64::NEG_INFINITY);
-        Ok(logs)
+            _ if self.rank() == 0 || clock <= self.here.clock => Ok(self.here.directions.logs()),
+            _ => Ok(self.directions_at(clock)?.logs()),
+        }
     }
 
     /// Comes closer to the next event or to an instant before it, where no state is needed:
@@ -274,8 +189,9 @@ impl Perturbations {
         Ok(())
     }
 
-    /// Maps the perturbations through the leg that an event ends.
-    pub fn take(&mut self, event: &Event) -> Result<(), LyapunovError> {
+    /// Maps the perturbations through the leg that an event ends; `after`: the flight after an
+    /// impact.
+    pub fn take(&mut self, event: &Event, after: &Flight) -> Result<(), LyapunovError> {
         if let Event::Chatter(_) = event {
             // The rounding of g, divided by so low a u, would spoil the times of these impacts.
             if let Some((place, _)) = self.before_chatter.take() {
@@ -286,17 +202,21 @@ impl Perturbations {
         match self.reader.read(&self.model.system, event) {
             LegChange::Ends(leg, clock, state) => {
                 let mut departure = None;
-                if !self.paused && self.here.rank > 0 {
-                    let vectors = match (leg, event, mode) {
+                if !self.paused && self.rank() > 0 {
+                    let finite = match (leg, event, mode) {
                         (Leg::Impact(kind, signs), Event::Impact(impact), None) => {
                             let from = self.here.departure(&self.model);
-                            let strike = Strike::new(&self.model, &from, impact, (kind, signs));
+                            let how = (kind, signs);
+                            let strike = Strike::new(&self.model, &from, impact, after, how);
                             departure = Some(strike.departure());
-                            self.here.mapped(&strike)
+                            self.here.directions.map(&strike)
                         }
-                        _ => self.derivative_of(leg, mode, clock)? * self.here.vectors,
+                        _ => {
+                            let derivative = self.derivative_of(leg, mode, clock)?;
+                            self.here.directions.map(&derivative)
+                        }
                     };
-                    self.here.set_vectors(vectors, self.orthonormal)?;
+                    settle(&mut self.here.directions, finite, self.orthonormal)?;
                 }
                 self.reduce_rank_by(leg);
                 self.impacts += u64::from(matches!(leg, Leg::Impact(..)));
@@ -330,8 +250,8 @@ impl Perturbations {
         let (start, from) = self.start(mode);
         let time = Dual::variable(clock.time_in_period, END);
         let end = Moment { period: clock.period, time };
-        let outcome = traverse(&self.model, leg, &start, &from, &end)
-            .ok_or(LyapunovError::NoDerivative)?;
+        let outcome =
+            traverse(&self.model, leg, &start, &from, &end).ok_or(LyapunovError::NoDerivative)?;
         Ok(to_event(&outcome.image, &outcome.condition))
     }
 
@@ -380,14 +300,17 @@ impl Perturbations {
     }
 
     /// The perturbations at an instant before the next event.
-    fn vectors_at(&self, clock: Clock) -> Result<Matrix4<f64>, LyapunovError> {
-        if self.reader.mode.is_none() {
-            let flight = self.here.departure(&self.model).flight(&self.model, clock);
-            return Ok(self.here.mapped(&flight));
-        }
-        let DualState { x1, v1, x2, v2 } = self.state_at(clock)?;
-        let rows = [x1, v1, v2, x2];
-        Ok(Matrix4::from_fn(|r, c| rows[r].slope[c]) * self.here.vectors)
+    fn directions_at(&self, clock: Clock) -> Result<Directions<N>, LyapunovError> {
+        let mut directions = self.here.directions.clone();
+        let finite = if self.reader.mode.is_none() {
+            directions.map(&self.here.departure(&self.model).flight(&self.model, clock))
+        } else {
+            let DualState { x1, v1, x2, v2 } = self.state_at(clock)?;
+            let rows = [x1, v1, v2, x2];
+            directions.map(&Matrix4::from_fn(|r, c| rows[r].slope[c]))
+        };
+        settle(&mut directions, finite, self.orthonormal)?;
+        Ok(directions)
     }
 
     /// The state at an instant before the next event, with derivatives by the present one.
@@ -407,9 +330,8 @@ impl Perturbations {
     /// Carries the perturbations to an instant before the next event.
     pub fn carry_to(&mut self, clock: Clock) -> Result<(), LyapunovError> {
         let state = self.state_at(clock)?.value();
-        if self.here.rank > 0 {
-            let vectors = self.vectors_at(clock)?;
-            self.here.set_vectors(vectors, self.orthonormal)?;
+        if self.rank() > 0 {
+            self.here.directions = self.directions_at(clock)?;
         }
         let here = &mut self.here;
         (here.state, here.clock, here.at_event) = (state, clock, false);
@@ -466,7 +388,23 @@ impl Perturbations {
 
     fn reduce_rank(&mut self, lost: usize) {
         if self.orthonormal {
-            self.here.rank = self.here.rank.min(self.directions().saturating_sub(lost));
+            let most = self.directions().saturating_sub(lost);
+            self.here.directions.reduce_rank(most);
         }
     }
+}
+
+/// Takes over the images of directions, if they are finite.
+fn settle<const N: usize>(
+    directions: &mut Directions<N>,
+    finite: bool,
+    orthonormal: bool,
+) -> Result<(), LyapunovError> {
+    if !finite {
+        return Err(LyapunovError::NoDerivative);
+    }
+    if orthonormal {
+        directions.orthonormalise();
+    }
+    Ok(())
 }

@@ -54,6 +54,24 @@ impl Growth {
     }
 }
 
+impl Growth {
+    /// Whether a measurement over so many periods may show more than this one: not if the growth
+    /// goes on as it does within two standard errors, and is still unclear then.
+    pub(crate) fn may_show_more(&self, periods: u32) -> bool {
+        if self.periods < NO_GROWTH_PERIODS {
+            return true;
+        }
+        let (so_far, periods) = (self.periods as f64, f64::from(periods));
+        let shear = periods.ln();
+        let error = self.error * (so_far / periods).sqrt();
+        let (low, high) = (self.mean - 2.0 * self.error, self.mean + 2.0 * self.error);
+        let clear = |mean: f64| mean * periods > shear + CERTAIN_GROWTH && mean > 4.0 * error;
+        // What is bounded is so from the beginning, and its error decreases like the time.
+        let bounded = low * periods < shear + 1.0 && 2.0 * self.error * so_far <= shear + 1.0;
+        clear(high) || clear(-low) || bounded
+    }
+}
+
 /// What a verdict stands on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
