@@ -5,7 +5,8 @@
 //! A motion's label is *robust* if the largest Lyapunov exponents over the first and over the last
 //! 10,000 of 20,000 further periods agree with it, and if the motion has it after them. Motions that
 //! are still on their way need not keep their label, and are left out: those that change after the
-//! first 10,000 periods, and those that are chaotic for 200 periods and then no more.
+//! first 10,000 periods, those that are chaotic for 200 of the first 2,000 and later no more, and those
+//! that strike more or less often in the run than the periodic motion they end on.
 //!
 //! `cargo run --release --example robust_labels -- [--every N] [--systems N] [--truth FILE]
 //! [--misses yes]`
@@ -23,16 +24,16 @@ use std::fs;
 
 use rayon::prelude::*;
 use vibroimpact::{
-    CancelToken, Horizon, Kind, PeriodReport, Run, RunOptions, State, System, lyapunov_spectrum,
-    run,
+    CancelToken, Horizon, ImpactCount, Kind, PeriodReport, Run, RunOptions, State, System,
+    lyapunov_spectrum, run,
 };
 
 const PERIODS: i64 = 600;
 const KEPT: i64 = 100;
 /// Of each of the two measurements after the run.
 const FURTHER: u32 = 10_000;
-/// In which a motion that is not chaotic must not seem so.
-const BEGINNING: u32 = 200;
+/// So many times so many periods, in none of which a motion that is not chaotic may seem so.
+const BEGINNING: (u32, u32) = (10, 200);
 const FREQUENCIES: u32 = 4_000;
 /// Motions with more events are not followed.
 const MOST_EVENTS: u64 = 2_000_000;
@@ -119,9 +120,30 @@ fn robust(point: &Point) -> Option<String> {
     let middle = later(&first, FURTHER)?;
     let last = later(&middle, FURTHER)?;
     let report = last.period(&CancelToken::never());
-    let begins = report.kind == Kind::Chaotic || fits(&report, &first, BEGINNING);
     let lasts = || fits(&report, &first, FURTHER) && fits(&report, &middle, FURTHER);
-    (begins && lasts()).then(|| report.label())
+    (strikes_alike(&report, &first) && begins(&report, &first) && lasts()).then(|| report.label())
+}
+
+/// Whether the run already strikes as often as the periodic motion that it ends on.
+fn strikes_alike(report: &PeriodReport, run: &Run) -> bool {
+    let Some((m, ImpactCount::Finite(n))) = report.orbit else { return true };
+    let expected = n as f64 * KEPT as f64 / m as f64;
+    (run.impacts.len() as f64 - expected).abs() <= n as f64 + 1.0
+}
+
+/// Whether a motion that is not chaotic does not seem so in the beginning.
+fn begins(report: &PeriodReport, first: &Run) -> bool {
+    let (windows, periods) = BEGINNING;
+    let mut run = first.clone();
+    report.kind == Kind::Chaotic
+        || (0..windows).all(|_| {
+            let Ok(spectrum) = lyapunov_spectrum(&run, periods, None, &CancelToken::never()) else {
+                return false;
+            };
+            let grows = spectrum.exponents[0] * spectrum.time > 2.0 * f64::from(periods).ln();
+            let next = later(&run, periods);
+            !grows && next.map(|next| run = next).is_some()
+        })
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -11,7 +11,7 @@ use crate::analysis::lyapunov::exponent_of_orbit;
 use crate::analysis::period::{
     Evidence, Growth, GrowthVerdict, ImpactCount, Kind, PeriodReport, WhyUndecided,
 };
-use crate::analysis::return_map::orbit_beside;
+use crate::analysis::return_map::{Orbit, orbit_beside};
 use crate::analysis::tolerances::{
     AT_SECTION, CONVERGENCE_PERIODS, EXPONENT_PERIODS, FIRST_GROWTH_PERIODS, GROWTH_IMPACTS,
     GROWTH_PER_RUN, GROWTH_STEP, LONGEST_GROWTH, RATE_RTOL, SETTLED_RESIDUAL,
@@ -27,6 +27,8 @@ pub(crate) struct Labelling {
     report: PeriodReport,
     /// A later run on which the report stands.
     later: Option<Run>,
+    /// The orbit on which the motion settles, if it has been looked for and found.
+    orbit: Option<Orbit>,
     /// Drive periods it is followed for; fewest before it is told, and most.
     periods: u32,
     fewest: u32,
@@ -47,6 +49,7 @@ impl Labelling {
         let mut labelling = Self {
             report,
             later: None,
+            orbit: None,
             periods: FIRST_GROWTH_PERIODS,
             fewest: least_growth,
             most: length.saturating_mul(GROWTH_PER_RUN).clamp(shortest, longest),
@@ -55,8 +58,8 @@ impl Labelling {
             labelling.report = report.undecided(WhyUndecided::Incomplete);
         } else if !report.residual.is_finite() {
             labelling.later = later;
-        } else if let Some((report, later)) = run.lasting(report, later, cancel) {
-            (labelling.report, labelling.later) = (report, later);
+        } else if let Some(found) = run.lasting(report, later, cancel) {
+            labelling.take(found);
         } else if let Some(apart) = run.stays_apart() {
             labelling.report = match apart {
                 Apart::Swings => report
@@ -109,10 +112,11 @@ impl Labelling {
             let report = following.return_report(!told, cancel);
             if report.orbit.is_some()
                 && let Some(later) = following.continued(run)
-                && let Some((found, last)) = later.lasting(report, None, cancel)
+                && let Some(found) = later.lasting(report, None, cancel)
             {
-                self.report = run.told_by(&later, found);
-                self.later = Some(last.unwrap_or(later));
+                self.take(found);
+                self.report = run.told_by(&later, self.report);
+                self.later.get_or_insert(later);
                 return None;
             }
             if verdict == GrowthVerdict::Stays {
@@ -138,7 +142,29 @@ impl Labelling {
 
     /// The later run that has settled on the motion of the label, if `run` has not.
     pub fn settled(&mut self, run: &Run, cancel: &CancelToken) -> Option<Run> {
-        run.settled(&self.report, self.later.take(), cancel)
+        let orbit = self.report.orbit?;
+        if self.report.residual <= SETTLED_RESIDUAL {
+            return self.later.take();
+        }
+        if let Some(orbit) = self.find_orbit(run, cancel) {
+            return Some(orbit.run.clone());
+        }
+        let arrived = |r: &PeriodReport| r.orbit != Some(orbit) || r.residual <= SETTLED_RESIDUAL;
+        let (found, later) = run.followed(self.report, self.later.take(), arrived, cancel);
+        later.filter(|_| found.orbit == Some(orbit))
+    }
+
+    /// The orbit on which a motion settles that has not yet done so.
+    fn find_orbit(&mut self, run: &Run, cancel: &CancelToken) -> Option<&Orbit> {
+        if self.orbit.is_none() && self.report.residual > SETTLED_RESIDUAL {
+            let run = self.later.as_ref().unwrap_or(run);
+            self.orbit = orbit_beside(run, &self.report, cancel);
+        }
+        self.orbit.as_ref()
+    }
+
+    fn take(&mut self, found: Lasting) {
+        (self.report, self.later, self.orbit) = (found.report, found.later, found.orbit);
     }
 
     /// Largest Lyapunov exponent per unit time, and its error: of a periodic motion from its
@@ -146,10 +172,13 @@ impl Labelling {
     /// growth that was measured, with its standard error. NaN where neither could be computed.
     pub fn exponent(&mut self, run: &Run, cancel: &CancelToken) -> [f64; 2] {
         let exponent = match (self.report.orbit, self.report.evidence.growth()) {
-            (Some((m, _)), _) => {
-                let later = self.settled(run, cancel);
-                exponent_of_orbit(later.as_ref().unwrap_or(run), m, cancel)
-            }
+            (Some((m, _)), _) => match self.find_orbit(run, cancel) {
+                Some(orbit) => Some(orbit.exponent),
+                None => {
+                    let later = self.settled(run, cancel);
+                    exponent_of_orbit(later.as_ref().unwrap_or(run), m, cancel)
+                }
+            },
             (None, Some(growth)) => {
                 let period = run.system.drive_period();
                 Some([growth.mean / period, growth.error / period])
@@ -158,6 +187,14 @@ impl Labelling {
         };
         exponent.unwrap_or([f64::NAN; 2])
     }
+}
+
+/// A motion that repeats for good.
+struct Lasting {
+    report: PeriodReport,
+    /// The later run that shows it, if there is one.
+    later: Option<Run>,
+    orbit: Option<Orbit>,
 }
 
 /// The next number of drive periods after which a growth is looked at: half as many more, a whole
@@ -203,26 +240,6 @@ impl Run {
         labelling
     }
 
-    /// The run that has settled on the orbit of the report, if this one has not.
-    fn settled(
-        &self,
-        report: &PeriodReport,
-        later: Option<Run>,
-        cancel: &CancelToken,
-    ) -> Option<Run> {
-        let (m, _) = report.orbit?;
-        if report.residual <= SETTLED_RESIDUAL {
-            return later;
-        }
-        if let Some(orbit) = orbit_beside(later.as_ref().unwrap_or(self), report, m, cancel) {
-            return Some(orbit);
-        }
-        let orbit = report.orbit;
-        let arrived = |r: &PeriodReport| r.orbit != orbit || r.residual <= SETTLED_RESIDUAL;
-        let (found, later) = self.followed(*report, later, arrived, cancel);
-        later.filter(|_| found.orbit == orbit)
-    }
-
     /// Follows a motion that repeats or converges by further and further periods until `arrived`,
     /// or for as long as a growth is measured.
     fn followed(
@@ -252,16 +269,14 @@ impl Run {
         report: PeriodReport,
         later: Option<Run>,
         cancel: &CancelToken,
-    ) -> Option<(PeriodReport, Option<Run>)> {
+    ) -> Option<Lasting> {
         let run = later.as_ref().unwrap_or(self);
         let Some(rate) = report.convergence() else {
-            return report.orbit.is_some().then_some((report, later));
+            return report.orbit.is_some().then_some(Lasting { report, later, orbit: None });
         };
-        let (m, _) = report.orbit?;
-        if orbit_beside(run, &report, m, cancel).is_some()
-            || run.contracts_like(&report, rate, cancel)
-        {
-            return Some((report, later));
+        let orbit = orbit_beside(run, &report, cancel);
+        if orbit.is_some() || run.contracts_like(&report, rate, cancel) {
+            return Some(Lasting { report, later, orbit });
         }
         let (found, last) = self.followed(report, None, |r| r.convergence().is_none(), cancel);
         let run = last.as_ref().unwrap_or(self);
@@ -270,10 +285,11 @@ impl Run {
         {
             return None;
         }
-        if found.orbit == report.orbit {
-            return Some((report, last));
-        }
-        Some((last.as_ref().map_or(found, |last| self.told_by(last, found)), last))
+        let report = match &last {
+            Some(last) if found.orbit != report.orbit => self.told_by(last, found),
+            _ => report,
+        };
+        Some(Lasting { report, later: last, orbit: None })
     }
 
     /// ln|lambda| per drive period of the last orbit, if perturbations shrink along it.

@@ -5,36 +5,53 @@ use nalgebra::{Matrix4, Vector4};
 
 use crate::analysis::lyapunov::{PerturbedMotion, largest_multiplier};
 use crate::analysis::period::{ImpactCount, PeriodReport};
-use crate::analysis::tolerances::{CLOSED_ORBIT, MOST_RETURN_STEPS, SETTLED_BEYOND};
+use crate::analysis::tolerances::{CLOSED_ORBIT, MOST_RETURN_STEPS, NEARLY_CLOSED, SETTLED_BEYOND};
 use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::Horizon;
 use crate::simulate::run::Run;
 
-/// The orbit of `m` drive periods on which `run` settles, whose sections still move as `report`
-/// says: a run that ends on it at the same instant. Newton's method finds it from the end of the
-/// run on. It must attract, have the impacts of the report, and lie no further away than sections
-/// go on that draw together by its multiplier. `None` if it does not, or where the method has no
-/// state to start from: at both ends of a cycle the bodies must be apart.
+/// A periodic motion.
+pub(crate) struct Orbit {
+    /// A run that ends on it.
+    pub run: Run,
+    /// ln max|lambda|/(m T), and its change from the last point on the way to it.
+    pub exponent: [f64; 2],
+}
+
+/// The orbit on which `run` settles, whose sections still move as `report` says: Newton's method
+/// finds it from the end of the run on. It must attract, have the impacts of the report, and lie no
+/// further away than sections go on that draw together by its multiplier. `None` if it does not, or
+/// where the method has no state to start from: at both ends of a cycle the bodies must be apart.
 pub(crate) fn orbit_beside(
     run: &Run,
     report: &PeriodReport,
-    m: usize,
     cancel: &CancelToken,
-) -> Option<Run> {
+) -> Option<Orbit> {
+    let (m, _) = report.orbit?;
     let periods = u32::try_from(m).ok()?;
+    let length = f64::from(periods) * run.system.drive_period();
     let start = Vector4::from(run.final_state.state.to_array());
     let size = run.final_state.state.to_array().iter().fold(1.0, |most: f64, x| most.max(x.abs()));
-    let mut point = start;
+    let (mut point, mut before) = (start, f64::NAN);
     for _ in 0..MOST_RETURN_STEPS {
         let from = run.from_state(State::from_array(point.into()).checked().ok()?)?;
         let Return { image, derivative, impacts } = return_map(&from, periods, cancel)?;
         let off = image - point;
-        if off.amax() <= CLOSED_ORBIT * size {
-            let left = 1.0 - largest_multiplier(&derivative);
-            let near = (point - start).amax() * left <= SETTLED_BEYOND * report.residual;
-            let alike = report.orbit == Some((m, ImpactCount::Finite(impacts)));
-            return (left > 0.0 && near && alike).then_some(from);
+        let closed = off.amax() <= CLOSED_ORBIT * size;
+        if closed || off.amax() <= NEARLY_CLOSED * size {
+            let largest = largest_multiplier(&derivative);
+            let exponent = largest.ln() / length;
+            if closed {
+                let near =
+                    (point - start).amax() * (1.0 - largest) <= SETTLED_BEYOND * report.residual;
+                let alike = report.orbit == Some((m, ImpactCount::Finite(impacts)));
+                let change = if before.is_nan() { 0.0 } else { (exponent - before).abs() };
+                let change = if exponent == before { 0.0 } else { change };
+                let orbit = Orbit { run: from, exponent: [exponent, change] };
+                return (largest < 1.0 && near && alike).then_some(orbit);
+            }
+            before = exponent;
         }
         point -= (derivative - Matrix4::identity()).lu().solve(&off)?;
     }

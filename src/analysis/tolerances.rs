@@ -68,6 +68,10 @@ pub const NO_GROWTH_PERIODS: usize = 480;
 /// a few roundings of a cycle.
 pub const CLOSED_ORBIT: f64 = 1e-11;
 
+/// As [`CLOSED_ORBIT`], but one of Newton's steps before: what changes from there on is the error of a
+/// multiplier.
+pub const NEARLY_CLOSED: f64 = 1e-5;
+
 /// Most steps of Newton's method to a closed orbit: some six double the digits.
 pub const MOST_RETURN_STEPS: usize = 12;
 
