@@ -29,6 +29,8 @@ pub(crate) struct Labelling {
     later: Option<Run>,
     /// The orbit on which the motion settles, if it has been looked for and found.
     orbit: Option<Orbit>,
+    /// The growth over all periods it has been followed for.
+    growth: Option<Growth>,
     /// Drive periods it is followed for; fewest before it is told, and most.
     periods: u32,
     fewest: u32,
@@ -50,6 +52,7 @@ impl Labelling {
             report,
             later: None,
             orbit: None,
+            growth: None,
             periods: FIRST_GROWTH_PERIODS,
             fewest: least_growth,
             most: length.saturating_mul(GROWTH_PER_RUN).clamp(shortest, longest),
@@ -97,15 +100,21 @@ impl Labelling {
         cancel: &CancelToken,
     ) -> Option<Box<Following>> {
         let growth = following.growth()?;
+        self.growth = Some(growth);
+        if self.report.kind == Kind::Chaotic {
+            return None;
+        }
         let unclear =
             Evidence::Undecided { why: WhyUndecided::GrowthUnclear, growth: Some(growth) };
         self.report = self.report.decided(Kind::Unresolved, unclear);
         let verdict = growth.verdict();
         if verdict == GrowthVerdict::Grows {
+            // What follows counts for the exponent alone: a chaotic motion may end.
             self.report = self.report.decided(Kind::Chaotic, Evidence::GrowthExponential(growth));
             if self.periods >= self.fewest {
                 return None;
             }
+            self.periods = self.fewest;
         } else {
             let told = matches!(verdict, GrowthVerdict::Shrinks | GrowthVerdict::Stays);
             // The motion still converges, or has only just done so: it will return.
@@ -127,8 +136,8 @@ impl Labelling {
             if !growth.may_show_more(self.most) {
                 return None;
             }
+            self.periods = next_look(self.periods);
         }
-        self.periods = next_look(self.periods);
         self.affords(run).then(|| {
             following.extend_to(self.periods);
             following
@@ -171,7 +180,8 @@ impl Labelling {
     /// Floquet multipliers, with the change from one orbit to the next as error, else from the
     /// growth that was measured, with its standard error. NaN where neither could be computed.
     pub fn exponent(&mut self, run: &Run, cancel: &CancelToken) -> [f64; 2] {
-        let exponent = match (self.report.orbit, self.report.evidence.growth()) {
+        let growth = self.growth.or(self.report.evidence.growth());
+        let exponent = match (self.report.orbit, growth) {
             (Some((m, _)), _) => match self.find_orbit(run, cancel) {
                 Some(orbit) => Some(orbit.exponent),
                 None => {
