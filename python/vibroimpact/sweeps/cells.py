@@ -32,7 +32,6 @@ USUAL_KEEP = 100
 Measure = Literal["returns", "label", "largest_exponent", "spectrum"]
 
 
-
 def measure_of(labels: Any, exponents: Any) -> Measure:
     """Return what is found out about each cell; an exponent comes with a label always."""
     measure: Measure = "label" if flag("labels", labels) else "returns"

@@ -38,7 +38,8 @@ impl Growth {
     pub(crate) fn verdict(&self) -> GrowthVerdict {
         let periods = self.periods as f64;
         let (total, error, shear) = (self.mean * periods, self.error * periods, periods.ln());
-        let certain = total.abs() > shear + CERTAIN_GROWTH && total.abs() > 3.0 * error;
+        // Even with two standard errors less it would be more than shear.
+        let certain = total.abs() > shear + CERTAIN_GROWTH && total.abs() - 2.0 * error > shear;
         // Even with two standard errors more it would be no more than shear; and an exponent as
         // large as the error would have shown.
         let bounded = total + 2.0 * error < shear + 1.0 && 4.0 * error <= shear + 1.0;
@@ -65,7 +66,9 @@ impl Growth {
         let shear = periods.ln();
         let error = self.error * (so_far / periods).sqrt();
         let (low, high) = (self.mean - 2.0 * self.error, self.mean + 2.0 * self.error);
-        let clear = |mean: f64| mean * periods > shear + CERTAIN_GROWTH && mean > 3.0 * error;
+        let clear = |mean: f64| {
+            mean * periods > shear + CERTAIN_GROWTH && (mean - 2.0 * error) * periods > shear
+        };
         // What is bounded is so from the beginning, and its error decreases like the time.
         let bounded = low * periods < shear + 1.0 && 2.0 * self.error * so_far <= shear + 1.0;
         clear(high) || clear(-low) || bounded
