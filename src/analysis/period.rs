@@ -323,9 +323,13 @@ fn approach(sections: &[[f64; 4]], m: usize) -> Option<Approach> {
     };
     let mut extents = [0.0; 4];
     for i in 0..4 {
-        extents[i] = boxes(i).map(|b| b.extent()).fold(0.0, f64::max);
-        if i > 0 && extents[i] > EXTENT_DECREASE * extents[i - 1] {
-            return None;
+        let most = if i == 0 { f64::INFINITY } else { EXTENT_DECREASE * extents[i - 1] };
+        for bounds in boxes(i) {
+            let extent = bounds.extent();
+            if extent > most {
+                return None;
+            }
+            extents[i] = f64::max(extents[i], extent);
         }
     }
     let drift =

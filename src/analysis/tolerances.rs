@@ -18,6 +18,10 @@ pub const END_LEVEL: f64 = 1e-12;
 /// damped motion repeats to 1e-13.
 pub const RETURN_RTOL: f64 = 1e-9;
 
+/// Sections in which a return is looked for while a motion is followed: a period of a quarter of them
+/// is found at the next look, a longer one at the last.
+pub const RETURN_WINDOW: usize = 400;
+
 /// While a motion converges, its extent decreases at least by this factor from each quarter of the
 /// window to the next. Half of it would miss slow convergence; above 1 a torus would converge.
 pub const EXTENT_DECREASE: f64 = 0.97;

@@ -3,6 +3,7 @@
 
 use crate::analysis::lyapunov::GrowthRecord;
 use crate::analysis::period::{CHATTERING, Growth, PeriodReport, detect_period, detect_return};
+use crate::analysis::tolerances::RETURN_WINDOW;
 use crate::model::error::SimulationError;
 use crate::model::state::Clock;
 use crate::numerics::cancel::CancelToken;
@@ -88,11 +89,16 @@ impl Following {
         Some(run.continued(&self.simulation, self.end?, self.collector.sections().to_vec()))
     }
 
-    /// The period that its sections show, those of the run among them, by their return alone or by
-    /// how they draw together too.
-    pub fn return_report(&self, returns_only: bool, cancel: &CancelToken) -> PeriodReport {
+    /// The period that its sections show, those of the run among them.
+    pub fn return_report(&self, cancel: &CancelToken) -> PeriodReport {
         let sections = self.collector.sections();
-        let detect = if returns_only { detect_return } else { detect_period };
-        detect(sections, &self.counts[..sections.len()], cancel)
+        detect_period(sections, &self.counts[..sections.len()], cancel)
+    }
+
+    /// The period with which its last sections return.
+    pub fn last_return(&self, cancel: &CancelToken) -> PeriodReport {
+        let sections = self.collector.sections();
+        let last = sections.len().saturating_sub(RETURN_WINDOW)..sections.len();
+        detect_return(&sections[last.clone()], &self.counts[last], cancel)
     }
 }
