@@ -250,18 +250,20 @@ impl FreeMotion {
     #[inline(always)]
     #[allow(clippy::inline_always)]
     pub(crate) fn transitions(&self, time: f64) -> [[[f64; 2]; 2]; 2] {
-        let bodies = [&self.pendulum, &self.oscillator];
-        let rates = bodies.map(|body| body.equation.damped);
+        let Self { pendulum, oscillator, .. } = self;
+        let (first, second) = (pendulum.equation.damped, oscillator.equation.damped);
         // No double-double: what rounding changes is no more than it changes in the time.
-        let angles = rates.map(|w| w.hi * time);
-        if !(self.swings_or_beats() && angles.iter().all(|&angle| angle <= MOST_TURNED)) {
-            return bodies.map(|body| body.transition(DoubleDouble::new(time)));
+        let (turned, turned_second) = (first.hi * time, second.hi * time);
+        if !(self.swings_or_beats() && turned <= MOST_TURNED && turned_second <= MOST_TURNED) {
+            let time = DoubleDouble::new(time);
+            return [pendulum.transition(time), oscillator.transition(time)];
         }
-        let turned = elementary::turns(angles, rates.map(|w| w.lo * time));
-        std::array::from_fn(|j| {
-            let basis = bodies[j].equation.swinging_basis(time, turned[j]);
-            bodies[j].transition_by(basis)
-        })
+        let turned = elementary::turn_within(turned, first.lo * time);
+        let turned_second = elementary::turn_within(turned_second, second.lo * time);
+        [
+            pendulum.transition_by(pendulum.equation.swinging_basis(time, turned)),
+            oscillator.transition_by(oscillator.equation.swinging_basis(time, turned_second)),
+        ]
     }
 
     /// State after `periods` drive periods and `time` more of a flight: exact for any number of

@@ -118,9 +118,12 @@ impl Labelling {
         } else {
             let told = matches!(verdict, GrowthVerdict::Shrinks | GrowthVerdict::Stays);
             // The motion still converges, or has only just done so: it will return.
-            let report =
-                if told { following.return_report(cancel) } else { following.last_return(cancel) };
-            if report.orbit.is_some()
+            let report = if told {
+                Some(following.return_report(cancel))
+            } else {
+                following.last_return(cancel)
+            };
+            if let Some(report) = report.filter(|report| report.orbit.is_some())
                 && let Some(later) = following.continued(run)
                 && let Some(found) = later.lasting(report, None, cancel)
             {

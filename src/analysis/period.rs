@@ -11,7 +11,7 @@ pub(crate) use evidence::GrowthVerdict;
 pub use evidence::{Evidence, EvidenceKind, Growth, WhyUndecided};
 
 use crate::analysis::tolerances::{
-    EXTENT_DECREASE, REMAINING_PART, RETURN_RTOL, SECTION_NOISE, SHORTEST_TAIL,
+    COME_BACK, EXTENT_DECREASE, REMAINING_PART, RETURN_RTOL, SECTION_NOISE, SHORTEST_TAIL,
 };
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::EventKind;
@@ -131,41 +131,29 @@ fn distance(a: &[f64; 4], b: &[f64; 4]) -> f64 {
     largest(std::array::from_fn(|i| (a[i] - b[i]).abs()))
 }
 
+/// Whether the distance is at most this, told without a jump between the coordinates.
+#[inline(always)]
+#[allow(clippy::inline_always, clippy::needless_bitwise_bool)] // asked millions of times
+fn is_within(a: &[f64; 4], b: &[f64; 4], most: f64) -> bool {
+    let near = |i: usize| (a[i] - b[i]).abs() <= most;
+    (near(0) & near(1)) & (near(2) & near(3))
+}
+
+/// Whether the last section has come back close to one before, so that it is worth while to look for
+/// a period of no more than a quarter of the sections.
+pub(crate) fn comes_back(sections: &[[f64; 4]]) -> bool {
+    let Some((last, before)) = sections.split_last() else { return false };
+    let most = COME_BACK * last.iter().fold(1.0, |most: f64, x| most.max(x.abs()));
+    before.iter().rev().take(sections.len() / 4).any(|section| is_within(section, last, most))
+}
+
 /// Looks for a period in consecutive sections; `counts[k]` are the impacts in the drive period
 /// that ends at section k, [`CHATTERING`] where they are infinitely many. A motion that still moved
 /// early in the window may have settled late in it: if the whole window shows no return, its last
 /// half, quarter ... are tried. Nothing is found once `cancel` has ended it.
 #[must_use]
 pub fn detect_period(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> PeriodReport {
-    detect(sections, counts, Signs::Any, cancel)
-}
-
-/// As [`detect_period`], but where the sections draw together nothing is found: this takes a small
-/// part of the time.
-pub(crate) fn detect_return(
-    sections: &[[f64; 4]],
-    counts: &[u32],
-    cancel: &CancelToken,
-) -> PeriodReport {
-    detect(sections, counts, Signs::Returns, cancel)
-}
-
-/// What is looked for.
-#[derive(Clone, Copy, PartialEq)]
-enum Signs {
-    /// Sections that return.
-    Returns,
-    /// And those that draw together.
-    Any,
-}
-
-fn detect(
-    sections: &[[f64; 4]],
-    counts: &[u32],
-    signs: Signs,
-    cancel: &CancelToken,
-) -> PeriodReport {
-    let whole = detect_in(sections, counts, signs, cancel);
+    let whole = detect_in(sections, counts, cancel);
     let kept = sections.len();
     if whole.orbit.is_some() || counts.len() != kept {
         return whole;
@@ -173,17 +161,12 @@ fn detect(
     let tails = std::iter::successors(Some(kept / 2), |tail| Some(tail / 2));
     tails
         .take_while(|&tail| tail >= SHORTEST_TAIL)
-        .map(|tail| detect_in(&sections[kept - tail..], &counts[kept - tail..], signs, cancel))
+        .map(|tail| detect_in(&sections[kept - tail..], &counts[kept - tail..], cancel))
         .find(|report| report.orbit.is_some())
         .unwrap_or(whole)
 }
 
-fn detect_in(
-    sections: &[[f64; 4]],
-    counts: &[u32],
-    signs: Signs,
-    cancel: &CancelToken,
-) -> PeriodReport {
+fn detect_in(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> PeriodReport {
     let kept = sections.len();
     let mut report = PeriodReport {
         orbit: None,
@@ -212,7 +195,7 @@ fn detect_in(
             break;
         }
         let small = returns(sections, m, negligible);
-        let approach = if signs == Signs::Any && may_approach(sections, m, extent, size) {
+        let approach = if may_approach(sections, m, extent, size) {
             approach(sections, m).filter(|a| a.remaining <= REMAINING_PART * size)
         } else {
             None
@@ -266,21 +249,21 @@ fn matching_counts(counts: &[u32]) -> Vec<usize> {
     matching
 }
 
-/// Distances |X(k + m) - X(k)| over the last min(K - m, 3 m) sections, the last ones first, since
-/// they decide most often.
-fn last_distances(sections: &[[f64; 4]], m: usize) -> impl Iterator<Item = f64> {
+/// Pairs X(k + m), X(k) of the last min(K - m, 3 m) sections, the last ones first, since they decide
+/// most often.
+fn last_pairs(sections: &[[f64; 4]], m: usize) -> impl Iterator<Item = (&[f64; 4], &[f64; 4])> {
     let kept = sections.len();
     let last = (kept - m).min(3 * m);
-    (kept - m - last..kept - m).rev().map(move |k| distance(&sections[k + m], &sections[k]))
+    (kept - m - last..kept - m).rev().map(move |k| (&sections[k + m], &sections[k]))
 }
 
 fn residual(sections: &[[f64; 4]], m: usize) -> f64 {
-    last_distances(sections, m).fold(0.0, f64::max)
+    last_pairs(sections, m).map(|(a, b)| distance(a, b)).fold(0.0, f64::max)
 }
 
 /// Whether the residual of m is at most `most`; the first larger distance decides.
 fn returns(sections: &[[f64; 4]], m: usize, most: f64) -> bool {
-    last_distances(sections, m).all(|distance| distance <= most)
+    last_pairs(sections, m).all(|(a, b)| is_within(a, b, most))
 }
 
 /// Whether [`approach`] may succeed, for a motion of this extent and size: not if two neighbours in
@@ -294,8 +277,8 @@ fn may_approach(sections: &[[f64; 4]], m: usize, extent: f64, size: f64) -> bool
     let most = (EXTENT_DECREASE * (EXTENT_DECREASE * (EXTENT_DECREASE * extent)))
         .min(2.0 * REMAINING_PART * size);
     let start = sections.len() - quarter;
-    let mut pairs = (start..sections.len() - m).rev();
-    pairs.all(|k| distance(&sections[k + m], &sections[k]) <= most)
+    let mut pairs = sections[start + m..].iter().zip(&sections[start..]).rev();
+    pairs.all(|(a, b)| is_within(a, b, most))
 }
 
 /// How the sections k, k + m, k + 2m ... draw together.
@@ -481,7 +464,7 @@ mod tests {
                 sections[place % kept][1] = value;
             }
             let counts: Vec<u32> = (0..kept).map(|k| cycle[k % cycle.len()].1).collect();
-            let found = detect_in(&sections, &counts, Signs::Any, &CancelToken::never());
+            let found = detect_in(&sections, &counts, &CancelToken::never());
             prop_assert_eq!(found.orbit.map(|(m, _)| m), by_definition(&sections, &counts));
         }
 

@@ -22,6 +22,10 @@ pub const RETURN_RTOL: f64 = 1e-9;
 /// is found at the next look, a longer one at the last.
 pub const RETURN_WINDOW: usize = 400;
 
+/// Part of its size at which a section has come back to one before: far more than what is left of a
+/// motion that has settled, far less than what a torus comes back by in so few.
+pub const COME_BACK: f64 = 1e-6;
+
 /// While a motion converges, its extent decreases at least by this factor from each quarter of the
 /// window to the next. Half of it would miss slow convergence; above 1 a torus would converge.
 pub const EXTENT_DECREASE: f64 = 0.97;

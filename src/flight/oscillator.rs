@@ -435,6 +435,7 @@ impl Oscillator {
     }
 
     /// The derivative as in [`Oscillator::transition`], from known (C - 1, S).
+    #[inline(always)]
     pub fn transition_by(&self, (c1, sine): (f64, f64)) -> [[f64; 2]; 2] {
         let shift = self.equation.decay_rate * sine;
         [[1.0 + c1 + shift, sine], [-self.equation.natural_squared * sine, 1.0 + c1 - shift]]

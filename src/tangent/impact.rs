@@ -23,6 +23,8 @@ pub(crate) struct RegimeImpact {
 
 /// The impulse at which slip ends in a regime that is held fixed, 0 where it does not, and the end of
 /// the impulse path.
+#[inline(always)]
+#[allow(clippy::inline_always)] // as `Strike::map`
 pub(super) fn regime_path<T: Number>(
     contact: &ContactCoordinates<T>,
     law: (T, &ImpactLaw),

@@ -9,7 +9,10 @@
 //! dt = -grad g . y/u        before: y + F- dt        after: the same, through the impulse path.
 //! ```
 
+#![allow(clippy::inline_always)] // one of them for each impact of a motion that is followed
+
 use super::Model;
+
 use super::impact::regime_path;
 use super::itinerary::Signs;
 use crate::flight::Flight;
@@ -56,6 +59,7 @@ impl Departure {
     }
 
     /// The free flight from here to an instant.
+    #[inline(always)]
     pub fn flight(&self, model: &Model, end: Clock) -> FreeFlight {
         let time = model.motion.drive.until(self.clock, end).value();
         let [first, mut second] = model.motion.transitions(time);
@@ -74,7 +78,7 @@ pub(crate) struct FreeFlight {
 }
 
 impl Derivative for FreeFlight {
-    #[inline]
+    #[inline(always)]
     fn map<const N: usize>(&self, [x1, v1, v2, last]: &Columns<N>) -> Columns<N> {
         let Departure { rates: [r1, r2], accelerations: [a1, a2], slope, .. } = self.from;
         let [[[xx1, xv1], [vx1, vv1]], [[xx2, xv2], [vx2, vv2]]] = self.transitions;
@@ -110,6 +114,7 @@ pub(crate) struct Strike<'a> {
 
 impl<'a> Strike<'a> {
     /// The leg from this departure to an impact; `after`: the flight that begins there.
+    #[inline(always)]
     pub fn new(
         model: &'a Model,
         from: &Departure,
@@ -123,6 +128,7 @@ impl<'a> Strike<'a> {
     }
 
     /// Where the next flight begins.
+    #[inline(always)]
     pub fn departure(&self) -> Departure {
         let ImpactEvent { clock, pre, post, .. } = *self.impact;
         let Self { model, angle, accelerations: [a1, a2], .. } = self;
@@ -139,7 +145,7 @@ impl<'a> Strike<'a> {
 }
 
 impl Derivative for Strike<'_> {
-    #[inline]
+    #[inline(always)]
     fn map<const N: usize>(&self, columns: &Columns<N>) -> Columns<N> {
         let Self { model, impact, kind, signs, angle, accelerations: [a1, a2], .. } = *self;
         let (system, pre) = (&model.system, &impact.pre);

@@ -2,7 +2,7 @@
 //! with its sections, so that nothing is computed twice.
 
 use crate::analysis::lyapunov::GrowthRecord;
-use crate::analysis::period::{CHATTERING, Growth, PeriodReport, detect_period, detect_return};
+use crate::analysis::period::{CHATTERING, Growth, PeriodReport, comes_back, detect_period};
 use crate::analysis::tolerances::RETURN_WINDOW;
 use crate::model::error::SimulationError;
 use crate::model::state::Clock;
@@ -95,10 +95,11 @@ impl Following {
         detect_period(sections, &self.counts[..sections.len()], cancel)
     }
 
-    /// The period with which its last sections return.
-    pub fn last_return(&self, cancel: &CancelToken) -> PeriodReport {
+    /// The period that its last sections show, if they have come back to where they were.
+    pub fn last_return(&self, cancel: &CancelToken) -> Option<PeriodReport> {
         let sections = self.collector.sections();
         let last = sections.len().saturating_sub(RETURN_WINDOW)..sections.len();
-        detect_return(&sections[last.clone()], &self.counts[last], cancel)
+        let window = &sections[last.clone()];
+        comes_back(window).then(|| detect_period(window, &self.counts[last], cancel))
     }
 }

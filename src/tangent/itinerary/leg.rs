@@ -170,8 +170,15 @@ impl Leg {
         if regime == Regime::Frictionless {
             return Self::Impact(regime.kind(), Signs::NONE);
         }
-        // The literal law has no |sin x1|.
-        let sin = if system.law.is_coulomb() { event.pre.x1.sin() } else { 1.0 };
+        // The literal law has no |sin x1|. Up to a half turn the angle has the sign of its sine.
+        let x1 = event.pre.x1;
+        let sin = if !system.law.is_coulomb() {
+            1.0
+        } else if x1.abs() < 3.0 {
+            x1
+        } else {
+            x1.sin()
+        };
         Self::Impact(regime.kind(), Signs::of(regime, event.pre.v1, sin))
     }
 }
