@@ -25,6 +25,8 @@ use crate::simulate::{Horizon, Simulation};
 
 /// Points of the history, at most.
 const HISTORY: usize = 200;
+/// Periods, or other steps, of which each is recorded by itself, at most; of more, several together.
+const MOST_RECORDED: u32 = 2 * HISTORY as u32;
 
 /// Why a spectrum is not what was asked for.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -89,8 +91,9 @@ pub fn lyapunov_spectrum(
         return Err(ParameterError::new("step", format!("{step:?}"), allowed));
     }
     let (step, end) = (step.map_or(Step::Periods(1), Step::Time), run.final_state.clock);
-    let mut record = GrowthRecord::<4>::new(run, step);
-    record.align = Some(steps as usize / ALIGNING_STEPS);
+    let recorded = Recorded { step, each: (steps / MOST_RECORDED).max(1), all: steps };
+    let mut record = GrowthRecord::<4>::new(run, recorded);
+    record.align = Some(recorded.count() as usize / ALIGNING_STEPS);
     let last = end_of_step(record.perturbations.drive(), end, step, steps);
     let whole = matches!(step, Step::Periods(_)) && last.time_in_period == 0.0;
     let horizon = if whole {
@@ -120,13 +123,32 @@ enum Step {
     Time(f64),
 }
 
+/// The steps of a record: so many of the steps asked for in each, until all are done.
+#[derive(Clone, Copy)]
+struct Recorded {
+    step: Step,
+    each: u32,
+    all: u32,
+}
+
+impl Recorded {
+    fn count(&self) -> u32 {
+        self.all.div_ceil(self.each)
+    }
+
+    /// End of the k-th.
+    fn end(&self, drive: &Drive, from: Clock, k: u32) -> Clock {
+        end_of_step(drive, from, self.step, k.saturating_mul(self.each).min(self.all))
+    }
+}
+
 /// Growth of the perturbations of a motion, step by step. Who follows the motion hands over its
 /// events.
 pub(crate) struct GrowthRecord<const N: usize> {
     perturbations: Perturbations<N>,
     /// End of the run, where the record begins.
     from: Clock,
-    step: Step,
+    steps: Recorded,
     /// End of the step that runs.
     next: Clock,
     /// ln of the growth in each direction up to the end of the last step.
@@ -143,15 +165,15 @@ pub(crate) struct GrowthRecord<const N: usize> {
 }
 
 impl<const N: usize> GrowthRecord<N> {
-    fn new(run: &Run, step: Step) -> Self {
+    fn new(run: &Run, steps: Recorded) -> Self {
         let (from, skips) = (run.final_state.clock, run.skips_at_end());
         let perturbations = Perturbations::new(&run.system, &run.final_state, skips, true);
-        let next = end_of_step(perturbations.drive(), from, step, 1);
+        let next = steps.end(perturbations.drive(), from, 1);
         let stopped = !run.stop_reason.reached_the_end();
         Self {
             perturbations,
             from,
-            step,
+            steps,
             next,
             grown: [0.0; N],
             ends: Vec::new(),
@@ -189,7 +211,8 @@ impl<const N: usize> GrowthRecord<N> {
             let cut = clock > self.perturbations.clock()
                 && !chatters
                 && !self.perturbations.has_no_states();
-            if !(ends && (cut || stop)) {
+            let all = self.ends.len() as u32 >= self.steps.count();
+            if all || !(ends && (cut || stop)) {
                 break;
             }
             self.end_step(cut)?;
@@ -212,7 +235,7 @@ impl<const N: usize> GrowthRecord<N> {
         self.logs.push(std::array::from_fn(|i| grown[i] - since(i)));
         self.impacts.push(self.perturbations.impacts());
         let done = self.ends.len();
-        self.next = end_of_step(drive, self.from, self.step, done as u32 + 1);
+        self.next = self.steps.end(drive, self.from, done as u32 + 1);
         if N == 1 && self.perturbations.rank() == 0 {
             self.perturbations.restart();
         } else if self.align == Some(done) {
@@ -290,7 +313,7 @@ fn end_of_step(drive: &Drive, from: Clock, step: Step, k: u32) -> Clock {
 impl GrowthRecord<1> {
     /// Of one perturbation of the motion that goes on from the end of `run`.
     pub fn of_one(run: &Run) -> Self {
-        Self::new(run, Step::Periods(GROWTH_STEP))
+        Self::new(run, Recorded { step: Step::Periods(GROWTH_STEP), each: 1, all: u32::MAX })
     }
 
     /// Mean growth per drive period of a record of one perturbation; `None` where it cannot be

@@ -53,6 +53,16 @@ impl<const N: usize> PerturbedState<N> {
     }
 }
 
+/// The last impacts, as far as they may lead into chatter.
+enum Series<const N: usize> {
+    /// Not known.
+    None,
+    /// The last one is not low, or not lower than the one before.
+    High,
+    /// They decrease: the state after the one before them, and its u.
+    Decreasing(Box<PerturbedState<N>>, f64),
+}
+
 /// N perturbations of a motion.
 pub(crate) struct Perturbations<const N: usize> {
     model: Model,
@@ -60,14 +70,13 @@ pub(crate) struct Perturbations<const N: usize> {
     here: PerturbedState<N>,
     /// Perturbations change only from the next event on.
     paused: bool,
-    /// The state after the last impact before a series of decreasing ones, and its u. The series
-    /// may turn out to be chatter.
-    before_chatter: Option<(PerturbedState<N>, f64)>,
+    /// Whether the last impacts may turn out to be chatter.
+    series: Series<N>,
     /// u of the last impact, and the largest so far.
     last: f64,
     largest: f64,
-    /// Time between the last two impacts.
-    interval: f64,
+    /// The instant of the event before the last one.
+    before: Clock,
     /// Whether the directions are kept orthonormal.
     orthonormal: bool,
     impacts: u64,
@@ -92,10 +101,10 @@ impl<const N: usize> Perturbations<N> {
                 directions: Directions::unit_vectors(),
             },
             paused: skips,
-            before_chatter: None,
+            series: Series::None,
             last: 0.0,
             largest: 0.0,
-            interval: 0.0,
+            before: clock,
             orthonormal,
             impacts: 0,
             fastest_decay: system.fastest_decay(),
@@ -127,8 +136,8 @@ impl<const N: usize> Perturbations<N> {
     pub fn restore_directions(&mut self) {
         let directions = self.directions();
         self.here.directions.restore(directions);
-        if let Some((place, _)) = &mut self.before_chatter {
-            place.directions.restore(directions);
+        if let Series::Decreasing(before, _) = &mut self.series {
+            before.directions.restore(directions);
         }
         self.reduce_rank_in_contact();
     }
@@ -168,9 +177,9 @@ impl<const N: usize> Perturbations<N> {
     /// -inf for those that are lost, the last ones. What follows an impact that may lead into
     /// chatter counts once it is known whether it does.
     pub fn logs_at(&self, clock: Clock) -> Result<[f64; N], LyapunovError> {
-        match &self.before_chatter {
-            Some((place, _)) if self.may_chatter() => {
-                let mut directions = place.directions.clone();
+        match &self.series {
+            Series::Decreasing(before, _) if self.may_chatter() => {
+                let mut directions = before.directions.clone();
                 directions.reduce_rank(self.rank());
                 Ok(directions.logs())
             }
@@ -194,9 +203,13 @@ impl<const N: usize> Perturbations<N> {
     pub fn take(&mut self, event: &Event, after: &Flight) -> Result<(), LyapunovError> {
         if let Event::Chatter(_) = event {
             // The rounding of g, divided by so low a u, would spoil the times of these impacts.
-            if let Some((place, _)) = self.before_chatter.take() {
-                self.here = place;
+            if let Series::Decreasing(before, _) = std::mem::replace(&mut self.series, Series::None)
+            {
+                self.here = *before;
             }
+        }
+        if let Event::Impact(impact) = event {
+            self.note_impact(impact.impact.approach_velocity);
         }
         let mode = self.reader.mode;
         match self.reader.read(&self.model.system, event) {
@@ -221,14 +234,12 @@ impl<const N: usize> Perturbations<N> {
                 self.reduce_rank_by(leg);
                 self.impacts += u64::from(matches!(leg, Leg::Impact(..)));
                 let here = &mut self.here;
-                self.interval = self.model.motion.drive.until(here.clock, clock).value();
+                self.before = here.clock;
                 (here.state, here.clock, here.at_event) = (state, clock, true);
                 here.departure = departure;
                 self.paused = false;
-                if let Event::Impact(impact) = event {
-                    self.note_impact(impact.impact.approach_velocity);
-                } else {
-                    self.before_chatter = None;
+                if !matches!(event, Event::Impact(_)) {
+                    self.series = Series::None;
                 }
             }
             LegChange::Begins(state) => {
@@ -255,28 +266,38 @@ impl<const N: usize> Perturbations<N> {
         Ok(to_event(&outcome.image, &outcome.condition))
     }
 
-    /// Keeps the state after an impact, unless it is a low one after a higher one.
+    /// Before the impact that comes next is mapped: if it is a low one after a higher one, keeps the
+    /// state before it.
     fn note_impact(&mut self, u: f64) {
         self.largest = self.largest.max(u);
         let decreases = u < self.last || u < LOW_APPROACH * self.largest;
-        if u >= LOW_BOUNCE * self.largest || !decreases || self.before_chatter.is_none() {
-            self.before_chatter = Some((self.here.clone(), u));
+        if u >= LOW_BOUNCE * self.largest || !decreases {
+            self.series = Series::High;
+        } else {
+            match self.series {
+                Series::None => self.series = Series::High,
+                Series::High => {
+                    self.series = Series::Decreasing(Box::new(self.here.clone()), self.last);
+                }
+                Series::Decreasing(..) => {}
+            }
         }
         self.last = u;
     }
 
     /// Whether u has decreased in the last impacts, as it does in chatter.
     fn may_chatter(&self) -> bool {
-        self.before_chatter.as_ref().is_some_and(|(_, u)| self.last < *u)
+        matches!(self.series, Series::Decreasing(_, u) if self.last < u)
     }
 
     /// The next event is not before this instant. In chatter each flight is shorter than the one
     /// before: a longer one shows that this is none.
     fn rule_out_chatter(&mut self, clock: Clock) {
         if self.may_chatter() {
-            let flown = self.model.motion.drive.until(self.here.clock, clock).value();
-            if flown > self.interval {
-                self.before_chatter = None;
+            let drive = &self.model.motion.drive;
+            let flown = drive.until(self.here.clock, clock).value();
+            if flown > drive.until(self.before, self.here.clock).value() {
+                self.series = Series::None;
             }
         }
     }
@@ -336,7 +357,7 @@ impl<const N: usize> Perturbations<N> {
         let here = &mut self.here;
         (here.state, here.clock, here.at_event) = (state, clock, false);
         here.departure = None;
-        self.before_chatter = None;
+        self.series = Series::None;
         Ok(())
     }
 
