@@ -18,6 +18,7 @@ mod orbit;
 mod run;
 mod sweep;
 mod system;
+mod systems;
 
 use pyo3::prelude::*;
 
@@ -44,6 +45,8 @@ mod _core {
     use super::sweep::{PySweep, sweep};
     #[pymodule_export]
     use super::system::{PyParameter, PySystem};
+    #[pymodule_export]
+    use super::systems::PySystems;
 
     use super::arrays::Record;
     use super::enums::{Enumerated, LegEnd, LegKind};

@@ -283,6 +283,19 @@ class WhyUndecided(StrEnum):
     INTERRUPTED = "interrupted"
 
 @final
+class Systems:
+    """Systems that differ in some parameters: system i has row i of ``values`` for ``names``."""
+
+    def __new__(cls, system: System, names: Sequence[str], values: NDArray[np.float64]) -> Self: ...
+    def __len__(self) -> int: ...
+    def column(self, name: str) -> NDArray[np.float64]:
+        """Return the values of a numeric parameter."""
+
+    @property
+    def is_wall(self) -> NDArray[np.bool_]:
+        """Which have a body 2 on which impacts do not act."""
+
+@final
 class Itinerary:
     """The legs of a periodic motion, and the kernels of shooting on them.
 
@@ -317,6 +330,39 @@ class Itinerary:
     @property
     def wall_at_rest(self) -> bool:
         """Whether body 2 is a wall at rest, which is left out."""
+
+    def return_map(self, system: System, nodes: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the derivative of the return map, the product of those of the legs, (4, 4).
+
+        NaN where a leg cannot be followed, infinite where one ends in a graze.
+        """
+
+    def rejection(self, system: System, nodes: NDArray[np.float64], max_events: int) -> str:
+        """Return why a solution is no motion of its system, ``""`` if it is one.
+
+        First every condition of its legs; then a simulation over one orbit, of at most
+        ``max_events`` events, must pass the same events and come back.
+        """
+
+    def judge_all(
+        self,
+        systems: Systems,
+        numbers: NDArray[np.int64],
+        nodes: NDArray[np.float64],
+        max_events: int,
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Return the return maps (k, 4, 4) of orbits of one leg, and which are motions.
+
+        Orbit i has the node in row i, and is one of the system of that number.
+        """
+
+    def trajectory(
+        self, system: System, nodes: NDArray[np.float64], times: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return states x1, v1, x2, v2 at any times, shape (k, 4); the orbit repeats.
+
+        NaN where a leg, or chatter in it, cannot be followed.
+        """
 
     def residual(
         self, system: System, nodes: NDArray[np.float64], parameters: list[str] | None = None

@@ -38,6 +38,10 @@
 //! ```
 
 mod hump;
+mod trajectory;
+mod verdict;
+
+pub use verdict::Rejection;
 
 use crate::analysis::tolerances::NEGATIVE_LEG;
 use nalgebra::Matrix4;

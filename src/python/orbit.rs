@@ -1,6 +1,8 @@
 //! `_core.Itinerary`: the kernels of shooting.
 
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+};
 use pyo3::prelude::*;
 
 use super::arrays;
@@ -8,6 +10,7 @@ use super::cancel::{interrupted, interruptible};
 use super::leg::{PyCondition, PyLeg};
 use super::run::to_state;
 use super::system::PySystem;
+use super::systems::PySystems;
 use crate::analysis::shooting::Orbit;
 use crate::model::error::ParameterError;
 use crate::model::state::State;
@@ -23,10 +26,22 @@ fn to_nodes(nodes: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Node>> {
     Ok(arrays::to_states(nodes)?.into_iter().map(Node::from_array).collect())
 }
 
+/// What Python raises where an itinerary or a verdict is an error, and not an outcome.
+fn refusal(error: ItineraryError) -> PyErr {
+    match error {
+        ItineraryError::Parameter(error) => error.into(),
+        ItineraryError::State(error) => error.into(),
+        _ => interrupted("interrupted while a motion was followed".to_owned()),
+    }
+}
+
 /// A condition, its value, time in the leg.
 type TestRow = (PyCondition, f64, f64);
 
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
+
+/// Return maps, and which orbits are motions.
+type Judged<'py> = (Bound<'py, PyArray3<f64>>, Bound<'py, PyArray1<bool>>);
 
 #[pymethods]
 impl PyItinerary {
@@ -57,15 +72,15 @@ impl PyItinerary {
             Ok(Itinerary::follow(&system, initial, periods, max_events, cancel))
         };
         match interruptible::<_, ParameterError>(py, None, follow)?.0 {
-            Err(ItineraryError::Stopped(StopReason::Interrupted)) => {
-                Err(interrupted("interrupted while a motion was followed".to_owned()))
-            }
             Ok((itinerary, nodes)) => {
                 let rows: Vec<[f64; 4]> = nodes.into_iter().map(Node::to_array).collect();
                 Ok((Some((Self(itinerary), arrays::states(py, &rows)?)), String::new()))
             }
-            Err(ItineraryError::Parameter(error)) => Err(error.into()),
-            Err(ItineraryError::State(error)) => Err(error.into()),
+            Err(
+                refused @ (ItineraryError::Parameter(_)
+                | ItineraryError::State(_)
+                | ItineraryError::Stopped(StopReason::Interrupted)),
+            ) => Err(refusal(refused)),
             Err(other) => Ok((None, other.to_string())),
         }
     }
@@ -134,6 +149,78 @@ impl PyItinerary {
             .flat_map(|m| m.transpose().iter().copied().collect::<Vec<_>>())
             .collect();
         PyArray1::from_vec(py, flat).reshape([matrices.len(), 4, 4])
+    }
+
+    /// Derivative of the return map, shape (4, 4).
+    fn return_map<'py>(
+        &self,
+        py: Python<'py>,
+        system: &PySystem,
+        nodes: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Matrix<'py>> {
+        let nodes = to_nodes(&nodes)?;
+        let return_map = Orbit::new(&system.0, &self.0, &nodes)?.return_map();
+        PyArray1::from_slice(py, return_map.transpose().as_slice()).reshape([4, 4])
+    }
+
+    /// Why a solution is no motion of its system, in words; empty if it is one.
+    fn rejection(
+        &self,
+        py: Python<'_>,
+        system: &PySystem,
+        nodes: PyReadonlyArray2<'_, f64>,
+        max_events: u64,
+    ) -> PyResult<String> {
+        let nodes = to_nodes(&nodes)?;
+        let orbit = Orbit::new(&system.0, &self.0, &nodes)?;
+        let judge = |cancel: &CancelToken| Ok(orbit.rejection(max_events, cancel));
+        let why = interruptible::<_, ParameterError>(py, None, judge)?.0.map_err(refusal)?;
+        Ok(why.map_or_else(String::new, |why| why.to_string()))
+    }
+
+    /// The return maps (k, 4, 4) of orbits of one leg, orbit i with the node in row i and of the
+    /// system of that number; and which are motions.
+    fn judge_all<'py>(
+        &self,
+        py: Python<'py>,
+        systems: &PySystems,
+        numbers: Vec<usize>,
+        nodes: PyReadonlyArray2<'_, f64>,
+        max_events: u64,
+    ) -> PyResult<Judged<'py>> {
+        let nodes = to_nodes(&nodes)?;
+        let mut orbits = Vec::with_capacity(nodes.len());
+        for (&number, node) in numbers.iter().zip(nodes.chunks(1)) {
+            let system = systems.get(number)?;
+            orbits.push(Orbit::new(system, &self.0, node)?);
+        }
+        let judge = |cancel: &CancelToken| {
+            let verdict = |orbit: &Orbit| {
+                Ok((orbit.return_map(), orbit.rejection(max_events, cancel)?.is_none()))
+            };
+            Ok(orbits.iter().map(verdict).collect::<Result<Vec<_>, ItineraryError>>())
+        };
+        let judged = interruptible::<_, ParameterError>(py, None, judge)?.0.map_err(refusal)?;
+        let maps: Vec<f64> =
+            judged.iter().flat_map(|(map, _)| map.transpose().as_slice().to_vec()).collect();
+        let admissible = judged.iter().map(|&(_, is_motion)| is_motion).collect();
+        let maps = PyArray1::from_vec(py, maps).reshape([judged.len(), 4, 4])?;
+        Ok((maps, PyArray1::from_vec(py, admissible)))
+    }
+
+    /// States x1, v1, x2, v2 at any times, shape (k, 4).
+    fn trajectory<'py>(
+        &self,
+        py: Python<'py>,
+        system: &PySystem,
+        nodes: PyReadonlyArray2<'_, f64>,
+        times: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Matrix<'py>> {
+        let nodes = to_nodes(&nodes)?;
+        let orbit = Orbit::new(&system.0, &self.0, &nodes)?;
+        let states: Vec<[f64; 4]> =
+            times.as_array().iter().map(|&time| orbit.state_at(time).to_array()).collect();
+        arrays::states(py, &states)
     }
 
     /// States x1, v1, x2, v2 just before the event of each leg, shape (legs, 4).

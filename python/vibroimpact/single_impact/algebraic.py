@@ -29,13 +29,14 @@ geometry of the contact they are others. They are written out here, and not aske
 core, because a proof needs them in interval arithmetic.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _core
 from ..system import System
 from .enclosed_flight import Flight, choose, flight, rigid_wall
 from .intervals import Interval
@@ -63,18 +64,30 @@ class Parameters:
     oscillator_damping: Array
     moment_amplitude: Array
     force_amplitude: Array
+    phase: Array
 
     @classmethod
-    def of(cls, systems: Sequence[System], n: int) -> "Parameters":
-        """Collect the parameters of systems of one contact."""
-        names = list(cls.__dataclass_fields__)[3:]
-        columns = {name: np.array([getattr(system, name) for system in systems]) for name in names}
-        first = systems[0]
-        return cls(n=n, oblique=first.contact == "oblique", slope=first.slope, **columns)
+    def of(cls, system: System, n: int, systems: _core.Systems | None = None) -> "Parameters":
+        """Collect the parameters of a system, or of several with its contact."""
+        if systems is None:
+            systems = _core.Systems(system._compiled, (), np.empty((1, 0)))
+        names = list(cls.__dataclass_fields__)[4:]
+        return cls(
+            n=n,
+            oblique=system.contact == "oblique",
+            slope=system.slope,
+            is_wall=systems.is_wall,
+            **{name: systems.column(name) for name in names},
+        )
 
     def __len__(self) -> int:
         """Number of systems."""
         return len(self.gap)
+
+    @property
+    def at_rest(self) -> NDArray[np.bool_]:
+        """Which have a body 2 that stays where it is: a wall that nothing drives."""
+        return np.asarray(self.is_wall & (self.force_amplitude == 0.0))
 
 
 @dataclass(frozen=True)
@@ -197,9 +210,7 @@ def conditions(parameters: Parameters) -> Conditions:
     first = flight(par.n, par.frequency_ratio, par.pendulum_damping, par.moment_amplitude, omega)
     ones = np.ones(len(par))
     second = flight(par.n, ones, par.oscillator_damping, par.force_amplitude, omega)
-    # A wall at rest stays where it is.
-    at_rest = par.is_wall & (par.force_amplitude == 0.0)
-    second = rigid_wall(second, at_rest)
+    second = rigid_wall(second, par.at_rest)
     one, zero = Interval(ones), Interval(0.0 * ones)
     mbar, r = Interval(par.mass_ratio), Interval(par.restitution)
     rho = r / (1.0 + r)
