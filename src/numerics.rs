@@ -6,6 +6,7 @@ pub(crate) mod double_double;
 pub(crate) mod dual;
 pub(crate) mod elementary;
 pub(crate) mod extrapolation;
+pub(crate) mod interval;
 pub(crate) mod lanes;
 pub(crate) mod majorant;
 pub(crate) mod quadrature;

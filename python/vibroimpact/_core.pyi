@@ -3,12 +3,13 @@
 from collections.abc import Callable, Sequence
 from enum import IntEnum, StrEnum
 from types import MappingProxyType
-from typing import ClassVar, Self, final
+from typing import ClassVar, Self, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "ABSOLUTE_ERROR",
     "CHATTER_TOLERANCE",
     "CONTACTS",
     "CONTACT_DTYPE",
@@ -17,10 +18,13 @@ __all__ = [
     "GRAZE_DTYPE",
     "IMPACT_DTYPE",
     "LAWS",
+    "MOST_TURNED",
     "MOTION_NAMES",
     "OUTCOME_DTYPE",
     "PARAMETERS",
+    "RELATIVE_ERROR",
     "STATUS_NAMES",
+    "UNREDUCED",
     "Arrivals",
     "Border",
     "BorderKind",
@@ -31,6 +35,7 @@ __all__ = [
     "Leg",
     "LegEnd",
     "LegKind",
+    "OneImpacts",
     "Parameter",
     "PeriodReport",
     "Regime",
@@ -38,11 +43,13 @@ __all__ = [
     "Spectrum",
     "Sweep",
     "System",
+    "Systems",
     "WhyUndecided",
     "__version__",
     "_interrupt_at",
     "arrivals",
     "decay_minus_1",
+    "enclosed_sin_cos",
     "impact",
     "lyapunov_spectrum",
     "simulate",
@@ -57,6 +64,12 @@ STATUS_NAMES: tuple[str, ...]
 MOTION_NAMES: tuple[str, ...]
 PARAMETERS: MappingProxyType[str, Parameter]
 CHATTER_TOLERANCE: float
+# Errors of the elementary functions: relative to a value; of the reduction of angles from
+# `UNREDUCED` to `MOST_TURNED`.
+RELATIVE_ERROR: float
+ABSOLUTE_ERROR: float
+UNREDUCED: float
+MOST_TURNED: float
 CONTACTS: tuple[str, ...]
 LAWS: tuple[str, ...]
 COULOMB_LAWS: tuple[str, ...]
@@ -65,6 +78,9 @@ EVENT_DTYPE: np.dtype[np.void]
 GRAZE_DTYPE: np.dtype[np.void]
 OUTCOME_DTYPE: np.dtype[np.void]
 CONTACT_DTYPE: np.dtype[np.void]
+
+# Lower and upper ends of intervals.
+_Ends: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 @final
 class Parameter:
@@ -294,6 +310,26 @@ class Systems:
     @property
     def is_wall(self) -> NDArray[np.bool_]:
         """Which have a body 2 on which impacts do not act."""
+
+@final
+class OneImpacts:
+    """The condition of periodicity of motions with one impact, for several systems.
+
+    Coefficients [lo, hi] of 1, kappa and kappa^2 have a column for each system, and 15 rows: those
+    of D, then (p, q) of Nc and of Ns.
+    """
+
+    def __new__(
+        cls,
+        contact: str,
+        gap: NDArray[np.float64],
+        lo: NDArray[np.float64],
+        hi: NDArray[np.float64],
+    ) -> Self: ...
+    def enclose(
+        self, numbers: NDArray[np.int64], lo: NDArray[np.float64], hi: NDArray[np.float64]
+    ) -> tuple[_Ends, _Ends]:
+        """Enclose F and its slope over boxes of x1, each of the system of its number."""
 
 @final
 class Itinerary:
@@ -592,6 +628,9 @@ def lyapunov_spectrum(run: Run, steps: int, step: float | None = None) -> Spectr
 
     Over so many drive periods, or steps of this time under a constant load.
     """
+
+def enclosed_sin_cos(lo: NDArray[np.float64], hi: NDArray[np.float64]) -> tuple[_Ends, _Ends]:
+    """Enclose sine and cosine over intervals; beyond `MOST_TURNED` they lie in [-1, 1]."""
 
 def sin_cos(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Sine and cosine of each number, shapes (n,); the core's own for |x| <= 1e5."""

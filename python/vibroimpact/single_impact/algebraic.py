@@ -25,12 +25,15 @@ d, p, q quadratic. This is (35) with its poles multiplied out, for any damping, 
 contacts and a wall. Nothing is divided by, so that it holds at resonance as well.
 
 These equations belong to this machine alone: for other equations of motion, another law or another
-geometry of the contact they are others. They are written out here, and not asked of the compiled
-core, because a proof needs them in interval arithmetic.
+geometry of the contact they are others. They are written out here, and not asked of the
+core's flights, because a proof needs them in interval arithmetic. F itself is evaluated by
+src/analysis/one_impact.rs.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -114,45 +117,16 @@ class Conditions:
     sine: tuple[Quadratic, Quadratic]
 
     def enclose(self, which: NDArray[np.int64], x: Interval) -> tuple[Interval, Interval]:
-        """Enclose F and its slope over boxes of x1; ``which`` numbers the systems.
+        """Enclose F and its slope over boxes of x1; ``which`` numbers the systems."""
+        value, slope = self._compiled.enclose(which, x.lo, x.hi)
+        return Interval(*value), Interval(*slope)
 
-        D, Nc, Ns by their mean-value form, q(m) + q'(X)(X - m), then F likewise.
-        """
-        middle = Interval(x.middle)
-        at_middle, _ = self._values(which, middle)
-        natural, slopes = self._values(which, x)
-        offset = x - middle
-        values = [
-            value.meet(mean + slope * offset)
-            for value, mean, slope in zip(natural, at_middle, slopes, strict=True)
-        ]
-        (d, c, s), (d1, c1, s1) = values, slopes
-        slope = 2.0 * (c * c1 + s * s1 - d * d1)
-        value = c.square() + s.square() - d.square()
-        dm, cm, sm = at_middle
-        mean = cm.square() + sm.square() - dm.square() + slope * offset
-        return value.meet(mean), slope
-
-    def _values(
-        self, which: NDArray[np.int64], x: Interval
-    ) -> tuple[tuple[Interval, Interval, Interval], tuple[Interval, Interval, Interval]]:
-        """Enclose D, Nc, Ns and their derivatives by x1."""
-        tip, kappa, bend = self.contact(x)
-        y = tip - self.parameters.gap[which]
-
-        def quadratic(coefficients: Quadratic) -> tuple[Interval, Interval]:
-            a, b, c = (coefficient[which] for coefficient in coefficients)
-            ck = c * kappa
-            return a + kappa * (b + ck), (b + 2.0 * ck) * bend
-
-        def numerator(pair: tuple[Quadratic, Quadratic]) -> tuple[Interval, Interval]:
-            (p, p1), (q, q1) = quadratic(pair[0]), quadratic(pair[1])
-            return x * p + y * q, p + x * p1 + kappa * q + y * q1
-
-        d, d1 = quadratic(self.d)
-        c, c1 = numerator(self.cosine)
-        s, s1 = numerator(self.sine)
-        return (d, c, s), (d1, c1, s1)
+    @cached_property
+    def _compiled(self) -> _core.OneImpacts:
+        par = self.parameters
+        rows = [*self.d, *chain(*self.cosine), *chain(*self.sine)]
+        lo, hi = np.array([row.lo for row in rows]), np.array([row.hi for row in rows])
+        return _core.OneImpacts("oblique" if par.oblique else "direct", par.gap, lo, hi)
 
     def linear(self, which: NDArray[np.int64], x1: Interval) -> tuple[Interval, Interval]:
         """Return matrix (k, 5, 5) and right-hand side (k, 5) for (V, W, P, cos psi, sin psi)."""
