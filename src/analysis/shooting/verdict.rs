@@ -274,3 +274,98 @@ fn significant(legs: Vec<Leg>) -> Vec<Leg> {
         Some(&first) => kept[first..chatters[chatters.len() / 2]].to_vec(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Digits, Rejection, significant};
+    use crate::analysis::shooting::Orbit;
+    use crate::impact::RegimeKind;
+    use crate::model::parameters::System;
+    use crate::model::state::State;
+    use crate::numerics::cancel::CancelToken;
+    use crate::simulate::run::{RunOptions, run};
+    use crate::tangent::border::Border;
+    use crate::tangent::itinerary::{Itinerary, ItineraryError, Leg, Node, Signs};
+
+    const MOST_EVENTS: u64 = 1000;
+    const IMPACT: Leg = Leg::Impact(RegimeKind::Frictionless, Signs::NONE);
+
+    fn system() -> System {
+        let paper = System::builder().mass_ratio(0.6).frequency_ratio(2.0).restitution(0.8);
+        paper.gap(0.5).drive_frequency(1.8).moment_amplitude(1.0).build().unwrap()
+    }
+
+    /// The stable 1-1 motion, to the precision of a long simulation.
+    fn settled() -> (Itinerary, Vec<Node>) {
+        let (system, never) = (system(), CancelToken::never());
+        let start = State::new(0.0, 0.5, 0.0, 0.0).unwrap();
+        let end = run(&system, start, RunOptions::periods(1000), &never).unwrap().final_state;
+        Itinerary::follow(&system, end.state, 1, MOST_EVENTS, &never).unwrap()
+    }
+
+    fn rejection(itinerary: &Itinerary, nodes: &[Node]) -> Option<Rejection> {
+        let orbit = Orbit::new(&system(), itinerary, nodes).unwrap();
+        orbit.rejection(MOST_EVENTS, &CancelToken::never()).unwrap()
+    }
+
+    #[test]
+    fn a_motion_that_is_simulated_is_not_rejected() {
+        let (itinerary, nodes) = settled();
+        assert_eq!(rejection(&itinerary, &nodes), None);
+        let orbit = Orbit::new(&system(), &itinerary, &nodes).unwrap();
+        let period = system().drive_period();
+        for time in [0.0, 0.3, 2.0] {
+            let (once, later) = (orbit.state_at(time), orbit.state_at(time - 5.0 * period));
+            for (a, b) in once.to_array().into_iter().zip(later.to_array()) {
+                assert!((a - b).abs() < 1e-13, "{once:?} {later:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_motion_says_why() {
+        let (itinerary, nodes) = settled();
+        let moved = |v1: f64, v2: f64| {
+            let Node { x1, time, .. } = nodes[0];
+            rejection(&itinerary, &[Node { x1, v1, v2, time }])
+        };
+        let found = moved(nodes[0].v1 + 1e-3, nodes[0].v2);
+        assert!(matches!(found, Some(Rejection::NotClosed(off)) if off > 1e-5), "{found:?}");
+        let found = moved(nodes[0].v2, nodes[0].v1).unwrap();
+        match &found {
+            Rejection::Violated(test) => assert_eq!(test.condition.border, Border::Flight),
+            other => assert!(matches!(other, Rejection::Separating(_)), "{other:?}"),
+        }
+        assert_eq!(moved(f64::NAN, 0.0), Some(Rejection::NotFollowed));
+        assert_eq!(Rejection::NotFollowed.to_string(), "a leg cannot be followed");
+    }
+
+    #[test]
+    fn a_wish_to_end_is_no_verdict() {
+        let (itinerary, nodes) = settled();
+        let orbit = Orbit::new(&system(), &itinerary, &nodes).unwrap();
+        let ended = orbit.rejection(MOST_EVENTS, &CancelToken::after(1));
+        assert!(matches!(ended, Err(ItineraryError::Stopped(_))), "{ended:?}");
+    }
+
+    #[test]
+    fn low_bounces_before_chatter_do_not_count() {
+        let bounces = |count| [vec![IMPACT; count], vec![Leg::Chatter]].concat();
+        assert_eq!(significant(bounces(2)), significant(bounces(5)));
+        assert_eq!(significant(vec![IMPACT; 3]).len(), 3);
+    }
+
+    #[test]
+    fn numbers_have_three_digits() {
+        let told = |x: f64| Digits(x).to_string();
+        assert_eq!(told(-1.236), "-1.24");
+        assert_eq!(told(0.5), "0.5");
+        assert_eq!(told(99.96), "100");
+        assert_eq!(told(999.6), "1e+03");
+        assert_eq!(told(0.0001234), "0.000123");
+        assert_eq!(told(-0.000_012_34), "-1.23e-05");
+        assert_eq!(told(0.0), "0");
+        assert_eq!(told(f64::NAN), "nan");
+        assert_eq!(told(f64::INFINITY), "inf");
+    }
+}
