@@ -1,5 +1,5 @@
 //! Arithmetic that knows no mechanics: elementary functions with the same bits in every lane,
-//! numbers in double double and numbers with derivatives, quadrature, the bound of a first root.
+//! numbers in double double, numbers with derivatives and intervals, quadrature, the bound of a first root.
 
 pub(crate) mod cancel;
 pub(crate) mod double_double;

@@ -1,5 +1,5 @@
 //! The condition of periodicity of a motion with one impact in n drive periods without friction, in
-//! interval arithmetic, with a proof of where it has roots as its use.
+//! interval arithmetic: for proofs of where it has roots and where it has none.
 //!
 //! Given the angle x1 of the impact, the conditions are linear in the other unknowns. With D(kappa)
 //! their determinant and Nc, Ns the numerators of the cosine and the sine of the phase,
@@ -9,6 +9,24 @@
 //! y = sigma(x1) - delta, kappa = sigma', sigma the sine, or the identity for direct contact; d, p, q
 //! quadratic. This is (35) with its poles multiplied out (docs/theory.md, section 8; where the
 //! coefficients come from: python/vibroimpact/single_impact/algebraic.py).
+//!
+//! ```
+//! use vibroimpact::Contact;
+//! use vibroimpact::analysis::one_impact::{Interval, OneImpact};
+//!
+//! let quadratic = |a, b, c| [a, b, c].map(Interval::point);
+//! let zero = quadratic(0.0, 0.0, 0.0);
+//! // D = 1, Nc = 2 x1, Ns = 0: F = 4 x1^2 - 1.
+//! let condition = OneImpact {
+//!     contact: Contact::Direct,
+//!     gap: 0.0,
+//!     determinant: quadratic(1.0, 0.0, 0.0),
+//!     numerators: [[quadratic(2.0, 0.0, 0.0), zero], [zero, zero]],
+//! };
+//! let enclosed = condition.enclose(Interval { lo: 0.4, hi: 0.6 });
+//! assert!(enclosed.value.holds_zero() && enclosed.slope.lo > 0.0);
+//! assert!(!condition.enclose(Interval { lo: 0.6, hi: 0.7 }).value.holds_zero());
+//! ```
 
 use crate::model::parameters::Contact;
 pub use crate::numerics::interval::Interval;

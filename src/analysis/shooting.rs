@@ -34,6 +34,7 @@
 //! let return_map = Orbit::new(&system, &legs, &nodes)?.transfer()[0];
 //! let largest = return_map.complex_eigenvalues().iter().map(|l| l.norm()).fold(0.0, f64::max);
 //! assert!((largest - 0.958707).abs() < 1e-6);
+//! assert_eq!(Orbit::new(&system, &legs, &nodes)?.rejection(1000, &never)?, None);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
