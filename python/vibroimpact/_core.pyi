@@ -373,8 +373,10 @@ class Itinerary:
         NaN where a leg cannot be followed, infinite where one ends in a graze.
         """
 
-    def rejection(self, system: System, nodes: NDArray[np.float64], max_events: int) -> str:
-        """Return why a solution is no motion of its system, ``""`` if it is one.
+    def verdict(
+        self, system: System, nodes: NDArray[np.float64], max_events: int
+    ) -> tuple[NDArray[np.float64], str]:
+        """Return the return map, and why a solution is no motion of its system, ``""`` if it is.
 
         First every condition of its legs; then a simulation over one orbit, of at most
         ``max_events`` events, must pass the same events and come back.

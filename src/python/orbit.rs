@@ -1,5 +1,6 @@
 //! `_core.Itinerary`: the kernels of shooting.
 
+use nalgebra::Matrix4;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
 };
@@ -11,7 +12,7 @@ use super::leg::{PyCondition, PyLeg};
 use super::run::to_state;
 use super::system::PySystem;
 use super::systems::PySystems;
-use crate::analysis::shooting::Orbit;
+use crate::analysis::shooting::{Orbit, Verdict};
 use crate::model::error::ParameterError;
 use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
@@ -24,6 +25,10 @@ pub(super) struct PyItinerary(Itinerary);
 
 fn to_nodes(nodes: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Node>> {
     Ok(arrays::to_states(nodes)?.into_iter().map(Node::from_array).collect())
+}
+
+fn matrix<'py>(py: Python<'py>, matrix: &Matrix4<f64>) -> PyResult<Matrix<'py>> {
+    PyArray1::from_slice(py, matrix.transpose().as_slice()).reshape([4, 4])
 }
 
 /// What Python raises where an itinerary or a verdict is an error, and not an outcome.
@@ -160,22 +165,25 @@ impl PyItinerary {
     ) -> PyResult<Matrix<'py>> {
         let nodes = to_nodes(&nodes)?;
         let return_map = Orbit::new(&system.0, &self.0, &nodes)?.return_map();
-        PyArray1::from_slice(py, return_map.transpose().as_slice()).reshape([4, 4])
+        matrix(py, &return_map)
     }
 
-    /// Why a solution is no motion of its system, in words; empty if it is one.
-    fn rejection(
+    /// The derivative of the return map, shape (4, 4), and why a solution is no motion of its
+    /// system, in words; empty if it is one.
+    fn verdict<'py>(
         &self,
-        py: Python<'_>,
+        py: Python<'py>,
         system: &PySystem,
         nodes: PyReadonlyArray2<'_, f64>,
         max_events: u64,
-    ) -> PyResult<String> {
+    ) -> PyResult<(Matrix<'py>, String)> {
         let nodes = to_nodes(&nodes)?;
         let orbit = Orbit::new(&system.0, &self.0, &nodes)?;
-        let judge = |cancel: &CancelToken| Ok(orbit.rejection(max_events, cancel));
-        let why = interruptible::<_, ParameterError>(py, None, judge)?.0.map_err(refusal)?;
-        Ok(why.map_or_else(String::new, |why| why.to_string()))
+        let judge = |cancel: &CancelToken| Ok(orbit.verdict(max_events, cancel));
+        let Verdict { return_map, rejection } =
+            interruptible::<_, ParameterError>(py, None, judge)?.0.map_err(refusal)?;
+        let why = rejection.map_or_else(String::new, |why| why.to_string());
+        Ok((matrix(py, &return_map)?, why))
     }
 
     /// The return maps (k, 4, 4) of orbits of one leg, orbit i with the node in row i and of the
@@ -195,15 +203,15 @@ impl PyItinerary {
             orbits.push(Orbit::new(system, &self.0, node)?);
         }
         let judge = |cancel: &CancelToken| {
-            let verdict = |orbit: &Orbit| {
-                Ok((orbit.return_map(), orbit.rejection(max_events, cancel)?.is_none()))
-            };
-            Ok(orbits.iter().map(verdict).collect::<Result<Vec<_>, ItineraryError>>())
+            let verdicts = orbits.iter().map(|orbit| orbit.verdict(max_events, cancel));
+            Ok(verdicts.collect::<Result<Vec<_>, ItineraryError>>())
         };
         let judged = interruptible::<_, ParameterError>(py, None, judge)?.0.map_err(refusal)?;
-        let maps: Vec<f64> =
-            judged.iter().flat_map(|(map, _)| map.transpose().as_slice().to_vec()).collect();
-        let admissible = judged.iter().map(|&(_, is_motion)| is_motion).collect();
+        let maps: Vec<f64> = judged
+            .iter()
+            .flat_map(|verdict| verdict.return_map.transpose().as_slice().to_vec())
+            .collect();
+        let admissible = judged.iter().map(|verdict| verdict.rejection.is_none()).collect();
         let maps = PyArray1::from_vec(py, maps).reshape([judged.len(), 4, 4])?;
         Ok((maps, PyArray1::from_vec(py, admissible)))
     }

@@ -43,14 +43,13 @@ def motion_of(
         nodes = nodes.copy()
     else:
         itinerary, nodes = _in_order(system, *primitive(system, itinerary, nodes))
-    return_map = itinerary.return_map(system._compiled, nodes)
+    return_map, reason = itinerary.verdict(system._compiled, nodes, MAX_EVENTS)
     (multipliers,) = multipliers_of(return_map[None], itinerary)
     residual, _ = itinerary.residual(system._compiled, nodes)
     chatters = Leg.CHATTER in itinerary.legs
     impacts = sum(leg.kind is LegKind.IMPACT for leg in itinerary.legs)
     for array in (nodes, multipliers):
         array.flags.writeable = False
-    reason = itinerary.rejection(system._compiled, nodes, MAX_EVENTS)
     return PeriodicMotion(
         system=system,
         m=itinerary.periods,

@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix4;
 
-use super::Orbit;
+use super::{NOWHERE, Orbit};
 use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::Horizon;
@@ -14,7 +14,7 @@ impl Orbit<'_> {
     /// those of the legs; of a circuit, of (x1, x1', x2', x2). NaN where a leg cannot be followed.
     #[must_use]
     pub fn return_map(&self) -> Matrix4<f64> {
-        self.transfer().iter().fold(Matrix4::identity(), |product, leg| leg * product)
+        product(&self.transfer())
     }
 
     /// Times of the nodes, rising, the first in the first orbit.
@@ -37,9 +37,8 @@ impl Orbit<'_> {
     /// motion. Not finite where a leg, or chatter in it, cannot be followed.
     #[must_use]
     pub fn state_at(&self, time: f64) -> State {
-        let nowhere = State { x1: f64::NAN, v1: f64::NAN, x2: f64::NAN, v2: f64::NAN };
         if self.is_circuit() {
-            return self.state_in_leg(0, time.rem_euclid(self.length())).unwrap_or(nowhere);
+            return self.state_in_leg(0, time.rem_euclid(self.length())).unwrap_or(NOWHERE);
         }
         let starts = self.node_times();
         let place = (time - starts[0]).rem_euclid(self.length());
@@ -51,7 +50,7 @@ impl Orbit<'_> {
         } else {
             self.state_in_leg(leg, ahead)
         };
-        state.unwrap_or(nowhere)
+        state.unwrap_or(NOWHERE)
     }
 
     /// State after a time of chatter, by simulation.
@@ -63,4 +62,9 @@ impl Orbit<'_> {
         let until = RunOptions::until(Horizon::Time(time));
         Some(run(&shifted, start, until, &CancelToken::never()).ok()?.final_state.state)
     }
+}
+
+/// The product of the derivatives of all legs, the first on the right.
+pub(super) fn product(transfer: &[Matrix4<f64>]) -> Matrix4<f64> {
+    transfer.iter().fold(Matrix4::identity(), |product, leg| leg * product)
 }

@@ -4,7 +4,10 @@
 
 use std::fmt;
 
-use super::Orbit;
+use nalgebra::Matrix4;
+
+use super::trajectory::product;
+use super::{FollowedLeg, NOWHERE, Orbit};
 use crate::analysis::tolerances::{CLOSES, NEAR_EVENT, ON_BORDER};
 use crate::impact::RegimeKind;
 use crate::model::parameters::System;
@@ -14,6 +17,15 @@ use crate::simulate::event::StopReason;
 use crate::simulate::run::{RunError, RunOptions, run};
 use crate::tangent::border::{Border, BorderKind, ConditionValue};
 use crate::tangent::itinerary::{Itinerary, ItineraryError, Leg, Signs, StickEnd};
+
+/// What a solution is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// Derivative of the return map ([`Orbit::return_map`]): its eigenvalues are the multipliers.
+    pub return_map: Matrix4<f64>,
+    /// Why it is no motion of its system; `None` if it is one.
+    pub rejection: Option<Rejection>,
+}
 
 /// Why a solution is no motion of its system.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,17 +104,29 @@ impl fmt::Display for Digits {
 }
 
 impl Orbit<'_> {
-    /// Why the solution is no motion of its system; `None` if it is one. A simulation of it is given
-    /// up after `max_events`.
+    /// The verdict on the solution. A simulation of it is given up after `max_events`.
     ///
     /// # Errors
     /// [`ItineraryError`] if the start of a simulation is refused, or `cancel` ends it.
-    pub fn rejection(
+    pub fn verdict(
         &self,
         max_events: u64,
         cancel: &CancelToken,
+    ) -> Result<Verdict, ItineraryError> {
+        let legs = self.followed();
+        let transfer: Vec<_> = legs.iter().map(|leg| self.transfer_of(leg.as_ref())).collect();
+        let return_map = product(&transfer);
+        let rejection = self.rejection(&return_map, &legs, max_events, cancel)?;
+        Ok(Verdict { return_map, rejection })
+    }
+
+    fn rejection(
+        &self,
+        return_map: &Matrix4<f64>,
+        legs: &[Option<FollowedLeg>],
+        max_events: u64,
+        cancel: &CancelToken,
     ) -> Result<Option<Rejection>, ItineraryError> {
-        let return_map = self.return_map();
         let known: &[usize] = match (self.itinerary.wall_at_rest, self.is_circuit()) {
             (false, _) => &[0, 1, 2, 3],
             (true, true) => &[0, 1],
@@ -112,7 +136,7 @@ impl Orbit<'_> {
             return Ok(Some(Rejection::NotFollowed));
         }
         // Checked first: the maxima of the gap take longer to find.
-        if let Some(u) = self.separates() {
+        if let Some(u) = self.separates(legs) {
             return Ok(Some(Rejection::Separating(u)));
         }
         if let Some(violated) = self.violated() {
@@ -123,17 +147,17 @@ impl Orbit<'_> {
     }
 
     /// The first approach velocity that is not positive, in order of time.
-    fn separates(&self) -> Option<f64> {
+    fn separates(&self, legs: &[Option<FollowedLeg>]) -> Option<f64> {
         let (count, periods) = (self.nodes.len(), self.itinerary.periods);
-        let mut impacts: Vec<(i64, f64, f64)> = self
-            .before_events()
+        let mut impacts: Vec<(i64, f64, f64)> = legs
             .iter()
             .enumerate()
             .filter(|&(i, _)| matches!(self.itinerary.legs[i], Leg::Impact(..)))
-            .map(|(i, before)| {
+            .map(|(i, leg)| {
+                let before = leg.as_ref().map_or(NOWHERE, |leg| leg.pre);
                 let next = (i + 1) % count;
                 let clock = self.itinerary.clocks[next].rem_euclid(periods);
-                (clock, self.nodes[next].time, self.system.approach_velocity(before))
+                (clock, self.nodes[next].time, self.system.approach_velocity(&before))
             })
             .collect();
         impacts.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
@@ -305,7 +329,7 @@ mod tests {
 
     fn rejection(itinerary: &Itinerary, nodes: &[Node]) -> Option<Rejection> {
         let orbit = Orbit::new(&system(), itinerary, nodes).unwrap();
-        orbit.rejection(MOST_EVENTS, &CancelToken::never()).unwrap()
+        orbit.verdict(MOST_EVENTS, &CancelToken::never()).unwrap().rejection
     }
 
     #[test]
@@ -344,7 +368,7 @@ mod tests {
     fn a_wish_to_end_is_no_verdict() {
         let (itinerary, nodes) = settled();
         let orbit = Orbit::new(&system(), &itinerary, &nodes).unwrap();
-        let ended = orbit.rejection(MOST_EVENTS, &CancelToken::after(1));
+        let ended = orbit.verdict(MOST_EVENTS, &CancelToken::after(1));
         assert!(matches!(ended, Err(ItineraryError::Stopped(_))), "{ended:?}");
     }
 
