@@ -52,7 +52,7 @@ pub struct OneImpact {
 pub struct Enclosed {
     /// F.
     pub value: Interval,
-    /// Its derivative by x1.
+    /// Its derivative by x1; the whole line if F has no zero there, where nobody asks for it.
     pub slope: Interval,
 }
 
@@ -61,17 +61,21 @@ impl OneImpact {
     /// likewise.
     #[must_use]
     pub fn enclose(&self, x: Interval) -> Enclosed {
-        let parts = self.parts(x);
-        let values = parts.map(|part| part.value);
-        let natural = sum_of_squares(values);
-        // Of a point the two forms are the same; elsewhere one that excludes zero is enough.
-        if x.lo == x.hi || !natural.holds_zero() {
-            return Enclosed { value: natural, slope: slope(parts) };
+        let place = self.place(x);
+        let natural = self.values(&place);
+        let value = sum_of_squares(natural);
+        // One form that excludes zero is enough.
+        if !value.holds_zero() {
+            return Enclosed { value, slope: Interval::WHOLE };
+        }
+        let mut parts = self.parts(&place, natural);
+        // Of a point the two forms are the same.
+        if x.lo == x.hi {
+            return Enclosed { value, slope: slope(parts) };
         }
         let middle = Interval::point(x.middle());
         let offset = x - middle;
-        let at_middle = self.parts(middle).map(|part| part.value);
-        let mut parts = parts;
+        let at_middle = self.values(&self.place(middle));
         for (part, mean) in parts.iter_mut().zip(at_middle) {
             part.value = part.value.meet(mean + part.slope * offset);
         }
@@ -80,8 +84,7 @@ impl OneImpact {
         Enclosed { value: value.meet(sum_of_squares(at_middle) + slope * offset), slope }
     }
 
-    /// D, Nc, Ns.
-    fn parts(&self, x: Interval) -> [Enclosed; 3] {
+    fn place(&self, x: Interval) -> Place {
         let one = Interval::point(1.0);
         let (tip, kappa, bend) = match self.contact {
             Contact::Oblique => {
@@ -90,20 +93,48 @@ impl OneImpact {
             }
             Contact::Direct => (x, one, Interval::point(0.0)),
         };
-        let y = tip - Interval::point(self.gap);
-        let quadratic = |&[a, b, c]: &Quadratic| {
-            let ck = c * kappa;
-            Enclosed { value: a + kappa * (b + ck), slope: (b + ck.twice()) * bend }
-        };
+        Place { x, y: tip - Interval::point(self.gap), kappa, bend }
+    }
+
+    /// D, Nc, Ns.
+    fn values(&self, place: &Place) -> [Interval; 3] {
+        let numerator =
+            |[p, q]: &[Quadratic; 2]| place.x * place.value(p) + place.y * place.value(q);
+        let [cosine, sine] = &self.numerators;
+        [place.value(&self.determinant), numerator(cosine), numerator(sine)]
+    }
+
+    /// These values with their slopes.
+    fn parts(&self, place: &Place, [d, c, s]: [Interval; 3]) -> [Enclosed; 3] {
+        let Place { x, y, kappa, .. } = *place;
         let numerator = |[p, q]: &[Quadratic; 2]| {
-            let (p, q) = (quadratic(p), quadratic(q));
-            Enclosed {
-                value: x * p.value + y * q.value,
-                slope: p.value + x * p.slope + kappa * q.value + y * q.slope,
-            }
+            place.value(p) + x * place.slope(p) + kappa * place.value(q) + y * place.slope(q)
         };
         let [cosine, sine] = &self.numerators;
-        [quadratic(&self.determinant), numerator(cosine), numerator(sine)]
+        [
+            Enclosed { value: d, slope: place.slope(&self.determinant) },
+            Enclosed { value: c, slope: numerator(cosine) },
+            Enclosed { value: s, slope: numerator(sine) },
+        ]
+    }
+}
+
+/// x1, y, kappa = sigma' and sigma''.
+struct Place {
+    x: Interval,
+    y: Interval,
+    kappa: Interval,
+    bend: Interval,
+}
+
+impl Place {
+    fn value(&self, &[a, b, c]: &Quadratic) -> Interval {
+        a + self.kappa * (b + c * self.kappa)
+    }
+
+    /// Derivative by x1.
+    fn slope(&self, &[_, b, c]: &Quadratic) -> Interval {
+        (b + (c * self.kappa).twice()) * self.bend
     }
 }
 

@@ -41,6 +41,9 @@ fn most(a: f64, b: f64) -> f64 {
 }
 
 impl Interval {
+    /// All numbers.
+    pub const WHOLE: Self = Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+
     /// A single number.
     #[must_use]
     pub fn point(x: f64) -> Self {
@@ -210,7 +213,7 @@ mod tests {
     #[test]
     fn nan_and_infinity_decide_nothing() {
         let none = Interval::point(f64::NAN);
-        let whole = Interval { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+        let whole = Interval::WHOLE;
         for x in [none, whole, none * Interval::point(1.0), whole * Interval::point(0.0)] {
             assert!(x.holds_zero() && x.square().lo.max(0.0) == 0.0, "{x:?}");
         }

@@ -31,7 +31,7 @@ src/analysis/one_impact.rs.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 from typing import Any
@@ -74,7 +74,7 @@ class Parameters:
         """Collect the parameters of a system, or of several with its contact."""
         if systems is None:
             systems = _core.Systems(system._compiled, (), np.empty((1, 0)))
-        names = list(cls.__dataclass_fields__)[4:]
+        _, *names = cls._columns()
         return cls(
             n=n,
             oblique=system.contact == "oblique",
@@ -86,6 +86,15 @@ class Parameters:
     def __len__(self) -> int:
         """Number of systems."""
         return len(self.gap)
+
+    def part(self, part: slice) -> "Parameters":
+        """Return the parameters of some of the systems."""
+        columns = {name: getattr(self, name)[part] for name in self._columns()}
+        return replace(self, **columns)
+
+    @classmethod
+    def _columns(cls) -> list[str]:
+        return list(cls.__dataclass_fields__)[3:]
 
     @property
     def at_rest(self) -> NDArray[np.bool_]:
@@ -115,6 +124,23 @@ class Conditions:
     d: Quadratic
     cosine: tuple[Quadratic, Quadratic]
     sine: tuple[Quadratic, Quadratic]
+
+    def only(self, number: int) -> "Conditions":
+        """Return the conditions of one of the systems."""
+        part = slice(number, number + 1)
+
+        def of(quadratic: Quadratic) -> Quadratic:
+            a, b, c = quadratic
+            return a[part], b[part], c[part]
+
+        return Conditions(
+            parameters=self.parameters.part(part),
+            first=self.first.part(part),
+            second=self.second.part(part),
+            d=of(self.d),
+            cosine=(of(self.cosine[0]), of(self.cosine[1])),
+            sine=(of(self.sine[0]), of(self.sine[1])),
+        )
 
     def enclose(self, which: NDArray[np.int64], x: Interval) -> tuple[Interval, Interval]:
         """Enclose F and its slope over boxes of x1; ``which`` numbers the systems."""

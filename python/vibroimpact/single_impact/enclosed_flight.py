@@ -53,6 +53,10 @@ class Complex:
         """Return the sum."""
         return Complex(self.re + other.re, self.im + other.im)
 
+    def part(self, part: slice) -> "Complex":
+        """Return some of the numbers."""
+        return Complex(self.re[part], self.im[part])
+
     def turned(self) -> "Complex":
         """Return i times the number."""
         return Complex(-self.im, self.re)
@@ -78,6 +82,19 @@ class Flight:
     steady: Complex
     # Undamped, and a whole number of turns to rounding: A = 1.
     returns: Mask
+
+    def part(self, part: slice) -> "Flight":
+        """Return the flights of some of the systems."""
+        return Flight(
+            c11=self.c11[part],
+            a12=self.a12[part],
+            a21=self.a21[part],
+            c22=self.c22[part],
+            gx=self.gx.part(part),
+            gv=self.gv.part(part),
+            steady=self.steady.part(part),
+            returns=self.returns[part],
+        )
 
     @property
     def kicked(self) -> tuple[Interval, Interval]:

@@ -184,9 +184,9 @@ def _solve(
     # A box without one simple root is examined on its own.
     for k in np.flatnonzero(~found.isolated):
         number = int(found.which[k])
-        system = batch.at(number)
-        alone = conditions(Parameters.of(system, batch.n))
-        motions, reason = motions_in(system, alone, found.box[k : k + 1], (math.nan,) * 4)
+        motions, reason = motions_in(
+            batch.at(number), equations.only(number), found.box[k : k + 1], (math.nan,) * 4
+        )
         undecided[number] += bool(reason)
         rows += [_row(number, motion) for motion in motions]
     return np.concatenate(rows), undecided, empty
