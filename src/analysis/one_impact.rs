@@ -32,7 +32,7 @@ use crate::model::parameters::Contact;
 pub use crate::numerics::interval::Interval;
 
 /// Coefficients of 1, kappa and kappa^2.
-pub type Quadratic = [Interval; 3];
+type Quadratic = [Interval; 3];
 
 /// The condition of one system.
 #[derive(Debug, Clone)]

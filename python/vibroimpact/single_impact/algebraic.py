@@ -32,7 +32,7 @@ src/analysis/one_impact.rs.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import chain
 from typing import Any
 
@@ -226,9 +226,12 @@ def conditions(parameters: Parameters) -> Conditions:
 
     one_of, two_of = columns(first), columns(second)
 
+    # Each is needed several times.
+    @cache
     def a(left: str, right: str) -> Interval:
         return _cross(one_of[left], one_of[right])
 
+    @cache
     def b(left: str, right: str) -> Interval:
         return _cross(two_of[left], two_of[right])
 

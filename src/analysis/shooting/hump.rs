@@ -93,7 +93,7 @@ fn in_chunk<T: Tip>(
             None
         };
         if let Some((left, right)) = bracket {
-            let top = falling_root(left, right, |s| at(s));
+            let top = falling_root(left, right, at);
             let GapPoint { value, .. } = at(top);
             let rises = value > *lowest + gap.noise(top);
             if rises && highest.is_none_or(|(_, most)| value > most) {

@@ -386,7 +386,7 @@ mod tests {
         assert_eq!(told(0.5), "0.5");
         assert_eq!(told(99.96), "100");
         assert_eq!(told(999.6), "1e+03");
-        assert_eq!(told(0.0001234), "0.000123");
+        assert_eq!(told(0.000_123_4), "0.000123");
         assert_eq!(told(-0.000_012_34), "-1.23e-05");
         assert_eq!(told(0.0), "0");
         assert_eq!(told(f64::NAN), "nan");
