@@ -4,6 +4,7 @@
 pub mod basin;
 mod label;
 pub(crate) mod lyapunov;
+pub mod one_impact;
 pub(crate) mod period;
 mod return_map;
 pub mod shooting;

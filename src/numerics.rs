@@ -1,11 +1,12 @@
 //! Arithmetic that knows no mechanics: elementary functions with the same bits in every lane,
-//! numbers in double double and numbers with derivatives, quadrature, the bound of a first root.
+//! numbers in double double, numbers with derivatives and intervals, quadrature, the bound of a first root.
 
 pub(crate) mod cancel;
 pub(crate) mod double_double;
 pub(crate) mod dual;
 pub(crate) mod elementary;
 pub(crate) mod extrapolation;
+pub(crate) mod interval;
 pub(crate) mod lanes;
 pub(crate) mod majorant;
 pub(crate) mod quadrature;

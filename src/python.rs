@@ -14,10 +14,12 @@ mod errors;
 mod impact;
 mod leg;
 mod lyapunov;
+mod one_impact;
 mod orbit;
 mod run;
 mod sweep;
 mod system;
+mod systems;
 
 use pyo3::prelude::*;
 
@@ -37,6 +39,8 @@ mod _core {
     #[pymodule_export]
     use super::lyapunov::{PySpectrum, lyapunov_spectrum};
     #[pymodule_export]
+    use super::one_impact::{PyOneImpacts, enclosed_sin_cos};
+    #[pymodule_export]
     use super::orbit::PyItinerary;
     #[pymodule_export]
     use super::run::{PyFinalState, PyPeriodReport, PyRun, simulate, simulate_many};
@@ -44,6 +48,8 @@ mod _core {
     use super::sweep::{PySweep, sweep};
     #[pymodule_export]
     use super::system::{PyParameter, PySystem};
+    #[pymodule_export]
+    use super::systems::PySystems;
 
     use super::arrays::Record;
     use super::enums::{Enumerated, LegEnd, LegKind};
@@ -53,6 +59,8 @@ mod _core {
     use crate::analysis::{EvidenceKind, WhyUndecided};
     use crate::impact::{ImpactOutcome, RegimeKind};
     use crate::model::parameters::{Contact, ImpactLaw};
+    use crate::numerics::elementary::MOST_TURNED;
+    use crate::numerics::interval::{ABSOLUTE_ERROR, RELATIVE_ERROR, UNREDUCED};
     use crate::simulate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
     use crate::simulate::tolerances::DEFAULT_TOLERANCE;
     use crate::tangent::border::{Border, BorderKind};
@@ -66,6 +74,10 @@ mod _core {
         module.add("STATUS_NAMES", PyTuple::new(py, PointStatus::NAMES)?)?;
         module.add("MOTION_NAMES", PyTuple::new(py, Kind::NAMES)?)?;
         module.add("PARAMETERS", parameters(py)?)?;
+        module.add("RELATIVE_ERROR", RELATIVE_ERROR)?;
+        module.add("ABSOLUTE_ERROR", ABSOLUTE_ERROR)?;
+        module.add("UNREDUCED", UNREDUCED)?;
+        module.add("MOST_TURNED", MOST_TURNED)?;
         module.add("CHATTER_TOLERANCE", DEFAULT_TOLERANCE)?;
         module.add("CONTACTS", PyTuple::new(py, Contact::ALL.iter().map(|one| one.name()))?)?;
         module.add("LAWS", PyTuple::new(py, ImpactLaw::ALL.iter().map(|one| one.name()))?)?;

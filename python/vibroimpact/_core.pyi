@@ -3,12 +3,13 @@
 from collections.abc import Callable, Sequence
 from enum import IntEnum, StrEnum
 from types import MappingProxyType
-from typing import ClassVar, Self, final
+from typing import ClassVar, Self, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "ABSOLUTE_ERROR",
     "CHATTER_TOLERANCE",
     "CONTACTS",
     "CONTACT_DTYPE",
@@ -17,10 +18,13 @@ __all__ = [
     "GRAZE_DTYPE",
     "IMPACT_DTYPE",
     "LAWS",
+    "MOST_TURNED",
     "MOTION_NAMES",
     "OUTCOME_DTYPE",
     "PARAMETERS",
+    "RELATIVE_ERROR",
     "STATUS_NAMES",
+    "UNREDUCED",
     "Arrivals",
     "Border",
     "BorderKind",
@@ -31,6 +35,7 @@ __all__ = [
     "Leg",
     "LegEnd",
     "LegKind",
+    "OneImpacts",
     "Parameter",
     "PeriodReport",
     "Regime",
@@ -38,11 +43,13 @@ __all__ = [
     "Spectrum",
     "Sweep",
     "System",
+    "Systems",
     "WhyUndecided",
     "__version__",
     "_interrupt_at",
     "arrivals",
     "decay_minus_1",
+    "enclosed_sin_cos",
     "impact",
     "lyapunov_spectrum",
     "simulate",
@@ -57,6 +64,12 @@ STATUS_NAMES: tuple[str, ...]
 MOTION_NAMES: tuple[str, ...]
 PARAMETERS: MappingProxyType[str, Parameter]
 CHATTER_TOLERANCE: float
+# Errors of the elementary functions: relative to a value; of the reduction of angles from
+# `UNREDUCED` to `MOST_TURNED`.
+RELATIVE_ERROR: float
+ABSOLUTE_ERROR: float
+UNREDUCED: float
+MOST_TURNED: float
 CONTACTS: tuple[str, ...]
 LAWS: tuple[str, ...]
 COULOMB_LAWS: tuple[str, ...]
@@ -65,6 +78,9 @@ EVENT_DTYPE: np.dtype[np.void]
 GRAZE_DTYPE: np.dtype[np.void]
 OUTCOME_DTYPE: np.dtype[np.void]
 CONTACT_DTYPE: np.dtype[np.void]
+
+# Lower and upper ends of intervals.
+_Ends: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 @final
 class Parameter:
@@ -283,6 +299,39 @@ class WhyUndecided(StrEnum):
     INTERRUPTED = "interrupted"
 
 @final
+class Systems:
+    """Systems that differ in some parameters: system i has row i of ``values`` for ``names``."""
+
+    def __new__(cls, system: System, names: Sequence[str], values: NDArray[np.float64]) -> Self: ...
+    def __len__(self) -> int: ...
+    def column(self, name: str) -> NDArray[np.float64]:
+        """Return the values of a numeric parameter."""
+
+    @property
+    def is_wall(self) -> NDArray[np.bool_]:
+        """Which have a body 2 on which impacts do not act."""
+
+@final
+class OneImpacts:
+    """The condition of periodicity of motions with one impact, for several systems.
+
+    Coefficients [lo, hi] of 1, kappa and kappa^2 have a column for each system, and 15 rows: those
+    of D, then (p, q) of Nc and of Ns.
+    """
+
+    def __new__(
+        cls,
+        contact: str,
+        gap: NDArray[np.float64],
+        lo: NDArray[np.float64],
+        hi: NDArray[np.float64],
+    ) -> Self: ...
+    def enclose(
+        self, numbers: NDArray[np.int64], lo: NDArray[np.float64], hi: NDArray[np.float64]
+    ) -> tuple[_Ends, _Ends]:
+        """Enclose F and its slope over boxes of x1, each of the system of its number."""
+
+@final
 class Itinerary:
     """The legs of a periodic motion, and the kernels of shooting on them.
 
@@ -317,6 +366,41 @@ class Itinerary:
     @property
     def wall_at_rest(self) -> bool:
         """Whether body 2 is a wall at rest, which is left out."""
+
+    def return_map(self, system: System, nodes: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the derivative of the return map, the product of those of the legs, (4, 4).
+
+        NaN where a leg cannot be followed, infinite where one ends in a graze.
+        """
+
+    def verdict(
+        self, system: System, nodes: NDArray[np.float64], max_events: int
+    ) -> tuple[NDArray[np.float64], str]:
+        """Return the return map, and why a solution is no motion of its system, ``""`` if it is.
+
+        First every condition of its legs; then a simulation over one orbit, of at most
+        ``max_events`` events, must pass the same events and come back.
+        """
+
+    def judge_all(
+        self,
+        systems: Systems,
+        numbers: NDArray[np.int64],
+        nodes: NDArray[np.float64],
+        max_events: int,
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Return the return maps (k, 4, 4) of orbits of one leg, and which are motions.
+
+        Orbit i has the node in row i, and is one of the system of that number.
+        """
+
+    def trajectory(
+        self, system: System, nodes: NDArray[np.float64], times: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return states x1, v1, x2, v2 at any times, shape (k, 4); the orbit repeats.
+
+        NaN where a leg, or chatter in it, cannot be followed.
+        """
 
     def residual(
         self, system: System, nodes: NDArray[np.float64], parameters: list[str] | None = None
@@ -546,6 +630,9 @@ def lyapunov_spectrum(run: Run, steps: int, step: float | None = None) -> Spectr
 
     Over so many drive periods, or steps of this time under a constant load.
     """
+
+def enclosed_sin_cos(lo: NDArray[np.float64], hi: NDArray[np.float64]) -> tuple[_Ends, _Ends]:
+    """Enclose sine and cosine over intervals; beyond `MOST_TURNED` they lie in [-1, 1]."""
 
 def sin_cos(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Sine and cosine of each number, shapes (n,); the core's own for |x| <= 1e5."""

@@ -13,9 +13,7 @@ import importlib
 from collections.abc import Callable
 from typing import Any, Final, Literal
 
-Verb = Literal[
-    "crossing", "curve_problem", "motion_of", "read_basins", "refine", "simulate", "write_basins"
-]
+Verb = Literal["crossing", "curve_problem", "motion_of", "read_basins", "refine", "write_basins"]
 
 VERBS: Final[dict[Verb, str]] = {
     "crossing": "orbits.regions:crossing",
@@ -23,7 +21,6 @@ VERBS: Final[dict[Verb, str]] = {
     "motion_of": "orbits.verdict:motion_of",
     "read_basins": "sweeps.basins.files:read_basins",
     "refine": "orbits.shooting:refine",
-    "simulate": "simulation:simulate",
     "write_basins": "sweeps.basins.files:write_basins",
 }
 

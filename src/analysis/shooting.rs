@@ -34,10 +34,15 @@
 //! let return_map = Orbit::new(&system, &legs, &nodes)?.transfer()[0];
 //! let largest = return_map.complex_eigenvalues().iter().map(|l| l.norm()).fold(0.0, f64::max);
 //! assert!((largest - 0.958707).abs() < 1e-6);
+//! assert_eq!(Orbit::new(&system, &legs, &nodes)?.verdict(1000, &never)?.rejection, None);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod hump;
+mod trajectory;
+mod verdict;
+
+pub use verdict::{Rejection, Verdict};
 
 use crate::analysis::tolerances::NEGATIVE_LEG;
 use nalgebra::Matrix4;
@@ -59,6 +64,9 @@ use crate::tangent::{
 pub(crate) const PER_LEG: usize = 4;
 /// Most parameters with respect to which derivatives are given at once.
 pub(crate) const MOST_FREE: usize = DIRECTIONS - FREE;
+
+/// The state in a leg that cannot be followed.
+const NOWHERE: State = State { x1: f64::NAN, v1: f64::NAN, x2: f64::NAN, v2: f64::NAN };
 
 /// Residual of a motion and its derivatives.
 #[derive(Debug, Clone, PartialEq)]
@@ -180,28 +188,30 @@ impl<'a> Orbit<'a> {
     /// (x1, x1', x2', x2). NaN for a leg that cannot be followed.
     #[must_use]
     pub fn transfer(&self) -> Vec<Matrix4<f64>> {
-        let failed = Matrix4::from_element(f64::NAN);
-        let Ok(model) = self.model(&[]) else { return vec![failed; self.nodes.len()] };
+        self.followed().iter().map(|followed| self.transfer_of(followed.as_ref())).collect()
+    }
+
+    fn transfer_of(&self, followed: Option<&FollowedLeg>) -> Matrix4<f64> {
+        let Some(followed) = followed else { return Matrix4::from_element(f64::NAN) };
+        let [x1, v1, v2] = followed.image;
+        if self.is_circuit() {
+            return Matrix4::from_fn(|r, c| [x1, v1, v2, followed.condition][r].slope[c]);
+        }
+        to_event(&followed.image, &followed.condition)
+    }
+
+    /// All legs, without their tests; `None` for one that cannot be followed.
+    fn followed(&self) -> Vec<Option<FollowedLeg>> {
+        let model = self.model(&[]).ok();
         (0..self.nodes.len())
-            .map(|i| {
-                let Some(followed) = self.follow_leg(&model, i, false) else { return failed };
-                let [x1, v1, v2] = followed.image;
-                if self.is_circuit() {
-                    return Matrix4::from_fn(|r, c| [x1, v1, v2, followed.condition][r].slope[c]);
-                }
-                to_event(&followed.image, &followed.condition)
-            })
+            .map(|i| model.as_ref().and_then(|model| self.follow_leg(model, i, false)))
             .collect()
     }
 
     /// State just before the event that ends each leg; NaN for a leg that cannot be followed.
     #[must_use]
     pub fn before_events(&self) -> Vec<State> {
-        let nowhere = State { x1: f64::NAN, v1: f64::NAN, x2: f64::NAN, v2: f64::NAN };
-        let Ok(model) = self.model(&[]) else { return vec![nowhere; self.nodes.len()] };
-        (0..self.nodes.len())
-            .map(|i| self.follow_leg(&model, i, false).map_or(nowhere, |followed| followed.pre))
-            .collect()
+        self.followed().iter().map(|leg| leg.as_ref().map_or(NOWHERE, |leg| leg.pre)).collect()
     }
 
     /// State at a time after the start of a leg, free flight and contact alike, whether or not the

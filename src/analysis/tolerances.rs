@@ -123,3 +123,13 @@ pub const NEGATIVE_LEG: f64 = 0.05;
 
 /// Most samples for the maxima of the gap of one local flight.
 pub const MOST_HUMP_SAMPLES: f64 = 1e4;
+
+/// A simulation over one orbit must come back this closely, times the largest growth on the way:
+/// what shooting leaves of a residual is below, another motion is far above.
+pub const CLOSES: f64 = 1e-7;
+
+/// A simulation does not begin within this part of a drive period of an event.
+pub const NEAR_EVENT: f64 = 1e-9;
+
+/// A test function this close to zero is on its border.
+pub const ON_BORDER: f64 = 1e-12;

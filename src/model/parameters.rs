@@ -210,6 +210,15 @@ macro_rules! numeric_parameters {
 
             $(#[doc = concat!($symbol, ":", $meaning, ".")] #[must_use] pub fn $name(&self) -> f64 { self.$name })*
 
+            /// The value of a numeric parameter; `None` if there is none of this name.
+            #[must_use]
+            pub fn get(&self, name: &str) -> Option<f64> {
+                match name {
+                    $(stringify!($name) => Some(self.$name),)*
+                    _ => None,
+                }
+            }
+
             /// This system with one numeric parameter changed.
             ///
             /// # Errors

@@ -1,6 +1,9 @@
 //! `_core.Itinerary`: the kernels of shooting.
 
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
+use nalgebra::Matrix4;
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+};
 use pyo3::prelude::*;
 
 use super::arrays;
@@ -8,7 +11,8 @@ use super::cancel::{interrupted, interruptible};
 use super::leg::{PyCondition, PyLeg};
 use super::run::to_state;
 use super::system::PySystem;
-use crate::analysis::shooting::Orbit;
+use super::systems::PySystems;
+use crate::analysis::shooting::{Orbit, Verdict};
 use crate::model::error::ParameterError;
 use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
@@ -23,10 +27,26 @@ fn to_nodes(nodes: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Node>> {
     Ok(arrays::to_states(nodes)?.into_iter().map(Node::from_array).collect())
 }
 
+fn matrix<'py>(py: Python<'py>, matrix: &Matrix4<f64>) -> PyResult<Matrix<'py>> {
+    PyArray1::from_slice(py, matrix.transpose().as_slice()).reshape([4, 4])
+}
+
+/// What Python raises where an itinerary or a verdict is an error, and not an outcome.
+fn refusal(error: ItineraryError) -> PyErr {
+    match error {
+        ItineraryError::Parameter(error) => error.into(),
+        ItineraryError::State(error) => error.into(),
+        _ => interrupted("interrupted while a motion was followed".to_owned()),
+    }
+}
+
 /// A condition, its value, time in the leg.
 type TestRow = (PyCondition, f64, f64);
 
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
+
+/// Return maps, and which orbits are motions.
+type Judged<'py> = (Bound<'py, PyArray3<f64>>, Bound<'py, PyArray1<bool>>);
 
 #[pymethods]
 impl PyItinerary {
@@ -57,15 +77,15 @@ impl PyItinerary {
             Ok(Itinerary::follow(&system, initial, periods, max_events, cancel))
         };
         match interruptible::<_, ParameterError>(py, None, follow)?.0 {
-            Err(ItineraryError::Stopped(StopReason::Interrupted)) => {
-                Err(interrupted("interrupted while a motion was followed".to_owned()))
-            }
             Ok((itinerary, nodes)) => {
                 let rows: Vec<[f64; 4]> = nodes.into_iter().map(Node::to_array).collect();
                 Ok((Some((Self(itinerary), arrays::states(py, &rows)?)), String::new()))
             }
-            Err(ItineraryError::Parameter(error)) => Err(error.into()),
-            Err(ItineraryError::State(error)) => Err(error.into()),
+            Err(
+                refused @ (ItineraryError::Parameter(_)
+                | ItineraryError::State(_)
+                | ItineraryError::Stopped(StopReason::Interrupted)),
+            ) => Err(refusal(refused)),
             Err(other) => Ok((None, other.to_string())),
         }
     }
@@ -134,6 +154,81 @@ impl PyItinerary {
             .flat_map(|m| m.transpose().iter().copied().collect::<Vec<_>>())
             .collect();
         PyArray1::from_vec(py, flat).reshape([matrices.len(), 4, 4])
+    }
+
+    /// Derivative of the return map, shape (4, 4).
+    fn return_map<'py>(
+        &self,
+        py: Python<'py>,
+        system: &PySystem,
+        nodes: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Matrix<'py>> {
+        let nodes = to_nodes(&nodes)?;
+        let return_map = Orbit::new(&system.0, &self.0, &nodes)?.return_map();
+        matrix(py, &return_map)
+    }
+
+    /// The derivative of the return map, shape (4, 4), and why a solution is no motion of its
+    /// system, in words; empty if it is one.
+    fn verdict<'py>(
+        &self,
+        py: Python<'py>,
+        system: &PySystem,
+        nodes: PyReadonlyArray2<'_, f64>,
+        max_events: u64,
+    ) -> PyResult<(Matrix<'py>, String)> {
+        let nodes = to_nodes(&nodes)?;
+        let orbit = Orbit::new(&system.0, &self.0, &nodes)?;
+        let judge = |cancel: &CancelToken| Ok(orbit.verdict(max_events, cancel));
+        let Verdict { return_map, rejection } =
+            interruptible::<_, ParameterError>(py, None, judge)?.0.map_err(refusal)?;
+        let why = rejection.map_or_else(String::new, |why| why.to_string());
+        Ok((matrix(py, &return_map)?, why))
+    }
+
+    /// The return maps (k, 4, 4) of orbits of one leg, orbit i with the node in row i and of the
+    /// system of that number; and which are motions.
+    fn judge_all<'py>(
+        &self,
+        py: Python<'py>,
+        systems: &PySystems,
+        numbers: Vec<usize>,
+        nodes: PyReadonlyArray2<'_, f64>,
+        max_events: u64,
+    ) -> PyResult<Judged<'py>> {
+        let nodes = to_nodes(&nodes)?;
+        let mut orbits = Vec::with_capacity(nodes.len());
+        for (&number, node) in numbers.iter().zip(nodes.chunks(1)) {
+            let system = systems.get(number)?;
+            orbits.push(Orbit::new(system, &self.0, node)?);
+        }
+        let judge = |cancel: &CancelToken| {
+            let verdicts = orbits.iter().map(|orbit| orbit.verdict(max_events, cancel));
+            Ok(verdicts.collect::<Result<Vec<_>, ItineraryError>>())
+        };
+        let judged = interruptible::<_, ParameterError>(py, None, judge)?.0.map_err(refusal)?;
+        let maps: Vec<f64> = judged
+            .iter()
+            .flat_map(|verdict| verdict.return_map.transpose().as_slice().to_vec())
+            .collect();
+        let admissible = judged.iter().map(|verdict| verdict.rejection.is_none()).collect();
+        let maps = PyArray1::from_vec(py, maps).reshape([judged.len(), 4, 4])?;
+        Ok((maps, PyArray1::from_vec(py, admissible)))
+    }
+
+    /// States x1, v1, x2, v2 at any times, shape (k, 4).
+    fn trajectory<'py>(
+        &self,
+        py: Python<'py>,
+        system: &PySystem,
+        nodes: PyReadonlyArray2<'_, f64>,
+        times: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Matrix<'py>> {
+        let nodes = to_nodes(&nodes)?;
+        let orbit = Orbit::new(&system.0, &self.0, &nodes)?;
+        let states: Vec<[f64; 4]> =
+            times.as_array().iter().map(|&time| orbit.state_at(time).to_array()).collect();
+        arrays::states(py, &states)
     }
 
     /// States x1, v1, x2, v2 just before the event of each leg, shape (legs, 4).

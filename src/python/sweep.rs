@@ -8,12 +8,12 @@ use pyo3::prelude::*;
 use super::arrays;
 use super::cancel::{Progress, interruptible};
 use super::system::PySystem;
+use super::systems::with_values;
 use crate::analysis::period::{ImpactCount, Kind};
 use crate::analysis::sweep::{
     Cell, Measure, SweepOptions, SweepPoint, SweepRows, SweepStart, Workers,
 };
 use crate::model::error::ParameterError;
-use crate::model::parameters::System;
 use crate::model::state::State;
 use crate::simulate::Horizon;
 use crate::simulate::run::RunOptions;
@@ -170,15 +170,6 @@ fn measure_from(name: &str, measured: u32) -> Result<Measure, ParameterError> {
     }
 }
 
-/// The system with the parameters of one cell.
-fn system_of_cell(
-    system: System,
-    names: &[String],
-    values: &[f64],
-) -> Result<System, ParameterError> {
-    names.iter().zip(values).try_fold(system, |system, (name, &value)| system.with(name, value))
-}
-
 /// One run per cell: row i of `values` holds its parameters `names`, row i of `initials` its start.
 #[pyfunction]
 #[pyo3(signature = (
@@ -224,7 +215,7 @@ pub(super) fn sweep(
     }
     let mut cells = Vec::with_capacity(initials.len());
     for (row, &[x1, v1, x2, v2]) in values.rows().into_iter().zip(&initials) {
-        let system = system_of_cell(system.0, &names, &row.to_vec())?;
+        let system = with_values(system.0, &names, &row.to_vec())?;
         cells.push(Cell { system, initial: State::new(x1, v1, x2, v2)? });
     }
     let done = AtomicUsize::new(0);

@@ -24,7 +24,8 @@ import pytest
 from flint import arb, arb_poly, ctx, fmpz
 
 from vibroimpact import _core
-from vibroimpact.single_impact.intervals import ABSOLUTE_ERROR, FAR, RELATIVE_ERROR, UNREDUCED
+from vibroimpact._core import ABSOLUTE_ERROR, RELATIVE_ERROR, UNREDUCED
+from vibroimpact._core import MOST_TURNED as FAR
 
 ctx.prec = 200
 

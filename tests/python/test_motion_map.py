@@ -8,6 +8,7 @@ import pytest
 
 import vibroimpact as vi
 from systems import PAPER
+from vibroimpact.single_impact.motions import motion_at
 from vibroimpact.single_impact.results import SOLUTION_DTYPE
 
 mpl.use("Agg")
@@ -47,6 +48,39 @@ def test_rows_are_the_motions_of_every_point(grid):
                 assert row["largest_multiplier"] == pytest.approx(size, rel=1e-9)
     assert next(rows, None) is None
     assert len(grid.solutions) >= 20
+
+
+@pytest.mark.parametrize("contact", ["oblique", "direct"])
+@pytest.mark.parametrize("n", [1, 3])
+def test_solutions_of_a_batch_are_judged_like_single_ones(contact, n):
+    random = np.random.default_rng([n, len(contact)])
+    system = vi.System(
+        mass_ratio=0.6,
+        frequency_ratio=2.0,
+        restitution=0.8,
+        gap=0.3,
+        drive_frequency=1.3,
+        oscillator_damping=0.05,
+        moment_amplitude=1.0,
+        force_amplitude=0.4,
+        phase=0.7,
+        contact=contact,
+    )
+    varied = {
+        # A wall, at rest and driven, among bodies that move.
+        "mass_ratio": np.append(0.0, random.uniform(0.1, 1.5, 7)),
+        "force_amplitude": np.append(0.0, random.uniform(0.1, 1.0, 4)),
+    }
+    found = vi.motion_map(system, n, within=(-1.5, 1.5), **varied)
+    assert len(found.solutions) > 20
+    for i, row in enumerate(found.solutions):
+        changes = {name: float(found.parameter(name)[i]) for name in varied}
+        state = tuple(float(row[name]) for name in ("x1", "v1", "v2", "phase"))
+        motion = motion_at(system.replace(**changes), n, state)
+        assert (row["admissible"], row["stable"]) == (motion.admissible, motion.stable)
+        # The same eigenvalues; the modulus of an array may be rounded otherwise.
+        size = abs(motion.multipliers[0])
+        assert row["largest_multiplier"] == pytest.approx(size, rel=1e-15, nan_ok=True)
 
 
 def test_every_solution_knows_its_parameters(grid):

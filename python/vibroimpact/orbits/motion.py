@@ -23,7 +23,6 @@ from ..arguments import vector
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
 from ..system import System
-from ..verbs import verb
 
 Array = NDArray[np.float64]
 
@@ -169,7 +168,7 @@ class PeriodicMotion(FixedArrays):
         The product of the legs' derivatives; its eigenvalues are the multipliers. A motion without
         events has its map of (x1, v1, v2, x2) over m drive periods.
         """
-        return monodromy(self.itinerary, self.system, self.nodes)
+        return self.itinerary.return_map(self.system._compiled, self.nodes)
 
     @cached_property
     def determinant(self) -> float:
@@ -205,37 +204,7 @@ class PeriodicMotion(FixedArrays):
         array, shape (k, 4)
         """
         times = vector("t", t)
-        period = self.system.drive_period
-        if self.legs[0] == Leg.CIRCUIT:
-            return np.array([self._in_leg(0, time % (self.m * period)) for time in times])
-        starts = self._node_times()
-        states = np.empty((len(times), 4))
-        for k, time in enumerate(times):
-            place = math.fmod(time - starts[0], self.m * period)
-            place = place + self.m * period if place < 0.0 else place
-            leg = int(np.searchsorted(starts - starts[0], place, side="right")) - 1
-            states[k] = self._in_leg(leg, place - (starts[leg] - starts[0]))
-        return states
-
-    def _node_times(self) -> Array:
-        """Times of the nodes, rising, the first in the first orbit."""
-        return np.array(self.clocks) * self.system.drive_period + self.nodes[:, 3]
-
-    def _in_leg(self, leg: int, time: float) -> tuple[float, float, float, float]:
-        if self.legs[leg] == Leg.CHATTER and time > 0.0:
-            return self._in_chatter(leg, time)
-        state = self.itinerary.state_in_leg(self.system._compiled, self.nodes, leg, time)
-        return state or (math.nan,) * 4
-
-    def _in_chatter(self, leg: int, time: float) -> tuple[float, float, float, float]:
-        start = self.itinerary.state_in_leg(self.system._compiled, self.nodes, leg, 0.0)
-        if start is None:
-            return (math.nan,) * 4
-        ahead = self.system.drive_frequency * float(self.nodes[leg, 3])
-        shifted = self.system.replace(phase=self.system.phase + ahead)
-        state: tuple[float, float, float, float]
-        state = verb("simulate")(shifted, initial=start, time=time).final_state.state
-        return state
+        return self.itinerary.trajectory(self.system._compiled, self.nodes, times)
 
     def __repr__(self) -> str:
         """Label, verdict and the largest multiplier."""
@@ -246,22 +215,34 @@ class PeriodicMotion(FixedArrays):
         )
 
 
-def monodromy(itinerary: _core.Itinerary, system: System, nodes: Array) -> Array:
-    """Return the derivative of the return map, the product of those of the legs."""
-    product = np.eye(4)
-    # A leg that cannot be followed gives NaN, a leg that ends in a graze infinity.
-    with np.errstate(all="ignore"):
-        for leg in itinerary.transfer(system._compiled, nodes):
-            product = leg @ product
-    return product
+def reduced(matrices: Array, itinerary: _core.Itinerary) -> Array:
+    """Leave out the states of a wall at rest, and x1, which cannot vary in contact with it.
 
-
-def reduced(matrix: Array, itinerary: _core.Itinerary) -> Array:
-    """Leave out the states of a wall at rest, and x1, which cannot vary in contact with it."""
+    The matrices are along the last two axes.
+    """
     if not itinerary.wall_at_rest:
-        return matrix
+        return matrices
     kept = [0, 1] if itinerary.legs == [Leg.CIRCUIT] else [1, 3]
-    return matrix[np.ix_(kept, kept)]
+    return matrices[..., kept, :][..., kept]
+
+
+def multipliers_of(return_maps: Array, itinerary: _core.Itinerary) -> NDArray[np.complex128]:
+    """Return the multipliers of return maps, shape (k, 4, 4), in rows by falling modulus.
+
+    A leg that cannot be followed gives NaN, and one that ends in a graze infinity: then all of them
+    are NaN.
+    """
+    matrices = reduced(return_maps, itinerary)
+    finite = np.isfinite(matrices).all(axis=(1, 2))
+    multipliers = np.full(matrices.shape[:2], np.nan, dtype=np.complex128)
+    multipliers[finite] = np.linalg.eigvals(matrices[finite])
+    order = np.lexsort((-multipliers.imag, -np.round(np.abs(multipliers), 13)), axis=-1)
+    return np.take_along_axis(multipliers, order, axis=-1)
+
+
+def all_inside(multipliers: NDArray[np.complex128]) -> NDArray[np.bool_]:
+    """Whether multipliers, along the last axis, all lie inside the unit circle."""
+    return np.asarray(np.abs(multipliers).max(axis=-1) < 1.0 - NEUTRAL)
 
 
 def _wrapped(phase: float) -> float:

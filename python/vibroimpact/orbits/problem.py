@@ -23,7 +23,7 @@ from ..continuation.newton import OutsideDomain
 from ..errors import ParameterError
 from ..system import System
 from .kinds import BifurcationKind, Test
-from .motion import monodromy, reduced
+from .motion import reduced
 
 Array = NDArray[np.float64]
 
@@ -120,7 +120,7 @@ class OrbitProblem:
 
     def monodromy(self, u: Array, p: Array) -> Array:
         """Return the derivative of the return map, without the states of a wall at rest."""
-        matrix = monodromy(self.itinerary, self.system_at(p), u.reshape(-1, 4))
+        matrix = self.itinerary.return_map(self.system_at(p)._compiled, u.reshape(-1, 4))
         return reduced(matrix, self.itinerary)
 
     def scale(self, u: Array) -> Array:

@@ -1,39 +1,27 @@
 """The verdict on a solution of the conditions of periodicity: is it a motion, is it stable.
 
-First every condition of its legs, then a simulation over one orbit (docs/theory.md, section 8).
+The verdict itself is the core's (src/analysis/shooting/verdict.rs): first every condition of its
+legs, then a simulation over one orbit (docs/theory.md, section 8). Here a solution is brought into
+its first form, and its multipliers are computed.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._core import Border, BorderKind, Leg, LegEnd, LegKind
-from ..simulation import simulate
+from .._core import Leg, LegKind
 from ..system import System
-from .motion import NEUTRAL, PeriodicMotion, monodromy, reduced
+from .motion import PeriodicMotion, all_inside, multipliers_of
 
 Array = NDArray[np.float64]
-
-# A simulation over one orbit must come back this closely, times the largest growth on the way.
-_CLOSES = 1e-7
-
-
-# A simulation does not begin within this part of a drive period of an event.
-_NEAR_EVENT = 1e-9
-
 
 # An orbit repeats itself if its nodes repeat to this part of their size, which counts as at least
 # the second number.
 _REPEATS, _LEAST_SIZE = 1e-8, 1e-3
-# A test function this close to zero is on its border.
-_ON_BORDER = 1e-12
-
-
 # Events of one orbit after which a simulation that checks it is given up.
 MAX_EVENTS = 100_000
 
@@ -55,139 +43,28 @@ def motion_of(
         nodes = nodes.copy()
     else:
         itinerary, nodes = _in_order(system, *primitive(system, itinerary, nodes))
-    matrix = reduced(monodromy(itinerary, system, nodes), itinerary)
-    finite = bool(np.isfinite(matrix).all())
-    multipliers = np.linalg.eigvals(matrix) if finite else np.full(len(matrix), np.nan)
-    order = np.lexsort((-multipliers.imag, -np.round(np.abs(multipliers), 13)))
-    multipliers = multipliers[order].astype(np.complex128)
+    return_map, reason = itinerary.verdict(system._compiled, nodes, MAX_EVENTS)
+    (multipliers,) = multipliers_of(return_map[None], itinerary)
     residual, _ = itinerary.residual(system._compiled, nodes)
     chatters = Leg.CHATTER in itinerary.legs
     impacts = sum(leg.kind is LegKind.IMPACT for leg in itinerary.legs)
     for array in (nodes, multipliers):
         array.flags.writeable = False
-    fields: dict[str, Any] = {
-        "system": system,
-        "m": itinerary.periods,
-        "n": math.inf if chatters else impacts,
-        "legs": tuple(itinerary.legs),
-        "nodes": nodes,
-        "clocks": tuple(itinerary.clocks),
-        "wall_at_rest": itinerary.wall_at_rest,
-        "multipliers": multipliers,
-        "residual": float(np.abs(residual).max()),
-        "error": error,
-    }
-    solution = PeriodicMotion(**fields, stable=False, admissible=False, why_not="")
-    reason = why_not(solution)
-    stable = not reason and bool(np.abs(multipliers).max() < 1.0 - NEUTRAL)
-    return PeriodicMotion(**fields, stable=stable, admissible=not reason, why_not=reason)
-
-
-def why_not(motion: PeriodicMotion) -> str:
-    """Return why a solution is no motion of its system, ``""`` if it is one.
-
-    First every condition of its legs; then a simulation over one orbit, whose contact search has a
-    guarantee, must pass the same events and come back.
-    """
-    if not np.isfinite(motion.multipliers).all():
-        return "a leg cannot be followed"
-    # Checked first: the maxima of the gap take longer to find.
-    for u in motion.impacts["approach_velocity"]:
-        if not u > 0.0:
-            return f"separating before the impact (u = {u:.3g})"
-    tests = motion.itinerary.tests(motion.system._compiled, motion.nodes)
-    for test, value, _ in sorted(tests, key=lambda row: row[0].kind is not BorderKind.GRAZING):
-        # On a border between regimes the motion belongs to both, also at a graze.
-        if value > (0.0 if test.border is Border.APPROACH_VELOCITY else -_ON_BORDER):
-            continue
-        if test.border is Border.APPROACH_VELOCITY:
-            return f"separating before the impact (u = {value:.3g})"
-        if test.border is Border.FLIGHT:
-            return f"the bodies overlap during the flight (gap {-value:.3g})"
-        return f"{test.kind.replace('_', ' ')}: {test.border} ({value:.3g}, leg {test.leg})"
-    return _simulated_otherwise(motion)
-
-
-def _simulated_otherwise(motion: PeriodicMotion) -> str:
-    moment = _clear_of_events(motion)
-    start = motion.trajectory([moment])[0]
-    if not np.isfinite(start).all():
-        return "the state at the start of a simulation is not defined"
-    system = motion.system
-    if moment:
-        ahead = math.fmod(moment, system.drive_period)
-        system = system.replace(phase=system.phase + system.drive_frequency * ahead)
-    found, reason = _core.Itinerary.follow(
-        system._compiled, tuple(start.tolist()), motion.m, MAX_EVENTS
+    return PeriodicMotion(
+        system=system,
+        m=itinerary.periods,
+        n=math.inf if chatters else impacts,
+        legs=tuple(itinerary.legs),
+        nodes=nodes,
+        clocks=tuple(itinerary.clocks),
+        wall_at_rest=itinerary.wall_at_rest,
+        multipliers=multipliers,
+        residual=float(np.abs(residual).max()),
+        error=error,
+        stable=not reason and bool(all_inside(multipliers)),
+        admissible=not reason,
+        why_not=reason,
     )
-    if found is None:
-        return f"a simulation of it: {reason}"
-    legs, own = (
-        _significant([_told_by(leg, system) for leg in passed if _shows(leg, system)])
-        for passed in (found[0].legs, motion.legs)
-    )
-    if not any(legs[i:] + legs[:i] == own for i in range(len(legs))):
-        return "a simulation of it passes other events"
-    end = simulate(system, initial=start, periods=motion.m, keep=0).final_state
-    growth = max(1.0, float(np.abs(motion.return_map).max()))
-    scale = max(1.0, float(np.abs(start).max()))
-    off = float(np.abs(np.array(end.state) - start).max())
-    if off > _CLOSES * scale * growth:
-        return f"a simulation of it does not come back (by {off:.1e})"
-    return ""
-
-
-# Two passages of one orbit must agree in this: kinds of legs, and the legs themselves, or at mu = 0
-# how they end.
-_Told = tuple[LegKind, Leg | LegEnd | None]
-
-
-def _shows(leg: Leg, system: System) -> bool:
-    """Whether a leg counts: at mu = 0 stick and slide are one phase of contact, to its release."""
-    return system.friction > 0.0 or leg.end in (None, LegEnd.RELEASE)
-
-
-def _told_by(leg: Leg, system: System) -> _Told:
-    """Return what must agree of a leg: at mu = 0 neither its regime nor its kind of contact."""
-    if system.friction > 0.0:
-        return leg.kind, leg
-    return (LegKind.SLIDE if leg.kind is LegKind.STICK else leg.kind), leg.end
-
-
-def _clear_of_events(motion: PeriodicMotion) -> float:
-    """Time from which to simulate an orbit: 0 unless there is an event.
-
-    A simulation that begins or ends within rounding of an event may count it twice, or not at all.
-    """
-    period = motion.system.drive_period
-    if (
-        motion.legs[0] == Leg.CIRCUIT
-        or np.abs(np.remainder(motion.nodes[:, 3] + 0.5 * period, period) - 0.5 * period).min()
-        > _NEAR_EVENT * period
-    ):
-        return 0.0
-    starts = motion._node_times()
-    lengths = np.append(starts[1:], starts[0] + motion.m * period) - starts
-    flights = [i for i, leg in enumerate(motion.legs) if leg.kind is LegKind.IMPACT]
-    if not flights:
-        return 0.0
-    longest = max(flights, key=lambda i: float(lengths[i]))
-    return float(starts[longest] + 0.5 * lengths[longest])
-
-
-def _significant(legs: list[_Told]) -> list[_Told]:
-    """Leave out the impacts that lead into chatter: how many are listed is a matter of choice."""
-    kept: list[_Told] = []
-    for leg in legs + legs:
-        if leg[0] is LegKind.CHATTER:
-            while kept and kept[-1][0] is LegKind.IMPACT:
-                kept.pop()
-        kept.append(leg)
-    # Only the second repetition: the first may begin among such impacts.
-    chatters = [i for i, leg in enumerate(kept) if leg[0] is LegKind.CHATTER]
-    if not chatters:
-        return legs
-    return kept[chatters[0] : chatters[len(chatters) // 2]]
 
 
 def primitive(

@@ -25,17 +25,21 @@ d, p, q quadratic. This is (35) with its poles multiplied out, for any damping, 
 contacts and a wall. Nothing is divided by, so that it holds at resonance as well.
 
 These equations belong to this machine alone: for other equations of motion, another law or another
-geometry of the contact they are others. They are written out here, and not asked of the compiled
-core, because a proof needs them in interval arithmetic.
+geometry of the contact they are others. They are written out here, and not asked of the
+core's flights, because a proof needs them in interval arithmetic. F itself is evaluated by
+src/analysis/one_impact.rs.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from itertools import chain
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _core
 from ..system import System
 from .enclosed_flight import Flight, choose, flight, rigid_wall
 from .intervals import Interval
@@ -63,18 +67,39 @@ class Parameters:
     oscillator_damping: Array
     moment_amplitude: Array
     force_amplitude: Array
+    phase: Array
 
     @classmethod
-    def of(cls, systems: Sequence[System], n: int) -> "Parameters":
-        """Collect the parameters of systems of one contact."""
-        names = list(cls.__dataclass_fields__)[3:]
-        columns = {name: np.array([getattr(system, name) for system in systems]) for name in names}
-        first = systems[0]
-        return cls(n=n, oblique=first.contact == "oblique", slope=first.slope, **columns)
+    def of(cls, system: System, n: int, systems: _core.Systems | None = None) -> "Parameters":
+        """Collect the parameters of a system, or of several with its contact."""
+        if systems is None:
+            systems = _core.Systems(system._compiled, (), np.empty((1, 0)))
+        _, *names = cls._columns()
+        return cls(
+            n=n,
+            oblique=system.contact == "oblique",
+            slope=system.slope,
+            is_wall=systems.is_wall,
+            **{name: systems.column(name) for name in names},
+        )
 
     def __len__(self) -> int:
         """Number of systems."""
         return len(self.gap)
+
+    def part(self, part: slice) -> "Parameters":
+        """Return the parameters of some of the systems."""
+        columns = {name: getattr(self, name)[part] for name in self._columns()}
+        return replace(self, **columns)
+
+    @classmethod
+    def _columns(cls) -> list[str]:
+        return list(cls.__dataclass_fields__)[3:]
+
+    @property
+    def at_rest(self) -> NDArray[np.bool_]:
+        """Which have a body 2 that stays where it is: a wall that nothing drives."""
+        return np.asarray(self.is_wall & (self.force_amplitude == 0.0))
 
 
 @dataclass(frozen=True)
@@ -100,46 +125,34 @@ class Conditions:
     cosine: tuple[Quadratic, Quadratic]
     sine: tuple[Quadratic, Quadratic]
 
+    def only(self, number: int) -> "Conditions":
+        """Return the conditions of one of the systems."""
+        part = slice(number, number + 1)
+
+        def of(quadratic: Quadratic) -> Quadratic:
+            a, b, c = quadratic
+            return a[part], b[part], c[part]
+
+        return Conditions(
+            parameters=self.parameters.part(part),
+            first=self.first.part(part),
+            second=self.second.part(part),
+            d=of(self.d),
+            cosine=(of(self.cosine[0]), of(self.cosine[1])),
+            sine=(of(self.sine[0]), of(self.sine[1])),
+        )
+
     def enclose(self, which: NDArray[np.int64], x: Interval) -> tuple[Interval, Interval]:
-        """Enclose F and its slope over boxes of x1; ``which`` numbers the systems.
+        """Enclose F and its slope over boxes of x1; ``which`` numbers the systems."""
+        value, slope = self._compiled.enclose(which, x.lo, x.hi)
+        return Interval(*value), Interval(*slope)
 
-        D, Nc, Ns by their mean-value form, q(m) + q'(X)(X - m), then F likewise.
-        """
-        middle = Interval(x.middle)
-        at_middle, _ = self._values(which, middle)
-        natural, slopes = self._values(which, x)
-        offset = x - middle
-        values = [
-            value.meet(mean + slope * offset)
-            for value, mean, slope in zip(natural, at_middle, slopes, strict=True)
-        ]
-        (d, c, s), (d1, c1, s1) = values, slopes
-        slope = 2.0 * (c * c1 + s * s1 - d * d1)
-        value = c.square() + s.square() - d.square()
-        dm, cm, sm = at_middle
-        mean = cm.square() + sm.square() - dm.square() + slope * offset
-        return value.meet(mean), slope
-
-    def _values(
-        self, which: NDArray[np.int64], x: Interval
-    ) -> tuple[tuple[Interval, Interval, Interval], tuple[Interval, Interval, Interval]]:
-        """Enclose D, Nc, Ns and their derivatives by x1."""
-        tip, kappa, bend = self.contact(x)
-        y = tip - self.parameters.gap[which]
-
-        def quadratic(coefficients: Quadratic) -> tuple[Interval, Interval]:
-            a, b, c = (coefficient[which] for coefficient in coefficients)
-            ck = c * kappa
-            return a + kappa * (b + ck), (b + 2.0 * ck) * bend
-
-        def numerator(pair: tuple[Quadratic, Quadratic]) -> tuple[Interval, Interval]:
-            (p, p1), (q, q1) = quadratic(pair[0]), quadratic(pair[1])
-            return x * p + y * q, p + x * p1 + kappa * q + y * q1
-
-        d, d1 = quadratic(self.d)
-        c, c1 = numerator(self.cosine)
-        s, s1 = numerator(self.sine)
-        return (d, c, s), (d1, c1, s1)
+    @cached_property
+    def _compiled(self) -> _core.OneImpacts:
+        par = self.parameters
+        rows = [*self.d, *chain(*self.cosine), *chain(*self.sine)]
+        lo, hi = np.array([row.lo for row in rows]), np.array([row.hi for row in rows])
+        return _core.OneImpacts("oblique" if par.oblique else "direct", par.gap, lo, hi)
 
     def linear(self, which: NDArray[np.int64], x1: Interval) -> tuple[Interval, Interval]:
         """Return matrix (k, 5, 5) and right-hand side (k, 5) for (V, W, P, cos psi, sin psi)."""
@@ -197,9 +210,7 @@ def conditions(parameters: Parameters) -> Conditions:
     first = flight(par.n, par.frequency_ratio, par.pendulum_damping, par.moment_amplitude, omega)
     ones = np.ones(len(par))
     second = flight(par.n, ones, par.oscillator_damping, par.force_amplitude, omega)
-    # A wall at rest stays where it is.
-    at_rest = par.is_wall & (par.force_amplitude == 0.0)
-    second = rigid_wall(second, at_rest)
+    second = rigid_wall(second, par.at_rest)
     one, zero = Interval(ones), Interval(0.0 * ones)
     mbar, r = Interval(par.mass_ratio), Interval(par.restitution)
     rho = r / (1.0 + r)
@@ -215,9 +226,12 @@ def conditions(parameters: Parameters) -> Conditions:
 
     one_of, two_of = columns(first), columns(second)
 
+    # Each is needed several times.
+    @cache
     def a(left: str, right: str) -> Interval:
         return _cross(one_of[left], one_of[right])
 
+    @cache
     def b(left: str, right: str) -> Interval:
         return _cross(two_of[left], two_of[right])
 

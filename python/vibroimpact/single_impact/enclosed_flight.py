@@ -53,6 +53,10 @@ class Complex:
         """Return the sum."""
         return Complex(self.re + other.re, self.im + other.im)
 
+    def part(self, part: slice) -> "Complex":
+        """Return some of the numbers."""
+        return Complex(self.re[part], self.im[part])
+
     def turned(self) -> "Complex":
         """Return i times the number."""
         return Complex(-self.im, self.re)
@@ -78,6 +82,19 @@ class Flight:
     steady: Complex
     # Undamped, and a whole number of turns to rounding: A = 1.
     returns: Mask
+
+    def part(self, part: slice) -> "Flight":
+        """Return the flights of some of the systems."""
+        return Flight(
+            c11=self.c11[part],
+            a12=self.a12[part],
+            a21=self.a21[part],
+            c22=self.c22[part],
+            gx=self.gx.part(part),
+            gv=self.gv.part(part),
+            steady=self.steady.part(part),
+            returns=self.returns[part],
+        )
 
     @property
     def kicked(self) -> tuple[Interval, Interval]:
@@ -152,25 +169,28 @@ def _flight(n: int, natural: Array, damping: Array, force: Array, omega: Array) 
     wave = choose(halves & (damping == 0.0), Interval(np.zeros(natural.shape)), wave)
     s = choose(natural == 0.0, duration + Interval(np.zeros(natural.shape)), wave / damped)
     c11, c22 = one_minus_c - rate * s, one_minus_c + rate * s
-    # Overdamped: rates of decay `slow` and `fast`.
-    fast = rate + damped
-    slow = ratio.square() / fast
-    late, early = -(-(slow * duration)).expm1(), -(-(fast * duration)).expm1()
-    gap = 2.0 * damped
+    # What only some systems need is computed if there are such.
     over = damping > 1.0
-    c11 = choose(over, (fast * late - slow * early) / gap, c11)
-    c22 = choose(over, (fast * early - slow * late) / gap, c22)
-    s = choose(over, (early - late) / gap, s)
+    if over.any():
+        # Overdamped: rates of decay `slow` and `fast`.
+        fast = rate + damped
+        slow = ratio.square() / fast
+        late, early = -(-(slow * duration)).expm1(), -(-(fast * duration)).expm1()
+        gap = 2.0 * damped
+        c11 = choose(over, (fast * late - slow * early) / gap, c11)
+        c22 = choose(over, (fast * early - slow * late) / gap, c22)
+        s = choose(over, (early - late) / gap, s)
     # Near critical damping: series in y = (wd T)^2, negative beyond it.
     y = ratio.square() * duration.square() * ((1.0 - zeta) * (1.0 + zeta))
     critical = (damping > 0.5) & (y.largest < 1.0)
-    y = choose(critical, y, Interval(np.zeros(natural.shape)))
-    cos_series, sin_series = _series(y, 0), _series(y, 1)
-    near_c = 1.0 - remaining * cos_series
-    near_s = remaining * sin_series * duration
-    c11 = choose(critical, near_c - rate * near_s, c11)
-    c22 = choose(critical, near_c + rate * near_s, c22)
-    s = choose(critical, near_s, s)
+    if critical.any():
+        y = choose(critical, y, Interval(np.zeros(natural.shape)))
+        cos_series, sin_series = _series(y, 0), _series(y, 1)
+        near_c = 1.0 - remaining * cos_series
+        near_s = remaining * sin_series * duration
+        c11 = choose(critical, near_c - rate * near_s, c11)
+        c22 = choose(critical, near_c + rate * near_s, c22)
+        s = choose(critical, near_s, s)
     a21 = -(ratio.square() * s)
 
     amplitude = Interval(force) / Interval(omega).square()
@@ -183,24 +203,25 @@ def _flight(n: int, natural: Array, damping: Array, force: Array, omega: Array) 
     # G = (1 - A)(steady, i steady)
     gx = steady.times(c11).plus(steady.turned().times(-s))
     gv = steady.times(-a21).plus(steady.turned().times(c22))
-    # The beat: E(z) = (e^{zT} - 1)/z at z = -c + i(+-wd - 1); e^{-iT} = 1.
-    beat = stiffness.largest < _NEAR_RESONANCE
-    slow_z = Complex(-rate, (detuning - rate.square()) / (damped + 1.0))
-    fast_z = Complex(-rate, -(damped + 1.0))
-    at_rest = slow_z.re.holds_zero & slow_z.im.holds_zero
-    slow_e = Complex(-one_minus_c, wave).over(slow_z)
-    spread = slow_z.largest * (2.0 * np.pi * n) * 4.0 * duration.hi
-    slow_e = Complex(
-        choose(at_rest, duration + Interval(-spread, spread), slow_e.re),
-        choose(at_rest, Interval(-spread, spread), slow_e.im),
-    )
-    fast_e = Complex(-one_minus_c, -wave).over(fast_z)
-    difference = slow_e.plus(Complex(-fast_e.re, -fast_e.im))
-    factor = amplitude / (2.0 * damped)
-    beat_x = Complex(difference.im * factor, -(difference.re * factor))
-    beat_v = Complex(amplitude * s, nothing).plus(beat_x.turned())
-    gx = Complex(choose(beat, beat_x.re, gx.re), choose(beat, beat_x.im, gx.im))
-    gv = Complex(choose(beat, beat_v.re, gv.re), choose(beat, beat_v.im, gv.im))
+    near = stiffness.largest < _NEAR_RESONANCE
+    if near.any():
+        # The beat: E(z) = (e^{zT} - 1)/z at z = -c + i(+-wd - 1); e^{-iT} = 1.
+        slow_z = Complex(-rate, (detuning - rate.square()) / (damped + 1.0))
+        fast_z = Complex(-rate, -(damped + 1.0))
+        at_rest = slow_z.re.holds_zero & slow_z.im.holds_zero
+        slow_e = Complex(-one_minus_c, wave).over(slow_z)
+        spread = slow_z.largest * (2.0 * np.pi * n) * 4.0 * duration.hi
+        slow_e = Complex(
+            choose(at_rest, duration + Interval(-spread, spread), slow_e.re),
+            choose(at_rest, Interval(-spread, spread), slow_e.im),
+        )
+        fast_e = Complex(-one_minus_c, -wave).over(fast_z)
+        difference = slow_e.plus(Complex(-fast_e.re, -fast_e.im))
+        factor = amplitude / (2.0 * damped)
+        beat_x = Complex(difference.im * factor, -(difference.re * factor))
+        beat_v = Complex(amplitude * s, nothing).plus(beat_x.turned())
+        gx = Complex(choose(near, beat_x.re, gx.re), choose(near, beat_x.im, gx.im))
+        gv = Complex(choose(near, beat_v.re, gv.re), choose(near, beat_v.im, gv.im))
     still = force == 0.0
     gx = Complex(choose(still, nothing, gx.re), choose(still, nothing, gx.im))
     gv = Complex(choose(still, nothing, gv.re), choose(still, nothing, gv.im))

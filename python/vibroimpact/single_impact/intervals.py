@@ -3,9 +3,9 @@
 An `Interval` [lo, hi] holds arrays; every operation encloses all results of its operands' numbers.
 The four operations and the square root are rounded to nearest and then moved outwards by one float
 (``np.nextafter``). sin, cos and expm1 are the core's own, with the same bits on every machine,
-moved by the bound of their errors, `RELATIVE_ERROR` and `ABSOLUTE_ERROR`, which is proven operation
-by operation (tests/python/test_elementary.py). Products that underflow are not covered: numbers
-here are of order one.
+moved by the bound of their errors, which is proven operation by operation
+(src/numerics/interval.rs, tests/python/test_elementary.py). Products that underflow are not
+covered: numbers here are of order one.
 
 `isolate` finds all roots of many functions at once by bisection: a box is dropped where an
 enclosure of the function excludes zero, and kept as *isolated* where one of the slope does and the
@@ -26,14 +26,6 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 EPS = float(np.finfo(float).eps)
-# Errors of the core's elementary functions: of a value; of the reduction of angles up to `FAR`.
-# They are the bounds that are proven, no more and no less; tests hold the numbers to them.
-RELATIVE_ERROR = 1.25 * EPS
-ABSOLUTE_ERROR = 4e-21
-# Angles that need no reduction.
-UNREDUCED = 0.75
-# Largest angle that the core reduces itself; beyond it a wave is only known to lie in [-1, 1].
-FAR = 1e5
 # Bisection halves a box to the spacing of the numbers at most; more levels than floats have bits
 # for cannot be needed. With fewer than 52, close roots would not be told apart.
 _MAX_LEVELS = 80
@@ -164,42 +156,25 @@ class Interval:
 
     def sin(self) -> "Interval":
         """Return sin x."""
-        return self._wave(0, 0.25)
+        return self._waves()[0]
 
     def cos(self) -> "Interval":
         """Return cos x."""
-        return self._wave(1, 0.0)
+        return self._waves()[1]
 
-    def _wave(self, which: int, crest: float) -> "Interval":
-        """Return sine or cosine: its ends, and 1 and -1 where a crest or a trough lies between."""
-        a, b = _sin_cos(self.lo)[which], _sin_cos(self.hi)[which]
-        lo = np.maximum(np.minimum(a.lo, b.lo), -1.0)
-        hi = np.minimum(np.maximum(a.hi, b.hi), 1.0)
-        # In turns; a crest that may lie inside within rounding counts as inside.
-        first, last = self.lo / (2.0 * np.pi), self.hi / (2.0 * np.pi)
-        slack = 4.0 * EPS * (1.0 + np.maximum(np.abs(first), np.abs(last)))
-        first, last = first - slack, last + slack
-        hi = np.where(np.ceil(first - crest) <= last - crest, 1.0, hi)
-        trough = crest + 0.5
-        lo = np.where(np.ceil(first - trough) <= last - trough, -1.0, lo)
-        return Interval(lo, hi)
+    def _waves(self) -> tuple["Interval", "Interval"]:
+        """Return sine and cosine."""
+        shape = self.lo.shape
+        sin, cos = (
+            Interval(lo.reshape(shape), hi.reshape(shape))
+            for lo, hi in _core.enclosed_sin_cos(self.lo.ravel(), self.hi.ravel())
+        )
+        return sin, cos
 
 
-def _widened(value: Array, absolute: Array | float = 0.0) -> Interval:
-    by = RELATIVE_ERROR * np.abs(value) + absolute
+def _widened(value: Array) -> Interval:
+    by = _core.RELATIVE_ERROR * np.abs(value)
     return Interval(_down(value - by), _up(value + by))
-
-
-def _sin_cos(x: Array) -> tuple[Interval, Interval]:
-    """Enclose sine and cosine of numbers."""
-    near = np.abs(x) <= FAR
-    waves = _core.sin_cos(np.where(near, x, 0.0).ravel())
-    absolute = np.where(np.abs(x) <= UNREDUCED, 0.0, ABSOLUTE_ERROR)
-    sin, cos = (_widened(wave.reshape(x.shape), absolute) for wave in waves)
-    return (
-        Interval(np.where(near, sin.lo, -1.0), np.where(near, sin.hi, 1.0)),
-        Interval(np.where(near, cos.lo, -1.0), np.where(near, cos.hi, 1.0)),
-    )
 
 
 def _expm1(x: Array) -> Interval:

@@ -5,24 +5,27 @@ The equations of all grid points are solved together; see `motions` for one syst
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .. import _core
 from .._core import PARAMETERS
 from ..arguments import axis, count, reject
 from ..errors import Interrupted, ParameterError
 from ..interruption import interruptible
-from ..orbits.motion import PeriodicMotion
+from ..orbits.motion import PeriodicMotion, all_inside, multipliers_of
+from ..orbits.verdict import MAX_EVENTS
 from ..system import System
 from .algebraic import Parameters, conditions
-from .motions import check_system, limits_of, motion_at, motions_in
+from .motions import CHECKED, check_columns, limits_of, motions_in, one_impact
 from .results import SOLUTION_DTYPE, STATE, MotionMap
-from .solutions import Solutions, lost, reach_of, solve_many
+from .solutions import Solutions, lost, nodes_after, reach_of, solve_many
 
 Array = NDArray[np.float64]
 
@@ -94,19 +97,16 @@ def motion_map(
         )
 
     try:
-        points = [
-            system.replace(**dict(zip(grid, values, strict=True)))
-            for values in itertools.product(*(column.tolist() for column in grid.values()))
-        ]
-        for point in points:
-            check_system(point)
-        for start in range(0, size, BATCH):
-            batch = slice(start, start + BATCH)
-            rows, unsure, nothing = _solve(points[batch], n, limits)
-            rows["point"] += start
+        batches = list(_batches(system, n, grid))
+        for batch in batches:
+            check_columns(**{name: batch.systems.column(name) for name in CHECKED})
+        for batch in batches:
+            rows, unsure, nothing = _solve(batch, limits)
+            place = slice(batch.start, batch.start + len(batch.values))
+            rows["point"] += batch.start
             parts.append(rows)
-            undecided[batch], empty[batch] = unsure, nothing
-            pending[batch] = False  # set last: if Ctrl-C comes before, the batch stays pending
+            undecided[place], empty[place] = unsure, nothing
+            pending[place] = False  # set last: if Ctrl-C comes before, the batch stays pending
     except KeyboardInterrupt:
         undecided[pending], empty[pending] = 0, False
         done = size - np.count_nonzero(pending)
@@ -129,60 +129,91 @@ def _grid(parameters: Mapping[str, Any]) -> dict[str, Array]:
     return grid
 
 
+@dataclass(frozen=True)
+class _Batch:
+    """Systems of grid points in a row, the first of which has the number ``start``.
+
+    ``values`` has a row for each point and a column for each of the varied parameters ``names``.
+    """
+
+    system: System
+    n: int
+    names: list[str]
+    start: int
+    values: Array
+
+    @cached_property
+    def systems(self) -> _core.Systems:
+        return _core.Systems(self.system._compiled, self.names, self.values)
+
+    def at(self, number: int) -> System:
+        changes = zip(self.names, self.values[number].tolist(), strict=True)
+        return self.system.replace(**dict(changes))
+
+
+def _batches(system: System, n: int, grid: Mapping[str, Array]) -> Iterator[_Batch]:
+    columns = np.meshgrid(*grid.values(), indexing="ij")
+    values = np.stack([column.ravel() for column in columns], axis=1)
+    for start in range(0, len(values), BATCH):
+        yield _Batch(system, n, list(grid), start, values[start : start + BATCH])
+
+
 def _solve(
-    systems: list[System], n: int, within: tuple[float, float] | None
+    batch: _Batch, within: tuple[float, float] | None
 ) -> tuple[NDArray[np.void], NDArray[np.int64], NDArray[np.bool_]]:
     """Return the rows of some systems, their undecided intervals, and which are empty."""
-    reaches = reach_of(conditions(Parameters.of(systems, n)))
+    parameters = Parameters.of(batch.system, batch.n, batch.systems)
+    equations = conditions(parameters)
+    reaches = reach_of(equations)
     empty = np.array([reach.empty for reach in reaches])
-    undecided = np.zeros(len(systems), dtype=np.int64)
+    undecided = np.zeros(len(reaches), dtype=np.int64)
     kept = np.flatnonzero(~empty)
-    if not len(kept):
-        return np.empty(0, dtype=SOLUTION_DTYPE), undecided, empty
-    equations = conditions(Parameters.of([systems[k] for k in kept], n))
     if within is None:
         hi = np.array([reaches[k].bound for k in kept])
         lo = -hi
     else:
         lo, hi = (np.full(len(kept), end) for end in within)
-    found = solve_many(equations, lo, hi)
+    found = solve_many(equations, kept, lo, hi)
     gone = found.isolated & lost(
-        equations.parameters.drive_frequency[found.which],
+        parameters.drive_frequency[found.which],
         found.approach_velocity,
         *(found.x1, found.v1, found.v2),
     )
-    np.add.at(undecided, kept[found.which[gone]], 1)
-    rows = [_rows(systems, found, found.isolated & ~gone, kept, n)]
+    np.add.at(undecided, found.which[gone], 1)
+    rows = [_rows(batch, parameters, found, found.isolated & ~gone)]
     # A box without one simple root is examined on its own.
     for k in np.flatnonzero(~found.isolated):
-        number = int(kept[found.which[k]])
-        alone = conditions(Parameters.of([systems[number]], n))
-        motions, reason = motions_in(systems[number], alone, found.box[k : k + 1], (math.nan,) * 4)
+        number = int(found.which[k])
+        motions, reason = motions_in(
+            batch.at(number), equations.only(number), found.box[k : k + 1], (math.nan,) * 4
+        )
         undecided[number] += bool(reason)
         rows += [_row(number, motion) for motion in motions]
     return np.concatenate(rows), undecided, empty
 
 
 def _rows(
-    systems: list[System],
-    found: Solutions,
-    sure: NDArray[np.bool_],
-    kept: NDArray[np.int64],
-    n: int,
+    batch: _Batch, parameters: Parameters, found: Solutions, sure: NDArray[np.bool_]
 ) -> NDArray[np.void]:
     """Judge solutions."""
     which = found.which[sure]
     columns = {name: getattr(found, name)[sure] for name in STATE}
-    state = np.stack([columns[name] for name in STATE[:4]], axis=1)
     rows = np.empty(len(which), dtype=SOLUTION_DTYPE)
-    rows["point"] = kept[which]
+    rows["point"] = which
     for name, column in columns.items():
         rows[name] = column
-    for row, values in zip(rows, state.tolist(), strict=True):
-        motion = motion_at(systems[row["point"]], n, tuple(values))
-        row["admissible"] = motion.admissible
-        row["largest_multiplier"] = np.abs(motion.multipliers[0])
-        row["stable"] = motion.stable
+    nodes = nodes_after(parameters, which, *(columns[name] for name in STATE[:4]))
+    at_rest = parameters.at_rest[which]
+    for wall_at_rest in (False, True):
+        alike = np.flatnonzero(at_rest == wall_at_rest)
+        itinerary = one_impact(batch.n, wall_at_rest=wall_at_rest)
+        return_maps, admissible = itinerary.judge_all(
+            batch.systems, which[alike], nodes[alike], MAX_EVENTS
+        )
+        multipliers = multipliers_of(return_maps, itinerary)
+        rows["admissible"][alike] = admissible
+        rows["largest_multiplier"][alike] = np.abs(multipliers[:, 0])
+        rows["stable"][alike] = admissible & all_inside(multipliers)
     return rows
 
 

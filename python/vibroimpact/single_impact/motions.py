@@ -21,9 +21,17 @@ from ..orbits.verdict import motion_of
 from ..system import System
 from .algebraic import Conditions, Parameters, conditions
 from .intervals import Interval
-from .open_phase import cuts, is_finite, is_open
+from .open_phase import FIRST, cuts, is_finite, is_open
 from .results import PeriodicMotions, Undecided
-from .solutions import LARGEST_ANGLE, Solutions, lost, reach_of, solve_many, states_before
+from .solutions import (
+    LARGEST_ANGLE,
+    Solutions,
+    lost,
+    nodes_after,
+    reach_of,
+    solve_many,
+    states_before,
+)
 
 Array = NDArray[np.float64]
 # (x1, v1, v2, phase) just before the impact.
@@ -67,8 +75,7 @@ def periodic_motions(
     n = count("n", n, least=1, most=100_000)
     check_system(system)
     limits = None if within is None else limits_of(within)
-    parameters = Parameters.of([system], n)
-    equations = conditions(parameters)
+    equations = conditions(Parameters.of(system, n))
     (reach,) = reach_of(equations)
     bounded = reach.bounded
     if limits is None:
@@ -94,7 +101,7 @@ def periodic_motions(
 
     left = [limits]
     try:
-        found = solve_many(equations, *(np.array([end]) for end in limits))
+        found = solve_many(equations, FIRST, *(np.array([end]) for end in limits))
         left = list(zip(found.box.lo.tolist(), found.box.hi.tolist(), strict=True))
         for k in range(len(found)):
             box = found.box[k : k + 1]
@@ -151,16 +158,15 @@ def motion_at(system: System, n: int, state: State) -> PeriodicMotion:
 
 def _legs(system: System, n: int, state: State) -> tuple[_core.Itinerary, Array]:
     """Return the one leg of a motion, and its node just after the impact."""
-    x1, v1, v2, phase = state
-    kappa = float(system.slope(x1))
-    mbar = system.mass_ratio
-    # Newton's law, also for a solution whose bodies separate: `impact` refuses those.
-    impulse = (1.0 + system.restitution) * (kappa * v1 - v2) / (mbar + kappa**2)
-    time = math.fmod((phase - system.phase) / system.drive_frequency, system.drive_period)
-    time %= system.drive_period
-    rest = system.is_wall and system.force_amplitude == 0.0
-    nodes = np.array([[x1, v1 - kappa * impulse, v2 + mbar * impulse, time]])
-    return _core.Itinerary([Leg.impact(Regime.FRICTIONLESS)], n, None, rest), nodes
+    parameters = Parameters.of(system, n)
+    (at_rest,) = parameters.at_rest.tolist()
+    nodes = nodes_after(parameters, FIRST, *np.array([state]).T)
+    return one_impact(n, wall_at_rest=at_rest), nodes
+
+
+def one_impact(n: int, *, wall_at_rest: bool) -> _core.Itinerary:
+    """Return the one leg of a motion with an impact in n drive periods."""
+    return _core.Itinerary([Leg.impact(Regime.FRICTIONLESS)], n, None, wall_at_rest)
 
 
 def _state(found: Solutions, k: int) -> State:
@@ -201,15 +207,25 @@ def limits_of(within: Any) -> tuple[float, float]:
 
 def check_system(system: System) -> None:
     """Reject a system to which these solutions do not apply."""
-    if system.friction != 0.0:
+    check_columns(**{name: np.array([getattr(system, name)]) for name in CHECKED})
+
+
+CHECKED = ("friction", "drive_frequency", "moment_amplitude", "force_amplitude")
+
+
+def check_columns(
+    friction: Array, drive_frequency: Array, moment_amplitude: Array, force_amplitude: Array
+) -> None:
+    """Reject systems to which these solutions do not apply."""
+    if friction.any():
         reject(
             "friction",
-            system.friction,
+            float(friction[friction != 0.0][0]),
             "0: these solutions are those without friction; use search_motions or run.refine",
         )
-    if system.drive_frequency == 0.0:
+    if not drive_frequency.all():
         reject("drive_frequency", 0.0, "a finite number > 0: a period needs a drive")
-    if system.moment_amplitude == 0.0 and system.force_amplitude == 0.0:
+    if ((moment_amplitude == 0.0) & (force_amplitude == 0.0)).any():
         reject(
             "moment_amplitude", 0.0, "a moment or a force other than 0: without drive there is no n"
         )

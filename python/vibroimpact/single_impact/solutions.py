@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .algebraic import Conditions
+from .algebraic import Conditions, Parameters
 from .intervals import Interval, isolate
 
 Array = NDArray[np.float64]
@@ -84,16 +84,21 @@ class Reach:
 
 # Beyond the range of floats an interval is the whole line, or NaN, which decides nothing.
 @np.errstate(over="ignore", invalid="ignore")
-def solve_many(equations: Conditions, lo: Array, hi: Array) -> Solutions:
-    """Isolate all solutions of many systems with x1 in [lo, hi], one interval per system."""
+def solve_many(
+    equations: Conditions, systems: NDArray[np.int64], lo: Array, hi: Array
+) -> Solutions:
+    """Isolate all solutions of the systems of these numbers with x1 in [lo, hi], one interval each.
+
+    Numbers and ends have shape (k,), the numbers rise.
+    """
     boxes = np.maximum(np.ceil((hi - lo) / _FIRST_BOX).astype(np.int64), 1)
-    which = np.repeat(np.arange(len(lo)), boxes)
-    place = np.arange(len(which)) - np.repeat(np.cumsum(boxes) - boxes, boxes)
-    width = ((hi - lo) / boxes)[which]
-    left = np.where(place == 0, lo[which], lo[which] + place * width)
-    last = place == boxes[which] - 1
-    right = np.where(last, hi[which], lo[which] + (place + 1) * width)
-    roots = isolate(equations.enclose, which, Interval(left, right))
+    row = np.repeat(np.arange(len(lo)), boxes)
+    place = np.arange(len(row)) - np.repeat(np.cumsum(boxes) - boxes, boxes)
+    width = ((hi - lo) / boxes)[row]
+    left = np.where(place == 0, lo[row], lo[row] + place * width)
+    last = place == boxes[row] - 1
+    right = np.where(last, hi[row], lo[row] + (place + 1) * width)
+    roots = isolate(equations.enclose, systems[row], Interval(left, right))
     x1 = np.where(roots.isolated, roots.box.middle, np.nan)
     unknowns = np.full((len(roots), 5), np.nan)
     matrix, rhs = equations.linear(roots.which[roots.isolated], Interval(x1[roots.isolated]))
@@ -125,6 +130,21 @@ def states_before(
         approach_velocity=omega
         * ((mbar + kappa**2) * impulse / (1.0 + parameters.restitution[which])),
     )
+
+
+def nodes_after(
+    parameters: Parameters, which: NDArray[np.int64], x1: Array, v1: Array, v2: Array, phase: Array
+) -> Array:
+    """Return the nodes (x1, v1, v2, t) just after the impacts of solutions, shape (k, 4)."""
+    mbar, omega = parameters.mass_ratio[which], parameters.drive_frequency[which]
+    kappa = parameters.slope(x1)
+    # Newton's law, also for a solution whose bodies separate: `impact` refuses those.
+    impulse = (1.0 + parameters.restitution[which]) * (kappa * v1 - v2) / (mbar + kappa**2)
+    period = 2.0 * np.pi / omega
+    time = np.fmod((phase - parameters.phase[which]) / omega, period) % period
+    # A time just below zero becomes the period itself.
+    time = np.where(time < period, time, 0.0)
+    return np.stack([x1, v1 - kappa * impulse, v2 + mbar * impulse, time], axis=1)
 
 
 # Beyond the range of floats an interval is the whole line, or NaN, which decides nothing.

@@ -93,7 +93,7 @@ fn in_chunk<T: Tip>(
             None
         };
         if let Some((left, right)) = bracket {
-            let top = bisect(left, right, |s| at(s).rate);
+            let top = falling_root(left, right, at);
             let GapPoint { value, .. } = at(top);
             let rises = value > *lowest + gap.noise(top);
             if rises && highest.is_none_or(|(_, most)| value > most) {
@@ -103,6 +103,31 @@ fn in_chunk<T: Tip>(
         (from, before) = (to, after);
     }
     highest
+}
+
+/// Where the rate, positive at `left` and not at `right`, falls through zero, to rounding: Newton's
+/// method, with bisection where a step would leave the bracket or not be half of the last one.
+fn falling_root(mut left: f64, mut right: f64, at: impl Fn(f64) -> GapPoint) -> f64 {
+    let (mut place, mut last) = (0.5 * (left + right), right - left);
+    loop {
+        let GapPoint { rate, second, .. } = at(place);
+        if rate > 0.0 {
+            left = place;
+        } else {
+            right = place;
+        }
+        let newton = place - rate / second;
+        if newton == place {
+            return place;
+        }
+        let converges = left < newton && newton < right && (newton - place).abs() < 0.5 * last;
+        let next = if converges { newton } else { 0.5 * (left + right) };
+        if next <= left || next >= right {
+            return next;
+        }
+        last = (next - place).abs();
+        place = next;
+    }
 }
 
 /// Where a function that is positive at `left` and not at `right` falls through zero.
