@@ -77,7 +77,7 @@ impl Labelling {
             };
         } else {
             labelling.report = report.undecided(WhyUndecided::NotMeasurable);
-            if labelling.affords(run) {
+            if labelling.affords(run, labelling.periods) {
                 let following = Following::new(run, labelling.periods, cancel);
                 return (labelling, Some(Box::new(following)));
             }
@@ -86,9 +86,9 @@ impl Labelling {
     }
 
     /// Whether so many periods have few enough impacts.
-    fn affords(&self, run: &Run) -> bool {
+    fn affords(&self, run: &Run, periods: u32) -> bool {
         let each = run.impacts.len() as f64 / f64::from(run.kept_periods().max(1));
-        self.periods <= self.most && each * f64::from(self.periods) <= GROWTH_IMPACTS
+        periods <= self.most && each * f64::from(periods) <= GROWTH_IMPACTS
     }
 
     /// Looks at what has been followed: tells the label, or hands back what is to be followed
@@ -115,35 +115,35 @@ impl Labelling {
                 return None;
             }
             self.periods = self.fewest;
-        } else {
-            let told = matches!(verdict, GrowthVerdict::Shrinks | GrowthVerdict::Stays);
-            // The motion still converges, or has only just done so: it will return.
-            let report = if told {
-                Some(following.return_report(cancel))
-            } else {
-                following.last_return(cancel)
-            };
-            if let Some(report) = report.filter(|report| report.orbit.is_some())
-                && let Some(later) = following.continued(run)
-                && let Some(found) = later.lasting(report, None, cancel)
-            {
-                self.take(found);
-                self.report = run.told_by(&later, self.report);
-                self.later.get_or_insert(later);
-                return None;
-            }
-            if verdict == GrowthVerdict::Stays {
-                let evidence = Evidence::GrowthBounded(growth);
-                self.report = self.report.decided(Kind::QuasiPeriodic, evidence);
-                return None;
-            }
-            if !growth.may_show_more(self.most) {
-                return None;
-            }
-            self.periods = next_look(self.periods);
-        }
-        self.affords(run).then(|| {
             following.extend_to(self.periods);
+            return Some(following);
+        }
+        let next = next_look(self.periods);
+        let goes_on = verdict != GrowthVerdict::Stays
+            && growth.may_show_more(self.most)
+            && self.affords(run, next);
+        // A motion that still converges, or has only just done so, will return.
+        let report = if goes_on && verdict == GrowthVerdict::Unclear {
+            following.last_return(cancel)
+        } else {
+            Some(following.return_report(cancel))
+        };
+        if let Some(report) = report.filter(|report| report.orbit.is_some())
+            && let Some(later) = following.continued(run)
+            && let Some(found) = later.lasting(report, None, cancel)
+        {
+            self.take(found);
+            self.report = run.told_by(&later, self.report);
+            self.later.get_or_insert(later);
+            return None;
+        }
+        if verdict == GrowthVerdict::Stays {
+            let evidence = Evidence::GrowthBounded(growth);
+            self.report = self.report.decided(Kind::QuasiPeriodic, evidence);
+        }
+        goes_on.then(|| {
+            self.periods = next;
+            following.extend_to(next);
             following
         })
     }

@@ -11,7 +11,8 @@ pub(crate) use evidence::GrowthVerdict;
 pub use evidence::{Evidence, EvidenceKind, Growth, WhyUndecided};
 
 use crate::analysis::tolerances::{
-    COME_BACK, EXTENT_DECREASE, REMAINING_PART, RETURN_RTOL, SECTION_NOISE, SHORTEST_TAIL,
+    COME_BACK, EXTENT_DECREASE, NEAREST_TRIED, REMAINING_PART, RETURN_RTOL, SECTION_NOISE,
+    SHORT_PERIODS, SHORTEST_TAIL,
 };
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::EventKind;
@@ -153,7 +154,33 @@ pub(crate) fn comes_back(sections: &[[f64; 4]]) -> bool {
 /// half, quarter ... are tried. Nothing is found once `cancel` has ended it.
 #[must_use]
 pub fn detect_period(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> PeriodReport {
-    let whole = detect_in(sections, counts, cancel);
+    detect(sections, counts, Tried::All, cancel)
+}
+
+/// As [`detect_period`], but of long periods only those are tried after which the last section comes
+/// nearest to where it was: of thousands of sections, all would take longer than the motion.
+pub(crate) fn detect_nearest(
+    sections: &[[f64; 4]],
+    counts: &[u32],
+    cancel: &CancelToken,
+) -> PeriodReport {
+    detect(sections, counts, Tried::Nearest, cancel)
+}
+
+/// Which m are tried.
+#[derive(Clone, Copy, PartialEq)]
+enum Tried {
+    All,
+    Nearest,
+}
+
+fn detect(
+    sections: &[[f64; 4]],
+    counts: &[u32],
+    tried: Tried,
+    cancel: &CancelToken,
+) -> PeriodReport {
+    let whole = detect_in(sections, counts, tried, cancel);
     let kept = sections.len();
     if whole.orbit.is_some() || counts.len() != kept {
         return whole;
@@ -161,12 +188,32 @@ pub fn detect_period(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken
     let tails = std::iter::successors(Some(kept / 2), |tail| Some(tail / 2));
     tails
         .take_while(|&tail| tail >= SHORTEST_TAIL)
-        .map(|tail| detect_in(&sections[kept - tail..], &counts[kept - tail..], cancel))
+        .map(|tail| detect_in(&sections[kept - tail..], &counts[kept - tail..], tried, cancel))
         .find(|report| report.orbit.is_some())
         .unwrap_or(whole)
 }
 
-fn detect_in(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> PeriodReport {
+/// Distance of the last section from the one m periods before, above which a long period is not
+/// tried.
+fn nearest(sections: &[[f64; 4]], equal_counts: impl Fn(usize) -> bool) -> f64 {
+    let kept = sections.len();
+    let long = SHORT_PERIODS + 1..=kept / 4;
+    let mut distances: Vec<f64> = long
+        .filter(|&m| equal_counts(m))
+        .map(|m| distance(&sections[kept - 1], &sections[kept - 1 - m]))
+        .collect();
+    if distances.len() <= NEAREST_TRIED {
+        return f64::INFINITY;
+    }
+    *distances.select_nth_unstable_by(NEAREST_TRIED, f64::total_cmp).1
+}
+
+fn detect_in(
+    sections: &[[f64; 4]],
+    counts: &[u32],
+    tried: Tried,
+    cancel: &CancelToken,
+) -> PeriodReport {
     let kept = sections.len();
     let mut report = PeriodReport {
         orbit: None,
@@ -190,8 +237,13 @@ fn detect_in(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> Per
     let matching = matching_counts(counts);
     let equal_counts = |m: usize| matching[m] == kept - m;
     report.residual = residual(sections, 1);
-    for (tried, m) in (1..=kept / 4).filter(|&m| equal_counts(m)).enumerate() {
-        if tried % PERIODS_PER_LOOK == PERIODS_PER_LOOK - 1 && cancel.is_cancelled() {
+    let most = if tried == Tried::All { f64::INFINITY } else { nearest(sections, equal_counts) };
+    let is_tried = |m: usize| {
+        m <= SHORT_PERIODS || distance(&sections[kept - 1], &sections[kept - 1 - m]) < most
+    };
+    let wanted = (1..=kept / 4).filter(|&m| equal_counts(m) && is_tried(m));
+    for (number, m) in wanted.enumerate() {
+        if number % PERIODS_PER_LOOK == PERIODS_PER_LOOK - 1 && cancel.is_cancelled() {
             break;
         }
         let small = returns(sections, m, negligible);
@@ -464,7 +516,7 @@ mod tests {
                 sections[place % kept][1] = value;
             }
             let counts: Vec<u32> = (0..kept).map(|k| cycle[k % cycle.len()].1).collect();
-            let found = detect_in(&sections, &counts, &CancelToken::never());
+            let found = detect_in(&sections, &counts, Tried::All, &CancelToken::never());
             prop_assert_eq!(found.orbit.map(|(m, _)| m), by_definition(&sections, &counts));
         }
 

@@ -26,6 +26,11 @@ pub const RETURN_WINDOW: usize = 400;
 /// motion that has settled, far less than what a torus comes back by in so few.
 pub const COME_BACK: f64 = 1e-6;
 
+/// Periods that are always tried while a motion is followed; and how many longer ones, those after
+/// which the last section comes nearest to where it was.
+pub const SHORT_PERIODS: usize = 8;
+pub const NEAREST_TRIED: usize = 12;
+
 /// While a motion converges, its extent decreases at least by this factor from each quarter of the
 /// window to the next. Half of it would miss slow convergence; above 1 a torus would converge.
 pub const EXTENT_DECREASE: f64 = 0.97;

@@ -2,7 +2,7 @@
 //! with its sections, so that nothing is computed twice.
 
 use crate::analysis::lyapunov::GrowthRecord;
-use crate::analysis::period::{CHATTERING, Growth, PeriodReport, comes_back, detect_period};
+use crate::analysis::period::{CHATTERING, Growth, PeriodReport, comes_back, detect_nearest};
 use crate::analysis::tolerances::RETURN_WINDOW;
 use crate::model::error::SimulationError;
 use crate::model::state::Clock;
@@ -92,7 +92,7 @@ impl Following {
     /// The period that its sections show, those of the run among them.
     pub fn return_report(&self, cancel: &CancelToken) -> PeriodReport {
         let sections = self.collector.sections();
-        detect_period(sections, &self.counts[..sections.len()], cancel)
+        detect_nearest(sections, &self.counts[..sections.len()], cancel)
     }
 
     /// The period that its last sections show, if they have come back to where they were.
@@ -100,6 +100,6 @@ impl Following {
         let sections = self.collector.sections();
         let last = sections.len().saturating_sub(RETURN_WINDOW)..sections.len();
         let window = &sections[last.clone()];
-        comes_back(window).then(|| detect_period(window, &self.counts[last], cancel))
+        comes_back(window).then(|| detect_nearest(window, &self.counts[last], cancel))
     }
 }
