@@ -91,9 +91,18 @@ pub fn lyapunov_spectrum(
         return Err(ParameterError::new("step", format!("{step:?}"), allowed));
     }
     let (step, end) = (step.map_or(Step::Periods(1), Step::Time), run.final_state.clock);
-    let recorded = Recorded { step, each: (steps / MOST_RECORDED).max(1), all: steps };
+    let aligning = steps / ALIGNING_STEPS;
+    let length = match step {
+        Step::Periods(each) => f64::from(each) * run.system.drive_period(),
+        Step::Time(each) => each,
+    };
+    // Where damping is strong, no more than can be flown in steps.
+    let contraction = length * run.system.fastest_decay();
+    let most = (MOST_CONTRACTION * MOST_CONTRACTION_STEPS / contraction).max(1.0);
+    let each = f64::from(steps / MOST_RECORDED).clamp(1.0, most) as u32;
+    let recorded = Recorded { step, each, aligning, all: steps };
     let mut record = GrowthRecord::<4>::new(run, recorded);
-    record.align = Some(recorded.count() as usize / ALIGNING_STEPS);
+    record.align = Some(recorded.counts().0 as usize);
     let last = end_of_step(record.perturbations.drive(), end, step, steps);
     let whole = matches!(step, Step::Periods(_)) && last.time_in_period == 0.0;
     let horizon = if whole {
@@ -123,22 +132,33 @@ enum Step {
     Time(f64),
 }
 
-/// The steps of a record: so many of the steps asked for in each, until all are done.
+/// The steps of a record: of the steps asked for some align the perturbations, and so many together
+/// are one of the record, in either part.
 #[derive(Clone, Copy)]
 struct Recorded {
     step: Step,
     each: u32,
+    aligning: u32,
     all: u32,
 }
 
 impl Recorded {
-    fn count(&self) -> u32 {
-        self.all.div_ceil(self.each)
+    /// Those that only align, and all.
+    fn counts(&self) -> (u32, u32) {
+        let aligning = self.aligning.div_ceil(self.each);
+        (aligning, aligning + (self.all - self.aligning).div_ceil(self.each))
     }
 
     /// End of the k-th.
     fn end(&self, drive: &Drive, from: Clock, k: u32) -> Clock {
-        end_of_step(drive, from, self.step, k.saturating_mul(self.each).min(self.all))
+        let (aligning, _) = self.counts();
+        let done = match k.checked_sub(aligning) {
+            None | Some(0) => k.saturating_mul(self.each).min(self.aligning),
+            Some(more) => {
+                self.aligning.saturating_add(more.saturating_mul(self.each)).min(self.all)
+            }
+        };
+        end_of_step(drive, from, self.step, done)
     }
 }
 
@@ -211,7 +231,7 @@ impl<const N: usize> GrowthRecord<N> {
             let cut = clock > self.perturbations.clock()
                 && !chatters
                 && !self.perturbations.has_no_states();
-            let all = self.ends.len() as u32 >= self.steps.count();
+            let all = self.ends.len() as u32 >= self.steps.counts().1;
             if all || !(ends && (cut || stop)) {
                 break;
             }
@@ -247,7 +267,7 @@ impl<const N: usize> GrowthRecord<N> {
 
     /// Steps that only align.
     fn aligned(&self) -> usize {
-        let part = self.logs.len() / ALIGNING_STEPS;
+        let part = self.logs.len() / ALIGNING_STEPS as usize;
         self.align.filter(|&align| align < self.logs.len()).unwrap_or(part)
     }
 }
@@ -313,7 +333,8 @@ fn end_of_step(drive: &Drive, from: Clock, step: Step, k: u32) -> Clock {
 impl GrowthRecord<1> {
     /// Of one perturbation of the motion that goes on from the end of `run`.
     pub fn of_one(run: &Run) -> Self {
-        Self::new(run, Recorded { step: Step::Periods(GROWTH_STEP), each: 1, all: u32::MAX })
+        let step = Step::Periods(GROWTH_STEP);
+        Self::new(run, Recorded { step, each: 1, aligning: 0, all: u32::MAX })
     }
 
     /// Mean growth per drive period of a record of one perturbation; `None` where it cannot be

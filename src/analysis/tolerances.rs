@@ -98,7 +98,7 @@ pub const RATE_RTOL: f64 = 0.2;
 
 /// One in so many steps, the first ones, only aligns the perturbations. Users see by the time of a
 /// spectrum what is left.
-pub const ALIGNING_STEPS: usize = 10;
+pub const ALIGNING_STEPS: u32 = 10;
 
 /// Blocks from which a standard error is computed.
 pub const ERROR_BLOCKS: usize = 10;

@@ -112,6 +112,7 @@ TAKES: dict[str, set[str]] = {
     "whole number or none": {*_WHOLE, "none"},
     "whole number > 2 or none": {"none"},
     "true or false": {"true", "numpy true"},
+    "true, false or none": {"true", "numpy true", "none"},
     # Where it says "True or False" to the letter.
     "python's true or false": {"true"},
     "law": {"word"},

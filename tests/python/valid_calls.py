@@ -125,6 +125,7 @@ _CELLS = {
     "periods": "whole number",
     "keep": "whole number or none",
     "section_phase": "number",
+    "labels": "true or false",
     "exponents": "true or false",
 }
 _FIELDS = {
@@ -287,7 +288,6 @@ def calls() -> dict[str, Call]:
                 **_CELLS,
                 "initial": "state or some states",
                 "start": "a word of a list",
-                "labels": "true or false",
                 "refine": "whole number",
                 "drive_frequency": "axis >= 0",
             },
@@ -300,7 +300,12 @@ def calls() -> dict[str, Call]:
         "chart": Call(
             vi.chart,
             start | {"periods": 2, "exponents": False, "gap": [0.5], "friction": [0.1]},
-            _CELLS | {"gap": "axis", "friction": "axis >= 0"},
+            {
+                **_CELLS,
+                "exponents": "true, false or none",
+                "gap": "axis",
+                "friction": "axis >= 0",
+            },
         ),
         "basins": Call(
             vi.basins,
