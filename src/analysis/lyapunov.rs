@@ -13,7 +13,10 @@ use nalgebra::Matrix4;
 
 use self::perturbed::Perturbations;
 use crate::analysis::period::Growth;
-use crate::analysis::tolerances::{ALIGNING_STEPS, ERROR_BLOCKS, GROWTH_STEP, SHORTEST_MEASURED};
+use crate::analysis::tolerances::{
+    ALIGNING_STEPS, ERROR_BLOCKS, GROWTH_STEP, MOST_CONTRACTION, MOST_CONTRACTION_STEPS,
+    SHORTEST_MEASURED,
+};
 use crate::flight::Drive;
 use crate::model::error::{ParameterError, SimulationError};
 use crate::model::state::{Clock, State};
