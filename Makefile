@@ -140,6 +140,8 @@ bench: $(INSTALLED)
 	cargo bench --locked
 	$(BIN)/python benches/bars.py
 	$(BIN)/python benches/savings.py
+	$(BIN)/python benches/labels.py
+	cargo run --release --locked --example robust_labels
 	$(BIN)/python benches/work_precision
 	@echo 'results are in benches/out and benches/work_precision/out'
 

@@ -28,9 +28,9 @@ use serde::Serialize;
 use setup::{Sections, Setup, simulate};
 use vibroimpact::impact::resolve;
 use vibroimpact::{
-    CancelToken, Cell, Clock, Event, Flight, FreeMotion, Horizon, ImpactEvent, Observer,
-    RunOptions, Simulation, State, SweepStart, System, SystemBuilder, Workers, lyapunov_spectrum,
-    run, sweep,
+    CancelToken, Cell, Clock, Event, Flight, FreeMotion, Horizon, ImpactEvent, Measure, Observer,
+    RunOptions, Simulation, State, SweepOptions, SweepStart, System, SystemBuilder, Workers,
+    lyapunov_spectrum, run, sweep,
 };
 use vibroimpact::{Found, Start, Touch, next_contact};
 
@@ -332,16 +332,17 @@ fn diagrams() -> Vec<Kernel> {
         let diagram = kernel(format!("{name}, point by point"), "drive period", prepare);
         Kernel { units, repetitions: [1, 2], ..diagram }
     });
-    let together = diagrams.iter().map(|&(name, low, high, builder)| {
+    let swept = |&(name, low, high, builder): &Diagram, what: &str, measure: Measure| {
         let prepare = move || -> Work {
             let systems = points(SWEPT, low, high, builder);
             let cells: Vec<Cell> =
                 systems.into_iter().map(|system| Cell { system, initial: start() }).collect();
             let workers = Workers::new(Some(1)).unwrap();
+            let options = SweepOptions { measure, ..kept.into() };
             calls(move || {
                 sweep(
                     black_box(&cells),
-                    kept.into(),
+                    options,
                     SweepStart::Fresh,
                     &workers,
                     &CancelToken::never(),
@@ -350,10 +351,15 @@ fn diagrams() -> Vec<Kernel> {
             })
         };
         let units = u64::from(SWEPT) * PERIODS as u64;
-        let diagram = kernel(format!("{name}, sweep"), "drive period", prepare);
+        let diagram = kernel(format!("{name}, {what}"), "drive period", prepare);
         Kernel { units, repetitions: [1, 2], ..diagram }
-    });
-    alone.chain(together).collect()
+    };
+    let together = diagrams.iter().map(|diagram| swept(diagram, "sweep", Measure::Returns));
+    // Per period of the unlabelled sweep, whatever is followed beyond it.
+    let labelled = diagrams
+        .iter()
+        .map(|diagram| swept(diagram, "labels and exponents", Measure::LargestExponent));
+    alone.chain(together).chain(labelled).collect()
 }
 
 #[derive(Serialize)]

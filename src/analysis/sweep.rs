@@ -229,7 +229,7 @@ impl SweepPoint {
     }
 
     fn new(
-        run: &Run,
+        run: Run,
         restarted: bool,
         options: &SweepOptions,
         (period, exponents): (Option<PeriodReport>, [[f64; 2]; 4]),
@@ -260,7 +260,7 @@ impl SweepPoint {
                 })
                 .collect();
             point.regime = run.impacts.iter().map(|i| i.regime as i8).collect();
-            point.stroboscopic.clone_from(&run.stroboscopic);
+            point.stroboscopic = run.stroboscopic;
         }
         point
     }

@@ -42,7 +42,7 @@ impl LabelledRun {
             Measure::Returns | Measure::Label => {}
         }
         let report = labelling.report(cancel);
-        SweepPoint::new(&self.run, self.restarted, options, (Some(report), exponents))
+        SweepPoint::new(self.run, self.restarted, options, (Some(report), exponents))
     }
 }
 
@@ -153,7 +153,7 @@ impl SweepPoint {
             return pending.ok_or(run);
         }
         let period = completed.then(|| run.section_report(cancel));
-        Ok(Self::new(&run, restarted, options, (period, [[f64::NAN; 2]; 4])))
+        Ok(Self::new(run, restarted, options, (period, [[f64::NAN; 2]; 4])))
     }
 
     /// Of a run by itself.
