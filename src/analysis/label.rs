@@ -186,13 +186,14 @@ impl Labelling {
     pub fn exponent(&mut self, run: &Run, cancel: &CancelToken) -> [f64; 2] {
         let growth = self.growth.or(self.report.evidence.growth());
         let exponent = match (self.report.orbit, growth) {
-            (Some((m, _)), _) => match self.find_orbit(run, cancel) {
-                Some(orbit) => Some(orbit.exponent),
-                None => {
+            (Some((m, _)), _) => {
+                if let Some(orbit) = self.find_orbit(run, cancel) {
+                    Some(orbit.exponent)
+                } else {
                     let later = self.settled(run, cancel);
                     exponent_of_orbit(later.as_ref().unwrap_or(run), m, cancel)
                 }
-            },
+            }
             (None, Some(growth)) => {
                 let period = run.system.drive_period();
                 Some([growth.mean / period, growth.error / period])

@@ -102,6 +102,7 @@ pub fn lyapunov_spectrum(
     // Where damping is strong, no more than can be flown in steps.
     let contraction = length * run.system.fastest_decay();
     let most = (MOST_CONTRACTION * MOST_CONTRACTION_STEPS / contraction).max(1.0);
+    #[allow(clippy::cast_sign_loss)] // at least 1
     let each = f64::from(steps / MOST_RECORDED).clamp(1.0, most) as u32;
     let recorded = Recorded { step, each, aligning, all: steps };
     let mut record = GrowthRecord::<4>::new(run, recorded);

@@ -109,7 +109,7 @@ impl PeriodReport {
 
     /// The report with the verdict on a motion that does not repeat.
     pub(crate) fn decided(self, kind: Kind, evidence: Evidence) -> Self {
-        Self { kind, evidence, ..self }
+        Self { evidence, kind, ..self }
     }
 
     /// Factor per drive period by which the distance of the sections from the orbit decreases.

@@ -35,7 +35,7 @@ pub(crate) fn orbit_beside(
     let size = run.final_state.state.to_array().iter().fold(1.0, |most: f64, x| most.max(x.abs()));
     let (mut point, mut before) = (start, f64::NAN);
     for _ in 0..MOST_RETURN_STEPS {
-        let from = run.from_state(State::from_array(point.into()).checked().ok()?)?;
+        let from = run.begun_from(State::from_array(point.into()).checked().ok()?)?;
         let Return { image, derivative, impacts } = return_map(&from, periods, cancel)?;
         let off = image - point;
         let closed = off.amax() <= CLOSED_ORBIT * size;

@@ -63,7 +63,8 @@ pub(crate) fn stays_apart(system: &System, clock: Clock, state: State) -> Option
         Contact::Direct => TipGap::<Direct>::new(&motion, &flight).never_meets(slack),
     };
     let slowest = motion.pendulum.slowest_decay().min(motion.oscillator.slowest_decay());
-    apart.then(|| if slowest > 0.0 { Apart::Settles(slowest) } else { Apart::Swings })
+    let becomes = if slowest > 0.0 { Apart::Settles(slowest) } else { Apart::Swings };
+    apart.then_some(becomes)
 }
 
 /// Angle, and motions of pendulum and body 2, at one instant.

@@ -403,14 +403,14 @@ impl Run {
 
     /// A run that ends at the same instant in another state, of which nothing is kept; `None` unless
     /// both runs end in free flight there.
-    pub(crate) fn from_state(&self, state: State) -> Option<Run> {
+    pub(crate) fn begun_from(&self, state: State) -> Option<Run> {
         let apart = self.system.gap_function(&state) < -self.system.gap_noise(&state);
         if !apart || self.skips_at_end() || self.final_state.mode.is_some() {
             return None;
         }
         let anchor = Anchor::apart(self.final_state.clock, state);
         let final_state = FinalState { state, ..self.final_state };
-        Some(self.ending(final_state, self.checkpoint.restarted(anchor), Vec::new()))
+        Some(self.ending(final_state, &self.checkpoint.restarted(anchor), Vec::new()))
     }
 
     /// This run and its continuation up to `end`, of which sections alone are kept.
@@ -422,7 +422,7 @@ impl Run {
     ) -> Run {
         let StopEvent { clock, time, state, reason } = end;
         let final_state = FinalState { state, clock, time, mode: simulation.mode() };
-        let run = self.ending(final_state, *simulation.checkpoint(), stroboscopic);
+        let run = self.ending(final_state, simulation.checkpoint(), stroboscopic);
         Run { stop_reason: reason, impact_count: simulation.impact_count(), ..run }
     }
 
@@ -430,7 +430,7 @@ impl Run {
     fn ending(
         &self,
         final_state: FinalState,
-        checkpoint: Checkpoint,
+        checkpoint: &Checkpoint,
         stroboscopic: Vec<[f64; 4]>,
     ) -> Run {
         let kept = i64::try_from(stroboscopic.len()).unwrap_or(i64::MAX);
@@ -449,7 +449,7 @@ impl Run {
             window: final_state.clock,
             first_section: checkpoint.next_section - kept,
             window_anchor: checkpoint.anchor,
-            checkpoint,
+            checkpoint: *checkpoint,
         }
     }
 

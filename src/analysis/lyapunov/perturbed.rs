@@ -203,8 +203,8 @@ impl<const N: usize> Perturbations<N> {
     pub fn take(&mut self, event: &Event, after: &Flight) -> Result<(), LyapunovError> {
         if let Event::Chatter(_) = event {
             // The rounding of g, divided by so low a u, would spoil the times of these impacts.
-            if let Series::Decreasing(before, _) = std::mem::replace(&mut self.series, Series::None)
-            {
+            let series = std::mem::replace(&mut self.series, Series::None);
+            if let Series::Decreasing(before, _) = series {
                 self.here = *before;
             }
         }
@@ -216,18 +216,16 @@ impl<const N: usize> Perturbations<N> {
             LegChange::Ends(leg, clock, state) => {
                 let mut departure = None;
                 if !self.paused && self.rank() > 0 {
-                    let finite = match (leg, event, mode) {
-                        (Leg::Impact(kind, signs), Event::Impact(impact), None) => {
-                            let from = self.here.departure(&self.model);
-                            let how = (kind, signs);
-                            let strike = Strike::new(&self.model, &from, impact, after, how);
-                            departure = Some(strike.departure());
-                            self.here.directions.map(&strike)
-                        }
-                        _ => {
-                            let derivative = self.derivative_of(leg, mode, clock)?;
-                            self.here.directions.map(&derivative)
-                        }
+                    let finite = if let (Leg::Impact(kind, signs), Event::Impact(impact), None) =
+                        (leg, event, mode)
+                    {
+                        let from = self.here.departure(&self.model);
+                        let strike = Strike::new(&self.model, &from, impact, after, (kind, signs));
+                        departure = Some(strike.departure());
+                        self.here.directions.map(&strike)
+                    } else {
+                        let derivative = self.derivative_of(leg, mode, clock)?;
+                        self.here.directions.map(&derivative)
                     };
                     settle(&mut self.here.directions, finite, self.orthonormal)?;
                 }

@@ -3,6 +3,7 @@
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
+use std::ops::ControlFlow::{self, Break, Continue};
 
 use super::{Cell, Measure, PointStatus, SweepOptions, SweepPoint};
 use crate::analysis::label::{Following, Labelling};
@@ -47,6 +48,7 @@ impl LabelledRun {
 }
 
 /// What is simulated for a point.
+#[expect(clippy::large_enum_variant, reason = "most are runs, and none is worth an allocation")]
 enum PointJob {
     Run(usize, Collection),
     Label(usize, Box<LabelledRun>, Box<Following>),
@@ -104,8 +106,8 @@ pub(super) fn points_together(
                 PointJob::Run(place, run) => {
                     let run = run.into_run();
                     let run = match SweepPoint::without_label(run, false, options, cancel) {
-                        Ok(point) => return made(place, point),
-                        Err(run) => run,
+                        Break(point) => return made(place, point),
+                        Continue(run) => run,
                     };
                     let least = options.measure.least_growth();
                     let (labelling, following) = Labelling::begin(&run, least, cancel);
@@ -133,27 +135,27 @@ pub(super) fn points_together(
 }
 
 impl SweepPoint {
-    /// Of a run that has no label, or none is wanted of it; else the run.
+    /// Of a run that has no label, or of which none is wanted; else the run.
     pub(super) fn without_label(
         run: Result<Run, RunError>,
         restarted: bool,
         options: &SweepOptions,
         cancel: &CancelToken,
-    ) -> Result<Self, Run> {
+    ) -> ControlFlow<Self, Run> {
         let run = match run {
             Ok(run) => run,
-            Err(RunError::State(_)) => return Ok(Self::empty(PointStatus::Overlap)),
-            Err(_) => return Ok(Self::empty(PointStatus::Failed)),
+            Err(RunError::State(_)) => return Break(Self::empty(PointStatus::Overlap)),
+            Err(_) => return Break(Self::empty(PointStatus::Failed)),
         };
         let completed = run.stop_reason.reached_the_end();
         if completed && options.measure != Measure::Returns {
             // What is measured beside the run may take longer than the run; those who travelled
             // together end together.
             let pending = cancel.is_cancelled().then(|| Self::empty(PointStatus::Pending));
-            return pending.ok_or(run);
+            return pending.map_or(Continue(run), Break);
         }
         let period = completed.then(|| run.section_report(cancel));
-        Ok(Self::new(run, restarted, options, (period, [[f64::NAN; 2]; 4])))
+        Break(Self::new(run, restarted, options, (period, [[f64::NAN; 2]; 4])))
     }
 
     /// Of a run by itself.
@@ -164,8 +166,8 @@ impl SweepPoint {
         cancel: &CancelToken,
     ) -> Self {
         let run = match Self::without_label(run, restarted, options, cancel) {
-            Ok(point) => return point,
-            Err(run) => run,
+            Break(point) => return point,
+            Continue(run) => run,
         };
         let labelling = run.labelled(options.measure.least_growth(), cancel);
         LabelledRun { run, restarted, labelling }.point(options, cancel)
