@@ -1,4 +1,4 @@
-"""What labels and exponents cost beside the same sweep without them, and the bars they have to meet.
+"""What labels and exponents cost beside the same sweep without them, and the bars to be met.
 
     python benches/labels.py [--rounds 5] [--points 2000] [--quick]
 

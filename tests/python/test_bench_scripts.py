@@ -351,6 +351,19 @@ def test_savings_measure_pairs_that_differ_in_one_thing(bench, tmp_path, capsys)
         assert result["instructions"] == {"on": None, "off": None}
 
 
+def test_labels_are_timed_beside_the_same_sweep_without_them(bench, tmp_path, capsys):
+    labels = bench("labels")
+    labels.main(["--quick", "--out", str(tmp_path)])
+    printed = capsys.readouterr().out
+    assert printed.strip() == (tmp_path / "labels.md").read_text(encoding="utf-8").strip()
+    results = json.loads((tmp_path / "labels.json").read_text(encoding="utf-8"))
+    names = {result["name"] for result in results}
+    assert names >= {f"Fig. {name}" for name in labels.BARS} | labels.CHARTS.keys()
+    for result in results:
+        assert {"plain", "labels and exponents"} <= result["seconds"].keys()
+        assert all(len(seconds) == 1 for seconds in result["seconds"].values())
+
+
 def test_what_is_switched_off_leaves_the_base_scene_its_impacts(bench):
     cases = {saving.name: saving for saving in bench("savings").savings(60, 2)}
     for name in ("friction", "damping", "force on the second body", "label"):
