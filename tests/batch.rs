@@ -14,8 +14,9 @@ use rayon::prelude::*;
 use vibroimpact::analysis::basin::{Arrival, ArrivalStatus, Target, arrive};
 use vibroimpact::impact::PreImpact;
 use vibroimpact::{
-    CancelToken, Cell, Contact, Horizon, ImpactLaw, PointStatus, Run, RunError, RunOptions, State,
-    StopReason, SweepPoint, SweepStart, System, Workers, arrive_many, run, run_many, sweep,
+    CancelToken, Cell, Contact, Horizon, ImpactLaw, Kind, Measure, PointStatus, Run, RunError,
+    RunOptions, State, StopReason, SweepOptions, SweepPoint, SweepStart, System, Workers,
+    arrive_many, run, run_many, sweep,
 };
 
 /// The point of a cell that runs by itself.
@@ -121,6 +122,41 @@ fn a_point_of_a_sweep_is_the_run_of_its_system_whatever_runs_beside_it() {
     }
     assert!(count(&|_, p| p.contact_fraction > 0.0) > 15);
     assert!(count(&|_, p| matches!(p.status, PointStatus::Completed { .. })) > 250);
+}
+
+#[test]
+fn labels_and_exponents_are_those_of_runs_by_themselves() {
+    let mut drawer = Drawer::new(7);
+    let jobs = drawer.jobs(&DRIVEN, draws(140, 700));
+    let run_options = RunOptions { max_events: 3_000, ..RunOptions::periods(60).keep(40) };
+    let options = SweepOptions { measure: Measure::LargestExponent, ..run_options.into() };
+    let never = CancelToken::never();
+    let singles: Vec<_> = jobs
+        .par_iter()
+        .map(|job| {
+            let run = run(&job.cell.system, job.cell.initial, run_options, &never).ok()?;
+            let ended = matches!(run.stop_reason, StopReason::Completed | StopReason::Rest);
+            ended.then(|| run.period_and_exponent(&never))
+        })
+        .collect();
+    let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
+    for (number, batch) in drawer.batches(jobs.len()).iter().enumerate() {
+        let cells: Vec<Cell> = batch.iter().map(|&i| jobs[i].cell).collect();
+        let workers = &workers()[number % 3];
+        let points =
+            sweep(&cells, options, SweepStart::Fresh, workers, &never, &AtomicUsize::new(0));
+        for (&i, point) in batch.iter().zip(points.unwrap()) {
+            let found = point.period.map(|report| (report, point.exponents[0]));
+            assert_eq!(format!("{found:?}"), format!("{:?}", singles[i]), "{:?}", jobs[i]);
+            if let Some((report, _)) = found {
+                *kinds.entry(report.kind.name()).or_default() += 1;
+            }
+        }
+    }
+    println!("{kinds:?}");
+    for kind in [Kind::Periodic, Kind::Chaotic, Kind::QuasiPeriodic] {
+        assert!(kinds.get(kind.name()).is_some_and(|&motions| motions > 5), "{kinds:?}");
+    }
 }
 
 #[test]

@@ -81,3 +81,54 @@ fn return_map(run: &Run, periods: u32, cancel: &CancelToken) -> Option<Return> {
         impacts: usize::try_from(motion.impacts()).ok()?,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::lyapunov::lyapunov_spectrum;
+    use crate::model::parameters::System;
+    use crate::simulate::run::{RunOptions, run};
+
+    fn settling(periods: i64) -> Run {
+        // Fig. 5(c) of Han, Jin & Hu (2004): undamped, a 2-1 motion approached slowly.
+        let system = System::builder()
+            .mass_ratio(0.6)
+            .frequency_ratio(2.0)
+            .restitution(0.8)
+            .gap(0.5)
+            .drive_frequency(2.75)
+            .moment_amplitude(1.0)
+            .build()
+            .unwrap();
+        let start = State { x1: 0.0, v1: 0.5, x2: 0.0, v2: 0.0 };
+        run(&system, start, RunOptions::periods(periods).keep(100), &CancelToken::never()).unwrap()
+    }
+
+    #[test]
+    fn the_orbit_beside_a_motion_is_the_one_on_which_it_settles() {
+        let never = CancelToken::never();
+        let early = settling(600);
+        let report = early.section_report(&never);
+        assert!(report.residual > 1e-6, "{report:?}");
+        let orbit = orbit_beside(&early, &report, &never).unwrap();
+        let [found, expected] = [&orbit.run, &settling(6_000)].map(|run| run.final_state.state);
+        for (found, expected) in found.to_array().iter().zip(expected.to_array()) {
+            assert!((found - expected).abs() < 1e-10, "{found} {expected}");
+        }
+        let spectrum = lyapunov_spectrum(&orbit.run, 20_000, None, &never).unwrap();
+        let [exponent, change] = orbit.exponent;
+        assert!((exponent - spectrum.exponents[0]).abs() < 5.0 * spectrum.errors[0].max(1e-6));
+        assert!(change < 1e-4 * exponent.abs(), "{change}");
+    }
+
+    #[test]
+    fn an_orbit_with_other_impacts_is_not_taken() {
+        let never = CancelToken::never();
+        let early = settling(600);
+        let report = early.section_report(&never);
+        let others = PeriodReport { orbit: Some((2, ImpactCount::Finite(3))), ..report };
+        assert!(orbit_beside(&early, &others, &never).is_none());
+        let far = PeriodReport { residual: 1e-9 * report.residual, ..report };
+        assert!(orbit_beside(&early, &far, &never).is_none());
+    }
+}

@@ -54,7 +54,17 @@ def test_exponents_can_be_left_out(run_command):
     assert "largest_exponent" not in out.splitlines()[0]
 
 
-@pytest.mark.parametrize("flags", ["", "--no-exponents"])
+def test_labels_can_be_left_out(run_command):
+    code, out, _ = run_command(CHART + " --no-labels --csv -")
+    assert code == 0
+    rows = list(csv.DictReader(io.StringIO(out)))
+    assert "largest_exponent" not in rows[0]
+    labels = {row["label"] for row in rows}
+    assert "unresolved" in labels
+    assert not labels & {"chaotic", "quasi-periodic"}
+
+
+@pytest.mark.parametrize("flags", ["", "--no-exponents", "--no-labels"])
 def test_a_chart_is_drawn(run_command, tmp_path, flags):
     assert run_command(f"{CHART} {flags}", "--plot", tmp_path / "c.png")[0] == 0
     assert imread(tmp_path / "c.png").std() > 0.0
