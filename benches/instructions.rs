@@ -29,8 +29,8 @@ use setup::{Sections, Setup, simulate};
 use vibroimpact::impact::resolve;
 use vibroimpact::{
     CancelToken, Cell, Clock, Event, Flight, FreeMotion, Horizon, ImpactEvent, Measure, Observer,
-    RunOptions, Simulation, State, SweepOptions, SweepStart, System, SystemBuilder, Workers,
-    lyapunov_spectrum, run, sweep,
+    ParameterError, Run, RunOptions, Simulation, Spectrum, State, SweepOptions, SweepStart, System,
+    SystemBuilder, Workers, largest_lyapunov_exponent, lyapunov_spectrum, run, sweep,
 };
 use vibroimpact::{Found, Start, Touch, next_contact};
 
@@ -283,21 +283,27 @@ fn kept() -> Vec<Kernel> {
                 black_box(run(&system, start(), kept, &CancelToken::never()).unwrap());
             })
         }),
-        kernel("tangent, Fig. 5a", "drive period", move || {
-            let settled =
-                run(&system(), start(), options(0).keep(0), &CancelToken::never()).unwrap();
-            Box::new(move |n| {
-                let periods = u32::try_from(n).unwrap();
-                black_box(
-                    lyapunov_spectrum(&settled, periods, None, &CancelToken::never()).unwrap(),
-                );
-            })
-        }),
+        tangent("tangent, Fig. 5a", lyapunov_spectrum),
+        tangent("one perturbation, Fig. 5a", largest_lyapunov_exponent),
     ];
     for kernel in &mut added {
         kernel.minus = Some("Fig. 5a");
     }
     added.into()
+}
+
+type Exponents = fn(&Run, u32, Option<f64>, &CancelToken) -> Result<Spectrum, ParameterError>;
+
+fn tangent(name: &str, exponents: Exponents) -> Kernel {
+    kernel(name, "drive period", move || {
+        let system = paper(1.25).build().unwrap();
+        let options = RunOptions::periods(SETTLING).keep(0);
+        let settled = run(&system, start(), options, &CancelToken::never()).unwrap();
+        Box::new(move |n| {
+            let periods = u32::try_from(n).unwrap();
+            black_box(exponents(&settled, periods, None, &CancelToken::never()).unwrap());
+        })
+    })
 }
 
 /// Name, first and last drive frequency, and the system at one.

@@ -11,7 +11,7 @@ pub mod shooting;
 pub(crate) mod sweep;
 pub(crate) mod tolerances;
 
-pub use lyapunov::{LyapunovError, Spectrum, lyapunov_spectrum};
+pub use lyapunov::{LyapunovError, Spectrum, largest_lyapunov_exponent, lyapunov_spectrum};
 pub use period::{
     CHATTERING, Evidence, EvidenceKind, Growth, ImpactCount, Kind, PeriodReport, WhyUndecided,
     detect_period,

@@ -67,7 +67,8 @@ pub mod tangent;
 pub use analysis::{
     CHATTERING, Cell, Evidence, EvidenceKind, Growth, ImpactCount, Kind, LyapunovError, Measure,
     PeriodReport, PointStatus, Spectrum, SweepOptions, SweepPoint, SweepRows, SweepStart,
-    WhyUndecided, Workers, arrive_many, detect_period, lyapunov_spectrum, run_many, sweep,
+    WhyUndecided, Workers, arrive_many, detect_period, largest_lyapunov_exponent,
+    lyapunov_spectrum, run_many, sweep,
 };
 pub use contact::{ContactForce, ContactMode};
 pub use flight::{ContactReport, Flight, Found, FreeMotion, Touch, next_contact};

@@ -79,6 +79,29 @@ pub fn lyapunov_spectrum(
     step: Option<f64>,
     cancel: &CancelToken,
 ) -> Result<Spectrum, ParameterError> {
+    exponents::<4>(run, steps, step, cancel)
+}
+
+/// The largest exponent alone, from one perturbation: as [`lyapunov_spectrum`], in less time. The
+/// other three are NaN.
+///
+/// # Errors
+/// As [`lyapunov_spectrum`].
+pub fn largest_lyapunov_exponent(
+    run: &Run,
+    steps: u32,
+    step: Option<f64>,
+    cancel: &CancelToken,
+) -> Result<Spectrum, ParameterError> {
+    exponents::<1>(run, steps, step, cancel)
+}
+
+fn exponents<const N: usize>(
+    run: &Run,
+    steps: u32,
+    step: Option<f64>,
+    cancel: &CancelToken,
+) -> Result<Spectrum, ParameterError> {
     if steps == 0 {
         return Err(ParameterError::new("steps", steps, "a whole number >= 1"));
     }
@@ -105,7 +128,7 @@ pub fn lyapunov_spectrum(
     #[allow(clippy::cast_sign_loss)] // at least 1
     let each = f64::from(steps / MOST_RECORDED).clamp(1.0, most) as u32;
     let recorded = Recorded { step, each, aligning, all: steps };
-    let mut record = GrowthRecord::<4>::new(run, recorded);
+    let mut record = GrowthRecord::<N>::new(run, recorded);
     record.align = Some(recorded.counts().0 as usize);
     let last = end_of_step(record.perturbations.drive(), end, step, steps);
     let whole = matches!(step, Step::Periods(_)) && last.time_in_period == 0.0;
@@ -276,17 +299,17 @@ impl<const N: usize> GrowthRecord<N> {
     }
 }
 
-impl GrowthRecord<4> {
+impl<const N: usize> GrowthRecord<N> {
     fn spectrum(&self) -> Spectrum {
         let (all, aligned) = (self.logs.len(), self.aligned());
         let (lengths, logs) = (&self.lengths[aligned..], &self.logs[aligned..]);
-        let directions = self.perturbations.directions();
+        let directions = self.perturbations.directions().min(N);
         let mut passed = Vec::with_capacity(lengths.len());
         let mut sums = Vec::with_capacity(lengths.len());
         let (mut time, mut sum) = (0.0, [0.0; 4]);
         for (length, log) in lengths.iter().zip(logs) {
             time += length;
-            sum = std::array::from_fn(|i| sum[i] + log[i]);
+            sum.iter_mut().zip(log).for_each(|(sum, log)| *sum += log);
             passed.push(time);
             sums.push(sum);
         }
@@ -303,12 +326,11 @@ impl GrowthRecord<4> {
         });
         let sorted = |values: [f64; 4]| order.map(|i| values[i]);
         let errors = std::array::from_fn(|i| {
-            let growth: Vec<f64> = logs.iter().map(|log| log[i]).collect();
-            if i < directions {
-                standard_error(&growth) * logs.len() as f64 / time
-            } else {
-                f64::NAN
+            if i >= directions {
+                return f64::NAN;
             }
+            let growth: Vec<f64> = logs.iter().map(|log| log[i]).collect();
+            standard_error(&growth) * logs.len() as f64 / time
         });
         let stride = logs.len().div_ceil(HISTORY).max(1);
         let shown = || (stride..=logs.len()).step_by(stride).map(|k| k - 1);
