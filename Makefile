@@ -141,7 +141,6 @@ bench: $(INSTALLED)
 	$(BIN)/python benches/bars.py
 	$(BIN)/python benches/savings.py
 	$(BIN)/python benches/labels.py
-	$(BIN)/python benches/perturbation.py
 	cargo run --release --locked --example robust_labels -- --every 10 --systems 400
 	$(BIN)/python benches/work_precision
 	@echo 'results are in benches/out and benches/work_precision/out'

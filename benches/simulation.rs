@@ -15,7 +15,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use paper::{paper, start};
 use vibroimpact::{
     CancelToken, Cell, Contact, Horizon, RunOptions, Simulation, State, SweepStart, System,
-    SystemBuilder, Workers, run, sweep,
+    SystemBuilder, Workers, largest_lyapunov_exponent, lyapunov_spectrum, run, sweep,
 };
 
 const PERIODS: i64 = 600;
@@ -101,6 +101,33 @@ fn kept(c: &mut Criterion) {
     group.finish();
 }
 
+/// Perturbations along a motion of one impact in a drive period, beside the motion alone.
+fn tangent(c: &mut Criterion) {
+    let mut group = c.benchmark_group("tangent, Fig. 5a");
+    let system = paper(1.25).build().unwrap();
+    let options = RunOptions::periods(PERIODS).keep(0);
+    let settled = run(&system, start(), options, &CancelToken::never()).unwrap();
+    let further = 10_000;
+    group.throughput(Throughput::Elements(u64::from(further)));
+    group.bench_function("the motion", |b| {
+        b.iter(|| {
+            Simulation::new(black_box(&system), settled.final_state.state)
+                .unwrap()
+                .until(Horizon::Periods(i64::from(further)))
+                .count()
+        });
+    });
+    group.bench_function("with one perturbation", |b| {
+        b.iter(|| {
+            largest_lyapunov_exponent(black_box(&settled), further, None, &CancelToken::never())
+        });
+    });
+    group.bench_function("with four", |b| {
+        b.iter(|| lyapunov_spectrum(black_box(&settled), further, None, &CancelToken::never()));
+    });
+    group.finish();
+}
+
 fn sweeps(c: &mut Criterion) {
     let mut group = c.benchmark_group("sweep");
     let frequencies: Vec<f64> = (0..128).map(|i| 1.2 + 0.01 * f64::from(i)).collect();
@@ -140,6 +167,6 @@ fn quick() -> Criterion {
 criterion_group! {
     name = benches;
     config = quick();
-    targets = simulation, kept, sweeps
+    targets = simulation, kept, tangent, sweeps
 }
 criterion_main!(benches);

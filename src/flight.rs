@@ -246,24 +246,23 @@ impl FreeMotion {
         lanes::narrow(After { motion: self, flight, elapsed })
     }
 
-    /// Derivatives of (x, x') of pendulum and oscillator after any time by (x, x') before.
+    /// Derivatives of (x, x') of pendulum and oscillator after any time by (x, x') before. With fused
+    /// operations: for what is compiled where these are instructions.
     #[inline(always)]
     #[allow(clippy::inline_always)]
     pub(crate) fn transitions(&self, time: f64) -> [[[f64; 2]; 2]; 2] {
         let Self { pendulum, oscillator, .. } = self;
-        let (first, second) = (pendulum.equation.damped, oscillator.equation.damped);
         // No double-double: what rounding changes is no more than it changes in the time.
-        let (turned, turned_second) = (first.hi * time, second.hi * time);
-        if !(self.swings_or_beats() && turned <= MOST_TURNED && turned_second <= MOST_TURNED) {
+        let turned = [pendulum.equation.damped.hi * time, oscillator.equation.damped.hi * time];
+        if !(self.swings_or_beats() && turned[0] <= MOST_TURNED && turned[1] <= MOST_TURNED) {
             let time = DoubleDouble::new(time);
             return [pendulum.transition(time), oscillator.transition(time)];
         }
-        let turned = elementary::turn_within(turned, first.lo * time);
-        let turned_second = elementary::turn_within(turned_second, second.lo * time);
-        [
-            pendulum.transition_by(pendulum.equation.swinging_basis(time, turned)),
-            oscillator.transition_by(oscillator.equation.swinging_basis(time, turned_second)),
-        ]
+        let (sin, cos) = elementary::fused_sin_cos(turned[0]);
+        let first = pendulum.equation.swinging_basis(time, (cos - 1.0, sin));
+        let (sin, cos) = elementary::fused_sin_cos(turned[1]);
+        let second = oscillator.equation.swinging_basis(time, (cos - 1.0, sin));
+        [pendulum.transition_by(first), oscillator.transition_by(second)]
     }
 
     /// State after `periods` drive periods and `time` more of a flight: exact for any number of

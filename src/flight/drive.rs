@@ -212,6 +212,14 @@ impl Drive {
         if whole == 0 { within } else { self.period.scale(whole as f64) + within }
     }
 
+    /// Time from `start` to `target`, to rounding of the times within their periods.
+    #[inline(always)]
+    pub fn roughly_until(&self, start: Clock, target: Clock) -> f64 {
+        let within =
+            (target.time_in_period - start.time_in_period) + (target.residual - start.residual);
+        (target.period - start.period) as f64 * self.period.hi + within
+    }
+
     /// Time since t = 0 as one double.
     #[inline(always)]
     pub fn time(&self, clock: Clock) -> f64 {

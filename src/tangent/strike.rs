@@ -61,7 +61,7 @@ impl Departure {
     /// The free flight from here to an instant.
     #[inline(always)]
     pub fn flight(&self, model: &Model, end: Clock) -> FreeFlight {
-        let time = model.motion.drive.until(self.clock, end).value();
+        let time = model.motion.drive.roughly_until(self.clock, end);
         let [first, mut second] = model.motion.transitions(time);
         if model.wall_at_rest {
             second = [[0.0; 2]; 2];

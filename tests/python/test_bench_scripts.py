@@ -364,16 +364,6 @@ def test_labels_are_timed_beside_the_same_sweep_without_them(bench, tmp_path, ca
         assert all(len(seconds) == 1 for seconds in result["seconds"].values())
 
 
-def test_a_perturbation_is_timed_beside_the_same_motion_without_it(bench, tmp_path, capsys):
-    perturbation = bench("perturbation")
-    perturbation.main(["--quick", "--out", str(tmp_path)])
-    printed = capsys.readouterr().out
-    assert printed.strip() == (tmp_path / "perturbation.md").read_text(encoding="utf-8").strip()
-    results = json.loads((tmp_path / "perturbation.json").read_text(encoding="utf-8"))
-    assert [result["name"] for result in results] == ["single runs", "lanes of a sweep"]
-    assert all(result["impacts"] > 0 and len(result["g_per_impact"]) == 1 for result in results)
-
-
 def test_what_is_switched_off_leaves_the_base_scene_its_impacts(bench):
     cases = {saving.name: saving for saving in bench("savings").savings(60, 2)}
     for name in ("friction", "damping", "force on the second body", "label"):

@@ -64,6 +64,8 @@ impl<const N: usize> Directions<N> {
     }
 
     /// Maps the directions; whether the images are finite numbers.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // one of them for each impact of a motion that is followed
     pub fn map(&mut self, derivative: &impl Derivative) -> bool {
         self.columns = derivative.map(&self.columns);
         if self.rank < N {

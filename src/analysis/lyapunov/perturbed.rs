@@ -24,9 +24,10 @@ use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
-use crate::simulate::event::Event;
+use crate::numerics::lanes;
+use crate::simulate::event::{Event, ImpactEvent};
 use crate::simulate::run::FinalState;
-use crate::tangent::itinerary::{Leg, LegChange, LegReader, with_wall_at_rest};
+use crate::tangent::itinerary::{Leg, LegChange, LegReader, Signs, with_wall_at_rest};
 use crate::tangent::tolerances::LOW_BOUNCE;
 use crate::tangent::{
     Columns, Departure, Dual, DualState, END, Model, Moment, Strike, fly, on_contact, slide,
@@ -219,10 +220,12 @@ impl<const N: usize> Perturbations<N> {
                     let finite = if let (Leg::Impact(kind, signs), Event::Impact(impact), None) =
                         (leg, event, mode)
                     {
-                        let from = self.here.departure(&self.model);
-                        let strike = Strike::new(&self.model, &from, impact, after, (kind, signs));
-                        departure = Some(strike.departure());
-                        self.here.directions.map(&strike)
+                        let (from, regime) = (self.here.departure(&self.model), (kind, signs));
+                        let (model, directions) = (&self.model, &mut self.here.directions);
+                        let struck = Struck { model, from, impact, after, regime, directions };
+                        let (next, finite) = lanes::narrow(struck);
+                        departure = Some(next);
+                        finite
                     } else {
                         let derivative = self.derivative_of(leg, mode, clock)?;
                         self.here.directions.map(&derivative)
@@ -322,7 +325,8 @@ impl<const N: usize> Perturbations<N> {
     fn directions_at(&self, clock: Clock) -> Result<Directions<N>, LyapunovError> {
         let mut directions = self.here.directions.clone();
         let finite = if self.reader.mode.is_none() {
-            directions.map(&self.here.departure(&self.model).flight(&self.model, clock))
+            let (model, from) = (&self.model, self.here.departure(&self.model));
+            lanes::narrow(Flown { model, from, clock, directions: &mut directions })
         } else {
             let DualState { x1, v1, x2, v2 } = self.state_at(clock)?;
             let rows = [x1, v1, v2, x2];
@@ -410,6 +414,49 @@ impl<const N: usize> Perturbations<N> {
             let most = self.directions().saturating_sub(lost);
             self.here.directions.reduce_rank(most);
         }
+    }
+}
+
+/// Directions to be mapped through a flight and the impact at its end: compiled for fused
+/// multiplications where there are any.
+struct Struck<'a, const N: usize> {
+    model: &'a Model,
+    from: Departure,
+    impact: &'a ImpactEvent,
+    after: &'a Flight,
+    regime: (RegimeKind, Signs),
+    directions: &'a mut Directions<N>,
+}
+
+impl<const N: usize> pulp::NullaryFnOnce for Struck<'_, N> {
+    /// Where the next flight begins, and whether the images are finite.
+    type Output = (Departure, bool);
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn call(self) -> Self::Output {
+        let Self { model, from, impact, after, regime, directions } = self;
+        let strike = Strike::new(model, &from, impact, after, regime);
+        (strike.departure(), directions.map(&strike))
+    }
+}
+
+/// Directions to be mapped through a flight to an instant before its end, compiled as [`Struck`].
+struct Flown<'a, const N: usize> {
+    model: &'a Model,
+    from: Departure,
+    clock: Clock,
+    directions: &'a mut Directions<N>,
+}
+
+impl<const N: usize> pulp::NullaryFnOnce for Flown<'_, N> {
+    /// Whether the images are finite.
+    type Output = bool;
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn call(self) -> bool {
+        self.directions.map(&self.from.flight(self.model, self.clock))
     }
 }
 
