@@ -373,6 +373,12 @@ class Itinerary:
         NaN where a leg cannot be followed, infinite where one ends in a graze.
         """
 
+    def return_maps(self, systems: Systems, nodes: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return these derivatives of several orbits, (k, 4, 4), one of each system.
+
+        The nodes of an orbit are rows, as many as there are legs, after those of the one before.
+        """
+
     def verdict(
         self, system: System, nodes: NDArray[np.float64], max_events: int
     ) -> tuple[NDArray[np.float64], str]:

@@ -151,14 +151,15 @@ def _trials(found: MotionMap, chosen: NDArray[np.bool_]) -> tuple[Trial, ...]:
         system = found.system.replace(
             drive_frequency=float(omega), moment_amplitude=float(amplitude)
         )
-        trials.append(trial(nearest(system, found.n, float(found.solutions["x1"][number]))))
+        x10 = float(found.solutions["x1"][number])
+        trials.append(trial(nearest(system, found.n, x10, off=1e-6)))
     return tuple(trials)
 
 
-def nearest(system: System, n: int, x10: float) -> PeriodicMotion:
-    """Return the solution whose angle at the impact is closest to x10."""
+def nearest(system: System, n: int, x10: float, *, off: float = 0.05) -> PeriodicMotion:
+    """Return the solution whose angle at the impact is closest to x10, at most so far off."""
     return min(
-        periodic_motions(system, n, within=(x10 - 0.05, x10 + 0.05)),
+        periodic_motions(system, n, within=(x10 - off, x10 + off)),
         key=lambda motion: abs(motion.state[0] - x10),
     )
 

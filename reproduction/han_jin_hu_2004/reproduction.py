@@ -3,10 +3,14 @@
 Source of the parameters: captions of Han, Jin & Hu (2004). The ranges of the axes are ours.
 """
 
+import contextlib
+import multiprocessing
 import os
+import signal
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -32,6 +36,9 @@ FORMATS = ("png", "pdf", "svg")
 _PLAIN: tuple[transitions.Color, str] = (None, "")
 _BY_REGIME: tuple[transitions.Color, str] = ("regime", "-regimes")
 _ENLARGED = ("4", "7c", "8a")
+_IMPACT_LAW, _COEXISTENCE, _ISLANDS = "impact law", "coexisting motions", "islands"
+# What takes longest is begun first, so that no process waits for it in the end.
+_BEGUN_FIRST = ("figure 7", _ISLANDS, "figure 8", _COEXISTENCE)
 
 
 @dataclass(frozen=True)
@@ -49,6 +56,7 @@ def reproduce(
     figures: Iterable[int] | None = None,
     frequencies: int = 4000,
     workers: int | None = None,
+    processes: int = 1,
     progress: bool = True,
 ) -> Reproduction:
     """Draw the paper's simulated figures and write its claims with a verdict on each.
@@ -66,7 +74,10 @@ def reproduce(
     frequencies : int
         Drive frequencies of each bifurcation diagram, at least 2; Figs. 2 and 3 take at most 561.
     workers : int, optional
-        Threads for the diagrams; all cores by default.
+        Threads for the diagrams; all cores by default, one in each of several processes.
+    processes : int
+        Figures that are made side by side, each in a process of its own. A script that asks for
+        more than one needs ``if __name__ == "__main__"``, as `multiprocessing` does.
     progress : bool
         Report each step to the standard error stream.
 
@@ -77,7 +88,7 @@ def reproduce(
     Raises
     ------
     ParameterError
-        If a figure or format is unknown, or `frequencies` is less than 2.
+        If a figure or format is unknown, `frequencies` is less than 2 or `processes` less than 1.
     Interrupted
         After Ctrl-C; ``.result`` is the Reproduction so far. The files with all claims are left as
         they were.
@@ -92,29 +103,20 @@ def reproduce(
     if frequencies < 2:
         raise ParameterError(f"frequencies = {frequencies}: allowed is an integer >= 2")
 
+    if processes < 1:
+        raise ParameterError(f"processes = {processes}: allowed is an integer >= 1")
+
     job = _Job(Path(out), tuple(formats), frequencies, workers, progress)
     job.out.mkdir(parents=True, exist_ok=True)
+    parts = [f"figure {figure}" for figure in chosen]
+    if figures is None:
+        parts += [_IMPACT_LAW, _COEXISTENCE, _ISLANDS]
     try:
-        with publication_style():
-            for figure in chosen:
-                started = time.perf_counter()
-                if figure in existence.PERIODS_PER_ORBIT:
-                    job.existence_page(figure)
-                elif any(transition.figure == figure for transition in TRANSITIONS):
-                    job.transition_pages(figure)
-                else:
-                    job.motion_pages(figure)
-                job.report(f"figure {figure}: {time.perf_counter() - started:.1f} s")
-            if figures is None:
-                started = time.perf_counter()
-                job.impact_pages()
-                job.report(f"impact law: {time.perf_counter() - started:.1f} s")
-                started = time.perf_counter()
-                job.coexistence_pages()
-                job.report(f"coexisting motions: {time.perf_counter() - started:.1f} s")
-                started = time.perf_counter()
-                job.islands_page()
-                job.report(f"islands: {time.perf_counter() - started:.1f} s")
+        if min(processes, len(parts)) > 1:
+            job.make_beside_each_other(parts, processes)
+        else:
+            for part in parts:
+                job.make(part)
     except KeyboardInterrupt:  # Interrupted is a KeyboardInterrupt
         raise Interrupted(
             f"interrupted after {len(job.files)} files",
@@ -135,6 +137,34 @@ def reproduce(
 def _colors(regimes: set[int]) -> list[tuple[transitions.Color, str]]:
     """Return how a page is coloured: by regime, too, where its impacts have more than one."""
     return [_PLAIN, _BY_REGIME] if len(regimes) > 1 else [_PLAIN]
+
+
+def _made(job: "_Job", part: str) -> "_Job":
+    """Make a part in a process of its own."""
+    job.make(part)
+    return job
+
+
+@contextlib.contextmanager
+def _executor(processes: int) -> Iterator[ProcessPoolExecutor]:
+    """Yield what runs so many processes, which end at once if an exception leaves."""
+    before = set(multiprocessing.active_children())
+    executor = ProcessPoolExecutor(
+        processes,
+        # Threads of this process would not survive a fork.
+        multiprocessing.get_context("spawn"),
+        # Ctrl-C in a terminal reaches all processes: this one ends the others.
+        initializer=signal.signal,
+        initargs=(signal.SIGINT, signal.SIG_IGN),
+    )
+    try:
+        yield executor
+    except BaseException:
+        executor.shutdown(wait=False, cancel_futures=True)
+        for child in set(multiprocessing.active_children()) - before:
+            child.terminate()
+        raise
+    executor.shutdown()
 
 
 class _Job:
@@ -159,6 +189,45 @@ class _Job:
     def report(self, text: str) -> None:
         if self.progress:
             print(text, file=sys.stderr, flush=True)
+
+    def make(self, part: str) -> None:
+        """Make the pages of a figure, or those that belong to none."""
+        started = time.perf_counter()
+        with publication_style():
+            if part == _IMPACT_LAW:
+                self.impact_pages()
+            elif part == _COEXISTENCE:
+                self.coexistence_pages()
+            elif part == _ISLANDS:
+                self.islands_page()
+            else:
+                self.figure_pages(next(f for f in FIGURES if part == f"figure {f}"))
+        self.report(f"{part}: {time.perf_counter() - started:.1f} s")
+
+    def make_beside_each_other(self, parts: Sequence[str], processes: int) -> None:
+        """Make each part in another process; files and claims are in the order of the parts."""
+        alone = _Job(self.out, self.formats, self.frequencies, self.workers or 1, self.progress)
+        order = sorted(parts, key=lambda part: [*_BEGUN_FIRST, part].index(part))
+        made: dict[str, _Job] = {}
+        try:
+            with _executor(min(processes, len(parts))) as executor:
+                futures = {executor.submit(_made, alone, part): part for part in order}
+                for future in as_completed(futures):
+                    made[futures[future]] = future.result()
+        finally:
+            for part in parts:
+                if part in made:
+                    self.files += made[part].files
+                    self.claims += made[part].claims
+
+    def figure_pages(self, figure: int) -> None:
+        """Make the pages of a figure of the paper."""
+        if figure in existence.PERIODS_PER_ORBIT:
+            self.existence_page(figure)
+        elif any(transition.figure == figure for transition in TRANSITIONS):
+            self.transition_pages(figure)
+        else:
+            self.motion_pages(figure)
 
     def save(self, page: Page, name: str) -> None:
         self.files += page.save(self.out, name, self.formats)

@@ -28,8 +28,13 @@
 //! assert!(!condition.enclose(Interval { lo: 0.6, hi: 0.7 }).value.holds_zero());
 //! ```
 
+use rayon::prelude::*;
+
 use crate::model::parameters::Contact;
 pub use crate::numerics::interval::Interval;
+
+/// Fewer boxes than this are not worth another thread: they take some 30 us.
+const FEWEST_BOXES: usize = 256;
 
 /// Coefficients of 1, kappa and kappa^2.
 type Quadratic = [Interval; 3];
@@ -82,6 +87,13 @@ impl OneImpact {
         let slope = slope(parts);
         let value = sum_of_squares(parts.map(|part| part.value));
         Enclosed { value: value.meet(sum_of_squares(at_middle) + slope * offset), slope }
+    }
+
+    /// F over many intervals, each with its condition, on all processors.
+    #[must_use]
+    pub fn enclose_all(boxes: &[(&Self, Interval)]) -> Vec<Enclosed> {
+        let each = boxes.par_iter().with_min_len(FEWEST_BOXES);
+        each.map(|(condition, x)| condition.enclose(*x)).collect()
     }
 
     fn place(&self, x: Interval) -> Place {

@@ -1,4 +1,4 @@
-//! Sweeps over parameters and initial states, in parallel: the only user of rayon.
+//! Sweeps over parameters and initial states, in parallel.
 //!
 //! Every point is a run of its own, or a followed branch is one task from end to end, so the
 //! result has the same bits for any number of threads.

@@ -80,13 +80,15 @@ impl PyOneImpacts {
         hi: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<(Ends<'py>, Ends<'py>)> {
         let unknown = |number| ParameterError::new("number", number, "that of a system");
-        let (mut values, mut slopes) = (Vec::new(), Vec::new());
-        for (&number, x) in numbers.as_array().iter().zip(boxes(&lo, &hi)) {
+        let condition = |(&number, x): (&i64, Interval)| {
             let place = usize::try_from(number).map_err(|_| unknown(number))?;
-            let enclosed = self.0.get(place).ok_or_else(|| unknown(number))?.enclose(x);
-            values.push(enclosed.value);
-            slopes.push(enclosed.slope);
-        }
+            Ok((self.0.get(place).ok_or_else(|| unknown(number))?, x))
+        };
+        let all = numbers.as_array().into_iter().zip(boxes(&lo, &hi)).map(condition);
+        let all = all.collect::<Result<Vec<_>, ParameterError>>()?;
+        let enclosed = py.detach(|| OneImpact::enclose_all(&all));
+        let (values, slopes): (Vec<_>, Vec<_>) =
+            enclosed.into_iter().map(|each| (each.value, each.slope)).unzip();
         Ok((ends(py, &values), ends(py, &slopes)))
     }
 }

@@ -168,6 +168,24 @@ impl PyItinerary {
         matrix(py, &return_map)
     }
 
+    /// Derivatives of the return maps of several orbits, shape (k, 4, 4): orbit i has its nodes in
+    /// as many rows as there are legs, after those of the orbits before, and is one of system i.
+    fn return_maps<'py>(
+        &self,
+        py: Python<'py>,
+        systems: &PySystems,
+        nodes: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let nodes = to_nodes(&nodes)?;
+        let mut maps = Vec::with_capacity(16 * systems.count());
+        for (number, nodes) in nodes.chunks(self.0.legs.len()).enumerate() {
+            let orbit = Orbit::new(systems.get(number)?, &self.0, nodes)?;
+            maps.extend_from_slice(orbit.return_map().transpose().as_slice());
+        }
+        let count = maps.len() / 16;
+        PyArray1::from_vec(py, maps).reshape([count, 4, 4])
+    }
+
     /// The derivative of the return map, shape (4, 4), and why a solution is no motion of its
     /// system, in words; empty if it is one.
     fn verdict<'py>(
@@ -202,10 +220,7 @@ impl PyItinerary {
             let system = systems.get(number)?;
             orbits.push(Orbit::new(system, &self.0, node)?);
         }
-        let judge = |cancel: &CancelToken| {
-            let verdicts = orbits.iter().map(|orbit| orbit.verdict(max_events, cancel));
-            Ok(verdicts.collect::<Result<Vec<_>, ItineraryError>>())
-        };
+        let judge = |cancel: &CancelToken| Ok(Orbit::verdicts(&orbits, max_events, cancel));
         let judged = interruptible::<_, ParameterError>(py, None, judge)?.0.map_err(refusal)?;
         let maps: Vec<f64> = judged
             .iter()

@@ -12,6 +12,10 @@ use crate::model::parameters::{System, unknown};
 pub(super) struct PySystems(Vec<System>);
 
 impl PySystems {
+    pub(super) fn count(&self) -> usize {
+        self.0.len()
+    }
+
     /// The system of a number.
     pub(super) fn get(&self, number: usize) -> Result<&System, ParameterError> {
         let known = || ParameterError::new("number", number, "that of a system");

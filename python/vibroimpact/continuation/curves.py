@@ -13,9 +13,11 @@ They are followed as in ``follow``, in the unknowns (u, p1, p2). The defining fu
   chapter 3); b and c are the singular vectors of A at the last point;
 - else the test function of the problem, such as that of a grazing.
 
-The gradient of g is taken by central differences. It only enters Newton's matrix and the tangent:
-the points are zeros of g itself, to rounding. At a turning point the extreme parameter is good to
-rounding, the other one, on which it depends linearly, to about 1e-9.
+The gradient of g is taken by central differences. For a fold they are those of F_z along v: with w
+from the transposed system dg = -w^T dA v, and the change of F_u v by z is that of F_z along v. The
+gradient only enters Newton's matrix and the tangent: the points are zeros of g itself, to rounding.
+At a turning point the extreme parameter is good to rounding, the other one, on which it depends
+linearly, to about 1e-9.
 
 Codimension-2 points are zeros of the other tests of the problem. On a curve of folds there is also
 ``cusp``: with w the left null vector of F_u the curve's normal in the parameter plane is w^T F_p,
@@ -46,6 +48,20 @@ class HasMatrices(Protocol):
 
     def singular_matrices(self, u: Array, p: Array, jacobian: Array) -> Mapping[Any, Array]:
         """Return the matrices, by the name of their test."""
+
+
+@runtime_checkable
+class HasSeveralMatrices(Protocol):
+    """A problem that gives the matrices of several points at once."""
+
+    def several_matrices(self, test: Hashable, us: Array, ps: Array) -> Array | None:
+        """Return the matrices of a test, one for each row of us and ps; None if it has none.
+
+        Raises
+        ------
+        OutsideDomain
+            If there is none at one of the points.
+        """
 
 
 @runtime_checkable
@@ -82,6 +98,7 @@ class _Critical:
         # Evaluated once: isinstance is slow for a protocol.
         self.local = problem if isinstance(problem, HasSingleTests) else None
         self.matrices = problem if isinstance(problem, HasMatrices) else None
+        self.several = problem if isinstance(problem, HasSeveralMatrices) else None
         self.sizes = self.scale(z)
         self.border: tuple[Array, Array] | None = None
         _, jacobian = evaluate(self._equations, z)
@@ -149,15 +166,94 @@ class _Critical:
 
     def residual(self, z: Array) -> tuple[Array, Array]:
         value, jacobian = evaluate(self._equations, z)
-        g = self._defining_at(z, jacobian)
-        row = np.zeros(len(z))
-        for j in self._unknowns():
-            row[j] = self._slope(z, g, j)
+        if self.border is not None:
+            solved = self._bordered(z, jacobian)
+            g, v = float(solved[-1]), solved[:-1]
+            fold = self.test == OwnTest.FOLD
+            row = self._slopes_of_fold(z, jacobian, v) if fold else self._slopes_of_matrix(z, g)
+        else:
+            g, row = self._defining_at(z, jacobian), np.zeros(len(z))
+            for j in self._unknowns():
+                row[j] = self._slope(z, g, j)
         return np.append(value, g), np.vstack((jacobian, row))
+
+    def _slopes_of_matrix(self, z: Array, g: float) -> Array:
+        """Return dg/dz: central, or one-sided where one side is outside the domain.
+
+        The change of g is smaller than those of A, which may be large, and so is its error.
+        """
+        change, width = np.zeros(len(z)), np.zeros(len(z))
+        for sign in (1.0, -1.0):
+            points = z + np.diag(sign * DIFFERENCE * self.sizes)
+            there = self._bordered_values(self._matrices(points))
+            known = np.isfinite(there)
+            change[known] += sign * (there[known] - g)
+            width[known] += np.abs(points.diagonal() - z)[known]
+        if not width.all():
+            raise OutsideDomain(f"the matrix of {self.test!r} exists at a single point")
+        slopes: Array = change / width
+        return slopes
+
+    def _bordered_values(self, matrices: Array) -> Array:
+        """Return g of several matrices, NaN where one is not finite."""
+        assert self.border is not None
+        b, c = self.border
+        n = len(b)
+        values = np.full(len(matrices), math.nan)
+        known = np.isfinite(matrices).all(axis=(1, 2))
+        if matrices.shape[1:] != (n, n) or not known.any():
+            return values
+        systems = np.zeros((int(known.sum()), n + 1, n + 1))
+        systems[:, :n, :n], systems[:, :n, n], systems[:, n, :n] = matrices[known], b, c
+        one = np.zeros((n + 1, 1))
+        one[n] = 1.0
+        try:
+            values[known] = np.linalg.solve(systems, one)[:, n, 0]
+        except np.linalg.LinAlgError:
+            raise OutsideDomain(f"the matrix of {self.test!r} is singular twice") from None
+        return values
+
+    def _slopes_of_fold(self, z: Array, jacobian: Array, v: Array) -> Array:
+        """Return dg/dz where A = F_u: the change of F_u v by z is that of F_z along v."""
+        w = self._bordered(z, jacobian, left=True)[:-1]
+        along = np.append(v * self.sizes[: self.n], np.zeros(2))
+        ends = list[tuple[float, Array]]()
+        for sign in (1.0, -1.0):
+            try:
+                there = evaluate(self._equations, z + sign * DIFFERENCE * along)[1]
+                ends.append((sign * DIFFERENCE, there))
+            except OutsideDomain:
+                ends.append((0.0, jacobian))
+        (first, ahead), (second, behind) = ends
+        if first == second:
+            raise OutsideDomain("there is a solution at a single point")
+        slopes: Array = -(w @ (ahead - behind)) / (first - second)
+        return slopes
+
+    def _matrices(self, points: Array) -> Array:
+        """Return the matrices at several points, NaN where there is none."""
+        if self.several is not None:
+            try:
+                found = self.several.several_matrices(self.test, points[:, :-2], points[:, -2:])
+            except OutsideDomain:
+                found = None  # not at all of them
+            if found is not None:
+                return found
+        matrices = [self._matrix_at(point) for point in points]
+        missing = np.full(next((m.shape for m in matrices if m is not None), (1, 1)), math.nan)
+        return np.array([missing if matrix is None else matrix for matrix in matrices])
+
+    def _matrix_at(self, z: Array) -> Array | None:
+        without = self.local is not None
+        try:
+            jacobian = np.empty((self.n, 0)) if without else evaluate(self._equations, z)[1]
+            return self._matrix(z, jacobian)
+        except OutsideDomain:
+            return None
 
     def _unknowns(self) -> Sequence[int]:
         """Return the indices of the unknowns on which g depends."""
-        if self.border is not None or self.local is None:
+        if self.local is None:
             return range(self.n + 2)
         return [*self.local.unknowns_of(self.test, self.n), self.n, self.n + 1]
 

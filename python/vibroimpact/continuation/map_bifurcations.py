@@ -56,11 +56,13 @@ def neimark_sacker(monodromy: Array) -> float:
 def bialternate(monodromy: Array) -> Array:
     """Return M (.) M of shape (n(n - 1)/2, n(n - 1)/2), whose eigenvalues are l_i l_j, i < j.
 
+    Also of several matrices, of shape (k, n, n).
+
     Its entries are differences of products: they are good to rounding times max |M_ij|^2.
     """
-    i, j = _pairs(len(monodromy))
     m = np.asarray(monodromy, dtype=np.float64)
-    product: Array = m[i, i.T] * m[j, j.T] - m[i, j.T] * m[j, i.T]
+    i, j = _pairs(m.shape[-1])
+    product: Array = m[..., i, i.T] * m[..., j, j.T] - m[..., i, j.T] * m[..., j, i.T]
     return product
 
 

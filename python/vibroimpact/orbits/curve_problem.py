@@ -23,14 +23,13 @@ from numpy.typing import NDArray
 from .. import _core
 from .._core import Border, Condition
 from ..continuation.map_bifurcations import (
-    bialternate,
     neimark_sacker_cosine,
     period_doubling,
     saddle_node,
 )
 from ..system import System
 from .kinds import BifurcationKind, Test
-from .problem import Array, OrbitProblem
+from .problem import SINGULAR_MATRICES, Array, OrbitProblem
 
 # cos theta within this of 1 or -1 belongs to a resonance: multipliers within 1e-2 of 1 or -1. Where
 # two multipliers meet, rounding of the matrix moves them by its square root.
@@ -94,13 +93,15 @@ class CurveProblem(OrbitProblem):
 
     def singular_matrices(self, u: Array, p: Array, jacobian: Array) -> Mapping[Test, Array]:
         """Return the matrix that is singular along the curve, if one is."""
-        if self.test is BifurcationKind.PERIOD_DOUBLING:
-            matrix = self.monodromy(u, p)
-            return {self.test: matrix + np.eye(len(matrix))}
-        if self.test is BifurcationKind.NEIMARK_SACKER:
-            products = bialternate(self.monodromy(u, p))
-            return {self.test: np.eye(len(products)) - products}
+        if self.test in SINGULAR_MATRICES:
+            return {self.test: SINGULAR_MATRICES[self.test](self.monodromy(u, p))}
         return {}
+
+    def several_matrices(self, test: Hashable, us: Array, ps: Array) -> Array | None:
+        """Return the matrices of one test at several points, in rows; None if it has none."""
+        if test != self.test or self.test not in SINGULAR_MATRICES:
+            return None
+        return SINGULAR_MATRICES[self.test](self.monodromies(us, ps))
 
     def classify(self, test: Hashable, u: Array, p: Array, jacobian: Array) -> BifurcationKind:
         """Return the kind of a point of codimension two."""

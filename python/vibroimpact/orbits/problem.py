@@ -6,7 +6,7 @@ conditions of the legs, and functions of the multipliers.
 """
 
 import math
-from collections.abc import Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,24 @@ from .kinds import BifurcationKind, Test
 from .motion import reduced
 
 Array = NDArray[np.float64]
+
+
+def _plus_identity(monodromy: Array) -> Array:
+    matrix: Array = monodromy + np.eye(monodromy.shape[-1])
+    return matrix
+
+
+def _identity_minus_products(monodromy: Array) -> Array:
+    products = bialternate(monodromy)
+    matrix: Array = np.eye(products.shape[-1]) - products
+    return matrix
+
+
+SINGULAR_MATRICES: Mapping[Hashable, Callable[[Array], Array]] = {
+    BifurcationKind.PERIOD_DOUBLING: _plus_identity,
+    BifurcationKind.NEIMARK_SACKER: _identity_minus_products,
+}
+"""The matrix that is singular at a bifurcation, from the monodromy matrix or several of them."""
 
 
 class OrbitProblem:
@@ -104,10 +122,9 @@ class OrbitProblem:
     def singular_matrices(self, u: Array, p: Array, jacobian: Array) -> Mapping[Test, Array]:
         """Return the matrices that are singular at bifurcations, by their test."""
         matrix = self.monodromy(u, p)
-        products = bialternate(matrix)
         return {
-            BifurcationKind.PERIOD_DOUBLING: matrix + np.eye(len(matrix)),
-            BifurcationKind.NEIMARK_SACKER: np.eye(len(products)) - products,
+            kind: SINGULAR_MATRICES[kind](matrix)
+            for kind in (BifurcationKind.PERIOD_DOUBLING, BifurcationKind.NEIMARK_SACKER)
         }
 
     def classify(self, test: Hashable, u: Array, p: Array, jacobian: Array) -> BifurcationKind:
@@ -122,6 +139,15 @@ class OrbitProblem:
         """Return the derivative of the return map, without the states of a wall at rest."""
         matrix = self.itinerary.return_map(self.system_at(p)._compiled, u.reshape(-1, 4))
         return reduced(matrix, self.itinerary)
+
+    def monodromies(self, us: Array, ps: Array) -> Array:
+        """Return the derivatives of the return maps at several points, in rows."""
+        try:
+            systems = _core.Systems(self.system._compiled, list(self.parameters), ps)
+        except ParameterError as error:
+            raise OutsideDomain(str(error)) from error
+        matrices = self.itinerary.return_maps(systems, us.reshape(-1, 4))
+        return reduced(matrices, self.itinerary)
 
     def scale(self, u: Array) -> Array:
         """Return the sizes of the unknowns: one length of the motion, and its speed.

@@ -5,6 +5,7 @@
 use std::fmt;
 
 use nalgebra::Matrix4;
+use rayon::prelude::*;
 
 use super::trajectory::product;
 use super::{FollowedLeg, NOWHERE, Orbit};
@@ -104,6 +105,18 @@ impl fmt::Display for Digits {
 }
 
 impl Orbit<'_> {
+    /// The verdicts on several solutions, computed on all processors.
+    ///
+    /// # Errors
+    /// As [`Orbit::verdict`].
+    pub fn verdicts(
+        orbits: &[Self],
+        max_events: u64,
+        cancel: &CancelToken,
+    ) -> Result<Vec<Verdict>, ItineraryError> {
+        orbits.par_iter().map(|orbit| orbit.verdict(max_events, cancel)).collect()
+    }
+
     /// The verdict on the solution. A simulation of it is given up after `max_events`.
     ///
     /// # Errors
