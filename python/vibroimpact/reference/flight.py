@@ -103,19 +103,25 @@ class Body:
             return self.state(t, x, v, psi)
         damping, stiffness, f, omega = self._balls()
         turn_free, real, imag = balls
-        decay, angle, turn = damping / 2, turn_free * tau, omega * tau
-        damp = (-decay * tau).exp()
-        even, odd = damp * angle.cos(), damp * angle.sin() / turn_free
-        xx, xv, vx, vv = even + decay * odd, odd, -stiffness * odd, even - decay * odd
+        sine, even = (turn_free * tau).sin_cos()
+        odd = sine / turn_free
+        xx = vv = even
+        if not damping.is_zero():
+            decay = damping / 2
+            damp = (-decay * tau).exp()
+            even, odd = damp * even, damp * odd
+            xx, vv = even + decay * odd, even - decay * odd
+        xv, vx = odd, -stiffness * odd
         here, there = ball(x), ball(v)
         first, second = xx * here + xv * there, vx * here + vv * there
         if not f.is_zero():
-            cos, sin = turn.cos(), turn.sin()
+            sin, cos = (omega * tau).sin_cos()
             # responses R e^{i turn} to e^{i turn}, and i R e^{i turn} to i e^{i turn}, from rest
             even_x, odd_x = real * cos - imag * sin, -(real * sin + imag * cos)
+            sin_phase, cos_phase = phase.sin_cos()
             for drive, p, q, start, rate in (
-                (f * phase.cos(), even_x, omega * odd_x, real, -omega * imag),
-                (f * phase.sin(), odd_x, -omega * even_x, -imag, -omega * real),
+                (f * cos_phase, even_x, omega * odd_x, real, -omega * imag),
+                (f * sin_phase, odd_x, -omega * even_x, -imag, -omega * real),
             ):
                 first += drive * (p - xx * start - xv * rate)
                 second += drive * (q - vx * start - vv * rate)
@@ -192,13 +198,19 @@ class Body:
     def taylor(self, x: arb, v: arb, psi: arb, order: int) -> list[arb]:
         """Taylor coefficients 0 ... order of the position about a state with phase `psi`."""
         damping, stiffness, f, omega = self._balls()
-        even, odd = f * psi.cos(), -f * omega * psi.sin()
-        minus_square = -(omega**2)
+        damped, forced = not damping.is_zero(), not f.is_zero()
+        if forced:
+            even, odd = f * psi.cos(), -f * omega * psi.sin()
+            minus_square = -(omega**2)
         series = [x, v]
         for j in range(order - 1):
-            force = even - damping * (j + 1) * series[j + 1] - stiffness * series[j]
+            force = -stiffness * series[j]
+            if damped:
+                force -= damping * (j + 1) * series[j + 1]
+            if forced:
+                force += even
+                even, odd = odd, even * minus_square / ((j + 1) * (j + 2))
             series.append(force / ((j + 1) * (j + 2)))
-            even, odd = odd, even * minus_square / ((j + 1) * (j + 2))
         return series
 
 
