@@ -3,7 +3,7 @@
 
 use vibroimpact::{
     CancelToken, Horizon, ImpactLaw, ImpactRecord, Run, RunOptions, Spectrum, State, System,
-    SystemBuilder, lyapunov_spectrum, run,
+    SystemBuilder, largest_lyapunov_exponent, lyapunov_spectrum, run,
 };
 
 fn paper(frequency: f64) -> SystemBuilder {
@@ -37,6 +37,42 @@ fn without_contact_they_are_the_decay_rates_of_both_bodies() {
     }
     let sum: f64 = spectrum.exponents.iter().sum();
     assert!((sum + 0.24).abs() < 1e-12, "{sum}");
+}
+
+#[test]
+fn one_perturbation_gives_the_largest_of_the_four() {
+    let damped = |friction: f64| {
+        paper(1.545).friction(friction).pendulum_damping(0.01).oscillator_damping(0.01)
+    };
+    for builder in [paper(1.545).friction(0.5), damped(0.0), damped(0.5)] {
+        let run = settled(&builder.build().unwrap(), 300);
+        let four = spectrum(&run, 20_000);
+        let one = largest_lyapunov_exponent(&run, 20_000, None, &CancelToken::never()).unwrap();
+        assert_eq!((one.impacts, one.time), (four.impacts, four.time));
+        assert!(one.exponents[1..].iter().chain(&one.errors[1..]).all(|x| x.is_nan()));
+        let (found, expected) = (one.exponents[0], four.exponents[0]);
+        let slack = 3.0 * (one.errors[0] + four.errors[0]) + 1e-5;
+        assert!((found - expected).abs() < slack, "{found} {expected}");
+        // Once aligned, one direction grows as the first of several does: not only on average.
+        assert!((found - expected).abs() * four.time < 5.0, "{found} {expected}");
+    }
+}
+
+#[test]
+fn the_largest_exponent_of_motions_that_stick_is_that_of_the_four() {
+    // A plastic impact and a stick take away one direction each, and the slide that follows more.
+    for (restitution, friction) in [(0.0, 0.0), (0.5, 3.0), (0.0, 3.0)] {
+        let builder = paper(0.8).restitution(restitution).friction(friction);
+        let run = settled(&builder.force_amplitude(0.5).build().unwrap(), 200);
+        let never = CancelToken::never();
+        let four = lyapunov_spectrum(&run, 2_000, None, &never).unwrap();
+        let one = largest_lyapunov_exponent(&run, 2_000, None, &never).unwrap();
+        let (found, expected) = (one.exponents[0], four.exponents[0]);
+        assert!(
+            found == expected || (found - expected).abs() * four.time < 5.0,
+            "{restitution} {friction}: {found} {expected}"
+        );
+    }
 }
 
 /// ln |det S| of an impact (docs/theory.md, section 7).

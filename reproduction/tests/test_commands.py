@@ -1,7 +1,9 @@
 """The commands that the reproduction adds, and the files they write, also where they cannot."""
 
+import multiprocessing
 import resource
 import shlex
+from concurrent.futures import as_completed
 from importlib.metadata import entry_points
 from itertools import pairwise
 from pathlib import Path
@@ -82,5 +84,43 @@ def test_an_interrupted_reproduction_of_the_paper(monkeypatch, tmp_path, run_com
         reproduction.reproduce(tmp_path, figures=[9, 10], progress=False)
     assert caught.value.result.files == [tmp_path / "fig9.png"]
     assert not list(tmp_path.iterdir())  # no claims of a part
-    code, out, err = run_command("reproduce --figures 9 10 --quiet --out", tmp_path)
+    code, out, err = run_command("reproduce --figures 9 10 --workers 1 --quiet --out", tmp_path)
     assert (code, out, err) == (130, "", "vibroimpact: interrupted after 1 files\n")
+
+
+def test_pages_made_side_by_side_are_those_made_one_after_the_other(tmp_path):
+    one, two = (
+        reproduction.reproduce(
+            tmp_path / str(processes),
+            figures=[5, 6],
+            workers=1,
+            processes=processes,
+            progress=False,
+        )
+        for processes in (1, 2)
+    )
+    assert [path.name for path in one.files] == [path.name for path in two.files]
+    assert one.claims == two.claims
+    for first, second in zip(one.files, two.files, strict=True):
+        assert first.read_bytes() == second.read_bytes()
+
+
+def test_a_page_that_fails_in_another_process_is_reported(tmp_path):
+    (tmp_path / "fig6.png").mkdir()
+    with pytest.raises(OSError, match=r"fig6\.png"):
+        reproduction.reproduce(tmp_path, figures=[5, 6], processes=2, progress=False)
+
+
+def test_ctrl_c_keeps_what_was_made_side_by_side(monkeypatch, tmp_path):
+    def first_then_ctrl_c(futures):
+        yield next(iter(as_completed(futures)))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(reproduction, "as_completed", first_then_ctrl_c)
+    with pytest.raises(vi.Interrupted) as caught:
+        reproduction.reproduce(tmp_path, figures=[5, 6], processes=2, progress=False)
+    (file,) = caught.value.result.files
+    assert file.name in ("fig5.png", "fig6.png")
+    assert file.is_file()
+    assert not multiprocessing.active_children()
+    assert not (tmp_path / "claims.md").exists()

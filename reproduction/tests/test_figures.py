@@ -383,6 +383,7 @@ def test_reproduce_can_be_silent(tmp_path, capsys):
         ({"figures": [1, 4]}, r"figures = \[1\]: allowed are 2, 3, 4, 5, 6, 7, 8, 9, 10"),
         ({"formats": ["gif"]}, r"formats = \['gif'\]: allowed are png, pdf, svg"),
         ({"frequencies": 1}, "frequencies = 1: allowed is an integer >= 2"),
+        ({"processes": 0}, "processes = 0: allowed is an integer >= 1"),
     ],
 )
 def test_bad_input_is_named_before_anything_is_written(tmp_path, arguments, message):

@@ -217,7 +217,9 @@ impl Drive {
     pub fn roughly_until(&self, start: Clock, target: Clock) -> f64 {
         let within =
             (target.time_in_period - start.time_in_period) + (target.residual - start.residual);
-        (target.period - start.period) as f64 * self.period.hi + within
+        let whole = target.period - start.period;
+        // Without a drive the period is infinite.
+        if whole == 0 { within } else { whole as f64 * self.period.hi + within }
     }
 
     /// Time since t = 0 as one double.
