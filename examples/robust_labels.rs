@@ -5,8 +5,9 @@
 //! A motion's label is *robust* if the largest Lyapunov exponents over the first and over the last
 //! 10,000 of 20,000 further periods agree with it, and if the motion has it after them. Motions that
 //! are still on their way need not keep their label, and are left out: those that change after the
-//! first 10,000 periods, those that are chaotic for 200 of the first 2,000 and later no more, and those
-//! that strike more or less often in the run than the periodic motion they end on.
+//! first 10,000 periods, those that seem chaotic for 200 of the first 2,000, or from the beginning up to
+//! any multiple of 200 among them, and later no more, and those that strike more or less often in the
+//! run than the periodic motion they end on.
 //!
 //! `cargo run --release --example robust_labels -- [--every N] [--systems N] [--truth FILE]
 //! [--misses yes]`
@@ -25,7 +26,7 @@ use std::fs;
 use rayon::prelude::*;
 use vibroimpact::{
     CancelToken, Horizon, ImpactCount, Kind, PeriodReport, Run, RunOptions, State, System,
-    lyapunov_spectrum, run,
+    largest_lyapunov_exponent, lyapunov_spectrum, run,
 };
 
 const PERIODS: i64 = 600;
@@ -134,15 +135,18 @@ fn strikes_alike(report: &PeriodReport, run: &Run) -> bool {
 /// Whether a motion that is not chaotic does not seem so in the beginning.
 fn begins(report: &PeriodReport, first: &Run) -> bool {
     let (windows, periods) = BEGINNING;
-    let mut run = first.clone();
+    let (mut run, mut so_far) = (first.clone(), 0.0);
     report.kind == Kind::Chaotic
-        || (0..windows).all(|_| {
-            let Ok(spectrum) = lyapunov_spectrum(&run, periods, None, &CancelToken::never()) else {
+        || (1..=windows).all(|window| {
+            let never = CancelToken::never();
+            let Ok(spectrum) = largest_lyapunov_exponent(&run, periods, None, &never) else {
                 return false;
             };
-            let grows = spectrum.exponents[0] * spectrum.time > 2.0 * f64::from(periods).ln();
-            let next = later(&run, periods);
-            !grows && next.map(|next| run = next).is_some()
+            let log = spectrum.exponents[0] * spectrum.time;
+            so_far += log;
+            let grows = |log: f64, periods: u32| log > 2.0 * f64::from(periods).ln();
+            let seems_chaotic = grows(log, periods) || grows(so_far, window * periods);
+            !seems_chaotic && later(&run, periods).map(|next| run = next).is_some()
         })
 }
 

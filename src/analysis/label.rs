@@ -64,17 +64,7 @@ impl Labelling {
         } else if let Some(found) = run.lasting(report, later, cancel) {
             labelling.take(found);
         } else if let Some(apart) = run.stays_apart() {
-            labelling.report = match apart {
-                Apart::Swings => report
-                    .unresolved()
-                    .decided(Kind::QuasiPeriodic, Evidence::GrowthBounded(Growth::NONE)),
-                Apart::Settles(decay) => {
-                    let rate = (-decay * run.system.drive_period()).exp();
-                    let orbit = Some((1, ImpactCount::Finite(0)));
-                    PeriodReport { orbit, ..report }
-                        .decided(Kind::Periodic, Evidence::Converging { rate, further: 0 })
-                }
-            };
+            labelling.report = run.apart_for_ever(report, apart);
         } else {
             labelling.report = report.undecided(WhyUndecided::NotMeasurable);
             if labelling.affords(run, labelling.periods) {
@@ -102,6 +92,14 @@ impl Labelling {
         let growth = following.growth()?;
         self.growth = Some(growth);
         if self.report.kind == Kind::Chaotic {
+            return None;
+        }
+        if following.has_parted()
+            && let Some(later) = following.continued(run)
+            && let Some(apart) = later.stays_apart()
+        {
+            self.report = run.told_by(&later, run.apart_for_ever(self.report, apart));
+            self.later = Some(later);
             return None;
         }
         let unclear =
@@ -352,6 +350,20 @@ impl Run {
     }
 
     /// The report of a later run, as evidence for this one.
+    /// The report on bodies that never meet again.
+    fn apart_for_ever(&self, report: PeriodReport, apart: Apart) -> PeriodReport {
+        match apart {
+            Apart::Swings => report
+                .unresolved()
+                .decided(Kind::QuasiPeriodic, Evidence::GrowthBounded(Growth::NONE)),
+            Apart::Settles(decay) => {
+                let rate = (-decay * self.system.drive_period()).exp();
+                PeriodReport { orbit: Some((1, ImpactCount::Finite(0))), ..report }
+                    .decided(Kind::Periodic, Evidence::Converging { rate, further: 0 })
+            }
+        }
+    }
+
     fn told_by(&self, later: &Run, report: PeriodReport) -> PeriodReport {
         let by = later.final_state.clock.period - self.final_state.clock.period;
         PeriodReport { evidence: report.evidence.later(by), ..report }

@@ -50,7 +50,7 @@ pub const GROWTH_STEP: u32 = 8;
 pub const FIRST_GROWTH_PERIODS: u32 = 96;
 
 /// Longest measurement of a growth, in lengths of the run; and its bounds, in drive periods.
-pub const GROWTH_PER_RUN: u32 = 6;
+pub const GROWTH_PER_RUN: u32 = 10;
 pub const LONGEST_GROWTH: (u32, u32) = (1_536, 24_576);
 
 /// Shortest measurement of a growth that an exponent is wanted of, in drive periods.
@@ -76,6 +76,17 @@ pub const SETTLED_RESIDUAL: f64 = 1e-8;
 
 /// Shortest measurement that shows that perturbations do not grow, in drive periods.
 pub const NO_GROWTH_PERIODS: usize = 480;
+
+/// Measurement over which a growth of no more than shear is enough whatever its error, in drive
+/// periods: an exponent above 0.005 per period would have shown.
+pub const LONG_GROWTH_PERIODS: usize = 1_600;
+
+/// Drive periods without an impact after which it is asked whether the bodies meet again.
+pub const QUIET_PERIODS: usize = 48;
+
+/// Standard errors from 0 at which a growth goes on steadily. Of ten blocks, shear makes the first
+/// so different from the others that its mean is less than four errors.
+pub const STEADY_GROWTH: f64 = 5.0;
 
 /// Distance from its image, as part of the motion's size, at which a state lies on a closed orbit:
 /// a few roundings of a cycle.

@@ -3,7 +3,7 @@
 
 use crate::analysis::lyapunov::GrowthRecord;
 use crate::analysis::period::{CHATTERING, Growth, PeriodReport, comes_back, detect_nearest};
-use crate::analysis::tolerances::RETURN_WINDOW;
+use crate::analysis::tolerances::{QUIET_PERIODS, RETURN_WINDOW};
 use crate::model::error::SimulationError;
 use crate::model::state::Clock;
 use crate::numerics::cancel::CancelToken;
@@ -82,6 +82,12 @@ impl Following {
     pub fn growth(&self) -> Option<Growth> {
         let arrived = self.end.is_some_and(|end| end.reason.reached_the_end());
         self.growth.growth().filter(|_| arrived)
+    }
+
+    /// Whether the bodies have not met for a while: they may never meet again.
+    pub fn has_parted(&self) -> bool {
+        let last = self.counts.len().saturating_sub(QUIET_PERIODS);
+        last > 0 && self.counts[last..].iter().all(|&count| count == 0)
     }
 
     /// The run of which `run` is the first part, without tables of events.

@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use crate::analysis::tolerances::{CERTAIN_GROWTH, NO_GROWTH_PERIODS};
+use crate::analysis::tolerances::{
+    CERTAIN_GROWTH, LONG_GROWTH_PERIODS, NO_GROWTH_PERIODS, STEADY_GROWTH,
+};
 
 /// Growth of a small perturbation along a motion (lyapunov.rs).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +44,13 @@ impl Growth {
         let certain = total.abs() > shear + CERTAIN_GROWTH && total.abs() - 2.0 * error > shear;
         // Even with two standard errors more it would be no more than shear; and an exponent as
         // large as the error would have shown.
-        let bounded = total + 2.0 * error < shear + 1.0 && 4.0 * error <= shear + 1.0;
+        let small = total + 2.0 * error < shear + 1.0 && 4.0 * error <= shear + 1.0;
+        // Over so many periods what is no more than shear is enough: blocks of a torus differ by a
+        // beat that does not add up, as the error has it.
+        let long = self.periods >= LONG_GROWTH_PERIODS && total <= shear;
+        // Shear shows in the first block most of all, and nothing on a torus shrinks.
+        let steady = total.abs() > STEADY_GROWTH * error;
+        let bounded = (small || long) && !steady;
         if certain && total > 0.0 {
             GrowthVerdict::Grows
         } else if certain {
