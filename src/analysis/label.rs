@@ -14,7 +14,8 @@ use crate::analysis::period::{
 use crate::analysis::return_map::{Orbit, orbit_beside};
 use crate::analysis::tolerances::{
     AT_SECTION, CONVERGENCE_PERIODS, EXPONENT_PERIODS, FIRST_GROWTH_PERIODS, GROWTH_IMPACTS,
-    GROWTH_PER_RUN, GROWTH_STEP, LONGEST_GROWTH, RATE_RTOL, SETTLED_RESIDUAL,
+    GROWTH_PER_RUN, GROWTH_STEP, LONG_GROWTH_PERIODS, LONG_PART, LONGEST_GROWTH, RATE_RTOL,
+    SETTLED_RESIDUAL,
 };
 use crate::flight::Apart;
 use crate::numerics::cancel::CancelToken;
@@ -105,7 +106,7 @@ impl Labelling {
         let unclear =
             Evidence::Undecided { why: WhyUndecided::GrowthUnclear, growth: Some(growth) };
         self.report = self.report.decided(Kind::Unresolved, unclear);
-        let verdict = growth.verdict();
+        let verdict = growth.verdict(LONG_GROWTH_PERIODS.max(self.most / LONG_PART));
         if verdict == GrowthVerdict::Grows {
             // What follows counts for the exponent alone: a chaotic motion may end.
             self.report = self.report.decided(Kind::Chaotic, Evidence::GrowthExponential(growth));

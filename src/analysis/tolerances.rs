@@ -77,9 +77,11 @@ pub const SETTLED_RESIDUAL: f64 = 1e-8;
 /// Shortest measurement that shows that perturbations do not grow, in drive periods.
 pub const NO_GROWTH_PERIODS: usize = 480;
 
-/// Measurement over which a growth of no more than shear is enough whatever its error, in drive
-/// periods: an exponent above 0.005 per period would have shown.
-pub const LONG_GROWTH_PERIODS: usize = 1_600;
+/// Shortest measurement over which a growth of no more than shear is enough whatever its error, in
+/// drive periods: an exponent above 0.005 per period would have shown. And the part of the longest
+/// that it takes: who wants weak chaos found gives longer runs.
+pub const LONG_GROWTH_PERIODS: u32 = 1_600;
+pub const LONG_PART: u32 = 4;
 
 /// Drive periods without an impact after which it is asked whether the bodies meet again.
 pub const QUIET_PERIODS: usize = 48;

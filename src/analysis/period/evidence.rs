@@ -2,9 +2,7 @@
 
 use std::fmt;
 
-use crate::analysis::tolerances::{
-    CERTAIN_GROWTH, LONG_GROWTH_PERIODS, NO_GROWTH_PERIODS, STEADY_GROWTH,
-};
+use crate::analysis::tolerances::{CERTAIN_GROWTH, NO_GROWTH_PERIODS, STEADY_GROWTH};
 
 /// Growth of a small perturbation along a motion (lyapunov.rs).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,8 +34,9 @@ impl Growth {
     pub(crate) const NONE: Self = Self { mean: 0.0, error: 0.0, periods: 0 };
 
     /// What it shows. By shear, perturbations grow like the time: growth by ln(periods) is no sign
-    /// of chaos.
-    pub(crate) fn verdict(&self) -> GrowthVerdict {
+    /// of chaos. From so many drive periods on, a `long` measurement, what is no more than shear is
+    /// bounded: blocks of a torus differ by a beat that does not add up, as its standard error has it.
+    pub(crate) fn verdict(&self, long: u32) -> GrowthVerdict {
         let periods = self.periods as f64;
         let (total, error, shear) = (self.mean * periods, self.error * periods, periods.ln());
         // Even with two standard errors less it would be more than shear.
@@ -45,9 +44,7 @@ impl Growth {
         // Even with two standard errors more it would be no more than shear; and an exponent as
         // large as the error would have shown.
         let small = total + 2.0 * error < shear + 1.0 && 4.0 * error <= shear + 1.0;
-        // Over so many periods what is no more than shear is enough: blocks of a torus differ by a
-        // beat that does not add up, as the error has it.
-        let long = self.periods >= LONG_GROWTH_PERIODS && total <= shear;
+        let long = periods >= f64::from(long) && total <= shear;
         // Shear shows in the first block most of all, and nothing on a torus shrinks.
         let steady = total.abs() > STEADY_GROWTH * error;
         let bounded = (small || long) && !steady;
