@@ -1,7 +1,10 @@
 """Oblique-impact vibration of two bodies: simulation, sections and bifurcation diagrams.
 
-The model is that of Han, Jin & Hu (2004), corrected and completed; see docs/theory.md. All
-quantities are dimensionless; the glossary is docs/notation.md.
+The model is that of Han, Jin & Hu (2004), corrected and completed; see the theory page. All
+quantities are dimensionless; the notation page explains each name.
+
+The pages that docstrings name belong to the documentation. Each is named after its file: the theory
+page is docs/theory.md in the source repository, and theory.html on the site of ``make docs``.
 
     import vibroimpact as vi
 
@@ -15,7 +18,8 @@ quantities are dimensionless; the glossary is docs/notation.md.
 
 from typing import TYPE_CHECKING
 
-from ._core import Regime, __version__
+from ._core import BouncesEnd, Regime, __version__
+from .bounces import Bounces
 from .errors import ClusterError, Interrupted, ParameterError, SimulationError, StateError
 from .impacts import impact
 from .run import EnergyAudit, EventKind, Evidence, FinalState, PeriodReport, Run
@@ -109,6 +113,8 @@ __all__ = [
     "Basins",
     "Bifurcation",
     "BifurcationCurve",
+    "Bounces",
+    "BouncesEnd",
     "Branch",
     "Chart",
     "ClusterError",

@@ -1,4 +1,4 @@
-"""The call that simulates one motion or many (docs/theory.md, sections 2 to 6)."""
+"""The call that simulates one motion or many (theory page, sections 2 to 6)."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def simulate(
 ) -> Run | list[Run]:
     """Simulate the motion from one initial state, or from several.
 
-    Every flight is exact and every contact is found (docs/theory.md, sections 2 and 3). Complete
+    Every flight is exact and every contact is found (theory page, sections 2 and 3). Complete
     chatter is carried to its accumulation point, and the run goes on through the sustained contact
     that follows: slide, stick, release (section 5). All quantities are dimensionless.
 
@@ -126,7 +126,7 @@ def simulate(
         reject("system", system, "a vibroimpact.System")
     span = horizon(system.drive_frequency, periods=periods, time=time, keep=keep)
     start = states(initial)
-    threads(workers)
+    workers = threads(workers)
     options: dict[str, Any] = {
         "periods": span.periods,
         "time": span.time,
@@ -134,8 +134,9 @@ def simulate(
         "chatter_tolerance": positive("chatter_tolerance", chatter_tolerance),
         "section_phase": number("section_phase", section_phase),
     }
-    if optional_count("max_events", max_events, least=1) is not None:
-        options["max_events"] = max_events
+    cap = optional_count("max_events", max_events, least=1)
+    if cap is not None:
+        options["max_events"] = cap
 
     if start.ndim == 1:
         try:

@@ -9,16 +9,19 @@ use pyo3::prelude::*;
 use super::arrays;
 use super::cancel::{interruptible, interruptible_later};
 use super::enums::Member;
+use super::errors::StateError;
 use super::system::PySystem;
 use crate::analysis::period::{EvidenceKind, ImpactCount, PeriodReport, WhyUndecided};
 use crate::analysis::sweep::{Workers, run_many};
 use crate::contact::sustained::ContactMode;
 use crate::model::error::ParameterError;
 use crate::model::state::State;
-use crate::simulate::Horizon;
 use crate::simulate::event::StopReason;
-use crate::simulate::run::{Collection, EnergyAudit, FinalState, Run, RunError, RunOptions};
+use crate::simulate::run::{
+    Bounces, BouncesEnd, Collection, EnergyAudit, FinalState, Run, RunError, RunOptions,
+};
 use crate::simulate::tolerances::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
+use crate::simulate::{Horizon, Simulation};
 
 /// State at the end of a run.
 #[pyclass(name = "FinalState", module = "vibroimpact._core", frozen)]
@@ -136,6 +139,10 @@ impl PyPeriodReport {
     }
 }
 
+/// Rows, which of them were skipped, why each list of skipped ones ends, whether Ctrl-C came.
+type PyBounces<'py> =
+    (Bound<'py, PyAny>, Bound<'py, PyArray1<bool>>, Vec<Member<BouncesEnd>>, bool);
+
 /// Result of simulate.
 #[pyclass(name = "Run", module = "vibroimpact._core", frozen)]
 pub(super) struct PyRun(pub(super) Run);
@@ -223,6 +230,19 @@ impl PyRun {
         })?;
         let rows = flat.len() / width;
         Ok((PyArray1::from_vec(py, flat).reshape([rows, width])?, interrupted))
+    }
+
+    /// Impacts of the kept window and those skipped in it, down to an approach velocity and at most
+    /// so many; of each, whether it was skipped; of each chatter, why its list ends. After Ctrl-C
+    /// those up to there.
+    fn bounces<'py>(&self, py: Python<'py>, slowest: f64, most: usize) -> PyResult<PyBounces<'py>> {
+        let (bounces, interrupted) = interruptible::<_, ParameterError>(py, None, |cancel| {
+            Ok(self.0.bounces(slowest, most, cancel))
+        })?;
+        let Bounces { impacts, skipped, ends } = bounces;
+        let ends = ends.into_iter().map(Member).collect();
+        let skipped = PyArray1::from_vec(py, skipped);
+        Ok((arrays::records(py, &impacts)?, skipped, ends, interrupted))
     }
 
     /// Energies and works in the kept window, by name; `None` after Ctrl-C.
@@ -399,6 +419,12 @@ pub(super) fn simulate_many(
     let initials: PyResult<Vec<State>> =
         arrays::to_states(&initials)?.into_iter().map(to_state).collect();
     let (initials, system) = (initials?, system.0);
+    // All starts are looked at before anything runs.
+    for (place, initial) in initials.iter().enumerate() {
+        if let Err(error) = Simulation::new(&system, *initial) {
+            return Err(StateError::new_err(format!("initial[{place}]: {error}")));
+        }
+    }
     let workers = Workers::new(workers)?;
     let (runs, interrupted) = interruptible(py, None, move |cancel| {
         run_many(&system, &initials, options, &workers, cancel)

@@ -1,11 +1,13 @@
 //! A whole run with what is kept of it: the last periods' impacts, sections, grazes and events.
 
 mod audit;
+mod bounces;
 mod kept;
 mod legs;
 mod options;
 
 pub use audit::EnergyAudit;
+pub use bounces::{Bounces, BouncesEnd};
 pub use options::RunOptions;
 
 use serde::{Deserialize, Serialize};

@@ -368,7 +368,7 @@ def test_what_cannot_be_verified_is_refused(periodic):
 
 def test_without_python_flint_the_extra_is_named(periodic, monkeypatch):
     monkeypatch.setitem(sys.modules, "flint", None)
-    with pytest.raises(ImportError, match=r'pip install "vibroimpact\[verify\]"') as caught:
+    with pytest.raises(ImportError, match=r"pip install python-flint$") as caught:
         vi.verify(periodic)
     assert caught.value.name == "flint"
 

@@ -60,7 +60,7 @@ def add(subparsers: Any) -> None:
     outputs.add_outputs(command, "the kept impacts", save="write the run for vibroimpact.load")
     command.add_argument(
         "--verify",
-        type=int,
+        type=shared.whole,
         nargs="?",
         const=10,
         metavar="DIGITS",

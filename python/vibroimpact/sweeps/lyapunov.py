@@ -1,7 +1,7 @@
 """Lyapunov spectra: of one motion with its convergence, or over a grid of parameters.
 
 The perturbations are propagated by the exact derivatives of flights, impacts, chatter and contact
-phases (docs/theory.md, section 7), and kept orthonormal (Benettin et al. 1980).
+phases (theory page, section 7), and kept orthonormal (Benettin et al. 1980).
 """
 
 from __future__ import annotations
