@@ -19,7 +19,6 @@ page is docs/theory.md in the source repository, and theory.html on the site of 
 from typing import TYPE_CHECKING
 
 from ._core import BouncesEnd, Regime, __version__
-from .bounces import Bounces
 from .errors import ClusterError, Interrupted, ParameterError, SimulationError, StateError
 from .impacts import impact
 from .run import EnergyAudit, EventKind, Evidence, FinalState, PeriodReport, Run
@@ -28,6 +27,7 @@ from .system import System
 
 if TYPE_CHECKING:
     from . import plot as plot
+    from .bounces import Bounces
     from .files import load
     from .impact_maps import impact_agreement, impact_regimes
     from .impact_results import ImpactAgreement, ImpactRegimes
@@ -72,6 +72,7 @@ if TYPE_CHECKING:
 else:
     # Parts that a simulation does not need are imported on first use; `plot` imports matplotlib.
     _ON_FIRST_USE = {
+        "bounces": "Bounces",
         "files": "load",
         "impact_maps": "ImpactAgreement ImpactRegimes impact_agreement impact_regimes",
         "orbits": """

@@ -20,13 +20,13 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from ._core import EvidenceKind, WhyUndecided
 from .arguments import count, flag, horizon, not_negative, optional_count, reject, times_of
-from .bounces import Bounces, as_bounces
 from .errors import Interrupted, SimulationError
 from .interruption import interruptible
 from .system import System
 from .verbs import verb
 
 if TYPE_CHECKING:
+    from .bounces import Bounces
     from .verb_types import NotFound, PeriodicMotion
 
 _T = TypeVar("_T", bound=np.generic)
@@ -409,6 +409,8 @@ class Run:
         """
         slowest = not_negative("down_to", down_to)
         most = count("most", most, least=0)
+        from .bounces import as_bounces  # here, to keep the import of the package light
+
         rows, skipped, ends, interrupted = self._core.bounces(slowest, most)
         bounces = as_bounces(rows, skipped, ends)
         if interrupted:
@@ -535,19 +537,23 @@ class Run:
     def __repr__(self) -> str:
         """Say how the run ended and what it holds, without computing its label."""
         end = self.final_state
-        counted, kept = f"{self.impact_count} impacts", f"{len(self.impacts)} kept"
-        # Each complete chatter has infinitely many more than are counted.
-        chatters = int(np.count_nonzero(self.contacts["kind"] == EventKind.CHATTER))
-        if chatters:
-            more = "a complete chatter" if chatters == 1 else f"{chatters} complete chatters"
-            if len(self.impacts) == self.impact_count:
-                counted += f" and {more}"
-            else:
-                kept += f" and {more}"
         return (
             f"<Run {self.stop_reason} at time {end.time:.6g} (period {end.period}), "
-            f"{counted}, {kept}>"
+            f"{impacts_in_words(self, ' impacts')}>"
         )
+
+
+def impacts_in_words(run: Run, unit: str = "") -> str:
+    """Say how many impacts a run counts and keeps, and of how many chatters some are left out."""
+    counted, kept = f"{run.impact_count}{unit}", f"{len(run.impacts)} kept"
+    chatters = int(np.count_nonzero(run.contacts["kind"] == EventKind.CHATTER))
+    if chatters:
+        more = "a complete chatter" if chatters == 1 else f"{chatters} complete chatters"
+        # Those that are known are in the kept window, which may be the whole run.
+        if len(run.impacts) == run.impact_count:
+            return f"{counted} and {more}, {kept}"
+        return f"{counted}, {kept} and {more}"
+    return f"{counted}, {kept}"
 
 
 def raise_if_interrupted(run: Run) -> None:

@@ -68,9 +68,17 @@ pub enum StateError {
         /// Oscillator displacement.
         x2: f64,
     },
+    /// One of several starts cannot be used.
+    #[error("initial[{place}]: {error}")]
+    OneOfSeveral {
+        /// Its place among them.
+        place: usize,
+        /// Why.
+        error: Box<StateError>,
+    },
 }
 
-/// A word for who may have given degrees: angles beyond a turn are rare.
+/// A word for callers who may have given degrees: angles beyond a turn are rare.
 fn word_on_radians(x1: f64) -> &'static str {
     if x1.abs() > TAU { " (an angle x1 is in radians)" } else { "" }
 }

@@ -9,12 +9,11 @@ use pyo3::prelude::*;
 use super::arrays;
 use super::cancel::{interruptible, interruptible_later};
 use super::enums::Member;
-use super::errors::StateError;
 use super::system::PySystem;
 use crate::analysis::period::{EvidenceKind, ImpactCount, PeriodReport, WhyUndecided};
 use crate::analysis::sweep::{Workers, run_many};
 use crate::contact::sustained::ContactMode;
-use crate::model::error::ParameterError;
+use crate::model::error::{ParameterError, StateError};
 use crate::model::state::State;
 use crate::simulate::event::StopReason;
 use crate::simulate::run::{
@@ -421,9 +420,8 @@ pub(super) fn simulate_many(
     let (initials, system) = (initials?, system.0);
     // All starts are looked at before anything runs.
     for (place, initial) in initials.iter().enumerate() {
-        if let Err(error) = Simulation::new(&system, *initial) {
-            return Err(StateError::new_err(format!("initial[{place}]: {error}")));
-        }
+        Simulation::new(&system, *initial)
+            .map_err(|error| StateError::OneOfSeveral { place, error: Box::new(error) })?;
     }
     let workers = Workers::new(workers)?;
     let (runs, interrupted) = interruptible(py, None, move |cancel| {

@@ -237,6 +237,11 @@ def calls() -> dict[str, Call]:
         "Run.trajectory": Call(
             run().trajectory, {"t": [0.0, 1.0]}, {"t": "times", "forces": "true or false"}
         ),
+        "Run.bounces": Call(
+            run().bounces,
+            {"down_to": 1e-3, "most": 100},
+            {"down_to": "number >= 0", "most": "whole number"},
+        ),
         "Run.resume": Call(
             run().resume,
             {"periods": 1, "keep": 1},

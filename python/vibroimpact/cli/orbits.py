@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from .._core import Leg, Regime
 from ..continuation.names import PathEnd
 from ..errors import ParameterError
 from ..orbits import Branch, NotFound, PeriodicMotion, follow_motion, search_motions
@@ -283,9 +284,9 @@ def _write_branch(options: argparse.Namespace, branch: Branch) -> None:
     write.end()
 
 
-def _legs(legs: Iterable[object]) -> str:
-    """Name legs in their order, an impact by its regime: 18 x frictionless, slip."""
-    texts = (str(leg).removeprefix("impact:") for leg in legs)
+def _legs(legs: Iterable[Leg]) -> str:
+    """Name legs in their order: 18 x frictionless, impact:slip:+-."""
+    texts = ("frictionless" if leg.regime == Regime.FRICTIONLESS else str(leg) for leg in legs)
     counted = ((len([*same]), text) for text, same in itertools.groupby(texts))
     return ", ".join(text if number == 1 else f"{number} x {text}" for number, text in counted)
 

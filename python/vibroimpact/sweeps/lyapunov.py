@@ -170,7 +170,7 @@ def _single(
     found = _core.lyapunov_spectrum(run._core, steps, step)
     flow = None
     if system.drive_frequency == 0.0 or system.moment_amplitude == system.force_amplitude == 0.0:
-        flow = int(np.argmin(np.abs(found.exponents)))
+        flow = int(np.nanargmin(np.abs(found.exponents)))
     spectrum = LyapunovSpectrum(
         exponents=found.exponents,
         error=found.errors,
