@@ -170,7 +170,9 @@ def _single(
     found = _core.lyapunov_spectrum(run._core, steps, step)
     flow = None
     if system.drive_frequency == 0.0 or system.moment_amplitude == system.force_amplitude == 0.0:
-        flow = int(np.nanargmin(np.abs(found.exponents)))
+        # A wall at rest has two exponents only; the others are NaN.
+        sizes = np.abs(found.exponents)
+        flow = int(np.argmin(np.where(np.isnan(sizes), np.inf, sizes)))
     spectrum = LyapunovSpectrum(
         exponents=found.exponents,
         error=found.errors,
