@@ -688,7 +688,10 @@ def simulate(
     max_events: int = ...,
     chatter_tolerance: float = ...,
     section_phase: float = 0.0,
-) -> Run: ...
+    progress: Callable[[int], object] | None = None,
+) -> Run:
+    """One run; ``progress`` gets the millionths of its time that are done."""
+
 def simulate_many(
     system: System,
     initials: NDArray[np.float64],
@@ -700,8 +703,12 @@ def simulate_many(
     chatter_tolerance: float = ...,
     section_phase: float = 0.0,
     workers: int | None = None,
+    progress: Callable[[int], object] | None = None,
 ) -> tuple[list[Run], bool, str | None]:
-    """The runs that were begun, in order, whether Ctrl-C ended the work, and the first failure."""
+    """The runs that were begun, in order, whether Ctrl-C ended the work, and the first failure.
+
+    ``progress`` gets the number of runs that are done.
+    """
 
 def sweep(
     system: System,

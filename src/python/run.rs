@@ -1,26 +1,27 @@
 //! `_core.Run`, `simulate` and `simulate_many`.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::arrays;
-use super::cancel::{interruptible, interruptible_later};
+use super::cancel::{Progress, interruptible, interruptible_later};
 use super::enums::Member;
 use super::system::PySystem;
 use crate::analysis::period::{EvidenceKind, ImpactCount, PeriodReport, WhyUndecided};
-use crate::analysis::sweep::{Workers, run_many};
+use crate::analysis::sweep::{Workers, run_and_count};
 use crate::contact::sustained::ContactMode;
-use crate::model::error::{ParameterError, StateError};
+use crate::model::error::ParameterError;
 use crate::model::state::State;
+use crate::simulate::Horizon;
 use crate::simulate::event::StopReason;
 use crate::simulate::run::{
     Bounces, BouncesEnd, Collection, EnergyAudit, FinalState, Run, RunError, RunOptions,
 };
 use crate::simulate::tolerances::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
-use crate::simulate::{Horizon, Simulation};
 
 /// State at the end of a run.
 #[pyclass(name = "FinalState", module = "vibroimpact._core", frozen)]
@@ -368,6 +369,7 @@ pub(super) fn to_state(initial: [f64; 4]) -> PyResult<State> {
 #[pyo3(signature = (
     system, initial, *, periods = None, time = None, keep = None,
     max_events = DEFAULT_MAX_EVENTS, chatter_tolerance = DEFAULT_TOLERANCE, section_phase = 0.0,
+    progress = None,
 ))]
 #[allow(clippy::too_many_arguments)]
 pub(super) fn simulate(
@@ -380,10 +382,15 @@ pub(super) fn simulate(
     max_events: u64,
     chatter_tolerance: f64,
     section_phase: f64,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<PyRun> {
     let horizon = horizon(periods, time)?;
     let options = RunOptions { horizon, keep, max_events, chatter_tolerance, section_phase };
-    make(py, Collection::begin(&system.0, to_state(initial)?, options)?)
+    let collection = Collection::begin(&system.0, to_state(initial)?, options)?;
+    match progress {
+        Some(tell) => make_and_tell(py, collection, &tell),
+        None => make(py, collection),
+    }
 }
 
 /// Makes a run.
@@ -392,12 +399,30 @@ fn make(py: Python<'_>, mut collection: Collection) -> PyResult<PyRun> {
     Ok(PyRun(collection.into_run()?))
 }
 
+/// Makes a run, and tells how many millionths of its time are done.
+fn make_and_tell(py: Python<'_>, mut collection: Collection, tell: &Py<PyAny>) -> PyResult<PyRun> {
+    let done = AtomicUsize::new(0);
+    let progress = Progress { tell, done: &done };
+    interruptible::<_, PyErr>(py, Some(&progress), |cancel| {
+        while !collection.proceed(&cancel.part_of(ASKS_PER_PART)) && !cancel.is_cancelled() {
+            done.store((1e6 * collection.part_done()) as usize, Relaxed);
+        }
+        done.store((1e6 * collection.part_done()) as usize, Relaxed);
+        Ok(())
+    })?;
+    Ok(PyRun(collection.into_run()?))
+}
+
+/// Asks of the token, one before each flight, between two looks at how far a run is: some tens of
+/// milliseconds.
+const ASKS_PER_PART: u64 = 1 << 15;
+
 /// One run per initial state, in parallel, and whether Ctrl-C ended the work.
 #[pyfunction]
 #[pyo3(signature = (
     system, initials, *, periods = None, time = None, keep = None,
     max_events = DEFAULT_MAX_EVENTS, chatter_tolerance = DEFAULT_TOLERANCE, section_phase = 0.0,
-    workers = None,
+    workers = None, progress = None,
 ))]
 #[allow(clippy::too_many_arguments)]
 pub(super) fn simulate_many(
@@ -411,6 +436,7 @@ pub(super) fn simulate_many(
     chatter_tolerance: f64,
     section_phase: f64,
     workers: Option<usize>,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<(Vec<PyRun>, bool, Option<String>)> {
     let horizon = horizon(periods, time)?;
     let options = RunOptions { horizon, keep, max_events, chatter_tolerance, section_phase };
@@ -418,14 +444,11 @@ pub(super) fn simulate_many(
     let initials: PyResult<Vec<State>> =
         arrays::to_states(&initials)?.into_iter().map(to_state).collect();
     let (initials, system) = (initials?, system.0);
-    // All starts are looked at before anything runs.
-    for (place, initial) in initials.iter().enumerate() {
-        Simulation::new(&system, *initial)
-            .map_err(|error| StateError::OneOfSeveral { place, error: Box::new(error) })?;
-    }
     let workers = Workers::new(workers)?;
-    let (runs, interrupted) = interruptible(py, None, move |cancel| {
-        run_many(&system, &initials, options, &workers, cancel)
+    let done = AtomicUsize::new(0);
+    let progress = progress.as_ref().map(|tell| Progress { tell, done: &done });
+    let (runs, interrupted) = interruptible(py, progress.as_ref(), |cancel| {
+        run_and_count(&system, &initials, options, &workers, cancel, &done)
     })?;
     let mut failure = None;
     let run_or_done = |(place, run): (usize, Result<Run, RunError>)| match run {

@@ -248,6 +248,13 @@ impl Collection {
         self.end.is_none_or(|end| end.reason != StopReason::Interrupted)
     }
 
+    /// Part of its time that is done, in [0, 1].
+    pub fn part_done(&self) -> f64 {
+        let drive = self.simulation.drive();
+        let here = self.end.map_or(self.simulation.clock(), |end| end.clock);
+        (drive.time(here) / drive.time(self.simulation.horizon_clock())).clamp(0.0, 1.0)
+    }
+
     /// As [`Self::begin`], ended by `cancel`, with options that have been checked.
     ///
     /// # Errors
