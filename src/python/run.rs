@@ -405,9 +405,9 @@ fn make_and_tell(py: Python<'_>, mut collection: Collection, tell: &Py<PyAny>) -
     let progress = Progress { tell, done: &done };
     interruptible::<_, PyErr>(py, Some(&progress), |cancel| {
         while !collection.proceed(&cancel.part_of(ASKS_PER_PART)) && !cancel.is_cancelled() {
-            done.store((1e6 * collection.part_done()) as usize, Relaxed);
+            done.store(collection.millionths_done(), Relaxed);
         }
-        done.store((1e6 * collection.part_done()) as usize, Relaxed);
+        done.store(collection.millionths_done(), Relaxed);
         Ok(())
     })?;
     Ok(PyRun(collection.into_run()?))

@@ -248,11 +248,12 @@ impl Collection {
         self.end.is_none_or(|end| end.reason != StopReason::Interrupted)
     }
 
-    /// Part of its time that is done, in [0, 1].
-    pub fn part_done(&self) -> f64 {
+    /// How many millionths of its time are done.
+    pub fn millionths_done(&self) -> usize {
         let drive = self.simulation.drive();
         let here = self.end.map_or(self.simulation.clock(), |end| end.clock);
-        (drive.time(here) / drive.time(self.simulation.horizon_clock())).clamp(0.0, 1.0)
+        let part = drive.time(here) / drive.time(self.simulation.horizon_clock());
+        usize::try_from((1e6 * part.clamp(0.0, 1.0)) as i64).unwrap_or_default()
     }
 
     /// As [`Self::begin`], ended by `cancel`, with options that have been checked.
