@@ -82,7 +82,9 @@ pub use simulate::event::{
     ChatterEvent, ContactEvent, ContactRecord, Event, EventKind, EventRecord, GrazeEvent,
     GrazeRecord, ImpactEvent, ImpactRecord, StopEvent, StopReason,
 };
-pub use simulate::run::{EnergyAudit, FinalState, Run, RunError, RunOptions, run};
+pub use simulate::run::{
+    Bounces, BouncesEnd, EnergyAudit, FinalState, Run, RunError, RunOptions, run,
+};
 pub use simulate::{Horizon, Observer, Simulation};
 
 #[cfg(feature = "python")]

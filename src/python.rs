@@ -62,6 +62,7 @@ mod _core {
     use crate::numerics::elementary::MOST_TURNED;
     use crate::numerics::interval::{ABSOLUTE_ERROR, RELATIVE_ERROR, UNREDUCED};
     use crate::simulate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
+    use crate::simulate::run::BouncesEnd;
     use crate::simulate::tolerances::DEFAULT_TOLERANCE;
     use crate::tangent::border::{Border, BorderKind};
     use pyo3::prelude::*;
@@ -94,6 +95,7 @@ mod _core {
         add_enum::<Border>(module)?;
         add_enum::<BorderKind>(module)?;
         add_enum::<EvidenceKind>(module)?;
+        add_enum::<BouncesEnd>(module)?;
         add_enum::<WhyUndecided>(module)
     }
 

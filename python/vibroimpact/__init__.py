@@ -1,7 +1,10 @@
 """Oblique-impact vibration of two bodies: simulation, sections and bifurcation diagrams.
 
-The model is that of Han, Jin & Hu (2004), corrected and completed; see docs/theory.md. All
-quantities are dimensionless; the glossary is docs/notation.md.
+The model is that of Han, Jin & Hu (2004), corrected and completed; see the theory page. All
+quantities are dimensionless; the notation page explains each name.
+
+The pages that docstrings name belong to the documentation. Each is named after its file: the theory
+page is docs/theory.md in the source repository, and theory.html on the site of ``make docs``.
 
     import vibroimpact as vi
 
@@ -15,7 +18,7 @@ quantities are dimensionless; the glossary is docs/notation.md.
 
 from typing import TYPE_CHECKING
 
-from ._core import Regime, __version__
+from ._core import BouncesEnd, Regime, __version__
 from .errors import ClusterError, Interrupted, ParameterError, SimulationError, StateError
 from .impacts import impact
 from .run import EnergyAudit, EventKind, Evidence, FinalState, PeriodReport, Run
@@ -24,6 +27,7 @@ from .system import System
 
 if TYPE_CHECKING:
     from . import plot as plot
+    from .bounces import Bounces
     from .files import load
     from .impact_maps import impact_agreement, impact_regimes
     from .impact_results import ImpactAgreement, ImpactRegimes
@@ -68,6 +72,7 @@ if TYPE_CHECKING:
 else:
     # Parts that a simulation does not need are imported on first use; `plot` imports matplotlib.
     _ON_FIRST_USE = {
+        "bounces": "Bounces",
         "files": "load",
         "impact_maps": "ImpactAgreement ImpactRegimes impact_agreement impact_regimes",
         "orbits": """
@@ -109,6 +114,8 @@ __all__ = [
     "Basins",
     "Bifurcation",
     "BifurcationCurve",
+    "Bounces",
+    "BouncesEnd",
     "Branch",
     "Chart",
     "ClusterError",

@@ -1,4 +1,4 @@
-"""Signatures of the compiled core. All quantities are dimensionless; see docs/notation.md."""
+"""Signatures of the compiled core. All quantities are dimensionless; see the notation page."""
 
 from collections.abc import Callable, Sequence
 from enum import IntEnum, StrEnum
@@ -28,6 +28,7 @@ __all__ = [
     "Arrivals",
     "Border",
     "BorderKind",
+    "BouncesEnd",
     "Condition",
     "EvidenceKind",
     "FinalState",
@@ -159,7 +160,7 @@ class System:
 # The enums are made by the core from its own lists of names; stubtest compares the members.
 
 class Regime(IntEnum):
-    """What the contact point did during an impact (docs/theory.md, section 4)."""
+    """What the contact point did during an impact (theory page, section 4)."""
 
     FRICTIONLESS = 0
     SLIP = 1
@@ -287,9 +288,19 @@ class EvidenceKind(StrEnum):
     GROWTH_EXPONENTIAL = "growth_exponential"
     UNDECIDED = "undecided"
 
+class BouncesEnd(StrEnum):
+    """Why the list of the skipped impacts of one chatter ends."""
+
+    APPROACH_VELOCITY = "approach_velocity"
+    ACCUMULATION = "accumulation"
+    RUN_END = "run_end"
+    CAP = "cap"
+    INTERRUPTED = "interrupted"
+
 class WhyUndecided(StrEnum):
     """Why a motion is not judged."""
 
+    NO_DRIVE_PERIOD = "no_drive_period"
     TOO_FEW_SECTIONS = "too_few_sections"
     NOT_FINITE = "not_finite"
     INCOMPLETE = "incomplete"
@@ -527,6 +538,13 @@ class Run:
     def interrupted(self) -> bool: ...
     def trajectory(self, t: NDArray[np.float64], forces: bool) -> tuple[NDArray[np.float64], bool]:
         """States (len(t), 4), with ``forces`` (len(t), 6); whether Ctrl-C left rows out."""
+    def bounces(
+        self, slowest: float, most: int
+    ) -> tuple[NDArray[np.void], NDArray[np.bool_], list[BouncesEnd], bool]:
+        """Impacts with those that chatter skipped; which those are; why each list of them ends.
+
+        The last entry says whether Ctrl-C ended it.
+        """
     def energy_audit(self) -> dict[str, float] | None:
         """Energies and works in the kept window, by name; None after Ctrl-C."""
     def period(self) -> PeriodReport:
@@ -670,7 +688,10 @@ def simulate(
     max_events: int = ...,
     chatter_tolerance: float = ...,
     section_phase: float = 0.0,
-) -> Run: ...
+    progress: Callable[[int], object] | None = None,
+) -> Run:
+    """One run; ``progress`` gets the millionths of its time that are done."""
+
 def simulate_many(
     system: System,
     initials: NDArray[np.float64],
@@ -682,8 +703,12 @@ def simulate_many(
     chatter_tolerance: float = ...,
     section_phase: float = 0.0,
     workers: int | None = None,
+    progress: Callable[[int], object] | None = None,
 ) -> tuple[list[Run], bool, str | None]:
-    """The runs that were begun, in order, whether Ctrl-C ended the work, and the first failure."""
+    """The runs that were begun, in order, whether Ctrl-C ended the work, and the first failure.
+
+    ``progress`` gets the number of runs that are done.
+    """
 
 def sweep(
     system: System,

@@ -61,10 +61,22 @@ def positive(name: str, value: Any) -> float:
     return result
 
 
+def not_negative(name: str, value: Any) -> float:
+    """Return ``value`` as a float >= 0."""
+    allowed = "a finite number >= 0"
+    result = number(name, value, allowed)
+    if result < 0.0:
+        reject(name, value, allowed)
+    return result
+
+
 def count(name: str, value: Any, *, least: int, most: int = _MOST) -> int:
-    """Return ``value`` as an int in least ... most; no float is taken, whole or not."""
+    """Return ``value`` as an int in least ... most; 1e3 and 600.0 are whole numbers, too."""
     allowed = f"an integer >= {least}" if most == _MOST else f"an integer from {least} to {most}"
-    if not isinstance(value, Integral) or isinstance(value, bool):
+    whole = isinstance(value, Integral) or (
+        isinstance(value, float | np.floating) and bool(np.isfinite(value)) and value == int(value)
+    )
+    if not whole or isinstance(value, bool):
         reject(name, value, allowed)
     result = int(value)
     if not least <= result <= most:
@@ -241,8 +253,8 @@ def states(initial: Any, name: str = "initial") -> NDArray[np.float64]:
     if not finite.all():
         row = int(np.argmin(finite)) // 4
         bad = tuple(result.reshape(-1, 4)[row].tolist())
-        where = "" if result.ndim == 1 else f" (row {row})"
-        raise StateError(f"{name} = {bad}{where} is not allowed; allowed: finite numbers")
+        where = "" if result.ndim == 1 else f"[{row}]"
+        raise StateError(f"{name}{where} = {bad} is not allowed; allowed: finite numbers")
     return result
 
 
@@ -263,6 +275,14 @@ def axis(name: str, values: Any) -> NDArray[np.float64]:
     if not len(result):
         reject(name, values, "an array of at least one number")
     return result
+
+
+def times_of(name: str, values: Any) -> tuple[NDArray[np.float64], bool]:
+    """Return times as a ``vector``, and whether one number was given in place of an array."""
+    single = isinstance(values, Real) or (isinstance(values, np.ndarray) and values.ndim == 0)
+    if single:
+        return np.array([number(name, values)]), True
+    return vector(name, values), False
 
 
 def vector(name: str, values: Any) -> NDArray[np.float64]:

@@ -4,7 +4,7 @@ The laws are homogeneous of degree one in the velocities, so that the angle x1 a
 determine an impact, with x2' = x1' cos x1 - u. With k = cos x1 + mu |sin x1| and x1' cos x1 > 0,
 slip ends within the impact while x1'/u < (1 + r) k/(mbar + k cos x1).
 
-Source: docs/theory.md, section 4; Han, Jin & Hu (2004), section 2. All quantities dimensionless.
+Source: theory page, section 4; Han, Jin & Hu (2004), section 2. All quantities dimensionless.
 """
 
 from __future__ import annotations
@@ -135,10 +135,9 @@ def impact_agreement(
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
-    count("cells", cells, least=2)
+    cells = count("cells", cells, least=2)
     numbers = [
-        count("steps", int(number) if number.is_integer() else number, least=1, most=MOST_STEPS)
-        for number in axis("steps", steps).tolist()
+        count("steps", number, least=1, most=MOST_STEPS) for number in axis("steps", steps).tolist()
     ]
     if len(set(numbers)) < 2:
         reject("steps", steps, "at least two different numbers")

@@ -4,7 +4,7 @@ Along the normal impulse P, with u = x1' cos x1 - x2' and s = sgn x1':
 
     d x1' = -k dP,  k = cos x1 + mu s |sin x1|        d x2' = mbar dP
 
-Source: docs/theory.md, section 4; Han, Jin & Hu (2004), section 2. All quantities dimensionless.
+Source: theory page, section 4; Han, Jin & Hu (2004), section 2. All quantities dimensionless.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def impact(
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
-    optional_count("steps", steps, least=1, most=MOST_STEPS)
+    steps = optional_count("steps", steps, least=1, most=MOST_STEPS)
     given = [_numbers(name, value) for name, value in (("x1", x1), ("v1", v1), ("v2", v2))]
     try:
         states = np.broadcast_arrays(*given)

@@ -1,7 +1,7 @@
 """The mechanics of a system, many states at once: gap, accelerations, motion without contact.
 
-The formulas are those of the compiled core (docs/theory.md, section 1). Lengths are in units of the
-pendulum's length l, times in 1/omega_2; see docs/notation.md.
+The formulas are those of the compiled core (theory page, section 1). Lengths are in units of the
+pendulum's length l, times in 1/omega_2; see the notation page.
 """
 
 from __future__ import annotations

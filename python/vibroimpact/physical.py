@@ -1,4 +1,4 @@
-"""From SI quantities to the dimensionless parameters (docs/theory.md, section 1).
+"""From SI quantities to the dimensionless parameters (theory page, section 1).
 
 Time is measured in 1/omega_2 and length in l, with the natural frequencies of the two bodies
 

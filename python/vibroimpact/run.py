@@ -1,6 +1,6 @@
 """What a simulation returns: a run with its impacts, sections, events and label.
 
-Field names and meanings are those of docs/notation.md; all quantities are dimensionless. The
+Field names and meanings are those of the notation page; all quantities are dimensionless. The
 numbers live in the compiled core; a Run returns them as read-only arrays, built when first used.
 """
 
@@ -19,13 +19,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._core import EvidenceKind, WhyUndecided
-from .arguments import flag, horizon, optional_count, reject, vector
+from .arguments import count, flag, horizon, not_negative, optional_count, reject, times_of
 from .errors import Interrupted, SimulationError
 from .interruption import interruptible
 from .system import System
 from .verbs import verb
 
 if TYPE_CHECKING:
+    from .bounces import Bounces
     from .verb_types import NotFound, PeriodicMotion
 
 _T = TypeVar("_T", bound=np.generic)
@@ -218,7 +219,8 @@ class Run:
 
         Columns ``time, period, time_in_period, x1, v1_pre, v1_post, x2, v2_pre, v2_post, phase,
         regime, impulse_normal, impulse_tangential, energy_loss``. Impulses are in units
-        M1 l omega_2, energies in M1 l^2 omega_2^2; ``regime`` is a Regime.
+        M1 l omega_2, energies in M1 l^2 omega_2^2; ``regime`` is a Regime. Impacts that complete
+        chatter skipped are not listed here: ``bounces`` lists them too.
         """
         return read_only(self._core.impacts)
 
@@ -255,7 +257,7 @@ class Run:
         impacts left out until the remaining time is below the rounding of ``time_in_period``;
         ``time_jump`` is the time from the last impact to the accumulation point; ``error`` is an
         absolute bound on the error of time and state there, without the rounding of ``time`` to one
-        number. Source: docs/theory.md, section 5.
+        number. Source: theory page, section 5.
         """
         return read_only(self._core.contacts)
 
@@ -271,7 +273,7 @@ class Run:
 
     @property
     def stop_reason(self) -> str:
-        """Why the run ended: ``"completed"``, or what stopped it earlier; docs/notation.md.
+        """Why the run ended: ``"completed"``, or what stopped it earlier; see the notation page.
 
         ``"rest"`` is no early stop: both bodies rest in contact, nothing will ever move them, and
         the run is carried to the end asked for.
@@ -290,7 +292,11 @@ class Run:
 
     @property
     def impact_count(self) -> int:
-        """Number of impacts since t = 0, kept or not."""
+        """Number of impacts since t = 0, kept or not.
+
+        Of a complete chatter, which has infinitely many, it counts those before the skipped ones;
+        ``bounces`` lists the others.
+        """
         return self._core.impact_count
 
     @cached_property
@@ -328,15 +334,15 @@ class Run:
         Parameters
         ----------
         t
-            Times inside the kept window, in any order, shape (k,).
+            Times inside the kept window, in any order, shape (k,); or one time.
         forces
             Add two columns: normal force p >= 0 and tangential force on the tip, in units
-            M1 l omega_2^2, zero in flight (docs/theory.md, section 5). The impulses of impacts are
+            M1 l omega_2^2, zero in flight (theory page, section 5). The impulses of impacts are
             not forces: they are columns of ``impacts``.
 
         Returns
         -------
-        array, shape (k, 4), or (k, 6) with ``forces``
+        array, shape (k, 4), or (k, 6) with ``forces``; (4,) or (6,) for one time
 
         Raises
         ------
@@ -345,19 +351,72 @@ class Run:
         Interrupted
             After Ctrl-C; ``.result`` holds the rows of the first times.
         """
-        times = vector("t", t)
+        times, single = times_of("t", t)
         forces = flag("forces", forces)
         first, last = self.kept_from, self.final_state.time
         outside = np.flatnonzero((times < first) | (times > last))
         if len(outside):
             place = int(outside[0])
             window = f"times in the kept window, {first!r} to {last!r}"
-            reject(f"t[{place}]", float(times[place]), window)
+            reject("t" if single else f"t[{place}]", float(times[place]), window)
         rows, interrupted = self._core.trajectory(times, forces)
         if interrupted:
             known = f"the rows of the first {len(rows)} times"
             raise Interrupted("interrupted", rows, holds=known)
-        return rows
+        return rows[0] if single else rows
+
+    def bounces(self, *, down_to: float = 0.0, most: int = 1_000_000) -> Bounces:
+        """List all impacts of the kept window, those that complete chatter skipped included.
+
+        The skipped ones are computed one by one from the last listed impact before them, as
+        ``trajectory`` and ``energy_audit`` do.
+
+        Parameters
+        ----------
+        down_to
+            The list of a chatter ends before the first skipped impact whose approach velocity is
+            below this, >= 0; 0 lists all that rounding lets the bodies make. Rows of ``impacts``
+            are listed whatever their velocity.
+        most
+            Cap on the number of skipped impacts, of all chatters together. The result says in
+            ``ends`` which lists end there.
+
+        Returns
+        -------
+        Bounces
+            ``.impacts`` has the columns of ``impacts``, and ``skipped``.
+
+        Raises
+        ------
+        ParameterError
+            If an argument is out of range.
+        Interrupted
+            After Ctrl-C; ``.result`` is the Bounces up to there.
+
+        Examples
+        --------
+        A ball falls on a table, and loses a tenth of its speed at each bounce:
+
+        >>> import vibroimpact as vi
+        >>> ball = vi.System(
+        ...     mass_ratio=0, frequency_ratio=0, restitution=0.9, gap=0, drive_frequency=0,
+        ...     moment_amplitude=1, contact="direct",
+        ... )
+        >>> run = vi.simulate(ball, initial=(-1, 0, 0, 0), time=40)
+        >>> bounces = run.bounces(down_to=1e-6)
+        >>> len(run.impacts), len(bounces.impacts)
+        (19, 135)
+        """
+        slowest = not_negative("down_to", down_to)
+        most = count("most", most, least=0)
+        from .bounces import as_bounces  # here, to keep the import of the package light
+
+        rows, skipped, ends, interrupted = self._core.bounces(slowest, most)
+        bounces = as_bounces(rows, skipped, ends)
+        if interrupted:
+            known = f"the first {len(bounces.impacts)} impacts"
+            raise Interrupted("interrupted while bounces were listed", bounces, holds=known)
+        return bounces
 
     def energy_audit(self) -> EnergyAudit:
         """Add up the works of all forces in the kept window and compare with the energies.
@@ -480,8 +539,21 @@ class Run:
         end = self.final_state
         return (
             f"<Run {self.stop_reason} at time {end.time:.6g} (period {end.period}), "
-            f"{self.impact_count} impacts, {len(self.impacts)} kept>"
+            f"{impacts_in_words(self, ' impacts')}>"
         )
+
+
+def impacts_in_words(run: Run, unit: str = "") -> str:
+    """Say how many impacts a run counts and keeps, and of how many chatters some are left out."""
+    counted, kept = f"{run.impact_count}{unit}", f"{len(run.impacts)} kept"
+    chatters = int(np.count_nonzero(run.contacts["kind"] == EventKind.CHATTER))
+    if chatters:
+        more = "a complete chatter" if chatters == 1 else f"{chatters} complete chatters"
+        # Those that are known are in the kept window, which may be the whole run.
+        if len(run.impacts) == run.impact_count:
+            return f"{counted} and {more}, {kept}"
+        return f"{counted}, {kept} and {more}"
+    return f"{counted}, {kept}"
 
 
 def raise_if_interrupted(run: Run) -> None:

@@ -1,20 +1,34 @@
-"""The call that simulates one motion or many (docs/theory.md, sections 2 to 6)."""
+"""The call that simulates one motion or many (theory page, sections 2 to 6)."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, overload
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from typing import Any, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._core import CHATTER_TOLERANCE
-from .arguments import horizon, number, optional_count, positive, reject, states, threads
+from .arguments import (
+    Horizon,
+    flag,
+    horizon,
+    number,
+    optional_count,
+    positive,
+    reject,
+    states,
+    threads,
+)
 from .errors import Interrupted, SimulationError
 from .interruption import interruptible
 from .run import Run, raise_if_interrupted
 from .system import System
+
+# Gets how much is done.
+_Tell: TypeAlias = Callable[[int], None]
 
 
 @overload
@@ -28,6 +42,7 @@ def simulate(
     max_events: int | None = ...,
     chatter_tolerance: float = ...,
     section_phase: float = ...,
+    progress: bool = ...,
     workers: int | None = ...,
 ) -> Run: ...
 
@@ -43,6 +58,7 @@ def simulate(
     max_events: int | None = ...,
     chatter_tolerance: float = ...,
     section_phase: float = ...,
+    progress: bool = ...,
     workers: int | None = ...,
 ) -> list[Run]: ...
 
@@ -58,6 +74,7 @@ def simulate(
     max_events: int | None = ...,
     chatter_tolerance: float = ...,
     section_phase: float = ...,
+    progress: bool = ...,
     workers: int | None = ...,
 ) -> Any: ...
 
@@ -73,11 +90,12 @@ def simulate(
     max_events: int | None = None,
     chatter_tolerance: float = CHATTER_TOLERANCE,
     section_phase: float = 0.0,
+    progress: bool = False,
     workers: int | None = None,
 ) -> Run | list[Run]:
     """Simulate the motion from one initial state, or from several.
 
-    Every flight is exact and every contact is found (docs/theory.md, sections 2 and 3). Complete
+    Every flight is exact and every contact is found (theory page, sections 2 and 3). Complete
     chatter is carried to its accumulation point, and the run goes on through the sustained contact
     that follows: slide, stick, release (section 5). All quantities are dimensionless.
 
@@ -102,6 +120,8 @@ def simulate(
         exact, and sustained contact is integrated to rounding.
     section_phase
         Drive phase of the stroboscopic section, relative to that of the start, in radians.
+    progress
+        Show a progress bar: of drive periods, or of the time, of one run; of several runs.
     workers
         Threads for several initial states; default all cores. The results do not depend on it.
 
@@ -126,7 +146,7 @@ def simulate(
         reject("system", system, "a vibroimpact.System")
     span = horizon(system.drive_frequency, periods=periods, time=time, keep=keep)
     start = states(initial)
-    threads(workers)
+    workers = threads(workers)
     options: dict[str, Any] = {
         "periods": span.periods,
         "time": span.time,
@@ -134,21 +154,25 @@ def simulate(
         "chatter_tolerance": positive("chatter_tolerance", chatter_tolerance),
         "section_phase": number("section_phase", section_phase),
     }
-    if optional_count("max_events", max_events, least=1) is not None:
-        options["max_events"] = max_events
+    cap = optional_count("max_events", max_events, least=1)
+    if cap is not None:
+        options["max_events"] = cap
 
+    shown = flag("progress", progress)
     if start.ndim == 1:
         try:
-            core = _core.simulate(system._compiled, start.tolist(), **options)
+            with _bar_of_run(span, shown) as tell:
+                core = _core.simulate(system._compiled, start.tolist(), progress=tell, **options)
         except SimulationError as error:
             error.result = _wrap(error.result, system, start)
             raise
         run = _wrap(core, system, start)
         raise_if_interrupted(run)
         return run
-    cores, interrupted, failure = _core.simulate_many(
-        system._compiled, start, workers=workers, **options
-    )
+    with _bar("runs", len(start), "run", shown) as tell:
+        cores, interrupted, failure = _core.simulate_many(
+            system._compiled, start, workers=workers, progress=tell, **options
+        )
     # After Ctrl-C there may be fewer runs than starts; they are the first ones.
     runs = [_wrap(core, system, row) for core, row in zip(cores, start, strict=False)]
     if interrupted:
@@ -156,6 +180,31 @@ def simulate(
     if failure is not None:
         raise SimulationError(failure, runs, holds="all runs")
     return runs
+
+
+def _bar_of_run(span: Horizon, shown: bool) -> AbstractContextManager[_Tell | None]:
+    """Show how much of its length a run has done, of which the core tells the millionths."""
+    if span.periods is not None:
+        return _bar("run", span.periods, "period", shown, scale=1e-6 * span.periods)
+    return _bar("run", 100, "%", shown, scale=1e-4)
+
+
+@contextmanager
+def _bar(
+    name: str, total: int, unit: str, shown: bool, *, scale: float = 1.0
+) -> Iterator[_Tell | None]:
+    """Give what shows on a tqdm bar how much is done, or None where no bar is wanted."""
+    if not shown:
+        yield None
+        return
+    from tqdm import tqdm  # here, to keep the import of the package light
+
+    with tqdm(total=total, desc=name, unit=unit) as bar:
+
+        def tell(done: int) -> None:
+            bar.update(round(scale * done) - bar.n)
+
+        yield tell
 
 
 def refuse_overlap(system: System, initial: Sequence[float]) -> None:

@@ -3,8 +3,8 @@
     x1'' + 2 zeta1 omega0 x1' + omega0^2 x1 = f1 cos(omega t + phi)
     x2'' + 2 zeta2        x2' +          x2 = f2 cos(omega t + phi)    while the gap is open
 
-Source: Han, Jin & Hu (2004), eqs. (22), (23), as in docs/theory.md, section 1;
-symbols in docs/notation.md.
+Source: Han, Jin & Hu (2004), eqs. (22), (23), as on the theory page, section 1;
+symbols on the notation page.
 """
 
 import dataclasses
@@ -22,6 +22,17 @@ from .physical import dimensionless
 
 # Names in code of the symbols in reference data.
 SYMBOLS = {parameter.symbol: name for name, parameter in PARAMETERS.items()}
+
+# What each choice means, for the error about another one.
+CHOICES = {
+    "contact": {"oblique": "the tip of a pendulum", "direct": "head-on"},
+    "law": {
+        "poisson": "ratio of impulses",
+        "newton": "ratio of velocities",
+        "energetic": "ratio of works, Stronge's",
+        "paper": "as printed in Han, Jin & Hu 2004",
+    },
+}
 
 
 @interruptible
@@ -131,6 +142,9 @@ class System(Mechanics):
             # A lone surrogate is no character; the core does not accept it.
             if not isinstance(choice, str) or not choice.isascii():
                 reject(name, choice, "a name, as a string")
+            if choice not in CHOICES[name]:
+                allowed = [f"{known!r} ({what})" for known, what in CHOICES[name].items()]
+                reject(name, choice, ", ".join(allowed))
             object.__setattr__(self, name, choice)
         self._compiled  # noqa: B018  builds the compiled form, which checks the ranges
 
@@ -156,7 +170,7 @@ class System(Mechanics):
         contact: str = "oblique",
         law: str = "poisson",
     ) -> Self:
-        """Build a system from SI quantities (docs/theory.md, section 1).
+        """Build a system from SI quantities (theory page, section 1).
 
         Parameters
         ----------

@@ -417,6 +417,14 @@ impl Run {
     /// The period from the kept sections alone, without following a nearby orbit.
     #[must_use]
     pub fn return_report(&self, cancel: &CancelToken) -> PeriodReport {
+        if self.system.drive_frequency() == 0.0 {
+            return PeriodReport {
+                orbit: None,
+                residual: f64::NAN,
+                evidence: Evidence::undecided(WhyUndecided::NoDrivePeriod),
+                kind: Kind::Unresolved,
+            };
+        }
         let (sections, counts) = self.counted_sections();
         detect_period(sections, &counts[..sections.len()], cancel)
     }

@@ -19,7 +19,7 @@ use crate::analysis::basin::{Arrival, ArrivalStatus, BasinRun, Target};
 use crate::analysis::period::PeriodReport;
 use crate::analysis::tolerances::EXPONENT_PERIODS;
 use crate::impact::PreImpact;
-use crate::model::error::ParameterError;
+use crate::model::error::{ParameterError, StateError};
 use crate::model::parameters::System;
 use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
@@ -353,9 +353,22 @@ pub fn run_many(
     workers: &Workers,
     cancel: &CancelToken,
 ) -> Result<Vec<Result<Run, RunError>>, RunError> {
+    run_and_count(system, initials, options, workers, cancel, &AtomicUsize::new(0))
+}
+
+/// As [`run_many`]; counts in `count` the runs that have come to an end.
+pub(crate) fn run_and_count(
+    system: &System,
+    initials: &[State],
+    options: RunOptions,
+    workers: &Workers,
+    cancel: &CancelToken,
+    count: &AtomicUsize,
+) -> Result<Vec<Result<Run, RunError>>, RunError> {
     options.check(system)?;
-    for &initial in initials {
-        Simulation::new(system, initial)?;
+    for (place, &initial) in initials.iter().enumerate() {
+        Simulation::new(system, initial)
+            .map_err(|error| StateError::OneOfSeveral { place, error: Box::new(error) })?;
     }
     let runs = workers.install(|| {
         side_by_side(initials.len(), &|next, done, in_hand| {
@@ -363,7 +376,11 @@ pub fn run_many(
                 let place = next().filter(|_| !cancel.is_cancelled())?;
                 Some((place, *system, initials[place]))
             };
-            run_together(&mut next, options, cancel, done, in_hand);
+            let mut counted = |place: usize, run: Result<Run, RunError>| {
+                count.fetch_add(1, Relaxed);
+                done(place, run);
+            };
+            run_together(&mut next, options, cancel, &mut counted, in_hand);
         })
     });
     Ok(runs.into_iter().map_while(|run| run).collect())

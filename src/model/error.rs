@@ -4,6 +4,7 @@
 //! [`StopReason`](crate::StopReason), never errors.
 
 use std::borrow::Cow;
+use std::f64::consts::TAU;
 
 /// A parameter outside its allowed range, found before any computation starts.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -56,7 +57,8 @@ pub enum StateError {
     /// The bodies overlap at the start.
     #[error(
         "the initial state is penetrating: gap function g = {gap} at x1 = {x1}, x2 = {x2}; \
-         allowed: g <= 0"
+         allowed: g <= 0{hint}",
+        hint = word_on_radians(*x1)
     )]
     Penetrating {
         /// Value of the gap function.
@@ -66,6 +68,19 @@ pub enum StateError {
         /// Oscillator displacement.
         x2: f64,
     },
+    /// One of several starts cannot be used.
+    #[error("initial[{place}]: {error}")]
+    OneOfSeveral {
+        /// Its place among them.
+        place: usize,
+        /// Why.
+        error: Box<StateError>,
+    },
+}
+
+/// A word for callers who may have given degrees: angles beyond a turn are rare.
+fn word_on_radians(x1: f64) -> &'static str {
+    if x1.abs() > TAU { " (an angle x1 is in radians)" } else { "" }
 }
 
 /// A computation that failed, with the place where it did.

@@ -45,6 +45,11 @@ impl CancelToken {
         Self { whole, ..Self::new() }
     }
 
+    /// As [`Self::part`], cancelled as well when it is asked for the `asks`-th time.
+    pub(crate) fn part_of(&self, asks: u64) -> Self {
+        Self { left: Self::after(asks).left, ..self.part() }
+    }
+
     /// Ends the work, soon.
     pub fn cancel(&self) {
         if let Some(left) = &self.left {

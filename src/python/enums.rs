@@ -7,6 +7,7 @@ use pyo3::types::PyDict;
 use crate::analysis::{EvidenceKind, WhyUndecided};
 use crate::impact::RegimeKind;
 use crate::model::error::ParameterError;
+use crate::simulate::run::BouncesEnd;
 use crate::tangent::border::{Border, BorderKind};
 
 /// An enum of the core that Python has too.
@@ -133,7 +134,7 @@ macro_rules! enumerated {
 
 enumerated! {
     RegimeKind, RegimeKind::ALL, RegimeKind::name, |_| None,
-        "Regime", "What the contact point did during an impact (docs/theory.md, section 4).";
+        "Regime", "What the contact point did during an impact (theory page, section 4).";
     Border, Border::ALL, Border::name, |border: Border| Some(border.text()),
         "Border", "The conditions that vanish where a leg changes its kind.";
     BorderKind, BorderKind::ALL, BorderKind::name, |kind: BorderKind| Some(kind.name()),
@@ -142,6 +143,8 @@ enumerated! {
         "EvidenceKind", "The kind of evidence for a label.";
     WhyUndecided, WhyUndecided::ALL, WhyUndecided::name, |why: WhyUndecided| Some(why.name()),
         "WhyUndecided", "Why a motion is not judged.";
+    BouncesEnd, BouncesEnd::ALL, BouncesEnd::name, |end: BouncesEnd| Some(end.name()),
+        "BouncesEnd", "Why the list of the skipped impacts of one chatter ends.";
     LegKind,
         &[LegKind::Impact, LegKind::Chatter, LegKind::Slide, LegKind::Stick, LegKind::Circuit],
         |kind| ["impact", "chatter", "slide", "stick", "circuit"][kind as usize],

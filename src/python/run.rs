@@ -1,23 +1,26 @@
 //! `_core.Run`, `simulate` and `simulate_many`.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::arrays;
-use super::cancel::{interruptible, interruptible_later};
+use super::cancel::{Progress, interruptible, interruptible_later};
 use super::enums::Member;
 use super::system::PySystem;
 use crate::analysis::period::{EvidenceKind, ImpactCount, PeriodReport, WhyUndecided};
-use crate::analysis::sweep::{Workers, run_many};
+use crate::analysis::sweep::{Workers, run_and_count};
 use crate::contact::sustained::ContactMode;
 use crate::model::error::ParameterError;
 use crate::model::state::State;
 use crate::simulate::Horizon;
 use crate::simulate::event::StopReason;
-use crate::simulate::run::{Collection, EnergyAudit, FinalState, Run, RunError, RunOptions};
+use crate::simulate::run::{
+    Bounces, BouncesEnd, Collection, EnergyAudit, FinalState, Run, RunError, RunOptions,
+};
 use crate::simulate::tolerances::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 
 /// State at the end of a run.
@@ -136,6 +139,10 @@ impl PyPeriodReport {
     }
 }
 
+/// Rows, which of them were skipped, why each list of skipped ones ends, whether Ctrl-C came.
+type PyBounces<'py> =
+    (Bound<'py, PyAny>, Bound<'py, PyArray1<bool>>, Vec<Member<BouncesEnd>>, bool);
+
 /// Result of simulate.
 #[pyclass(name = "Run", module = "vibroimpact._core", frozen)]
 pub(super) struct PyRun(pub(super) Run);
@@ -223,6 +230,19 @@ impl PyRun {
         })?;
         let rows = flat.len() / width;
         Ok((PyArray1::from_vec(py, flat).reshape([rows, width])?, interrupted))
+    }
+
+    /// Impacts of the kept window and those skipped in it, down to an approach velocity and at most
+    /// so many; of each, whether it was skipped; of each chatter, why its list ends. After Ctrl-C
+    /// those up to there.
+    fn bounces<'py>(&self, py: Python<'py>, slowest: f64, most: usize) -> PyResult<PyBounces<'py>> {
+        let (bounces, interrupted) = interruptible::<_, ParameterError>(py, None, |cancel| {
+            Ok(self.0.bounces(slowest, most, cancel))
+        })?;
+        let Bounces { impacts, skipped, ends } = bounces;
+        let ends = ends.into_iter().map(Member).collect();
+        let skipped = PyArray1::from_vec(py, skipped);
+        Ok((arrays::records(py, &impacts)?, skipped, ends, interrupted))
     }
 
     /// Energies and works in the kept window, by name; `None` after Ctrl-C.
@@ -349,6 +369,7 @@ pub(super) fn to_state(initial: [f64; 4]) -> PyResult<State> {
 #[pyo3(signature = (
     system, initial, *, periods = None, time = None, keep = None,
     max_events = DEFAULT_MAX_EVENTS, chatter_tolerance = DEFAULT_TOLERANCE, section_phase = 0.0,
+    progress = None,
 ))]
 #[allow(clippy::too_many_arguments)]
 pub(super) fn simulate(
@@ -361,10 +382,15 @@ pub(super) fn simulate(
     max_events: u64,
     chatter_tolerance: f64,
     section_phase: f64,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<PyRun> {
     let horizon = horizon(periods, time)?;
     let options = RunOptions { horizon, keep, max_events, chatter_tolerance, section_phase };
-    make(py, Collection::begin(&system.0, to_state(initial)?, options)?)
+    let collection = Collection::begin(&system.0, to_state(initial)?, options)?;
+    match progress {
+        Some(tell) => make_and_tell(py, collection, &tell),
+        None => make(py, collection),
+    }
 }
 
 /// Makes a run.
@@ -373,12 +399,30 @@ fn make(py: Python<'_>, mut collection: Collection) -> PyResult<PyRun> {
     Ok(PyRun(collection.into_run()?))
 }
 
+/// Makes a run, and tells how many millionths of its time are done.
+fn make_and_tell(py: Python<'_>, mut collection: Collection, tell: &Py<PyAny>) -> PyResult<PyRun> {
+    let done = AtomicUsize::new(0);
+    let progress = Progress { tell, done: &done };
+    interruptible::<_, PyErr>(py, Some(&progress), |cancel| {
+        while !collection.proceed(&cancel.part_of(ASKS_PER_PART)) && !cancel.is_cancelled() {
+            done.store(collection.millionths_done(), Relaxed);
+        }
+        done.store(collection.millionths_done(), Relaxed);
+        Ok(())
+    })?;
+    Ok(PyRun(collection.into_run()?))
+}
+
+/// Asks of the token, one before each flight, between two looks at how far a run is: some tens of
+/// milliseconds.
+const ASKS_PER_PART: u64 = 1 << 15;
+
 /// One run per initial state, in parallel, and whether Ctrl-C ended the work.
 #[pyfunction]
 #[pyo3(signature = (
     system, initials, *, periods = None, time = None, keep = None,
     max_events = DEFAULT_MAX_EVENTS, chatter_tolerance = DEFAULT_TOLERANCE, section_phase = 0.0,
-    workers = None,
+    workers = None, progress = None,
 ))]
 #[allow(clippy::too_many_arguments)]
 pub(super) fn simulate_many(
@@ -392,6 +436,7 @@ pub(super) fn simulate_many(
     chatter_tolerance: f64,
     section_phase: f64,
     workers: Option<usize>,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<(Vec<PyRun>, bool, Option<String>)> {
     let horizon = horizon(periods, time)?;
     let options = RunOptions { horizon, keep, max_events, chatter_tolerance, section_phase };
@@ -400,8 +445,10 @@ pub(super) fn simulate_many(
         arrays::to_states(&initials)?.into_iter().map(to_state).collect();
     let (initials, system) = (initials?, system.0);
     let workers = Workers::new(workers)?;
-    let (runs, interrupted) = interruptible(py, None, move |cancel| {
-        run_many(&system, &initials, options, &workers, cancel)
+    let done = AtomicUsize::new(0);
+    let progress = progress.as_ref().map(|tell| Progress { tell, done: &done });
+    let (runs, interrupted) = interruptible(py, progress.as_ref(), |cancel| {
+        run_and_count(&system, &initials, options, &workers, cancel, &done)
     })?;
     let mut failure = None;
     let run_or_done = |(place, run): (usize, Result<Run, RunError>)| match run {

@@ -1,11 +1,13 @@
 //! A whole run with what is kept of it: the last periods' impacts, sections, grazes and events.
 
 mod audit;
+mod bounces;
 mod kept;
 mod legs;
 mod options;
 
 pub use audit::EnergyAudit;
+pub use bounces::{Bounces, BouncesEnd};
 pub use options::RunOptions;
 
 use serde::{Deserialize, Serialize};
@@ -244,6 +246,14 @@ impl Collection {
         self.simulation.proceed_with(cancel);
         self.finish();
         self.end.is_none_or(|end| end.reason != StopReason::Interrupted)
+    }
+
+    /// How many millionths of its time are done.
+    pub fn millionths_done(&self) -> usize {
+        let drive = self.simulation.drive();
+        let here = self.end.map_or(self.simulation.clock(), |end| end.clock);
+        let part = drive.time(here) / drive.time(self.simulation.horizon_clock());
+        usize::try_from((1e6 * part.clamp(0.0, 1.0)) as i64).unwrap_or_default()
     }
 
     /// As [`Self::begin`], ended by `cancel`, with options that have been checked.

@@ -86,7 +86,7 @@ VALUES = {
     "deep": np.zeros((2, 2, 2, 4)),
 }
 
-_WHOLE = {"whole", "numpy whole"}
+_WHOLE = {"whole", "numpy whole", "whole float", "-0"}
 _HALF = {"half", "half, longdouble", "fraction", "0-d"}
 _NOT_NEGATIVE = {"-0", "subnormal", "huge", "whole float", *_WHOLE, *_HALF}
 _PAIRS = {
@@ -127,7 +127,11 @@ TAKES: dict[str, set[str]] = {
     "axis of starts": _ONE_DIMENSION - {"pair of unsigned"},
     "axis >= 0": _ONE_DIMENSION - {"state", "state of float16"},
     "axis or none": {*_ONE_DIMENSION, "none"},
-    "times": {*_ONE_DIMENSION, "empty", "list of nothing"},
+    "times": {
+        *("empty", "list of nothing", "minus", "whole, minus"),
+        *_NOT_NEGATIVE,
+        *_ONE_DIMENSION,
+    },
     "numbers": {
         *("-0", "subnormal", "huge", "minus", "whole, minus", "whole float"),
         *("empty", "empty rows", "empty columns", "list of nothing", "rows of two", "states"),

@@ -87,6 +87,12 @@ def _(run: vi.Run) -> None:
 
 
 @assert_complete.register
+def _(bounces: vi.Bounces) -> None:
+    assert_table(bounces.impacts, "bounces")
+    assert repr(bounces)
+
+
+@assert_complete.register
 def _(regimes: vi.ImpactRegimes) -> None:
     resolved = regimes.regime >= 0
     assert_finite(regimes.restitution[resolved], "restitution")

@@ -25,6 +25,7 @@ PACKAGE = ROOT / "python" / "vibroimpact"
 # A folder or file uses only those before it. `__init__` is the front door, the public interface.
 PYTHON = [
     "errors",
+    "extras",
     "interruption",
     "whole_file",
     "fixed_arrays",
@@ -35,6 +36,7 @@ PYTHON = [
     "physical",
     "mechanics",
     "system",
+    "bounces",
     "run",
     "simulation",
     "impacts",
@@ -84,6 +86,7 @@ TYPES_OF_REGISTRY = "verb_types"
 BY_NAME = [REGISTRY, "__init__"]
 # What is handed back: it imports nouns and other results, nothing that computes or draws.
 RESULTS = [
+    "bounces",
     "run",
     "impact_results",
     "orbits.branch",
@@ -104,6 +107,7 @@ RESULTS = [
 ]
 NOUNS = [
     "errors",
+    "extras",
     "interruption",
     "whole_file",
     "fixed_arrays",

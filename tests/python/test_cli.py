@@ -14,6 +14,7 @@ from command_lines import BASINS, CHART, DIAGRAM, LYAPUNOV, ORBITS, SIMULATE, ST
 from vibroimpact import cli
 from vibroimpact.cli import exit_codes, main, simulate
 from vibroimpact.cli.exit_codes import ExitCode
+from vibroimpact.extras import missing
 
 SEARCH = ORBITS + " --search 2"
 
@@ -164,13 +165,13 @@ def test_more_memory_than_there_is_gives_code_1(run_command):
 
 
 def test_a_missing_extra_gives_code_2(run_command, monkeypatch):
-    def missing(*_, **__):
-        raise ImportError('needs zarr: pip install "vibroimpact[xarray]"')
+    def without_zarr(*_, **__):
+        raise missing("xarray", "needs zarr", module="zarr")
 
-    monkeypatch.setattr(simulate, "simulate", missing)
+    monkeypatch.setattr(simulate, "simulate", without_zarr)
     code, _, err = run_command(SIMULATE)
     assert code == 2
-    assert "vibroimpact[xarray]" in err
+    assert err == 'vibroimpact: needs zarr: pip install "zarr>=3.1.3" xarray\n'
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes end otherwise elsewhere")

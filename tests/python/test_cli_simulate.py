@@ -121,4 +121,4 @@ def test_verify_is_refused_before_anything_runs(run_command, monkeypatch):
     monkeypatch.setitem(sys.modules, "flint", None)
     code, out, err = run_command(SIMULATE + " --verify")
     assert (code, out) == (2, "")
-    assert "vibroimpact[verify]" in err
+    assert "pip install python-flint" in err

@@ -235,7 +235,7 @@ def test_the_same_input_gives_the_same_bits():
         ({"min_step": 0.02}, "min_step"),
         ({"max_step": math.nan}, "max_step"),
         ({"max_points": 0}, "max_points"),
-        ({"max_points": 2.0}, "max_points"),
+        ({"max_points": 2.5}, "max_points"),
         ({"max_angle": 2.0}, "max_angle"),
         ({"parameter_size": -1.0}, "parameter_size"),
         ({"tangent": [1.0]}, "tangent"),

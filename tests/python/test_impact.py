@@ -162,7 +162,7 @@ def test_an_impact_without_outcome_is_a_row():
         ({"x1": [[0.0], [0.0, 1.0]]}, vi.ParameterError, "x1 = "),
         ({"steps": 0}, vi.ParameterError, "steps = 0 is not allowed; allowed: an integer from 1"),
         ({"steps": 10**6 + 1}, vi.ParameterError, "steps = 1000001"),
-        ({"steps": 10.0}, vi.ParameterError, "steps = 10.0"),
+        ({"steps": 10.5}, vi.ParameterError, "steps = 10.5"),
     ],
 )
 def test_bad_input_is_named(arguments, error, message):
@@ -176,7 +176,7 @@ def test_the_law_of_the_paper_has_no_small_steps():
         vi.impact(made(law="paper"), x1=0.0, v1=1.0, v2=0.0, steps=10)
     with pytest.raises(vi.ParameterError, match="system = 3"):
         vi.impact(3, x1=0.0, v1=1.0, v2=0.0)
-    with pytest.raises(vi.ParameterError, match="one of poisson, newton, energetic, paper"):
+    with pytest.raises(vi.ParameterError, match=r"allowed: 'poisson' .*, 'paper'"):
         made(law="stronge")
 
 

@@ -212,7 +212,7 @@ def test_ctrl_c_while_arguments_are_checked(system, initial, monkeypatch, name):
 def test_ctrl_c_while_an_array_is_built(system, initial, monkeypatch):
     run = vi.simulate(system, initial=initial, periods=3)
     module = sys.modules[vi.Run.__module__]
-    with ctrl_c_in(monkeypatch, module, "vector") as caught:
+    with ctrl_c_in(monkeypatch, module, "times_of") as caught:
         run.trajectory([0.0, 1.0])
     assert caught.value.result is None
     with ctrl_c_in(monkeypatch, np, "flatnonzero") as caught:

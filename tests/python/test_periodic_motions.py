@@ -240,7 +240,7 @@ def test_part_of_the_range():
         ({"drive_frequency": 0.0}, {}, "drive_frequency = 0.0 is not allowed"),
         ({"moment_amplitude": 0.0}, {}, "moment_amplitude = 0.0 is not allowed"),
         ({}, {"n": 0}, "n = 0 is not allowed"),
-        ({}, {"n": 1.0}, "n = 1.0 is not allowed"),
+        ({}, {"n": 1.5}, "n = 1.5 is not allowed"),
         ({}, {"n": True}, "n = True is not allowed"),
         ({}, {"within": (1.0, 0.0)}, "within = .* is not allowed"),
         ({}, {"within": (0.0, math.nan)}, "within = .* is not allowed"),

@@ -218,6 +218,7 @@ def calls() -> dict[str, Call]:
                 "time": "object or none",
                 "keep": "whole number or none",
                 "section_phase": "number",
+                "progress": "true or false",
                 "workers": "whole number or none",
             },
         ),
@@ -231,11 +232,17 @@ def calls() -> dict[str, Call]:
                 "time": "number > 0",
                 "keep": "object or none",
                 "section_phase": "number",
+                "progress": "true or false",
                 "workers": "whole number or none",
             },
         ),
         "Run.trajectory": Call(
             run().trajectory, {"t": [0.0, 1.0]}, {"t": "times", "forces": "true or false"}
+        ),
+        "Run.bounces": Call(
+            run().bounces,
+            {"down_to": 1e-3, "most": 100},
+            {"down_to": "number >= 0", "most": "whole number"},
         ),
         "Run.resume": Call(
             run().resume,

@@ -2,7 +2,7 @@
 //! FMU BouncingBall): with fall acceleration f1, drop height 1 and t1 = sqrt(2/f1) the n-th impact
 //! comes at t1 (1 + 2 (r + ... + r^(n-1))), the bounces accumulate at t1 (1 + r)/(1 - r).
 
-use vibroimpact::{CancelToken, EventKind, Run, RunOptions, State, StopReason, System};
+use vibroimpact::{BouncesEnd, CancelToken, EventKind, Run, RunOptions, State, StopReason, System};
 
 use super::{Draw, ball, chattering, go, paper_start, state, until};
 
@@ -111,6 +111,34 @@ fn bounces_that_are_left_out_can_still_be_seen() {
         assert_eq!(on.contacts, whole.contacts);
         assert_eq!(on.final_state, whole.final_state);
     }
+}
+
+/// All bounces follow the geometric law, those that are left out after those that are listed.
+#[test]
+fn bounces_that_are_left_out_can_be_listed() {
+    let (gravity, r): (f64, f64) = (9.8, 0.9);
+    let run = go(&ball(gravity, r), state(-1.0, 0.0, 0.0, 0.0), until(9.0));
+    let never = CancelToken::never();
+    let bounces = run.bounces(1e-9, usize::MAX, &never);
+    assert_eq!(bounces.ends, [BouncesEnd::ApproachVelocity]);
+    assert_eq!(bounces.impacts[..run.impacts.len()], run.impacts);
+    let skipped = |n: usize| bounces.skipped[n];
+    assert!((0..bounces.impacts.len()).all(|n| skipped(n) == (n >= run.impacts.len())));
+    let first = (2.0 / gravity).sqrt();
+    let mut time = first;
+    for (n, impact) in bounces.impacts.iter().enumerate() {
+        let speed = gravity * first * r.powi(n as i32);
+        assert!((impact.v1_pre / speed - 1.0).abs() < 1e-12, "{n}: {}", impact.v1_pre);
+        assert!((impact.time - time).abs() < 1e-13, "{n}: {}", impact.time);
+        time += 2.0 * first * r.powi(n as i32 + 1);
+    }
+    let last = bounces.impacts.last().unwrap().v1_pre;
+    assert!(last >= 1e-9 && r * last < 1e-9, "{last:e}");
+    // Without a least velocity they go on to the accumulation point, but never beyond the cap.
+    let all = run.bounces(0.0, usize::MAX, &never);
+    assert_eq!(all.ends, [BouncesEnd::Accumulation]);
+    let few = run.bounces(0.0, 7, &never);
+    assert_eq!((few.impacts.len(), few.ends), (run.impacts.len() + 7, vec![BouncesEnd::Cap]));
 }
 
 #[test]

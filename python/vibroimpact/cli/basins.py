@@ -69,13 +69,13 @@ def add(subparsers: Any) -> None:
     group = shared.add_run(command, periods=2000, keep=200, section=False)
     group.add_argument(
         "--scouts",
-        type=int,
+        type=shared.whole,
         metavar="N",
         help="cells searched for attractors beforehand (default: 1000)",
     )
     group.add_argument(
         "--rounds",
-        type=int,
+        type=shared.whole,
         metavar="N",
         help="how often what is left over is followed on, twice as long (default: 2)",
     )

@@ -1,8 +1,12 @@
 """Results over a grid of cells: what is printed of them, and what their columns mean."""
 
+from collections.abc import Iterable
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
+from ..sweeps import GridResult
 from . import outputs
 from .exit_codes import ExitCode
 
@@ -13,11 +17,20 @@ COLUMNS = """\
   label             m-n, m-inf (complete chatter), chaotic, quasi-periodic,
                     unresolved
   m, n              drive periods and impacts per orbit; 0 where no period was
-                    found, n = -1 for complete chatter
+                    found, n = inf for complete chatter
   residual          largest difference between sections m periods apart
   status            completed; restarted, a followed state did not fit the new
                     value; overlap, the bodies do so at the start; failed; or
                     why the run stopped early"""
+
+
+def columns_of(result: GridResult, names: Iterable[str]) -> dict[str, NDArray[Any]]:
+    """Return columns of the cells by name, as they are written: n is inf with complete chatter."""
+    columns = {name: np.asarray(getattr(result, name)).ravel() for name in names}
+    if "n" in columns:
+        n = columns["n"]
+        columns["n"] = np.where(n == -1, "inf", n.astype(np.str_))
+    return columns
 
 
 def describe(status: NDArray[np.str_], label: NDArray[np.str_]) -> list[tuple[str, str]]:

@@ -105,7 +105,7 @@ def _write_csv(result: Chart, path: str) -> None:
     if "largest_exponent" in result.columns:
         names += ["largest_exponent", "exponent_error"]
     axes = result.columns.grid.values(0, len(result))
-    outputs.write_columns(path, axes | {name: getattr(result, name).ravel() for name in names})
+    outputs.write_columns(path, axes | cells.columns_of(result, names))
 
 
 def _plot(result: Chart, path: Path) -> None:

@@ -69,7 +69,7 @@ def add(subparsers: Any) -> None:
     )
     command.add_argument(
         "--refine",
-        type=int,
+        type=shared.whole,
         metavar="N",
         help="halve the steps across which the label changes, N times (default: 0)",
     )
@@ -147,7 +147,7 @@ def _write_points(result: Diagram, path: str) -> None:
     names = ["branch", "label", "m", "n", "residual", "status", "contact_fraction"]
     if "largest_exponent" in result.columns:
         names += ["largest_exponent", "exponent_error"]
-    columns = {name: getattr(result, name) for name in names}
+    columns = cells.columns_of(result, names)
     outputs.write_columns(path, {result.parameter_name: result.parameter, **columns})
 
 

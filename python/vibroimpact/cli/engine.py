@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ParameterError
+from ..extras import missing
+from . import options as shared
 
 # Seconds to wait for a scheduler.
 _PATIENCE = 10
@@ -21,10 +23,12 @@ FLAGS = ("chunk", "store", "scheduler")
 def add_engine(command: argparse.ArgumentParser) -> None:
     """Add the flags."""
     group = command.add_argument_group("computing")
-    group.add_argument("--workers", type=int, metavar="N", help="threads (default: all cores)")
+    group.add_argument(
+        "--workers", type=shared.whole, metavar="N", help="threads (default: all cores)"
+    )
     group.add_argument(
         "--chunk",
-        type=int,
+        type=shared.whole,
         metavar="N",
         help="cells computed and stored together (default: about a second of work)",
     )
@@ -60,7 +64,7 @@ def engine(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     try:
         from distributed import Client
     except ImportError as error:
-        raise ImportError('--scheduler needs Dask: pip install "vibroimpact[dask]"') from error
+        raise missing("dask", "--scheduler needs Dask") from error
     try:
         client = Client(options.scheduler, timeout=_PATIENCE)
     except (OSError, ValueError) as error:

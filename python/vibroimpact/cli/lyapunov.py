@@ -23,9 +23,9 @@ exact derivatives through flights, impacts, chatter and contact.
 MORE = f"""\
 printed for one motion:
   label            what the motion is
-  exponent 1 ...   descending; -inf where perturbations die out at once, nan
-                   for the two of a wall that rests
-  sum              of the four: the mean rate at which volumes shrink
+  exponent 1 ...   descending; -inf where perturbations die out at once; a
+                   wall at rest has no perturbations, and so only two
+  sum              of all there are: the mean rate at which volumes shrink
   measured         time and impacts they are measured over
 With --vary: how many values have each status, and of how many the first
 exponent is positive; exit code 3 where a run stopped early.
@@ -67,10 +67,12 @@ def add(subparsers: Any) -> None:
     group = command.add_argument_group("run")
     length = group.add_mutually_exclusive_group()
     length.add_argument("--time", type=float, metavar="T", help="time, for a constant load")
-    length.add_argument("--periods", type=int, metavar="N", help="drive periods (default: 2000)")
+    length.add_argument(
+        "--periods", type=shared.whole, metavar="N", help="drive periods (default: 2000)"
+    )
     group.add_argument(
         "--keep",
-        type=int,
+        type=shared.whole,
         metavar="K",
         help="measure over the last K periods (default: three quarters)",
     )
@@ -123,6 +125,9 @@ def _plot(result: LyapunovSpectrum | LyapunovSweep, path: Path) -> None:
 def _describe(result: LyapunovSpectrum) -> list[tuple[str, str]]:
     lines = [("label", result.label)]
     for number, (value, error) in enumerate(zip(result.exponents, result.error, strict=True)):
+        if np.isnan(value):
+            lines.append((f"exponent {number + 1}", "(wall at rest: no exponent)"))
+            continue
         text = f"{value:.6g} +- {error:.1g}" if np.isfinite(value) else f"{value}"
         flow = " (that of the flow)" if number == result.flow else ""
         lines.append((f"exponent {number + 1}", text + flow))
@@ -146,7 +151,7 @@ def _spectra(result: LyapunovSweep) -> dict[str, Any]:
         **result.axes,
         **_numbered("exponent", result.exponents),
         **_numbered("error", result.error),
-        **{name: getattr(result, name) for name in ("label", "m", "n", "residual", "status")},
+        **cells.columns_of(result, ("label", "m", "n", "residual", "status")),
     }
 
 

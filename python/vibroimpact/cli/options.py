@@ -2,6 +2,7 @@
 
 import argparse
 import functools
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,12 +18,27 @@ from .system_file import SystemFile, read
 
 UNITS = """\
 All quantities are dimensionless: time in 1/omega_2, length in the pendulum's
-length l, mass in M1, angles in radians (docs/notation.md). omega_2 is the
+length l, mass in M1, angles in radians (notation page). omega_2 is the
 natural frequency of body 2; a drive period is 2 pi/(drive frequency)."""
 
 HelpFormatter = functools.partial(argparse.RawDescriptionHelpFormatter, max_help_position=28)
 _NAMES = (*PARAMETERS, "contact", "law")
 _RANGE = ("NAME", "FIRST", "LAST", "COUNT")
+
+
+def whole(text: str) -> int:
+    """Return the whole number that a word is: 600, 1e3, 600.0."""
+    try:
+        return int(text)
+    except ValueError:
+        pass
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not value.is_integer():
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number")
+    return int(value)
 
 
 def command(
@@ -75,9 +91,11 @@ def add_run(
     if periods is None:
         length = group.add_mutually_exclusive_group()
         length.add_argument("--time", type=float, metavar="T", help="time, for a constant load")
-    length.add_argument("--periods", type=int, metavar="N", help=_counted("drive periods", periods))
+    length.add_argument(
+        "--periods", type=whole, metavar="N", help=_counted("drive periods", periods)
+    )
     text = _counted("keep the last K periods", f"{keep}, or all of fewer" if keep else "all")
-    group.add_argument("--keep", type=int, metavar="K", help=text)
+    group.add_argument("--keep", type=whole, metavar="K", help=text)
     add_limits(group, section=section)
     return group
 
@@ -85,7 +103,7 @@ def add_run(
 def add_limits(group: argparse._ArgumentGroup, *, section: bool) -> None:
     """Add the limits of a run, and the phase of its stroboscopic section if it has one."""
     group.add_argument(
-        "--max-events", type=int, metavar="N", help="stop a run after N events (default: 10^7)"
+        "--max-events", type=whole, metavar="N", help="stop a run after N events (default: 10^7)"
     )
     group.add_argument(
         "--chatter-tolerance",
@@ -120,7 +138,7 @@ def add_vary(
 
 def add_quiet(command: argparse.ArgumentParser) -> None:
     """Add threads and progress, where nothing is kept in a store."""
-    command.add_argument("--workers", type=int, metavar="N", help="threads (default: all cores)")
+    command.add_argument("--workers", type=whole, metavar="N", help="threads (default: all cores)")
     command.add_argument("--quiet", action="store_true", help="show no progress")
 
 
@@ -136,8 +154,8 @@ def grid(
         if name in values:
             raise ParameterError(f"--vary {word}: given twice")
         try:
-            first, last, count = float(words[0]), float(words[1]), int(words[2])
-        except ValueError as error:
+            first, last, count = float(words[0]), float(words[1]), whole(words[2])
+        except (ValueError, argparse.ArgumentTypeError) as error:
             raise ParameterError(f"--vary {word} {' '.join(words)}: {error}") from error
         if count < 1:
             raise ParameterError(

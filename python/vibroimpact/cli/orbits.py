@@ -1,14 +1,15 @@
-"""`vibroimpact orbits`: periodic motions, found, judged and followed (docs/orbits.md)."""
+"""`vibroimpact orbits`: periodic motions, found, judged and followed (orbits page)."""
 
 import argparse
 import itertools
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from .._core import Leg, Regime
 from ..continuation.names import PathEnd
 from ..errors import ParameterError
 from ..orbits import Branch, NotFound, PeriodicMotion, follow_motion, search_motions
@@ -78,8 +79,12 @@ def add(subparsers: Any) -> None:
         more=MORE,
     )
     which = command.add_argument_group("which motions").add_mutually_exclusive_group()
-    which.add_argument("--n", type=int, metavar="N", help="all motions N-1, without friction")
-    which.add_argument("--search", type=int, metavar="K", help="those that K starts settle on")
+    which.add_argument(
+        "--n", type=shared.whole, metavar="N", help="all motions N-1, without friction"
+    )
+    which.add_argument(
+        "--search", type=shared.whole, metavar="K", help="those that K starts settle on"
+    )
     which.add_argument(
         "--follow", nargs=3, metavar=("NAME", "FIRST", "LAST"), help="over a parameter"
     )
@@ -87,16 +92,18 @@ def add(subparsers: Any) -> None:
     group = command.add_argument_group("how")
     group.add_argument(
         "--periods",
-        type=int,
+        type=shared.whole,
         metavar="N",
         help="drive periods to settle in (default: 600; with --search 2000)",
     )
     group.add_argument(
         "--within", nargs=2, type=float, metavar=("LO", "HI"), help="--n: x1 at the impact, radians"
     )
-    group.add_argument("--seed", type=int, metavar="N", help="--search: of the starts (default: 0)")
     group.add_argument(
-        "--workers", type=int, metavar="N", help="--search: threads (default: all cores)"
+        "--seed", type=shared.whole, metavar="N", help="--search: of the starts (default: 0)"
+    )
+    group.add_argument(
+        "--workers", type=shared.whole, metavar="N", help="--search: threads (default: all cores)"
     )
     group.add_argument(
         "--max-step",
@@ -263,7 +270,7 @@ def _write_branch(options: argparse.Namespace, branch: Branch) -> None:
     stream = outputs.summary_stream(options)
     heads = ["bifurcation", branch.parameter, "motion", "goes on as"]
     printed = [
-        [found.kind, repr(found.value), found.motion.label, ", ".join(map(str, found.goes_on))]
+        [found.kind, repr(found.value), found.motion.label, _legs(found.goes_on)]
         for found in branch.bifurcations
     ]
     outputs.print_table([heads, *printed], stream)
@@ -275,6 +282,13 @@ def _write_branch(options: argparse.Namespace, branch: Branch) -> None:
     )
     print(f"ends: {'; '.join(ends)}", file=stream)
     write.end()
+
+
+def _legs(legs: Iterable[Leg]) -> str:
+    """Name legs in their order: 18 x frictionless, impact:slip:+-."""
+    texts = ("frictionless" if leg.regime == Regime.FRICTIONLESS else str(leg) for leg in legs)
+    counted = ((len([*same]), text) for text, same in itertools.groupby(texts))
+    return ", ".join(text if number == 1 else f"{number} x {text}" for number, text in counted)
 
 
 def _plot_branch(branch: Branch, path: Path) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from ..arguments import count
-from ..run import Run
+from ..run import Run, impacts_in_words
 from ..simulation import simulate
 from ..verification import verify
 from ..verification.call import MOST_ASKED, need_flint
@@ -26,7 +26,8 @@ printed:
             ones where the motion was followed further
   evidence  what the label stands on: a return or the rate of convergence, or
             the growth of a perturbation per drive period
-  impacts   since t = 0, and how many of them are kept
+  impacts   since t = 0, and how many of them are kept; a complete chatter has
+            infinitely many more
   contact   part of the kept time in sustained contact, if there is any
   stopped   completed, or why the run stopped earlier (exit code 3)
   state     x1, v1, x2, v2 at the end, as --initial takes them, and when
@@ -60,7 +61,7 @@ def add(subparsers: Any) -> None:
     outputs.add_outputs(command, "the kept impacts", save="write the run for vibroimpact.load")
     command.add_argument(
         "--verify",
-        type=int,
+        type=shared.whole,
         nargs="?",
         const=10,
         metavar="DIGITS",
@@ -118,7 +119,7 @@ def _describe(result: Run) -> list[tuple[str, str]]:
     if period.m is not None:
         lines.append(("residual", f"{period.residual:.3g}"))
     lines.append(("evidence", str(period.evidence)))
-    lines.append(("impacts", f"{result.impact_count}, {len(result.impacts)} kept"))
+    lines.append(("impacts", impacts_in_words(result)))
     if result.time_in_contact:
         lines.append(("contact", f"{result.time_in_contact:.6g} of the kept time"))
     lines.append(("stopped", result.stop_reason))

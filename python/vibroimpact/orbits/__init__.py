@@ -1,4 +1,4 @@
-"""Periodic motions: found, judged, and followed over parameters (docs/orbits.md).
+"""Periodic motions: found, judged, and followed over parameters (orbits page).
 
 Residuals, their derivatives and test functions are kernels of the compiled core; this package uses
 them for Newton's method from simulations (`shooting`), verdicts (`motion`), branches with their

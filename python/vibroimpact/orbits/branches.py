@@ -1,7 +1,7 @@
 """Branches of periodic motions over a parameter, stable and unstable, with their bifurcations.
 
 A branch is followed by pseudo-arclength continuation with its sequence of legs held fixed, so that
-every condition of the motion is smooth (docs/orbits.md). Where a condition that makes it a motion
+every condition of the motion is smooth (orbits page). Where a condition that makes it a motion
 reaches zero the branch meets a border: a flight grazes, an impact changes its regime, chatter
 becomes incomplete, a contact phase ends another way. The border is located, and where the orbit
 goes on it goes on with another sequence of legs: both sequences have the border's orbit in common.

@@ -1,7 +1,7 @@
 """The legs with friction of a motion without friction: there a branch over friction starts.
 
 At mu = 0 the leg of an impact has no direction of slip. In the limit mu -> 0 each impact has a
-regime, slip or reversal, and its outcome tends to that without friction (docs/theory.md, section
+regime, slip or reversal, and its outcome tends to that without friction (theory page, section
 4). With these regimes the motion at mu = 0 is the end of a branch over mu. Legs of sustained
 contact are taken from a simulation at a small friction.
 """

@@ -4,7 +4,7 @@ A motion is a sequence of legs (flights to an impact in a given regime, chatter,
 the nodes at which they start; both come from the kernels in the compiled core (`_core.Itinerary`).
 An algebraic solution of the conditions of periodicity is a motion only if it is *admissible*: the
 bodies approach before each impact, do not overlap in between, and every leg ends in the event that
-belongs to it (docs/theory.md, section 8). Its Floquet multipliers are the eigenvalues of the
+belongs to it (theory page, section 8). Its Floquet multipliers are the eigenvalues of the
 derivative of the return map (section 7).
 """
 
@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._core import Leg
-from ..arguments import vector
+from ..arguments import times_of
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
 from ..system import System
@@ -197,14 +197,15 @@ class PeriodicMotion(FixedArrays):
         Parameters
         ----------
         t
-            Times, shape (k,); the orbit repeats after m drive periods.
+            Times, shape (k,), or one time; the orbit repeats after m drive periods.
 
         Returns
         -------
-        array, shape (k, 4)
+        array, shape (k, 4), or (4,) for one time
         """
-        times = vector("t", t)
-        return self.itinerary.trajectory(self.system._compiled, self.nodes, times)
+        times, single = times_of("t", t)
+        rows = self.itinerary.trajectory(self.system._compiled, self.nodes, times)
+        return rows[0] if single else rows
 
     def __repr__(self) -> str:
         """Label, verdict and the largest multiplier."""

@@ -4,7 +4,7 @@ From a stable motion one parameter is varied up to the first bifurcation. Its cu
 ways to points of codimension two, at which the motion would lose more than the curve takes; there
 the border turns into the other curve through that point, on the side where the first condition
 holds. Where a curve meets a bound of the parameters the border runs along the bound. This is
-repeated until the border closes (docs/islands.md).
+repeated until the border closes (islands page).
 
 The border is the component of the edge of stability that is reached in this way; a hole inside the
 region has a border of its own. Beyond a grazing or a regime border the motion may go on as a stable

@@ -1,7 +1,7 @@
 """Periodic motions from simulations: Newton's method on the conditions of periodicity.
 
 A simulation gives the sequence of events of one orbit; with this sequence held fixed, nodes and
-event times are found by Newton's method with exact derivatives (docs/theory.md, section 7), stable
+event times are found by Newton's method with exact derivatives (theory page, section 7), stable
 or not.
 """
 
@@ -37,7 +37,7 @@ SETTLED = 1e-6
 _FURTHER = (0, 2000, 8000)
 # Starts of a search that are simulated together; Ctrl-C loses at most so many.
 BATCH = 256
-# Half widths of the box from which a search starts (docs/theory.md, E9).
+# Half widths of the box from which a search starts (theory page, E9).
 START_BOX = (0.3, 1.0, 0.2, 1.0)
 
 

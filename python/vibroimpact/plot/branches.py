@@ -1,7 +1,7 @@
 """Branches of periodic motions over one parameter, and bifurcation curves in two.
 
 The impact section is the state just before each impact, the stroboscopic section the state once
-per drive period (docs/theory.md, section 6); kinds of bifurcations as in docs/notation.md.
+per drive period (theory page, section 6); kinds of bifurcations as on the notation page.
 """
 
 from __future__ import annotations

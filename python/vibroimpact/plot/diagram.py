@@ -1,8 +1,8 @@
 """Bifurcation diagrams: a section of the long-term motion against the swept parameter.
 
-`contact_fraction` draws the time in sustained contact beneath (docs/theory.md, section 5). The
+`contact_fraction` draws the time in sustained contact beneath (theory page, section 5). The
 impact section is the state just before each impact, the stroboscopic section the state once per
-drive period; Han, Jin & Hu (2004), eqs. (48a) and (48b), docs/theory.md section 6.
+drive period; Han, Jin & Hu (2004), eqs. (48a) and (48b), theory page, section 6.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The contact force of one run over time.
 
-Normal force p and tangential force on the tip, docs/theory.md section 5: in slip the tangential
+Normal force p and tangential force on the tip, theory page, section 5: in slip the tangential
 force is -mu s sgn(sin x1) p, in stick the force that holds the tip, at most mu p in size.
 """
 

@@ -1,7 +1,7 @@
 r"""Maps of the outcome of impacts, and the agreement of the two methods for it.
 
 Axes: the angle x1 and the ratio x1'/u of angular and approach velocity, which together determine an
-impact, since every law is homogeneous; docs/theory.md, section 4.
+impact, since every law is homogeneous; theory page, section 4.
 """
 
 from __future__ import annotations

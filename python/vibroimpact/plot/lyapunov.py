@@ -1,6 +1,6 @@
 """Lyapunov exponents: their convergence over time, or their values over a parameter.
 
-docs/theory.md, section 7; per unit time, natural logarithm, without the zero of the drive's phase.
+theory page, section 7; per unit time, natural logarithm, without the zero of the drive's phase.
 """
 
 import math

@@ -1,6 +1,6 @@
 """Unstable manifolds on the stroboscopic section, with the saddle and the attractors they lead to.
 
-docs/theory.md, sections 6 and 7; `vibroimpact.unstable_manifold`.
+theory page, sections 6 and 7; `vibroimpact.unstable_manifold`.
 """
 
 from __future__ import annotations

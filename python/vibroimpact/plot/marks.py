@@ -1,7 +1,7 @@
 """Marks on the drawing of a run: impacts by their regime, and the times of sustained contact.
 
 The functions `draw_...` take such impacts and stretches from any source, for example a periodic
-motion. Sustained contact is docs/theory.md, section 5; the rows of `Run.contacts` say when it
+motion. Sustained contact: the theory page, section 5; the rows of `Run.contacts` say when it
 begins, changes its mode and ends.
 """
 

@@ -3,7 +3,7 @@
 Curves are drawn through `Run.trajectory` with the states before and after every impact inserted, so
 that a velocity jumps exactly at the instant of the impact. Sustained contact is marked: bands on an
 axis of time, a broad line and dots in a portrait; sticking is darker and hatched. Symbols as in
-docs/notation.md: gap function g = sin x1 - x2 - delta (oblique), docs/theory.md section 1.
+the notation page: gap function g = sin x1 - x2 - delta (oblique), theory page, section 1.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Floquet multipliers in the complex plane: inside the unit circle a motion is stable.
 
-The multipliers are the eigenvalues of the derivative of the return map; docs/theory.md, section 7.
+The multipliers are the eigenvalues of the derivative of the return map; theory page, section 7.
 """
 
 from __future__ import annotations

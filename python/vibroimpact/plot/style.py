@@ -2,7 +2,7 @@
 
 Colours are the palette of Okabe and Ito (Color Universal Design, 2008), which readers with any of
 the common colour vision deficiencies can distinguish; where markers are large enough to have a
-shape, the shape shows the regime as well. Symbols are those of docs/notation.md.
+shape, the shape shows the regime as well. Symbols are those of the notation page.
 """
 
 import math

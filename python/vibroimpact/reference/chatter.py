@@ -1,6 +1,6 @@
 """Completes chatter: the limit of infinitely many impacts, by extrapolation to u = 0.
 
-Complete chatter (docs/theory.md, section 5) is a sequence of impacts of one regime whose approach
+Complete chatter (theory page, section 5) is a sequence of impacts of one regime whose approach
 velocity u falls to 0 with a ratio q < 1 (q = r in `slip` and `frictionless`). The states with
 u = 0 are fixed points of the map from impact to impact, and the sequence runs down a stable fibre
 of them, which is an analytic curve as long as the regime, the direction of slip and the sign of

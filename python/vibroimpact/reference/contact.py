@@ -1,6 +1,6 @@
 """Certified first contact of a flight: the first t > 0 with g = 0 and g' > 0.
 
-Method (docs/theory.md, section 3): the flight is covered from t = 0 on by intervals on each of
+Method (theory page, section 3): the flight is covered from t = 0 on by intervals on each of
 which Taylor enclosures of g, g', g'' decide by proof that there is no root, or exactly one:
     g < 0; g' < 0 (falling); g' > 0 (rising: sign at the end); g'' > 0 (convex: sign at the end);
     g'' < 0 (concave: a hump, sign of its height).

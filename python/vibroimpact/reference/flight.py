@@ -1,6 +1,6 @@
 """Exact free motion of both bodies in ball arithmetic, at any precision.
 
-One body (docs/theory.md, section 1): x'' + 2 zeta omega0 x' + omega0^2 x = f cos psi,
+One body (theory page, section 1): x'' + 2 zeta omega0 x' + omega0^2 x = f cos psi,
 psi(t) = psi0 + omega t, with t = 0 at the start of the flight. The motion is the matrix
 exponential of the linear system in (x, v, f cos psi, f sin psi), which has no special cases
 (section 2); `Body.state_closed` is the textbook closed form, with all of them, as a check;
@@ -216,7 +216,7 @@ class Body:
 
 @dataclass(frozen=True)
 class System:
-    """Parameters of the pair of bodies (docs/theory.md, section 1) as exact rationals."""
+    """Parameters of the pair of bodies (theory page, section 1) as exact rationals."""
 
     mbar: fmpq
     omega0: fmpq

@@ -1,6 +1,6 @@
 """Sustained contact: which mode begins, sticking in closed form, and the way to the release.
 
-Modes on g = 0 (docs/theory.md, section 5): slide +/- (slide.py), stick (x1' = 0), separate. At
+Modes on g = 0 (theory page, section 5): slide +/- (slide.py), stick (x1' = 0), separate. At
 x1' = 0 the mode is unique for mbar > 0 and mbar + k cos x1 > 0 with both directions: separate if
 the free g'' < 0; else stick if p_s = -a2/mbar >= 0 and |a1 - p_s cos x1| <= mu p_s |sin x1|; else
 slide with s = sgn(a1 - p_s cos x1). With mbar = 0 the limit of that is taken, and with the wall at

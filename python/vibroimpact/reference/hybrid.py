@@ -1,6 +1,6 @@
 """The whole motion: flights, impacts, completed chatter, sustained contact, release.
 
-flight -> impact -> flight | contact -> flight, docs/theory.md, sections 3 to 5. Flights, first
+flight -> impact -> flight | contact -> flight, theory page, sections 3 to 5. Flights, first
 contacts and impacts are those of simulate.py, each certified from its own start; chatter.py and
 hold.py supply the rest. Between two steps a state is rounded to the midpoint of its ball, since
 enclosures would not survive the limit of a chatter: a run as a whole is no enclosure. Its stated
@@ -166,7 +166,7 @@ class Motion:
         return value if self.enclosing else value.mid()
 
     def _begin(self) -> str | None:
-        """A start in contact (docs/theory.md, section 3); the ending, if the run ends at once."""
+        """A start in contact (theory page, section 3); the ending, if the run ends at once."""
         approach = approach_in_contact(self.system, self.start)
         if approach is None:
             return None

@@ -1,4 +1,4 @@
-"""Impact laws in ball arithmetic: the impulse path of docs/theory.md, section 4, and `paper`.
+"""Impact laws in ball arithmetic: the impulse path of the theory page, section 4, and `paper`.
 
 With M1 l^2 = 1 and normal impulse P: dv1 = -k dP, dv2 = mbar dP, k = cos x1 + mu s |sin x1|,
 s = sgn(v1); approach velocity u = v1 cos x1 - v2 > 0, du = -(mbar + k cos x1) dP. Direct contact:
@@ -36,7 +36,7 @@ class Jammed(ArithmeticError):
 
 @dataclass(frozen=True)
 class Impact:
-    """Outcome of an impact: velocities after, regime, impulses (docs/theory.md, section 4).
+    """Outcome of an impact: velocities after, regime, impulses (theory page, section 4).
 
     `impulse` is the whole normal impulse, `approach` its part P_I until u = 0, `switch` the
     impulse P* at which v1 = 0 (None if it is never reached or not positive).

@@ -1,7 +1,7 @@
 """Stated errors and amplification of a whole run (hybrid.py), each from a second run.
 
 Error: the run is repeated with finer settings; the difference, and what both runs state for their
-own steps, is the radius of every value. Amplification, as in docs/accuracy.md: the growth of a
+own steps, is the radius of every value. Amplification, as on the accuracy page: the growth of a
 perturbation of v1(0) by 1e-30, in the maximum norm of a state, or of the time and state of a phase.
 At a start with g = u = 0, v2(0) is perturbed alike, which keeps u = 0. Dimensionless.
 """

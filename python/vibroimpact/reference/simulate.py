@@ -1,6 +1,6 @@
 """Event loop in ball arithmetic: every impact and every stroboscopic state, enclosed.
 
-Flights, contacts and impacts follow docs/theory.md, sections 2 to 4; T = 2 pi/omega is the drive
+Flights, contacts and impacts follow the theory page, sections 2 to 4; T = 2 pi/omega is the drive
 period, counted exactly. Complete chatter runs into the impact cap; hybrid.py goes on through it,
 without enclosing the result. All quantities are dimensionless; a result is as narrow as the
 motion's growth allows, and an event the precision does not decide raises `Undecided`.

@@ -1,6 +1,6 @@
 """Sliding contact by Taylor series: the motion on g = 0 until its first event.
 
-On g = 0 (docs/theory.md, section 5) body 2 follows the tip, x2 = sin x1 - delta, and with the
+On g = 0 (theory page, section 5) body 2 follows the tip, x2 = sin x1 - delta, and with the
 free accelerations a1, a2, sigma = sgn(sin x1) and the direction of slip s = sgn(v1)
 
     k = cos x1 + mu s sigma sin x1,      p = (a1 cos x1 - v1^2 sin x1 - a2)/(mbar + k cos x1),

@@ -1,4 +1,4 @@
-"""All period n-1 motions without friction, by interval arithmetic (docs/orbits.md).
+"""All period n-1 motions without friction, by interval arithmetic (orbits page).
 
 One impact in n drive periods leaves an algebraic problem in one angle. Its roots are isolated in
 intervals with outward rounding, so that none is missed and none counted twice.

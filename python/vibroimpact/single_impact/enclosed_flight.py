@@ -7,7 +7,7 @@ x'' + 2 zeta w x' + w^2 x = f cos(omega t + psi), time in 1/omega: over T = 2 pi
 These are (A.1)-(A.8) for every damping. Near resonance Gx = f (E(z+) - E(z-))/(z+ - z-) with
 E(z) = (e^{zT} - 1)/z and the exponents z of the free motion less that of the drive: the response
 from rest, which has no pole. 1 - A is computed and not A, from the difference of the number of
-turns of the body to a whole number, so that small differences keep their digits (docs/theory.md,
+turns of the body to a whole number, so that small differences keep their digits (theory page,
 section 2).
 """
 

@@ -1,6 +1,6 @@
 """All period n-1 motions of a system without friction: n drive periods, one impact.
 
-docs/theory.md, section 8. Every solution of (35) in x1 is isolated by intervals, made exact to
+theory page, section 8. Every solution of (35) in x1 is isolated by intervals, made exact to
 rounding by Newton's method on the conditions of periodicity, and given its verdict.
 """
 

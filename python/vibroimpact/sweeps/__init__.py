@@ -1,4 +1,4 @@
-"""Computations over grids: sweeps, diagrams, charts, Lyapunov exponents, basins (docs/sweeps.md).
+"""Computations over grids: sweeps, diagrams, charts, Lyapunov exponents, basins (sweeps page).
 
 One engine divides a grid into chunks, which threads or a cluster compute, into memory or into a
 store. The tasks define what a cell is.

@@ -13,6 +13,7 @@ from typing import Any
 from .. import _core
 from ..arguments import reject
 from ..errors import ClusterError, SimulationError
+from ..extras import missing
 from .fields import ChunkResult, Task
 from .grid import Tiling
 
@@ -33,9 +34,7 @@ def check_client(client: Any) -> None:
     try:
         from distributed import Client
     except ImportError as error:
-        raise ImportError(
-            'a cluster needs Dask: pip install "vibroimpact[dask]"', name="distributed"
-        ) from error
+        raise missing("dask", "a cluster needs Dask") from error
     if not isinstance(client, Client) or client.asynchronous or client.status != "running":
         reject("client", client, "a running distributed.Client that is not asynchronous")
 

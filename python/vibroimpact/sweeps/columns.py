@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ParameterError
+from ..extras import missing
 from .fields import ChunkResult, Field, Layout
 from .grid import Grid, Tiling
 
@@ -166,9 +167,7 @@ def need_xarray() -> None:
     try:
         import xarray  # noqa: F401
     except ImportError as error:
-        raise ImportError(
-            'a data set needs xarray: pip install "vibroimpact[xarray]"', name="xarray"
-        ) from error
+        raise missing("xarray", "a data set needs xarray") from error
 
 
 def to_dataset(columns: Columns) -> "xarray.Dataset":

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._core import CHATTER_TOLERANCE, PARAMETERS
 from ..arguments import count, optional_count, reject, state, states, threads
-from ..errors import ClusterError, Interrupted
+from ..errors import ClusterError, Interrupted, StateError
 from ..interruption import interruptible
 from ..simulation import refuse_overlap
 from ..system import System
@@ -291,9 +291,16 @@ def _check_overlap(
 ) -> None:
     # Of all swept parameters only the gap matters, and a state without overlap at the smallest gap
     # has none at any other.
-    gap = values.min() if name == "gap" else system.gap
-    for initial in initials:
-        refuse_overlap(system.replace(gap=gap), initial)
+    gap = float(values.min()) if name == "gap" else system.gap
+    for row, initial in enumerate(initials):
+        try:
+            refuse_overlap(system.replace(gap=gap), initial)
+        except StateError as error:
+            where = [f"initial[{row}]"] if len(initials) > 1 else []
+            where += [f"gap = {gap!r}, the smallest of its values"] if name == "gap" else []
+            if not where:
+                raise
+            raise StateError(f"at {', '.join(where)}: {error}") from None
 
 
 def _refined(

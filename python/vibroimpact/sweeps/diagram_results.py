@@ -2,7 +2,7 @@
 
 It is ragged: point i owns the rows offset[i] : offset[i + 1] of the impact columns and
 stroboscopic_offset[i] : stroboscopic_offset[i + 1] of the stroboscopic states. The sections are
-those of Han, Jin & Hu (2004), eq. (48); see docs/theory.md, section 6.
+those of Han, Jin & Hu (2004), eq. (48); see the theory page, section 6.
 """
 
 from dataclasses import dataclass
@@ -102,7 +102,7 @@ class Diagram(GridResult):
 
     @property
     def n(self) -> NDArray[np.int64]:
-        """Impacts per orbit, shape (n,); -1 for complete chatter."""
+        """Impacts per orbit, shape (n,); -1 for complete chatter, as integers have no inf."""
         return self._flat("n")
 
     @property

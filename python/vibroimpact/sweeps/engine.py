@@ -71,8 +71,8 @@ def compute(
     OSError
         If the store cannot be written, or is gone; its content stays valid.
     """
-    threads(workers)
-    optional_count("chunk", chunk, least=1)
+    workers = threads(workers)
+    chunk = optional_count("chunk", chunk, least=1)
     flag("progress", progress)
     layout = Layout.of(task)
     if client is not None:

@@ -1,7 +1,7 @@
 """Lyapunov spectra: of one motion with its convergence, or over a grid of parameters.
 
 The perturbations are propagated by the exact derivatives of flights, impacts, chatter and contact
-phases (docs/theory.md, section 7), and kept orthonormal (Benettin et al. 1980).
+phases (theory page, section 7), and kept orthonormal (Benettin et al. 1980).
 """
 
 from __future__ import annotations
@@ -170,7 +170,9 @@ def _single(
     found = _core.lyapunov_spectrum(run._core, steps, step)
     flow = None
     if system.drive_frequency == 0.0 or system.moment_amplitude == system.force_amplitude == 0.0:
-        flow = int(np.argmin(np.abs(found.exponents)))
+        # A wall at rest has two exponents only; the others are NaN.
+        sizes = np.abs(found.exponents)
+        flow = int(np.argmin(np.where(np.isnan(sizes), np.inf, sizes)))
     spectrum = LyapunovSpectrum(
         exponents=found.exponents,
         error=found.errors,

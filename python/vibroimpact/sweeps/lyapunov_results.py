@@ -72,8 +72,13 @@ class LyapunovSpectrum(FixedArrays):
 
     @property
     def sum(self) -> float:
-        """Sum of the exponents: the mean rate of contraction of volumes."""
-        return float(self.exponents.sum())
+        """Sum of the exponents that there are: the mean rate of contraction of volumes."""
+        return float(self.exponents[~self.missing].sum())
+
+    @property
+    def missing(self) -> NDArray[np.bool_]:
+        """Which exponents there are none of, shape (4,): the last two with a wall at rest."""
+        return np.isnan(self.exponents)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return the exponents, their errors and their history as a labelled data set.
@@ -107,7 +112,9 @@ class LyapunovSpectrum(FixedArrays):
         texts = [
             f"{value:.4g} +- {error:.1g}" if np.isfinite(value) else f"{value}"
             for value, error in zip(self.exponents, self.error, strict=True)
+            if not np.isnan(value)
         ]
+        texts += ["two of a wall at rest left out"] if self.missing.any() else []
         return f"<LyapunovSpectrum of a motion {self.label}: {', '.join(texts)}>"
 
 

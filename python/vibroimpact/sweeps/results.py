@@ -70,7 +70,7 @@ class GridResult:
 
     @property
     def n(self) -> NDArray[np.int64]:
-        """Impacts per orbit; -1 for complete chatter, infinitely many impacts in a finite time."""
+        """Impacts per orbit; -1 for complete chatter: the array has integers, and inf is none."""
         return self.columns["n"]
 
     @property

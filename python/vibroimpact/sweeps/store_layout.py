@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ParameterError
+from ..extras import missing
 from .columns import attributes, axis_attributes
 from .fields import FORMAT, FORMAT_VERSION, Field, Layout, RowGroup
 from .grid import Grid, Tiling
@@ -28,15 +29,16 @@ _ROW_NUMBERS = 2**16
 
 def zarr_module() -> Any:
     """Return Zarr; ImportError where it is missing or too old."""
-    needed = 'a store needs Zarr 3.1.3 or newer: pip install "vibroimpact[xarray]"'
+    needed = "a store needs Zarr 3.1.3 or newer"
     try:
         import zarr
         from packaging.version import Version  # which Zarr needs itself
     except ImportError as error:
-        raise ImportError(needed, name="zarr") from error
+        raise missing("xarray", needed, module="zarr") from error
     if Version(zarr.__version__) < Version("3.1.3"):
         # Older ones write into existing files, so that a killed process leaves incomplete files.
-        raise ImportError(f"{needed}; found {zarr.__version__}", name="zarr")
+        found = f"{needed}, found {zarr.__version__}"
+        raise missing("xarray", found, module="zarr")
     return zarr
 
 

@@ -60,7 +60,7 @@ def sweep(
     chunk
         Cells that are computed, stored and sent together; default about a second's work.
     client
-        A ``distributed.Client``: its workers compute the chunks (docs/sweeps.md).
+        A ``distributed.Client``: its workers compute the chunks (sweeps page).
     store
         Directory of a Zarr store: results go there chunk by chunk, and a call with the same
         arguments completes it. Memory then does not grow with the grid.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..arguments import count, flag, reject
 from ..errors import Interrupted
+from ..extras import missing
 from ..interruption import interruptible
 from ..run import Run
 from .result import Verification
@@ -30,9 +31,7 @@ def need_flint() -> None:
     try:
         import flint  # noqa: F401
     except ImportError as error:
-        raise ImportError(
-            'verification needs python-flint: pip install "vibroimpact[verify]"', name="flint"
-        ) from error
+        raise missing("verify", "verification needs python-flint") from error
 
 
 @interruptible
@@ -79,7 +78,7 @@ def verify(
     ParameterError
         If an argument is of the wrong kind or out of range.
     ImportError
-        Without python-flint, which ``vibroimpact[verify]`` brings.
+        Without python-flint, which ``pip install python-flint`` brings.
     Interrupted
         After Ctrl-C; ``.result`` is the Verification of what was known by then.
     """

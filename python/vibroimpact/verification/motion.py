@@ -5,7 +5,7 @@ as the cap allows. What they do not reach (complete chatter, sustained contact, 
 them faster than precision rises) comes from two passes of different precision, tolerance and order,
 precision doubling until they agree; their difference is an estimate of the error and no bound. A
 last pass from a start shifted by a tiny amount measures the growth of perturbations. Parameters and
-start are the exact doubles. Source: docs/theory.md, sections 1 to 5.
+start are the exact doubles. Source: theory page, sections 1 to 5.
 """
 
 from __future__ import annotations

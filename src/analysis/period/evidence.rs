@@ -129,6 +129,8 @@ pub enum EvidenceKind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum WhyUndecided {
+    /// A constant load has no drive period, and so no sections.
+    NoDrivePeriod,
     /// Fewer than four sections.
     TooFewSections,
     /// A section left the range of numbers.
@@ -171,6 +173,7 @@ impl EvidenceKind {
 impl WhyUndecided {
     /// All, in order.
     pub const ALL: &'static [Self] = &[
+        Self::NoDrivePeriod,
         Self::TooFewSections,
         Self::NotFinite,
         Self::Incomplete,
@@ -184,6 +187,7 @@ impl WhyUndecided {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::NoDrivePeriod => "no_drive_period",
             Self::TooFewSections => "too_few_sections",
             Self::NotFinite => "not_finite",
             Self::Incomplete => "incomplete",
@@ -296,7 +300,10 @@ impl fmt::Display for Evidence {
 impl fmt::Display for WhyUndecided {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::TooFewSections => "too few sections",
+            Self::NoDrivePeriod => "no drive period: a period m-n counts drive periods",
+            Self::TooFewSections => {
+                "too few sections: a label needs at least four kept drive periods"
+            }
             Self::NotFinite => "the sections are not finite",
             Self::Incomplete => "the run did not complete",
             Self::NoReturn => "no return",

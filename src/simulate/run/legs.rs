@@ -7,7 +7,7 @@ use crate::flight::{Drive, Flight, FreeMotion};
 use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
-use crate::simulate::event::EventKind;
+use crate::simulate::event::{EventKind, EventRecord};
 use crate::simulate::{Anchor, FlightStart, Phase, hops};
 
 /// What the bodies do between two events.
@@ -58,6 +58,11 @@ impl Run {
             last.kind = Kind::Hops(self.final_state.state);
         }
         legs
+    }
+
+    /// Whether an event begins a leg.
+    pub(super) fn begins_leg(&self, event: &EventRecord) -> bool {
+        self.anchor_of(event.kind, event.index).is_some()
     }
 
     /// The leg that an event begins; `None` for grazes and the stop.

@@ -1,4 +1,4 @@
-"""Basins of attraction over a plane of initial states (docs/basins.md)."""
+"""Basins of attraction over a plane of initial states (basins page)."""
 
 from .arrivals import basins
 from .attractors import Attractor

@@ -181,7 +181,7 @@ def basins(
     The number of attractors need not be known. A stable periodic motion is refined by Newton's
     method, as by ``run.refine``, and gets a trapping region, confirmed by simulations; a cell is
     followed until it has stayed in one of them for a whole cycle with the motion's impacts. Cells
-    that arrive nowhere are judged by their sections at the end (docs/basins.md).
+    that arrive nowhere are judged by their sections at the end (basins page).
 
     Parameters
     ----------
@@ -238,8 +238,8 @@ def basins(
         max_events=optional_count("max_events", max_events, least=1),
         chatter_tolerance=positive("chatter_tolerance", chatter_tolerance),
     )
-    threads(workers)
-    optional_count("chunk", chunk, least=1)
+    workers = threads(workers)
+    chunk = optional_count("chunk", chunk, least=1)
     if not isinstance(progress, bool):
         reject("progress", progress, "True or False")
     if client is not None:

@@ -1,0 +1,67 @@
+"""All impacts of a run: those that it lists, and those that complete chatter skipped."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._core import BouncesEnd
+from .fixed_arrays import FixedArrays
+from .interruption import interruptible
+
+
+@interruptible
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Bounces(FixedArrays):
+    """The impacts of the kept window of a run, with those that complete chatter skipped.
+
+    A complete chatter has infinitely many impacts, so each list of them ends somewhere; ``ends``
+    says where and why.
+
+    Attributes
+    ----------
+    impacts
+        Structured array in the order of time, read-only: the columns of ``Run.impacts``, and
+        ``skipped``: False for the rows of ``Run.impacts``, True for those that chatter skipped.
+    ends
+        For each chatter of the window, in order, why the list of its skipped impacts ends, each a
+        BouncesEnd. ``approach_velocity``: the next one approaches more slowly than asked for.
+        ``accumulation``: what is left is below rounding, or within the error of the accumulation
+        point. ``run_end``: the run ends among them. ``cap``: as many as allowed are listed.
+        ``interrupted``: Ctrl-C.
+    """
+
+    impacts: NDArray[np.void]
+    ends: tuple[BouncesEnd, ...]
+
+    @property
+    def skipped(self) -> int:
+        """Number of rows that ``Run.impacts`` does not have."""
+        return int(np.count_nonzero(self.impacts["skipped"]))
+
+    @property
+    def capped(self) -> bool:
+        """Whether a list ends at the cap on their number."""
+        return BouncesEnd.CAP in self.ends
+
+    def __repr__(self) -> str:
+        """Say how many there are, and why the lists end."""
+        ends = ", ".join(f"{self.ends.count(end)} x {end}" for end in dict.fromkeys(self.ends))
+        return (
+            f"<Bounces: {len(self.impacts)} impacts, {self.skipped} of them skipped in chatter"
+            f"{f'; lists end: {ends}' if ends else ''}>"
+        )
+
+
+def as_bounces(
+    rows: NDArray[np.void], skipped: NDArray[np.bool_], ends: list[BouncesEnd]
+) -> Bounces:
+    """Return the rows of the core with their marks as a result."""
+    impacts = np.empty(len(rows), [*rows.dtype.descr, ("skipped", "?")])
+    for name in rows.dtype.names or ():
+        impacts[name] = rows[name]
+    impacts["skipped"] = skipped
+    impacts.flags.writeable = False
+    return Bounces(impacts=impacts, ends=tuple(ends))
