@@ -5,8 +5,11 @@ changelog and the pages of the tests are the same on the site and on a code host
 fetched, neither by the build nor by a reader's browser.
 """
 
+import os
 import posixpath
 import re
+import sys
+from pathlib import Path
 
 import docutils.nodes
 from latex2mathml.converter import convert
@@ -20,7 +23,13 @@ author = "The vibroimpact developers"
 copyright = author
 version = release = vibroimpact.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_copybutton",
+    "sphinx_design",
+]
 root_doc = "docs/index"
 include_patterns = ["*.md", "docs/**.md", "tests/*/README.md", "reproduction/README.md"]
 exclude_patterns = ["benches", "figures", "python", "site", "src", "target", ".*"]
@@ -46,10 +55,31 @@ nitpick_ignore = [
     )
 ]
 
-myst_enable_extensions = ["dollarmath"]
+myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_heading_anchors = 4
 # Dashes only: x1' is a derivative, no apostrophe.
 smartquotes_action = "D"
+
+# Pages whose blocks of Python are run, one after another: what each prints and draws stands below it.
+EXECUTED = (
+    *("start", "tutorial", "special-systems", "cheat-sheet", "drawing", "basins"),
+    *("howto/machine", "howto/diagram", "howto/real-orbit", "howto/basins"),
+)
+sys.path.insert(0, str(Path(__file__).parent))
+nb_custom_formats = {f"docs/{page}.md": ["executed.read", {}] for page in EXECUTED}
+nb_execution_mode = "force"
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+nb_merge_streams = True
+# Nothing from another host.
+nb_ipywidgets_js = {}
+# Figures belong below the code that draws them, whatever the caller draws with.
+os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"
+os.environ["MATPLOTLIBRC"] = str(Path(__file__).parent / "static" / "matplotlibrc")
+
+# Only what a reader would type, not what it prints.
+copybutton_selector = "div.cell_input pre, div.highlight-python pre, div.highlight-sh pre"
 
 default_role = "code"
 autodoc_member_order = "bysource"
