@@ -60,7 +60,7 @@ myst_heading_anchors = 4
 # Dashes only: x1' is a derivative, no apostrophe.
 smartquotes_action = "D"
 
-# Pages whose blocks of Python are run, one after another: what each prints and draws stands below it.
+# Pages whose blocks of Python are run; what each prints and draws stands below it.
 EXECUTED = (
     *("start", "tutorial", "special-systems", "cheat-sheet", "drawing", "basins"),
     *("howto/machine", "howto/diagram", "howto/real-orbit", "howto/basins"),

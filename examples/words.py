@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Arc, Circle, Polygon, Rectangle
+from matplotlib.patches import Circle, Rectangle
 
 from vibroimpact.plot.style import BLACK, BLUE, GREY, ORANGE, SKY_BLUE, VERMILLION
 
@@ -55,6 +55,8 @@ def gap(ax: Axes) -> None:
     ax.add_patch(Rectangle((0.75, -0.3), 0.3, 0.6, fc="0.85", ec=BLACK))
     ax.annotate("", (0.75, 0), (0.32, 0), arrowprops={"arrowstyle": "<->", "lw": 1.0})
     ax.text(0.53, 0.08, "$-g$", ha="center")
+    ax.set_xlim(0, 1.1)
+    ax.set_ylim(-0.35, 0.35)
     ax.set_aspect("equal")
 
 
@@ -182,20 +184,13 @@ def basin(ax: Axes) -> None:
 
 
 @sketch
-def branch(ax: Axes) -> None:
-    """Motions that change with a parameter; the unstable ones are dashed."""
+def saddle_node(ax: Axes) -> None:
+    """A stable and an unstable motion (dashed) meet and vanish."""
     y = np.linspace(-1, 1, 60)
     x = 1 - y**2
     ax.plot(x[y >= 0], y[y >= 0], color=BLUE, lw=1.5)
     ax.plot(x[y <= 0], y[y <= 0], color=BLUE, lw=1.2, ls="--")
-    ax.plot(0.35, np.sqrt(0.65), "o", ms=4, color=ORANGE)
-
-
-@sketch
-def saddle_node(ax: Axes) -> None:
-    """A stable and an unstable motion meet and vanish."""
-    branch(ax)
-    ax.lines[-1].set_data([1], [0])
+    ax.plot(1, 0, "o", ms=4, color=BLACK)
     ax.set_xlim(0, 1.4)
 
 
@@ -270,19 +265,6 @@ def quasi_periodic(ax: Axes) -> None:
     """A closed curve that is never passed twice in the same points."""
     k = np.arange(60) * 2.399
     ax.plot(1.6 * np.cos(k), np.sin(k) + 0.25 * np.cos(2 * k), "o", ms=1.8, color=BLUE)
-
-
-@sketch
-def painleve_point(ax: Axes) -> None:
-    """Friction presses the bodies together without end."""
-    ax.plot([0.15, 0.75], [0.9, 0], color=BLACK, lw=3)
-    wall(ax)
-    ax.add_patch(Polygon([(0, 0), (1.2, 0), (1.2, -0.15), (0, -0.15)], color="0.85"))
-    arrow(ax, (0.75, 0.02), (0.75, 0.75), ORANGE)
-    arrow(ax, (0.75, 0.02), (0.25, 0.02))
-    ax.add_patch(Arc((0.15, 0.9), 0.5, 0.5, theta1=-95, theta2=-50, color=GREY))
-    ax.text(0.8, 0.5, "$p$?", color=ORANGE)
-    ax.set_xlim(0, 1.2)
 
 
 def figure(name: str) -> Figure:
