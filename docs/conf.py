@@ -135,7 +135,9 @@ def join_names(
 def write_math(translator: SphinxTranslator, node: docutils.nodes.Element) -> None:
     """Write a formula as MathML, which browsers show without scripts or fonts of a third party."""
     block = isinstance(node, docutils.nodes.math_block)
-    formula = convert(node.astext(), display="block" if block else "inline")
+    # The converter has equations below each other only by this name.
+    text = node.astext().replace("{aligned}", "{align*}")
+    formula = convert(text, display="block" if block else "inline")
     translator.body.append(f'<div class="math">{formula}</div>' if block else formula)
     raise docutils.nodes.SkipNode
 
