@@ -5,6 +5,7 @@ changelog and the pages of the tests are the same on the site and on a code host
 fetched, neither by the build nor by a reader's browser.
 """
 
+import logging
 import os
 import posixpath
 import re
@@ -72,6 +73,8 @@ nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
 nb_merge_streams = True
+# That a page is run is no news.
+logging.getLogger("traitlets").setLevel(logging.WARNING)
 # Nothing from another host.
 nb_ipywidgets_js = {}
 # Figures belong below the code that draws them, whatever the caller draws with.
