@@ -141,7 +141,7 @@ def write_math(translator: SphinxTranslator, node: docutils.nodes.Element) -> No
     # The converter has equations below each other only by this name.
     text = node.astext().replace("{aligned}", "{align*}")
     # It leaves no room between a function and what follows it.
-    text = re.sub(r"\\(sin|cos|sinh) ?(?=[\\a-zA-Z])", r"\\\1\\,", text)
+    text = re.sub(r"\\(sin|cos|sinh)(?![a-zA-Z]) ?(?=[\\a-zA-Z])", r"\\\1\\,", text)
     formula = convert(text, display="block" if block else "inline")
     translator.body.append(f'<div class="math">{formula}</div>' if block else formula)
     raise docutils.nodes.SkipNode
