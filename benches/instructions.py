@@ -8,8 +8,8 @@ than its committed count by more than the margin, or there is none of it; 2: not
 ``--update`` writes benches/instructions.json anew. The yardstick G is counted too, as a measure,
 but not judged: it is no code of ours.
 
-By another compiler than the committed counts a kernel has a wider margin (docs/performance.md says
-how they differ). Where the program finds other vector instructions, it is not judged; valgrind
+By another compiler than the committed counts a kernel has a wider margin (docs/performance-notes.md
+says how they differ). Where the program finds other vector instructions, it is not judged; valgrind
 shows it those of the machine up to AVX2 and FMA, never AVX-512.
 """
 

@@ -5,8 +5,12 @@ changelog and the pages of the tests are the same on the site and on a code host
 fetched, neither by the build nor by a reader's browser.
 """
 
+import logging
+import os
 import posixpath
 import re
+import sys
+from pathlib import Path
 
 import docutils.nodes
 from latex2mathml.converter import convert
@@ -20,7 +24,13 @@ author = "The vibroimpact developers"
 copyright = author
 version = release = vibroimpact.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_copybutton",
+    "sphinx_design",
+]
 root_doc = "docs/index"
 include_patterns = ["*.md", "docs/**.md", "tests/*/README.md", "reproduction/README.md"]
 exclude_patterns = ["benches", "figures", "python", "site", "src", "target", ".*"]
@@ -46,10 +56,33 @@ nitpick_ignore = [
     )
 ]
 
-myst_enable_extensions = ["dollarmath"]
+myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_heading_anchors = 4
 # Dashes only: x1' is a derivative, no apostrophe.
 smartquotes_action = "D"
+
+# Pages whose blocks of Python are run; what each prints and draws stands below it.
+EXECUTED = (
+    *("start", "tutorial", "special-systems", "cheat-sheet", "drawing", "basins"),
+    *("howto/machine", "howto/diagram", "howto/real-orbit", "howto/basins"),
+)
+sys.path.insert(0, str(Path(__file__).parent))
+nb_custom_formats = {f"docs/{page}.md": ["executed.read", {}] for page in EXECUTED}
+nb_execution_mode = "force"
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+nb_merge_streams = True
+# That a page is run is no news.
+logging.getLogger("traitlets").setLevel(logging.WARNING)
+# Nothing from another host.
+nb_ipywidgets_js = {}
+# Figures belong below the code that draws them, whatever the caller draws with.
+os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"
+os.environ["MATPLOTLIBRC"] = str(Path(__file__).parent / "static" / "matplotlibrc")
+
+# Only what a reader would type, not what it prints.
+copybutton_selector = "div.cell_input pre, div.highlight-python pre, div.highlight-sh pre"
 
 default_role = "code"
 autodoc_member_order = "bysource"
@@ -105,7 +138,11 @@ def join_names(
 def write_math(translator: SphinxTranslator, node: docutils.nodes.Element) -> None:
     """Write a formula as MathML, which browsers show without scripts or fonts of a third party."""
     block = isinstance(node, docutils.nodes.math_block)
-    formula = convert(node.astext(), display="block" if block else "inline")
+    # The converter has equations below each other only by this name.
+    text = node.astext().replace("{aligned}", "{align*}")
+    # It leaves no room between a function and what follows it.
+    text = re.sub(r"\\(sin|cos|sinh)(?![a-zA-Z]) ?(?=[\\a-zA-Z])", r"\\\1\\,", text)
+    formula = convert(text, display="block" if block else "inline")
     translator.body.append(f'<div class="math">{formula}</div>' if block else formula)
     raise docutils.nodes.SkipNode
 

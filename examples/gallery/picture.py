@@ -21,9 +21,9 @@ SYSTEM = vi.System(
 START = (0.0, 0.5, 0.0, 0.0)
 
 WIDTH = 6.0
-DOTS_PER_INCH = 150
+DOTS_PER_INCH = 300
 # A PNG with more bytes than these gets a palette of 256 colours, which halves it.
-LARGE = 140_000
+LARGE = 250_000
 
 
 def new_figure(height: float) -> Figure:

@@ -436,11 +436,13 @@ def _mark_named(computed: Existence, moment: float, axes: Sequence[Axes]) -> Non
             continue
         for ax in axes:
             # Where there is room beside the branches.
-            above, to_left = text == "quoted" or place < -math.pi / 8, place < 0.0
+            above, to_left = place < -math.pi / 8, place < 0.0
+            # The quoted one lies below the upper ticks, and nothing is beside it.
+            height = 2 if text == "quoted" else 14 if above else -20
             ax.annotate(
                 text,
                 (system.drive_frequency, place),
-                xytext=(-10 if to_left else 10, 14 if above else -20),
+                xytext=(-10 if to_left else 16 if text == "quoted" else 10, height),
                 textcoords="offset points",
                 ha="right" if to_left else "left",
                 fontsize=8,

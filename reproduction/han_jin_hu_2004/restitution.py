@@ -113,7 +113,7 @@ def draw(computed: Restitution, claim: Claim) -> Page:
     result = computed.regimes
     page = Page(
         f"The paper: {claim.paper_says} in oblique impacts. {claim.verdict.capitalize()}: "
-        f"$-u_+/u$ {_range(result)}.",
+        f"$-u_+\\!/u$ {_range(result)}.",
         rows=1,
         row_height=76.0,
     )

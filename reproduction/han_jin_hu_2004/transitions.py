@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from string import ascii_lowercase
 from typing import Literal
 
 import numpy as np
@@ -176,8 +177,8 @@ def draw_enlargements(transition: Transition, parts: Sequence[Enlargement], colo
         _pair(left, right, part.diagram, color, 0.4, _OPACITY_ENLARGED)
     if windows:
         axes = page.grid(_windows_heading(figure, windows), rows, _COLUMNS)
-        for ax, part in zip(axes, windows, strict=False):
-            _window(ax, part, color)
+        for ax, letter, part in zip(axes, ascii_lowercase, windows, strict=False):
+            _window(ax, letter, part, color)
         for ax in axes[len(windows) :]:
             ax.set_axis_off()
     diagrams = [part.diagram for part in parts]
@@ -220,7 +221,7 @@ def _pair(
     right.collections[0].set_alpha(opacity[1])
 
 
-def _window(ax: Axes, part: Enlargement, color: Color) -> None:
+def _window(ax: Axes, letter: str, part: Enlargement, color: Color) -> None:
     if part.window is None:
         return
     plot.bifurcation(part.diagram, color=color, size=0.6, legend=False, ax=ax)
@@ -228,7 +229,7 @@ def _window(ax: Axes, part: Enlargement, color: Color) -> None:
     for edge in (part.window.low, part.window.high):
         ax.axvline(edge, color="0.6", lw=0.5, ls=(0, (3, 2)), zorder=0)
     more = f" ({beyond:,} of {len(part.diagram.x1):,} impacts beyond)" if beyond else ""
-    ax.set_title(f"{part.window.m}-{part.window.n}{more}", loc="left", pad=3)
+    ax.set_title(f"({letter}) {part.window.m}-{part.window.n}{more}", loc="left", pad=3)
     ax.locator_params(axis="x", nbins=4)
 
 

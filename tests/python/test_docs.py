@@ -12,6 +12,7 @@ from pathlib import Path
 
 import matplotlib as mpl
 import pytest
+from matplotlib import pyplot
 
 import repository
 import vibroimpact as vi
@@ -76,6 +77,7 @@ def test_python_blocks_run(page, tmp_path, monkeypatch):
     names = {"__name__": "__main__"}
     for number, block in enumerate(blocks(page), start=1):
         exec(compile(block, f"{name(page)}, Python block {number}", "exec"), names)
+        pyplot.close("all")  # as the site does, which shows them
 
 
 def test_rust_blocks_are_those_that_rustdoc_runs():

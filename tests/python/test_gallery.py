@@ -15,7 +15,7 @@ SCRIPTS = sorted(path for path in FOLDER.glob("*.py") if path.stem != "picture")
 PICTURES = ROOT / "docs" / "images" / "gallery"
 PAGE = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
 # A page should not take long to load.
-LARGEST_PICTURE = 150_000
+LARGEST_PICTURE = 500_000
 
 
 def names(script: Path, monkeypatch) -> dict:
@@ -49,7 +49,7 @@ def test_a_script_draws_its_picture(script, tmp_path, monkeypatch, capsys):
         assert ax.get_ylabel()
     assert panels[-1].get_xlabel()
     pixels = imread(out)
-    assert pixels.shape[1] == 900
+    assert pixels.shape[1] == 1800
     # Something in colour or black is on the white page.
     assert (pixels[..., :3] < 0.9).any(axis=-1).mean() > 0.01
 
@@ -58,7 +58,7 @@ def test_a_script_draws_its_picture(script, tmp_path, monkeypatch, capsys):
 def test_the_picture_is_kept_and_shown_with_its_command(script):
     picture = PICTURES / f"{script.stem}.png"
     assert 5_000 < picture.stat().st_size <= LARGEST_PICTURE
-    assert imread(picture).shape[1] == 900
+    assert imread(picture).shape[1] == 1800
     assert f"](images/gallery/{picture.name})" in PAGE
     assert f"python examples/gallery/{script.name}\n" in PAGE
 
