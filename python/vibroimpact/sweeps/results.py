@@ -9,24 +9,31 @@ from numpy.typing import NDArray
 from .. import _core, archive
 from ..arguments import path as checked_path
 from ..interruption import interruptible
-from ..run import read_only
+from ..run import Run, read_only
+from ..showing import Facts, Shown
 from ..system import System
-from .columns import Columns, Memory, to_dataset
+from ..tables import frame
+from ..verbs import verb
+from .columns import COORDINATES, Columns, Memory, to_dataset
 from .fields import STATUS_NAMES, ChunkResult, Field, Layout, RowGroup
 from .grid import Grid, Tiling
 from .labels import labels
 from .store import open_columns
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
+    from matplotlib.axes import Axes
 
 MOTIONS = _core.MOTION_NAMES
+# Labels that the table of a notebook names.
+_MOST_LABELS = 6
 # The cells with these statuses have come to the end of their run.
 _COMPLETED = [STATUS_NAMES.index(name) for name in ("completed", "restarted", "rest")]
 
 
 @interruptible
-class GridResult:
+class GridResult(Shown):
     """Result of a computation over a grid of cells; arrays are read-only, in C order of the axes.
 
     Columns of a store are read at each access, so that a result takes no memory before it is used.
@@ -113,8 +120,96 @@ class GridResult:
         over = " x ".join(spans) or "one system"
         return f"<{type(self).__name__} of {over}: {completed} of {len(self)} completed>"
 
+    def run(self, *indices: int) -> Run:
+        """Make the run of one cell again, to the same bits.
+
+        Parameters
+        ----------
+        *indices
+            Place of the cell, an index for each axis; negative ones count from the end.
+
+        Returns
+        -------
+        Run
+            It has the initial state and the settings of the cell. Of a sweep of Lyapunov spectra
+            it is the run before the measurement.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such cell.
+        StateError
+            If the bodies overlap at the start of the cell (status ``overlap``).
+        SimulationError
+            If the run fails (status ``failed``); ``.result`` is the run up to there.
+        """
+        run: Run = verb("run_of_cell")(self, *indices)
+        return run
+
+    def plot(self, **options: Any) -> "Axes":
+        """Draw the result: a chart over two axes, labels or exponents over one.
+
+        Parameters
+        ----------
+        **options
+            Of a sweep over two axes as in ``vi.plot.chart``, over one as in
+            ``vi.plot.final_states``; of Lyapunov spectra over one axis as in ``vi.plot.lyapunov``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        ParameterError
+            If there is no picture over so many axes.
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return the cells as a data frame, one row each: axes, status, label, and numbers.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        grid = self.columns.grid
+        columns: dict[str, Any] = dict(grid.values(0, grid.size))
+        columns |= {"status": self.status.ravel(), "label": self.label.ravel()}
+        for entry in self.columns.layout.fields:
+            if entry.name in ("status", "motion"):
+                continue
+            values = self.columns[entry.name].reshape(grid.size, *entry.shape)
+            if not entry.shape:
+                columns[entry.name] = values
+                continue
+            names = {"coordinate": COORDINATES}.get(entry.dims[0], (1, 2, 3, 4))
+            columns |= {f"{entry.name}_{k}": values[:, i] for i, k in enumerate(names)}
+        return frame(columns)
+
+    def _facts(self) -> Facts:
+        facts: Facts = {
+            name: f"{len(values)} values"
+            + (f" from {values[0]:.6g} to {values[-1]:.6g}" if len(values) else "")
+            for name, values in self.axes.items()
+        }
+        labels, numbers = np.unique(self.label, return_counts=True)
+        order = np.argsort(-numbers, kind="stable")
+        shown = [f"{labels[k]} ({numbers[k]})" for k in order[:_MOST_LABELS]]
+        more = len(labels) - len(shown)
+        facts["labels"] = ", ".join(shown) + (f", {more} more" if more > 0 else "")
+        names, numbers = np.unique(self.status, return_counts=True)
+        facts["status"] = ", ".join(
+            f"{name} ({number})" for name, number in zip(names, numbers, strict=True)
+        )
+        return facts
+
     def to_xarray(self) -> "xarray.Dataset":
         """Return the columns as a labelled data set; one in a store is read when looked at.
+
+        Its dimension ``coordinate`` has the coordinates x1, v1, x2, v2; ``exponent`` counts from 1.
 
         Raises
         ------
