@@ -16,7 +16,14 @@ quantities are dimensionless; the glossary is docs/notation.md.
 from typing import TYPE_CHECKING
 
 from ._core import Regime, __version__
-from .errors import ClusterError, Interrupted, ParameterError, SimulationError, StateError
+from .errors import (
+    ClusterError,
+    Interrupted,
+    NoMotionError,
+    ParameterError,
+    SimulationError,
+    StateError,
+)
 from .impacts import impact
 from .run import EnergyAudit, EventKind, Evidence, FinalState, PeriodReport, Run
 from .simulation import simulate
@@ -127,6 +134,7 @@ __all__ = [
     "ManifoldSide",
     "MotionMap",
     "MotionSearch",
+    "NoMotionError",
     "NotFound",
     "ParameterError",
     "PeriodReport",

@@ -7,4 +7,3 @@ if TYPE_CHECKING:
     from .orbits.curve_problem import CurveProblem as CurveProblem
     from .orbits.found import NotFound as NotFound
     from .orbits.motion import PeriodicMotion as PeriodicMotion
-    from .run import Run as Run

@@ -25,6 +25,17 @@ def write_motion(path: str | os.PathLike[str], motion: PeriodicMotion) -> None:
     archive.write(path, "motion", metadata, {"nodes": motion.nodes})
 
 
+def read_motion(path: str | os.PathLike[str]) -> PeriodicMotion:
+    """Read what ``write_motion`` has written.
+
+    Raises
+    ------
+    ValueError
+        If the file is damaged, foreign, or holds something else.
+    """
+    return archive.read(path, {"motion": motion_from_parts})
+
+
 def motion_from_parts(
     metadata: dict[str, Any], arrays: dict[str, NDArray[np.float64]]
 ) -> PeriodicMotion:

@@ -272,6 +272,18 @@ class PeriodicMotion(FixedArrays, Shown):
         """Write the motion to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it."""
         verb("write_motion")(path, self)
 
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> PeriodicMotion:
+        """Read a motion from the file that ``save`` wrote; its verdict is found again.
+
+        Raises
+        ------
+        ValueError
+            If it is damaged, foreign, or holds something else.
+        """
+        motion: PeriodicMotion = verb("read_motion")(path)
+        return motion
+
     def _facts(self) -> Facts:
         verdict = self.stability if self.admissible else f"{self.stability}: {self.why_not}"
         return {

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from ..impact_results import ImpactAgreement, ImpactRegimes
 from ..orbits import Bifurcation, PeriodicMotion
+from ..run import Run
 from ..showing import Facts, Shown
 from ..sweeps import Diagram, GridResult
 from .obvious import draw
@@ -47,9 +48,14 @@ def html(result: Shown, facts: Facts) -> str:
     )
 
 
+def _has_nothing(result: Shown) -> bool:
+    """Whether there is nothing to draw though the result has a picture."""
+    return isinstance(result, Run) and result.kept_from >= result.final_state.time
+
+
 def _image(result: Shown) -> str | None:
     """Return the picture as base64 text; None for a result that has none."""
-    if not hasattr(type(result), "plot") or _numbers(result) > _MOST:
+    if not hasattr(type(result), "plot") or _has_nothing(result) or _numbers(result) > _MOST:
         return None
     with rc_context({"font.size": 8.0, "legend.fontsize": 7.0, "legend.frameon": False}):
         # Without pyplot, which would keep the figure and might show it.

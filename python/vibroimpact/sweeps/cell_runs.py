@@ -57,7 +57,7 @@ def run_of_cell(result: GridResult, *indices: int) -> Run:
 
 def run_of_point(diagram: Diagram, i: int) -> Run:
     """Make the run of a point of a diagram again; see ``Diagram.run``."""
-    (place,) = place_of((len(diagram),), ("points",), (i,))
+    place = count("i", i, least=-len(diagram), most=len(diagram) - 1) % len(diagram)
     settings = dataclasses.asdict(diagram.settings)
     branch, number = divmod(place, len(diagram.values))
     own = settings["initial"][branch]

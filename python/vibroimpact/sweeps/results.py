@@ -68,7 +68,7 @@ class GridResult(Shown):
         parameter: from ``initial``), ``overlap`` (the bodies overlap at the start), ``failed``, the
         stop reason, or ``pending`` if an interrupted call did not reach it.
         """  # noqa: D205
-        return read_only(np.asarray(STATUS_NAMES)[self.columns["status"]])
+        return read_only(np.asarray(np.asarray(STATUS_NAMES)[self.columns["status"]]))
 
     @property
     def m(self) -> NDArray[np.int64]:
@@ -85,7 +85,9 @@ class GridResult(Shown):
         """Label of each cell: ``3-4``, ``1-inf`` (chatter), ``quasi-periodic``, ``chaotic``,
         ``unresolved``.
         """  # noqa: D205
-        return read_only(labels(*(self.columns[name] for name in ("motion", "m", "n"))))
+        # Of a sweep without axes NumPy makes a scalar.
+        found = labels(*(self.columns[name] for name in ("motion", "m", "n")))
+        return read_only(np.asarray(found))
 
     @property
     def residual(self) -> NDArray[np.float64]:
