@@ -187,7 +187,8 @@ class GridResult(Shown):
             if not entry.shape:
                 columns[entry.name] = values
                 continue
-            names = {"coordinate": COORDINATES}.get(entry.dims[0], (1, 2, 3, 4))
+            numbers = tuple(range(1, entry.shape[0] + 1))
+            names = COORDINATES if entry.dims[0] == "coordinate" else numbers
             columns |= {f"{entry.name}_{k}": values[:, i] for i, k in enumerate(names)}
         return frame(columns)
 
