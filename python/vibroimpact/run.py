@@ -440,12 +440,31 @@ class Run(Shown):
         Returns
         -------
         matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+        >>> run.plot(periods=4).get_xlabel()
+        '$t$'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes
 
     def summary(self) -> str:
-        """Return in some lines how the run ended, what motion it is, and what it holds."""
+        """Return in some lines how the run ended, what motion it is, and what it holds.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+        >>> print(run.summary().splitlines()[5])
+        impacts          600, of which 100 are kept
+        """
         facts = self._facts()
         width = max(map(len, facts)) + 2
         return "\n".join(f"{name:<{width}}{fact}" for name, fact in facts.items())
@@ -457,6 +476,15 @@ class Run(Shown):
         ------
         ImportError
             If pandas is not installed.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+        >>> run.to_pandas()["regime"].unique().tolist()
+        ['frictionless']
         """
         return self.impacts.to_pandas()
 

@@ -232,6 +232,17 @@ class Branch(Shown):
             If it is another parameter, or the value lies outside of the branch.
         SimulationError
             If Newton's method fails between two points of the branch; ``.result`` has the others.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+        >>> motion = run.refine()
+        >>> branch = motion.follow(drive_frequency=(1.75, 1.85))
+        >>> branch.at(drive_frequency=1.84)
+        (<PeriodicMotion 1-1, admissible, unstable, |lambda| = 1.13319>,)
         """
         if [*parameter] != [self.parameter]:
             reject("parameter", parameter, f"{self.parameter} with its value")

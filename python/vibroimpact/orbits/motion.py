@@ -239,6 +239,16 @@ class PeriodicMotion(FixedArrays, Shown):
         ------
         ParameterError, Interrupted
             As ``vi.follow_motion``.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+        >>> motion = run.refine()
+        >>> motion.follow(drive_frequency=(1.75, 1.85)).of_kind("neimark_sacker")
+        [<neimark_sacker of 1-1 at drive_frequency = 1.80904556953>]
         """
         branch: Branch = verb("follow_motion")(self, **options)
         return branch
@@ -254,6 +264,16 @@ class PeriodicMotion(FixedArrays, Shown):
         Returns
         -------
         list of matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+        >>> motion = run.refine()
+        >>> len(motion.plot())
+        3
         """
         axes: list[Axes] = verb("draw")(self, **options)
         return axes

@@ -57,7 +57,7 @@ def _image(result: Shown) -> str | None:
     """Return the picture as base64 text; None for a result that has none."""
     if not hasattr(type(result), "plot") or _has_nothing(result) or _numbers(result) > _MOST:
         return None
-    small = {"font.size": 8.0, "axes.titlesize": 8.0, "legend.fontsize": 7.0}
+    small: dict[Any, Any] = {"font.size": 8.0, "axes.titlesize": 8.0, "legend.fontsize": 7.0}
     with rc_context({**small, "legend.frameon": False}):
         # Without pyplot, which would keep the figure and might show it.
         figure = Figure(figsize=_SIZE, dpi=_DPI, layout="constrained", facecolor="white")

@@ -88,6 +88,17 @@ class Diagram(GridResult):
             If there is no such point, or it is followed from one that was not reached.
         StateError, SimulationError
             If the status of the point is ``overlap`` or ``failed``.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> diagram = vi.bifurcation_diagram(
+        ...     system, initial=(0, 0.5, 0, 0), drive_frequency=[1.7, 1.75, 1.8]
+        ... )
+        >>> diagram.run(2).label == diagram.label[2]
+        True
         """
         run: Run = verb("run_of_point")(self, i)
         return run
@@ -122,6 +133,17 @@ class Diagram(GridResult):
             If ``rows`` is something else.
         ImportError
             If pandas is not installed.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> diagram = vi.bifurcation_diagram(
+        ...     system, initial=(0, 0.5, 0, 0), drive_frequency=[1.7, 1.75, 1.8]
+        ... )
+        >>> diagram.to_pandas("point")["drive_frequency"].tolist()
+        [1.7, 1.75, 1.8]
         """
         name = self.parameter_name
         if rows == "point":

@@ -95,6 +95,17 @@ class LyapunovSpectrum(FixedArrays, Shown):
         is not negative; 0 if lambda_1 < 0, as for a periodic motion. With a drive the attractor is
         that of the stroboscopic section; in the space with the phase its dimension is greater by 1.
         Source: Kaplan and Yorke (1979).
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> spectrum = vi.lyapunov_spectrum(
+        ...     system.replace(damping=(0.1, 0.1)), initial=(0, 0.5, 0, 0), periods=400
+        ... )
+        >>> spectrum.label, spectrum.dimension
+        ('1-1', 0.0)
         """
         return float(dimension_of(self.exponents))
 

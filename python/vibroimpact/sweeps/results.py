@@ -144,6 +144,17 @@ class GridResult(Shown):
             If the bodies overlap at the start of the cell (status ``overlap``).
         SimulationError
             If the run fails (status ``failed``); ``.result`` is the run up to there.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> chart = vi.chart(
+        ...     system, initial=(0, 0.5, 0, 0), gap=[0.4, 0.5], drive_frequency=[1.75, 1.8]
+        ... )
+        >>> chart.run(1, 1).label == chart.label[1, 1]
+        True
         """
         run: Run = verb("run_of_cell")(self, *indices)
         return run
@@ -176,6 +187,17 @@ class GridResult(Shown):
         ------
         ImportError
             If pandas is not installed.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> chart = vi.chart(
+        ...     system, initial=(0, 0.5, 0, 0), gap=[0.4, 0.5], drive_frequency=[1.75, 1.8]
+        ... )
+        >>> chart.to_pandas()[["gap", "drive_frequency"]].to_numpy().tolist()
+        [[0.4, 1.75], [0.4, 1.8], [0.5, 1.75], [0.5, 1.8]]
         """
         grid = self.columns.grid
         columns: dict[str, Any] = dict(grid.values(0, grid.size))

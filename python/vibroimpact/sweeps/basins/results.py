@@ -191,6 +191,15 @@ class Basins(FixedArrays, Shown):
             If there is no such cell.
         StateError, SimulationError
             If the status of the cell is ``overlap`` or ``failed``.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> basins = vi.basins(system, x1=[0.0, 0.1], v1=[0.4, 0.5])
+        >>> basins.run(0, 1).initial
+        (0.0, 0.5, 0.0, 0.0)
         """
         run: Run = verb("run_of_start")(self, *indices)
         return run
