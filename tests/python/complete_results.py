@@ -155,7 +155,7 @@ def _(measure: UncertaintyExponent) -> None:
 
 @assert_complete.register
 def _(rows: pandas.DataFrame) -> None:
-    assert_finite(rows.select_dtypes("number"), "data frame")
+    assert_finite(rows.select_dtypes("number").to_numpy(), "data frame")
 
 
 @assert_complete.register

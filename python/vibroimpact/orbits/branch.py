@@ -242,17 +242,18 @@ class Branch(Shown):
         >>> motion = run.refine()
         >>> branch = motion.follow(drive_frequency=(1.75, 1.85))
         >>> branch.at(drive_frequency=1.84)
-        (<PeriodicMotion 1-1, admissible, unstable, |lambda| = 1.13319>,)
+        (<PeriodicMotion 1-1, admissible, unstable, |lambda| = 1.12931>,)
         """
         if [*parameter] != [self.parameter]:
             reject("parameter", parameter, f"{self.parameter} with its value")
-        value = number(self.parameter, parameter[self.parameter])
+        given = parameter[self.parameter]
+        value = number(self.parameter, given)
         values = np.append(self.values, [found.value for found in self.bifurcations])
         if not len(self):
-            reject(self.parameter, value, "no value: the branch has no points")
+            reject(self.parameter, given, "no value: the branch has no points")
         low, high = float(values.min()), float(values.max())
         if not low <= value <= high:
-            reject(self.parameter, value, f"a value of the branch, from {low!r} to {high!r}")
+            reject(self.parameter, given, f"a value of the branch, from {low!r} to {high!r}")
         motions: tuple[PeriodicMotion, ...] = verb("motions_at")(self, value)
         return motions
 

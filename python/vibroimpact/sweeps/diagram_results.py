@@ -6,7 +6,7 @@ those of Han, Jin & Hu (2004), eq. (48); see docs/theory.md, section 6.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -145,6 +145,8 @@ class Diagram(GridResult):
         >>> diagram.to_pandas("point")["drive_frequency"].tolist()
         [1.7, 1.75, 1.8]
         """
+        if not isinstance(rows, str) or rows not in get_args(Rows):
+            reject("rows", rows, "'impact', 'stroboscopic' or 'point'")
         name = self.parameter_name
         if rows == "point":
             points = super().to_pandas()
@@ -156,12 +158,10 @@ class Diagram(GridResult):
             columns: dict[str, Any] = {
                 f"impact_{each}" if each == name else each: getattr(self, each) for each in names
             }
-        elif rows == "stroboscopic":
+        else:
             of_point = np.repeat(np.arange(len(self)), np.diff(self.stroboscopic_offset))
             states = self.stroboscopic.T
             columns = dict(zip(("x1", "v1", "x2", "v2"), states, strict=True))
-        else:
-            reject("rows", rows, "'impact', 'stroboscopic' or 'point'")
         before = {"point": of_point, "branch": self.branch[of_point]}
         return frame({**before, name: self.parameter[of_point], **columns})
 
