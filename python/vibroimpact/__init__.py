@@ -28,6 +28,7 @@ from .impacts import impact
 from .run import EnergyAudit, EventKind, Evidence, FinalState, PeriodReport, Run
 from .simulation import simulate
 from .system import System
+from .tables import Table
 
 if TYPE_CHECKING:
     from . import plot as plot
@@ -147,6 +148,7 @@ __all__ = [
     "StateError",
     "Sweep",
     "System",
+    "Table",
     "Undecided",
     "UnstableManifold",
     "Verification",

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._core import Regime
 from .arguments import close_to
+from .interruption import interruptible
 
 if TYPE_CHECKING:
     import pandas
@@ -37,6 +38,7 @@ class EventKind(IntEnum):
 _NAMED: dict[str, type[IntEnum]] = {"kind": EventKind, "regime": Regime}
 
 
+@interruptible
 class Table(np.ndarray[Any, np.dtype[np.void]]):
     """A structured array, one row for each event; a column is an ordinary array.
 

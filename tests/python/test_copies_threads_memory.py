@@ -29,6 +29,7 @@ def _results() -> dict[str, Any]:
     made = [
         PAPER,
         run(),
+        run().impacts,
         run().final_state,
         run().period,
         run().period.evidence,
