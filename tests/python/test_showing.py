@@ -173,6 +173,19 @@ def test_a_large_result_is_not_drawn_unasked(monkeypatch):
     assert "<img" not in chart._repr_html_()
 
 
+def test_the_labels_of_a_grid_are_counted(monkeypatch):
+    chart = next(each for each in RESULTS.values() if isinstance(each, vi.Chart))
+    found = {
+        words.rpartition(" ")[0]: int(words.rpartition("(")[2].rstrip(")"))
+        for words in str(chart._facts()["labels"]).split(", ")
+    }
+    names, numbers = np.unique(chart.label, return_counts=True)
+    assert found == dict(zip(names.tolist(), numbers.tolist(), strict=True))
+    assert [*found.values()] == sorted(found.values(), reverse=True)
+    monkeypatch.setattr("vibroimpact.sweeps.results._MOST_CELLS", len(chart) - 1)
+    assert "labels" not in chart._facts()
+
+
 def test_a_long_table_says_how_much_is_left_out(monkeypatch):
     monkeypatch.setattr("vibroimpact.plot.notebook._MOST_FACTS", 3)
     text = PAPER._repr_html_()
@@ -333,12 +346,6 @@ def test_without_pandas_the_error_says_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(ImportError, match=r"^a data frame needs pandas: pip install pandas$"):
         run().to_pandas()
-
-
-def test_without_xarray_the_error_says_how_to_get_it(monkeypatch):
-    monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(ImportError, match=r"pip install xarray$"):
-        grid_basins().to_xarray()
 
 
 def test_an_empty_run_has_an_empty_frame():

@@ -169,7 +169,9 @@ def need_xarray() -> None:
     try:
         import xarray  # noqa: F401
     except ImportError as error:
-        raise ImportError("a data set needs xarray: pip install xarray", name="xarray") from error
+        raise ImportError(
+            'a data set needs xarray: pip install "vibroimpact[xarray]"', name="xarray"
+        ) from error
 
 
 def to_dataset(columns: Columns) -> "xarray.Dataset":

@@ -26,7 +26,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOTIONS = _core.MOTION_NAMES
-# Labels that the table of a notebook names.
+# Cells of which the table of a notebook counts the labels, at most: it may take half a second.
+_MOST_CELLS = 1_000_000
+# Labels that it names.
 _MOST_LABELS = 6
 # The cells with these statuses have come to the end of their run.
 _COMPLETED = [STATUS_NAMES.index(name) for name in ("completed", "restarted", "rest")]
@@ -220,11 +222,18 @@ class GridResult(Shown):
             + (f" from {values[0]:.6g} to {values[-1]:.6g}" if len(values) else "")
             for name, values in self.axes.items()
         }
-        labels, numbers = np.unique(self.label, return_counts=True)
-        order = np.argsort(-numbers, kind="stable")
-        shown = [f"{labels[k]} ({numbers[k]})" for k in order[:_MOST_LABELS]]
-        more = len(labels) - len(shown)
-        facts["labels"] = ", ".join(shown) + (f", {more} more" if more > 0 else "")
+        if len(self) <= _MOST_CELLS:
+            # Numbers are counted, not texts, which would take ten times longer.
+            codes = np.stack([self.columns[name].ravel() for name in ("motion", "m", "n")])
+            kinds, numbers = np.unique(codes, axis=1, return_counts=True)
+            order = np.argsort(-numbers, kind="stable")
+            names = labels(*kinds[:, order])
+            shown = [
+                f"{name} ({number})"
+                for name, number in zip(names[:_MOST_LABELS], numbers[order], strict=False)
+            ]
+            more = len(names) - len(shown)
+            facts["labels"] = ", ".join(shown) + (f", {more} more" if more > 0 else "")
         names, numbers = np.unique(self.status, return_counts=True)
         facts["status"] = ", ".join(
             f"{name} ({number})" for name, number in zip(names, numbers, strict=True)
