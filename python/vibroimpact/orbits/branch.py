@@ -139,7 +139,10 @@ class Piece:
         return motion
 
     def _system_at(self, k: int) -> System:
-        return self.system.replace(**{self.parameter: float(self.values[k])})
+        return self._system_with(float(self.values[k]))
+
+    def _system_with(self, value: float) -> System:
+        return self.system.replace(**{self.parameter: value})
 
     @cached_property
     def impacts(self) -> Array:

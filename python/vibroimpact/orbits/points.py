@@ -69,8 +69,8 @@ def _between(piece: Piece, k: int, value: float) -> PeriodicMotion | None:
 
 def _solved(piece: Piece, k: int, value: float, start: Array) -> Array | None:
     """Solve the conditions of periodicity from these nodes; None for a motion elsewhere."""
-    system = piece.system.replace(**{piece.parameter: value})
-    found, report = solve(OrbitProblem(system, piece.itinerary), start.ravel(), np.empty(0))
+    problem = OrbitProblem(piece._system_with(value), piece.itinerary)
+    found, report = solve(problem, start.ravel(), np.empty(0))
     nodes = found.reshape(start.shape)
     if not report.converged or _way(piece, value, nodes)[k] > _LONGEST_WAY:
         return None
@@ -78,8 +78,7 @@ def _solved(piece: Piece, k: int, value: float, start: Array) -> Array | None:
 
 
 def _motion(piece: Piece, value: float, nodes: Array) -> PeriodicMotion:
-    system = piece.system.replace(**{piece.parameter: value})
-    return motion_of(system, piece.itinerary, nodes.copy())
+    return motion_of(piece._system_with(value), piece.itinerary, nodes.copy())
 
 
 def with_bifurcations(branch: Branch) -> list[Piece]:
