@@ -19,11 +19,19 @@ page is docs/theory.md in the source repository, and theory.html on the site of 
 from typing import TYPE_CHECKING
 
 from ._core import BouncesEnd, Regime, __version__
-from .errors import ClusterError, Interrupted, ParameterError, SimulationError, StateError
+from .errors import (
+    ClusterError,
+    Interrupted,
+    NoMotionError,
+    ParameterError,
+    SimulationError,
+    StateError,
+)
 from .impacts import impact
 from .run import EnergyAudit, EventKind, Evidence, FinalState, PeriodReport, Run
 from .simulation import simulate
 from .system import System
+from .tables import Table
 
 if TYPE_CHECKING:
     from . import plot as plot
@@ -134,6 +142,7 @@ __all__ = [
     "ManifoldSide",
     "MotionMap",
     "MotionSearch",
+    "NoMotionError",
     "NotFound",
     "ParameterError",
     "PeriodReport",
@@ -146,6 +155,7 @@ __all__ = [
     "StateError",
     "Sweep",
     "System",
+    "Table",
     "Undecided",
     "UnstableManifold",
     "Verification",

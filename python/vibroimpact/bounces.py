@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 from ._core import BouncesEnd
 from .fixed_arrays import FixedArrays
 from .interruption import interruptible
+from .showing import Facts, Shown
+from .tables import Table, with_column
 
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Bounces(FixedArrays):
+class Bounces(FixedArrays, Shown):
     """The impacts of the kept window of a run, with those that complete chatter skipped.
 
     A complete chatter has infinitely many impacts, so each list of them ends somewhere; ``ends``
@@ -33,7 +35,7 @@ class Bounces(FixedArrays):
         ``interrupted``: Ctrl-C.
     """
 
-    impacts: NDArray[np.void]
+    impacts: Table
     ends: tuple[BouncesEnd, ...]
 
     @property
@@ -46,6 +48,15 @@ class Bounces(FixedArrays):
         """Whether a list ends at the cap on their number."""
         return BouncesEnd.CAP in self.ends
 
+    def _facts(self) -> Facts:
+        return {
+            "impacts": len(self.impacts),
+            "of them skipped in chatter": self.skipped,
+            "lists end": ", ".join(
+                f"{self.ends.count(end)} x {end}" for end in dict.fromkeys(self.ends)
+            ),
+        }
+
     def __repr__(self) -> str:
         """Say how many there are, and why the lists end."""
         ends = ", ".join(f"{self.ends.count(end)} x {end}" for end in dict.fromkeys(self.ends))
@@ -55,13 +66,7 @@ class Bounces(FixedArrays):
         )
 
 
-def as_bounces(
-    rows: NDArray[np.void], skipped: NDArray[np.bool_], ends: list[BouncesEnd]
-) -> Bounces:
-    """Return the rows of the core with their marks as a result."""
-    impacts = np.empty(len(rows), [*rows.dtype.descr, ("skipped", "?")])
-    for name in rows.dtype.names or ():
-        impacts[name] = rows[name]
-    impacts["skipped"] = skipped
-    impacts.flags.writeable = False
+def as_bounces(rows: Table, skipped: NDArray[np.bool_], ends: list[BouncesEnd]) -> Bounces:
+    """Return rows like those of ``Run.impacts`` with their marks as a result."""
+    impacts = with_column(rows, "skipped", skipped, after="energy_loss")
     return Bounces(impacts=impacts, ends=tuple(ends))

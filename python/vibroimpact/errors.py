@@ -42,3 +42,11 @@ class ClusterError(SimulationError):
 
 class Interrupted(_Unfinished, KeyboardInterrupt):
     """A long call was interrupted with Ctrl-C; ``result`` holds what was done by then."""
+
+
+class NoMotionError(AttributeError):
+    """What was asked of a motion that was not found; ``reason`` says why there is none."""
+
+    def __init__(self, message: str = "", reason: str = "", **names: Any) -> None:
+        super().__init__(message, **names)
+        self.reason = reason

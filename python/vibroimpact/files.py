@@ -5,14 +5,18 @@ import os
 from . import archive
 from .arguments import path as checked_path
 from .interruption import interruptible
+from .orbits import PeriodicMotion
+from .orbits.files import motion_from_parts
 from .run import Run
-from .sweeps import RESULTS, Basins, GridResult, open_columns
+from .sweeps import RESULTS, Basins, GridResult, LyapunovSpectrum, open_columns
 from .sweeps.basins.files import basins_from_parts
 from .sweeps.merge import is_refined, open_levels
 
+Saved = Run | GridResult | Basins | PeriodicMotion | LyapunovSpectrum
+
 
 @interruptible
-def load(path: str | os.PathLike[str]) -> Run | GridResult | Basins:
+def load(path: str | os.PathLike[str]) -> Saved:
     """Read a result from the file that its ``save`` wrote, or open the Zarr store of a computation.
 
     The ``load`` of each class accepts files of that class only.
@@ -29,9 +33,11 @@ def load(path: str | os.PathLike[str]) -> Run | GridResult | Basins:
         if kind not in RESULTS:
             raise ValueError(f"{path}: one of the stores of {kind}, which are more than its cells")
         return RESULTS[kind](columns)
-    builders: dict[str, archive.Builder[Run | GridResult | Basins]] = {
+    builders: dict[str, archive.Builder[Saved]] = {
         "run": Run._from_parts,
         "basins": basins_from_parts,
+        "motion": motion_from_parts,
+        "spectrum": LyapunovSpectrum._from_parts,
     }
     builders |= {kind: result._from_parts for kind, result in RESULTS.items()}
     return archive.read(path, builders)

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ._core import Regime
 from .fixed_arrays import FixedArrays
 from .interruption import interruptible
+from .showing import Facts, Shown
 from .system import System
+from .verbs import verb
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class ImpactRegimes(FixedArrays):
+class ImpactRegimes(FixedArrays, Shown):
     """What every impact of a system does, on a grid; all arrays are read-only.
 
     The laws are homogeneous: twice the velocities, twice the outcome. So the angle x1 and the
@@ -59,6 +66,32 @@ class ImpactRegimes(FixedArrays):
             return np.nan, np.nan
         return float(found.min()), float(found.max())
 
+    def plot(self, **options: Any) -> list[Axes]:
+        """Draw the maps of regime, restitution and energy loss, by ``vi.plot.impact_regimes``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.impact_regimes``.
+
+        Returns
+        -------
+        list of matplotlib.axes.Axes
+        """
+        axes: list[Axes] = verb("draw")(self, **options)
+        return axes
+
+    def _facts(self) -> Facts:
+        low, high = self.spread
+        rows, columns = self.regime.shape
+        shares = {each.name.lower(): float(np.mean(self.regime == each.value)) for each in Regime}
+        return {
+            "grid": f"{columns} angles, {rows} velocity ratios",
+            "law": self.system.law,
+            "restitution -u_post/u": f"{low:.6g} to {high:.6g}",
+            **{name: f"{share:.1%}" for name, share in shares.items() if share > 0.0},
+        }
+
     def __repr__(self) -> str:
         """Say what the grid is and what is found on it."""
         low, high = self.spread
@@ -71,7 +104,7 @@ class ImpactRegimes(FixedArrays):
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class ImpactAgreement(FixedArrays):
+class ImpactAgreement(FixedArrays, Shown):
     """Differences between exact impulse path and incremental integration; read-only arrays.
 
     Attributes
@@ -110,6 +143,30 @@ class ImpactAgreement(FixedArrays):
         ratio = self.difference[:, :, fewest] / self.difference[:, :, most]
         result: NDArray[np.float64] = np.log(ratio) / np.log(self.steps[most] / self.steps[fewest])
         return result
+
+    def plot(self, **options: Any) -> list[Axes]:
+        """Draw the differences against the step, by ``vi.plot.impact_agreement``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.impact_agreement``.
+
+        Returns
+        -------
+        list of matplotlib.axes.Axes
+        """
+        axes: list[Axes] = verb("draw")(self, **options)
+        return axes
+
+    def _facts(self) -> Facts:
+        order = self.order
+        known = order[~np.isnan(order)]
+        return {
+            "impacts": int(self.impacts.sum()),
+            "laws": ", ".join(self.laws),
+            "order": f"{known.min():.2f} to {known.max():.2f}" if len(known) else "not known",
+        }
 
     def __repr__(self) -> str:
         """Say how many impacts are compared, and how well they agree."""

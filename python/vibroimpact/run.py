@@ -10,7 +10,6 @@ import dataclasses
 import math
 import os
 from dataclasses import dataclass, field
-from enum import IntEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
@@ -22,27 +21,22 @@ from ._core import EvidenceKind, WhyUndecided
 from .arguments import count, flag, horizon, not_negative, optional_count, reject, times_of
 from .errors import Interrupted, SimulationError
 from .interruption import interruptible
+from .showing import Facts, Shown
 from .system import System
+from .tables import EventKind as EventKind
+from .tables import Table, table, with_column
 from .verbs import verb
 
 if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
+
     from .bounces import Bounces
     from .verb_types import NotFound, PeriodicMotion
 
 _T = TypeVar("_T", bound=np.generic)
-
-
-class EventKind(IntEnum):
-    """The kinds of events of a run, as in the column ``kind`` of ``run.events``."""
-
-    IMPACT = 0
-    GRAZE = 1
-    CHATTER = 2
-    SLIDE_POSITIVE = 3
-    SLIDE_NEGATIVE = 4
-    STICK = 5
-    RELEASE = 6
-    STOP = 7
+# The tables of events, as the core has them.
+_EVENTS = ("events", "grazes", "contacts")
 
 
 @interruptible
@@ -193,7 +187,7 @@ class EnergyAudit:
 
 
 @interruptible
-class Run:
+class Run(Shown):
     """One simulated motion, as ``simulate``, ``Run.resume`` and ``load`` return it."""
 
     def __init__(
@@ -214,15 +208,22 @@ class Run:
         return self._initial
 
     @cached_property
-    def impacts(self) -> NDArray[np.void]:
+    def impacts(self) -> Table:
         """Kept impacts: structured array, one row each.
 
-        Columns ``time, period, time_in_period, x1, v1_pre, v1_post, x2, v2_pre, v2_post, phase,
-        regime, impulse_normal, impulse_tangential, energy_loss``. Impulses are in units
-        M1 l omega_2, energies in M1 l^2 omega_2^2; ``regime`` is a Regime. Impacts that complete
-        chatter skipped are not listed here: ``bounces`` lists them too.
+        Columns ``time, period, time_in_period, x1, v1_pre, v1_post, x2, v2_pre, v2_post,
+        approach_velocity, phase, regime, impulse_normal, impulse_tangential, energy_loss``.
+        Impulses are in units M1 l omega_2, energies in M1 l^2 omega_2^2; ``regime`` is a Regime.
+        Impacts that complete chatter skipped are not listed here: ``bounces`` lists them too.
+        ``impacts.to_pandas()`` gives a data frame.
         """
-        return read_only(self._core.impacts)
+        return self._with_approach(self._core.impacts)
+
+    def _with_approach(self, rows: NDArray[np.void]) -> Table:
+        """Return impacts of the core with their approach velocity."""
+        before = np.column_stack([rows[name] for name in ("x1", "v1_pre", "x2", "v2_pre")])
+        velocity = np.asarray(self._system.gap_rate(before))
+        return with_column(rows, "approach_velocity", velocity, after="v2_post")
 
     @cached_property
     def stroboscopic(self) -> NDArray[np.float64]:
@@ -230,21 +231,21 @@ class Run:
         return read_only(self._core.stroboscopic)
 
     @cached_property
-    def events(self) -> NDArray[np.void]:
+    def events(self) -> Table:
         """Kept events: structured array ``time, period, kind, index``.
 
         ``kind`` is an EventKind, ``index`` the row of ``impacts``, ``grazes`` or ``contacts``, -1
         for the stop.
         """
-        return read_only(self._core.events)
+        return table(self._core.events)
 
     @cached_property
-    def grazes(self) -> NDArray[np.void]:
+    def grazes(self) -> Table:
         """Kept grazes (contact without impulse): structured array."""
-        return read_only(self._core.grazes)
+        return table(self._core.grazes)
 
     @cached_property
-    def contacts(self) -> NDArray[np.void]:
+    def contacts(self) -> Table:
         """Kept events of sustained contact: structured array, one row each.
 
         Columns ``time, period, time_in_period, kind, x1, v1, x2, v2, phase, normal_force,
@@ -259,7 +260,7 @@ class Run:
         absolute bound on the error of time and state there, without the rounding of ``time`` to one
         number. Source: theory page, section 5.
         """
-        return read_only(self._core.contacts)
+        return table(self._core.contacts)
 
     @property
     def time_in_contact(self) -> float:
@@ -412,7 +413,7 @@ class Run:
         from .bounces import as_bounces  # here, to keep the import of the package light
 
         rows, skipped, ends, interrupted = self._core.bounces(slowest, most)
-        bounces = as_bounces(rows, skipped, ends)
+        bounces = as_bounces(self._with_approach(rows), skipped, ends)
         if interrupted:
             known = f"the first {len(bounces.impacts)} impacts"
             raise Interrupted("interrupted while bounces were listed", bounces, holds=known)
@@ -489,6 +490,66 @@ class Run:
         motion: PeriodicMotion | NotFound = verb("refine")(self)
         return motion
 
+    def plot(self, **options: Any) -> Axes:
+        """Draw the motion against time, by ``vi.plot.time_history``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.time_history``. Without a drive period all that is kept is drawn,
+            unless ``window`` says otherwise.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+        >>> run.plot(periods=4).get_xlabel()
+        '$t$'
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
+
+    def summary(self) -> str:
+        """Return in some lines how the run ended, what motion it is, and what it holds.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+        >>> print(run.summary().splitlines()[5])
+        impacts          600, of which 100 are kept
+        """
+        facts = self._facts()
+        width = max(map(len, facts)) + 2
+        return "\n".join(f"{name:<{width}}{fact}" for name, fact in facts.items())
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the kept impacts as a data frame; ``run.events.to_pandas()`` gives the events.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+        >>> run.to_pandas()["regime"].unique().tolist()
+        ['frictionless']
+        """
+        return self.impacts.to_pandas()
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run to ``path`` (.npz, no pickle); ``load`` gives it back bit for bit."""
         from . import archive  # here, to keep the import of the package light
@@ -516,11 +577,9 @@ class Run:
             "core": self._core.to_json(),
         }
         arrays: dict[str, NDArray[Any]] = {
-            "impacts": self.impacts,
+            "impacts": read_only(self._core.impacts),
             "stroboscopic": self.stroboscopic,
-            "events": self.events,
-            "grazes": self.grazes,
-            "contacts": self.contacts,
+            **{name: getattr(self, name).view(np.ndarray) for name in _EVENTS},
         }
         return metadata, arrays
 
@@ -533,6 +592,25 @@ class Run:
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle through the parts that ``save`` writes."""
         return type(self)._from_parts, self._parts()
+
+    def _facts(self) -> Facts:
+        end = self.final_state
+        regimes, numbers = np.unique(self.impacts["regime"], return_counts=True)
+        names = [_core.Regime(int(regime)).name.lower() for regime in regimes]
+        counted = [f"{number} {name}" for name, number in zip(names, numbers, strict=True)]
+        return {
+            "motion": f"{self.label} ({self.period.evidence})",
+            "stop": self.stop_reason
+            if self.stop_reason in ("completed", "rest")
+            else f"{self.stop_reason}: {self.stop_detail}",
+            "start": _numbers(self._initial),
+            "end": f"{_numbers(end.state)} at time {end.time:.6g}, {end.mode.replace('_', ' ')}",
+            "drive periods": end.period,
+            "impacts": f"{self.impact_count}, of which {len(self.impacts)} are kept",
+            "regimes": ", ".join(counted) or "none",
+            "kept": f"time {self.kept_from:.6g} to {end.time:.6g}",
+            "time in contact": f"{self.time_in_contact:.6g}",
+        }
 
     def __repr__(self) -> str:
         """Say how the run ended and what it holds, without computing its label."""
@@ -567,6 +645,10 @@ def read_only(array: NDArray[_T]) -> NDArray[_T]:
     """Return the array with its writeable flag cleared."""
     array.flags.writeable = False
     return array
+
+
+def _numbers(state: tuple[float, ...]) -> str:
+    return f"({', '.join(f'{value:.6g}' for value in state)})"
 
 
 def _attributes(cls: type[FinalState | Evidence], source: object) -> dict[str, Any]:

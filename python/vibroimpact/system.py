@@ -19,6 +19,7 @@ from .errors import ParameterError
 from .interruption import interruptible
 from .mechanics import Mechanics
 from .physical import dimensionless
+from .showing import Facts, Shown
 
 # Names in code of the symbols in reference data.
 SYMBOLS = {parameter.symbol: name for name, parameter in PARAMETERS.items()}
@@ -37,7 +38,7 @@ CHOICES = {
 
 @interruptible
 @dataclass(frozen=True, init=False, kw_only=True)
-class System(Mechanics):
+class System(Mechanics, Shown):
     """Two bodies that collide obliquely (or head-on): all parameters, dimensionless.
 
     Immutable, comparable, hashable, picklable; ``eval(repr(system)) == system``.
@@ -275,6 +276,9 @@ class System(Mechanics):
         except (TypeError, ValueError) as error:
             raise ParameterError(f"not the JSON of a system: {error}") from error
         return cls.from_dict(fields)
+
+    def _facts(self) -> Facts:
+        return dict(self.to_dict())
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle and copy through the fields, so that a copy is validated like any other."""

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .orbits.branch import Branch as Branch
     from .orbits.curve_problem import CurveProblem as CurveProblem
     from .orbits.found import NotFound as NotFound
     from .orbits.motion import PeriodicMotion as PeriodicMotion

@@ -1,6 +1,7 @@
-"""Methods of results that need a solver: the one declared exception to the order of folders.
+"""Methods of results that solve or draw: the one declared exception to the order of folders.
 
-A result has numbers and imports nothing that computes or draws, but a user writes ``run.refine()``.
+A result has numbers and imports nothing that computes or draws, but a user writes ``run.refine()``
+and ``run.plot()``.
 Such a method gets its function from this table; the function is imported when it is called for the
 first time. The types in the signatures of such methods are in `verb_types`.
 `tests/python/test_architecture.py` checks that every entry leads to a function, and that no other
@@ -13,15 +14,40 @@ import importlib
 from collections.abc import Callable
 from typing import Any, Final, Literal
 
-Verb = Literal["crossing", "curve_problem", "motion_of", "read_basins", "refine", "write_basins"]
+Verb = Literal[
+    "crossing",
+    "curve_problem",
+    "draw",
+    "follow_motion",
+    "html",
+    "motion_of",
+    "motions_at",
+    "read_basins",
+    "read_motion",
+    "refine",
+    "run_of_cell",
+    "run_of_point",
+    "run_of_start",
+    "write_basins",
+    "write_motion",
+]
 
 VERBS: Final[dict[Verb, str]] = {
     "crossing": "orbits.regions:crossing",
     "curve_problem": "orbits.curve_problem:CurveProblem",
+    "draw": "plot.obvious:draw",
+    "follow_motion": "orbits.branches:follow_motion",
+    "html": "plot.notebook:html",
     "motion_of": "orbits.verdict:motion_of",
+    "motions_at": "orbits.points:motions_at",
     "read_basins": "sweeps.basins.files:read_basins",
+    "read_motion": "orbits.files:read_motion",
     "refine": "orbits.shooting:refine",
+    "run_of_cell": "sweeps.cell_runs:run_of_cell",
+    "run_of_point": "sweeps.cell_runs:run_of_point",
+    "run_of_start": "sweeps.basins.cell_runs:run_of_start",
     "write_basins": "sweeps.basins.files:write_basins",
+    "write_motion": "orbits.files:write_motion",
 }
 
 

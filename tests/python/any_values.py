@@ -144,6 +144,7 @@ TAKES: dict[str, set[str]] = {
     "pair or none": {"none", *_PAIRS},
     "rows of two": {"rows of two"},
     "grid value": {*_HALF},
+    "value of a branch": set(),
     "steps or none": {*_WHOLE, "none"},
     "path that is missing": _NAMES,
     "path": _NAMES,

@@ -9,6 +9,7 @@ from functools import singledispatch
 from typing import Any
 
 import numpy as np
+import pandas
 
 import vibroimpact as vi
 from vibroimpact._core import PARAMETERS
@@ -156,6 +157,11 @@ def _(measure: UncertaintyExponent) -> None:
     # Fewer than two distances with uncertain cells have no slope.
     assert math.isfinite(measure.exponent) == (np.count_nonzero(measure.fitted) > 1)
     assert_finite(measure.uncertain, "uncertain")
+
+
+@assert_complete.register
+def _(rows: pandas.DataFrame) -> None:
+    assert_finite(rows.select_dtypes("number").to_numpy(), "data frame")
 
 
 @assert_complete.register

@@ -29,6 +29,7 @@ def _results() -> dict[str, Any]:
     made = [
         PAPER,
         run(),
+        run().impacts,
         run().final_state,
         run().period,
         run().period.evidence,
@@ -49,6 +50,7 @@ def _results() -> dict[str, Any]:
         saddle,
         *saddle.sides,
         vi.NotFound(reason="none"),
+        vi.NoMotionError("no 'multipliers'", "none"),
         vi.Undecided(lo=0.0, hi=1.0, reason="a double root"),
         vi.Disagreement(event="impact", number=1, time=0.5, reason="digits"),
         vi.ParameterError("gap = nan"),

@@ -21,6 +21,14 @@ from vibroimpact import _core
 CALLS = calls()
 # Functions that are not called here, and why.
 ELSEWHERE = {
+    **dict.fromkeys(
+        (f"{name}.run" for name in ("Basins", "Chart", "Diagram", "LyapunovSweep", "Sweep")),
+        "test_cell_runs.py",
+    ),
+    **dict.fromkeys(
+        (f"{name}.plot" for name in vi.__all__ if hasattr(getattr(vi, name), "plot")),
+        "test_showing.py",
+    ),
     "Attractor.holds": "takes the tails of runs that basins keep, which no caller has",
     **dict.fromkeys(
         (

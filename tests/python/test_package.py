@@ -113,8 +113,9 @@ print(*sorted({"asyncio", "difflib", "tempfile", "unittest", "zipfile"} & new))
     packages, modules, slow = _run(code, strip=False).splitlines()
     assert packages == "numpy vibroimpact"
     assert (
-        modules == "_core arguments errors impacts interruption mechanics physical run simulation "
-        "system verbs"
+        modules
+        == "_core arguments errors impacts interruption mechanics physical run showing simulation "
+        "system tables verbs"
     )
     assert slow == ""
 

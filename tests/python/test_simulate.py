@@ -23,6 +23,7 @@ IMPACT_COLUMNS = (
     "x2",
     "v2_pre",
     "v2_post",
+    "approach_velocity",
     "phase",
     "regime",
     "impulse_normal",

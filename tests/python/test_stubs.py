@@ -55,6 +55,7 @@ def test_classes_are_final(name):
 SLIPS = {
     "vi.simulate(system, initial=(0, 0.5, 0, 0), period=3)": "call-overload",
     "vi.colour": "attr-defined",
+    "vi.simulate(system, initial=(0, 0, 0, 0), periods=3).refine().multipliers": "union-attr",
     "vi.simulate(system, initial=(0, 0.5, 0, 0), periods=3).labels": "attr-defined",
     "system.gap = 1": "misc",
     "vi.impact(system, x1=0, v1=1)": "call-arg",

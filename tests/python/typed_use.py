@@ -31,16 +31,27 @@ assert_type(run.energy_audit(), vi.EnergyAudit)
 assert_type(run.trajectory(np.linspace(0, 1, 5)), NDArray[np.float64])
 assert_type(vi.simulate(system, initial=[(0, 0.5, 0, 0), (0, 0.6, 0, 0)], periods=6), list[vi.Run])
 
+assert_type(run.plot(), Axes)
+assert_type(run.summary(), str)
+assert len(run.impacts.to_pandas()) == len(run.impacts)
+
 motion = run.refine()
 assert_type(motion, vi.PeriodicMotion | vi.NotFound)
 if isinstance(motion, vi.PeriodicMotion):
     assert_type(motion.stable, bool)
+    assert_type(motion.period, float)
+    branch = motion.follow(drive_frequency=(1.4, 2.2))
+    assert_type(branch, vi.Branch)
+    assert_type(branch.at(drive_frequency=1.6), tuple[vi.PeriodicMotion, ...])
+    assert_type(branch.plot(), Axes)
     assert_type(vi.follow_motion(motion, drive_frequency=(1.4, 2.2)), vi.Branch)
 
 diagram = vi.bifurcation_diagram(
     system, initial=(0, 0.5, 0, 0), drive_frequency=np.linspace(1.5, 1.6, 4)
 )
 assert_type(diagram, vi.Diagram)
+assert_type(diagram.run(0), vi.Run)
+assert_type(diagram.plot(), Axes)
 assert_type(vi.plot.bifurcation(diagram), Axes)
 assert_type(vi.chart(system, initial=(0, 0.5, 0, 0), gap=[0.4, 0.5]), vi.Chart)
 assert_type(vi.basins(system, x1=[-1, 0], v1=[-1, 0]), vi.Basins)

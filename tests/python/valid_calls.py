@@ -100,6 +100,8 @@ def folder() -> Path:
         "chart": vi.chart(ROUGH, gap=[0.5], friction=[0.1], **options),
         "diagram": vi.bifurcation_diagram(ROUGH, drive_frequency=[1.5], **options),
         "lyapunov": vi.lyapunov_spectrum(ROUGH, initial=START, periods=20, gap=[0.5]),
+        "motion": motion(),
+        "spectrum": vi.lyapunov_spectrum(ROUGH, initial=START, periods=40, keep=20),
     }
     for name, result in results.items():
         result.save(place / f"{name}.npz")
@@ -472,10 +474,34 @@ def calls() -> dict[str, Call]:
                 "progress": "true or false",
             },
         ),
+        "Branch.at": Call(
+            branch().at,
+            {"drive_frequency": float(branch().values[1])},
+            {"drive_frequency": "value of a branch"},
+        ),
+        "PeriodicMotion.follow": Call(
+            motion().follow,
+            {"both": False, "max_points": 2, "drive_frequency": (1.75, 1.85)},
+            {
+                **_STEPS,
+                "both": "python's true or false",
+                "direction": "a word of a list",
+                "step": "step or none",
+                "virtual": "python's true or false",
+                "drive_frequency": "range",
+            },
+        ),
+        "Diagram.to_pandas": Call(
+            vi.Diagram.load(_path("diagram")).to_pandas,
+            {"rows": "impact"},
+            {"rows": "a word of a list"},
+        ),
         "load": Call(vi.load, {"path": _path("run")}, {"path": "path that is missing"}),
     }
-    for result in (vi.Run, vi.Basins, vi.Sweep, vi.Chart, vi.Diagram, vi.LyapunovSweep):
-        name = getattr(result, "kind", result.__name__.lower())
+    grids = (vi.Sweep, vi.Chart, vi.Diagram, vi.LyapunovSweep)
+    names = {vi.PeriodicMotion: "motion", vi.LyapunovSpectrum: "spectrum"}
+    for result in (vi.Run, vi.Basins, *grids, *names):
+        name = getattr(result, "kind", names.get(result, result.__name__.lower()))
         path = {"path": _path(name)}
         calls[f"{result.__name__}.load"] = Call(result.load, path, {"path": "path that is missing"})
         saved = result.load(**path)

@@ -39,6 +39,7 @@ columns of the CSV, one row per kept impact:
   x1, x2                         angle and displacement
   v1_pre, v1_post                angular velocity before and after
   v2_pre, v2_post                velocity of body 2 before and after
+  approach_velocity              at which the bodies meet, > 0
   phase                          drive phase, 0 to 2 pi
   regime                         frictionless, slip, reversal_approach, ...
   impulse_normal, impulse_tangential     in M1 l omega_2

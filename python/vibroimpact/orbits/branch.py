@@ -4,25 +4,32 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
 from .._core import Leg, LegKind
-from ..arguments import close_to, reject
+from ..arguments import close_to, number, reject
 from ..interruption import interruptible
+from ..showing import Facts, Shown
 from ..system import System
+from ..tables import frame
 from ..verbs import verb
 from .kinds import BifurcationKind, BranchEnd, Test
 from .motion import NEUTRAL, PeriodicMotion
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Bifurcation:
+class Bifurcation(Shown):
     """A located bifurcation of a periodic motion.
 
     Attributes
@@ -48,6 +55,29 @@ class Bifurcation:
     test: Test
     test_value: float
     goes_on: tuple[Leg, ...] = ()
+
+    def plot(self, **options: Any) -> list[Axes]:
+        """Draw the motion there, by ``vi.plot.orbit``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.orbit``.
+
+        Returns
+        -------
+        list of matplotlib.axes.Axes
+        """
+        axes: list[Axes] = verb("draw")(self, **options)
+        return axes
+
+    def _facts(self) -> Facts:
+        return {
+            "kind": str(self.kind),
+            self.parameter: f"{self.value:.12g}",
+            "motion": self.motion.label,
+            "multipliers": ", ".join(f"{value:.6g}" for value in self.motion.multipliers),
+        }
 
     def __repr__(self) -> str:
         """Kind, place and motion."""
@@ -109,7 +139,10 @@ class Piece:
         return motion
 
     def _system_at(self, k: int) -> System:
-        return self.system.replace(**{self.parameter: float(self.values[k])})
+        return self._system_with(float(self.values[k]))
+
+    def _system_with(self, value: float) -> System:
+        return self.system.replace(**{self.parameter: value})
 
     @cached_property
     def impacts(self) -> Array:
@@ -133,7 +166,7 @@ class Piece:
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Branch:
+class Branch(Shown):
     """A branch of periodic motions over one parameter.
 
     Attributes
@@ -167,6 +200,113 @@ class Branch:
     def stable(self) -> NDArray[np.bool_]:
         """Whether the motion is stable, shape (k,)."""
         return np.concatenate([np.empty(0, bool), *(piece.stable for piece in self.pieces)])
+
+    @property
+    def motions(self) -> tuple[PeriodicMotion, ...]:
+        """The motion at each point, with its verdict, k of them; judged anew at each access."""
+        return tuple(piece.motion(k) for piece in self.pieces for k in range(len(piece.values)))
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return sum(len(piece.values) for piece in self.pieces)
+
+    def __bool__(self) -> bool:
+        """Return True, whether or not the branch has points."""
+        return True
+
+    def at(self, **parameter: float) -> tuple[PeriodicMotion, ...]:
+        """Return the motions of the branch at one value of its parameter, stable and unstable.
+
+        Each is found to rounding by Newton's method, from the points of the branch beside it.
+
+        Parameters
+        ----------
+        **parameter
+            The parameter of the branch with its value: ``drive_frequency=1.545``.
+
+        Returns
+        -------
+        tuple of PeriodicMotion
+            In order along the branch: several where the branch turns back, none where it has a gap.
+
+        Raises
+        ------
+        ParameterError
+            If it is another parameter, or the value lies outside of the branch.
+        SimulationError
+            If Newton's method fails between two points of the branch; ``.result`` has the others.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+        >>> motion = run.refine()
+        >>> branch = motion.follow(drive_frequency=(1.75, 1.85))
+        >>> branch.at(drive_frequency=1.84)
+        (<PeriodicMotion 1-1, admissible, unstable, |lambda| = 1.12931>,)
+        """
+        if [*parameter] != [self.parameter]:
+            reject("parameter", parameter, f"{self.parameter} with its value")
+        given = parameter[self.parameter]
+        value = number(self.parameter, given)
+        values = np.append(self.values, [found.value for found in self.bifurcations])
+        if not len(self):
+            reject(self.parameter, given, "no value: the branch has no points")
+        low, high = float(values.min()), float(values.max())
+        if not low <= value <= high:
+            reject(self.parameter, given, f"a value of the branch, from {low!r} to {high!r}")
+        motions: tuple[PeriodicMotion, ...] = verb("motions_at")(self, value)
+        return motions
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw the branch with its bifurcations, by ``vi.plot.branches``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.branches``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the points as a data frame, one row each.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        lengths = [len(piece.values) for piece in self.pieces]
+        sizes = [np.abs(piece.multipliers).max(axis=1) for piece in self.pieces]
+        labels = np.array([piece.label for piece in self.pieces], dtype=object)
+        return frame(
+            {
+                "piece": np.repeat(np.arange(len(lengths)), lengths),
+                self.parameter: self.values,
+                "label": np.repeat(labels, lengths),
+                "stable": self.stable,
+                "largest_multiplier": np.concatenate([np.empty(0), *sizes]),
+            }
+        )
+
+    def _facts(self) -> Facts:
+        facts: Facts = {"motions": " ".join(dict.fromkeys(piece.label for piece in self.pieces))}
+        if len(self):
+            low, high = self.values.min(), self.values.max()
+            part = np.count_nonzero(self.stable)
+            facts[self.parameter] = f"{low:.6g} to {high:.6g}"
+            facts["points"] = f"{len(self)}, of which {part} are stable"
+        for place, found in enumerate(self.bifurcations, 1):
+            facts[f"bifurcation {place}"] = f"{found.kind} at {found.value:.12g}"
+        facts["ends"] = f"{self.ends[0]}, {self.ends[1]}"
+        return facts
 
     def of_kind(self, kind: str) -> list[Bifurcation]:
         """Return the bifurcations of one kind, such as ``"period_doubling"``.

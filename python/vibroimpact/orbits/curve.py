@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +11,17 @@ from numpy.typing import NDArray
 from .. import _core
 from .._core import Leg
 from ..interruption import interruptible
+from ..showing import Facts, Shown
 from ..system import System
+from ..tables import frame
 from ..verbs import verb
 from .kinds import BifurcationKind, BranchEnd, Test
 from .motion import PeriodicMotion
 
 if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
+
     from ..verb_types import CurveProblem
 
 Array = NDArray[np.float64]
@@ -58,7 +63,7 @@ class CodimensionTwo:
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class BifurcationCurve:
+class BifurcationCurve(Shown):
     """A curve of bifurcations of one kind in the plane of two parameters.
 
     Attributes
@@ -116,6 +121,43 @@ class BifurcationCurve:
     def legs(self) -> tuple[Leg, ...]:
         """The legs of the motion."""
         return tuple(self.itinerary.legs)
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw the curve, by ``vi.plot.bifurcation_curves``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.bifurcation_curves``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the points as a data frame, one row each.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        columns = dict(zip(self.parameters, self.values.T, strict=True))
+        return frame({**columns, "bounds_stability": self.bounds_stability})
+
+    def _facts(self) -> Facts:
+        facts: Facts = {"kind": str(self.kind), "points": len(self.values)}
+        if len(self.values):
+            ends = zip(self.values.min(axis=0), self.values.max(axis=0), strict=True)
+            for name, (low, high) in zip(self.parameters, ends, strict=True):
+                facts[name] = f"{low:.6g} to {high:.6g}"
+        for place, point in enumerate(self.points, 1):
+            a, b = point.values
+            facts[f"codimension two {place}"] = f"{point.kind} at ({a:.10g}, {b:.10g})"
+        return facts | {"ends": f"{self.ends[0]}, {self.ends[1]}"}
 
     def __repr__(self) -> str:
         """Kind, extent and ends."""

@@ -3,20 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import NoMotionError
 from ..interruption import interruptible
-from .motion import PeriodicMotion
+from ..showing import Facts, Shown
+from ..tables import frame
+from .motion import PeriodicMotion, columns_of
+
+if TYPE_CHECKING:
+    import pandas
 
 Array = NDArray[np.float64]
 
 
 @interruptible
 @dataclass(frozen=True, kw_only=True)
-class NotFound:
+class NotFound(Shown):
     """No periodic motion was found; counts as False.
+
+    What is asked of it as of a motion, such as its multipliers, raises ``NoMotionError``, an
+    AttributeError that says why there is no motion.
 
     Attributes
     ----------
@@ -30,10 +40,34 @@ class NotFound:
         """Return False."""
         return False
 
+    # Not for type checkers: they should say that a motion may be missing.
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Say why there is no motion.
+
+            Raises
+            ------
+            NoMotionError
+                Always; for names with an underscore, which Python itself looks for, a plain
+                AttributeError.
+            """
+            if name[:1] == "_" or "reason" not in vars(self):
+                raise AttributeError(f"'NotFound' object has no attribute {name!r}")
+            raise NoMotionError(
+                f"no periodic motion was found, so it has no {name!r}: {self.reason}",
+                self.reason,
+                name=name,
+                obj=self,
+            )
+
+    def _facts(self) -> Facts:
+        return {"reason": self.reason}
+
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class MotionSearch:
+class MotionSearch(Shown):
     """Periodic motions reached from many starts.
 
     Attributes
@@ -55,6 +89,23 @@ class MotionSearch:
     others: dict[str, float]
     starts: Array
     reached: NDArray[np.int64]
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the motions as a data frame, one row each, with their shares.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        return frame({"share": self.shares, **columns_of(self.motions)})
+
+    def _facts(self) -> Facts:
+        labels = [f"{motion.label}, {motion.stability}" for motion in self.motions]
+        ends = [*zip(labels, self.shares, strict=True), *self.others.items()]
+        return {"starts": len(self.starts)} | {
+            f"end {number}": f"{text}: {share:.1%}" for number, (text, share) in enumerate(ends, 1)
+        }
 
     def __repr__(self) -> str:
         """Return the motions on which the starts end, with their shares, in words."""

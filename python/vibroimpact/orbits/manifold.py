@@ -1,20 +1,30 @@
 """The unstable manifold of a saddle, and its two sides."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
+from ..showing import Facts, Shown
+from ..tables import frame
+from ..verbs import verb
 from .motion import PeriodicMotion, same_orbit
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ManifoldSide(FixedArrays):
+class ManifoldSide(FixedArrays, Shown):
     """One side of an unstable manifold.
 
     Attributes
@@ -57,6 +67,14 @@ class ManifoldSide(FixedArrays):
         names = (x.label if isinstance(x, PeriodicMotion) else x for x in self.attractors)
         return ", ".join(names) or "unknown"
 
+    def _facts(self) -> Facts:
+        return {
+            "length": f"{self.length:.6g}",
+            "points": len(self.points),
+            "ends": self.end,
+            "leads to": self._to,
+        }
+
     def __repr__(self) -> str:
         """Length, number of points, end, and where it leads."""
         return (
@@ -67,7 +85,7 @@ class ManifoldSide(FixedArrays):
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class UnstableManifold(FixedArrays):
+class UnstableManifold(FixedArrays, Shown):
     """The unstable manifold of a saddle on a stroboscopic section.
 
     Attributes
@@ -104,6 +122,50 @@ class UnstableManifold(FixedArrays):
         return bool(one and other and known) and not any(
             same_attractor(first, second) for first in one for second in other
         )
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw both sides, by ``vi.plot.manifold``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.manifold``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the points of both sides as a data frame; ``piece`` counts between breaks.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        lengths = [len(side.points) for side in self.sides]
+        pieces = [
+            np.searchsorted(side.breaks, np.arange(len(side.points)), side="right")
+            for side in self.sides
+        ]
+        points = np.concatenate([side.points for side in self.sides])
+        return frame(
+            {
+                "side": np.repeat(np.arange(len(lengths)), lengths),
+                "piece": np.concatenate(pieces),
+                **dict(zip(("x1", "v1", "x2", "v2"), points.T, strict=True)),
+            }
+        )
+
+    def _facts(self) -> Facts:
+        facts: Facts = {"motion": self.motion.label, "multiplier": f"{self.multiplier:.6g}"}
+        for number, side in enumerate(self.sides):
+            length = f"length {side.length:.6g}, {len(side.points)} points"
+            facts[f"side {number}"] = f"{length}, ends: {side.end}, to {side._to}"
+        return facts
 
     def __repr__(self) -> str:
         """Motion, multiplier and where the sides lead."""

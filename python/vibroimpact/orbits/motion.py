@@ -11,8 +11,11 @@ derivative of the return map (section 7).
 from __future__ import annotations
 
 import math
+import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,7 +25,16 @@ from .._core import Leg
 from ..arguments import times_of
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
+from ..showing import Facts, Shown
 from ..system import System
+from ..tables import Table, table
+from ..verbs import verb
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
+
+    from ..verb_types import Branch
 
 Array = NDArray[np.float64]
 
@@ -46,7 +58,7 @@ _LEAST_SIZE = 1e-3
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PeriodicMotion(FixedArrays):
+class PeriodicMotion(FixedArrays, Shown):
     """A solution of the conditions of periodicity, and whether it is a motion.
 
     Attributes
@@ -96,6 +108,16 @@ class PeriodicMotion(FixedArrays):
         """The label of the motion, m-n: ``"1-1"``, ``"4-5"``, ``"1-inf"``, ``"1-0"``."""
         return f"{self.m}-{self.n}"
 
+    @property
+    def period(self) -> float:
+        """Dimensionless time after which the motion repeats: m drive periods."""
+        return self.m * self.system.drive_period
+
+    @property
+    def stability(self) -> str:
+        """The verdict in words: ``stable``, ``unstable``, or ``not admissible``."""
+        return ("stable" if self.stable else "unstable") if self.admissible else "not admissible"
+
     @cached_property
     def itinerary(self) -> _core.Itinerary:
         """The legs as the compiled core takes them."""
@@ -133,7 +155,7 @@ class PeriodicMotion(FixedArrays):
         return max((hump[1] for hump in humps if hump is not None), default=-math.inf)
 
     @cached_property
-    def impacts(self) -> NDArray[np.void]:
+    def impacts(self) -> Table:
         """Impacts of one orbit, without those of chatter, in order of time: structured array.
 
         Columns ``time`` (in [0, m T)), ``x1, v1_pre, v1_post, x2, v2_pre, v2_post, phase, regime,
@@ -157,9 +179,7 @@ class PeriodicMotion(FixedArrays):
                 )
             )
         rows.sort()
-        result = np.array(rows, dtype=IMPACT_DTYPE)
-        result.flags.writeable = False
-        return result
+        return table(np.array(rows, dtype=IMPACT_DTYPE))
 
     @cached_property
     def return_map(self) -> Array:
@@ -207,6 +227,94 @@ class PeriodicMotion(FixedArrays):
         rows = self.itinerary.trajectory(self.system._compiled, self.nodes, times)
         return rows[0] if single else rows
 
+    def follow(self, **options: Any) -> Branch:
+        """Follow the motion over a parameter, stable or not: ``vi.follow_motion(motion, ...)``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.follow_motion``, with one parameter of the system and its range:
+            ``motion.follow(drive_frequency=(1.5, 1.6))``.
+
+        Raises
+        ------
+        ParameterError, Interrupted
+            As ``vi.follow_motion``.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+        >>> motion = run.refine()
+        >>> motion.follow(drive_frequency=(1.75, 1.85)).of_kind("neimark_sacker")
+        [<neimark_sacker of 1-1 at drive_frequency = 1.80904556953>]
+        """
+        branch: Branch = verb("follow_motion")(self, **options)
+        return branch
+
+    def plot(self, **options: Any) -> list[Axes]:
+        """Draw phase portraits and time history, by ``vi.plot.orbit``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.orbit``.
+
+        Returns
+        -------
+        list of matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+        >>> motion = run.refine()
+        >>> len(motion.plot())
+        3
+        """
+        axes: list[Axes] = verb("draw")(self, **options)
+        return axes
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the impacts of one orbit as a data frame.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        return self.impacts.to_pandas()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the motion to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it."""
+        verb("write_motion")(path, self)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> PeriodicMotion:
+        """Read a motion from the file that ``save`` wrote; its verdict is found again.
+
+        Raises
+        ------
+        ValueError
+            If it is damaged, foreign, or holds something else.
+        """
+        motion: PeriodicMotion = verb("read_motion")(path)
+        return motion
+
+    def _facts(self) -> Facts:
+        verdict = self.stability if self.admissible else f"{self.stability}: {self.why_not}"
+        return {
+            "motion": f"{self.label}, {verdict}",
+            "multipliers": ", ".join(f"{value:.6g}" for value in self.multipliers),
+            "start": f"({', '.join(f'{value:.6g}' for value in self.initial)})",
+            "period": f"{self.period:.6g}",
+            "residual": f"{self.residual:.2g}",
+        }
+
     def __repr__(self) -> str:
         """Label, verdict and the largest multiplier."""
         verdict = "admissible" if self.admissible else "not admissible"
@@ -214,6 +322,20 @@ class PeriodicMotion(FixedArrays):
         return (
             f"<PeriodicMotion {self.label}, {verdict}, |lambda| = {abs(self.multipliers[0]):.6g}>"
         )
+
+
+def columns_of(motions: Sequence[PeriodicMotion]) -> dict[str, Any]:
+    """Return what a data frame says of motions, a row for each."""
+    states = np.array([motion.initial for motion in motions]).reshape(-1, 4)
+    return {
+        "label": [motion.label for motion in motions],
+        "m": [motion.m for motion in motions],
+        "n": [motion.n for motion in motions],
+        "stable": [motion.stable for motion in motions],
+        "admissible": [motion.admissible for motion in motions],
+        "largest_multiplier": [float(abs(motion.multipliers[0])) for motion in motions],
+        **dict(zip(("x1", "v1", "x2", "v2"), states.T, strict=True)),
+    }
 
 
 def reduced(matrices: Array, itinerary: _core.Itinerary) -> Array:

@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import array_of, as_floats, number, reject
 from ..interruption import interruptible
+from ..showing import Facts, Shown
 from ..verbs import verb
 from .branch import Bifurcation
 from .curve import BifurcationCurve
 from .motion import PeriodicMotion
 from .ranges import Bounds
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 Array = NDArray[np.float64]
 
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class StabilityRegion:
+class StabilityRegion(Shown):
     """A region of two parameters in which a periodic motion with given legs is stable.
 
     Attributes
@@ -123,6 +128,33 @@ class StabilityRegion:
             if (crossed := crossing(arc, int(k), index, value)) is not None
         ]
         return sorted(found, key=lambda bifurcation: bifurcation.value)
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw the curves of the border, by ``vi.plot.bifurcation_curves``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.bifurcation_curves``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
+
+    def _facts(self) -> Facts:
+        kinds = ", ".join(dict.fromkeys(str(arc.kind) for arc in self.arcs))
+        return {
+            "motion": self.label,
+            **{
+                name: f"{low:.6g} to {high:.6g}"
+                for name, (low, high) in zip(self.parameters, self.extent, strict=True)
+            },
+            "border": kinds or "bounds only",
+            "closed": "yes" if self.closed else f"no: {self.why_not}",
+        }
 
     def __repr__(self) -> str:
         """Motion, extent, and of what the border consists."""

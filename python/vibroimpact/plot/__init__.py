@@ -8,6 +8,7 @@ from .basins import BASIN_COLORS, basin_handles, basins
 from .branches import bifurcation_curves, branch_handles, branches, curve_handles
 from .chart import chart, chart_handles
 from .diagram import bifurcation, chatter_handles, contact_fraction, no_impact_handles
+from .final_states import final_states
 from .force import contact_force
 from .impacts import impact_agreement, impact_regimes
 from .labels import LABEL_STYLES, label_handles
@@ -63,6 +64,7 @@ __all__ = [
     "contact_fraction",
     "curve_handles",
     "displacement_history",
+    "final_states",
     "gap_history",
     "impact_agreement",
     "impact_count",

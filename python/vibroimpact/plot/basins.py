@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ..sweeps.basins.results import Basins
-from ..sweeps.cells import COORDINATES
+from ..sweeps.columns import COORDINATES
 from ..sweeps.fields import STATUS_NAMES
 from .mesh import edges
 from .style import (

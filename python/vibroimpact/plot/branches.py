@@ -6,7 +6,6 @@ per drive period (theory page, section 6); kinds of bifurcations as on the notat
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, Literal
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 
 from ..arguments import positive, reject, several
 from ..orbits import Bifurcation, BifurcationCurve, Branch, Piece, StabilityRegion
+from ..orbits.points import with_bifurcations
 from ..sweeps import Diagram
 from .diagram import bifurcation, no_impact_handles
 from .style import (
@@ -264,7 +264,7 @@ def curve_handles(curves: Curves) -> list[Artist]:
 def _lines(ax: Axes, branch: Branch, section: Section, color: str) -> None:
     """Draw the lines of a branch, one collection each for its stable and unstable parts."""
     segments: dict[bool, list[Array]] = {True: [], False: []}
-    for piece in _with_bifurcations(branch):
+    for piece in with_bifurcations(branch):
         x1 = _angles(piece, section)
         for first, last, stable in _stretches(piece):
             part = slice(first, last + 1)
@@ -312,46 +312,3 @@ def _stretches(piece: Piece) -> list[tuple[int, int, bool]]:
     starts = np.flatnonzero(np.diff(stable)) + 1
     edges = [0, *starts.tolist(), len(stable)]
     return [(first, last, bool(stable[first])) for first, last in pairwise(edges) if last > first]
-
-
-def _with_bifurcations(branch: Branch) -> list[Piece]:
-    """Return the pieces with the located bifurcations among their points, where stability ends."""
-    pieces = list(branch.pieces)
-    for found in branch.bifurcations:
-        nodes = found.motion.nodes
-        best: tuple[float, int, int] | None = None
-        for number, piece in enumerate(pieces):
-            same = tuple(piece.itinerary.legs) == found.motion.legs
-            if not same or len(piece.values) < 2:
-                continue
-            detour, place = _detour(piece, found.value, nodes)
-            if best is None or detour < best[0]:
-                best = (detour, number, place)
-        if best is not None and best[0] > 0.0:
-            _, number, place = best
-            piece = pieces[number]
-            pieces[number] = dataclasses.replace(
-                piece,
-                values=np.insert(piece.values, place, found.value),
-                nodes=np.insert(piece.nodes, place, nodes, axis=0),
-                multipliers=np.insert(piece.multipliers, place, found.motion.multipliers, axis=0),
-            )
-    return pieces
-
-
-def _detour(piece: Piece, value: float, nodes: Array) -> tuple[float, int]:
-    """Return between which points a point lies, and by which part the way through it is longer.
-
-    The part is relative to the distance of the two points; 0 if the point is one of them.
-    """
-    points = np.column_stack([piece.values, piece.nodes.reshape(len(piece.values), -1)])
-    sizes = np.maximum(np.ptp(points, axis=0), 1e-12)
-    points = points / sizes
-    point = np.append(value, nodes.ravel()) / sizes
-    away = np.linalg.norm(points - point, axis=1)
-    if away.min() < 1e-9:
-        return 0.0, int(away.argmin())
-    way = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    detour = (away[1:] + away[:-1]) / way
-    place = int(detour.argmin())
-    return float(detour[place]), place + 1

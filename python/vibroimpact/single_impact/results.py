@@ -1,8 +1,10 @@
 """All period n-1 motions of a system, and of a grid of systems."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Self, overload
+from typing import TYPE_CHECKING, Any, Self, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +13,15 @@ from ..arguments import number, reject
 from ..errors import ParameterError
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
-from ..orbits.motion import PeriodicMotion
+from ..orbits.motion import PeriodicMotion, columns_of
+from ..showing import Facts, Shown
 from ..system import System
+from ..tables import frame
+from ..verbs import verb
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -37,7 +46,7 @@ class Undecided:
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PeriodicMotions(Sequence[PeriodicMotion]):
+class PeriodicMotions(Shown, Sequence[PeriodicMotion]):
     """All period n-1 solutions of a system, a sequence in order of x1.
 
     Attributes
@@ -80,6 +89,47 @@ class PeriodicMotions(Sequence[PeriodicMotion]):
         """Iterate over the solutions."""
         return iter(self.motions)
 
+    def plot(self, **options: Any) -> Axes:
+        """Draw the multipliers of all solutions, by ``vi.plot.multipliers``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.multipliers``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        ParameterError
+            If there are no solutions.
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the solutions as a data frame, one row each.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        return frame(columns_of(self.motions))
+
+    def _facts(self) -> Facts:
+        low, high = self.within
+        facts: Facts = {"x1 searched": f"{low:.6g} to {high:.6g}", "solutions": len(self)}
+        for place, motion in enumerate(self.motions, 1):
+            facts[f"solution {place}"] = (
+                f"{motion.label}, {motion.stability}, x1 = {motion.state[0]:.6g}"
+            )
+        return (
+            facts | {"undecided": len(self.undecided)} | ({"note": self.note} if self.note else {})
+        )
+
     def __repr__(self) -> str:
         """Count solutions and motions, and say where they were searched."""
         admissible = [motion for motion in self.motions if motion.admissible]
@@ -109,7 +159,7 @@ SOLUTION_DTYPE = np.dtype(
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class MotionMap(FixedArrays):
+class MotionMap(FixedArrays, Shown):
     """All period n-1 solutions over a grid of one or two parameters.
 
     Attributes
@@ -196,6 +246,44 @@ class MotionMap(FixedArrays):
             empty=self.empty.reshape(self.shape)[tuple(point)],
             pending=self.pending.reshape(self.shape)[tuple(point)],
         )
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw the solutions over one parameter, or where over two there are stable ones.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.motion_branches``, over two parameters as in ``vi.plot.stability_map``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the solutions as a data frame, one row each, with the varied parameters.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        names = [name for name in self.solutions.dtype.names or () if name not in self.grid]
+        varied = {name: self.parameter(name) for name in self.grid}
+        clash = {f"impact_{name}": self.solutions[name] for name in STATE if name in self.grid}
+        return frame(varied | {name: self.solutions[name] for name in names} | clash)
+
+    def _facts(self) -> Facts:
+        facts: Facts = {"period": f"{self.n}-1"}
+        for name, values in self.grid.items():
+            facts[name] = f"{len(values)} values from {values.min():.6g} to {values.max():.6g}"
+        return facts | {
+            "solutions": len(self.solutions),
+            "stable motions": int(np.count_nonzero(self.solutions["stable"])),
+            "points pending": int(np.count_nonzero(self.pending)),
+        }
 
     def __repr__(self) -> str:
         """Grid and number of solutions."""

@@ -23,10 +23,10 @@ from ..arguments import (
     swept,
 )
 from ..system import System
+from .columns import COORDINATES
 from .fields import STATUS, ChunkResult, Field, RowGroup
 from .grid import Grid
 
-COORDINATES = ("x1", "v1", "x2", "v2")
 # Periods that are kept of each run unless given, or all if there are fewer.
 USUAL_KEEP = 100
 Measure = Literal["returns", "label", "largest_exponent", "spectrum"]

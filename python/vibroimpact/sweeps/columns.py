@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 # Gives the named array or a part of it; () is all of it.
 Read = Callable[[str, tuple[slice, ...]], NDArray[Any]]
 
+# What the dimension ``coordinate`` counts.
+COORDINATES = ("x1", "v1", "x2", "v2")
+
 # Cells whose status is looked at together.
 _MANY = 2**22
 
@@ -195,7 +198,7 @@ def to_dataset(columns: Columns) -> "xarray.Dataset":
         # xarray reads a missing chunk as fill values.
         lengths = columns._check()
         stored: xarray.Dataset = xarray.open_zarr(columns.path, chunks=None)
-        return with_label(_as_told(columns, lengths, stored))
+        return with_label(_with_names(_as_told(columns, lengths, stored)))
     data = xarray.Dataset(
         {
             entry.name: (layout.dims(entry, group), columns[entry.name], attributes(layout, entry))
@@ -204,7 +207,13 @@ def to_dataset(columns: Columns) -> "xarray.Dataset":
         {name: (name, values, axis_attributes()) for name, values in columns.grid.axes.items()},
         layout.attributes(),
     )
-    return with_label(data)
+    return with_label(_with_names(data))
+
+
+def _with_names(data: "xarray.Dataset") -> "xarray.Dataset":
+    """Return the data set with coordinates along the dimensions that are not those of the grid."""
+    names: dict[str, Any] = {"coordinate": list(COORDINATES), "exponent": [1, 2, 3, 4]}
+    return data.assign_coords({name: names[name] for name in names if name in data.dims})
 
 
 def _as_told(columns: Columns, lengths: dict[str, int], stored: "xarray.Dataset") -> Any:

@@ -6,17 +6,25 @@ those of Han, Jin & Hu (2004), eq. (48); see the theory page, section 6.
 """
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arguments import reject
 from ..interruption import interruptible
-from ..run import read_only
+from ..run import Run, read_only
+from ..tables import frame
+from ..verbs import verb
 from .columns import Columns
 from .results import GridResult
 
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
+
 Start = Literal["fresh", "forward", "backward"]
+Rows = Literal["impact", "stroboscopic", "point"]
 
 
 @interruptible
@@ -59,6 +67,103 @@ class Diagram(GridResult):
         initial = tuple(tuple(state) for state in settings.pop("initial"))
         start = tuple(settings.pop("start"))
         return DiagramSettings(initial=initial, start=start, **settings)
+
+    def run(self, i: int) -> Run:  # type: ignore[override]
+        """Make the run of a point again, to the same bits.
+
+        Parameters
+        ----------
+        i
+            Number of the point; negative ones count from the end.
+
+        Returns
+        -------
+        Run
+            On a followed branch it starts, as the point did, from the last state of the point
+            before, or from the branch's initial state where that did not fit.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such point, or it is followed from one that was not reached.
+        StateError, SimulationError
+            If the status of the point is ``overlap`` or ``failed``.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> diagram = vi.bifurcation_diagram(
+        ...     system, initial=(0, 0.5, 0, 0), drive_frequency=[1.7, 1.75, 1.8]
+        ... )
+        >>> diagram.run(2).label == diagram.label[2]
+        True
+        """
+        run: Run = verb("run_of_point")(self, i)
+        return run
+
+    def plot(self, **options: Any) -> "Axes":
+        """Draw the diagram, by ``vi.plot.bifurcation``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.bifurcation``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        return super().plot(**options)
+
+    def to_pandas(self, rows: Rows = "impact") -> "pandas.DataFrame":
+        """Return the diagram as a data frame.
+
+        Parameters
+        ----------
+        rows
+            A row for each kept ``"impact"``, for each kept ``"stroboscopic"`` state, or for each
+            ``"point"``. Rows of sections have the number of their ``point``, with which they can be
+            joined to the points.
+
+        Raises
+        ------
+        ParameterError
+            If ``rows`` is something else.
+        ImportError
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> diagram = vi.bifurcation_diagram(
+        ...     system, initial=(0, 0.5, 0, 0), drive_frequency=[1.7, 1.75, 1.8]
+        ... )
+        >>> diagram.to_pandas("point")["drive_frequency"].tolist()
+        [1.7, 1.75, 1.8]
+        """
+        if not isinstance(rows, str) or rows not in get_args(Rows):
+            reject("rows", rows, "'impact', 'stroboscopic' or 'point'")
+        name = self.parameter_name
+        if rows == "point":
+            points = super().to_pandas()
+            points.insert(0, "point", np.arange(len(self)))
+            return points
+        if rows == "impact":
+            of_point = np.repeat(np.arange(len(self)), np.diff(self.offset))
+            names = ("x1", "v1", "v2", "phase", "approach_velocity", "energy_loss", "regime")
+            columns: dict[str, Any] = {
+                f"impact_{each}" if each == name else each: getattr(self, each) for each in names
+            }
+        else:
+            of_point = np.repeat(np.arange(len(self)), np.diff(self.stroboscopic_offset))
+            states = self.stroboscopic.T
+            columns = dict(zip(("x1", "v1", "x2", "v2"), states, strict=True))
+        before = {"point": of_point, "branch": self.branch[of_point]}
+        return frame({**before, name: self.parameter[of_point], **columns})
 
     def _flat(self, name: str) -> NDArray[Any]:
         array = self.columns[name]

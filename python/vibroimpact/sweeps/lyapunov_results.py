@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _core
+from .. import _core, archive
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
+from ..run import read_only
+from ..showing import Facts, Shown
 from ..system import System
+from ..verbs import verb
 from .columns import need_xarray
 from .results import GridResult
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.axes import Axes
+
+_ARRAYS = ("exponents", "error", "history_time", "history")
 
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LyapunovSpectrum(FixedArrays):
+class LyapunovSpectrum(FixedArrays, Shown):
     """The four Lyapunov exponents of a motion, per unit time, natural logarithm; read-only arrays.
 
     They belong to the state at fixed time. The phase of the drive is a fifth coordinate with the
@@ -62,7 +69,7 @@ class LyapunovSpectrum(FixedArrays):
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        for name in ("exponents", "error", "history_time", "history"):
+        for name in _ARRAYS:
             getattr(self, name).flags.writeable = False
 
     @property
@@ -79,6 +86,88 @@ class LyapunovSpectrum(FixedArrays):
     def missing(self) -> NDArray[np.bool_]:
         """Which exponents there are none of, shape (4,): the last two with a wall at rest."""
         return np.isnan(self.exponents)
+
+    @property
+    def largest(self) -> float:
+        """The largest exponent: > 0 for chaotic motion."""
+        return float(self.exponents[0])
+
+    @property
+    def dimension(self) -> float:
+        """Kaplan-Yorke dimension of the attractor in the space of (x1, v1, x2, v2).
+
+        It is j + (lambda_1 + ... + lambda_j)/abs(lambda_j+1) with the largest j for which the sum
+        is not negative; 0 if lambda_1 < 0, as for a periodic motion. With a drive the attractor is
+        that of the stroboscopic section; in the space with the phase its dimension is greater by 1.
+        Source: Kaplan and Yorke (1979).
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> spectrum = vi.lyapunov_spectrum(
+        ...     system.replace(damping=(0.1, 0.1)), initial=(0, 0.5, 0, 0), periods=400
+        ... )
+        >>> spectrum.label, spectrum.dimension
+        ('1-1', 0.0)
+        """
+        return float(dimension_of(self.exponents))
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw the exponents over the time of their measurement, by ``vi.plot.lyapunov``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.lyapunov``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the spectrum to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it."""
+        metadata = {
+            **{name: getattr(self, name) for name in ("time", "impacts", "flow", "label")},
+            "system": self.system.to_dict(),
+        }
+        archive.write(path, "spectrum", metadata, {name: getattr(self, name) for name in _ARRAYS})
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a spectrum from the file that ``save`` wrote.
+
+        Raises
+        ------
+        ValueError
+            If it is damaged, foreign, or holds something else.
+        """
+        return archive.read(path, {"spectrum": cls._from_parts})
+
+    @classmethod
+    def _from_parts(cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Self:
+        flow = metadata["flow"]
+        return cls(
+            time=float(metadata["time"]),
+            impacts=int(metadata["impacts"]),
+            flow=None if flow is None else int(flow),
+            label=str(metadata["label"]),
+            system=System.from_dict(metadata["system"]),
+            **{name: arrays[name] for name in _ARRAYS},
+        )
+
+    def _facts(self) -> Facts:
+        facts: Facts = {"motion": self.label}
+        for k, (value, error) in enumerate(zip(self.exponents, self.error, strict=True), 1):
+            facts[f"exponent {k}"] = f"{value:.6g} +- {error:.1g}"
+        return facts | {
+            "dimension": f"{self.dimension:.4g}",
+            "measured": f"over a time of {self.time:.6g}, with {self.impacts} impacts",
+        }
 
     def to_xarray(self) -> xarray.Dataset:
         """Return the exponents, their errors and their history as a labelled data set.
@@ -97,7 +186,7 @@ class LyapunovSpectrum(FixedArrays):
                 "exponent_errors": ("exponent", self.error),
                 "history": (("time", "exponent"), self.history),
             },
-            {"time": self.history_time},
+            {"time": self.history_time, "exponent": [1, 2, 3, 4]},
             {
                 "label": self.label,
                 "measured_time": self.time,
@@ -133,3 +222,30 @@ class LyapunovSweep(GridResult):
     def error(self) -> NDArray[np.float64]:
         """Their standard errors, shape (..., 4)."""
         return self.columns["exponent_errors"]
+
+    @property
+    def largest(self) -> NDArray[np.float64]:
+        """The largest exponent of each cell, shape of the grid."""
+        return read_only(self.exponents[..., 0].copy())
+
+    @property
+    def dimension(self) -> NDArray[np.float64]:
+        """Kaplan-Yorke dimension of each cell, as in ``LyapunovSpectrum``, shape of the grid."""
+        return read_only(dimension_of(self.exponents))
+
+
+def dimension_of(exponents: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the Kaplan-Yorke dimensions of spectra in falling order, along the last axis.
+
+    Those of a wall at rest, which are NaN and stand last, are left out; NaN without any other.
+    """
+    result = np.full(exponents.shape[:-1], np.nan)
+    for place in np.ndindex(result.shape):
+        spectrum = exponents[place][~np.isnan(exponents[place])]
+        if not len(spectrum):
+            continue
+        sums = np.cumsum(spectrum)
+        j = int(np.count_nonzero(np.logical_and.accumulate(sums >= 0.0)))
+        part = sums[j - 1] / -spectrum[j] if 0 < j < len(spectrum) else 0.0
+        result[place] = j + part
+    return result

@@ -9,24 +9,33 @@ from numpy.typing import NDArray
 from .. import _core, archive
 from ..arguments import path as checked_path
 from ..interruption import interruptible
-from ..run import read_only
+from ..run import Run, read_only
+from ..showing import Facts, Shown
 from ..system import System
-from .columns import Columns, Memory, to_dataset
+from ..tables import frame
+from ..verbs import verb
+from .columns import COORDINATES, Columns, Memory, to_dataset
 from .fields import STATUS_NAMES, ChunkResult, Field, Layout, RowGroup
 from .grid import Grid, Tiling
 from .labels import labels
 from .store import open_columns
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
+    from matplotlib.axes import Axes
 
 MOTIONS = _core.MOTION_NAMES
+# Cells of which the table of a notebook counts the labels, at most: it may take half a second.
+_MOST_CELLS = 1_000_000
+# Labels that it names.
+_MOST_LABELS = 6
 # The cells with these statuses have come to the end of their run.
 _COMPLETED = [STATUS_NAMES.index(name) for name in ("completed", "restarted", "rest")]
 
 
 @interruptible
-class GridResult:
+class GridResult(Shown):
     """Result of a computation over a grid of cells; arrays are read-only, in C order of the axes.
 
     Columns of a store are read at each access, so that a result takes no memory before it is used.
@@ -61,7 +70,7 @@ class GridResult:
         parameter: from ``initial``), ``overlap`` (the bodies overlap at the start), ``failed``, the
         stop reason, or ``pending`` if an interrupted call did not reach it.
         """  # noqa: D205
-        return read_only(np.asarray(STATUS_NAMES)[self.columns["status"]])
+        return read_only(np.asarray(np.asarray(STATUS_NAMES)[self.columns["status"]]))
 
     @property
     def m(self) -> NDArray[np.int64]:
@@ -78,7 +87,9 @@ class GridResult:
         """Label of each cell: ``3-4``, ``1-inf`` (chatter), ``quasi-periodic``, ``chaotic``,
         ``unresolved``.
         """  # noqa: D205
-        return read_only(labels(*(self.columns[name] for name in ("motion", "m", "n"))))
+        # Of a sweep without axes NumPy makes a scalar.
+        found = labels(*(self.columns[name] for name in ("motion", "m", "n")))
+        return read_only(np.asarray(found))
 
     @property
     def residual(self) -> NDArray[np.float64]:
@@ -113,8 +124,126 @@ class GridResult:
         over = " x ".join(spans) or "one system"
         return f"<{type(self).__name__} of {over}: {completed} of {len(self)} completed>"
 
+    def run(self, *indices: int) -> Run:
+        """Make the run of one cell again, to the same bits.
+
+        Parameters
+        ----------
+        *indices
+            Place of the cell, an index for each axis; negative ones count from the end.
+
+        Returns
+        -------
+        Run
+            It has the initial state and the settings of the cell. Of a sweep of Lyapunov spectra
+            it is the run before the measurement.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such cell.
+        StateError
+            If the bodies overlap at the start of the cell (status ``overlap``).
+        SimulationError
+            If the run fails (status ``failed``); ``.result`` is the run up to there.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> chart = vi.chart(
+        ...     system, initial=(0, 0.5, 0, 0), gap=[0.4, 0.5], drive_frequency=[1.75, 1.8]
+        ... )
+        >>> chart.run(1, 1).label == chart.label[1, 1]
+        True
+        """
+        run: Run = verb("run_of_cell")(self, *indices)
+        return run
+
+    def plot(self, **options: Any) -> "Axes":
+        """Draw the result: a chart over two axes, labels or exponents over one.
+
+        Parameters
+        ----------
+        **options
+            Of a sweep over two axes as in ``vi.plot.chart``, over one as in
+            ``vi.plot.final_states``; of Lyapunov spectra over one axis as in ``vi.plot.lyapunov``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        ParameterError
+            If there is no picture over so many axes.
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return the cells as a data frame, one row each: axes, status, label, and numbers.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> chart = vi.chart(
+        ...     system, initial=(0, 0.5, 0, 0), gap=[0.4, 0.5], drive_frequency=[1.75, 1.8]
+        ... )
+        >>> chart.to_pandas()[["gap", "drive_frequency"]].to_numpy().tolist()
+        [[0.4, 1.75], [0.4, 1.8], [0.5, 1.75], [0.5, 1.8]]
+        """
+        grid = self.columns.grid
+        columns: dict[str, Any] = dict(grid.values(0, grid.size))
+        columns |= {"status": self.status.ravel(), "label": self.label.ravel()}
+        for entry in self.columns.layout.fields:
+            if entry.name in ("status", "motion"):
+                continue
+            values = self.columns[entry.name].reshape(grid.size, *entry.shape)
+            if not entry.shape:
+                columns[entry.name] = values
+                continue
+            numbers = tuple(range(1, entry.shape[0] + 1))
+            names = COORDINATES if entry.dims[0] == "coordinate" else numbers
+            columns |= {f"{entry.name}_{k}": values[:, i] for i, k in enumerate(names)}
+        return frame(columns)
+
+    def _facts(self) -> Facts:
+        facts: Facts = {
+            name: f"{len(values)} values"
+            + (f" from {values[0]:.6g} to {values[-1]:.6g}" if len(values) else "")
+            for name, values in self.axes.items()
+        }
+        if len(self) <= _MOST_CELLS:
+            # Numbers are counted, not texts, which would take ten times longer.
+            codes = np.stack([self.columns[name].ravel() for name in ("motion", "m", "n")])
+            kinds, numbers = np.unique(codes, axis=1, return_counts=True)
+            order = np.argsort(-numbers, kind="stable")
+            names = labels(*kinds[:, order])
+            shown = [
+                f"{name} ({number})"
+                for name, number in zip(names[:_MOST_LABELS], numbers[order], strict=False)
+            ]
+            more = len(names) - len(shown)
+            facts["labels"] = ", ".join(shown) + (f", {more} more" if more > 0 else "")
+        names, numbers = np.unique(self.status, return_counts=True)
+        facts["status"] = ", ".join(
+            f"{name} ({number})" for name, number in zip(names, numbers, strict=True)
+        )
+        return facts
+
     def to_xarray(self) -> "xarray.Dataset":
         """Return the columns as a labelled data set; one in a store is read when looked at.
+
+        Its dimension ``coordinate`` has the coordinates x1, v1, x2, v2; ``exponent`` counts from 1.
 
         Raises
         ------

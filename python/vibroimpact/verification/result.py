@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
+from ..showing import Facts, Shown
 
 #: Numbers of an impact that are verified, besides its regime: of the motion, and what follows.
 MOTION_NUMBERS = ("time", "x1", "v1_pre", "v1_post", "x2", "v2_pre", "v2_post")
@@ -109,7 +110,7 @@ class Disagreement:
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Verification(FixedArrays):
+class Verification(FixedArrays, Shown):
     """The comparison of a run with the exact motion of its system and start, by ``verify``.
 
     Attributes
@@ -248,6 +249,18 @@ class Verification(FixedArrays):
     def __str__(self) -> str:
         """The summary."""
         return self.summary()
+
+    def _facts(self) -> Facts:
+        horizon = self.horizon
+        facts: Facts = {
+            "digits asked for": self.digits,
+            "impacts verified": f"{len(self.impacts)} of {self.kept[0]}",
+            "stopped": self.stopped,
+        }
+        if horizon is not None:
+            place = f"{horizon.event} {horizon.number} at time {horizon.time:.6g}"
+            facts["horizon"] = f"{place}: {horizon.reason}"
+        return facts
 
     def __repr__(self) -> str:
         """Say it in one line."""

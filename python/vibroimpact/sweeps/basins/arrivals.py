@@ -36,9 +36,8 @@ from ...arguments import (
 from ...errors import Interrupted
 from ...interruption import interruptible
 from ...system import System
-from ..cells import COORDINATES
 from ..cluster import check_client
-from ..columns import Columns
+from ..columns import COORDINATES, Columns
 from ..engine import compute
 from ..fields import STATUS, STATUS_NAMES, ChunkResult
 from ..grid import Grid

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ...interruption import interruptible
 from ...orbits.motion import PeriodicMotion, size_of
+from ...showing import Facts, Shown
 from ...system import System
 from .clouds import INSIDE, Cloud
 from .free_motion import never_strike
@@ -36,7 +37,7 @@ class Family(StrEnum):
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Attractor:
+class Attractor(Shown):
     """An attractor, or a family of motions that are not isolated.
 
     Attributes
@@ -84,6 +85,15 @@ class Attractor:
     cloud: Cloud | None = None
     rotor: bool = False
     system: System | None = None
+
+    def _facts(self) -> Facts:
+        return {
+            "motion": self.label,
+            "kind": self.kind,
+            "confirmed": "yes" if self.confirmed else f"no: {self.why_not}",
+            "sections": len(self.sections),
+            "start": f"({', '.join(f'{value:.6g}' for value in self.start)})",
+        }
 
     def __repr__(self) -> str:
         """Label and whether it is confirmed."""

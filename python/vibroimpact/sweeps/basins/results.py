@@ -14,8 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...fixed_arrays import FixedArrays
 from ...interruption import interruptible
-from ...run import read_only
+from ...run import Run, read_only
+from ...showing import Facts, Shown
 from ...system import System
+from ...tables import frame
 from ...verbs import verb
 from ..columns import need_xarray
 from ..fields import STATUS, STATUS_NAMES, Field
@@ -24,7 +26,9 @@ from .measures import BasinEntropy, UncertaintyExponent, basin_entropy, uncertai
 from .region import Follow
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
+    from matplotlib.axes import Axes
 
 ATTRACTOR = Field("attractor", "int16", "number of the attractor, -1 for none", fill=-1)
 SETTLING = Field(
@@ -52,7 +56,7 @@ class BasinSettings:
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Basins(FixedArrays):
+class Basins(FixedArrays, Shown):
     """Basins of attraction over a grid of a x b initial states; all arrays are read-only.
 
     Attributes
@@ -166,6 +170,85 @@ class Basins(FixedArrays):
             If the grid is smaller than a box.
         """
         return basin_entropy(self.attractor, box=box)
+
+    def run(self, *indices: int) -> Run:
+        """Make the run from the start of one cell again.
+
+        Parameters
+        ----------
+        *indices
+            Place of the cell, an index for each axis; negative ones count from the end.
+
+        Returns
+        -------
+        Run
+            Over the ``periods`` of the settings, doubled as in the rounds until the cell has
+            arrived at its attractor; where it has not, as long as in the last round.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such cell.
+        StateError, SimulationError
+            If the status of the cell is ``overlap`` or ``failed``.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1.0)
+        >>> basins = vi.basins(system, x1=[0.0, 0.1], v1=[0.4, 0.5])
+        >>> basins.run(0, 1).initial
+        (0.0, 0.5, 0.0, 0.0)
+        """
+        run: Run = verb("run_of_start")(self, *indices)
+        return run
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw the basins, by ``vi.plot.basins``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.basins``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the cells as a data frame, one row each.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        first, second = np.meshgrid(*self.axes.values(), indexing="ij")
+        return frame(
+            dict(zip(self.axes, (first.ravel(), second.ravel()), strict=True))
+            | {
+                "attractor": self.attractor.ravel(),
+                "label": self.label.ravel(),
+                "status": self.status.ravel(),
+                "settling": self.settling.ravel(),
+            }
+        )
+
+    def _facts(self) -> Facts:
+        facts: Facts = {
+            name: f"{len(values)} values from {values[0]:.6g} to {values[-1]:.6g}"
+            for name, values in self.axes.items()
+        }
+        for number, attractor in enumerate(self.attractors):
+            facts[f"attractor {number}"] = f"{attractor.label}: {self.shares[number]:.1%}"
+        if self.reasons:
+            without = (f"{name} in {number} cells" for name, number in self.reasons.items())
+            facts["without attractor"] = ", ".join(without)
+        return facts
 
     def to_xarray(self) -> xarray.Dataset:
         """Return attractor, status, settling and label over both axes as an xarray data set.

@@ -1,0 +1,62 @@
+"""A sweep over one parameter: where each run ends, coloured by the label of its motion."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba_array
+
+from ..arguments import reject
+from ..sweeps import Sweep
+from ..sweeps.columns import COORDINATES
+from .labels import LABEL_STYLES, NO_LABEL_COLOR, UNRESOLVED, label_codes, label_handles
+from .style import PARAMETER_SYMBOLS, STATE_SYMBOLS, legend_above, new_axes
+
+
+def final_states(
+    sweep: Sweep,
+    *,
+    value: str = "x1",
+    size: float = 6.0,
+    legend: bool = True,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw the state at the end of each run of a sweep over one axis, coloured by label.
+
+    A run ends with a drive period, so that a point is one of the stroboscopic section.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        Result of `vibroimpact.sweep` over one axis.
+    value : str
+        What of the state: "x1", "v1", "x2" or "v2".
+    size : float
+        Area of a point in square points.
+    legend : bool
+        Name the kinds of labels above the axes.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ParameterError
+        If an argument is of the wrong kind, or the sweep has not one axis.
+    """
+    if not isinstance(sweep, Sweep) or len(sweep.axes) != 1:
+        reject("sweep", sweep, "a vibroimpact.Sweep over one axis, or over two for plot.chart")
+    if value not in COORDINATES:
+        reject("value", value, f"one of {', '.join(COORDINATES)}")
+    ((name, values),) = sweep.axes.items()
+    codes = label_codes(sweep)
+    palette = to_rgba_array([*(style.point_color for style in LABEL_STYLES), NO_LABEL_COLOR])
+    heights = sweep.final_states[:, COORDINATES.index(value)]
+    ax = new_axes(ax)
+    ax.scatter(values, heights, s=size, c=palette[np.minimum(codes, UNRESOLVED)], linewidths=0)
+    if legend and len(codes):
+        legend_above(ax, label_handles(np.unique(codes).tolist(), points=True), columns=4)
+    ax.set_xlabel((PARAMETER_SYMBOLS | STATE_SYMBOLS).get(name, name))
+    ax.set_ylabel(f"{STATE_SYMBOLS[value]} at the end")
+    return ax

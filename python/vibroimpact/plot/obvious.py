@@ -1,0 +1,89 @@
+"""The obvious picture of each result: what its method ``plot`` draws."""
+
+from collections.abc import Callable
+from functools import singledispatch
+from typing import Any
+
+from ..arguments import reject
+from ..impact_results import ImpactAgreement, ImpactRegimes
+from ..orbits import (
+    Bifurcation,
+    BifurcationCurve,
+    Branch,
+    PeriodicMotion,
+    StabilityRegion,
+    UnstableManifold,
+)
+from ..run import Run
+from ..single_impact import MotionMap, PeriodicMotions
+from ..sweeps import Basins, Diagram, LyapunovSpectrum, LyapunovSweep, Sweep
+from .basins import basins
+from .branches import bifurcation_curves, branches
+from .chart import chart
+from .diagram import bifurcation
+from .final_states import final_states
+from .impacts import impact_agreement, impact_regimes
+from .lyapunov import lyapunov
+from .manifold import manifold
+from .motion import time_history
+from .multipliers import multipliers
+from .orbit import orbit
+from .solutions import motion_branches, stability_map
+
+
+@singledispatch
+def draw(result: Any, **options: Any) -> Any:
+    """Draw a result; the options are those of the function that draws it.
+
+    Raises
+    ------
+    ParameterError
+        If the result has no picture.
+    """
+    reject("result", result, "a result that has a picture")
+
+
+_FUNCTIONS: dict[type, Callable[..., Any]] = {
+    Basins: basins,
+    BifurcationCurve: bifurcation_curves,
+    Branch: branches,
+    Diagram: bifurcation,
+    ImpactAgreement: impact_agreement,
+    ImpactRegimes: impact_regimes,
+    LyapunovSpectrum: lyapunov,
+    LyapunovSweep: lyapunov,
+    PeriodicMotion: orbit,
+    StabilityRegion: bifurcation_curves,
+    UnstableManifold: manifold,
+}
+for _kind, _function in _FUNCTIONS.items():
+    draw.register(_kind, _function)
+
+
+@draw.register
+def _(run: Run, **options: Any) -> Any:
+    if run.system.drive_frequency == 0.0:
+        options = {"window": (run.kept_from, run.final_state.time)} | options
+    return time_history(run, **options)
+
+
+@draw.register
+def _(sweep: Sweep, **options: Any) -> Any:
+    if len(sweep.axes) == 2:
+        return chart(sweep, **options)
+    return final_states(sweep, **options)
+
+
+@draw.register
+def _(found: Bifurcation, **options: Any) -> Any:
+    return orbit(found.motion, **options)
+
+
+@draw.register
+def _(motions: PeriodicMotions, **options: Any) -> Any:
+    return multipliers(motions.motions, **options)
+
+
+@draw.register
+def _(solutions: MotionMap, **options: Any) -> Any:
+    return (motion_branches if len(solutions.grid) == 1 else stability_map)(solutions, **options)

@@ -1,0 +1,119 @@
+"""Tables of rows: structured arrays that know their columns, and data frames of pandas.
+
+A table is a NumPy array. A column that it does not have is refused by an error that lists those
+that it has. `to_pandas` of every result goes through `frame`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._core import Regime
+from .arguments import close_to
+from .interruption import interruptible
+
+if TYPE_CHECKING:
+    import pandas
+
+
+class EventKind(IntEnum):
+    """The kinds of events of a run, as in the column ``kind`` of ``run.events``."""
+
+    IMPACT = 0
+    GRAZE = 1
+    CHATTER = 2
+    SLIDE_POSITIVE = 3
+    SLIDE_NEGATIVE = 4
+    STICK = 5
+    RELEASE = 6
+    STOP = 7
+
+
+# The columns whose numbers have names, and those names.
+_NAMED: dict[str, type[IntEnum]] = {"kind": EventKind, "regime": Regime}
+
+
+@interruptible
+class Table(np.ndarray[Any, np.dtype[np.void]]):
+    """A structured array, one row for each event; a column is an ordinary array.
+
+    It can be read like every structured array: ``run.impacts["time"]``, ``run.impacts[0]``.
+    """
+
+    def __getitem__(self, key: Any) -> Any:
+        """Return a column, rows, or columns.
+
+        Raises
+        ------
+        ValueError
+            If there is no column of that name; the message lists the columns.
+        """
+        names = self.dtype.names or ()
+        for name in (key,) if isinstance(key, str) else key if isinstance(key, list) else ():
+            if isinstance(name, str) and name not in names:
+                hint = close_to(name, names)
+                raise ValueError(f"no column {name!r}{hint}; the columns: {', '.join(names)}")
+        found = super().__getitem__(key)
+        # A column is a table no longer.
+        plain = isinstance(found, Table) and found.dtype.names is None
+        return found.view(np.ndarray) if plain else found
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the rows as a data frame; ``regime`` and ``kind`` are words in it.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        return frame({name: self[name] for name in self.dtype.names or ()})
+
+
+def table(array: NDArray[Any]) -> Table:
+    """Return a structured array as a table that may not be written to."""
+    result = array.view(Table)
+    result.flags.writeable = False
+    return result
+
+
+def with_column(array: NDArray[Any], name: str, values: NDArray[Any], *, after: str) -> Table:
+    """Return the rows as a table with one more column, after the column of that name."""
+    dtypes: list[tuple[str, Any]] = []
+    for each in array.dtype.names or ():
+        dtypes.append((each, array.dtype[each]))
+        if each == after:
+            dtypes.append((name, values.dtype))
+    result = np.empty(array.shape, np.dtype(dtypes))
+    for each in array.dtype.names or ():
+        result[each] = array[each]
+    result[name] = values
+    return table(result)
+
+
+def frame(columns: Mapping[str, ArrayLike | Sequence[Any]]) -> pandas.DataFrame:
+    """Return columns as a data frame of pandas; regimes and kinds of events by their names.
+
+    Raises
+    ------
+    ImportError
+        If pandas is not installed.
+    """
+    try:
+        import pandas  # optional, and slow to import
+    except ImportError as error:
+        raise ImportError("a data frame needs pandas: pip install pandas", name="pandas") from error
+    return pandas.DataFrame({name: _words(name, values) for name, values in columns.items()})
+
+
+def _words(name: str, values: Any) -> Any:
+    """Return the values of a column, as names where it is known what the numbers stand for."""
+    kinds = _NAMED.get(name)
+    if kinds is None:
+        return values
+    words = np.array([kind.name.lower() for kind in kinds], dtype=object)
+    return words[np.asarray(values)]
