@@ -13,9 +13,12 @@ import importlib
 from collections.abc import Callable
 from typing import Any, Final, Literal
 
-Verb = Literal["crossing", "curve_problem", "motion_of", "read_basins", "refine", "write_basins"]
+Verb = Literal[
+    "animate", "crossing", "curve_problem", "motion_of", "read_basins", "refine", "write_basins"
+]
 
 VERBS: Final[dict[Verb, str]] = {
+    "animate": "plot.animation:animate",
     "crossing": "orbits.regions:crossing",
     "curve_problem": "orbits.curve_problem:CurveProblem",
     "motion_of": "orbits.verdict:motion_of",

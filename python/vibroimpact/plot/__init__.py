@@ -4,11 +4,12 @@ The functions draw what a result (`Run`, `Diagram`, `ImpactRegimes` ...) holds a
 dynamics.
 """
 
-from .animation import Animation, animation
+from .animation import animation
 from .basins import BASIN_COLORS, basin_handles, basins
 from .branches import bifurcation_curves, branch_handles, branches, curve_handles
 from .chart import chart, chart_handles
 from .diagram import bifurcation, chatter_handles, contact_fraction, no_impact_handles
+from .film import Animation
 from .force import contact_force
 from .impacts import impact_agreement, impact_regimes
 from .labels import LABEL_STYLES, label_handles

@@ -6,34 +6,27 @@ impact itself, so that every impact is seen as a contact, with its impulses.
 
 from __future__ import annotations
 
-import io
 import math
 import os
-import tempfile
-from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any, Final
 
 import matplotlib
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from ..arguments import count, positive, reject
-from ..arguments import path as checked_path
-from ..interruption import interruptible
+from ..arguments import count, naming, positive, reject
 from ..run import Run
-from ..whole_file import whole_file
 from .curve import is_driven, orbit_window, shown_window
+from .film import Animation, writer_of
 from .given import bodies_of, expected
 from .machine import Hit, Stage
-from .marks import Mode, contact_spans
+from .marks import contact_spans
 from .motion import phase_portrait, time_history
-from .style import BLACK, BLUE, GREEN, REGIME_STYLES, SKY_BLUE, SLIDE_STYLE, STICK_STYLE, VERMILLION
+from .style import BLACK, BLUE, REGIME_STYLES, SLIDE_STYLE, STICK_STYLE, VERMILLION
 
 Array = NDArray[np.float64]
 
@@ -54,54 +47,35 @@ _SETTINGS: Final[Any] = {
     "legend.frameon": False,
 }
 _TEXTS = {"slide": SLIDE_STYLE.text, "stick": STICK_STYLE.text}
-_ENDINGS = ".gif, .mp4, .html"
 
 
-@interruptible
-class Animation:
-    """A run that moves; what `vibroimpact.plot.animation` and `Run.animate` return.
+class _Scene:
+    """A run on the axes of an animation: the curves, and what moves over them."""
 
-    In a notebook it shows itself. `save` writes a GIF, an MP4 or a page of HTML.
-
-    Attributes
-    ----------
-    run : Run
-        What is shown.
-    times : array of shape (frames,)
-        The times of the frames.
-    frames_per_second : float
-        The speed.
-    figure : matplotlib.figure.Figure
-        Where it is drawn; `show` draws one frame.
-    """
-
-    def __init__(
-        self, run: Run, window: tuple[float, float], frames: int, frames_per_second: float
-    ) -> None:
-        self.run, self.frames_per_second = run, frames_per_second
+    def __init__(self, run: Run, window: tuple[float, float], frames: int) -> None:
+        self._run = run
         start, end = window
         even = start + (end - start) * np.arange(frames) / frames
         self.times, self._hits = _with_impacts(run, even, (end - start) / frames)
         self.times.flags.writeable = False
         self._states = run.trajectory(self.times)
-        self._spans = contact_spans(run, window)
-        self._modes = [self._mode(time) for time in self.times.tolist()]
+        spans = contact_spans(run, window)
+        self._modes = [
+            next((span.mode for span in spans if span.start <= time < span.end), None)
+            for time in self.times.tolist()
+        ]
         with matplotlib.rc_context(_SETTINGS):
             self.figure = Figure(figsize=_SIZE, dpi=_DOTS_PER_INCH, layout="constrained")
             FigureCanvasAgg(self.figure)
-            self._draw(window)
-            self.show(0)
+            self._curves(window)
+            self.draw(0)
         # Arranged once, or it would be arranged for every frame.
         self.figure.draw_without_rendering()
         self.figure.set_layout_engine("none")
 
-    def _mode(self, time: float) -> Mode | None:
-        found = [span.mode for span in self._spans if span.start <= time < span.end]
-        return found[0] if found else None
-
-    def _draw(self, window: tuple[float, float]) -> None:
+    def _curves(self, window: tuple[float, float]) -> None:
         """Draw the curves, and what will move over them."""
-        run = self.run
+        run = self._run
         parts = self.figure.subplot_mosaic(
             [["machine", "portrait"], ["machine", "history"]], width_ratios=(1.1, 1.0)
         )
@@ -124,21 +98,10 @@ class Animation:
             0.0, 1.0, "", transform=parts["machine"].transAxes, ha="left", va="bottom", fontsize=9
         )
 
-    def __len__(self) -> int:
-        """Return the number of frames."""
-        return len(self.times)
-
-    def show(self, frame: int) -> Figure:
-        """Draw one frame, 0 ... len - 1, and return the figure.
-
-        Raises
-        ------
-        ParameterError
-            If there is no such frame.
-        """
-        frame = count("frame", frame, least=0, most=len(self) - 1)
+    def draw(self, frame: int) -> list[Artist]:
+        """Draw one frame; return what moves, from below to above."""
         state, time = self._states[frame], float(self.times[frame])
-        system, mode = self.run.system, self._modes[frame]
+        system, mode = self._run.system, self._modes[frame]
         hit = self._hit(frame)
         phase = system.drive_frequency * time + system.phase
         driven = is_driven(system)
@@ -150,11 +113,6 @@ class Animation:
         if hit is not None and mode is None:
             doing = f"impact, {REGIME_STYLES[hit.regime].text}"
         self._text.set_text(f"$t$ = {time:.2f}: {doing}")
-        return self.figure
-
-    @property
-    def _moving(self) -> list[Artist]:
-        """What is drawn anew in every frame, from below to above."""
         drawn = [*self._stage.moving, *self._dots.values(), self._now, self._text]
         return sorted(drawn, key=lambda artist: artist.get_zorder())
 
@@ -163,7 +121,7 @@ class Animation:
         recent = self._hits[max(frame - _FLASH + 1, 0) : frame + 1]
         for age, row in enumerate(reversed(recent)):
             if row >= 0:
-                impact = self.run.impacts[row]
+                impact = self._run.impacts[row]
                 normal, tangential = (
                     float(impact[name]) / self._largest
                     for name in ("impulse_normal", "impulse_tangential")
@@ -172,52 +130,6 @@ class Animation:
                     float(impact["x1"]), normal, tangential, int(impact["regime"]), age / _FLASH
                 )
         return None
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the animation: .gif, .mp4 (needs the program ffmpeg), or .html.
-
-        A GIF and a page of HTML run again and again.
-
-        Parameters
-        ----------
-        path : str or os.PathLike
-            The file; its ending says the format. It is written completely or not at all.
-
-        Raises
-        ------
-        ParameterError
-            If the ending is another, or .mp4 where there is no ffmpeg.
-        OSError
-            If the file cannot be written.
-        """
-        write = writer_of(path)
-        with whole_file(path) as file:
-            file.write(write(self))
-
-    def to_html(self) -> str:
-        """Return a player of the animation, as HTML with the frames in it."""
-        # Beyond its limit of bytes matplotlib would leave frames out.
-        with matplotlib.rc_context({"animation.embed_limit": 2.0**20}):
-            player = self._matplotlib()
-            html: str = player.to_jshtml(fps=self.frames_per_second, default_mode="loop")
-        return html
-
-    def _matplotlib(self) -> Any:
-        from matplotlib.animation import FuncAnimation
-
-        def update(frame: int) -> tuple[()]:
-            self.show(frame)
-            return ()
-
-        return FuncAnimation(self.figure, update, frames=len(self), blit=False)
-
-    def _repr_html_(self) -> str:
-        return self.to_html()
-
-    def __repr__(self) -> str:
-        """Say how long it is, and of what."""
-        seconds = len(self) / self.frames_per_second
-        return f"<Animation of {len(self)} frames, {seconds:.3g} s, of {self.run!r}>"
 
 
 def animation(
@@ -273,7 +185,29 @@ def animation(
     speed = positive("frames_per_second", frames_per_second)
     if speed > 100.0:
         reject("frames_per_second", frames_per_second, "a number > 0, at most 100")
-    return Animation(run, span, frames, speed)
+    scene = _Scene(run, span, frames)
+    return Animation(scene.figure, scene.times, scene.draw, speed)
+
+
+@naming
+def animate(
+    run: Run,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    window: tuple[float, float] | None = None,
+    periods: float | None = None,
+    frames: int | None = None,
+    frames_per_second: float = 25.0,
+) -> Animation:
+    """Return the animation of a run, written to a file if there is a path; `Run.animate`."""
+    if path is not None:
+        writer_of(path)  # before anything is computed for it
+    moving = animation(
+        run, window=window, periods=periods, frames=frames, frames_per_second=frames_per_second
+    )
+    if path is not None:
+        moving.save(path)
+    return moving
 
 
 def _with_impacts(run: Run, times: Array, step: float) -> tuple[Array, list[int]]:
@@ -293,89 +227,3 @@ def _with_impacts(run: Run, times: Array, step: float) -> tuple[Array, list[int]
         if time >= run.kept_from:
             times[frame], hits[frame] = time, row
     return times, hits
-
-
-def writer_of(path: Any) -> Callable[[Animation], bytes]:
-    """Return what makes the bytes of a file, by the ending of its name.
-
-    Raises
-    ------
-    ParameterError
-        If the ending is another, or .mp4 where there is no ffmpeg.
-    """
-    name = checked_path("path", path)
-    match Path(name).suffix.lower():
-        case ".gif":
-            return _gif
-        case ".html":
-            return lambda animation: animation.to_html().encode("utf-8")
-        case ".mp4":
-            from matplotlib.animation import writers
-
-            if not writers.is_available("ffmpeg"):
-                reject("path", name, ".gif or .html: .mp4 needs the program ffmpeg, not found here")
-            return _mp4
-    reject("path", name, f"a name that ends in {_ENDINGS}")
-
-
-def _gif(animation: Animation) -> bytes:
-    """Return a GIF with one palette, so that what stands still costs nothing."""
-    from PIL import Image
-
-    table = Image.new("P", (1, 1))
-    table.putpalette(_palette())
-    frames = [
-        Image.fromarray(pixels).quantize(palette=table, dither=Image.Dither.NONE)
-        for pixels in _pictures(animation)
-    ]
-    file = io.BytesIO()
-    # A GIF counts hundredths of a second.
-    duration = 10 * max(round(100.0 / animation.frames_per_second), 1)
-    options: dict[str, Any] = {"duration": duration, "loop": 0, "optimize": True}
-    frames[0].save(file, "GIF", save_all=True, append_images=frames[1:], **options)
-    return file.getvalue()
-
-
-def _pictures(animation: Animation) -> Iterator[NDArray[np.uint8]]:
-    """Give the frames as colours of pixels; what stands still is drawn once."""
-    canvas: Any = animation.figure.canvas
-    moving = animation._moving
-    for artist in moving:
-        artist.set_visible(False)
-    canvas.draw()
-    ground = canvas.copy_from_bbox(animation.figure.bbox)
-    for artist in moving:
-        artist.set_visible(True)
-    for frame in range(len(animation)):
-        animation.show(frame)
-        canvas.restore_region(ground)
-        for artist in animation._moving:
-            animation.figure.draw_artist(artist)
-        yield np.array(canvas.buffer_rgba())[..., :3]
-
-
-def _palette() -> list[int]:
-    """Return the colours of a GIF: greys, and those of the figures on white and on black."""
-    colors = [(grey, grey, grey) for grey in np.linspace(0.0, 1.0, 32).tolist()]
-    strong = {style.color for style in REGIME_STYLES.values()}
-    for name in sorted((strong | {GREEN, SKY_BLUE, VERMILLION, BLUE}) - {BLACK}):
-        full = np.array(to_rgb(name))
-        for part in (1.0, 0.8, 0.6, 0.4, 0.2, 0.1):
-            colors.append(tuple((1.0 - part + part * full).tolist()))
-        colors.append(tuple((0.5 * full).tolist()))
-    for style in (SLIDE_STYLE, STICK_STYLE):
-        colors += [to_rgb(style.band), to_rgb(style.edge)]
-    return [round(255.0 * part) for color in colors for part in color]
-
-
-def _mp4(animation: Animation) -> bytes:
-    from matplotlib.animation import FFMpegWriter
-
-    with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "animation.mp4"
-        # Encoders of H.264 want an even number of pixels.
-        even = ["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"]
-        speed: Any = animation.frames_per_second  # typed as an int, but any number will do
-        writer = FFMpegWriter(fps=speed, extra_args=even)
-        animation._matplotlib().save(out, writer=writer)
-        return out.read_bytes()

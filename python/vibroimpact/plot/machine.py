@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
 from ..arguments import number, state
@@ -204,7 +204,8 @@ class Stage:
         """Draw body 1, what strikes in a colour."""
         ax, system = self._ax, self._system
         if self._oblique:
-            return parts.rod(ax, x1, BLACK, tip_color=color)
+            pivot = Circle((0.0, 0.0), parts.PIVOT, fc="white", ec=BLACK, lw=1.0, zorder=5)
+            return [*parts.rod(ax, x1, BLACK, tip_color=color), ax.add_patch(pivot)]
         place, height = float(self._place(x1)), self._top - self._bottom
         corner = (place - _WIDTH, self._bottom)
         drawn = parts.block(ax, corner, _WIDTH, height)

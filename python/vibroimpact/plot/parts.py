@@ -21,7 +21,8 @@ Point = tuple[float, float]
 Drawn = list[Artist]
 
 BALL = 0.035
-"""Radius of the pendulum's tip."""
+PIVOT = 0.03
+"""Radii of the pendulum's tip and of its pivot."""
 
 FRAME = "0.45"
 BESIDE = "0.55"
@@ -67,7 +68,7 @@ def bearing(ax: Axes, top: float, left: float, right: float) -> None:
     """Draw the pivot and the frame that holds it."""
     ax.add_patch(Polygon([(-0.08, top), (0.08, top), (0, 0)], fc=GHOST, lw=0, zorder=0.5))
     fixed(ax, (left, top), (right, top))
-    ax.add_patch(Circle((0, 0), 0.03, fc="white", ec=BLACK, lw=1.0, zorder=5))
+    ax.add_patch(Circle((0, 0), PIVOT, fc="white", ec=BLACK, lw=1.0, zorder=5))
 
 
 def torsion_spring(ax: Axes, top: float) -> None:
