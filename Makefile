@@ -32,7 +32,7 @@ INSTALLED := $(VENV)/.installed
 SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
-.PHONY: help figures claims gallery errata schematic test reference lint bench instructions instructions-update stress docs ci audit clean
+.PHONY: help figures claims gallery errata schematic animation test reference lint bench instructions instructions-update stress docs ci audit clean
 .PHONY: quick quick-update thorough wheel wheel-test audit-deps fuzz fuzz-python
 
 help:
@@ -41,6 +41,7 @@ help:
 	@echo 'make gallery  draw the pictures of docs/gallery.md'
 	@echo 'make errata   draw the figures of docs/errata.md'
 	@echo 'make schematic  draw the machine, into docs/images'
+	@echo 'make animation  draw a motion that moves, into docs/images'
 	@echo 'make test     all tests: Rust, documentation, Python'
 	@echo 'make quick    those for the change at hand: unit tests in Rust, and what is not slow in Python'
 	@echo 'make quick-update  measure anew which tests are slow (tests/slow.txt)'
@@ -83,6 +84,9 @@ errata: $(PACKAGE) $(REPRODUCTION)
 
 schematic: $(PACKAGE)
 	$(BIN)/python examples/schematic.py --out docs/images/schematic.png
+
+animation: $(PACKAGE)
+	$(BIN)/python examples/animation.py --out docs/images/animation.gif
 
 # In as many processes as there are processors, each with a part of the files, so that tests of one
 # file share fixtures; a process that has done its part takes over some of another's.

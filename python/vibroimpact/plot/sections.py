@@ -183,7 +183,7 @@ def _show_around(ax: Axes, axis: str) -> None:
 def impact_count(run: Run, *, ax: Axes | None = None) -> Axes:
     """Draw the number of impacts since t = 0 against drive periods, for the kept part of a run.
 
-    Both axes are logarithmic where the count spans more than a decade: impacts that stop after a
+    Both axes are logarithmic where the count grows by a factor of thirty: impacts that stop after a
     finite number end in a level line. A run without a drive is drawn against time.
 
     Parameters
