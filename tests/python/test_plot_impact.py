@@ -115,7 +115,7 @@ def test_agreement_draws_a_line_for_each_regime_and_the_slope(axes):
             assert line.get_color() == REGIME_STYLES[regime].color
             assert line.get_xdata().tolist() == [1 / 10, 1 / 40, 1 / 160]
             assert np.array_equal(line.get_ydata(), expected[regime][[1, 0, 2]])
-        assert ax.get_title() == law
+        assert ax.get_title() == law.capitalize()
         assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
         low, high = ax.get_ylim()
         assert low < np.nanmin(expected) < np.nanmax(expected) < high

@@ -59,7 +59,7 @@ def impact_regimes(
     r, (low, high) = result.system.restitution, result.spread
     norm = CenteredNorm(r, halfrange=max(r - low, high - r, 0.01))
     mesh = _map(restitution, result, result.restitution, cmap="RdBu_r", norm=norm)
-    bar = _scale(mesh, restitution, rf"$-u_+/u$ (white: $r = {r:g}$)")
+    bar = _scale(mesh, restitution, rf"$-u_{{+}}/u$ (white: $r = {r:g}$)")
     bar.set_xlim(min(low, r - 0.01), max(high, r + 0.01))
     restitution.set_title("(b) effective restitution", pad=4)
 
@@ -159,9 +159,11 @@ def impact_agreement(
         ax.plot(step, 2.0 * high * step / step[0], color=GREY, lw=0.8, ls=(0, (4, 2)))
         ax.annotate(
             "slope 1",
-            (step[-1], 2.0 * high * step[-1] / step[0]),
-            xytext=(0, 14),
+            (step[0], 2.0 * high),
+            xytext=(-3, 3),
             textcoords="offset points",
+            ha="right",
+            va="bottom",
             fontsize=8,
         )
         for style, line in zip(REGIME_STYLES.values(), lines, strict=True):
@@ -177,8 +179,9 @@ def impact_agreement(
                 )
         ax.set_xscale("log")
         ax.set_yscale("log")
-        ax.set_ylim(0.5 * low, 4.0 * high)
-        ax.set_title(law, pad=4)
+        ax.set_ylim(0.5 * low, 8.0 * high)
+        # The laws are named after people, but for the energetic one.
+        ax.set_title(law.capitalize(), pad=4)
         ax.set_xlabel(r"largest step $\Delta P/P$")
     axes[0].set_ylabel("difference of velocities / $u$")
     if legend:
