@@ -31,6 +31,7 @@ from .style import (
     mark_area,
     new_axes,
     phase_axis,
+    regime_handles,
 )
 
 # Points closer together than this part of their size are one point but for rounding; the axes then
@@ -113,7 +114,8 @@ def impact_section(
     if y == "approach_velocity":
         # The sizes of the bounces can be compared.
         ax.set_ylim(bottom=0.0)
-    curve_legend(ax, legend)
+    # Those of the legend can be seen, however small the points are.
+    curve_legend(ax, legend, regime_handles(regimes.tolist()) if by_regime else [])
     return ax
 
 

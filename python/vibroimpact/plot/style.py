@@ -307,9 +307,11 @@ def legend_above(ax: Axes, handles: Sequence[Artist], columns: int = 2) -> Legen
 _SLOT_PART = 1.05
 
 
-def curve_legend(ax: Axes, legend: bool) -> None:
-    """Name the curves, bands and marks of the axes above them, in as few rows as fit."""
+def curve_legend(ax: Axes, legend: bool, entries: Sequence[Artist] | None = None) -> None:
+    """Name curves, bands and marks, or `entries`, above the axes, in as few rows as fit."""
     handles, texts = ax.get_legend_handles_labels()
+    if entries is not None:
+        handles, texts = [*entries], [str(entry.get_label()) for entry in entries]
     if not flag("legend", legend) or not handles:
         return
     named = dict(zip(texts, handles, strict=True))
