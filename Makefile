@@ -32,7 +32,7 @@ INSTALLED := $(VENV)/.installed
 SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
-.PHONY: help figures claims gallery errata schematic words notebook test reference lint bench instructions instructions-update stress docs ci audit clean
+.PHONY: help figures claims gallery errata schematic words notebook animation test reference lint bench instructions instructions-update stress docs ci audit clean
 .PHONY: quick quick-update thorough wheel wheel-test audit-deps fuzz fuzz-python
 
 help:
@@ -43,6 +43,7 @@ help:
 	@echo 'make schematic  draw the machine, into docs/images'
 	@echo 'make words    draw the sketches of docs/words.md'
 	@echo 'make notebook  write docs/tutorial.ipynb from docs/tutorial.md'
+	@echo 'make animation  draw a motion that moves, into docs/images'
 	@echo 'make test     all tests: Rust, documentation, Python'
 	@echo 'make quick    those for the change at hand: unit tests in Rust, and what is not slow in Python'
 	@echo 'make quick-update  measure anew which tests are slow (tests/slow.txt)'
@@ -91,6 +92,9 @@ words: $(PACKAGE)
 
 notebook: $(TOOLS)
 	$(BIN)/python docs/executed.py
+
+animation: $(PACKAGE)
+	$(BIN)/python examples/animation.py --out docs/images/animation.gif
 
 # In as many processes as there are processors, each with a part of the files, so that tests of one
 # file share fixtures; a process that has done its part takes over some of another's.

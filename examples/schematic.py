@@ -3,7 +3,7 @@
 Run ``python examples/schematic.py [--out schematic.png]``; ``make schematic`` draws it into
 docs/images. Symbols are those of docs/notation.md: physical quantities on the left, dimensionless
 ones on the right. Lengths are to scale; so are, among themselves, the velocities and the impulses
-of the impact, which `vi.impact` computes.
+of the impact, which `vi.impact` computes. The parts of the machine are those of `vibroimpact.plot`.
 
 Both panels have the pivot for their origin and the pendulum's length for their unit. The tip is a
 small ball, so what is measured from it begins at that point of the ball which strikes.
@@ -18,12 +18,26 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Polygon, Rectangle
+from matplotlib.patches import Circle
 
 import vibroimpact as vi
+from vibroimpact.plot.parts import (
+    BALL,
+    BESIDE,
+    GHOST,
+    Point,
+    arrow,
+    bearing,
+    damper,
+    fixed,
+    mass,
+    rod,
+    spring,
+    thin,
+    torsion_damper,
+    torsion_spring,
+)
 from vibroimpact.plot.style import BLACK, BLUE, GREEN, VERMILLION
-
-Point = tuple[float, float]
 
 SYSTEM = vi.System(
     mass_ratio=0.6,
@@ -39,22 +53,10 @@ ANGLE, SPIN, SPEED = 0.8, 1.0, 0.4
 # Lengths of the arrows of a velocity and of an impulse of 1.
 VELOCITY, IMPULSE = 0.55, 0.8
 
-BALL = 0.035
-FRAME = "0.45"
-BESIDE = "0.55"
-GHOST = "0.80"
-BODY = "0.91"
 DRIVE = r"\cos(\Omega T + \varphi)"
 
 WIDTH, HEIGHT = 7.2, 3.0
 DOTS_PER_INCH = 250
-
-
-def arrow(ax: Axes, tail: Point, head: Point, color: str = BLACK, **style: Any) -> None:
-    """Draw an arrow; the style is that of a `FancyArrowPatch`."""
-    look = {"arrowstyle": "-|>,head_length=0.5,head_width=0.2", "lw": 1.5, "color": color}
-    look |= {"shrinkA": 0, "shrinkB": 0, "joinstyle": "miter", "capstyle": "butt"}
-    ax.annotate("", head, tail, arrowprops=look | style, zorder=6)
 
 
 def label(ax: Axes, at: Point, text: str, color: str = BLACK, **where: Any) -> None:
@@ -69,100 +71,6 @@ def measure(ax: Axes, start: Point, end: Point, text: str, **where: Any) -> None
     arrow(ax, start, end, arrowstyle=head, lw=0.7, mutation_scale=9)
     middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2)
     label(ax, middle, text, **{"xytext": (0, -2.5), "va": "top"} | where)
-
-
-def thin(ax: Axes, start: Point, end: Point, **style: Any) -> None:
-    """Draw a line to measure from."""
-    x, y = zip(start, end, strict=True)
-    ax.plot(x, y, **{"color": BESIDE, "lw": 0.6, "zorder": 0} | style)
-
-
-def fixed(ax: Axes, start: Point, end: Point) -> None:
-    """Draw a line that does not move, hatched on its left as seen from `start`."""
-    first, last = np.array(start), np.array(end)
-    along = (last - first) / math.dist(start, end)
-    outwards = 0.045 * (np.array([-along[1], along[0]]) - along)
-    ax.plot(*zip(first, last, strict=True), color=FRAME, lw=1.1, solid_capstyle="butt")
-    for step in np.arange(0.045, math.dist(start, end) + 1e-9, 0.045):
-        foot = first + step * along
-        ax.plot(*zip(foot, foot + outwards, strict=True), color=FRAME, lw=0.6)
-
-
-def rod(ax: Axes, angle: float, color: str, order: int = 3) -> None:
-    """Draw the pendulum at an angle."""
-    tip = (math.sin(angle), -math.cos(angle))
-    ax.plot(*zip((0, 0), tip, strict=True), color=color, lw=2.6, zorder=order)
-    # Arrows that start at the tip come out from under it.
-    ax.add_patch(Circle(tip, BALL, fc=color, lw=0, zorder=order + 4))
-
-
-def bearing(ax: Axes, top: float, left: float, right: float) -> None:
-    """Draw the pivot and the frame that holds it."""
-    ax.add_patch(Polygon([(-0.08, top), (0.08, top), (0, 0)], fc=GHOST, lw=0, zorder=0.5))
-    fixed(ax, (left, top), (right, top))
-    ax.add_patch(Circle((0, 0), 0.03, fc="white", ec=BLACK, lw=1.0, zorder=5))
-
-
-def torsion_spring(ax: Axes, top: float) -> None:
-    """Draw a spiral from the pendulum's shaft to the frame."""
-    outer = 0.17
-    turn = np.linspace(-math.pi / 2, 6 * math.pi, 500)
-    radius = np.interp(turn, (turn[0], turn[-1]), (0.03, outer))
-    x, y = radius * np.cos(turn), radius * np.sin(turn)
-    ax.plot([*x, outer], [*y, top], color=BLACK, lw=0.9, zorder=1)
-
-
-def torsion_damper(ax: Axes, top: float) -> None:
-    """Draw a damper bent around the pivot, from the pendulum to the frame."""
-    radius, half = 0.37, 0.05
-
-    def arc(start: float, end: float, r: float = radius) -> None:
-        turn = np.radians(np.linspace(start, end, 40))
-        ax.plot(r * np.cos(turn), r * np.sin(turn), color=BLACK, lw=1.0, zorder=1)
-
-    def across(at: float, reach: float, width: float) -> None:
-        turn, r = math.radians(at), np.array([radius - reach, radius + reach])
-        ax.plot(r * math.cos(turn), r * math.sin(turn), color=BLACK, lw=width, zorder=1)
-
-    # The cylinder lies between the angles 175 and 212 degrees, open towards the piston's rod.
-    arc(270, 196)
-    across(196, 0.7 * half, 1.8)
-    for r in (radius - half, radius + half):
-        arc(212, 175, r)
-    across(175, half, 1.0)
-    arc(175, 180 - math.degrees(math.asin(top / radius)))
-
-
-def spring(ax: Axes, start: float, end: float, y: float) -> None:
-    """Draw a spring along a horizontal line."""
-    lead, teeth = 0.1, 12
-    x = np.r_[start, np.linspace(start + lead, end - lead, teeth + 1), end]
-    side = np.r_[0, 0, np.resize([1, -1], teeth - 1), 0, 0]
-    ax.plot(x, y + 0.055 * side, color=BLACK, lw=1.0, solid_joinstyle="round")
-
-
-def damper(ax: Axes, start: float, end: float, y: float) -> None:
-    """Draw a damper along a horizontal line."""
-    half, left, right = 0.05, start + 0.35 * (end - start), start + 0.65 * (end - start)
-    piston = left + 0.55 * (right - left)
-    ax.plot((left, right, right, left), y + half * np.array([1, 1, -1, -1]), color=BLACK, lw=1.0)
-    ax.plot((right, end), (y, y), color=BLACK, lw=1.0)
-    ax.plot((start, piston), (y, y), color=BLACK, lw=1.0)
-    ax.plot((piston, piston), (y - 0.7 * half, y + 0.7 * half), color=BLACK, lw=1.8)
-
-
-def mass(ax: Axes, corner: Point, width: float, height: float) -> None:
-    """Draw the mass, from its lower left corner, between its guides."""
-    ax.add_patch(Rectangle(corner, width, height, fc=BODY, ec=BLACK, lw=1.1, zorder=1))
-    roller = 0.02
-    left, right = corner[0] + 0.12 * width, corner[0] + 0.88 * width
-    for y, side in ((corner[1] + height, 1), (corner[1], -1)):
-        for x in (left + 0.06, right - 0.06):
-            wheel = Circle((x, y + side * roller), roller, fc="white", ec=FRAME, lw=0.8)
-            ax.add_patch(wheel)
-        rail = y + 2 * side * roller
-        ends = (left, rail), (right, rail)
-        fixed(ax, *(ends if side > 0 else ends[::-1]))
 
 
 def at_rest(ax: Axes) -> None:

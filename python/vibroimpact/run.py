@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from .bounces import Bounces
-    from .verb_types import NotFound, PeriodicMotion
+    from .verb_types import Animation, NotFound, PeriodicMotion
 
 _T = TypeVar("_T", bound=np.generic)
 # The tables of events, as the core has them.
@@ -549,6 +549,33 @@ class Run(Shown):
         ['frictionless']
         """
         return self.impacts.to_pandas()
+
+    def animate(self, path: str | os.PathLike[str] | None = None, **options: Any) -> Animation:
+        """Let the run move: the machine beside its phase portrait and its time history.
+
+        Parameters
+        ----------
+        path
+            Where to write it: .gif, .mp4 (needs the program ffmpeg) or .html. None writes nothing;
+            in a notebook the result shows itself.
+        **options
+            ``window``, ``periods``, ``frames`` and ``frames_per_second``, as in
+            `vibroimpact.plot.animation`.
+
+        Returns
+        -------
+        vibroimpact.plot.Animation
+
+        Raises
+        ------
+        ParameterError
+            If an argument is of the wrong kind or out of range, the ending of the path is another,
+            or there is no ffmpeg for .mp4.
+        OSError
+            If the file cannot be written.
+        """
+        moving: Animation = verb("animate")(self, path, **options)
+        return moving
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run to ``path`` (.npz, no pickle); ``load`` gives it back bit for bit."""

@@ -7,3 +7,4 @@ if TYPE_CHECKING:
     from .orbits.curve_problem import CurveProblem as CurveProblem
     from .orbits.found import NotFound as NotFound
     from .orbits.motion import PeriodicMotion as PeriodicMotion
+    from .plot.film import Animation as Animation

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from typing import Any, Final, Literal
 
 Verb = Literal[
+    "animate",
     "crossing",
     "curve_problem",
     "draw",
@@ -33,6 +34,7 @@ Verb = Literal[
 ]
 
 VERBS: Final[dict[Verb, str]] = {
+    "animate": "plot.animation:animate",
     "crossing": "orbits.regions:crossing",
     "curve_problem": "orbits.curve_problem:CurveProblem",
     "draw": "plot.obvious:draw",

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -118,7 +118,8 @@ def _later(item: Shown) -> str:
 
 
 def _row(left: Axes, right: Axes, item: Shown, run: Run, color: Color) -> None:
-    plot.time_history(run, periods=_SHOWN_PERIODS, color=color, ax=left)
+    options: dict[str, Any] = {"color": color, "legend": False}
+    plot.time_history(run, periods=_SHOWN_PERIODS, drive="plain", ax=left, **options)
     left.xaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 2, 5, 10]))
     if item.motion.right == "section":
         _section(right, item, run, color)
@@ -126,7 +127,7 @@ def _row(left: Axes, right: Axes, item: Shown, run: Run, color: Color) -> None:
         bodies = (1,) if item.motion.right == "pendulum" else (1, 2)
         # A closed orbit is drawn once: a second pass would fill the gaps of the dashes.
         periods = min(run.period.m or _SHOWN_PERIODS, _SHOWN_PERIODS)
-        plot.phase_portrait(run, bodies=bodies, periods=periods, color=color, ax=right)
+        plot.phase_portrait(run, bodies=bodies, periods=periods, ax=right, **options)
     for side, ax in (("left", left), ("right", right)):
         for line in ax.get_lines():
             # Symbols; regimes and contact look the same on both sides.
@@ -137,9 +138,9 @@ def _row(left: Axes, right: Axes, item: Shown, run: Run, color: Color) -> None:
 def _section(ax: Axes, item: Shown, run: Run, color: Color) -> None:
     """Draw the impacts of the run large, those that come after it small."""
     if item.long_run is not None:
-        plot.impact_section(item.long_run, color=color, size=0.6, ax=ax)
+        plot.impact_section(item.long_run, color=color, size=0.6, legend=False, ax=ax)
     if color == "regime":
-        plot.impact_section(run, color=color, size=_LARGE, ax=ax)
+        plot.impact_section(run, color=color, size=_LARGE, legend=False, ax=ax)
     else:
         ax.collections[0].set_color(_LATER_COLOR)
         plot.impact_section(run, size=_LARGE, ax=ax)
@@ -192,16 +193,16 @@ def draw_sporadic(shown: Shown, color: Color) -> Page:
         row_height=52.0,
     )
     left, right = page.row("(a)", widths=(2.0, 1.0))
-    plot.gap_history(run, window=window, color=color, ax=left)
+    plot.gap_history(run, window=window, color=color, legend=False, ax=left)
     times = run.impacts["time"]
     centre = float(times[0]) if len(times) else 0.5 * _SPORADIC_END
     width = 0.15 * run.system.drive_period
     zoom = (max(centre - width, 0.0), centre + width)
-    plot.gap_history(run, window=zoom, points_per_period=1000, color=color, ax=right)
+    plot.gap_history(run, window=zoom, color=color, legend=False, ax=right)
     right.set_title("around the first impact", loc="left", pad=3)
     drawn = [left, right]
     (ax,) = page.row("(b)", columns=1)
-    plot.displacement_history(run, window=window, color=color, ax=ax)
+    plot.displacement_history(run, window=window, color=color, legend=False, ax=ax)
     drawn.append(ax)
     (ax,) = page.row(
         f"(c)  not in the paper: {len(times)} impacts within {drive_periods(run)} drive periods",

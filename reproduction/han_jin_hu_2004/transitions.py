@@ -198,7 +198,7 @@ def _windows_heading(figure: str, windows: Sequence[Enlargement]) -> str:
 
 
 def _example(ax: Axes, run: Run) -> None:
-    plot.time_history(run, periods=2, points_per_period=1000, ax=ax)
+    plot.time_history(run, periods=2, drive="plain", legend=False, ax=ax)
     share = run.time_in_contact / (run.final_state.time - run.kept_from)
     frequency = rf"$\omega = {run.system.drive_frequency:g}$"
     text = f"{frequency}: {label_text(run.label)}, {share:.1%} of the time in contact"

@@ -4,6 +4,7 @@ import csv
 import io
 
 import numpy as np
+import pytest
 from matplotlib.image import imread
 
 import vibroimpact as vi
@@ -38,6 +39,26 @@ def test_diagram_counts_motions_and_writes_its_files(run_command, tmp_path):
     for name in ("label", "status", "m", "n"):
         assert [row[name] for row in points] == list(map(str, getattr(diagram, name).tolist()))
     assert imread(tmp_path / "d.png").std() > 0.0
+
+
+@pytest.mark.parametrize(("asked", "drawn"), [([], None), (["--value", "phase"], "phase")])
+def test_the_value_that_is_drawn_can_be_chosen(run_command, tmp_path, monkeypatch, asked, drawn):
+    values = []
+    real = vi.plot.bifurcation
+
+    def watched(diagram, **options):
+        values.append(options.get("value"))
+        return real(diagram, **options)
+
+    monkeypatch.setattr(vi.plot, "bifurcation", watched)
+    assert run_command(DIAGRAM, *asked, "--plot", tmp_path / "d.png")[0] == 0
+    assert values == [drawn, None]
+
+
+def test_a_value_needs_a_picture(run_command):
+    code, _, err = run_command(DIAGRAM, "--value", "phase")
+    assert code == 2
+    assert "--value goes with --plot only" in err
 
 
 def test_branches_refinement_and_exponents(run_command, tmp_path):

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import ParameterError
 from ..sweeps import Diagram, bifurcation_diagram
 from . import cells, outputs
 from . import options as shared
@@ -37,7 +38,8 @@ columns of --points, one row per value and branch:
   largest_exponent  with --exponents: per unit time
   exponent_error    its standard error
 
-figure: angle at impact, coloured by regime, and angle once per drive period.
+figure: angle at impact, of a wall at rest the approach velocity, or --value;
+coloured by regime; and angle once per drive period.
 
 {HELP}
 With --refine it holds one store for each level.
@@ -86,6 +88,12 @@ def add(subparsers: Any) -> None:
     outputs.add_outputs(
         command, "the impact section", save="write the diagram for vibroimpact.load"
     ).add_argument("--points", metavar="FILE", help="write label and status of every value as CSV")
+    command.add_argument(
+        "--value",
+        choices=("x1", "v1", "v2", "phase", "approach_velocity", "energy_loss"),
+        help="--plot: what of the impacts is drawn (default: x1, of a wall at rest "
+        "approach_velocity)",
+    )
     add_engine(command)
     command.set_defaults(run=run)
 
@@ -107,6 +115,8 @@ def run(options: argparse.Namespace) -> ExitCode:
         )
     )
     outputs.check(options)
+    if options.value is not None and options.plot is None:
+        raise ParameterError("--value goes with --plot only")
     values |= {
         "start": options.start,
         "labels": not options.no_labels,
@@ -124,7 +134,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     if options.save:
         write(result.save, options.save)
     if options.plot:
-        write(_plot, result, options.plot)
+        write(_plot, result, options.plot, options.value)
     outputs.print_summary(cells.describe(result.status, result.label), options)
     write.end()
     if interrupted is not None:
@@ -151,10 +161,10 @@ def _write_points(result: Diagram, path: str) -> None:
     outputs.write_columns(path, {result.parameter_name: result.parameter, **columns})
 
 
-def _plot(result: Diagram, path: Path) -> None:
+def _plot(result: Diagram, path: Path, value: str | None) -> None:
     from .. import plot
 
     with outputs.figure(path, 7.1, 2.8) as figure:
         left, right = figure.subplots(1, 2)
-        plot.bifurcation(result, color="regime", ax=left)
+        plot.bifurcation(result, value=value, color="regime", ax=left)
         plot.bifurcation(result, section="stroboscopic", legend=False, ax=right)

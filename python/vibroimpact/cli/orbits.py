@@ -64,6 +64,7 @@ examples, with the system file of vibroimpact --help:
 MOST_DRAWN = 6
 # Flags that only one of the searches uses.
 _ONLY = {"within": "n", "seed": "search", "workers": "search", "max_step": "follow"}
+_ONLY |= {"value": "follow"}
 # Ends of a branch that are failures: the rest are bounds, and borders at which the motion ends.
 _BROKEN_OFF = (PathEnd.POINTS, PathEnd.NO_CONVERGENCE, PathEnd.OUTSIDE_DOMAIN, PathEnd.REFUSED)
 _DECIDED = ("chaotic", "quasi-periodic")
@@ -111,6 +112,12 @@ def add(subparsers: Any) -> None:
         metavar="X",
         help="--follow: largest step, as part of the range and of the motion's size "
         "(default: 0.05)",
+    )
+    group.add_argument(
+        "--value",
+        choices=("x1", "v1", "v2", "phase", "approach_velocity"),
+        help="--follow: what of the impacts --plot draws (default: x1, of a wall at rest "
+        "approach_velocity)",
     )
     outputs.add_outputs(command, "the motions")
     command.set_defaults(run=run)
@@ -266,7 +273,7 @@ def _write_branch(options: argparse.Namespace, branch: Branch) -> None:
         )
         write(outputs.write_csv, options.csv, ["kind", branch.parameter, *table.CSV_NAMES], rows)
     if options.plot and branch.pieces:
-        write(_plot_branch, branch, options.plot)
+        write(_plot_branch, branch, options.plot, options.value)
     stream = outputs.summary_stream(options)
     heads = ["bifurcation", branch.parameter, "motion", "goes on as"]
     printed = [
@@ -291,8 +298,8 @@ def _legs(legs: Iterable[Leg]) -> str:
     return ", ".join(text if number == 1 else f"{number} x {text}" for number, text in counted)
 
 
-def _plot_branch(branch: Branch, path: Path) -> None:
+def _plot_branch(branch: Branch, path: Path, value: str | None) -> None:
     from .. import plot
 
     with outputs.figure(path, 7.1, 4.0) as figure:
-        plot.branches(branch, ax=figure.subplots())
+        plot.branches(branch, value=value, ax=figure.subplots())

@@ -132,9 +132,7 @@ def _describe(result: Run) -> list[tuple[str, str]]:
 def _plot(result: Run, path: Path) -> None:
     from .. import plot
 
-    driven = result.system.drive_frequency > 0.0
-    window = None if driven else (result.kept_from, result.final_state.time)
     with outputs.figure(path, 7.1, 2.6) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
-        plot.time_history(result, window=window, color="regime", ax=left)
-        plot.phase_portrait(result, window=window, color="regime", ax=right)
+        plot.time_history(result, color="regime", ax=left)
+        plot.phase_portrait(result, color="regime", ax=right)

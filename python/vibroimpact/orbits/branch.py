@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -25,6 +26,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
+
+# What `Piece.at_impacts` and `Piece.at_sections` know.
+AT_IMPACTS = ("x1", "v1", "v2", "phase", "approach_velocity")
+AT_SECTIONS = ("x1", "v1", "x2", "v2")
 
 
 @interruptible
@@ -151,9 +156,14 @@ class Piece:
         count = len(self.itinerary.legs)
         return self.nodes[:, [(i + 1) % count for i in after], 0]
 
-    @cached_property
+    @property
     def sections(self) -> Array:
         """x1 at the starts of the m drive periods, shape (k, m)."""
+        return self.at_sections("x1")
+
+    @cached_property
+    def _states(self) -> Array:
+        """The states at the starts of the m drive periods, shape (k, m, 4)."""
         motion_of = verb("motion_of")
         # With ``whole``: at a period doubling an orbit that repeats twice would become a single
         # one.
@@ -161,7 +171,69 @@ class Piece:
             motion_of(self._system_at(k), self.itinerary, nodes.copy(), whole=True)
             for k, nodes in enumerate(self.nodes)
         )
-        return np.array([motion.sections[:, 0] for motion in motions])
+        return np.array([motion.sections for motion in motions])
+
+    def at_impacts(self, name: str) -> Array:
+        """Return a quantity just before the impacts that do not belong to chatter.
+
+        Parameters
+        ----------
+        name
+            ``"x1"``, ``"v1"``, ``"v2"``, ``"phase"`` in [0, 2 pi), or ``"approach_velocity"``.
+
+        Returns
+        -------
+        array of shape (k, impacts)
+
+        Raises
+        ------
+        ParameterError
+            For another name.
+        """
+        if name not in AT_IMPACTS:
+            reject("name", name, f"one of {', '.join(AT_IMPACTS)}")
+        if name == "x1":
+            return self.impacts
+        legs = self.itinerary.legs
+        hits = [i for i, leg in enumerate(legs) if leg.kind is LegKind.IMPACT]
+        systems = [self._system_at(k) for k in range(len(self.values))]
+        if name == "phase":
+            times = self.nodes[:, [(i + 1) % len(legs) for i in hits], 3]
+            turned = [
+                each.drive_frequency * row + each.phase
+                for each, row in zip(systems, times, strict=True)
+            ]
+            phases: Array = np.mod(np.array(turned).reshape(times.shape), math.tau)
+            return phases
+        before = np.array(
+            [
+                self.itinerary.before_events(each._compiled, nodes.copy())[hits]
+                for each, nodes in zip(systems, self.nodes, strict=True)
+            ]
+        ).reshape(len(self.values), len(hits), 4)
+        if name == "approach_velocity":
+            rates = [each.gap_rate(rows) for each, rows in zip(systems, before, strict=True)]
+            return np.array(rates).reshape(before.shape[:2])
+        column: Array = before[:, :, 1 if name == "v1" else 3]
+        return column
+
+    def at_sections(self, name: str) -> Array:
+        """Return a coordinate at the starts of the m drive periods, shape (k, m).
+
+        Parameters
+        ----------
+        name
+            ``"x1"``, ``"v1"``, ``"x2"`` or ``"v2"``.
+
+        Raises
+        ------
+        ParameterError
+            For another name.
+        """
+        if name not in AT_SECTIONS:
+            reject("name", name, f"one of {', '.join(AT_SECTIONS)}")
+        column: Array = self._states[:, :, AT_SECTIONS.index(name)]
+        return column
 
 
 @interruptible

@@ -4,26 +4,23 @@ The functions draw what a result (`Run`, `Diagram`, `ImpactRegimes` ...) holds a
 dynamics.
 """
 
+from .animation import animation
 from .basins import BASIN_COLORS, basin_handles, basins
 from .branches import bifurcation_curves, branch_handles, branches, curve_handles
 from .chart import chart, chart_handles
 from .diagram import bifurcation, chatter_handles, contact_fraction, no_impact_handles
+from .film import Animation
 from .final_states import final_states
 from .force import contact_force
 from .impacts import impact_agreement, impact_regimes
 from .labels import LABEL_STYLES, label_handles
 from .lyapunov import lyapunov
+from .machine import machine
 from .manifold import manifold
-from .motion import (
-    displacement_history,
-    gap_history,
-    impact_count,
-    impact_section,
-    phase_portrait,
-    time_history,
-)
+from .motion import displacement_history, gap_history, phase_portrait, time_history
 from .multipliers import CROSSINGS, multipliers
 from .orbit import orbit
+from .sections import impact_count, impact_section, stroboscopic
 from .solutions import (
     motion_branches,
     motion_handles,
@@ -50,6 +47,8 @@ __all__ = [
     "PARAMETER_SYMBOLS",
     "PUBLICATION",
     "REGIME_STYLES",
+    "Animation",
+    "animation",
     "basin_handles",
     "basins",
     "bifurcation",
@@ -73,6 +72,7 @@ __all__ = [
     "label_handles",
     "label_text",
     "lyapunov",
+    "machine",
     "manifold",
     "motion_branches",
     "motion_handles",
@@ -85,5 +85,6 @@ __all__ = [
     "regime_handles",
     "stability_handles",
     "stability_map",
+    "stroboscopic",
     "time_history",
 ]

@@ -12,6 +12,7 @@ from matplotlib.patches import Patch
 from ..sweeps.basins.results import Basins
 from ..sweeps.columns import COORDINATES
 from ..sweeps.fields import STATUS_NAMES
+from .given import expected
 from .mesh import edges
 from .style import (
     BLACK,
@@ -62,7 +63,13 @@ def basins(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    ParameterError
+        If `basins` is something else.
     """
+    basins = expected("basins", basins, Basins)
     ax = new_axes(ax)
     (first, x), (second, y) = basins.axes.items()
     reasons = [name for name in basins.reasons if name not in ("overlap", "pending")]

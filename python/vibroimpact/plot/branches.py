@@ -20,9 +20,11 @@ from numpy.typing import NDArray
 
 from ..arguments import positive, reject, several
 from ..orbits import Bifurcation, BifurcationCurve, Branch, Piece, StabilityRegion
+from ..orbits.branch import AT_IMPACTS, AT_SECTIONS
 from ..orbits.points import with_bifurcations
 from ..sweeps import Diagram
-from .diagram import bifurcation, no_impact_handles
+from .diagram import bifurcation, no_impact_handles, section_symbols
+from .given import chosen, expected, usual_value
 from .style import (
     BIFURCATION_STYLES,
     BLACK,
@@ -39,6 +41,7 @@ from .style import (
     label_text,
     legend_above,
     new_axes,
+    phase_axis,
 )
 
 Array = NDArray[np.float64]
@@ -48,7 +51,7 @@ Curves = BifurcationCurve | StabilityRegion | Sequence[BifurcationCurve | Stabil
 # In this order neighbouring curves differ in brightness as well.
 _COLORS = (BLACK, VERMILLION, BLUE, ORANGE, GREEN, PURPLE)
 _DIAGRAM_GREY = "0.62"
-_DIAGRAM_SIZE = 0.6
+_DIAGRAM_SIZE = 1.0
 _KEY_GREY = "0.35"
 # How much wider than a curve its white edge is, in points.
 _HALO = 1.4
@@ -63,6 +66,7 @@ def branches(
     *,
     diagram: Diagram | None = None,
     section: Section = "impact",
+    value: str | None = None,
     size: float = 4.5,
     legend: bool = True,
     ax: Axes | None = None,
@@ -79,8 +83,11 @@ def branches(
     diagram : Diagram, optional
         A bifurcation diagram over the same parameter, drawn in grey beneath.
     section : {"impact", "stroboscopic"}
-        Section (48a) or (48b) of the paper: the pendulum's angle at impact, or once per drive
-        period.
+        Section (48a) or (48b) of the paper: just before each impact, or once per drive period.
+    value : str, optional
+        What of the section: "x1", "v1", "v2", "phase" or "approach_velocity" at impact; "x1", "v1",
+        "x2" or "v2" once per drive period. By default "x1", but the approach velocity where body 2
+        is a wall at rest: x1 at impact is the place of the wall there.
     size : float
         Size of the marks in points.
     legend : bool
@@ -95,8 +102,11 @@ def branches(
     Raises
     ------
     ParameterError
-        If an argument is of the wrong kind, or branches and diagram differ in their parameter.
+        If an argument is of the wrong kind or unknown, or branches and diagram differ in their
+        parameter.
     """
+    if not isinstance(branches, Sequence):
+        branches = expected("branches", branches, Branch)
     many = several("branches", branches, Branch)
     names = {branch.parameter for branch in many}
     if len(names) > 1:
@@ -105,6 +115,7 @@ def branches(
     if section not in SECTION_LABELS:
         reject("section", section, "'impact' or 'stroboscopic'")
     size = positive("size", size)
+    value = _value(many, section, value)
     if diagram is not None:
         if not isinstance(diagram, Diagram):
             reject("diagram", diagram, "a vibroimpact.Diagram or None")
@@ -113,12 +124,13 @@ def branches(
 
     ax = new_axes(ax)
     if diagram is not None:
-        bifurcation(diagram, section=section, size=_DIAGRAM_SIZE, legend=False, ax=ax)
+        bifurcation(diagram, section=section, value=value, size=_DIAGRAM_SIZE, legend=False, ax=ax)
         ax.collections[0].set_color(_DIAGRAM_GREY)
     for number, branch in enumerate(many):
-        _lines(ax, branch, section, _COLORS[number % len(_COLORS)])
+        _lines(ax, branch, section, value, _COLORS[number % len(_COLORS)])
     for kind in BIFURCATION_STYLES:
-        _marks(ax, [found for branch in many for found in branch.of_kind(kind)], section, size)
+        found = [point for branch in many for point in branch.of_kind(kind)]
+        _marks(ax, found, section, value, size)
     if legend:
         handles = branch_handles(many, names=True)
         if diagram is not None and section == "impact":
@@ -126,11 +138,21 @@ def branches(
         legend_above(ax, handles, columns=3)
     ax.autoscale_view()
     ax.set_xlabel(PARAMETER_SYMBOLS.get(name, name))
-    label = SECTION_LABELS[section]
+    label = section_symbols(section)[value]
     if section == "stroboscopic":
         label = at_drive_phase(label, _drive_phase(many))
     ax.set_ylabel(label)
+    if value == "phase":
+        phase_axis(ax, "y")
     return ax
+
+
+def _value(branches: Sequence[Branch], section: str, value: Any) -> str:
+    """Return what of a section is drawn: as asked for, or the usual."""
+    if value is None:
+        usual = {usual_value(section, branch) for branch in branches}
+        return usual.pop() if len(usual) == 1 else "x1"
+    return chosen("value", value, AT_IMPACTS if section == "impact" else AT_SECTIONS)
 
 
 def _drive_phase(branches: Sequence[Branch]) -> float | None:
@@ -261,16 +283,16 @@ def curve_handles(curves: Curves) -> list[Artist]:
     return [*handles, *bifurcation_handles(kinds, prefix="meets ")]
 
 
-def _lines(ax: Axes, branch: Branch, section: Section, color: str) -> None:
+def _lines(ax: Axes, branch: Branch, section: Section, value: str, color: str) -> None:
     """Draw the lines of a branch, one collection each for its stable and unstable parts."""
     segments: dict[bool, list[Array]] = {True: [], False: []}
     for piece in with_bifurcations(branch):
-        x1 = _angles(piece, section)
+        heights = piece.at_impacts(value) if section == "impact" else piece.at_sections(value)
         for first, last, stable in _stretches(piece):
             part = slice(first, last + 1)
-            segments[stable] += [
-                np.column_stack([piece.values[part], column[part]]) for column in x1.T
-            ]
+            for column in heights.T:
+                line = np.column_stack([piece.values[part], column[part]])
+                segments[stable] += _unwrapped(line) if value == "phase" else [line]
     for stable, lines in segments.items():
         collection = LineCollection(
             lines,
@@ -283,22 +305,32 @@ def _lines(ax: Axes, branch: Branch, section: Section, color: str) -> None:
         ax.add_collection(collection)
 
 
-def _marks(ax: Axes, found: Sequence[Bifurcation], section: Section, size: float) -> None:
+def _unwrapped(line: Array) -> list[Array]:
+    """Cut a line of drive phases where it leaves at one end of the turn and enters at the other."""
+    cuts = np.flatnonzero(np.abs(np.diff(line[:, 1])) > np.pi) + 1
+    return list(np.split(line, cuts))
+
+
+# The columns of `PeriodicMotion.impacts` that hold the values just before an impact.
+_COLUMNS = {"v1": "v1_pre", "v2": "v2_pre"}
+
+
+def _marks(
+    ax: Axes, found: Sequence[Bifurcation], section: Section, value: str, size: float
+) -> None:
     if not found:
         return
-    angles = [
-        point.motion.impacts["x1"] if section == "impact" else point.motion.sections[:, 0]
+    heights = [
+        point.motion.impacts[_COLUMNS.get(value, value)]
+        if section == "impact"
+        else point.motion.sections[:, AT_SECTIONS.index(value)]
         for point in found
     ]
-    values = np.repeat([point.value for point in found], [len(part) for part in angles])
+    values = np.repeat([point.value for point in found], [len(part) for part in heights])
     (marks,) = ax.plot(
-        values, np.concatenate(angles), **bifurcation_marker(found[0].kind, size), zorder=4
+        values, np.concatenate(heights), **bifurcation_marker(found[0].kind, size), zorder=4
     )
     marks.set_gid(found[0].kind)
-
-
-def _angles(piece: Piece, section: Section) -> Array:
-    return piece.impacts if section == "impact" else piece.sections
 
 
 def _stretches(piece: Piece) -> list[tuple[int, int, bool]]:

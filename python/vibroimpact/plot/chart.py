@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..arguments import positive, reject
 from ..sweeps import Sweep
+from .given import expected
 from .labels import HATCH_GREY, LABEL_STYLES, UNRESOLVED, label_codes, label_handles, label_style
 from .mesh import edges
 from .style import PARAMETER_SYMBOLS, STATE_SYMBOLS, legend_above, new_axes
@@ -64,7 +65,8 @@ def chart(
     ParameterError
         If an argument is of the wrong kind or out of range, or the chart has no exponents.
     """
-    if not isinstance(chart, Sweep) or len(chart.axes) != 2 or not len(chart):
+    chart = expected("chart", chart, Sweep)
+    if len(chart.axes) != 2 or not len(chart):
         reject("chart", chart, "a vibroimpact.Chart, or a Sweep over two axes")
     if color not in ("label", "exponent"):
         reject("color", color, "'label' or 'exponent'")

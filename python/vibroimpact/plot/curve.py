@@ -1,21 +1,39 @@
 """Samples of a run for drawing, with the states before and after every impact.
 
 A curve holds the state before and after every impact at the same instant, so that a drawn velocity
-jumps exactly there. Marks for impacts and sustained contact: `marks`.
+jumps exactly there. Window and samples follow the motion: so much of it that it can be read, and so
+many samples that each flight and each oscillation is smooth. Marks for impacts and sustained
+contact: `marks`.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from ..run import Run
-    from ..system import System
+from ..arguments import count, number, pair, positive, reject
+from ..run import EventKind, Run
+from ..system import System
+from .given import run_hits_wall_at_rest
 
 Array = NDArray[np.float64]
+
+# The default window has at most so many drive periods, oscillations and impacts, but one drive
+# period at least.
+_PERIODS, _OSCILLATIONS, _IMPACTS = 8.0, 40.0, 60
+# Orbits of more drive periods are not drawn as a closed curve.
+_LONGEST_ORBIT = 40
+# Of the length of an orbit, in drive periods.
+_ROUNDING = 1e-6
+# Samples in a drive period, an oscillation, a flight between two events, a complete chatter, and
+# in all.
+_IN_PERIOD, _IN_OSCILLATION, _IN_FLIGHT, _IN_CHATTER, _MOST = 200, 60, 16, 1200, 200_000
+# The bounces of a chatter become shorter by powers; they are sampled down to this part of it.
+_CHATTER_END = 1e-4
+# The part of the motion that follows the last event of a run that came to rest.
+_REST_PART = 0.1
 
 
 class Curve(NamedTuple):
@@ -30,8 +48,8 @@ def sample(
     run: Run,
     *,
     window: tuple[float, float] | None = None,
-    periods: float = 8,
-    points_per_period: int = 200,
+    periods: float | None = None,
+    points_per_period: int | None = None,
 ) -> Curve:
     """Sample a run over a time window, with both sides of every impact.
 
@@ -42,28 +60,25 @@ def sample(
     run : Run
         Result of `vibroimpact.simulate`.
     window : (float, float), optional
-        Times; by default the last `periods` drive periods, or what is kept of them. Needed for a
-        constant load, which has no period.
-    periods : float
-        Length of the default window in drive periods.
-    points_per_period : int
-        Samples in a drive period; with a constant load, samples in the window.
+        Times, within the kept part of the run. By default what can be read: the last eight drive
+        periods, or fewer where these have many oscillations or impacts; without a drive the
+        beginning of the kept part, down to rest.
+    periods : float, optional
+        Length of the window in drive periods, in place of `window`: the last ones, or what is kept
+        of them.
+    points_per_period : int, optional
+        Samples in a drive period; of a constant load, samples in the window. By default so many
+        that every flight and every oscillation is smooth.
 
     Raises
     ------
-    ValueError
-        If the window lies outside the kept part of the run, or is needed and missing.
+    ParameterError
+        If an argument is of the wrong kind or out of range, the window lies outside the kept part
+        of the run, or `periods` is given for a constant load, which has no period.
     """
-    length = 2 * np.pi / run.system.drive_frequency if run.system.drive_frequency else np.inf
-    if window is None:
-        if not np.isfinite(length):
-            raise ValueError("a constant load has no drive period: give window=(start, end)")
-        end = float(run.final_state.time)
-        window = (max(float(run.kept_from), end - periods * length), end)
-    start, end = window = (float(window[0]), float(window[1]))
-    spans = (end - start) / length if np.isfinite(length) else 1.0
-    grid = np.linspace(start, end, max(int(np.ceil(spans * points_per_period)), 1) + 1)
-    grid = np.union1d(grid, times_within(run.contacts["time"], window))
+    start, end = span = shown_window(run, window, periods)
+    grid = _grid(run, span, points_per_period)
+    grid = np.union1d(grid, times_within(run.contacts["time"], span))
     impacts = run.impacts
     inside = (impacts["time"] > start) & (impacts["time"] <= end)
     hits = impacts[inside]
@@ -74,6 +89,97 @@ def sample(
     state = np.concatenate([run.trajectory(grid), before, after])
     order = np.argsort(time, kind="stable")
     return Curve(time[order], state[order], inside)
+
+
+def shown_window(run: Run, window: Any = None, periods: Any = None) -> tuple[float, float]:
+    """Return the times between which a run is drawn: as asked for, or what can be read."""
+    first, last = float(run.kept_from), float(run.final_state.time)
+    if window is not None:
+        allowed = "a pair (start, end) of times, start < end, or None"
+        low, high = (number("window", each, allowed) for each in pair("window", window, allowed))
+        if not low < high:
+            reject("window", window, allowed)
+        return low, high
+    if periods is not None:
+        length = positive("periods", periods) * run.system.drive_period
+        if not np.isfinite(length):
+            allowed = "None: a constant load has no drive period: give window=(start, end)"
+            reject("periods", periods, allowed)
+        return max(first, last - length), last
+    return _readable(run, first, last)
+
+
+def is_driven(system: System) -> bool:
+    """Return whether a drive acts that changes with time."""
+    loads = system.moment_amplitude != 0.0 or system.force_amplitude != 0.0
+    return loads and system.drive_frequency > 0.0
+
+
+def orbit_window(run: Run) -> tuple[float, float]:
+    """Return the window of a portrait: one orbit of a periodic motion, of others many periods."""
+    if not is_driven(run.system):
+        return shown_window(run)
+    m = run.period.m
+    return shown_window(run, periods=m if m and m <= _LONGEST_ORBIT else _LONGEST_ORBIT)
+
+
+def is_one_orbit(run: Run, length: float) -> bool:
+    """Return whether a time of this length is at most one orbit, which leaves room for dashes."""
+    if not is_driven(run.system):
+        return False
+    m = run.period.m
+    return m is not None and length <= (m + _ROUNDING) * run.system.drive_period
+
+
+def _readable(run: Run, first: float, last: float) -> tuple[float, float]:
+    system, times = run.system, run.impacts["time"]
+    longest = _OSCILLATIONS * _oscillation(run)
+    if is_driven(system):
+        period = system.drive_period
+        start = max(first, last - min(_PERIODS * period, max(period, longest)))
+        if np.count_nonzero(times > start) > _IMPACTS:
+            start = max(start, min(float(times[-_IMPACTS]), last - period))
+        return start, last
+    if run.stop_reason == "rest":
+        settled = float(max(times.max(initial=first), run.contacts["time"].max(initial=first)))
+        return first, min(last, settled + max(_REST_PART * (settled - first), 1e-3 * last))
+    end = min(last, first + longest)
+    if np.count_nonzero(times < end) > _IMPACTS:
+        end = float(times[_IMPACTS])
+    return first, end
+
+
+def _oscillation(run: Run) -> float:
+    """Return the period of the fastest free oscillation of a body that moves."""
+    frequencies = [run.system.frequency_ratio]
+    if not run_hits_wall_at_rest(run):
+        frequencies.append(1.0)
+    fastest = max(frequencies)
+    return 2.0 * np.pi / fastest if fastest > 0.0 else np.inf
+
+
+def _grid(run: Run, span: tuple[float, float], points_per_period: Any) -> Array:
+    start, end = span
+    length, period = end - start, run.system.drive_period
+    if points_per_period is not None:
+        points = count("points_per_period", points_per_period, least=1, most=1_000_000)
+        parts = length / period if np.isfinite(period) else 1.0
+        return np.linspace(start, end, max(int(np.ceil(parts * points)), 1) + 1)
+    step = min(period / _IN_PERIOD, _oscillation(run) / _IN_OSCILLATION, length / 400)
+    grids = [np.linspace(start, end, int(min(np.ceil(length / step), _MOST)) + 1)]
+    # Every flight, however short, has some samples of its own.
+    events = np.unique([start, *times_within(run.impacts["time"], span), end])
+    if (len(events) - 1) * _IN_FLIGHT <= _MOST:
+        inner = np.arange(1, _IN_FLIGHT) / _IN_FLIGHT
+        grids.append((events[:-1, None] + np.diff(events)[:, None] * inner).ravel())
+    # So has the end of a complete chatter, whose bounces no impact of the table marks.
+    kinds = run.contacts["kind"] == EventKind.CHATTER
+    ends = run.contacts[kinds]
+    each = min(_IN_CHATTER, _MOST // max(len(ends), 1))
+    for row in ends:
+        before = row["time"] - row["time_jump"] * np.geomspace(1.0, _CHATTER_END, each)
+        grids.append(times_within(before, span))
+    return np.unique(np.concatenate(grids))
 
 
 def tip_symbol(system: System) -> str:

@@ -7,7 +7,7 @@ drive period; Han, Jin & Hu (2004), eqs. (48a) and (48b), theory page, section 6
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 
 from .._core import Regime
 from ..errors import ParameterError
+from ..sweeps import Diagram
+from .given import expected, usual_value
 from .labels import LABEL_STYLES, NO_LABEL_COLOR, UNRESOLVED, label_codes, label_handles
 from .mesh import boxes, spans
 from .style import (
@@ -38,11 +40,9 @@ from .style import (
     at_drive_phase,
     legend_above,
     new_axes,
+    phase_axis,
     regime_handles,
 )
-
-if TYPE_CHECKING:
-    from ..sweeps import Diagram
 
 Array = NDArray[np.float64]
 
@@ -51,8 +51,8 @@ IMPACT_VALUES = {
     "v1": STATE_SYMBOLS["v1_pre"],
     "v2": STATE_SYMBOLS["v2_pre"],
     "phase": STATE_SYMBOLS["phase"],
-    "approach_velocity": r"approach velocity $u$",
-    "energy_loss": r"energy loss $E - E_+$",
+    "approach_velocity": STATE_SYMBOLS["approach_velocity"],
+    "energy_loss": STATE_SYMBOLS["energy_loss"],
 }
 """What can be drawn of the impact section, with its name on the axis."""
 
@@ -64,8 +64,6 @@ STROBOSCOPIC_VALUES = {
 }
 """What can be drawn of the stroboscopic section, with its name on the axis where psi = 0."""
 
-_PHASE_TICKS = {0.0: "0", np.pi / 2: r"$\pi/2$", np.pi: r"$\pi$"}
-_PHASE_TICKS |= {1.5 * np.pi: r"$3\pi/2$", 2 * np.pi: r"$2\pi$"}
 _BRANCH_COLORS = (BLUE, VERMILLION, GREEN, PURPLE, SKY_BLUE, ORANGE)
 _RUG_HEIGHT = 0.035
 _RUG_GREYS = ("0.45", "0.7", "0.2")
@@ -79,13 +77,13 @@ def bifurcation(
     diagram: Diagram,
     *,
     section: Literal["impact", "stroboscopic"] = "impact",
-    value: str = "x1",
+    value: str | None = None,
     color: Literal["regime", "label", "branch"] | None = None,
     size: float = 1.0,
     legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw a section, by default the pendulum angle on it, against the swept parameter.
+    """Draw a section against the swept parameter.
 
     Values whose run did not complete are marked by a grey rug along the bottom axis, one row for
     each status, so that an empty column cannot be confused with a motion without impacts. Values
@@ -102,9 +100,10 @@ def bifurcation(
         Result of `vibroimpact.bifurcation_diagram`.
     section : {"impact", "stroboscopic"}
         Section (48a) or (48b) of the paper.
-    value : str
+    value : str, optional
         What of the section: "x1", "v1", "v2", "phase", "approach_velocity" or "energy_loss" at
-        impact; "x1", "v1", "x2" or "v2" once per drive period.
+        impact; "x1", "v1", "x2" or "v2" once per drive period. By default "x1", but the approach
+        velocity where body 2 is a wall at rest: x1 at impact is the place of the wall there.
     color : {"regime", "label", "branch"} or None
         Colour each impact by its regime (only impacts have one), or each point by the label of its
         motion or by its branch; then the points are drawn in a fixed random order, so that no
@@ -124,13 +123,16 @@ def bifurcation(
     Raises
     ------
     ParameterError
-        If `section`, `value` or `color` is unknown, or regimes are asked for on the stroboscopic
-        section.
+        If `diagram` is something else, `section`, `value` or `color` is unknown, or regimes are
+        asked for on the stroboscopic section.
     """
+    diagram = expected("diagram", diagram, Diagram)
     if section not in SECTION_LABELS:
         raise ParameterError(f"section must be 'impact' or 'stroboscopic', not {section!r}")
-    symbols = IMPACT_VALUES if section == "impact" else STROBOSCOPIC_VALUES
-    if value not in symbols:
+    symbols = section_symbols(section)
+    if value is None:
+        value = usual_value(section, diagram)
+    if not isinstance(value, str) or value not in symbols:
         raise ParameterError(
             f"value must be one of {', '.join(symbols)} on the {section} section, not {value!r}"
         )
@@ -163,9 +165,13 @@ def bifurcation(
     _parameter_axis(ax, diagram)
     ax.set_ylabel(symbols[value] if section == "impact" else _stroboscopic(symbols[value], diagram))
     if value == "phase":
-        ax.set_ylim(0.0, 2 * np.pi)
-        ax.set_yticks([*_PHASE_TICKS], [*_PHASE_TICKS.values()])
+        phase_axis(ax, "y")
     return ax
+
+
+def section_symbols(section: str) -> dict[str, str]:
+    """Return what can be drawn of a section, with its name on the axis."""
+    return IMPACT_VALUES if section == "impact" else STROBOSCOPIC_VALUES
 
 
 def _stroboscopic(text: str, diagram: Diagram) -> str:
@@ -240,7 +246,13 @@ def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
+
+    Raises
+    ------
+    ParameterError
+        If `diagram` is something else.
     """
+    diagram = expected("diagram", diagram, Diagram)
     ax = new_axes(ax)
     fractions = np.asarray(diagram.contact_fraction).reshape(-1, len(diagram.values))
     for number, fraction in enumerate(fractions):

@@ -6,25 +6,23 @@ force is -mu s sgn(sin x1) p, in stick the force that holds the tip, at most mu 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from matplotlib.axes import Axes
 
+from ..run import Run
 from .curve import sample, times_within
+from .given import expected
 from .marks import mark_contact_times
-from .style import BLACK, VERMILLION, new_axes
-
-if TYPE_CHECKING:
-    from ..run import Run
+from .style import BLACK, VERMILLION, curve_legend, new_axes
 
 
 def contact_force(
     run: Run,
     *,
     window: tuple[float, float] | None = None,
-    periods: float = 8,
-    points_per_period: int = 200,
+    periods: float | None = None,
+    points_per_period: int | None = None,
+    legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
     r"""Draw the normal and the tangential contact force against time.
@@ -36,14 +34,22 @@ def contact_force(
     Parameters
     ----------
     run, window, periods, points_per_period
-        As in `sample`.
+        As in `time_history`.
+    legend : bool
+        Name forces and bands above the axes.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
 
     Returns
     -------
     matplotlib.axes.Axes
+
+    Raises
+    ------
+    ParameterError
+        As for `time_history`.
     """
+    run = expected("run", run, Run)
     ax = new_axes(ax)
     curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
     start, end = window = (float(curve.time[0]), float(curve.time[-1]))
@@ -59,7 +65,12 @@ def contact_force(
             ax.plot(time, sign * friction * normal, color="0.4", lw=0.7, ls=":", label=label)
     ax.plot(time, normal, color=BLACK, lw=1.2, label=r"normal, $p$")
     ax.plot(time, tangential, color=VERMILLION, lw=1.0, ls=(0, (4, 1.5)), label="tangential")
+    if not normal.any():
+        text = "no sustained contact in this window"
+        ax.text(0.5, 0.9, text, transform=ax.transAxes, ha="center", va="top", color="0.35")
+        ax.set_ylim(-0.2, 1.0)
     ax.set_xlim(start, end)
     ax.set_xlabel(r"$t$")
     ax.set_ylabel("contact force")
+    curve_legend(ax, legend)
     return ax

@@ -1,4 +1,4 @@
-"""Time histories, phase portraits and impact sections of one run.
+"""Time histories and phase portraits of one run.
 
 Curves are drawn through `Run.trajectory` with the states before and after every impact inserted, so
 that a velocity jumps exactly at the instant of the impact. Sustained contact is marked: bands on an
@@ -8,32 +8,39 @@ the notation page: gap function g = sin x1 - x2 - delta (oblique), theory page, 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
-from .curve import sample, tip_symbol
+from ..run import Run
+from .curve import Curve, is_driven, is_one_orbit, orbit_window, sample, tip_symbol
+from .given import bodies_of, chosen, expected, regime_color
 from .marks import mark_contact_path, mark_contact_times, mark_regimes
-from .style import (
-    BLACK,
-    GREY,
-    REGIME_STYLES,
-    STATE_SYMBOLS,
-    new_axes,
-)
+from .style import BLACK, BLUE, GREY, curve_legend, new_axes
 
-if TYPE_CHECKING:
-    from ..run import Run
+Array = NDArray[np.float64]
+Drive = Literal["auto", "plain", "none"]
+
+_DRIVES = ("auto", "plain", "none")
+# The drive, of amplitude 1, may take so many times the height of the motion.
+_FLATTENED = 2.2
+# Else its amplitude is this part of the height.
+_SCALED = 0.25
+# Portraits with more jumps have thin lines.
+_MANY = 60
 
 
 def time_history(
     run: Run,
     *,
     window: tuple[float, float] | None = None,
-    periods: float = 8,
-    points_per_period: int = 200,
+    periods: float | None = None,
+    points_per_period: int | None = None,
     color: Literal["regime"] | None = None,
+    drive: Drive = "auto",
+    legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
     r"""Draw the contact faces of both bodies and the drive against time.
@@ -43,122 +50,143 @@ def time_history(
 
     Parameters
     ----------
-    run, window, periods, points_per_period
-        As in `sample`.
+    run : Run
+        Result of `vibroimpact.simulate`.
+    window : (float, float), optional
+        Times, within the kept part of the run. By default what can be read: the last eight drive
+        periods, or fewer where these have many oscillations or impacts; without a drive the
+        beginning of the kept part, down to rest.
+    periods : float, optional
+        Length of the window in drive periods, in place of `window`: the last ones, or what is kept
+        of them.
+    points_per_period : int, optional
+        Samples in a drive period; of a constant load, samples in the window. By default so many
+        that every flight and every oscillation is smooth.
     color : "regime" or None
         Mark the impacts by their regime.
+    drive : {"auto", "plain", "none"}
+        The curve of the drive: as it is, or none. "auto" scales and shifts it where it would
+        flatten the motion, which the legend says, and leaves it out where nothing is driven.
+    legend : bool
+        Name curves, bands and regimes above the axes.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ParameterError
+        If an argument is of the wrong kind or out of range, the window lies outside the kept part
+        of the run, or `periods` is given for a constant load.
     """
+    run = expected("run", run, Run)
+    by_regime = regime_color(color)
+    chosen("drive", drive, _DRIVES)
     ax = new_axes(ax)
     curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
     mark_contact_times(ax, run, (curve.time[0], curve.time[-1]))
     system = run.system
     face = system.tip(curve.state[:, 0]) - system.gap
-    drive = np.cos(system.drive_frequency * curve.time + system.phase)
-    ax.plot(curve.time, drive, color=GREY, lw=0.6, ls=(0, (4, 2)), label=r"$\cos\omega t$")
+    if drive == "plain" or (drive == "auto" and is_driven(system)):
+        _drive(ax, run, curve, np.concatenate([face, curve.state[:, 2]]), plain=drive == "plain")
     ax.plot(curve.time, curve.state[:, 2], color=BLACK, lw=1.4, label=r"$x_2$")
     ax.plot(curve.time, face, color=BLACK, lw=0.6, label=rf"${tip_symbol(run.system)}-\delta$")
-    if color == "regime":
+    if by_regime:
         hits = run.impacts[curve.impacts]
         mark_regimes(ax, run, hits["time"], hits["x2"], curve.impacts)
+    ax.set_ylabel(rf"$x_2,\ {tip_symbol(run.system)}-\delta$")
+    _time_axis(ax, curve, legend)
+    return ax
+
+
+def _drive(ax: Axes, run: Run, curve: Curve, motion: Array, *, plain: bool) -> None:
+    """Draw the drive; where it would flatten the motion, or be flattened, scaled and shifted."""
+    low, high = float(motion.min()), float(motion.max())
+    height, together = high - low, max(high, 1.0) - min(low, -1.0)
+    drive = np.cos(run.system.drive_frequency * curve.time + run.system.phase)
+    label = r"$\cos\omega t$"
+    if not plain and height > 0.0 and not together / _FLATTENED <= height <= 10.0:
+        drive = 0.5 * (low + high) + _SCALED * height * drive
+        label += ", scaled"
+    ax.plot(curve.time, drive, color=GREY, lw=0.6, ls=(0, (4, 2)), label=label)
+
+
+def _time_axis(ax: Axes, curve: Curve, legend: bool) -> None:
     ax.set_xlim(curve.time[0], curve.time[-1])
     ax.set_xlabel(r"$t$")
-    ax.set_ylabel(rf"$x_2,\ {tip_symbol(run.system)}-\delta$")
-    return ax
+    curve_legend(ax, legend)
 
 
 def phase_portrait(
     run: Run,
     *,
-    bodies: tuple[int, ...] = (1, 2),
+    bodies: int | tuple[int, ...] | None = None,
     window: tuple[float, float] | None = None,
-    periods: float = 8,
-    points_per_period: int = 200,
+    periods: float | None = None,
+    points_per_period: int | None = None,
     color: Literal["regime"] | None = None,
+    legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw velocity against position: body 1 solid, body 2 dash-dotted, impacts as vertical jumps.
+    """Draw velocity against position, impacts as vertical jumps.
 
-    A broad light line marks sliding in sustained contact, a dot sticking.
+    Body 1 is a solid line. So is body 2, thin and blue, but for a periodic motion drawn once, which
+    leaves room for dashes. A broad light line marks sliding in sustained contact, a dot sticking.
 
     Parameters
     ----------
-    run, window, periods, points_per_period
-        As in `sample`.
-    bodies : tuple of int
-        Which bodies to draw: 1 the pendulum, 2 the oscillator.
-    color : "regime" or None
-        Mark the state before each impact by its regime.
+    run, points_per_period, color, legend
+        As in `time_history`.
+    bodies : int or tuple of int, optional
+        Which bodies to draw: 1 the pendulum, 2 the oscillator. By default both, but for a wall at
+        rest.
+    window : (float, float), optional
+        Times, within the kept part of the run. By default one orbit of a periodic motion, of others
+        the last forty drive periods; without a drive as in `time_history`.
+    periods : float, optional
+        Length of the window in drive periods, in place of `window`.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ParameterError
+        As for `time_history`.
     """
-    ax = new_axes(ax)
+    run = expected("run", run, Run)
+    by_regime = regime_color(color)
+    drawn = bodies_of(bodies, run)
+    if window is None and periods is None:
+        window = orbit_window(run)
     curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
+    ax = new_axes(ax)
     hits = run.impacts[curve.impacts]
-    for body in bodies:
+    once = is_one_orbit(run, float(curve.time[-1] - curve.time[0]))
+    many = not once and len(hits) > _MANY
+    for body in drawn:
         x, v = curve.state[:, 2 * body - 2], curve.state[:, 2 * body - 1]
-        solid = body == 1
-        mark_contact_path(ax, run, curve, x, v, named=body == bodies[0])
+        first = body == 1
+        mark_contact_path(ax, run, curve, x, v, named=body == drawn[0])
         ax.plot(
             x,
             v,
-            color=BLACK if solid else GREY,
-            lw=0.7,
-            ls="-" if solid else (0, (5, 1.2, 1, 1.2)),
+            color=BLACK if first else BLUE,
+            lw=0.4 if many else 0.8,
+            ls="-" if first or not once else (0, (5, 1.2, 1, 1.2)),
             label=rf"$x_{body},\ \dot x_{body}$",
         )
-        if color == "regime":
+        if by_regime:
             mark_regimes(ax, run, hits[f"x{body}"], hits[f"v{body}_pre"], curve.impacts)
-    ax.set_xlabel("$" + r",\ ".join(f"x_{body}" for body in bodies) + "$")
-    ax.set_ylabel("$" + r",\ ".join(rf"\dot x_{body}" for body in bodies) + "$")
-    return ax
-
-
-def impact_section(
-    run: Run,
-    *,
-    x: str = "x1",
-    y: str = "v1_pre",
-    color: Literal["regime"] | None = None,
-    size: float = 6.0,
-    ax: Axes | None = None,
-) -> Axes:
-    """Draw two columns of `Run.impacts` against each other, one point for each kept impact.
-
-    Parameters
-    ----------
-    run : Run
-        Result of `vibroimpact.simulate`.
-    x, y : str
-        Columns of the impact table, by default the pendulum's angle and velocity before impact.
-    color : "regime" or None
-        Colour and shape by regime, or black dots.
-    size : float
-        Area of a marker in square points.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if None.
-    """
-    ax = new_axes(ax)
-    impacts = run.impacts
-    if color == "regime":
-        for regime in np.unique(impacts["regime"]):
-            style = REGIME_STYLES[int(regime)]
-            here = impacts[impacts["regime"] == regime]
-            ax.scatter(
-                here[x],
-                here[y],
-                s=size,
-                color=style.color,
-                marker=style.marker,
-                linewidths=0,
-                label=style.text,
-                rasterized=True,
-            )
-    else:
-        ax.scatter(impacts[x], impacts[y], s=size, color=BLACK, linewidths=0, rasterized=True)
-    ax.set_xlabel(STATE_SYMBOLS.get(x, x))
-    ax.set_ylabel(STATE_SYMBOLS.get(y, y))
+    ax.set_xlabel("$" + r",\ ".join(f"x_{body}" for body in drawn) + "$")
+    ax.set_ylabel("$" + r",\ ".join(rf"\dot x_{body}" for body in drawn) + "$")
+    curve_legend(ax, legend)
     return ax
 
 
@@ -166,29 +194,47 @@ def gap_history(
     run: Run,
     *,
     window: tuple[float, float] | None = None,
-    periods: float = 8,
-    points_per_period: int = 200,
+    periods: float | None = None,
+    points_per_period: int | None = None,
     color: Literal["regime"] | None = None,
+    legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw the gap function sin x1 - x2 - delta against time; it is zero at an impact.
 
     It stays zero in sustained contact, which bands mark.
 
-    Parameters as in `time_history`.
+    Parameters
+    ----------
+    run, window, periods, points_per_period, color
+        As in `time_history`.
+    legend : bool
+        Name bands and regimes above the axes, if there are any.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ParameterError
+        As for `time_history`.
     """
+    run = expected("run", run, Run)
+    by_regime = regime_color(color)
     ax = new_axes(ax)
     curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
     gap = run.system.gap_function(curve.state)
     mark_contact_times(ax, run, (curve.time[0], curve.time[-1]))
     ax.axhline(0.0, color=GREY, lw=0.6)
     ax.plot(curve.time, gap, color=BLACK, lw=0.6)
-    if color == "regime":
+    if by_regime:
         hits = run.impacts[curve.impacts]
         mark_regimes(ax, run, hits["time"], np.zeros(len(hits)), curve.impacts)
-    ax.set_xlim(curve.time[0], curve.time[-1])
-    ax.set_xlabel(r"$t$")
     ax.set_ylabel(rf"${tip_symbol(run.system)}-x_2-\delta$")
+    _time_axis(ax, curve, legend)
     return ax
 
 
@@ -196,49 +242,42 @@ def displacement_history(
     run: Run,
     *,
     window: tuple[float, float] | None = None,
-    periods: float = 8,
-    points_per_period: int = 200,
+    periods: float | None = None,
+    points_per_period: int | None = None,
     color: Literal["regime"] | None = None,
+    legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw x1 (grey) and x2 (black) against time, as in the paper's Fig. 10(b).
 
     Bands mark sustained contact.
 
-    Parameters as in `time_history`.
+    Parameters
+    ----------
+    run, window, periods, points_per_period, color, legend
+        As in `time_history`.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ParameterError
+        As for `time_history`.
     """
+    run = expected("run", run, Run)
+    by_regime = regime_color(color)
     ax = new_axes(ax)
     curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
     mark_contact_times(ax, run, (curve.time[0], curve.time[-1]))
     ax.plot(curve.time, curve.state[:, 0], color=GREY, lw=0.6, label=r"$x_1$")
     ax.plot(curve.time, curve.state[:, 2], color=BLACK, lw=0.8, label=r"$x_2$")
-    if color == "regime":
+    if by_regime:
         hits = run.impacts[curve.impacts]
         mark_regimes(ax, run, hits["time"], hits["x2"], curve.impacts)
-    ax.set_xlim(curve.time[0], curve.time[-1])
-    ax.set_xlabel(r"$t$")
     ax.set_ylabel(r"$x_1,\ x_2$")
-    return ax
-
-
-def impact_count(run: Run, *, ax: Axes | None = None) -> Axes:
-    """Draw the number of impacts since t = 0 against drive periods, for the kept part of a run.
-
-    Both axes are logarithmic: impacts that stop after a finite number end in a level line.
-    """
-    ax = new_axes(ax)
-    period = run.impacts["period"] + 1
-    count = np.arange(1, len(period) + 1) + run.impact_count - len(period)
-    ax.step(
-        np.append(period, run.final_state.time / run.system.drive_period),
-        np.append(count, run.impact_count),
-        where="post",
-        color=BLACK,
-        lw=0.9,
-    )
-    if run.impact_count:
-        ax.set_xscale("log")
-        ax.set_yscale("log")
-    ax.set_xlabel("drive periods")
-    ax.set_ylabel("impacts")
+    _time_axis(ax, curve, legend)
     return ax

@@ -15,10 +15,11 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from .._core import Leg, LegKind
-from ..arguments import count, reject
+from ..arguments import count
 from ..errors import ParameterError
 from ..orbits import PeriodicMotion
 from .curve import tip_symbol
+from .given import expected
 from .marks import ContactSpan, Mode, draw_bands, draw_path, draw_regimes
 from .style import BLACK, GREY, STATE_SYMBOLS, VERMILLION
 
@@ -85,8 +86,7 @@ def orbit(
     ParameterError
         If an argument is of the wrong kind or out of range.
     """
-    if not isinstance(motion, PeriodicMotion):
-        reject("motion", motion, "a vibroimpact.PeriodicMotion")
+    motion = expected("motion", motion, PeriodicMotion)
     points = count("points_per_period", points_per_period, least=2, most=1_000_000)
     axes = _three_axes(axes)
     curve = _sample(motion, points)

@@ -18,6 +18,7 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
 from .._core import PARAMETERS, Regime
+from ..arguments import flag, positive
 
 BLACK = "#000000"
 ORANGE = "#E69F00"
@@ -111,6 +112,10 @@ STATE_SYMBOLS = {
     "v2_post": r"$\dot x_2$ after impact",
     "phase": r"$\psi$ at impact",
     "time": r"$t$",
+    "approach_velocity": r"approach velocity $u$",
+    "energy_loss": r"energy loss $E - E_+$",
+    "impulse_normal": r"normal impulse $P$",
+    "impulse_tangential": "tangential impulse",
 }
 
 SECTION_LABELS = {
@@ -246,6 +251,27 @@ def bifurcation_marker(kind: str, size: float = 4.5) -> dict[str, Any]:
     }
 
 
+PHASE_TICKS = {0.0: "0", math.pi / 2: r"$\pi/2$", math.pi: r"$\pi$"}
+PHASE_TICKS |= {1.5 * math.pi: r"$3\pi/2$", 2 * math.pi: r"$2\pi$"}
+"""Ticks of an axis of drive phases."""
+
+# Area of a mark in square points: the sum over all marks, and the limits of one.
+_ALL_MARKS, _LEAST_MARK, _LARGEST_MARK = 3000.0, 0.6, 12.0
+
+
+def mark_area(given: float | None, marks: int) -> float:
+    """Return the area of a mark in square points: as given, or smaller the more marks there are."""
+    if given is not None:
+        return positive("size", given)
+    return min(max(_ALL_MARKS / max(marks, 1), _LEAST_MARK), _LARGEST_MARK)
+
+
+def phase_axis(ax: Axes, axis: str) -> None:
+    """Let an axis, "x" or "y", show one turn of the drive phase."""
+    ax.set(**{f"{axis}lim": (0.0, 2 * math.pi)})
+    ax.set(**{f"{axis}ticks": [*PHASE_TICKS], f"{axis}ticklabels": [*PHASE_TICKS.values()]})
+
+
 # The rest of a figure's width is for ticks and labels.
 _LEGEND_PART = 0.85
 
@@ -275,3 +301,25 @@ def legend_above(ax: Axes, handles: Sequence[Artist], columns: int = 2) -> Legen
         columns -= 1
         drawn = legend(columns)
     return drawn
+
+
+# Beside other axes a legend may be a little wider than its own.
+_SLOT_PART = 1.05
+
+
+def curve_legend(ax: Axes, legend: bool, entries: Sequence[Artist] | None = None) -> None:
+    """Name curves, bands and marks, or `entries`, above the axes, in as few rows as fit."""
+    handles, texts = ax.get_legend_handles_labels()
+    if entries is not None:
+        handles, texts = [*entries], [str(entry.get_label()) for entry in entries]
+    if not flag("legend", legend) or not handles:
+        return
+    named = dict(zip(texts, handles, strict=True))
+    slot, whole = ax.get_window_extent().width, ax.figure.bbox.width
+    alone = len(ax.figure.axes) == 1
+    for columns in range(min(len(named), 6), 0, -1):
+        drawn = legend_above(ax, [*named.values()], columns=columns)
+        if drawn.get_window_extent().width <= (
+            _LEGEND_PART * whole if alone else _SLOT_PART * slot
+        ):
+            break

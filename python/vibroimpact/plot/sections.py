@@ -1,0 +1,231 @@
+"""Sections of one run: its impacts, its states once per drive period, and the count of impacts.
+
+The impact section is the state just before each impact, the stroboscopic section the state once per
+drive period; Han, Jin & Hu (2004), eqs. (48a) and (48b), docs/theory.md section 6.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
+
+from ..run import Run
+from ..sweeps.columns import COORDINATES
+from .curve import is_driven
+from .given import (
+    chosen,
+    expected,
+    impact_column,
+    regime_color,
+    run_hits_wall_at_rest,
+    sectioned,
+)
+from .style import (
+    BLACK,
+    REGIME_STYLES,
+    STATE_SYMBOLS,
+    curve_legend,
+    mark_area,
+    new_axes,
+    phase_axis,
+    regime_handles,
+)
+
+# Points closer together than this part of their size are one point but for rounding; the axes then
+# show this part of it.
+_ONE_POINT, _AROUND = 1e-3, 0.1
+# Counts that span at least this factor are drawn over logarithmic axes.
+_DECADES = 30.0
+
+
+def impact_section(
+    run: Run,
+    *,
+    x: str | None = None,
+    y: str | None = None,
+    color: Literal["regime"] | None = None,
+    size: float | None = None,
+    legend: bool = True,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw two columns of `Run.impacts` against each other, one point for each kept impact.
+
+    Parameters
+    ----------
+    run : Run
+        Result of `vibroimpact.simulate`.
+    x, y : str, optional
+        Columns of the impact table, or "approach_velocity". By default the pendulum's angle and
+        velocity before impact. Where body 2 is a wall at rest the angle at impact is always the
+        same; there the default is the approach velocity against the drive phase, without a drive
+        against time.
+    color : "regime" or None
+        Colour and shape by regime, or black dots.
+    size : float, optional
+        Area of a marker in square points; by default smaller the more impacts there are.
+    legend : bool
+        Name the regimes above the axes, if they have colours.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ParameterError
+        If an argument is of the wrong kind, or names no column.
+    """
+    run = expected("run", run, Run)
+    by_regime = regime_color(color)
+    usual = ("x1", "v1_pre")
+    if run_hits_wall_at_rest(run):
+        usual = ("phase" if is_driven(run.system) else "time", "approach_velocity")
+    x, y = usual[0] if x is None else x, usual[1] if y is None else y
+    across, up = impact_column(run, x, "x"), impact_column(run, y, "y")
+    area = mark_area(size, len(run.impacts))
+    ax = new_axes(ax)
+    regimes = run.impacts["regime"]
+    for regime in np.unique(regimes) if by_regime else []:
+        style = REGIME_STYLES[int(regime)]
+        here = regimes == regime
+        ax.scatter(
+            across[here],
+            up[here],
+            s=area,
+            color=style.color,
+            marker=style.marker,
+            linewidths=0,
+            label=style.text,
+            rasterized=True,
+        )
+    if not by_regime:
+        ax.scatter(across, up, s=area, color=BLACK, linewidths=0, rasterized=True)
+    for axis, name in (("x", x), ("y", y)):
+        ax.set(**{f"{axis}label": STATE_SYMBOLS.get(name, name.replace("_", " "))})
+        if name == "phase":
+            phase_axis(ax, axis)
+        else:
+            _show_around(ax, axis)
+    if y == "approach_velocity":
+        # The sizes of the bounces can be compared.
+        ax.set_ylim(bottom=0.0)
+    # Those of the legend can be seen, however small the points are.
+    curve_legend(ax, legend, regime_handles(regimes.tolist()) if by_regime else [])
+    return ax
+
+
+def stroboscopic(
+    run: Run,
+    *,
+    x: str = "x1",
+    y: str = "v1",
+    size: float | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw the stroboscopic section of a run: its state once per drive period, a Poincare map.
+
+    A motion m-n has m points, a quasi-periodic motion fills closed curves.
+
+    Parameters
+    ----------
+    run : Run
+        Result of `vibroimpact.simulate`; all its kept drive periods are drawn.
+    x, y : {"x1", "v1", "x2", "v2"}
+        What to draw against each other.
+    size : float, optional
+        Area of a marker in square points; by default smaller the more points there are.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ParameterError
+        If an argument is of the wrong kind, or the load is constant, which has no period.
+    """
+    run = expected("run", run, Run)
+    sectioned(run)
+    names = [chosen(name, given, COORDINATES) for name, given in (("x", x), ("y", y))]
+    rows = run.stroboscopic
+    area = mark_area(size, len(rows))
+    ax = new_axes(ax)
+    across, up = (rows[:, COORDINATES.index(name)] for name in names)
+    ax.scatter(
+        across,
+        up,
+        s=area,
+        color=BLACK,
+        linewidths=0,
+        rasterized=True,
+    )
+    _show_around(ax, "x")
+    _show_around(ax, "y")
+    ax.set_xlabel(f"{STATE_SYMBOLS[names[0]]} once per drive period")
+    ax.set_ylabel(f"{STATE_SYMBOLS[names[1]]} once per drive period")
+    return ax
+
+
+def _show_around(ax: Axes, axis: str) -> None:
+    """Keep an axis from showing the rounding of a periodic motion in place of its points."""
+    low, high = getattr(ax.dataLim, f"interval{axis}").tolist()
+    size = max(abs(low), abs(high))
+    if 0.0 < size < np.inf and high - low < _ONE_POINT * size:
+        middle = 0.5 * (low + high)
+        ax.set(**{f"{axis}lim": (middle - _AROUND * size, middle + _AROUND * size)})
+
+
+def impact_count(run: Run, *, ax: Axes | None = None) -> Axes:
+    """Draw the number of impacts since t = 0 against drive periods, for the kept part of a run.
+
+    Both axes are logarithmic where the count grows by a factor of thirty: impacts that stop after a
+    finite number end in a level line. A run without a drive is drawn against time.
+
+    Parameters
+    ----------
+    run : Run
+        Result of `vibroimpact.simulate`.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ParameterError
+        If `run` is something else.
+    """
+    run = expected("run", run, Run)
+    ax = new_axes(ax)
+    timed = run.system.drive_frequency == 0.0
+    at = run.impacts["time"] if timed else run.impacts["period"] + 1
+    end = run.final_state.time / (1.0 if timed else run.system.drive_period)
+    count = np.arange(1, len(at) + 1) + run.impact_count - len(at)
+    ax.step(
+        np.append(at, end),
+        np.append(count, run.impact_count),
+        where="post",
+        color=BLACK,
+        lw=0.9,
+    )
+    if len(count) and not timed and run.impact_count >= _DECADES * float(count[0]):
+        ax.set_xscale("log")
+        ax.set_yscale("log")
+    elif ax.get_yscale() == "linear":
+        # Powers of ten would leave the axes of a late part with ticks such as 5 x 10^2.
+        ax.yaxis.set_major_locator(MaxNLocator(nbins="auto", integer=True))
+        ax.xaxis.set_major_locator(MaxNLocator(nbins="auto", integer=not timed))
+        for one in (ax.xaxis, ax.yaxis):
+            one.set_major_formatter(ScalarFormatter(useOffset=False))
+    ax.set_xlabel(STATE_SYMBOLS["time"] if timed else "drive periods")
+    ax.set_ylabel("impacts")
+    return ax

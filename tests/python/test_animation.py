@@ -1,0 +1,236 @@
+"""Animations show the run: its states, its impacts at their instants, and files of all formats."""
+
+import math
+import runpy
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.animation import writers
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Rectangle
+from PIL import Image
+
+import repository
+import vibroimpact as vi
+from systems import PAPER, ROUGH, STICKY
+from vibroimpact.plot.parts import BALL
+
+TWO = vi.System(
+    mass_ratio=0.5,
+    frequency_ratio=1.5,
+    restitution=0.7,
+    gap=0.2,
+    drive_frequency=1.2,
+    moment_amplitude=0.5,
+    force_amplitude=0.3,
+    damping=(0.1, 0.05),
+    contact="direct",
+)
+WALL = TWO.replace(mass_ratio=0.0, force_amplitude=0.0)
+START = (0.0, 0.5, 0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def run() -> vi.Run:
+    return vi.simulate(ROUGH, initial=START, periods=40, keep=20)
+
+
+@pytest.fixture
+def ax():
+    return Figure().subplots()
+
+
+def tip(ax) -> tuple[float, float]:
+    (ball,) = (each for each in ax.patches if isinstance(each, Circle) and each.radius == BALL)
+    return ball.center
+
+
+def left_edges(ax) -> list[float]:
+    return sorted(each.get_x() for each in ax.patches if isinstance(each, Rectangle))
+
+
+def test_the_pendulum_is_to_scale(ax):
+    assert vi.plot.machine(PAPER, (0.8, 0.0, 0.1, 0.0), phase=0.3, ax=ax) is ax
+    assert tip(ax) == pytest.approx((math.sin(0.8), -math.cos(0.8)))
+    assert left_edges(ax) == pytest.approx([BALL + PAPER.gap + 0.1])
+    assert ax.get_aspect() == 1.0
+
+
+def test_in_contact_the_ball_touches_the_face(ax):
+    x1 = 0.7
+    vi.plot.machine(PAPER, (x1, 0.0, math.sin(x1) - PAPER.gap, 0.0), ax=ax)
+    assert left_edges(ax) == pytest.approx([tip(ax)[0] + BALL])
+
+
+def test_bodies_on_one_line_touch_in_contact(ax):
+    vi.plot.machine(TWO, (0.5, 0.0, 0.3, 0.0), ax=ax)
+    first, second = (each for each in ax.patches if isinstance(each, Rectangle))
+    left, right = sorted((first, second), key=Rectangle.get_x)
+    assert left.get_x() + left.get_width() == pytest.approx(right.get_x())
+
+
+@pytest.mark.parametrize(
+    ("system", "state"),
+    [("paper", START), (PAPER, (0, 0)), (PAPER, (0, 0, 0, math.nan))],
+)
+def test_a_machine_needs_a_system_and_a_state(system, state):
+    with pytest.raises(ValueError, match=r"system =|initial"):
+        vi.plot.machine(system, state)
+
+
+@pytest.mark.parametrize(
+    "system", [ROUGH, STICKY, TWO, WALL], ids=["rough", "sticky", "two", "wall"]
+)
+def test_frames_show_the_states_of_the_run(system):
+    run = vi.simulate(system, initial=START, periods=30, keep=10)
+    moving = vi.plot.animation(run, periods=2, frames=24)
+    assert len(moving) == 24
+    assert np.all(np.diff(moving.times) > 0.0)
+    portrait, history = moving.figure.axes[1:]
+    for frame in (0, 7, 23):
+        assert moving.show(frame) is moving.figure
+        (state,) = run.trajectory(moving.times[frame : frame + 1])
+        dot = next(
+            line
+            for line in portrait.lines
+            if line.get_marker() == "o" and len(line.get_xdata()) == 1
+        )
+        assert dot.get_xdata()[0] == state[0]
+        assert dot.get_ydata()[0] == state[1]
+        assert moving.times[frame] in [line.get_xdata()[0] for line in history.lines]
+
+
+def test_every_impact_is_seen_at_its_instant(run):
+    moving = run.animate(periods=4)
+    end = run.final_state.time
+    step = 4 * run.system.drive_period / len(moving)
+    times = run.impacts["time"]
+    shown = times[(times > end - 4 * run.system.drive_period) & (times < end - step)]
+    assert len(shown) >= 3
+    assert np.isin(shown, moving.times).all()
+    machine = moving.figure.axes[0]
+    frame = int(np.flatnonzero(moving.times == shown[-1])[0])
+    moving.show(frame)
+    assert any("impact, " in text.get_text() for text in machine.texts)
+    # The ball touches the mass.
+    assert left_edges(machine)[0] == pytest.approx(tip(machine)[0] + BALL)
+
+
+def test_sustained_contact_has_its_words(run):
+    sticky = vi.simulate(STICKY, initial=(0, 0, 0, 0), periods=60, keep=10)
+    moving = sticky.animate(periods=1)
+    said = set()
+    for frame in range(len(moving)):
+        moving.show(frame)
+        said |= {text.get_text().partition(": ")[2] for text in moving.figure.axes[0].texts}
+    assert {"apart", "contact, sliding", "impact, slip"} <= said
+
+
+def test_a_periodic_motion_runs_without_a_seam():
+    run = vi.simulate(PAPER, initial=START, periods=600, keep=100)
+    moving = run.animate()
+    assert len(moving) == 48
+    period = run.system.drive_period
+    assert moving.times[0] == pytest.approx(run.final_state.time - period, abs=period / 48)
+    assert moving.times[-1] == pytest.approx(run.final_state.time - period / 48, abs=period / 48)
+
+
+def test_a_gif_has_all_frames_and_runs_again(run, tmp_path):
+    out = tmp_path / "machine.gif"
+    moving = run.animate(out, frames=6, frames_per_second=20)
+    with Image.open(out) as picture:
+        assert picture.n_frames == len(moving) == 6
+        assert picture.info["duration"] == 50
+        assert picture.info["loop"] == 0
+        assert picture.size == (720, 360)
+        first = np.asarray(picture.convert("RGB"))
+        picture.seek(3)
+        assert (np.asarray(picture.convert("RGB")) != first).any()
+        # Mostly paper, some ink, in place.
+        assert 0.5 < (first > 240).all(axis=2).mean() < 0.99
+
+
+def test_html_holds_the_frames(run, tmp_path):
+    moving = run.animate(frames=3)
+    page = moving._repr_html_()
+    assert page.count("data:image/png;base64") == 3
+    out = tmp_path / "machine.html"
+    moving.save(out)
+    assert out.read_text(encoding="utf-8").count("data:image/png;base64") == 3
+
+
+def test_an_mp4_needs_ffmpeg(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(writers, "is_available", lambda name: False)
+    out = tmp_path / "machine.mp4"
+    with pytest.raises(vi.ParameterError, match=r"\.gif or \.html: \.mp4 needs .* ffmpeg"):
+        run.animate(out)
+    assert not out.exists()
+
+
+@pytest.mark.skipif(not writers.is_available("ffmpeg"), reason="ffmpeg is not installed")
+def test_an_mp4_is_written(run, tmp_path):
+    out = tmp_path / "machine.mp4"
+    run.animate(out, frames=4)
+    assert out.read_bytes()[4:8] == b"ftyp"
+
+
+@pytest.mark.parametrize("path", ["machine.avi", "machine", 3, ""])
+def test_other_files_are_refused(run, path):
+    with pytest.raises(vi.ParameterError, match="path ="):
+        run.animate(path, frames=2)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"frames": 1},
+        {"frames": 2001},
+        {"frames": 2.5},
+        {"frames_per_second": 0},
+        {"frames_per_second": 101},
+        {"periods": -1},
+        {"window": (3.0, 2.0)},
+    ],
+)
+def test_arguments_are_checked(run, options):
+    with pytest.raises(vi.ParameterError, match=next(iter(options))):
+        vi.plot.animation(run, **options)
+
+
+def test_an_unknown_argument_is_refused(run):
+    with pytest.raises(TypeError, match="did you mean frames"):
+        run.animate(frame=3)
+
+
+def test_there_is_no_frame_beyond_the_last(run):
+    moving = run.animate(frames=3)
+    with pytest.raises(vi.ParameterError, match="frame = 3"):
+        moving.show(3)
+    assert repr(moving).startswith("<Animation of 3 frames, 0.12 s")
+
+
+@pytest.fixture(scope="module")
+def script() -> SimpleNamespace:
+    return SimpleNamespace(**runpy.run_path(str(repository.root() / "examples" / "animation.py")))
+
+
+def test_the_script_writes_it(script, tmp_path, capsys):
+    assert script.motion().label == "4-5"
+    out = tmp_path / "out.gif"
+    script.main(["--out", str(out), "--frames", "4"])
+    assert capsys.readouterr().out == f"{out}\n"
+    with Image.open(out) as picture:
+        assert picture.n_frames == 4
+
+
+def test_pages_show_it():
+    root = repository.root()
+    kept = root / "docs" / "images" / "animation.gif"
+    assert kept.stat().st_size < 2_000_000
+    with Image.open(kept) as picture:
+        assert picture.n_frames == 4 * 48
+    for page in ("README.md", "docs/index.md"):
+        assert "images/animation.gif)" in (root / page).read_text(encoding="utf-8")
+    makefile = (root / "Makefile").read_text(encoding="utf-8")
+    assert "python examples/animation.py --out docs/images/animation.gif\n" in makefile
