@@ -24,6 +24,7 @@ from .system import System
 
 if TYPE_CHECKING:
     from . import plot as plot
+    from .explorer import explore
     from .files import load
     from .impact_maps import impact_agreement, impact_regimes
     from .impact_results import ImpactAgreement, ImpactRegimes
@@ -68,6 +69,7 @@ if TYPE_CHECKING:
 else:
     # Parts that a simulation does not need are imported on first use; `plot` imports matplotlib.
     _ON_FIRST_USE = {
+        "explorer": "explore",
         "files": "load",
         "impact_maps": "ImpactAgreement ImpactRegimes impact_agreement impact_regimes",
         "orbits": """
@@ -147,6 +149,7 @@ __all__ = [
     "bifurcation_curve",
     "bifurcation_diagram",
     "chart",
+    "explore",
     "follow_motion",
     "impact",
     "impact_agreement",

@@ -49,6 +49,7 @@ PYTHON = [
     "reference",
     "verification",
     "plot",
+    "explorer",
     "__init__",
     "cli",
 ]
