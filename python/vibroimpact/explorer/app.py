@@ -33,7 +33,7 @@ from .controls import Controls, sheets
 from .jobs import Lane, Work
 from .maps import MapsCard
 from .presets import PRESETS
-from .state import State
+from .state import MAPS, State
 from .views import parts
 from .views.diagram import BranchLines, branch_lines
 from .views.history import HistoryView
@@ -58,7 +58,7 @@ _DOWNLOAD = """
 if (!cb_obj.text) return
 const link = document.createElement("a")
 link.href = URL.createObjectURL(new Blob([cb_obj.text], {type: "text/csv"}))
-link.download = cb_obj.name + ".csv"
+link.download = cb_obj.tags[0] + ".csv"
 link.click()
 setTimeout(() => URL.revokeObjectURL(link.href), 1000)
 cb_obj.text = ""
@@ -229,7 +229,7 @@ class Page:
         """Return what is not seen: the address, and files on their way."""
         self.address = Div(name="address", visible=False)
         self._files = {
-            name: Div(name=name, visible=False) for name in ("motion", "diagram", "chart", "basins")
+            name: Div(name=f"{name}-file", tags=[name], visible=False) for name in ("motion", *MAPS)
         }
         for file in self._files.values():
             file.js_on_change("text", CustomJS(code=_DOWNLOAD))
@@ -266,23 +266,23 @@ class Page:
         if self.motion is None or moved:
             self.verdict = None
             self._lanes["verdict"].cancel()
-            self._submit("motion", partial(compute.motion, state), self._show_motion)
-            self._after_rest(self._judge)
+            show = partial(self._show_motion, state)
+            self._submit("motion", partial(compute.motion, state), show)
         self._show_map()
 
-    def _show_motion(self, motion: Motion) -> None:
+    def _show_motion(self, state: State, motion: Motion) -> None:
         self.say(None)
         self.motion = motion
+        self._draw_motion(motion)
+        if (state.system, state.initial) == (self.state.system, self.state.initial):
+            self._after_rest(partial(self._judge, state, motion))
+
+    def _draw_motion(self, motion: Motion) -> None:
         for view in (self.machine, self.history, self.portrait, self.sections):
             view.show(motion, self.palette)
         self.what.show(motion, self.verdict)
 
-    def _judge(self) -> None:
-        if self.motion is None or self._lanes["motion"].busy:
-            self._after_rest(self._judge)
-            return
-        state, motion = self.state, self.motion
-
+    def _judge(self, state: State, motion: Motion) -> None:
         def show(verdict: Verdict) -> None:
             self.verdict = verdict
             self.what.show(motion, verdict)
@@ -349,7 +349,7 @@ class Page:
             view.paint(self.palette)
         self.maps.paint(self.palette, self.state)
         if self.motion is not None:
-            self._show_motion(self.motion)
+            self._draw_motion(self.motion)
 
     # Buttons and lists.
 
@@ -411,6 +411,7 @@ class Page:
         self.error.visible = bool(words)
 
     def _after_rest(self, work: Callable[[], None]) -> None:
+        """Do something if nothing has changed until then."""
         turn = self._turn
 
         def start() -> None:

@@ -6,6 +6,7 @@ host and connections that come from a page of another origin.
 
 from __future__ import annotations
 
+import logging
 import sys
 from collections.abc import Sequence
 from typing import Any
@@ -148,6 +149,8 @@ class LocalServer:
         from tornado.httpserver import HTTPServer
         from tornado.ioloop import IOLoop
 
+        # A page that is left while a picture is on its way is no fault; a refused origin is one.
+        logging.getLogger("bokeh.server.views.ws").setLevel(logging.ERROR)
         self.loop = IOLoop(make_current=True)
         sockets, self.port = bind_sockets(ADDRESS, port)
         pages = _pages(state, self.port)

@@ -41,6 +41,8 @@ _AXES = {
     "up": COORDINATES,
 }
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+# Whole numbers below this are written without a decimal point.
+_WHOLE = 1e15
 # No number that Python writes is longer.
 _LONGEST = 40
 
@@ -217,8 +219,7 @@ def read_number(name: str, text: str) -> float:
 
 def write_number(value: float) -> str:
     """Return the shortest text of a number that gives it back bit for bit."""
-    text = repr(value)
-    return text.removesuffix(".0")
+    return str(int(value)) if value.is_integer() and abs(value) < _WHOLE else repr(value)
 
 
 def _text(value: str | float) -> str:

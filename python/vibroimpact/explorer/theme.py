@@ -136,7 +136,9 @@ select.bk-input {{ padding-right: 4px; appearance: auto; background-image: none;
   border: 1px solid var(--line); border-radius: 5px; padding: 3px 10px; height: 26px;
 }}
 .bk-btn:hover {{ border-color: var(--accent); color: var(--ink); background: var(--field); }}
-.bk-btn:disabled {{ opacity: 0.45; }}
+.bk-btn[disabled], .bk-btn[disabled]:hover {{
+  background: var(--field); color: var(--muted); border-color: var(--line); opacity: 0.5;
+}}
 .bk-btn.bk-active, .bk-btn-default.bk-active {{
   background: var(--accent); border-color: var(--accent); color: var(--card);
 }}

@@ -27,7 +27,7 @@ class CellsView:
         )
         self.here = ColumnDataSource(data={"x": [], "y": []})
         self.key = parts.text()
-        self.figure = parts.plain(x_range=Range1d(0.0, 1.0), y_range=Range1d(0.0, 1.0))
+        self.figure = parts.plain(name, x_range=Range1d(0.0, 1.0), y_range=Range1d(0.0, 1.0))
         self.figure.min_height = 200
         self.figure.grid.visible = False
         self.figure.image_rgba("image", "x", "y", "dw", "dh", source=self.source)

@@ -6,7 +6,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from bokeh.models import BoxZoomTool, ColumnDataSource, FixedTicker, Range1d, Span, WheelZoomTool
+from bokeh.models import (
+    BasicTicker,
+    BoxZoomTool,
+    ColumnDataSource,
+    FixedTicker,
+    Range1d,
+    Span,
+    WheelZoomTool,
+)
 from numpy.typing import NDArray
 
 from ...orbits import Branch, PeriodicMotion, Piece
@@ -40,6 +48,7 @@ class DiagramView:
         self.marks = ColumnDataSource(data={"at": [], "value": [], "color": []}, name="marks")
         self.key = parts.text()
         self.figure = parts.plain(
+            "diagram",
             tools=[BoxZoomTool(dimensions="auto"), WheelZoomTool()],
             x_range=Range1d(0.0, 1.0),
             y_range=Range1d(0.0, 1.0),
@@ -74,7 +83,7 @@ class DiagramView:
             self.figure.yaxis.ticker = FixedTicker(ticks=[*_PHASES])
             self.figure.yaxis.major_label_overrides = dict(_PHASES)
         elif isinstance(self.figure.yaxis[0].ticker, FixedTicker):
-            self.figure.yaxis.ticker = parts.plain().yaxis[0].ticker
+            self.figure.yaxis.ticker = BasicTicker()
             self.figure.yaxis.major_label_overrides = {}
         self.mark(state)
 
@@ -98,7 +107,8 @@ class DiagramView:
         )
         key = [(palette.regime(each), REGIME_STYLES[each].text) for each in present]
         more = f'<span class="key">{stopped} of {len(diagram)} runs stopped early</span>'
-        self.key.text = parts.keys(key) + (more if stopped else "")
+        none = "" if len(at) else '<span class="key">no impacts in the last drive periods</span>'
+        self.key.text = parts.keys(key) + (more if stopped else "") + none
         self.paint(palette)
 
     def fit(self, height: tuple[float, float] | None) -> None:

@@ -19,7 +19,7 @@ class HistoryView:
         self.now_1 = ColumnDataSource(data={"x": [0.0], "y": [0.0]})
         self.now_2 = ColumnDataSource(data={"x": [0.0], "y": [0.0]})
         self.heading = parts.text()
-        self.figure = parts.plain(y_axis_label="displacement")
+        self.figure = parts.plain("history", y_axis_label="displacement")
         self.figure.x_range.range_padding = 0.0
         self._tip = self.figure.line("at", "tip", source=self.source, line_width=1.6)
         self._body = self.figure.line("at", "x2", source=self.source, line_width=1.6)

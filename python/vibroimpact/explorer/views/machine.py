@@ -85,7 +85,7 @@ class MachineView:
     def __init__(self) -> None:
         source = ColumnDataSource
         self.film = source(data={}, name="film")
-        self._rod = source(data={"x": [0.0, 0.0], "y": [0.0, -1.0]})
+        self._rod = source(data={"x": [0.0, 0.0], "y": [0.0, -1.0]}, name="rod")
         self._bob = source(data={"x": [0.0], "y": [-1.0]})
         self._body = source(
             data={"left": [0.5], "right": [0.9], "bottom": [-1.0], "top": [0.0], "alpha": [0.25]}
@@ -100,7 +100,9 @@ class MachineView:
         self._draw()
 
     def _draw(self) -> None:
-        self.figure = parts.plain(match_aspect=True, x_range=DataRange1d(), y_range=DataRange1d())
+        self.figure = parts.plain(
+            "machine", match_aspect=True, x_range=DataRange1d(), y_range=DataRange1d()
+        )
         self.figure.axis.visible = False
         self.figure.grid.visible = False
         extent = self.figure.scatter("x", "y", source=self._extent, size=1, alpha=0.0)
@@ -226,7 +228,11 @@ def _hits(motion: Motion, tip: Array, tall: float, *, oblique: bool) -> dict[str
         age = (time - impacts["time"][which]) / step
         seen = (which >= 0) & (age < _FADE)
         flash[seen] = 1.0 - age[seen] / _FADE
-        scale = _LONGEST * tall / max(float(impacts["impulse_normal"].max()), 1e-300)
+        scale = (
+            _LONGEST
+            * (tall if oblique else 3.0 * tall)
+            / max(float(impacts["impulse_normal"].max()), 1e-300)
+        )
         normal = scale * impacts["impulse_normal"][which]
         tangent = scale * impacts["impulse_tangential"][which]
         angles = impacts["x1"][which]

@@ -46,11 +46,12 @@ def text(content: str = "", **options: Any) -> Div:
     return Div(text=content, stylesheets=sheets, **({"margin": 0} | options))
 
 
-def plain(**options: Any) -> Any:
-    """Return a figure without a toolbar."""
+def plain(name: str, **options: Any) -> Any:
+    """Return a figure of a name, without a toolbar."""
     usual: dict[str, Any] = {
         "tools": "",
         "toolbar_location": None,
+        "name": f"{name}-figure",
         "sizing_mode": "stretch_both",
         "min_height": 120,
     }

@@ -18,7 +18,7 @@ class PortraitView:
         self.here_1 = ColumnDataSource(data={"x": [0.0], "y": [0.0]})
         self.here_2 = ColumnDataSource(data={"x": [0.0], "y": [0.0]})
         self.heading = parts.text()
-        self.figure = parts.plain(x_axis_label="x₁, x₂", y_axis_label="ẋ₁, ẋ₂")
+        self.figure = parts.plain("portrait", x_axis_label="x₁, x₂", y_axis_label="ẋ₁, ẋ₂")
         self._lines = [
             self.figure.line(f"x{body}", f"v{body}", source=self.source, line_width=1.4)
             for body in (1, 2)

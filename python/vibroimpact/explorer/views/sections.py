@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from bokeh.models import ColumnDataSource, FixedTicker
+from bokeh.models import BasicTicker, ColumnDataSource, FixedTicker
 
 from ...plot.style import REGIME_STYLES
 from ..compute import Motion
@@ -17,6 +17,8 @@ from ..theme import Palette
 from . import parts
 
 _TICKS = {0.0: "0", 0.5 * math.pi: "π/2", math.pi: "π", 1.5 * math.pi: "3π/2", math.tau: "2π"}
+# Beyond 0 and 2 pi, so that points there are seen whole.
+_EDGE = 0.12
 
 
 class SectionViews:
@@ -28,18 +30,21 @@ class SectionViews:
         self._regimes: list[int] = []
         self.impact_heading, self.stroboscopic_heading = parts.text(), parts.text()
         self.impact_figure = parts.plain(
+            "impact",
             x_axis_label="phase ψ",
             y_axis_label="approach velocity u",
-            x_range=(0.0, math.tau),
+            x_range=(-_EDGE, math.tau + _EDGE),
             y_range=(0.0, 1.0),
         )
-        self.impact_figure.xaxis.ticker = FixedTicker(ticks=[*_TICKS])
-        self.impact_figure.xaxis.major_label_overrides = dict(_TICKS)
         self.impact_figure.scatter(
             "phase", "u", source=self.impact, size=5, color="color", line_color=None
         )
         self.stroboscopic_figure = parts.plain(
-            x_axis_label="x₁", y_axis_label="ẋ₁", x_range=(-1.0, 1.0), y_range=(-1.0, 1.0)
+            "stroboscopic",
+            x_axis_label="x₁",
+            y_axis_label="ẋ₁",
+            x_range=(-1.0, 1.0),
+            y_range=(-1.0, 1.0),
         )
         self.stroboscopic_figure.xaxis.ticker.desired_num_ticks = 4
         self._dots = self.stroboscopic_figure.scatter(
@@ -50,8 +55,21 @@ class SectionViews:
         """Draw the sections of a motion."""
         run = motion.run
         impacts = run.impacts
+        # Without a drive there is no phase; the sequence of the impacts takes its place.
+        driven = run.system.drive_frequency > 0.0
+        shown = self.impact_figure.x_range
+        if driven:
+            shown.update(start=-_EDGE, end=math.tau + _EDGE)
+            self.impact_figure.xaxis.ticker = FixedTicker(ticks=[*_TICKS])
+            self.impact_figure.xaxis.major_label_overrides = dict(_TICKS)
+            self.impact_figure.xaxis.axis_label = "phase ψ"
+        else:
+            shown.update(start=run.kept_from, end=run.final_state.time)
+            self.impact_figure.xaxis.ticker = BasicTicker(desired_num_ticks=4)
+            self.impact_figure.xaxis.major_label_overrides = {}
+            self.impact_figure.xaxis.axis_label = "time"
         self.impact.data = {
-            "phase": impacts["phase"],
+            "phase": impacts["phase"] if driven else impacts["time"],
             "u": approach_velocity(motion),
             "color": [palette.regime(int(regime)) for regime in impacts["regime"]],
         }

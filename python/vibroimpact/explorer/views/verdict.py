@@ -21,8 +21,10 @@ class VerdictView:
         rows = [("run", f"{run.stop_reason}, {run.impact_count} impacts")]
         label = "…"
         if verdict is not None:
-            label = verdict.label
-            rows += [("evidence", verdict.evidence)]
+            driven = run.system.drive_frequency > 0.0
+            # Without a drive period there is nothing that a label could count.
+            label = verdict.label if driven else run.stop_reason
+            rows += [("evidence", verdict.evidence)] if driven else []
             if not math.isnan(verdict.exponent):
                 rows += [("largest exponent", f"{verdict.exponent:.6g} ± {verdict.error:.1g}")]
             if verdict.periodic is not None:
