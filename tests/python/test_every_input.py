@@ -21,6 +21,7 @@ from vibroimpact import _core
 CALLS = calls()
 # Functions that are not called here, and why.
 ELSEWHERE = {
+    "explore": "serves a page; test_explorer.py refuses its bad arguments",
     "Attractor.holds": "takes the tails of runs that basins keep, which no caller has",
     **dict.fromkeys(
         (

@@ -7,7 +7,6 @@ import random
 
 import numpy as np
 import pytest
-from selenium.webdriver.common.by import By
 
 import sizes
 import vibroimpact as vi
@@ -17,6 +16,7 @@ from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
 from vibroimpact.explorer.state import MAPS, VALUES, Axis
 
+By = pytest.importorskip("selenium.webdriver.common.by").By
 # One browser and one server for all tests of this file.
 pytestmark = pytest.mark.xdist_group("chromium")
 SMALL = {
@@ -102,9 +102,8 @@ def test_a_slider_redraws_and_the_address_follows(window):
     state = DEFAULT.replace(friction=0.125)
     window.wait("window.location.search.includes('friction=0.125&')")
     motion = compute.motion(state)
-    window.wait(
-        f"Bokeh.documents[0].get_model_by_name('portrait').data.v1[5] == {motion.states[5, 1].item()!r}"
-    )
+    speed = motion.states[5, 1].item()
+    window.wait(f"Bokeh.documents[0].get_model_by_name('portrait').data.v1[5] == {speed!r}")
     # The address alone leads back to the state.
     window.chrome.refresh()
     window.wait("Bokeh.documents[0].get_model_by_name('friction').value == '0.125'")

@@ -236,7 +236,7 @@ def test_presets_theme_code_and_files(desk):
     assert desk.page.state == PRESETS[name]
     desk.named("dark").active = True
     assert desk.page.state.theme == "dark"
-    assert desk.page.root.css_classes == ["dark"]
+    assert desk.named("page").css_classes == ["dark"]
     desk.named("code").active = True
     assert desk.named("code-text").tags == [python_code(desk.page.state)]
     desk.page._download_motion()
@@ -295,7 +295,9 @@ def test_a_connection_from_another_origin_is_refused(server):
     async def connect(origin):
         request = HTTPRequest(server.url.replace("http", "ws") + "ws", headers={"Origin": origin})
         try:
-            await websocket_connect(request, subprotocols=["bokeh", "no-token"])
+            connection = await websocket_connect(request, subprotocols=["bokeh", "no-token"])
+            connection.close()
+            await connection.read_message()
         except HTTPClientError as error:
             return error.code
         return 101

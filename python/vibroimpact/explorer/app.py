@@ -9,18 +9,6 @@ from functools import partial
 from typing import Any
 
 from bokeh.document import Document
-from bokeh.models import (
-    Button,
-    Column,
-    CustomJS,
-    Div,
-    InlineStyleSheet,
-    Row,
-    Select,
-    Spacer,
-    Toggle,
-)
-from jinja2 import Template
 
 from .._core import PARAMETERS
 from ..errors import ParameterError, SimulationError, StateError
@@ -29,18 +17,13 @@ from ..simulation import simulate
 from . import compute, tables, theme
 from .code import python_code
 from .compute import Motion, Verdict
-from .controls import Controls, sheets
+from .controls import Controls
+from .frame import Frame
 from .jobs import Lane, Work
 from .maps import MapsCard
 from .presets import PRESETS
-from .state import MAPS, State
-from .views import parts
+from .state import State
 from .views.diagram import BranchLines, branch_lines
-from .views.history import HistoryView
-from .views.machine import MachineView
-from .views.portrait import PortraitView
-from .views.sections import SectionViews
-from .views.verdict import VerdictView
 
 # Milliseconds without a change after which verdict and fine maps are computed.
 REST = 250
@@ -52,21 +35,6 @@ _MAPS: dict[str, Callable[[State, compute.Detail], Any]] = {
     "chart": compute.chart_of,
     "basins": compute.basins_of,
 }
-_NO_PRESET = "choose a preset"
-_ADDRESS = 'if (cb_obj.text) window.history.replaceState(null, "", "?" + cb_obj.text)'
-_DOWNLOAD = """
-if (!cb_obj.text) return
-const link = document.createElement("a")
-link.href = URL.createObjectURL(new Blob([cb_obj.text], {type: "text/csv"}))
-link.download = cb_obj.tags[0] + ".csv"
-link.click()
-setTimeout(() => URL.revokeObjectURL(link.href), 1000)
-cb_obj.text = ""
-"""
-_PREFERS = """
-const wanted = new URLSearchParams(window.location.search).get("theme")
-if (wanted == null && window.matchMedia("(prefers-color-scheme: dark)").matches) dark.active = true
-"""
 
 
 class Page:
@@ -83,17 +51,17 @@ class Page:
     """
 
     def __init__(self, document: Document, state: State, *, owns_address: bool = True) -> None:
-        self.document, self.state, self._owns_address = document, state, owns_address
+        self.document, self.state = document, state
         self.motion: Motion | None = None
         self.verdict: Verdict | None = None
         self._turn, self._closed, self._map_key = 0, False, ("",)
-        self._first = state
         self._lanes = {name: Lane(self._post) for name in ("motion", "verdict", "map", "branch")}
-        self.controls = Controls(self.change)
-        self.machine, self.history, self.portrait = MachineView(), HistoryView(), PortraitView()
-        self.sections, self.what = SectionViews(), VerdictView()
-        self.maps = MapsCard(self.change)
-        self._build()
+        own = {"as given": state} if state not in PRESETS.values() else {}
+        self._presets = own | PRESETS
+        self.controls, self.maps = Controls(self.change), MapsCard(self.change)
+        self.frame = Frame(self.controls.root, self.maps.root, self._presets)
+        self._wire()
+        self.frame.enter(document, owns_address=owns_address)
         document.on_session_destroyed(lambda _context: self.close())
         self._show(state)
 
@@ -126,8 +94,8 @@ class Page:
     def refuse_address(self, error: Exception | None) -> None:
         """Say why the page does not show what its address asks for."""
         words = f"The address is not used: {error}"
-        self.notice.text = f'<span class="error">{html.escape(words)}</span>'
-        self.notice.visible = error is not None
+        self.frame.notice.text = f'<span class="error">{html.escape(words)}</span>'
+        self.frame.notice.visible = error is not None
 
     def close(self) -> None:
         """End all work of the page."""
@@ -135,129 +103,25 @@ class Page:
         for lane in self._lanes.values():
             lane.cancel()
 
-    # The page.
-
-    def _build(self) -> None:
-        usual: dict[str, Any] = {"stylesheets": sheets(), "height": 26, "margin": 0}
-        own = {"as given": self._first} if self._first not in PRESETS.values() else {}
-        self._presets = own | PRESETS
-        self.preset = Select(
-            **{"options": [_NO_PRESET, *self._presets], "value": _NO_PRESET, "name": "preset"},
-            **usual | {"width": 230},
-        )
-        self.preset.on_change("value", self._preset)
-        code = Toggle(label="Python code", name="code", width=100, **usual)
-        code.on_change("active", self._show_code)
-        motion_csv = Button(label="motion CSV", name="motion-csv", width=98, **usual)
-        motion_csv.on_click(self._download_motion)
-        map_csv = Button(label="map CSV", name="map-csv", width=82, **usual)
-        map_csv.on_click(self._download_map)
-        self.dark = Toggle(label="dark", name="dark", width=56, **usual)
-        self.dark.on_change("active", self._themed)
-        title = parts.text("<h1>vibroimpact explorer</h1>", margin=(2, 14, 0, 4))
-        header = Row(
-            *(title, self.preset, Spacer(sizing_mode="stretch_width")),
-            *(code, motion_csv, map_csv, self.dark),
-            spacing=8,
-            sizing_mode="stretch_width",
-        )
-        self._code = parts.text(name="code-text", sizing_mode="stretch_width")
-        copy = Button(label="copy", name="copy", width=60, **usual)
-        copy.js_on_event(
-            "button_click",
-            CustomJS(
-                args={"code": self._code},
-                code="navigator.clipboard.writeText(code.tags.join(''))",
-            ),
-        )
-        self._code_card = parts.card(
-            *(copy, self._code), sizing_mode="stretch_width", visible=False
-        )
-        self.error = parts.text(visible=False, sizing_mode="stretch_width", name="error")
-        self.notice = parts.text(visible=False, sizing_mode="stretch_width", name="notice")
-        self.root = Column(
-            *(header, self.notice, self.error, self._code_card),
-            Row(self.controls.root, self._views(), spacing=10, sizing_mode="stretch_both"),
-            *self._hidden(),
-            stylesheets=[InlineStyleSheet(css=theme.ROOT_SHEET)],
-            sizing_mode="stretch_width",
-            name="page",
-        )
-        self.document.title = "vibroimpact explorer"
-        self.document.template = Template(theme.PAGE)
-        self.document.add_root(self.root)
-
-    def _views(self) -> Column:
-        machine, history, portrait = self.machine, self.history, self.portrait
-        sections = self.sections
-        options: dict[str, Any] = {"sizing_mode": "stretch_both", "spacing": 10}
-        play = Row(
-            machine.heading,
-            Spacer(sizing_mode="stretch_width"),
-            machine.playing,
-            sizing_mode="stretch_width",
-        )
-        machine.playing.stylesheets = sheets()
-        machine.playing.height = 26
-        return Column(
-            Row(
-                parts.card(play, machine.figure),
-                parts.card(history.heading, history.figure),
-                parts.card(portrait.heading, portrait.figure),
-                height=300,
-                sizing_mode="stretch_width",
-                spacing=10,
-            ),
-            Row(
-                Column(
-                    parts.card(self.what.text, sizing_mode="stretch_width", min_height=150),
-                    Row(
-                        parts.card(sections.impact_heading, sections.impact_figure),
-                        parts.card(sections.stroboscopic_heading, sections.stroboscopic_figure),
-                        min_height=260,
-                        **options,
-                    ),
-                    **options,
-                ),
-                self.maps.root,
-                **options,
-            ),
-            **options,
-        )
-
-    def _hidden(self) -> list[Div]:
-        """Return what is not seen: the address, and files on their way."""
-        self.address = Div(name="address", visible=False)
-        self._files = {
-            name: Div(name=f"{name}-file", tags=[name], visible=False) for name in ("motion", *MAPS)
-        }
-        for file in self._files.values():
-            file.js_on_change("text", CustomJS(code=_DOWNLOAD))
-        if self._owns_address:
-            self.address.js_on_change("text", CustomJS(code=_ADDRESS))
-        markers = {
-            "now_1": self.history.now_1,
-            "now_2": self.history.now_2,
-            "here_1": self.portrait.here_1,
-            "here_2": self.portrait.here_2,
-        }
-        self.document.js_on_event("document_ready", self.machine.player(markers))
-        if self._owns_address:
-            prefers = CustomJS(args={"dark": self.dark}, code=_PREFERS)
-            self.document.js_on_event("document_ready", prefers)
-        return [self.address, *self._files.values()]
+    def _wire(self) -> None:
+        frame = self.frame
+        frame.preset.on_change("value", self._preset)
+        frame.code.on_change("active", self._show_code)
+        frame.dark.on_change("active", self._themed)
+        frame.motion_csv.on_click(self._download_motion)
+        frame.map_csv.on_click(self._download_map)
 
     # What a change causes.
 
     def _show(self, state: State) -> None:
         old, self.state = self.state, state
         self._turn += 1
-        self.root.css_classes = [state.theme]
+        self.frame.root.css_classes = [state.theme]
         self.controls.show(state)
         self.maps.show_state(state)
-        self.dark.active = state.theme == "dark"
-        self.address.text = state.to_query()
-        if self._code_card.visible:
+        self.frame.dark.active = state.theme == "dark"
+        self.frame.address.text = state.to_query()
+        if self.frame.code_card.visible:
             self._write_code()
         if self.motion is None or old.theme != state.theme:
             self.document.theme = theme.figure_theme(self.palette)
@@ -278,14 +142,14 @@ class Page:
             self._after_rest(partial(self._judge, state, motion))
 
     def _draw_motion(self, motion: Motion) -> None:
-        for view in (self.machine, self.history, self.portrait, self.sections):
+        for view in self.frame.views:
             view.show(motion, self.palette)
-        self.what.show(motion, self.verdict)
+        self.frame.what.show(motion, self.verdict)
 
     def _judge(self, state: State, motion: Motion) -> None:
         def show(verdict: Verdict) -> None:
             self.verdict = verdict
-            self.what.show(motion, verdict)
+            self.frame.what.show(motion, verdict)
             self._show_branch()
 
         self._submit("verdict", partial(compute.verdict, state, motion.run), show, quick=False)
@@ -345,7 +209,7 @@ class Page:
         self.maps.diagram.show_branch(lines, self.palette)
 
     def _paint(self) -> None:
-        for view in (self.machine, self.history, self.portrait, self.sections):
+        for view in self.frame.views:
             view.paint(self.palette)
         self.maps.paint(self.palette, self.state)
         if self.motion is not None:
@@ -363,22 +227,22 @@ class Page:
         self.change(theme="dark" if new else "light")
 
     def _show_code(self, _name: str, _old: bool, new: bool) -> None:
-        self._code_card.visible = bool(new)
+        self.frame.code_card.visible = bool(new)
         if new:
             self._write_code()
 
     def _write_code(self) -> None:
         code = python_code(self.state)
-        self._code.text = f"<pre>{html.escape(code)}</pre>"
-        self._code.tags = [code]
+        self.frame.code_text.text = f"<pre>{html.escape(code)}</pre>"
+        self.frame.code_text.tags = [code]
 
     def _download_motion(self) -> None:
         if self.motion is not None:
-            self._files["motion"].text = tables.of_run(self.motion.run)
+            self.frame.files["motion"].text = tables.of_run(self.motion.run)
 
     def _download_map(self) -> None:
         if self.maps.result is not None:
-            self._files[self.state.map].text = tables.of_map(self.maps.result)
+            self.frame.files[self.state.map].text = tables.of_map(self.maps.result)
 
     # Work and its results.
 
@@ -407,8 +271,8 @@ class Page:
     def say(self, error: Exception | None) -> None:
         """Show an error above the views, or none."""
         words = "" if error is None else html.escape(str(error))
-        self.error.text = f'<span class="error">{words}</span>'
-        self.error.visible = bool(words)
+        self.frame.error.text = f'<span class="error">{words}</span>'
+        self.frame.error.visible = bool(words)
 
     def _after_rest(self, work: Callable[[], None]) -> None:
         """Do something if nothing has changed until then."""

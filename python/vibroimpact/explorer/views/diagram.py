@@ -79,10 +79,11 @@ class DiagramView:
         )
         self.figure.xaxis.axis_label = parts.name_of(axis.name)
         self.figure.yaxis.axis_label = _LABELS[state.value]
-        if state.value == "phase":
+        of_phase = isinstance(self.figure.yaxis[0].ticker, FixedTicker)
+        if state.value == "phase" and not of_phase:
             self.figure.yaxis.ticker = FixedTicker(ticks=[*_PHASES])
             self.figure.yaxis.major_label_overrides = dict(_PHASES)
-        elif isinstance(self.figure.yaxis[0].ticker, FixedTicker):
+        elif state.value != "phase" and of_phase:
             self.figure.yaxis.ticker = BasicTicker()
             self.figure.yaxis.major_label_overrides = {}
         self.mark(state)

@@ -28,6 +28,7 @@ class SectionViews:
         self.impact = ColumnDataSource(data={"phase": [], "u": [], "color": []}, name="impact")
         self.stroboscopic = ColumnDataSource(data={"x1": [], "v1": []}, name="stroboscopic")
         self._regimes: list[int] = []
+        self._driven: bool | None = None
         self.impact_heading, self.stroboscopic_heading = parts.text(), parts.text()
         self.impact_figure = parts.plain(
             "impact",
@@ -55,19 +56,11 @@ class SectionViews:
         """Draw the sections of a motion."""
         run = motion.run
         impacts = run.impacts
-        # Without a drive there is no phase; the sequence of the impacts takes its place.
         driven = run.system.drive_frequency > 0.0
-        shown = self.impact_figure.x_range
-        if driven:
-            shown.update(start=-_EDGE, end=math.tau + _EDGE)
-            self.impact_figure.xaxis.ticker = FixedTicker(ticks=[*_TICKS])
-            self.impact_figure.xaxis.major_label_overrides = dict(_TICKS)
-            self.impact_figure.xaxis.axis_label = "phase ψ"
-        else:
-            shown.update(start=run.kept_from, end=run.final_state.time)
-            self.impact_figure.xaxis.ticker = BasicTicker(desired_num_ticks=4)
-            self.impact_figure.xaxis.major_label_overrides = {}
-            self.impact_figure.xaxis.axis_label = "time"
+        self._axis(driven=driven)
+        if not driven:
+            end = run.final_state.time
+            self.impact_figure.x_range.update(start=run.kept_from, end=end)
         self.impact.data = {
             "phase": impacts["phase"] if driven else impacts["time"],
             "u": approach_velocity(motion),
@@ -86,6 +79,23 @@ class SectionViews:
         self.impact_figure.y_range.update(start=0.0, end=1.08 * top or 1.0)
         self._regimes = [int(regime) for regime in np.unique(impacts["regime"])]
         self.paint(palette)
+
+    def _axis(self, *, driven: bool) -> None:
+        """Let the impact section have the phase along its axis; without a drive, the time.
+
+        Only when that changes: a new ticker costs as much as all else.
+        """
+        if driven == self._driven:
+            return
+        self._driven = driven
+        axis = self.impact_figure.xaxis
+        axis.axis_label = "phase ψ" if driven else "time"
+        axis.major_label_overrides = dict(_TICKS) if driven else {}
+        if driven:
+            axis.ticker = FixedTicker(ticks=[*_TICKS])
+            self.impact_figure.x_range.update(start=-_EDGE, end=math.tau + _EDGE)
+        else:
+            axis.ticker = BasicTicker(desired_num_ticks=4)
 
     def paint(self, palette: Palette) -> None:
         """Use the colours of a palette."""
