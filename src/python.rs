@@ -29,7 +29,7 @@ mod _core {
     #[pymodule_export]
     use super::basin::{PyArrivals, arrivals};
     #[pymodule_export]
-    use super::cancel::_interrupt_at;
+    use super::cancel::{_heed, _interrupt_at, PyCancellation};
     #[pymodule_export]
     use super::elementary::{decay_minus_1, sin_cos};
     #[pymodule_export]

@@ -36,6 +36,7 @@ from .tables import Table
 if TYPE_CHECKING:
     from . import plot as plot
     from .bounces import Bounces
+    from .explorer import explore
     from .files import load
     from .impact_maps import impact_agreement, impact_regimes
     from .impact_results import ImpactAgreement, ImpactRegimes
@@ -81,6 +82,7 @@ else:
     # Parts that a simulation does not need are imported on first use; `plot` imports matplotlib.
     _ON_FIRST_USE = {
         "bounces": "Bounces",
+        "explorer": "explore",
         "files": "load",
         "impact_maps": "ImpactAgreement ImpactRegimes impact_agreement impact_regimes",
         "orbits": """
@@ -164,6 +166,7 @@ __all__ = [
     "bifurcation_curve",
     "bifurcation_diagram",
     "chart",
+    "explore",
     "follow_motion",
     "impact",
     "impact_agreement",

@@ -29,6 +29,7 @@ __all__ = [
     "Border",
     "BorderKind",
     "BouncesEnd",
+    "Cancellation",
     "Condition",
     "EvidenceKind",
     "FinalState",
@@ -47,6 +48,7 @@ __all__ = [
     "Systems",
     "WhyUndecided",
     "__version__",
+    "_heed",
     "_interrupt_at",
     "arrivals",
     "decay_minus_1",
@@ -798,6 +800,20 @@ def arrivals(
     ``counts[i]`` impacts in the drive periods after ``centers[i]`` (-1: complete chatter).
     ``progress`` gets the number of starts done; Ctrl-C ends the work.
     """
+
+@final
+class Cancellation:
+    """Ends the calls of each thread that heeds it, as Ctrl-C does on the main thread."""
+
+    def __new__(cls) -> Cancellation: ...
+    def cancel(self) -> None:
+        """End the work, soon; it is never taken back."""
+    @property
+    def cancelled(self) -> bool:
+        """Whether the work is to end."""
+
+def _heed(cancellation: Cancellation | None) -> None:
+    """Let a cancellation end what the calling thread computes from now on; None: nothing does."""
 
 def _interrupt_at(asks: int | None) -> int:
     """Let the ``asks``-th read of the token act as Ctrl-C (for tests); None: no such read.

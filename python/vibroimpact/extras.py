@@ -6,13 +6,14 @@ index, which may not have it, or has another package of that name.
 
 from typing import Literal
 
-Extra = Literal["verify", "xarray", "dask"]
+Extra = Literal["verify", "xarray", "dask", "explore"]
 
 # For each extra of pyproject.toml: the module whose import fails, and what pip is to install.
 NEEDED: dict[Extra, tuple[str, str]] = {
     "verify": ("flint", "python-flint"),
     "xarray": ("xarray", '"zarr>=3.1.3" xarray'),
     "dask": ("distributed", "distributed"),
+    "explore": ("bokeh", "bokeh"),
 }
 
 

@@ -3,13 +3,19 @@
 A long computation raises `Interrupted` itself, with what is done by then. Elsewhere, such as in the
 checks of arguments or while an array is built, there is no result yet; there the decorator of this
 module raises it, without a result.
+
+Only the main thread of a program receives Ctrl-C. Calls on another thread end in the same way by a
+`Cancellation` that the thread heeds.
 """
 
 import enum
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
+from . import _core
+from ._core import Cancellation as Cancellation
 from .errors import Interrupted
 
 Target = TypeVar("Target", bound=Callable[..., Any])
@@ -25,6 +31,19 @@ def interruptible(target: Target) -> Target:
             if covered is not member:
                 setattr(target, name, covered)
     return target
+
+
+@contextmanager
+def heeding(cancellation: Cancellation) -> Iterator[None]:
+    """Let ``cancellation.cancel()``, from any thread, end the calls in a ``with`` block.
+
+    They raise `Interrupted`, with what is done by then, as after Ctrl-C.
+    """
+    _core._heed(cancellation)
+    try:
+        yield
+    finally:
+        _core._heed(None)
 
 
 def is_covered(member: Any) -> bool:

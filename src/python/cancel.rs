@@ -4,7 +4,10 @@
 //! runs on another thread, without the interpreter, while the calling thread waits for it, checks
 //! for signals and reports progress. The start of a thread costs more than a short run, so a run
 //! begins on the calling thread.
+//!
+//! Another thread of Python gets no signals. Its calls end by a [`PyCancellation`] that it heeds.
 
+use std::cell::RefCell;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
@@ -32,6 +35,42 @@ pub(super) fn _interrupt_at(asks: Option<u64>) -> u64 {
     ASKS.swap(asks.unwrap_or(u64::MAX), Relaxed)
 }
 
+thread_local! {
+    /// What ends the calls of this thread.
+    static HEEDED: RefCell<Option<CancelToken>> = const { RefCell::new(None) };
+}
+
+/// Ends the calls of each thread that heeds it, as Ctrl-C does on the main thread. Never taken
+/// back.
+#[pyclass(frozen, module = "vibroimpact._core", name = "Cancellation")]
+pub(super) struct PyCancellation(CancelToken);
+
+#[pymethods]
+impl PyCancellation {
+    #[new]
+    fn new() -> Self {
+        Self(CancelToken::new())
+    }
+
+    /// Ends the work, soon.
+    fn cancel(&self) {
+        self.0.cancel();
+    }
+
+    #[getter]
+    fn cancelled(&self) -> bool {
+        self.0.is_cancelled()
+    }
+}
+
+/// Lets a cancellation end what the calling thread computes from now on; None: nothing does.
+#[pyfunction]
+#[pyo3(signature = (cancellation))]
+pub(super) fn _heed(cancellation: Option<PyRef<'_, PyCancellation>>) {
+    let token = cancellation.map(|wish| wish.0.clone());
+    HEEDED.with_borrow_mut(|heeded| *heeded = token);
+}
+
 /// The function that receives progress, and the counter of what is done.
 pub(super) struct Progress<'a> {
     pub tell: &'a Py<PyAny>,
@@ -50,7 +89,9 @@ pub(super) fn interruptible<T: Send, E: Into<PyErr> + Send>(
     progress: Option<&Progress>,
     work: impl FnOnce(&CancelToken) -> Result<T, E> + Send,
 ) -> PyResult<(T, bool)> {
-    let token = CancelToken::after(ASKS.load(Relaxed));
+    let heeded = HEEDED.with_borrow(Clone::clone);
+    let token =
+        heeded.as_ref().map_or_else(|| CancelToken::after(ASKS.load(Relaxed)), CancelToken::part);
     let mut raised = None;
     let tell = |py: Python<'_>| match progress {
         // False ends the work, anything else lets it go on.
@@ -86,10 +127,11 @@ pub(super) fn interruptible<T: Send, E: Into<PyErr> + Send>(
         py.detach(|| work(&token))
     };
     let counted = ASKS.load(Relaxed) != u64::MAX;
-    let mut interrupted = token.asks_left() == 0;
+    let mut interrupted =
+        token.asks_left() == 0 || heeded.as_ref().is_some_and(CancelToken::is_cancelled);
     if counted {
         ASKS.store(if interrupted { u64::MAX } else { token.asks_left() }, Relaxed);
-        if interrupted && main && raised.is_none() {
+        if interrupted && main && heeded.is_none() && raised.is_none() {
             let signal = py.import("signal")?;
             raised = signal.call_method1("raise_signal", (signal.getattr("SIGINT")?,)).err();
         }

@@ -53,6 +53,7 @@ PYTHON = [
     "reference",
     "verification",
     "plot",
+    "explorer",
     "__init__",
     "cli",
 ]

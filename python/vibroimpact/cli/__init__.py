@@ -21,6 +21,7 @@ from . import (
     chart,
     diagram,
     exit_codes,
+    explore,
     lyapunov,
     options,
     orbits,
@@ -28,7 +29,7 @@ from . import (
 )
 from .exit_codes import ExitCode
 
-COMMANDS = (simulate, diagram, chart, orbits, basins, lyapunov)
+COMMANDS = (simulate, diagram, chart, orbits, basins, lyapunov, explore)
 # Entry points of this group add the commands of other distributions: a module with a function
 # ``add(subparsers)``, which adds a parser and sets its default ``run`` to a function that takes the
 # parsed options and returns an exit code.

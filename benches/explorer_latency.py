@@ -1,0 +1,120 @@
+"""Latency of the explorer, measured in the browser: from a slider's move to the redrawn views.
+
+Run ``python benches/explorer_latency.py [--moves 40]``. It serves a page, opens it in headless
+Chromium (Debian's packages chromium and chromium-driver, and Selenium), moves the slider of the
+moment amplitude, and takes the time in the browser until the new data have come and two frames have
+been drawn since. The slider moves again when both have come; each move changes motion, sections and
+diagram.
+"""
+
+import argparse
+import shutil
+import statistics
+import threading
+
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+
+from vibroimpact.explorer.presets import PRESETS
+from vibroimpact.explorer.server import LocalServer
+
+SCENES = {
+    "Fig. 9(2), friction": "Paper, Fig. 9(2): chaos",
+    "Fig. 5(b), no friction": "Paper, Fig. 5(b): 1-1",
+    "impact oscillator": "Impact oscillator (a wall)",
+}
+# Seconds for one move, at most.
+PATIENCE = 30
+MEASURE = """
+const [value, done] = arguments
+const found = (name) => Bokeh.documents[0].get_model_by_name(name)
+const times = {}
+const drawn = (name, begun) => requestAnimationFrame(() => requestAnimationFrame(() => {
+  times[name] = performance.now() - begun
+  if (Object.keys(times).length == 2) done(times)
+}))
+const begun = performance.now()
+const sources = {motion: found("stroboscopic"), diagram: found("diagram")}
+for (const [name, source] of Object.entries(sources)) {
+  const changed = () => {
+    source.properties.data.change.disconnect(changed)
+    drawn(name, begun)
+  }
+  source.properties.data.change.connect(changed)
+}
+found("moment_amplitude-slider").value = value
+"""
+READY = """
+const found = (name) => Bokeh.documents[0].get_model_by_name(name)
+return document.readyState == "complete" && Bokeh.documents.length > 0
+    && found("diagram").data.at.length > 0 && found("verdict").text.includes("exponent")
+"""
+
+
+def browser() -> webdriver.Chrome:
+    """Return headless Chromium."""
+    program, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if program is None or driver is None:
+        raise SystemExit("needs Debian's packages chromium and chromium-driver")
+    options = webdriver.ChromeOptions()
+    options.binary_location = program
+    for flag in ("headless=new", "no-sandbox", "disable-dev-shm-usage", "window-size=1440,1000"):
+        options.add_argument(f"--{flag}")
+    chrome = webdriver.Chrome(options=options, service=Service(driver))
+    chrome.set_script_timeout(PATIENCE)
+    return chrome
+
+
+def wait(chrome: webdriver.Chrome) -> None:
+    """Wait until a page has its motion, its label and its map."""
+    from selenium.webdriver.support.wait import WebDriverWait
+
+    script = f"try {{ {READY} }} catch (error) {{ return false }}"
+    WebDriverWait(chrome, 4 * PATIENCE).until(lambda _: chrome.execute_script(script))
+
+
+def measure(chrome: webdriver.Chrome, url: str, preset: str, moves: int) -> dict[str, list[float]]:
+    """Return the milliseconds of each move, for the motion with its sections and the diagram."""
+    chrome.get(f"{url}?{PRESETS[preset].to_query()}")
+    wait(chrome)
+    found: dict[str, list[float]] = {"motion": [], "diagram": []}
+    for move in range(moves):
+        times = chrome.execute_async_script(MEASURE, 0.9 + 0.005 * (move + 1))
+        for name, milliseconds in times.items():
+            found[name].append(milliseconds)
+    return found
+
+
+def main() -> None:
+    """Print a table of medians and 90 per cent quantiles."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--moves", type=int, default=40, help="moves of the slider per scene")
+    moves = parser.parse_args().moves
+    ready, servers = threading.Event(), []
+
+    def serve() -> None:
+        servers.append(LocalServer(PRESETS["Paper, Fig. 5(b): 1-1"]))
+        ready.set()
+        servers[0].run()
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    ready.wait()
+    chrome = browser()
+    try:
+        print("milliseconds (median, 90 %)   motion, sections   coarse diagram")
+        for scene, preset in SCENES.items():
+            found = measure(chrome, servers[0].url, preset, moves)
+            cells = []
+            for name in ("motion", "diagram"):
+                tenths = statistics.quantiles(found[name], n=10)
+                cells.append(f"{statistics.median(found[name]):7.0f} {tenths[-1]:7.0f}")
+            print(f"{scene:28s}  {cells[0]:17s}  {cells[1]}", flush=True)
+    finally:
+        chrome.quit()
+        servers[0].stop()
+        thread.join()
+
+
+if __name__ == "__main__":
+    main()

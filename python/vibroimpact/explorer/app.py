@@ -1,0 +1,306 @@
+"""One page of the explorer: its state, the work that a change causes, and where results go."""
+
+from __future__ import annotations
+
+import html
+import logging
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from bokeh.document import Document
+
+from .._core import PARAMETERS
+from ..errors import ParameterError, SimulationError, StateError
+from ..orbits import PeriodicMotion
+from ..simulation import simulate
+from . import compute, tables, theme
+from .code import python_code
+from .compute import Motion, Verdict
+from .controls import Controls
+from .frame import Frame
+from .jobs import Lane, Work
+from .maps import MapsCard
+from .presets import PRESETS
+from .state import State
+from .views.diagram import BranchLines, branch_lines
+
+# Milliseconds without a change after which verdict and fine maps are computed.
+REST = 250
+# What a page says; anything else is a fault, which the server's log gets.
+EXPECTED = (ParameterError, StateError, SimulationError)
+
+_MAPS: dict[str, Callable[[State, compute.Detail], Any]] = {
+    "diagram": compute.diagram,
+    "chart": compute.chart_of,
+    "basins": compute.basins_of,
+}
+
+
+class Page:
+    """What one browser window shows.
+
+    Parameters
+    ----------
+    document
+        The document of the session.
+    state
+        Where it begins.
+    owns_address
+        Whether the address of the window may hold the state; not in a notebook.
+    """
+
+    def __init__(self, document: Document, state: State, *, owns_address: bool = True) -> None:
+        self.document, self.state = document, state
+        self.motion: Motion | None = None
+        self.verdict: Verdict | None = None
+        self._turn, self._closed, self._map_key = 0, False, ("",)
+        self._lanes = {name: Lane(self._post) for name in ("motion", "verdict", "map", "branch")}
+        own = {"as given": state} if state not in PRESETS.values() else {}
+        self._presets = own | PRESETS
+        self.controls, self.maps = Controls(self.change), MapsCard(self.change)
+        self.frame = Frame(self.controls.root, self.maps.root, self._presets)
+        self._wire()
+        self.frame.enter(document, owns_address=owns_address)
+        document.on_session_destroyed(lambda _context: self.close())
+        self._show(state)
+
+    @property
+    def palette(self) -> theme.Palette:
+        """The colours of the page."""
+        return theme.PALETTES[self.state.theme]
+
+    @property
+    def busy(self) -> bool:
+        """Whether anything is computed."""
+        return any(lane.busy for lane in self._lanes.values())
+
+    def change(self, **fields: Any) -> None:
+        """Change fields of the state by name.
+
+        Raises
+        ------
+        ParameterError, StateError
+            If the new state is refused; then nothing changes.
+        """
+        state = self.state.replace(**fields)
+        if state == self.state:
+            return
+        if (state.system, state.initial) != (self.state.system, self.state.initial):
+            # Refuses bodies that overlap at the start; there is no shorter run.
+            simulate(state.system, initial=state.initial, time=1e-9, max_events=1)
+        self._show(state)
+
+    def refuse_address(self, error: Exception | None) -> None:
+        """Say why the page does not show what its address asks for."""
+        words = f"The address is not used: {error}"
+        self.frame.notice.text = f'<span class="error">{html.escape(words)}</span>'
+        self.frame.notice.visible = error is not None
+
+    def close(self) -> None:
+        """End all work of the page."""
+        self._closed = True
+        for lane in self._lanes.values():
+            lane.cancel()
+
+    def _wire(self) -> None:
+        frame = self.frame
+        frame.preset.on_change("value", self._preset)
+        frame.code.on_change("active", self._show_code)
+        frame.dark.on_change("active", self._themed)
+        frame.motion_csv.on_click(self._download_motion)
+        frame.map_csv.on_click(self._download_map)
+
+    # What a change causes.
+
+    def _show(self, state: State) -> None:
+        old, self.state = self.state, state
+        self._turn += 1
+        self.frame.root.css_classes = [state.theme]
+        self.controls.show(state)
+        self.maps.show_state(state)
+        self.frame.dark.active = state.theme == "dark"
+        self.frame.address.text = state.to_query()
+        if self.frame.code_card.visible:
+            self._write_code()
+        if self.motion is None or old.theme != state.theme:
+            self.document.theme = theme.figure_theme(self.palette)
+            self._paint()
+        moved = (old.system, old.initial) != (state.system, state.initial)
+        if self.motion is None or moved:
+            self.verdict = None
+            self._lanes["verdict"].cancel()
+            show = partial(self._show_motion, state)
+            self._submit("motion", partial(compute.motion, state), show)
+        self._show_map()
+
+    def _show_motion(self, state: State, motion: Motion) -> None:
+        self.say(None)
+        self.motion = motion
+        self._draw_motion(motion)
+        if (state.system, state.initial) == (self.state.system, self.state.initial):
+            self._after_rest(partial(self._judge, state, motion))
+
+    def _draw_motion(self, motion: Motion) -> None:
+        for view in self.frame.views:
+            view.show(motion, self.palette)
+        self.frame.what.show(motion, self.verdict)
+
+    def _judge(self, state: State, motion: Motion) -> None:
+        def show(verdict: Verdict) -> None:
+            self.verdict = verdict
+            self.frame.what.show(motion, verdict)
+            self._show_branch()
+
+        self._submit("verdict", partial(compute.verdict, state, motion.run), show, quick=False)
+
+    def _show_map(self) -> None:
+        state = self.state
+        key = _key(state)
+        if key == self._map_key:
+            self._show_value()
+            return
+        if key[:2] != self._map_key[:2]:
+            self.maps.result = None
+        self._map_key = key
+        self._draw_branch(None)
+        work = partial(_MAPS[state.map], state, compute.COARSE[state.map])
+        self._submit("map", work, partial(self._show_result, state), self._refuse_map)
+        self._after_rest(self._show_fine)
+
+    def _show_fine(self) -> None:
+        state = self.state
+        work = partial(_MAPS[state.map], state, compute.FINE[state.map])
+        show = partial(self._show_result, state)
+        self._submit("map", work, show, self._refuse_map, quick=False)
+        self._show_branch()
+
+    def _show_result(self, state: State, result: Any) -> None:
+        if self.state.map == state.map:
+            # The newest value of what is drawn needs no new computation.
+            self.maps.show(result, self.state, self.palette)
+
+    def _show_value(self) -> None:
+        if self.maps.result is not None:
+            self.maps.show(self.maps.result, self.state, self.palette)
+        self._show_branch()
+
+    def _show_branch(self) -> None:
+        state, verdict = self.state, self.verdict
+        wanted = state.branch and state.map == "diagram"
+        if not wanted or verdict is None:
+            self._lanes["branch"].cancel()
+            self._draw_branch(None)
+            return
+        if verdict.periodic is None:
+            why = "no branch: the motion on the page is not periodic"
+            self.maps.say(ParameterError(why))
+            self._draw_branch(None)
+            return
+        work = partial(self._follow, state, verdict.periodic)
+        self._submit("branch", work, self._draw_branch, self._refuse_map, quick=False)
+
+    @staticmethod
+    def _follow(state: State, periodic: PeriodicMotion) -> BranchLines:
+        """Follow a branch, and find what is drawn of it, which takes as long."""
+        return branch_lines(compute.branch(state, periodic), state.value)
+
+    def _draw_branch(self, lines: BranchLines | None) -> None:
+        self.maps.diagram.show_branch(lines, self.palette)
+
+    def _paint(self) -> None:
+        for view in self.frame.views:
+            view.paint(self.palette)
+        self.maps.paint(self.palette, self.state)
+        if self.motion is not None:
+            self._draw_motion(self.motion)
+
+    # Buttons and lists.
+
+    def _preset(self, _name: str, _old: str, new: str) -> None:
+        if new in self._presets:
+            self.maps.forget()
+            self._map_key = ("",)
+            self._show(self._presets[new].replace(theme=self.state.theme))
+
+    def _themed(self, _name: str, _old: bool, new: bool) -> None:
+        self.change(theme="dark" if new else "light")
+
+    def _show_code(self, _name: str, _old: bool, new: bool) -> None:
+        self.frame.code_card.visible = bool(new)
+        if new:
+            self._write_code()
+
+    def _write_code(self) -> None:
+        code = python_code(self.state)
+        self.frame.code_text.text = f"<pre>{html.escape(code)}</pre>"
+        self.frame.code_text.tags = [code]
+
+    def _download_motion(self) -> None:
+        if self.motion is not None:
+            self.frame.files["motion"].text = tables.of_run(self.motion.run)
+
+    def _download_map(self) -> None:
+        if self.maps.result is not None:
+            self.frame.files[self.state.map].text = tables.of_map(self.maps.result)
+
+    # Work and its results.
+
+    def _submit(
+        self,
+        lane: str,
+        work: Callable[[], Any],
+        show: Callable[[Any], None],
+        refuse: Callable[[Exception], None] | None = None,
+        *,
+        quick: bool = True,
+    ) -> None:
+        refuse = refuse or self.say
+        self._lanes[lane].submit(Work(work, show, partial(self._refused, refuse), quick))
+
+    def _refused(self, say: Callable[[Exception], None], error: Exception) -> None:
+        if not isinstance(error, EXPECTED):
+            logging.getLogger(__name__).error("a computation of the page failed", exc_info=error)
+        say(error)
+
+    def _refuse_map(self, error: Exception) -> None:
+        self.maps.say(error)
+        if self.maps.result is None:
+            self.maps.clear()
+
+    def say(self, error: Exception | None) -> None:
+        """Show an error above the views, or none."""
+        words = "" if error is None else html.escape(str(error))
+        self.frame.error.text = f'<span class="error">{words}</span>'
+        self.frame.error.visible = bool(words)
+
+    def _after_rest(self, work: Callable[[], None]) -> None:
+        """Do something if nothing has changed until then."""
+        turn = self._turn
+
+        def start() -> None:
+            if turn == self._turn and not self._closed:
+                work()
+
+        self.document.add_timeout_callback(start, REST)
+
+    def _post(self, show: Callable[[], None]) -> None:
+        if not self._closed:
+            self.document.add_next_tick_callback(show)
+
+
+def _key(state: State) -> tuple[Any, ...]:
+    """Return all that the map of a state depends on, with its kind and axes first."""
+    system = state.system.to_dict()
+    start: dict[str, float] = dict(zip(("x1", "v1", "x2", "v2"), state.initial, strict=True))
+    if state.map == "diagram":
+        axes: tuple[Any, ...] = (state.vary,)
+    elif state.map == "chart":
+        axes = (state.across, state.upward)
+    else:
+        axes = (state.right, state.up)
+    names = {axis.name for axis in axes}
+    rest = {k: v for k, v in (system | start).items() if k not in names}
+    assert names <= {*PARAMETERS, *start}
+    more = (state.start,) if state.map == "diagram" else ()
+    return (state.map, tuple(sorted(names)), axes, tuple(rest.items()), more)

@@ -1,0 +1,214 @@
+"""The controls of the page: a slider and a field for every number, lists for names.
+
+A field takes any number; what the package refuses is said beside it, in the package's words, and
+changes nothing. A slider has the usual range of its number, made wider by what the field gets.
+"""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from bokeh.models import Column, Div, InlineStyleSheet, Row, Select, Slider, Spacer, TextInput
+
+from .._core import CONTACTS, LAWS, PARAMETERS
+from ..errors import ParameterError, StateError
+from . import theme
+from .state import COORDINATES, State, read_number, write_number
+from .views import parts
+
+# What the sliders reach; a parameter without an entry has the last one.
+RANGES: dict[str, tuple[float, float]] = {
+    "mass_ratio": (0.0, 2.0),
+    "frequency_ratio": (0.0, 4.0),
+    "restitution": (0.0, 1.0),
+    "gap": (-0.5, 1.5),
+    "drive_frequency": (0.0, 4.5),
+    "pendulum_damping": (0.0, 0.5),
+    "oscillator_damping": (0.0, 0.5),
+    "moment_amplitude": (0.0, 3.0),
+    "force_amplitude": (0.0, 3.0),
+    "friction": (0.0, 1.5),
+    "phase": (0.0, math.tau),
+}
+USUAL = (-2.0, 2.0)
+GROUPS = {
+    "Machine": ("mass_ratio", "frequency_ratio", "gap", "pendulum_damping", "oscillator_damping"),
+    "Impact": ("restitution", "friction"),
+    "Drive": ("drive_frequency", "moment_amplitude", "force_amplitude", "phase"),
+}
+_STEPS = 1000
+
+
+def sheets() -> list[InlineStyleSheet]:
+    """Return the style sheets of a widget."""
+    return [InlineStyleSheet(css=theme.WIDGET_SHEET)]
+
+
+class NumberControl:
+    """A slider and a field for one number.
+
+    Parameters
+    ----------
+    name
+        Of the number.
+    change
+        Tries a new value; raises the package's error if it is refused.
+    """
+
+    def __init__(self, name: str, change: Callable[[str, float], None]) -> None:
+        self._name, self._change, self._quiet = name, change, False
+        low, high = RANGES.get(name, USUAL)
+        step = (high - low) / _STEPS
+        self.slider = Slider(
+            **{"start": low, "end": high, "step": step, "value": low, "title": None},
+            **{"show_value": False, "name": f"{name}-slider", "margin": (0, 4, 4, 2)},
+            **{"stylesheets": sheets(), "sizing_mode": "stretch_width", "height": 14},
+        )
+        self.field = TextInput(
+            **{"name": name, "width": 74, "margin": 0, "stylesheets": sheets(), "height": 24},
+        )
+        symbol, words = parts.SYMBOLS.get(name, ""), name.replace("_", " ")
+        title = words if name in COORDINATES else f"{symbol}&ensp;{words}"
+        title = symbol if name in COORDINATES else title
+        self.error = parts.text(visible=False, sizing_mode="stretch_width", name=f"{name}-error")
+        self.slider.on_change("value", self._moved)
+        self.field.on_change("value", self._typed)
+        self.root = Column(
+            Row(
+                parts.text(title, sizing_mode="stretch_width", margin=(4, 0, 0, 0)),
+                self.field,
+                sizing_mode="stretch_width",
+            ),
+            self.slider,
+            self.error,
+            sizing_mode="stretch_width",
+        )
+
+    def show(self, value: float) -> None:
+        """Show a value that was accepted."""
+        self._quiet = True
+        slider = self.slider
+        if value < slider.start:
+            slider.start = value
+        if value > slider.end:
+            slider.end = value
+        slider.value = value
+        self.field.value = write_number(value)
+        self._quiet = False
+        self._say("")
+
+    def _moved(self, _name: str, _old: float, new: float) -> None:
+        if not self._quiet:
+            # Of what a slider gives, the digits beyond its step are rounding.
+            self._try(float(f"{new:.6g}"))
+
+    def _typed(self, _name: str, _old: str, new: str) -> None:
+        if self._quiet:
+            return
+        try:
+            value = read_number(self._name, new)
+        except ParameterError as error:
+            self._say(str(error))
+        else:
+            self._try(value)
+
+    def _try(self, value: float) -> None:
+        try:
+            self._change(self._name, value)
+        except (ParameterError, StateError) as error:
+            self._say(str(error))
+
+    def _say(self, message: str) -> None:
+        self.error.text = f'<span class="error">{html.escape(message)}</span>'
+        self.error.visible = bool(message)
+        self.field.css_classes = ["wrong"] if message else []
+
+
+class ChoiceControl:
+    """A list for one name."""
+
+    def __init__(
+        self,
+        name: str,
+        choices: Iterable[str | tuple[str, str]],
+        change: Callable[[str, str], None],
+        **options: Any,
+    ) -> None:
+        self._name, self._change, self._quiet = name, change, False
+        self._allowed = [one if isinstance(one, str) else one[0] for one in choices]
+        usual = {"sizing_mode": "stretch_width", "margin": 0, "height": 26}
+        self.root = Select(
+            options=list(choices), name=name, stylesheets=sheets(), **(usual | options)
+        )
+        self.root.on_change("value", self._chosen)
+
+    def show(self, value: str) -> None:
+        """Show a name that was accepted."""
+        self._quiet = True
+        self.root.value = value
+        self._quiet = False
+
+    def _chosen(self, _name: str, old: str, new: str) -> None:
+        if self._quiet:
+            return
+        if new in self._allowed:
+            self._change(self._name, new)
+        else:
+            self.show(old)
+
+
+class Controls:
+    """All controls of system and start, in groups.
+
+    Parameters
+    ----------
+    change
+        Tries to change fields of the state by name; raises the package's error if it is refused.
+    """
+
+    def __init__(self, change: Callable[..., None]) -> None:
+        def one(name: str, value: Any) -> None:
+            change(**{name: value})
+
+        def tried(name: str, value: str) -> None:
+            try:
+                change(**{name: value})
+            except (ParameterError, StateError) as error:
+                self.error.text = f'<span class="error">{html.escape(str(error))}</span>'
+                self.error.visible = True
+
+        self.numbers = {name: NumberControl(name, one) for name in (*PARAMETERS, *COORDINATES)}
+        self.choices = {
+            "contact": ChoiceControl("contact", CONTACTS, tried),
+            "law": ChoiceControl("law", LAWS, tried),
+        }
+        self.error = parts.text(visible=False, sizing_mode="stretch_width", name="choice-error")
+        grouped = {name for names in GROUPS.values() for name in names}
+        rest = tuple(name for name in PARAMETERS if name not in grouped)
+        children: list[Any] = []
+        for title, names in (*GROUPS.items(), ("Loads", rest), ("Start", COORDINATES)):
+            if not names:
+                continue
+            children.append(parts.text(f'<div class="group">{title}</div>'))
+            if title == "Impact":
+                pair = [self.choices["contact"].root, Spacer(width=6), self.choices["law"].root]
+                children += [Row(*pair, sizing_mode="stretch_width"), self.error]
+            children += [self.numbers[name].root for name in names]
+        self.root = parts.card(*children, width=264, sizing_mode="stretch_height", spacing=0)
+
+    def show(self, state: State) -> None:
+        """Show a state."""
+        values = state.system.to_dict() | dict(zip(COORDINATES, state.initial, strict=True))
+        for name, number in self.numbers.items():
+            number.show(values[name])
+        for name, choice in self.choices.items():
+            choice.show(values[name])
+        self.error.visible = False
+
+    @property
+    def messages(self) -> list[Div]:
+        """The messages beside the fields."""
+        return [number.error for number in self.numbers.values()]

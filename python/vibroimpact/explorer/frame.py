@@ -1,0 +1,149 @@
+"""The page around the views: its header, the places of the views, what the browser does alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from bokeh.document import Document
+from bokeh.models import (
+    Button,
+    Column,
+    CustomJS,
+    Div,
+    InlineStyleSheet,
+    Row,
+    Select,
+    Spacer,
+    Toggle,
+)
+from jinja2 import Template
+
+from . import theme
+from .controls import sheets
+from .state import MAPS
+from .views import parts
+from .views.history import HistoryView
+from .views.machine import MachineView
+from .views.portrait import PortraitView
+from .views.sections import SectionViews
+from .views.verdict import VerdictView
+
+NO_PRESET = "choose a preset"
+_ADDRESS = 'if (cb_obj.text) window.history.replaceState(null, "", "?" + cb_obj.text)'
+_COPY = "navigator.clipboard.writeText(code.tags.join(''))"
+_DOWNLOAD = """
+if (!cb_obj.text) return
+const link = document.createElement("a")
+link.href = URL.createObjectURL(new Blob([cb_obj.text], {type: "text/csv"}))
+link.download = cb_obj.tags[0] + ".csv"
+link.click()
+setTimeout(() => URL.revokeObjectURL(link.href), 1000)
+cb_obj.text = ""
+"""
+_PREFERS = """
+const wanted = new URLSearchParams(window.location.search).get("theme")
+if (wanted == null && window.matchMedia("(prefers-color-scheme: dark)").matches) dark.active = true
+"""
+
+
+class Frame:
+    """Header, views and their places.
+
+    Parameters
+    ----------
+    controls, maps
+        What stands on the left, and below on the right.
+    presets
+        Names for the list of the header.
+    """
+
+    def __init__(self, controls: Any, maps: Any, presets: Iterable[str]) -> None:
+        self.machine, self.history, self.portrait = MachineView(), HistoryView(), PortraitView()
+        self.sections, self.what = SectionViews(), VerdictView()
+        self.views = (self.machine, self.history, self.portrait, self.sections)
+        self._buttons(presets)
+        wide: dict[str, Any] = {"sizing_mode": "stretch_width"}
+        self.error = parts.text(visible=False, name="error", **wide)
+        self.notice = parts.text(visible=False, name="notice", **wide)
+        self.address = Div(name="address", visible=False)
+        # On their way to the browser, which saves them.
+        self.files = {
+            name: Div(name=f"{name}-file", tags=[name], visible=False) for name in ("motion", *MAPS)
+        }
+        for file in self.files.values():
+            file.js_on_change("text", CustomJS(code=_DOWNLOAD))
+        self.root = Column(
+            *(self._header(), self.notice, self.error, self.code_card),
+            Row(controls, self._places(maps), spacing=10, sizing_mode="stretch_both"),
+            *(self.address, *self.files.values()),
+            stylesheets=[InlineStyleSheet(css=theme.ROOT_SHEET)],
+            name="page",
+            **wide,
+        )
+
+    def enter(self, document: Document, *, owns_address: bool) -> None:
+        """Put the page into a document."""
+        markers = {
+            "now_1": self.history.now_1,
+            "now_2": self.history.now_2,
+            "here_1": self.portrait.here_1,
+            "here_2": self.portrait.here_2,
+        }
+        document.js_on_event("document_ready", self.machine.player(markers))
+        if owns_address:
+            self.address.js_on_change("text", CustomJS(code=_ADDRESS))
+            prefers = CustomJS(args={"dark": self.dark}, code=_PREFERS)
+            document.js_on_event("document_ready", prefers)
+        document.title = "vibroimpact explorer"
+        document.template = Template(theme.PAGE)
+        document.add_root(self.root)
+
+    def _buttons(self, presets: Iterable[str]) -> None:
+        usual: dict[str, Any] = {"stylesheets": sheets(), "height": 26, "margin": 0}
+        self.preset = Select(
+            options=[NO_PRESET, *presets], value=NO_PRESET, name="preset", width=230, **usual
+        )
+        self.code = Toggle(label="Python code", name="code", width=100, **usual)
+        self.motion_csv = Button(label="motion CSV", name="motion-csv", width=98, **usual)
+        self.map_csv = Button(label="map CSV", name="map-csv", width=82, **usual)
+        self.dark = Toggle(label="dark", name="dark", width=56, **usual)
+        self.code_text = parts.text(name="code-text", sizing_mode="stretch_width")
+        copy = Button(label="copy", name="copy", width=60, **usual)
+        copy.js_on_event("button_click", CustomJS(args={"code": self.code_text}, code=_COPY))
+        self.code_card = parts.card(
+            *(copy, self.code_text), sizing_mode="stretch_width", visible=False
+        )
+
+    def _header(self) -> Row:
+        title = parts.text("<h1>vibroimpact explorer</h1>", margin=(2, 14, 0, 4))
+        return Row(
+            *(title, self.preset, Spacer(sizing_mode="stretch_width")),
+            *(self.code, self.motion_csv, self.map_csv, self.dark),
+            spacing=8,
+            sizing_mode="stretch_width",
+        )
+
+    def _places(self, maps: Any) -> Column:
+        machine, history, portrait = self.machine, self.history, self.portrait
+        sections = self.sections
+        wide: dict[str, Any] = {"sizing_mode": "stretch_width"}
+        both: dict[str, Any] = {"sizing_mode": "stretch_both", "spacing": 10}
+        play = Row(machine.heading, Spacer(**wide), machine.playing, **wide)
+        machine.playing.update(stylesheets=sheets(), height=26)
+        above = Row(
+            parts.card(play, machine.figure),
+            parts.card(history.heading, history.figure),
+            parts.card(portrait.heading, portrait.figure),
+            height=300,
+            spacing=10,
+            **wide,
+        )
+        pair = Row(
+            parts.card(sections.impact_heading, sections.impact_figure),
+            parts.card(sections.stroboscopic_heading, sections.stroboscopic_figure),
+            min_height=260,
+            **both,
+        )
+        said = parts.card(self.what.text, min_height=150, **wide)
+        return Column(above, Row(Column(said, pair, **both), maps, **both), **both)

@@ -1,0 +1,300 @@
+"""The card of the maps: which one is shown, over which ranges, and what a click or a box does."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from bokeh.events import DoubleTap, RangesUpdate, Tap
+from bokeh.models import Button, Column, RadioButtonGroup, Row, TextInput, Toggle
+
+from .._core import PARAMETERS
+from ..errors import ParameterError, StateError
+from ..sweeps import Basins, Chart, Diagram
+from .controls import ChoiceControl, sheets
+from .state import COORDINATES, MAPS, STARTS, VALUES, Axis, State, read_number, write_number
+from .theme import Palette
+from .views import parts
+from .views.cells import CellsView
+from .views.diagram import DiagramView
+
+Change = Callable[..., None]
+_TITLES = ("Diagram", "Chart", "Basins")
+_VALUES = {
+    "x1": "x₁ at impact",
+    "approach_velocity": "approach velocity",
+    "phase": "phase at impact",
+    "stroboscopic": "x₁ once per period",
+}
+_STARTS = {"fresh": "each from the start", "forward": "followed up", "backward": "followed down"}
+# Two ranges this close, as parts of their length, are the same.
+_SAME = 1e-9
+
+
+class AxisControl:
+    """Name and range of one axis of a map."""
+
+    def __init__(self, field: str, names: tuple[str, ...], change: Change, fail: Any) -> None:
+        self._field, self._change, self._fail, self._quiet = field, change, fail, False
+        self._axis: Axis | None = None
+        pairs = [(name, parts.name_of(name)) for name in names]
+        options = {"sizing_mode": "fixed", "width": 168 if len(names) > 4 else 78}
+        self._name = ChoiceControl(field, pairs, self._named, **options)
+        self._ends = {
+            end: TextInput(
+                width=76, height=24, margin=0, stylesheets=sheets(), name=f"{field}_{end}"
+            )
+            for end in ("low", "high")
+        }
+        for end, box in self._ends.items():
+            box.on_change("value", self._typed(end))
+        row = [self._name.root, self._ends["low"], parts.text("to", margin=(4, 0, 0, 0))]
+        self.children = [*row, self._ends["high"]]
+
+    def show(self, axis: Axis) -> None:
+        """Show an axis that was accepted."""
+        self._axis = axis
+        self._quiet = True
+        self._name.show(axis.name)
+        for end, box in self._ends.items():
+            box.value = write_number(float(f"{getattr(axis, end):.10g}"))
+            box.css_classes = []
+        self._quiet = False
+
+    def _named(self, _field: str, name: str) -> None:
+        if self._axis is not None:
+            low, high = _usual_range(name)
+            self._try(Axis(name=name, low=low, high=high))
+
+    def _typed(self, end: str) -> Callable[[str, str, str], None]:
+        def typed(_name: str, _old: str, new: str) -> None:
+            if self._quiet or self._axis is None:
+                return
+            ends = {"low": self._axis.low, "high": self._axis.high}
+            try:
+                ends[end] = read_number(f"{self._axis.name}: {end}", new)
+                axis = Axis(name=self._axis.name, **ends)
+            except ParameterError as error:
+                self._ends[end].css_classes = ["wrong"]
+                self._fail(error)
+            else:
+                self._try(axis)
+
+        return typed
+
+    def _try(self, axis: Axis) -> None:
+        try:
+            self._change(**{self._field: axis})
+        except (ParameterError, StateError) as error:
+            self._fail(error)
+
+
+def _usual_range(name: str) -> tuple[float, float]:
+    from .controls import RANGES, USUAL
+
+    low, high = RANGES.get(name, USUAL)
+    # Runs are counted in drive periods, which a frequency of 0 has not.
+    return (0.2, high) if name == "drive_frequency" else (low, high)
+
+
+class MapsCard:
+    """The three maps.
+
+    Parameters
+    ----------
+    change
+        Changes fields of the state by name; raises the package's error if it is refused.
+    """
+
+    def __init__(self, change: Change) -> None:
+        self._try = self._tried(change)
+        self._state: State | None = None
+        # Ranges to go back to: of the diagram's parameter, and of what it draws.
+        self._before: list[tuple[Axis, tuple[float, float] | None]] = []
+        self._height: tuple[float, float] | None = None
+        self.result: Diagram | Chart | Basins | None = None
+        self.diagram, self.chart, self.basins = (
+            DiagramView(),
+            CellsView("chart"),
+            CellsView("basins"),
+        )
+        self.message = parts.text(visible=False, sizing_mode="stretch_width", name="map-error")
+        self._build(change)
+
+    def _build(self, change: Change) -> None:
+        button: dict[str, Any] = {"margin": 0, "stylesheets": sheets(), "height": 26}
+        self._tabs = RadioButtonGroup(labels=list(_TITLES), active=0, name="map", **button)
+        self._tabs.on_change("active", self._tab)
+        self._quiet = False
+        self._branch = Toggle(label="branch", name="branch", width=66, **button)
+        self._branch.on_change("active", self._branched)
+        self._back = Button(label="back", name="back", width=54, disabled=True, **button)
+        self._back.on_click(self.go_back)
+        axis = {
+            "vary": AxisControl("vary", tuple(PARAMETERS), self._axis(change), self.say),
+            "across": AxisControl("across", tuple(PARAMETERS), change, self.say),
+            "upward": AxisControl("upward", tuple(PARAMETERS), change, self.say),
+            "right": AxisControl("right", COORDINATES, change, self.say),
+            "up": AxisControl("up", COORDINATES, change, self.say),
+        }
+        self._axes = axis
+        wide = {"sizing_mode": "fixed"}
+        self._value = ChoiceControl(
+            "value", [(v, _VALUES[v]) for v in VALUES], self._named, width=160, **wide
+        )
+        self._start = ChoiceControl(
+            "start", [(s, _STARTS[s]) for s in STARTS], self._named, width=160, **wide
+        )
+        gap: dict[str, Any] = {"spacing": 6, "sizing_mode": "stretch_width"}
+        self._rows = {
+            "diagram": [
+                Row(*axis["vary"].children, self._back, self._branch, **gap),
+                Row(self._value.root, self._start.root, **gap),
+            ],
+            "chart": [Row(*axis["across"].children, **gap), Row(*axis["upward"].children, **gap)],
+            "basins": [Row(*axis["right"].children, *axis["up"].children, **gap)],
+        }
+        self._bodies = {
+            name: Column(*self._rows[name], view.figure, view.key, sizing_mode="stretch_both")
+            for name, view in self._views().items()
+        }
+        self.root = parts.card(self._tabs, self.message, *self._bodies.values(), min_height=380)
+        self.diagram.figure.on_event(Tap, self._tap_diagram)
+        self.diagram.figure.on_event(RangesUpdate, self._zoomed)
+        self.diagram.figure.on_event(DoubleTap, lambda _event: self.go_back())
+        self.chart.figure.on_event(Tap, self._tap_chart)
+        self.basins.figure.on_event(Tap, self._tap_basins)
+
+    def _views(self) -> dict[str, Any]:
+        return {"diagram": self.diagram, "chart": self.chart, "basins": self.basins}
+
+    def show_state(self, state: State) -> None:
+        """Show names and ranges of a state, and mark its motion."""
+        self._state = state
+        self._quiet = True
+        self._tabs.active = MAPS.index(state.map)
+        self._branch.active = state.branch
+        self._quiet = False
+        for name, control in self._axes.items():
+            control.show(getattr(state, name))
+        self._value.show(state.value)
+        self._start.show(state.start)
+        for name, body in self._bodies.items():
+            body.visible = name == state.map
+        self.diagram.frame(state)
+        system, start = state.system, dict(zip(COORDINATES, state.initial, strict=True))
+        across, upward, right, up = state.across, state.upward, state.right, state.up
+        at = (getattr(system, across.name), getattr(system, upward.name))
+        self.chart.frame(across, upward, at)
+        self.basins.frame(right, up, (start[right.name], start[up.name]))
+        self._back.disabled = not self._before
+
+    def forget(self) -> None:
+        """Forget the ranges to go back to, for another system."""
+        self._before, self._height = [], None
+
+    def show(self, result: Diagram | Chart | Basins, state: State, palette: Palette) -> None:
+        """Draw a result."""
+        self.say(None)
+        self.result = result
+        if isinstance(result, Diagram):
+            self.diagram.show(result, state, palette)
+            self.diagram.fit(self._height)
+        elif isinstance(result, Chart):
+            self.chart.show_chart(result, palette)
+        else:
+            self.basins.show_basins(result, palette)
+
+    def clear(self) -> None:
+        """Draw no map."""
+        self.result = None
+        for view in self._views().values():
+            view.clear()
+
+    def say(self, error: Exception | None) -> None:
+        """Show an error, or none."""
+        words = "" if error is None else html.escape(str(error))
+        self.message.text = f'<span class="error">{words}</span>'
+        self.message.visible = bool(words)
+
+    def paint(self, palette: Palette, state: State) -> None:
+        """Use the colours of a palette."""
+        for view in self._views().values():
+            view.paint(palette)
+        if self.result is not None:
+            self.show(self.result, state, palette)
+
+    def go_back(self) -> None:
+        """Show the range before the last zoom."""
+        if self._before:
+            axis, self._height = self._before.pop()
+            self._try(vary=axis)
+
+    def _tried(self, change: Change) -> Change:
+        def tried(**fields: Any) -> None:
+            try:
+                change(**fields)
+            except (ParameterError, StateError) as error:
+                self.say(error)
+
+        return tried
+
+    def _axis(self, change: Change) -> Change:
+        def changed(**fields: Any) -> None:
+            self.forget()
+            change(**fields)
+
+        return changed
+
+    def _named(self, field: str, name: str) -> None:
+        if field == "value":
+            self._height = None
+        self._try(**{field: name})
+
+    def _tab(self, _name: str, _old: int, new: int) -> None:
+        if not self._quiet and new in range(len(MAPS)):
+            self._try(map=MAPS[new])
+
+    def _branched(self, _name: str, _old: bool, new: bool) -> None:
+        if not self._quiet:
+            self._try(branch=bool(new))
+
+    def _zoomed(self, event: RangesUpdate) -> None:
+        state = self._state
+        if state is None or event.x0 is None or event.x1 is None:
+            return
+        low, high = sorted((float(event.x0), float(event.x1)))
+        old = state.vary
+        size = old.high - old.low
+        if abs(low - old.low) < _SAME * size and abs(high - old.high) < _SAME * size:
+            return
+        self._before.append((old, self._height))
+        bottom, top = sorted((float(event.y0), float(event.y1)))
+        self._height = (bottom, top)
+        self._try(vary=Axis(name=old.name, low=low, high=high))
+
+    def _tap_diagram(self, event: Tap) -> None:
+        if isinstance(self.result, Diagram) and event.x is not None:
+            value = _nearest(self.result.values, float(event.x))
+            self._try(**{self.result.parameter_name: value})
+
+    def _tap_chart(self, event: Tap) -> None:
+        if isinstance(self.result, Chart):
+            self._try(**_cell(self.result, event))
+
+    def _tap_basins(self, event: Tap) -> None:
+        if isinstance(self.result, Basins):
+            self._try(**_cell(self.result, event))
+
+
+def _cell(result: Chart | Basins, event: Tap) -> dict[str, float]:
+    if event.x is None or event.y is None:
+        return {}
+    (first, x), (second, y) = result.axes.items()
+    return {first: _nearest(x, float(event.x)), second: _nearest(y, float(event.y))}
+
+
+def _nearest(values: Any, wanted: float) -> float:
+    return float(values[int(np.argmin(np.abs(np.asarray(values) - wanted)))])

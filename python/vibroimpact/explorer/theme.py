@@ -1,0 +1,194 @@
+"""Colours, type and style sheets of the page, light and dark.
+
+Colours of data are those of the package's figures (`plot.style`, `plot.labels`): readers with any
+of the common colour vision deficiencies can tell them apart. On a dark page black becomes white,
+and dark blue the light one of the same palette.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bokeh.themes import Theme
+
+from ..plot.style import BLACK, BLUE, ORANGE, REGIME_STYLES, SKY_BLUE, VERMILLION
+
+FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
+
+
+@dataclass(frozen=True)
+class Palette:
+    """The colours of one theme."""
+
+    page: str
+    card: str
+    ink: str
+    muted: str
+    line: str
+    field: str
+    accent: str
+    first: str
+    second: str
+    impulse: str
+    error: str
+
+    def data(self, color: str) -> str:
+        """Return a colour of the package's figures as this theme shows it."""
+        return {BLACK: self.ink, BLUE: self.accent}.get(color, color)
+
+    def regime(self, regime: int) -> str:
+        """Return the colour of an impact regime."""
+        return self.data(REGIME_STYLES[regime].color)
+
+
+PALETTES = {
+    "light": Palette(
+        page="#F3F5F7",
+        card="#FFFFFF",
+        ink="#1A1E23",
+        muted="#5A636E",
+        line="#DDE2E7",
+        field="#FFFFFF",
+        accent=BLUE,
+        first=BLUE,
+        second=ORANGE,
+        impulse=VERMILLION,
+        error="#B3261E",
+    ),
+    "dark": Palette(
+        page="#101316",
+        card="#191D22",
+        ink="#E7EAEE",
+        muted="#9CA6B1",
+        line="#2F363E",
+        field="#22272D",
+        accent=SKY_BLUE,
+        first=SKY_BLUE,
+        second=ORANGE,
+        impulse="#FF8A5B",
+        error="#FF8A80",
+    ),
+}
+
+
+def figure_theme(palette: Palette) -> Theme:
+    """Return how Bokeh draws figures in a palette."""
+    text = {"text_font": FONT, "text_color": palette.ink}
+    return Theme(
+        json={
+            "attrs": {
+                "Plot": {
+                    "background_fill_color": palette.card,
+                    "border_fill_color": palette.card,
+                    "outline_line_color": None,
+                    "min_border": 4,
+                },
+                "Axis": {
+                    "axis_line_color": palette.muted,
+                    "major_tick_line_color": palette.muted,
+                    "minor_tick_line_color": None,
+                    "major_tick_in": 0,
+                    "major_tick_out": 4,
+                    "major_label_text_color": palette.ink,
+                    "major_label_text_font": FONT,
+                    "major_label_text_font_size": "12px",
+                    "axis_label_text_color": palette.ink,
+                    "axis_label_text_font": FONT,
+                    "axis_label_text_font_size": "13px",
+                    "axis_label_text_font_style": "normal",
+                    "axis_label_standoff": 6,
+                },
+                "Grid": {"grid_line_color": palette.line, "grid_line_alpha": 0.7},
+                "Label": text,
+                "BoxAnnotation": {"fill_color": palette.accent, "line_color": palette.accent},
+            }
+        }
+    )
+
+
+def variables(palette: Palette) -> str:
+    """Return the palette as variables of a style sheet."""
+    names = ("page", "card", "ink", "muted", "line", "field", "accent", "error")
+    return "".join(f"--{name}: {getattr(palette, name)};" for name in names)
+
+
+ROOT_SHEET = f"""
+:host(.light) {{ {variables(PALETTES["light"])} color-scheme: light; }}
+:host(.dark) {{ {variables(PALETTES["dark"])} color-scheme: dark; }}
+:host {{
+  font-family: {FONT}; font-size: 13px; color: var(--ink); background: var(--page);
+  padding: 10px; gap: 10px; box-sizing: border-box; min-height: 100vh;
+}}
+"""
+"""The sheet of the page; its variables are known to everything on it."""
+
+WIDGET_SHEET = f"""
+:host {{ font-family: {FONT}; font-size: 13px; color: var(--ink); }}
+.bk-input {{
+  font: inherit; color: var(--ink); background-color: var(--field);
+  border: 1px solid var(--line); border-radius: 5px; height: 26px; padding: 0 6px; min-height: 0;
+}}
+.bk-input:focus {{ border-color: var(--accent); box-shadow: 0 0 0 1px var(--accent); }}
+:host(.wrong) .bk-input {{ border-color: var(--error); }}
+select.bk-input {{ padding-right: 4px; appearance: auto; background-image: none; }}
+.bk-btn, .bk-btn-default {{
+  font: inherit; color: var(--ink); background: var(--field);
+  border: 1px solid var(--line); border-radius: 5px; padding: 3px 10px; height: 26px;
+}}
+.bk-btn:hover {{ border-color: var(--accent); color: var(--ink); background: var(--field); }}
+.bk-btn[disabled], .bk-btn[disabled]:hover {{
+  background: var(--field); color: var(--muted); border-color: var(--line); opacity: 0.5;
+}}
+.bk-btn.bk-active, .bk-btn-default.bk-active {{
+  background: var(--accent); border-color: var(--accent); color: var(--card);
+}}
+label, .bk-input-group > label {{ color: var(--muted); margin: 0; }}
+.noUi-target {{ border: none; box-shadow: none; background: var(--line); height: 4px;
+  border-radius: 2px; margin-top: 5px; }}
+.noUi-connect {{ background: var(--accent) !important; }}
+.noUi-horizontal .noUi-handle {{
+  width: 14px !important; height: 14px !important; top: -5px !important; right: -7px !important;
+  border-radius: 50%; border: 2px solid var(--card); background: var(--accent); box-shadow: none;
+}}
+.noUi-handle::before, .noUi-handle::after {{ display: none; }}
+pre {{ font: 12px ui-monospace, 'DejaVu Sans Mono', monospace; color: var(--ink);
+  white-space: pre; margin: 0; }}
+"""
+"""The sheet of every widget."""
+
+CARD_SHEET = """
+:host {
+  background: var(--card); border: 1px solid var(--line); border-radius: 8px;
+  padding: 8px 10px; box-sizing: border-box;
+}
+"""
+"""The sheet of a card, which holds one view."""
+
+TEXT_SHEET = f"""
+:host {{ font-family: {FONT}; font-size: 13px; line-height: 1.4; color: var(--ink); }}
+h1 {{ font-size: 16px; font-weight: 600; margin: 0; }}
+h2 {{ font-size: 13px; font-weight: 600; margin: 0; display: inline; }}
+.group {{ font-weight: 600; margin-top: 6px; }}
+.key {{ color: var(--muted); margin-left: 10px; white-space: nowrap; }}
+.key i {{ display: inline-block; width: 9px; height: 9px; margin-right: 4px;
+  border-radius: 2px; outline: 1px solid var(--line); }}
+.muted {{ color: var(--muted); }}
+.error {{ color: var(--error); }}
+.label {{ font-size: 24px; font-weight: 600; }}
+table {{ border-spacing: 0; }}
+td {{ padding: 0 14px 0 0; vertical-align: top; font-variant-numeric: tabular-nums; }}
+td:first-child {{ color: var(--muted); white-space: nowrap; }}
+"""
+"""The sheet of texts."""
+
+PAGE = """
+{% extends base %}
+{% block title %}vibroimpact explorer{% endblock %}
+{% block postamble %}
+<style>
+  html, body { margin: 0; padding: 0; background: #F3F5F7; }
+  @media (prefers-color-scheme: dark) { html, body { background: #101316; } }
+</style>
+{% endblock %}
+"""
+"""The page around the document."""

@@ -1,0 +1,224 @@
+"""The bifurcation diagram, with the motion of the page marked, and the branch of that motion."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from bokeh.models import (
+    BasicTicker,
+    BoxZoomTool,
+    ColumnDataSource,
+    FixedTicker,
+    Range1d,
+    Span,
+    WheelZoomTool,
+)
+from numpy.typing import NDArray
+
+from ...orbits import Branch, PeriodicMotion, Piece
+from ...plot.style import BIFURCATION_STYLES, REGIME_STYLES
+from ...sweeps import Diagram
+from ..state import State
+from ..theme import Palette
+from . import parts
+
+Array = NDArray[np.float64]
+
+_LABELS = {
+    "x1": "x₁ at impact",
+    "approach_velocity": "approach velocity u at impact",
+    "phase": "phase ψ at impact",
+    "stroboscopic": "x₁ once per drive period",
+}
+# Values that differ by less are one value with its rounding.
+_FLAT = 1e-9
+_PHASES = {0.0: "0", math.pi: "π", math.tau: "2π"}
+
+
+class DiagramView:
+    """The diagram of a state; a click chooses a column, a box a range."""
+
+    def __init__(self) -> None:
+        self.source = ColumnDataSource(data={"at": [], "value": [], "color": []}, name="diagram")
+        empty: dict[str, list[float]] = {"xs": [], "ys": []}
+        self.stable = ColumnDataSource(data=empty, name="stable")
+        self.unstable = ColumnDataSource(data=empty, name="unstable")
+        self.marks = ColumnDataSource(data={"at": [], "value": [], "color": []}, name="marks")
+        self.key = parts.text()
+        self.figure = parts.plain(
+            "diagram",
+            tools=[BoxZoomTool(dimensions="auto"), WheelZoomTool()],
+            x_range=Range1d(0.0, 1.0),
+            y_range=Range1d(0.0, 1.0),
+            min_height=200,
+        )
+        self.figure.toolbar.active_scroll = None
+        self._points = self.figure.scatter(
+            "at", "value", source=self.source, size=1.6, marker="square", color="color"
+        )
+        self._points.glyph.line_color = None
+        self._lines = [
+            self.figure.multi_line("xs", "ys", source=self.stable, line_width=2.2),
+            self.figure.multi_line(
+                "xs", "ys", source=self.unstable, line_width=1.6, line_dash=[5, 3]
+            ),
+        ]
+        self._dots = self.figure.scatter(
+            "at", "value", source=self.marks, size=8, color="color", marker="diamond"
+        )
+        self.here = Span(dimension="height", location=0.0, line_width=1.2, name="here")
+        self.figure.add_layout(self.here)
+
+    def frame(self, state: State) -> None:
+        """Show the range of a state, with the value of its motion."""
+        axis = state.vary
+        self.figure.x_range.update(
+            start=axis.low, end=axis.high, reset_start=axis.low, reset_end=axis.high
+        )
+        self.figure.xaxis.axis_label = parts.name_of(axis.name)
+        self.figure.yaxis.axis_label = _LABELS[state.value]
+        of_phase = isinstance(self.figure.yaxis[0].ticker, FixedTicker)
+        if state.value == "phase" and not of_phase:
+            self.figure.yaxis.ticker = FixedTicker(ticks=[*_PHASES])
+            self.figure.yaxis.major_label_overrides = dict(_PHASES)
+        elif state.value != "phase" and of_phase:
+            self.figure.yaxis.ticker = BasicTicker()
+            self.figure.yaxis.major_label_overrides = {}
+        self.mark(state)
+
+    def mark(self, state: State) -> None:
+        """Mark the value of the motion on the page."""
+        self.here.location = getattr(state.system, state.vary.name)
+
+    def show(self, diagram: Diagram, state: State, palette: Palette) -> None:
+        """Draw a diagram."""
+        at, value = points(diagram, state.value)
+        if state.value == "stroboscopic":
+            color = np.full(len(at), palette.ink)
+            present: list[int] = []
+        else:
+            regimes = np.asarray(diagram.regime)
+            colors = np.array([palette.regime(each) for each in REGIME_STYLES])
+            color, present = colors[regimes], np.unique(regimes).tolist()
+        self.source.data = {"at": at, "value": value, "color": color}
+        stopped = int(
+            np.count_nonzero(~np.isin(diagram.status, ("completed", "restarted", "rest")))
+        )
+        key = [(palette.regime(each), REGIME_STYLES[each].text) for each in present]
+        more = f'<span class="key">{stopped} of {len(diagram)} runs stopped early</span>'
+        none = "" if len(at) else '<span class="key">no impacts in the last drive periods</span>'
+        self.key.text = parts.keys(key) + (more if stopped else "") + none
+        self.paint(palette)
+
+    def fit(self, height: tuple[float, float] | None) -> None:
+        """Show a range of values; None: all that are drawn."""
+        shown = np.concatenate([np.asarray(self.source.data["value"]), [np.nan]])
+        if height is None:
+            some = np.isfinite(shown).any()
+            low, high = (np.nanmin(shown), np.nanmax(shown)) if some else (0.0, 1.0)
+            # A wall at rest has one angle at every impact.
+            edge = 0.05 * (high - low) if high - low > _FLAT * (1.0 + abs(high)) else 0.5
+            height = (float(low - edge), float(high + edge))
+        self.figure.y_range.update(start=height[0], end=height[1])
+
+    def clear(self) -> None:
+        """Draw no diagram."""
+        self.source.data = {"at": [], "value": [], "color": []}
+        self.key.text = ""
+
+    def show_branch(self, lines: BranchLines | None, palette: Palette) -> None:
+        """Lay a branch over the diagram: stable solid, unstable dashed, bifurcations marked."""
+        none: dict[str, list[Array]] = {"xs": [], "ys": []}
+        self.stable.data = dict(lines.stable) if lines else dict(none)
+        self.unstable.data = dict(lines.unstable) if lines else dict(none)
+        marks = lines.marks if lines else ()
+        self.marks.data = {
+            "at": [mark[0] for mark in marks],
+            "value": [mark[1] for mark in marks],
+            "color": [_mark_color(mark[2], palette) for mark in marks],
+        }
+        self.paint(palette)
+
+    def paint(self, palette: Palette) -> None:
+        """Use the colours of a palette."""
+        self.here.line_color = palette.impulse
+        for line in self._lines:
+            line.glyph.line_color = palette.second
+        self._dots.glyph.line_color = palette.ink
+
+
+@dataclass(frozen=True, eq=False)
+class BranchLines:
+    """What is drawn of a branch: lines over the parameter, and bifurcations.
+
+    Attributes
+    ----------
+    stable, unstable
+        Columns ``xs`` and ``ys``: a pair of arrays for each line, NaN where it has a gap.
+    marks
+        Value of the parameter, what is drawn there, and the kind of each bifurcation.
+    """
+
+    stable: dict[str, list[Array]]
+    unstable: dict[str, list[Array]]
+    marks: tuple[tuple[float, float, str], ...]
+
+
+def branch_lines(branch: Branch, value: str) -> BranchLines:
+    """Return what is drawn of a branch in a diagram of a value."""
+    lines: dict[bool, dict[str, list[Array]]] = {
+        True: {"xs": [], "ys": []},
+        False: {"xs": [], "ys": []},
+    }
+    for piece in branch.pieces:
+        for column in heights(piece, value).T:
+            for stable in (True, False):
+                chosen = _with_neighbours(piece.stable == stable)
+                if chosen.any():
+                    lines[stable]["xs"].append(piece.values)
+                    lines[stable]["ys"].append(np.where(chosen, column, np.nan))
+    marks = tuple(
+        (found.value, float(height), found.kind)
+        for found in branch.bifurcations
+        if found.kind in BIFURCATION_STYLES
+        for height in _motion_heights(found.motion, value)
+    )
+    return BranchLines(lines[True], lines[False], marks)
+
+
+def _mark_color(kind: str, palette: Palette) -> str:
+    color = BIFURCATION_STYLES[kind].color
+    return palette.card if color == "white" else palette.data(color)
+
+
+def points(diagram: Diagram, value: str) -> tuple[Array, Array]:
+    """Return parameter and value of each point that is drawn, shape (rows,) each."""
+    if value == "stroboscopic":
+        return diagram.stroboscopic_parameter, diagram.stroboscopic[:, 0]
+    return diagram.impact_parameter, np.asarray(getattr(diagram, value))
+
+
+def heights(piece: Piece, value: str) -> Array:
+    """Return what the diagram draws of each motion of a piece, shape (motions, points)."""
+    if value == "x1":
+        return piece.impacts
+    if value == "stroboscopic":
+        return piece.sections
+    rows = [_motion_heights(piece.motion(k), value) for k in range(len(piece.values))]
+    width = min((len(row) for row in rows), default=0)
+    return np.array([row[:width] for row in rows]).reshape(len(rows), width)
+
+
+def _motion_heights(motion: PeriodicMotion, value: str) -> Array:
+    if value == "stroboscopic":
+        return motion.sections[:, 0]
+    return np.asarray(motion.impacts[value])
+
+
+def _with_neighbours(chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Add the point after each stretch, so that lines of both kinds meet."""
+    wider = chosen.copy()
+    wider[1:] |= chosen[:-1]
+    return wider

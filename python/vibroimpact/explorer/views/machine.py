@@ -1,0 +1,274 @@
+"""The machine, drawn and moving: contact, slip and the impulses of impacts are visible.
+
+The page has a film of the motion, one frame per sample, and moves the drawing by itself. Lengths
+are to scale in oblique contact: pivot at the origin, the pendulum's length as the unit. In direct
+contact body 1 moves along the line of the impacts.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from bokeh.models import ColumnDataSource, CustomJS, DataRange1d, Label, Toggle
+from numpy.typing import NDArray
+
+from ...run import EventKind
+from ..compute import Motion
+from ..theme import Palette
+from . import parts
+
+Array = NDArray[np.float64]
+
+# Samples for which the impulse of an impact stays visible.
+_FADE = 26
+# Length of the arrow of the largest impulse on the film.
+_LONGEST = 0.4
+_ZIGZAG = 17
+_CONTACT = {
+    EventKind.SLIDE_POSITIVE: "contact, sliding",
+    EventKind.SLIDE_NEGATIVE: "contact, sliding",
+    EventKind.STICK: "contact, sticking",
+}
+_NO_HIT = {"x0": [0.0, 0.0], "y0": [0.0, 0.0], "x1": [0.0, 0.0], "y1": [0.0, 0.0]}
+
+# Two samples in every frame, thirty frames a second: a drive period takes two seconds. A source is
+# changed in place and redrawn; nothing is sent back to the server.
+_PLAY = """
+const put = (source, values) => {
+  for (const [name, value] of Object.entries(values)) {
+    for (let k = 0; k < value.length; k++) source.data[name][k] = value[k]
+  }
+  source.change.emit()
+}
+let frame = 0, last = 0
+if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) playing.active = false
+const step = (now) => {
+  if (playing.document == null) return
+  window.requestAnimationFrame(step)
+  const f = film.data
+  const n = f.time.length
+  const still = !playing.active
+  if (n == 0 || now - last < 32 || (still && window.vibroimpact_shown == f)) return
+  last = now
+  window.vibroimpact_shown = f
+  frame = still ? Math.min(frame, n - 1) : (frame + 2) % n
+  const i = frame
+  const d = f.tall[i], w = f.wide[i]
+  put(rod, {x: [f.pivot_x[i], f.tip_x[i]], y: [f.pivot_y[i], f.tip_y[i]]})
+  put(bob, {x: [f.tip_x[i]], y: [f.tip_y[i]]})
+  put(body, {left: [f.face[i]], right: [f.face[i] + w], alpha: [0.25 + 0.6 * f.touch[i]]})
+  const from = f.face[i] + w, to = f.anchor[i]
+  const xs = [], ys = []
+  for (let k = 0; k < zigzag; k++) {
+    const inside = k > 1 && k < zigzag - 2
+    xs.push(from + (to - from) * k / (zigzag - 1))
+    ys.push(f.middle[i] + (inside ? 0.06 * d * (k % 2 ? 1 : -1) : 0))
+  }
+  put(spring, {x: xs, y: ys})
+  const x = f.hit_x[i], y = f.hit_y[i], s = f.flash[i]
+  put(hit, {x0: [x, x], y0: [y, y], x1: [x - s * f.normal[i], x], y1: [y, y + s * f.tangent[i]]})
+  put(ring, {x: [x], y: [y], size: [s > 0 ? 8 + 34 * (1 - s) : 0], alpha: [s]})
+  if (says.text != f.says[i]) says.text = f.says[i]
+  put(now_1, {x: [f.at[i]], y: [f.tip[i]]})
+  put(now_2, {x: [f.at[i]], y: [f.x2[i]]})
+  put(here_1, {x: [f.x1[i]], y: [f.v1[i]]})
+  put(here_2, {x: [f.x2[i]], y: [f.v2[i]]})
+}
+window.requestAnimationFrame(step)
+"""
+
+
+class MachineView:
+    """The drawing of the machine."""
+
+    def __init__(self) -> None:
+        source = ColumnDataSource
+        self.film = source(data={}, name="film")
+        self._rod = source(data={"x": [0.0, 0.0], "y": [0.0, -1.0]}, name="rod")
+        self._bob = source(data={"x": [0.0], "y": [-1.0]})
+        self._body = source(
+            data={"left": [0.5], "right": [0.9], "bottom": [-1.0], "top": [0.0], "alpha": [0.25]}
+        )
+        self._spring = source(data={"x": [0.0] * _ZIGZAG, "y": [0.0] * _ZIGZAG})
+        self._hit = source(data=_NO_HIT)
+        self._ring = source(data={"x": [0.0], "y": [0.0], "size": [0.0], "alpha": [0.0]})
+        self._frame = source(data={"x0": [], "y0": [], "x1": [], "y1": []})
+        self._extent = source(data={"x": [-1.0, 1.0], "y": [-1.0, 1.0]})
+        self.heading = parts.text()
+        self.playing = Toggle(label="play", active=True, width=52, name="playing", margin=0)
+        self._draw()
+
+    def _draw(self) -> None:
+        self.figure = parts.plain(
+            "machine", match_aspect=True, x_range=DataRange1d(), y_range=DataRange1d()
+        )
+        self.figure.axis.visible = False
+        self.figure.grid.visible = False
+        extent = self.figure.scatter("x", "y", source=self._extent, size=1, alpha=0.0)
+        for axis in (self.figure.x_range, self.figure.y_range):
+            axis.renderers = [extent]
+        self._lines = [
+            self.figure.segment("x0", "y0", "x1", "y1", source=self._frame, line_width=3),
+            self.figure.line("x", "y", source=self._spring, line_width=1.4),
+        ]
+        self._block = self.figure.quad(
+            "left", "right", "top", "bottom", source=self._body, fill_alpha="alpha", line_width=1.5
+        )
+        self._arm = self.figure.line("x", "y", source=self._rod, line_width=4, line_cap="round")
+        self._tip = self.figure.scatter("x", "y", source=self._bob, size=14, line_color=None)
+        self._impulses = self.figure.segment(
+            "x0", "y0", "x1", "y1", source=self._hit, line_width=3.5, line_cap="round"
+        )
+        self._wave = self.figure.scatter(
+            *("x", "y"), size="size", source=self._ring, line_width=2, fill_color=None
+        )
+        self._wave.glyph.line_alpha = "alpha"
+        self.says = Label(x=8, y=6, x_units="screen", y_units="screen", text="", name="says")
+        self.says.text_font_size = "13px"
+        self.figure.add_layout(self.says)
+
+    def player(self, markers: dict[str, ColumnDataSource]) -> CustomJS:
+        """Return what plays the film; `markers` are moved along in the other views."""
+        sources = {
+            "film": self.film,
+            "rod": self._rod,
+            "bob": self._bob,
+            "body": self._body,
+            "spring": self._spring,
+            "hit": self._hit,
+            "ring": self._ring,
+        }
+        own = {"playing": self.playing, "says": self.says, "zigzag": _ZIGZAG}
+        return CustomJS(args=sources | markers | own, code=_PLAY)
+
+    def show(self, motion: Motion, palette: Palette) -> None:
+        """Draw the machine of a motion, and give the page its film."""
+        film, frame, extent = _film(motion)
+        still = not np.ptp(film["face"])
+        self._block.glyph.hatch_pattern = "right_diagonal_line" if still else None
+        self._frame.data = _fixtures(film, still=still)
+        self._spring.data = {"x": np.zeros(_ZIGZAG), "y": np.zeros(_ZIGZAG)}
+        self._body.data = frame
+        self._extent.data = extent
+        self._lines[1].visible = not still
+        self.film.data = film
+        self.paint(palette)
+
+    def paint(self, palette: Palette) -> None:
+        """Use the colours of a palette."""
+        self._lines[0].glyph.line_color = palette.muted
+        self._lines[1].glyph.line_color = palette.muted
+        self._block.glyph.line_color = self._block.glyph.fill_color = palette.second
+        self._block.glyph.hatch_color = palette.second
+        self._arm.glyph.line_color = self._tip.glyph.fill_color = palette.first
+        self._impulses.glyph.line_color = self._wave.glyph.line_color = palette.impulse
+        key = [(palette.first, "body 1"), (palette.second, "body 2"), (palette.impulse, "impulse")]
+        self.heading.text = parts.heading("Machine", key)
+
+
+def _film(motion: Motion) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    """Return the frames, the body at first, and the corners of what has to be seen."""
+    system, states = motion.run.system, motion.states
+    x1, v1, x2, v2 = states.T
+    oblique = system.contact == "oblique"
+    tip = np.asarray(system.tip(x1), dtype=np.float64)
+    face = system.gap + x2
+    if oblique:
+        tip_x, tip_y, pivot_x = tip, -np.cos(x1), np.zeros_like(tip)
+        tall, wide = 1.0, 0.4
+        low, high = min(tip_y.min(), -0.8), max(tip_y.max(), -0.2)
+        left = min(-0.5, float(tip.min()))
+    else:
+        tall = wide = 0.16 * max(float(np.ptp(np.concatenate([tip, face]))), 1e-3)
+        tip_x, tip_y, pivot_x = tip - 0.5 * wide, np.zeros_like(tip), tip - 1.5 * wide
+        low, high = -0.5 * tall, 0.5 * tall
+        left = float(pivot_x.min()) - wide
+    low, high = low - 0.12 * tall, high + 0.12 * tall
+    anchor = float(face.max()) + wide + 0.7 * tall
+    period = system.drive_period if system.drive_frequency > 0.0 else 1.0
+    film = {
+        "time": motion.time,
+        "at": motion.time / period,
+        "tip": tip - system.gap,
+        **{"x1": x1, "v1": v1, "x2": x2, "v2": v2},
+        "tip_x": tip_x,
+        "tip_y": tip_y,
+        "pivot_x": pivot_x,
+        "pivot_y": np.zeros_like(tip),
+        "face": face,
+        "anchor": np.full_like(tip, anchor),
+        "middle": np.full_like(tip, 0.5 * (low + high)),
+        "tall": np.full_like(tip, tall),
+        "wide": np.full_like(tip, wide),
+        **_hits(motion, tip, tall, oblique=oblique),
+    }
+    body = {"left": face[:1], "right": face[:1] + wide, "bottom": [low], "top": [high]}
+    top = max(0.12 if oblique else 0.0, high) + 0.08 * tall
+    extent = {"x": [left - 0.1 * tall, anchor + 0.1 * tall], "y": [low - 0.1 * tall, top]}
+    return film, body | {"alpha": [0.25]}, extent
+
+
+def _hits(motion: Motion, tip: Array, tall: float, *, oblique: bool) -> dict[str, Any]:
+    """Return for each frame the impact that is still visible, and the contact in words."""
+    run, time = motion.run, motion.time
+    count, step = len(time), float(time[-1] - time[0]) / max(len(time) - 1, 1)
+    flash, normal, tangent, hit_x, hit_y = np.zeros((5, count))
+    says = np.full(count, "", dtype=object)
+    kinds = run.contacts["kind"]
+    places = np.searchsorted(run.contacts["time"], time, side="right") - 1
+    in_contact = np.zeros(count, dtype=bool)
+    for kind, words in _CONTACT.items():
+        now = (places >= 0) & (kinds[places] == kind) if len(kinds) else in_contact
+        in_contact = in_contact | now
+        says[now] = words
+    impacts = run.impacts[run.impacts["time"] >= time[0]]
+    if len(impacts) and step > 0.0:
+        which = np.searchsorted(impacts["time"], time, side="right") - 1
+        age = (time - impacts["time"][which]) / step
+        seen = (which >= 0) & (age < _FADE)
+        flash[seen] = 1.0 - age[seen] / _FADE
+        scale = (
+            _LONGEST
+            * (tall if oblique else 3.0 * tall)
+            / max(float(impacts["impulse_normal"].max()), 1e-300)
+        )
+        normal = scale * impacts["impulse_normal"][which]
+        tangent = scale * impacts["impulse_tangential"][which]
+        angles = impacts["x1"][which]
+        hit_x = np.asarray(run.system.tip(angles), dtype=np.float64)
+        hit_y = -np.cos(angles) if oblique else np.zeros(count)
+        for k in np.flatnonzero(seen):
+            says[k] = "impact: " + _REGIMES[int(impacts["regime"][which[k]])]
+    return {
+        "flash": flash,
+        "normal": normal,
+        "tangent": tangent,
+        "hit_x": hit_x,
+        "hit_y": hit_y,
+        "touch": in_contact.astype(np.float64),
+        "says": says.tolist(),
+    }
+
+
+def _fixtures(film: dict[str, Any], *, still: bool) -> dict[str, list[float]]:
+    """Return what does not move: pivot, and the frame that the spring hangs on."""
+    tall, anchor, middle = film["tall"][0], film["anchor"][0], film["middle"][0]
+    ends = [] if still else [(anchor, middle - 0.3 * tall, anchor, middle + 0.3 * tall)]
+    if not np.ptp(film["pivot_x"]):
+        ends.append((-0.12, 0.0, 0.12, 0.0))
+    columns = zip(*ends, strict=True) if ends else ((), (), (), ())
+    return {
+        name: [float(value) for value in column]
+        for name, column in zip(("x0", "y0", "x1", "y1"), columns, strict=True)
+    }
+
+
+_REGIMES = {
+    0: "frictionless",
+    1: "slip",
+    2: "slip reverses in approach",
+    3: "slip reverses in restitution",
+    4: "sticks in approach",
+    5: "sticks in restitution",
+}

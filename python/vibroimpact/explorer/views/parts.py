@@ -1,0 +1,78 @@
+"""What the views share: empty figures, cards, headings with the key of their colours."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable
+from typing import Any
+
+from bokeh.models import Column, Div, InlineStyleSheet
+from bokeh.plotting import figure
+
+from .. import theme
+from ..state import COORDINATES
+
+SYMBOLS = {
+    "mass_ratio": "m̄",
+    "frequency_ratio": "ω₀",
+    "restitution": "r",
+    "gap": "δ",
+    "drive_frequency": "ω",
+    "pendulum_damping": "ζ₁",
+    "oscillator_damping": "ζ₂",
+    "moment_amplitude": "f₁",
+    "force_amplitude": "f₂",
+    "friction": "μ",
+    "phase": "φ",
+    "x1": "x₁",
+    "v1": "ẋ₁",
+    "x2": "x₂",
+    "v2": "ẋ₂",
+}
+"""Symbols of docs/notation.md, as plain text."""
+
+
+def name_of(name: str) -> str:
+    """Return a quantity's symbol and name in words; of a coordinate the symbol alone."""
+    words = name.replace("_", " ")
+    if name in COORDINATES:
+        return SYMBOLS[name]
+    return f"{SYMBOLS[name]}, {words}" if name in SYMBOLS else words
+
+
+def text(content: str = "", **options: Any) -> Div:
+    """Return a text in the style of the page."""
+    sheets = [InlineStyleSheet(css=theme.TEXT_SHEET)]
+    return Div(text=content, stylesheets=sheets, **({"margin": 0} | options))
+
+
+def plain(name: str, **options: Any) -> Any:
+    """Return a figure of a name, without a toolbar."""
+    usual: dict[str, Any] = {
+        "tools": "",
+        "toolbar_location": None,
+        "name": f"{name}-figure",
+        "sizing_mode": "stretch_both",
+        "min_height": 120,
+    }
+    return figure(**(usual | options))
+
+
+def card(*children: Any, **options: Any) -> Column:
+    """Return a card around a view."""
+    sheets = [InlineStyleSheet(css=theme.CARD_SHEET)]
+    usual = {"sizing_mode": "stretch_both", "spacing": 4}
+    return Column(*children, stylesheets=sheets, **(usual | options))
+
+
+def heading(title: str, key: Iterable[tuple[str, str]] = ()) -> str:
+    """Return the heading of a view, with the key of its colours."""
+    return f"<h2>{html.escape(title)}</h2>{keys(key)}"
+
+
+def keys(key: Iterable[tuple[str, str]]) -> str:
+    """Return a key: squares of colour, each with its text."""
+    return "".join(
+        f'<span class="key"><i style="background:{color}"></i>{html.escape(words)}</span>'
+        for color, words in key
+    )

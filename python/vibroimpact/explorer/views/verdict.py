@@ -1,0 +1,47 @@
+"""What the motion of the page is: label, largest exponent, multipliers, and how its run ended."""
+
+from __future__ import annotations
+
+import html
+import math
+
+from ..compute import Motion, Verdict
+from . import parts
+
+
+class VerdictView:
+    """A few lines of text."""
+
+    def __init__(self) -> None:
+        self.text = parts.text(sizing_mode="stretch_width", name="verdict")
+
+    def show(self, motion: Motion, verdict: Verdict | None) -> None:
+        """Say what a motion is; without a verdict, how its run ended."""
+        run = motion.run
+        rows = [("run", f"{run.stop_reason}, {run.impact_count} impacts")]
+        label = "…"
+        if verdict is not None:
+            driven = run.system.drive_frequency > 0.0
+            # Without a drive period there is nothing that a label could count.
+            label = verdict.label if driven else run.stop_reason
+            rows += [("evidence", verdict.evidence)] if driven else []
+            if not math.isnan(verdict.exponent):
+                rows += [("largest exponent", f"{verdict.exponent:.6g} ± {verdict.error:.1g}")]
+            if verdict.periodic is not None:
+                stable = "stable" if verdict.periodic.stable else "unstable"
+                numbers = ", ".join(complex_text(one) for one in verdict.periodic.multipliers)
+                rows += [("multipliers", f"{numbers} ({stable})")]
+        lines = "".join(
+            f"<tr><td>{html.escape(name)}</td><td>{html.escape(value)}</td></tr>"
+            for name, value in rows
+        )
+        shown = html.escape(label).replace("-inf", "-∞")
+        self.text.text = f'<div class="label">{shown}</div><table>{lines}</table>'
+
+
+def complex_text(value: complex) -> str:
+    """Return a multiplier in words: four digits, the imaginary part where there is one."""
+    real, imag = float(value.real), float(value.imag)
+    if imag == 0.0:
+        return f"{real:.4g}"
+    return f"{real:.4g} {'+' if imag > 0.0 else '-'} {abs(imag):.4g}i"

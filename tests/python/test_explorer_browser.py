@@ -1,0 +1,261 @@
+"""The explorer in headless Chromium: views, clicks, zoom, presets, code, files, no foreign host."""
+
+import csv
+import io
+import logging
+import random
+
+import numpy as np
+import pytest
+
+import sizes
+import vibroimpact as vi
+from chromium import Records, Window, serving, started
+from vibroimpact.explorer import compute
+from vibroimpact.explorer.code import python_code
+from vibroimpact.explorer.presets import DEFAULT, PRESETS
+from vibroimpact.explorer.state import MAPS, VALUES, Axis
+
+By = pytest.importorskip("selenium.webdriver.common.by").By
+# One browser and one server for all tests of this file.
+pytestmark = pytest.mark.xdist_group("chromium")
+SMALL = {
+    "diagram": compute.Detail(60, 0, 100, 20),
+    "chart": compute.Detail(12, 8, 60, 20),
+    "basins": compute.Detail(12, 8, 120, 20),
+}
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """A window, and what the server logs meanwhile."""
+    records = Records()
+    patch = pytest.MonkeyPatch()
+    patch.setattr(compute, "FINE", SMALL)
+    patch.setattr(compute, "COARSE", SMALL)
+    logging.getLogger().addHandler(records)
+    with started() as chrome, serving() as server:
+        window = Window(chrome, server.url)
+        window.records = records
+        window.open()
+        yield window
+    logging.getLogger().removeHandler(records)
+    patch.undo()
+
+
+@pytest.fixture
+def window(browser):
+    """The window on its first state; afterwards nothing has complained."""
+    browser.begin_again()
+    yield browser
+    assert browser.complaints() == []
+    assert browser.records.messages == []
+
+
+def test_each_view_is_drawn_and_nothing_comes_from_elsewhere(window):
+    window.settled()
+    for figure in ("machine-figure", "history-figure", "portrait-figure", "impact-figure"):
+        box = window.js(
+            "return arguments[0].getBoundingClientRect().toJSON()", element(window, figure)
+        )
+        assert box["width"] > 150, figure
+        assert box["height"] > 100, figure
+    foreign = [url for url in window.requests() if not own(url, window)]
+    assert foreign == []
+
+
+def element(window, name):
+    return window.element(name)
+
+
+def own(url, window):
+    hosts = (window.url, window.url.replace("http", "ws"))
+    return url.startswith((*hosts, "data:", "blob:", "chrome"))
+
+
+def test_the_numbers_of_the_page_are_those_of_the_functions(window):
+    window.settled()
+    motion = compute.motion(DEFAULT)
+    assert window.data("portrait", "v1") == motion.states[:, 1].tolist()
+    assert window.data("stroboscopic", "x1") == motion.run.stroboscopic[:, 0].tolist()
+    window.wait("Bokeh.documents[0].get_model_by_name('diagram').data.at.length > 0")
+    diagram = compute.diagram(DEFAULT, SMALL["diagram"])
+    assert window.data("diagram", "value") == diagram.x1.tolist()
+    exponent = compute.verdict(DEFAULT, motion.run).exponent
+    text = window.get("verdict", "text")
+    assert ">chaotic<" in text
+    assert f"{exponent:.6g}" in text
+
+
+def test_the_machine_moves(window):
+    frame = "Bokeh.documents[0].get_model_by_name('rod').data.x[1]"
+    first = window.js(f"return {frame}")
+    window.wait(f"{frame} != {first!r}")
+    tips = DEFAULT.system.tip(compute.motion(DEFAULT).states[:, 0])
+    assert window.js(f"return {frame}") in tips.tolist()
+    window.set("playing", "active", False)
+
+
+def test_a_slider_redraws_and_the_address_follows(window):
+    window.settled()
+    window.set("friction-slider", "value", 0.125)
+    state = DEFAULT.replace(friction=0.125)
+    window.wait("window.location.search.includes('friction=0.125&')")
+    motion = compute.motion(state)
+    speed = motion.states[5, 1].item()
+    window.wait(f"Bokeh.documents[0].get_model_by_name('portrait').data.v1[5] == {speed!r}")
+    # The address alone leads back to the state.
+    window.chrome.refresh()
+    window.wait("Bokeh.documents[0].get_model_by_name('friction').value == '0.125'")
+
+
+def test_a_bad_number_is_told_beside_its_field(window):
+    box = element(window, "restitution").shadow_root.find_element(By.CSS_SELECTOR, "input")
+    box.clear()
+    box.send_keys("1.5\n")
+    window.wait("Bokeh.documents[0].get_model_by_name('restitution-error').visible")
+    assert "allowed: a number in [0, 1]" in window.get("restitution-error", "text")
+
+
+def test_a_click_on_a_column_shows_its_motion(window):
+    window.wait("Bokeh.documents[0].get_model_by_name('diagram').data.at.length > 0")
+    window.click("diagram-figure", 1.7, 0.0)
+    values = np.linspace(1.4, 2.0, SMALL["diagram"].columns)
+    window.wait("Bokeh.documents[0].get_model_by_name('drive_frequency').value != '1.545'")
+    chosen = float(window.get("drive_frequency", "value"))
+    assert chosen in values
+    window.settled()
+    state = DEFAULT.replace(drive_frequency=chosen)
+    verdict = compute.verdict(state, compute.motion(state).run)
+    window.wait(
+        f"Bokeh.documents[0].get_model_by_name('verdict').text.includes('>{verdict.label}<')"
+    )
+
+
+def test_a_box_zooms_and_the_way_back(window):
+    window.wait("Bokeh.documents[0].get_model_by_name('diagram').data.at.length > 0")
+    window.drag("diagram-figure", (1.5, 0.6), (1.6, -0.2))
+    window.wait("Number(Bokeh.documents[0].get_model_by_name('vary_low').value) > 1.45")
+    low, high = (float(window.get(f"vary_{end}", "value")) for end in ("low", "high"))
+    assert abs(low - 1.5) < 0.01
+    assert abs(high - 1.6) < 0.01
+    window.wait("Math.min(...Bokeh.documents[0].get_model_by_name('diagram').data.at) > 1.45")
+    element(window, "back").shadow_root.find_element(By.CSS_SELECTOR, "button").click()
+    window.wait("Bokeh.documents[0].get_model_by_name('vary_low').value == '1.4'")
+
+
+@pytest.mark.parametrize("shown", [1, 2])
+def test_a_click_on_a_cell_shows_its_motion(window, shown):
+    name = MAPS[shown]
+    window.set("map", "active", shown)
+    window.wait(f"Bokeh.documents[0].get_model_by_name('{name}').data.image.length > 0")
+    field, x, y = (("moment_amplitude", 1.7, 1.5), ("v1", 0.2, 1.0))[shown - 1]
+    before = window.get(field, "value")
+    window.click(f"{name}-figure", x, y)
+    window.wait(f"Bokeh.documents[0].get_model_by_name('{field}').value != '{before}'")
+    assert abs(float(window.get(field, "value")) - y) < 0.3
+
+
+def test_presets_code_and_files(window):
+    for name in ("Impact oscillator (a wall)", "Two oscillators head on", "Bouncing ball"):
+        window.set("preset", "value", name)
+        query = PRESETS[name].to_query()
+        window.wait(f"window.location.search == '?{query}'")
+    window.set("preset", "value", "Paper, Fig. 5(b): 1-1")
+    state = PRESETS["Paper, Fig. 5(b): 1-1"]
+    window.wait(f"window.location.search == '?{state.to_query()}'")
+    window.set("code", "active", True)
+    window.wait("Bokeh.documents[0].get_model_by_name('code-text').tags.length > 0")
+    assert window.get("code-text", "tags") == [python_code(state)]
+    window.settled()
+    window.js(
+        """
+        window.saved = []
+        const make = URL.createObjectURL
+        URL.createObjectURL = (blob) => {
+          blob.text().then((text) => window.saved.push(text))
+          return make(blob)
+        }
+        """
+    )
+    element(window, "motion-csv").shadow_root.find_element(By.CSS_SELECTOR, "button").click()
+    window.wait("window.saved.length == 1")
+    rows = [*csv.DictReader(io.StringIO(window.js("return window.saved[0]")))]
+    run = vi.simulate(state.system, initial=state.initial, periods=600, keep=100)
+    assert [float(row["x1"]) for row in rows] == run.impacts["x1"].tolist()
+
+
+def test_the_branch_is_laid_over_the_diagram(browser):
+    state = PRESETS["Paper, Fig. 5(b): 1-1"].replace(
+        branch=True, vary=Axis(name="drive_frequency", low=1.78, high=1.84)
+    )
+    browser.open(state.to_query())
+    for lines in ("stable", "unstable"):
+        browser.wait(f"Bokeh.documents[0].get_model_by_name('{lines}').data.xs.length > 0")
+    assert browser.complaints() == []
+
+
+def test_dark_and_light(window):
+    window.set("dark", "active", True)
+    window.wait("window.location.search.includes('theme=dark')")
+    color = "return getComputedStyle(arguments[0]).backgroundColor"
+    assert window.js(color, element(window, "page")) == "rgb(16, 19, 22)"
+
+
+def actions(window, draw):
+    """Do something at random, as an impatient user does."""
+    numbers = (
+        "friction",
+        "gap",
+        "restitution",
+        "mass_ratio",
+        "drive_frequency",
+        "moment_amplitude",
+    )
+    kind = draw.choice(
+        ("slide", "slide", "type", "choose", "map", "click", "zoom", "preset", "press")
+    )
+    if kind == "slide":
+        name = draw.choice(numbers)
+        low, high = (window.get(f"{name}-slider", end) for end in ("start", "end"))
+        window.set(f"{name}-slider", "value", draw.uniform(low, high))
+    elif kind == "type":
+        text = draw.choice(("0.3", "1", "-1", "1e3", "nan", "x", "", "1e400", "0"))
+        window.set(draw.choice((*numbers, "x1", "v1", "vary_low", "vary_high")), "value", text)
+    elif kind == "choose":
+        name, values = draw.choice(
+            (
+                ("law", ("poisson", "newton", "energetic", "paper")),
+                ("contact", ("oblique", "direct")),
+                ("value", VALUES),
+                ("start", ("fresh", "forward", "backward")),
+                ("vary", ("gap", "friction", "restitution", "phase", "drive_frequency")),
+            )
+        )
+        window.set(name, "value", draw.choice(values))
+    elif kind == "map":
+        window.set("map", "active", draw.randrange(3))
+    elif kind in ("click", "zoom"):
+        figure = f"{MAPS[window.get('map', 'active')]}-figure"
+        x, y = (
+            [window.get(figure, f"{axis}_range.{end}") for end in ("start", "end")] for axis in "xy"
+        )
+        place = [(draw.uniform(*x), draw.uniform(*y)) for _ in range(2)]
+        if kind == "click":
+            window.click(figure, *place[0])
+        elif figure == "diagram-figure":
+            window.drag(figure, *place)
+    elif kind == "preset":
+        window.set("preset", "value", draw.choice([*PRESETS]))
+    else:
+        name = draw.choice(("branch", "code", "dark", "playing"))
+        window.set(name, "active", not window.get(name, "active"))
+
+
+def test_random_actions_leave_no_error(window):
+    draw = random.Random(20041)
+    for _ in range(sizes.either(200, 1000)):
+        actions(window, draw)
+    window.set("preset", "value", "choose a preset")
+    window.set("preset", "value", "Paper, Fig. 5(a): 1-1")
+    window.wait("Bokeh.documents[0].get_model_by_name('verdict').text.includes('>1-1<')")

@@ -1,0 +1,313 @@
+"""A page of the explorer on a document without a browser; its work beside it; its server."""
+
+import asyncio
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from bokeh.document import Document
+from bokeh.events import RangesUpdate, Tap
+from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
+from tornado.websocket import websocket_connect
+
+import vibroimpact as vi
+from han_jin_hu_2004.parameters import INITIAL
+from systems import ROUGH
+from vibroimpact.explorer import compute, tables
+from vibroimpact.explorer.app import Page
+from vibroimpact.explorer.code import python_code
+from vibroimpact.explorer.jobs import Lane, Work
+from vibroimpact.explorer.presets import DEFAULT, PRESETS
+from vibroimpact.explorer.server import LocalServer
+from vibroimpact.explorer.state import Axis
+from vibroimpact.interruption import Cancellation, heeding
+
+SMALL = compute.Detail(columns=9, rows=5, periods=60, keep=20)
+
+
+@pytest.fixture
+def coarse(monkeypatch):
+    """Make every fine map a small one."""
+    monkeypatch.setattr(compute, "FINE", dict.fromkeys(compute.FINE, SMALL))
+
+
+# Work beside the page
+
+
+def test_a_cancelled_call_on_a_thread_is_interrupted():
+    cancellation = Cancellation()
+    cancellation.cancel()
+
+    def call(**more):
+        with heeding(cancellation):
+            return vi.simulate(ROUGH, initial=INITIAL, periods=10**9, keep=1, **more)
+
+    with ThreadPoolExecutor(1) as pool:
+        with pytest.raises(vi.Interrupted) as caught:
+            pool.submit(call).result()
+        assert isinstance(caught.value.result, vi.Run)
+        # The thread heeds it inside the block alone.
+        assert pool.submit(vi.simulate, ROUGH, initial=INITIAL, periods=3).result()
+    with pytest.raises(vi.Interrupted), heeding(cancellation):
+        vi.basins(ROUGH, x1=np.linspace(0, 0.1, 9), v1=np.linspace(0, 0.1, 9))
+
+
+def test_running_work_is_cancelled_from_another_thread():
+    shown, lane = [], Lane(lambda finish: finish(), grace=0.0)
+    begun, ended = threading.Event(), threading.Event()
+
+    def forever():
+        begun.set()
+        return vi.simulate(ROUGH, initial=INITIAL, periods=10**9, keep=1, max_events=10**15)
+
+    lane.submit(Work(forever, shown.append, shown.append))
+    begun.wait()
+
+    def show(result):
+        shown.append(result)
+        ended.set()
+
+    lane.submit(Work(lambda: "newer", show, shown.append))
+    ended.wait()
+    assert shown == ["newer"]
+
+
+def test_work_that_waits_is_replaced_and_errors_are_handed_on():
+    posted, lane = [], Lane(lambda finish: posted.append(finish), grace=0.0)
+    gate, shown = threading.Event(), []
+    lane.submit(Work(gate.wait, shown.append, shown.append))
+    lane.submit(Work(lambda: "never", shown.append, shown.append))
+
+    def fail():
+        raise ValueError("refused")
+
+    lane.submit(Work(fail, shown.append, shown.append))
+    gate.set()
+    while lane.busy:
+        pass
+    for finish in posted:
+        finish()
+    (error,) = shown
+    assert isinstance(error, ValueError)
+
+
+# The page, on a document without a session
+
+
+class Desk:
+    """A page whose callbacks wait until they are run."""
+
+    def __init__(self, state=DEFAULT):
+        self.document, self.waiting = Document(), []
+        self.document.add_next_tick_callback = self.waiting.append
+        self.document.add_timeout_callback = lambda call, _time: self.waiting.append(call)
+        self.document.on_session_destroyed = lambda _call: None
+        self.page = Page(self.document, state)
+        self.settle()
+
+    def settle(self):
+        """Run what waits until nothing is computed any more."""
+        while self.page.busy or self.waiting:
+            while self.waiting:
+                self.waiting.pop(0)()
+
+    def named(self, name):
+        return self.document.get_model_by_name(name)
+
+
+@pytest.fixture
+def desk(coarse):
+    return Desk()
+
+
+def test_a_page_shows_the_numbers_of_its_state(desk):
+    motion = compute.motion(DEFAULT)
+    assert np.array_equal(desk.named("portrait").data["v1"], motion.states[:, 1])
+    assert np.array_equal(desk.named("impact").data["phase"], motion.run.impacts["phase"])
+    assert np.array_equal(desk.named("stroboscopic").data["x1"], motion.run.stroboscopic[:, 0])
+    diagram = compute.diagram(DEFAULT, SMALL)
+    assert np.array_equal(desk.named("diagram").data["value"], diagram.x1)
+    assert "chaotic" in desk.named("verdict").text
+    assert desk.named("address").text == DEFAULT.to_query()
+
+
+def test_slider_field_and_state_are_one(desk):
+    desk.named("friction-slider").value = 0.25
+    assert desk.page.state.system.friction == 0.25
+    assert desk.named("friction").value == "0.25"
+    desk.named("gap").value = "0.61"
+    assert desk.page.state.system.gap == 0.61
+    desk.named("moment_amplitude").value = "1e1"
+    assert desk.named("moment_amplitude-slider").end == 10.0
+    desk.named("law").value = "newton"
+    assert desk.page.state.system.law == "newton"
+
+
+@pytest.mark.parametrize(
+    ("field", "text", "said"),
+    [
+        ("restitution", "1.5", "allowed: a number in [0, 1]"),
+        ("restitution", "high", "allowed: a number, such as 0.5"),
+        ("x1", "1.4", "initial"),
+        ("gap", "nan", "allowed: a number"),
+    ],
+)
+def test_a_bad_number_is_refused_beside_its_field(desk, field, text, said):
+    desk.named(field).value = text
+    error = desk.named(f"{field}-error")
+    assert error.visible
+    assert said in error.text
+    assert desk.page.state == DEFAULT
+    desk.named(field).value = "0.3"
+    assert not error.visible
+
+
+def test_clicks_choose_motions(desk):
+    maps = desk.page.maps
+    maps._tap_diagram(Tap(maps.diagram.figure, x=1.62, y=0.0))
+    desk.settle()
+    values = np.linspace(1.4, 2.0, 9)
+    nearest = values[np.argmin(abs(values - 1.62))]
+    assert desk.page.state.system.drive_frequency == nearest
+    run = vi.simulate(DEFAULT.system.replace(drive_frequency=nearest), initial=INITIAL, periods=600)
+    assert f">{run.label}<" in desk.named("verdict").text
+    desk.named("map").active = 1
+    desk.settle()
+    maps._tap_chart(Tap(maps.chart.figure, x=1.41, y=0.64))
+    assert desk.page.state.system.moment_amplitude == pytest.approx(0.65)
+    desk.named("map").active = 2
+    desk.settle()
+    maps._tap_basins(Tap(maps.basins.figure, x=0.12, y=0.8))
+    assert desk.page.state.initial == (0.125, 0.75, 0.0, 0.0)
+
+
+def zoom(desk, x0, x1):
+    desk.page.maps._zoomed(
+        RangesUpdate(desk.page.maps.diagram.figure, x0=x0, x1=x1, y0=-0.5, y1=0.5)
+    )
+    desk.settle()
+
+
+def test_a_zoom_computes_anew_and_goes_back(desk):
+    zoom(desk, 1.5, 1.6)
+    assert desk.page.state.vary == Axis(name="drive_frequency", low=1.5, high=1.6)
+    at = desk.named("diagram").data["at"]
+    assert set(at) <= set(np.linspace(1.5, 1.6, 9))
+    assert not desk.named("back").disabled
+    zoom(desk, 1.52, 1.54)
+    desk.page.maps.go_back()
+    assert desk.page.state.vary.high == 1.6
+    desk.page.maps.go_back()
+    desk.settle()
+    assert desk.page.state == DEFAULT
+    assert desk.named("back").disabled
+
+
+def test_the_branch_lies_over_the_diagram(coarse):
+    state = PRESETS["Paper, Fig. 5(b): 1-1"].replace(
+        vary=Axis(name="drive_frequency", low=1.78, high=1.84)
+    )
+    desk = Desk(state)
+    assert desk.named("stable").data["xs"] == []
+    desk.named("branch").active = True
+    desk.settle()
+    verdict = compute.verdict(state, compute.motion(state).run)
+    branch = compute.branch(state, verdict.periodic)
+    drawn = np.concatenate(desk.named("stable").data["ys"])
+    stable = np.concatenate([p.impacts[p.stable].ravel() for p in branch.pieces])
+    assert {*stable} <= {*drawn}
+    assert len(desk.named("unstable").data["xs"])
+    assert set(desk.named("marks").data["at"]) == {b.value for b in branch.bifurcations}
+
+
+def test_a_motion_without_a_branch_is_told(desk):
+    desk.named("branch").active = True
+    desk.settle()
+    assert "not periodic" in desk.named("map-error").text
+
+
+def test_presets_theme_code_and_files(desk):
+    for name in PRESETS:
+        desk.named("preset").value = name
+        desk.settle()
+        assert desk.page.state == PRESETS[name]
+    desk.named("preset").value = "no such preset"
+    assert desk.page.state == PRESETS[name]
+    desk.named("dark").active = True
+    assert desk.page.state.theme == "dark"
+    assert desk.named("page").css_classes == ["dark"]
+    desk.named("code").active = True
+    assert desk.named("code-text").tags == [python_code(desk.page.state)]
+    desk.page._download_motion()
+    assert desk.named("motion-file").text == tables.of_run(desk.page.motion.run)
+
+
+# The server
+
+
+@pytest.fixture(scope="module")
+def server():
+    """A server on a thread of its own."""
+    ready, made = threading.Event(), []
+
+    def serve():
+        made.append(LocalServer(DEFAULT))
+        ready.set()
+        made[0].run()
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    ready.wait()
+    yield made[0]
+    made[0].stop()
+    thread.join()
+
+
+def fetch(server, path="", host=None):
+    async def get():
+        headers = {"Host": host} if host else {}
+        return await AsyncHTTPClient().fetch(
+            HTTPRequest(server.url + path, headers=headers), raise_error=False
+        )
+
+    return asyncio.run(get())
+
+
+def test_the_page_and_its_files_come_from_the_server_alone(server):
+    answer = fetch(server)
+    assert answer.code == 200
+    text = answer.body.decode()
+    assert "vibroimpact explorer" in text
+    assert "http://" not in text
+    assert "https://" not in text
+    assert fetch(server, "static/js/bokeh.min.js").code == 200
+
+
+def test_another_host_is_refused(server):
+    own = f"localhost:{server.port}"
+    assert fetch(server, host=own).code == 200
+    for host in ("example.org", f"example.org:{server.port}", "127.0.0.1:1", "localhost"):
+        assert fetch(server, host=host).code == 403
+
+
+def test_a_connection_from_another_origin_is_refused(server):
+    async def connect(origin):
+        request = HTTPRequest(server.url.replace("http", "ws") + "ws", headers={"Origin": origin})
+        try:
+            connection = await websocket_connect(request, subprotocols=["bokeh", "no-token"])
+            connection.close()
+            await connection.read_message()
+        except HTTPClientError as error:
+            return error.code
+        return 101
+
+    for origin in ("http://example.org", f"http://example.org:{server.port}", "null"):
+        assert asyncio.run(connect(origin)) == 403
+    # From its own page it is the token that is missing.
+    assert asyncio.run(connect(f"http://127.0.0.1:{server.port}")) != 403
+
+
+def test_the_server_listens_on_this_machine_only(server):
+    sockets = server._server._http._sockets.values()
+    assert {each.getsockname()[0] for each in sockets} == {"127.0.0.1"}
