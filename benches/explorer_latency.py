@@ -58,7 +58,13 @@ def browser() -> webdriver.Chrome:
         raise SystemExit("needs Debian's packages chromium and chromium-driver")
     options = webdriver.ChromeOptions()
     options.binary_location = program
-    for flag in ("headless=new", "no-sandbox", "disable-dev-shm-usage", "window-size=1440,1000"):
+    for flag in (
+        "headless=new",
+        "no-sandbox",
+        "disable-gpu",
+        "disable-dev-shm-usage",
+        "window-size=1440,1000",
+    ):
         options.add_argument(f"--{flag}")
     chrome = webdriver.Chrome(options=options, service=Service(driver))
     chrome.set_script_timeout(PATIENCE)
