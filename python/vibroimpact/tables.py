@@ -63,6 +63,18 @@ class Table(np.ndarray[Any, np.dtype[np.void]]):
         plain = isinstance(found, Table) and found.dtype.names is None
         return found.view(np.ndarray) if plain else found
 
+    def __copy__(self) -> Table:
+        """Return a copy, read-only if this one is."""
+        return _as_table(np.array(self.view(np.ndarray)), self.flags.writeable)
+
+    def __deepcopy__(self, memo: object) -> Table:
+        """Return a copy, read-only if this one is."""
+        return self.__copy__()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the rows, and whether they may be written to."""
+        return _as_table, (np.array(self.view(np.ndarray)), self.flags.writeable)
+
     def to_pandas(self) -> pandas.DataFrame:
         """Return the rows as a data frame; ``regime`` and ``kind`` are words in it.
 
@@ -72,6 +84,12 @@ class Table(np.ndarray[Any, np.dtype[np.void]]):
             If pandas is not installed.
         """
         return frame({name: self[name] for name in self.dtype.names or ()})
+
+
+def _as_table(array: NDArray[Any], writeable: bool) -> Table:
+    result = array.view(Table)
+    result.flags.writeable = writeable
+    return result
 
 
 def table(array: NDArray[Any]) -> Table:

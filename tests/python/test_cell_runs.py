@@ -233,7 +233,7 @@ def test_starts_of_basins_lead_to_their_attractors():
         ((0, 0, 0), "one index for each of gap, friction"),
         ((2, 0), "index of gap = 2 is not allowed; allowed: an integer from -2 to 1"),
         ((0, -2), "index of friction = -2 .* from -1 to 0"),
-        ((0, 0.0), "index of friction = 0.0"),
+        ((0, 0.5), "index of friction = 0.5"),
         ((True, 0), "index of gap = True"),
     ],
 )

@@ -43,6 +43,7 @@ def results() -> dict[str, object]:
         PAPER,
         run(),
         vi.simulate(STICKY, initial=START, periods=8),
+        vi.simulate(STICKY, initial=START, periods=8).bounces(),
         motion(),
         branch(),
         branch().bifurcations[0],
@@ -118,7 +119,7 @@ def test_every_public_result_is_shown():
     assert len(arrays | grids) > 12
     assert arrays | grids | {vi.Run, vi.System, vi.NotFound, vi.Branch} <= classes
     without = {vi.System, vi.NotFound, vi.MotionSearch, vi.ManifoldSide, vi.Attractor}
-    without |= {vi.Verification}
+    without |= {vi.Verification, vi.Bounces}
     assert {cls for cls in classes if not hasattr(cls, "plot")} == without
 
 

@@ -136,7 +136,7 @@ def test_an_interrupted_run(horizon):
     core = run._core
     text = core.to_json().replace('"Periods":20', horizon).replace('"completed"', '"interrupted"')
     tables = {
-        name: getattr(run, name)
+        name: getattr(core, name)
         for name in ("impacts", "stroboscopic", "events", "grazes", "contacts")
     }
     run = vi.Run(type(core).from_parts(text, **tables), run.system, run.initial)
@@ -179,7 +179,7 @@ def test_a_run_that_cannot_be_made_again_is_judged_by_what_it_keeps():
     core = type(run._core).from_parts(
         run._core.to_json().replace('"impact_count":29', '"impact_count":30'),
         **{
-            name: getattr(run, name)
+            name: getattr(run._core, name)
             for name in ("impacts", "stroboscopic", "events", "grazes", "contacts")
         },
     )

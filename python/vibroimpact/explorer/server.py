@@ -46,7 +46,7 @@ def explore(
 
     In a script or on the command line the call serves the page until Ctrl-C. In a Jupyter notebook
     it shows the page in the output of the cell, and returns. Nothing leaves this machine
-    (docs/explorer.md). Needs Bokeh.
+    (explorer page). Needs Bokeh.
 
     Parameters
     ----------

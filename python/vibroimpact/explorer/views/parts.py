@@ -29,7 +29,7 @@ SYMBOLS = {
     "x2": "x₂",
     "v2": "ẋ₂",
 }
-"""Symbols of docs/notation.md, as plain text."""
+"""Symbols, as plain text."""
 
 
 def name_of(name: str) -> str:
