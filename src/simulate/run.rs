@@ -249,6 +249,7 @@ impl Collection {
     }
 
     /// How many millionths of its time are done.
+    #[cfg_attr(not(feature = "python"), expect(dead_code))]
     pub fn millionths_done(&self) -> usize {
         let drive = self.simulation.drive();
         let here = self.end.map_or(self.simulation.clock(), |end| end.clock);

@@ -1,7 +1,7 @@
 """Sections of one run: its impacts, its states once per drive period, and the count of impacts.
 
 The impact section is the state just before each impact, the stroboscopic section the state once per
-drive period; Han, Jin & Hu (2004), eqs. (48a) and (48b), docs/theory.md section 6.
+drive period; Han, Jin & Hu (2004), eqs. (48a) and (48b), theory page, section 6.
 """
 
 from __future__ import annotations
