@@ -145,8 +145,9 @@ class Window:
             view.el.scrollIntoView({{block: "center"}})
             const box = view.el.getBoundingClientRect()
             const frame = view.frame
-            return [box.left + frame.x_scale.compute(arguments[0]),
-                    box.top + frame.y_scale.compute(arguments[1])]
+            const within = (x, size) => Math.min(Math.max(x, 1), size - 2)
+            return [within(box.left + frame.x_scale.compute(arguments[0]), window.innerWidth),
+                    within(box.top + frame.y_scale.compute(arguments[1]), window.innerHeight)]
             """,
             x,
             y,

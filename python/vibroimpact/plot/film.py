@@ -49,12 +49,12 @@ class Animation:
 
     Attributes
     ----------
-    times : array of shape (frames,)
-        The times of the frames.
-    frames_per_second : float
+    times
+        The times of the frames, shape (frames,), dimensionless.
+    frames_per_second
         The speed.
-    figure : matplotlib.figure.Figure
-        Where it is drawn; `show` draws one frame.
+    figure
+        The matplotlib figure in which it is drawn; `show` draws one frame.
     """
 
     def __init__(
