@@ -83,6 +83,17 @@ def pair(name: str, value: Any, allowed: str) -> tuple[Any, Any]:
     return first, second
 
 
+def triple(name: str, value: Any, allowed: str) -> tuple[Any, Any, Any]:
+    """Return the three entries of a triple, which has an order and is no text."""
+    if isinstance(value, str | bytes | bytearray | Mapping | Set):
+        reject(name, value, allowed)
+    try:
+        first, second, third = value
+    except (TypeError, ValueError):
+        reject(name, value, allowed)
+    return first, second, third
+
+
 def path(name: str, value: Any, what: str = "the path of a file") -> str:
     """Return a path as text.
 

@@ -12,6 +12,7 @@ from .. import _core
 from .._core import Leg, LegKind
 from ..arguments import close_to, reject
 from ..interruption import interruptible
+from ..made import varied
 from ..system import System
 from ..verbs import verb
 from .kinds import BifurcationKind, BranchEnd, Test
@@ -109,7 +110,7 @@ class Piece:
         return motion
 
     def _system_at(self, k: int) -> System:
-        return self.system.replace(**{self.parameter: float(self.values[k])})
+        return varied(self.system, {self.parameter: float(self.values[k])})
 
     @cached_property
     def impacts(self) -> Array:

@@ -14,8 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._core import CHATTER_TOLERANCE, PARAMETERS
 from ..arguments import count, optional_count, reject, state, states, threads
-from ..errors import ClusterError, Interrupted
+from ..errors import ClusterError, Interrupted, StateError
 from ..interruption import interruptible
+from ..made import Maker
 from ..simulation import refuse_overlap
 from ..system import System
 from .cells import (
@@ -33,6 +34,7 @@ from .diagram_results import Diagram, Start
 from .engine import compute
 from .fields import ChunkResult
 from .grid import Grid
+from .made_cells import COORDINATES, MadeCells, made_cells
 from .merge import LEVELS, merged
 from .store import folder_of_stores, store_in
 
@@ -84,7 +86,7 @@ class DiagramTask(CellTask):
             parts.append(
                 self._pending(end - begin)
                 if stopped
-                else self._run(branch, begin, end, name, workers, advance)
+                else self._run(branch, begin, end, workers, advance)
             )
         return _joined(parts or [self._pending(0)])
 
@@ -93,11 +95,11 @@ class DiagramTask(CellTask):
         branch: int,
         first: int,
         last: int,
-        name: str,
         workers: int | None,
         progress: Callable[[int], object] | None,
     ) -> ChunkResult:
-        values = {name: self.grid.values(first, last)[name]}
+        values = self.cell_values(first, last)
+        values.pop("branch", None)
         run = dataclasses.replace(self.run, initial=self.initials[branch])
         sweep = run_cells(
             self.system,
@@ -115,7 +117,8 @@ class DiagramTask(CellTask):
             "impact": (sweep.impact_count, {**impacts, "regime": sweep.regime}),
             "stroboscopic": (sweep.stroboscopic_count, {"stroboscopic": sweep.stroboscopic}),
         }
-        return ChunkResult(label_columns(sweep, self.measure), rows, sweep.interrupted)
+        columns = label_columns(sweep, self.measure) | self.known(first, last)
+        return ChunkResult(columns, rows, sweep.interrupted)
 
     def _pending(self, cells: int) -> ChunkResult:
         """Return the result of points that were not computed because of Ctrl-C."""
@@ -156,9 +159,9 @@ def _joined(parts: Sequence[ChunkResult]) -> ChunkResult:
 
 @interruptible
 def bifurcation_diagram(
-    system: System,
+    system: System | Maker,
     *,
-    initial: ArrayLike,
+    initial: ArrayLike | Callable[..., ArrayLike],
     periods: int = 600,
     keep: int | None = None,
     start: Start | Sequence[Start] = "fresh",
@@ -180,9 +183,12 @@ def bifurcation_diagram(
     Parameters
     ----------
     system
-        The system; its own value of the varied parameter has no influence.
+        The system; its own value of the varied parameter has no influence. Or a function that
+        makes the system from the value, called once for each before anything is computed:
+        ``lambda stiffness: vi.System.from_physical(..., stiffness=stiffness)``.
     initial
-        (x1, v1, x2, v2) at t = 0, or several starts, shape (k, 4): a branch for each.
+        (x1, v1, x2, v2) at t = 0, or several starts, shape (k, 4): a branch for each. Or a function
+        of the value that gives one start.
     periods, keep
         Drive periods per run, and how many of them at the end are kept; default as in ``sweep``.
     start
@@ -204,8 +210,8 @@ def bifurcation_diagram(
         As in ``sweep``. A followed branch is one task, never cut. With ``refine`` a store has a
         part for each level.
     **parameter
-        One numeric field of System with an array of its values; for a range use
-        ``numpy.linspace``, e.g.
+        One numeric field of System, or the argument of the function that makes the system, with an
+        array of its values; for a range use ``numpy.linspace``, e.g.
         ``drive_frequency=np.linspace(0.2, 4, 4000)``.
 
     Returns
@@ -221,15 +227,18 @@ def bifurcation_diagram(
     Interrupted
         After Ctrl-C; ``.result`` is the Diagram, unreached points having the status ``pending``.
     """
-    if not isinstance(system, System):
-        reject("system", system, "a vibroimpact.System")
     axes = checked_axes(bifurcation_diagram, system, parameter, allowed=[*PARAMETERS], exactly=1)
     ((name, values),) = axes.items()
     kinds = _starts(start)
     refinements = count("refine", refine, least=0, most=_MOST_REFINEMENTS)
     if refinements and set(kinds) != {"fresh"}:
         reject("refine", refine, "0 for followed branches: points between have no one to follow")
-    initials = _initials(initial)
+    if name == "branch":
+        reject("name of an axis", name, "a name that no column of the result has")
+    if refinements:
+        values = np.unique(values)
+    first, start_state, made = made_cells(system, initial, {name: values})
+    initials = _initials(start_state)
     run = RunSettings.checked(
         initial=initials[0],
         periods=periods,
@@ -238,31 +247,44 @@ def bifurcation_diagram(
         chatter_tolerance=chatter_tolerance,
         section_phase=section_phase,
     )
-    _check_overlap(system, name, values, initials)
+    if made is None:
+        _check_overlap(first, name, values, initials)
+    else:
+        _check_made_overlap(first, name, values, initials, made)
     branches = [(one, kind) for kind in kinds for one in initials]
     measure = measure_of(labels, exponents)
 
-    def task(values: NDArray[np.float64]) -> DiagramTask:
+    def task(values: NDArray[np.float64], base: System, cells: MadeCells | None) -> DiagramTask:
         axes = {name: values}
         if len(branches) > 1:
             axes = {"branch": np.arange(float(len(branches))), **axes}
         return DiagramTask(
             kind="diagram",
-            system=system,
+            system=base,
             grid=Grid(axes),
             run=run,
             measure=measure,
+            made=cells,
             initials=tuple(one for one, _ in branches),
             starts=tuple(kind for _, kind in branches),
         )
 
     engine = {"chunk": chunk, "workers": workers, "progress": progress, "client": client}
     if not refinements:
-        return compute(task(values), Diagram, store=store, **engine)
+        whole = task(values, first, made)
+        return compute(whole, Diagram, store=store, known=whole.known, **engine)
+
+    def level(values: NDArray[np.float64]) -> DiagramTask:
+        if values is first_values:  # for which the functions have been called
+            return task(values, first, made)
+        here, _, cells = made_cells(system, initial, {name: values})
+        return task(values, here, cells)
+
+    first_values = values
     optional_count("chunk", chunk, least=1)
     threads(workers)
     folder = folder_of_stores(store, LEVELS, "a refined diagram")
-    return _refined(task, np.unique(values), refinements, folder, engine)
+    return _refined(level, values, refinements, folder, engine)
 
 
 def _initials(initial: ArrayLike) -> list[tuple[float, float, float, float]]:
@@ -296,6 +318,25 @@ def _check_overlap(
         refuse_overlap(system.replace(gap=gap), initial)
 
 
+def _check_made_overlap(
+    system: System,
+    name: str,
+    values: NDArray[np.float64],
+    initials: Sequence[Any],
+    made: MadeCells,
+) -> None:
+    own = made.values(Grid({name: values}), 0, len(values))
+    for place, value in enumerate(values.tolist()):
+        numbers = {axis: float(column[place]) for axis, column in own.items()}
+        here = system.replace(**{axis: numbers[axis] for axis in PARAMETERS if axis in numbers})
+        one = tuple(numbers[axis] for axis in COORDINATES if axis in numbers)
+        for initial in [one] if one else initials:
+            try:
+                refuse_overlap(here, initial)
+            except StateError as error:
+                raise StateError(f"at {name} = {value!r}: {error}") from error
+
+
 def _refined(
     task: Callable[[NDArray[np.float64]], DiagramTask],
     values: NDArray[np.float64],
@@ -310,7 +351,8 @@ def _refined(
             place = store_in(store, f"level-{level}")
             stopped: Interrupted | ClusterError | None = None
             try:
-                columns = compute(task(values), _itself, store=place, **engine)
+                part = task(values)
+                columns = compute(part, _itself, store=place, known=part.known, **engine)
             except (Interrupted, ClusterError) as error:
                 columns, stopped = error.result, error
             if columns is not None:

@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from typing import Any
 
 from numpy.typing import ArrayLike
 
 from .._core import CHATTER_TOLERANCE, PARAMETERS
 from ..interruption import interruptible
+from ..made import Maker
 from ..system import System
 from .cells import CellTask, Measure, RunSettings, checked_axes, measure_of
 from .engine import compute
 from .grid import Grid
+from .made_cells import MadeCells, made_cells
 from .sweep_results import Chart, Sweep
 
 
 @interruptible
 def sweep(
-    system: System,
+    system: System | Maker,
     *,
-    initial: ArrayLike,
+    initial: ArrayLike | Callable[..., ArrayLike],
     periods: int = 400,
     keep: int | None = None,
     labels: bool = True,
@@ -40,12 +43,16 @@ def sweep(
     Parameters
     ----------
     system
-        The system; its own values of what is varied have no influence.
+        The system; its own values of what is varied have no influence. Or a function that makes
+        one from the values, called once for each combination before anything is computed:
+        ``lambda stiffness, damping: vi.System.from_physical(..., stiffness=stiffness,
+        damping=damping)``.
     initial
-        (x1, v1, x2, v2) at t = 0.
-    periods, keep
-        Drive periods per run, and how many of them at the end are looked at for the label: 100 by
-        default, or all of fewer.
+        (x1, v1, x2, v2) at t = 0; or a function of the same values that gives it.
+    periods
+        Drive periods per run.
+    keep
+        How many of them at the end are looked at for the label: 100 by default, or all of fewer.
     labels
         Distinguish chaotic and quasi-periodic motions by the growth of perturbations. If False,
         which is faster, motions without a period are ``unresolved``.
@@ -65,8 +72,9 @@ def sweep(
         Directory of a Zarr store: results go there chunk by chunk, and a call with the same
         arguments completes it. Memory then does not grow with the grid.
     **axes
-        Arrays of values, each for a numeric field of System or for a coordinate x1, v1, x2, v2 of
-        the initial state; the first is the slowest axis. ``(0.2, 4)`` is an array of two values;
+        Arrays of values, each for a numeric field of System (or an argument of the function that
+        makes it) or for a coordinate x1, v1, x2, v2 of the initial state; the first is the slowest
+        axis. ``(0.2, 4)`` is an array of two values;
         for a range use ``numpy.linspace``.
 
     Returns
@@ -82,25 +90,33 @@ def sweep(
         After Ctrl-C; ``.result`` is the Sweep, cells not reached being ``pending``.
     """
     grid = Grid(checked_axes(sweep, system, axes))
+    first, start, made = made_cells(system, initial, grid.axes)
     run = RunSettings.checked(
-        initial=initial,
+        initial=start,
         periods=periods,
         keep=keep,
         max_events=max_events,
         chatter_tolerance=chatter_tolerance,
         section_phase=section_phase,
     )
-    task = _task(Sweep, system, grid, run, measure_of(labels, exponents))
+    task = _task(Sweep, first, grid, run, measure_of(labels, exponents), made)
     return compute(
-        task, Sweep, chunk=chunk, workers=workers, progress=progress, client=client, store=store
+        task,
+        Sweep,
+        chunk=chunk,
+        workers=workers,
+        progress=progress,
+        client=client,
+        store=store,
+        known=task.known,
     )
 
 
 @interruptible
 def chart(
-    system: System,
+    system: System | Maker,
     *,
-    initial: ArrayLike,
+    initial: ArrayLike | Callable[..., ArrayLike],
     periods: int = 400,
     keep: int | None = None,
     labels: bool = True,
@@ -126,7 +142,8 @@ def chart(
     progress, workers, chunk, client, store
         As in ``sweep``.
     **axes
-        Two numeric fields of System with arrays of their values; for a range use
+        Two numeric fields of System, or arguments of the function that makes it, with arrays of
+        their values; for a range use
         ``numpy.linspace``, e.g.
         ``drive_frequency=np.linspace(0.2, 4, 400), moment_amplitude=np.linspace(0.2, 2, 300)``.
 
@@ -141,8 +158,9 @@ def chart(
         As in ``sweep``.
     """
     grid = Grid(checked_axes(chart, system, axes, allowed=[*PARAMETERS], exactly=2))
+    first, start, made = made_cells(system, initial, grid.axes)
     run = RunSettings.checked(
-        initial=initial,
+        initial=start,
         periods=periods,
         keep=keep,
         max_events=max_events,
@@ -150,9 +168,16 @@ def chart(
         section_phase=section_phase,
     )
     exponents = labels if exponents is None else exponents
-    task = _task(Chart, system, grid, run, measure_of(labels, exponents))
+    task = _task(Chart, first, grid, run, measure_of(labels, exponents), made)
     return compute(
-        task, Chart, chunk=chunk, workers=workers, progress=progress, client=client, store=store
+        task,
+        Chart,
+        chunk=chunk,
+        workers=workers,
+        progress=progress,
+        client=client,
+        store=store,
+        known=task.known,
     )
 
 
@@ -162,5 +187,6 @@ def _task(
     grid: Grid,
     run: RunSettings,
     measure: Measure,
+    made: MadeCells | None,
 ) -> CellTask:
-    return CellTask(kind=result.kind, system=system, grid=grid, run=run, measure=measure)
+    return CellTask(kind=result.kind, system=system, grid=grid, run=run, measure=measure, made=made)
