@@ -116,10 +116,6 @@ class MadeSystem(System):
         """Return the system that the function makes at other numbers."""
         return self.of(self._function, self._numbers | dict(numbers), self._sizes)
 
-    def within(self, sizes: Mapping[str, float]) -> Self:
-        """Return the same system for ranges of other sizes."""
-        return self.of(self._function, self._numbers, self._sizes | dict(sizes))
-
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle and copy as the system that it is."""
         return System.from_dict, (self.to_dict(),)

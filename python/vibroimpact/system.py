@@ -17,6 +17,7 @@ from ._core import PARAMETERS
 from .arguments import close_to, naming, number, pair, reject
 from .errors import ParameterError
 from .interruption import interruptible
+from .keyword_types import Changes, completing
 from .mechanics import Mechanics
 from .physical import dimensionless
 from .scales import Scales
@@ -245,8 +246,9 @@ class System(Mechanics):
         """Both damping ratios, (pendulum_damping, oscillator_damping)."""
         return self.pendulum_damping, self.oscillator_damping
 
+    @completing(Changes)
     def replace(self, **changes: Any) -> Self:
-        """Return a system with some parameters changed; ``damping=`` works here too."""
+        """Return a system with some parameters changed; ``damping=`` and ``scales=`` work too."""
         fields = self.to_dict()
         if "damping" in changes:
             del fields["pendulum_damping"], fields["oscillator_damping"]

@@ -10,6 +10,7 @@ map is finite, so that its multipliers tell where the motion is stable up to the
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, Unpack, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +22,10 @@ from ..continuation.names import TURNING_POINTS, OwnTest, PathEnd
 from ..continuation.path import Path, Point, SpecialPoint, path_so_far
 from ..errors import Interrupted
 from ..interruption import interruptible
+from ..keyword_types import Ranges, completing
 from ..made import Maker, made_from, value_of
 from .branch import Bifurcation
+from .call_types import CurveCall
 from .curve import BifurcationCurve, CodimensionTwo
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .friction import need_friction, with_friction
@@ -68,7 +71,20 @@ class CurveSteps:
         )
 
 
+@overload
+def bifurcation_curve(
+    bifurcation: Bifurcation | CodimensionTwo, *, system: None = ..., **keywords: Unpack[CurveCall]
+) -> BifurcationCurve: ...
+
+
+@overload
+def bifurcation_curve(
+    bifurcation: Bifurcation | CodimensionTwo, *, system: Maker, **keywords: Any
+) -> BifurcationCurve: ...
+
+
 @interruptible
+@completing(Ranges)
 def bifurcation_curve(
     bifurcation: Bifurcation | CodimensionTwo,
     *,

@@ -7,14 +7,18 @@ becomes incomplete, a contact phase ends another way. The border is located, and
 goes on it goes on with another sequence of legs: both sequences have the border's orbit in common.
 """
 
+from typing import Any, Unpack, overload
+
 import numpy as np
 
 from ..arguments import reject
 from ..continuation.names import PathEnd
 from ..errors import Interrupted
 from ..interruption import interruptible
+from ..keyword_types import Ranges, completing
 from ..made import Maker, made_from, value_of
 from .branch import Bifurcation, Branch
+from .call_types import FollowCall, SwitchCall
 from .doubling import doubled
 from .following import Half, Settings, follow_half, joined
 from .friction import need_friction, with_friction
@@ -24,7 +28,18 @@ from .ranges import begin, one_range
 from .resegment import Crossing
 
 
+@overload
+def follow_motion(
+    motion: PeriodicMotion, *, system: None = ..., **keywords: Unpack[FollowCall]
+) -> Branch: ...
+
+
+@overload
+def follow_motion(motion: PeriodicMotion, *, system: Maker, **keywords: Any) -> Branch: ...
+
+
 @interruptible
+@completing(Ranges)
 def follow_motion(
     motion: PeriodicMotion,
     *,
@@ -46,8 +61,7 @@ def follow_motion(
     system
         A function that makes the system from the number that varies, such as a stiffness in N/m:
         ``lambda stiffness: vi.System.from_physical(..., stiffness=stiffness)``. Derivatives by that
-        number are those by the system's own parameters times differences of the function. A motion
-        that was found so remembers its function: for further calls ranges are enough.
+        number are those by the system's own parameters times differences of the function.
     both
         Follow it both ways.
     direction
@@ -105,7 +119,18 @@ def follow_motion(
     return joined(name, halves, both)
 
 
+@overload
+def switch_branch(
+    bifurcation: Bifurcation, *, system: None = ..., **keywords: Unpack[SwitchCall]
+) -> Branch: ...
+
+
+@overload
+def switch_branch(bifurcation: Bifurcation, *, system: Maker, **keywords: Any) -> Branch: ...
+
+
 @interruptible
+@completing(Ranges)
 def switch_branch(
     bifurcation: Bifurcation,
     *,

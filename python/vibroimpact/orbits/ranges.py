@@ -29,8 +29,8 @@ def begin(
 ) -> tuple[Start, Mapping[str, Any]]:
     """Return where a continuation starts, and its ranges as pairs.
 
-    Where a ``function`` makes the system, or has made that of the start, the system of the result
-    is a `MadeSystem`. With a function a range is (low, value at the start, high).
+    Where a ``function`` makes the system, that of the result is a `MadeSystem`, and a range is
+    (low, value at the start, high).
 
     Raises
     ------
@@ -39,11 +39,7 @@ def begin(
     """
     motion = start if isinstance(start, PeriodicMotion) else start.motion
     if function is None:
-        made = made_from(motion.system, [*parameters])
-        if made is None:
-            return start, parameters
-        sizes = {name: size_of(name, bounds) for name, bounds in parameters.items()}
-        return _with_system(start, motion, made.within(sizes)), parameters
+        return start, parameters
     if not is_maker(function):
         reject("system", function, "None, or a function that makes a vibroimpact.System")
     check_names(function, [*parameters])
@@ -53,16 +49,9 @@ def begin(
         low, at, high = triple(name, given, allowed)
         numbers[name] = number(name, at, allowed)
         pairs[name] = (low, high)
-        sizes[name] = size_of(name, (low, high))
+        sizes[name] = abs(number(name, high, allowed) - number(name, low, allowed))
     system = started(function, numbers, sizes, motion.system)
     return _with_system(start, motion, system), pairs
-
-
-def size_of(name: str, bounds: Any) -> float:
-    """Return the size of a range."""
-    allowed = "a range (low, high)"
-    low, high = pair(name, bounds, allowed)
-    return abs(number(name, high, allowed) - number(name, low, allowed))
 
 
 def _with_system(start: Start, motion: PeriodicMotion, system: System) -> Start:

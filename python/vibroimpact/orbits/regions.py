@@ -13,6 +13,8 @@ one with other legs: that is another region.
 
 from __future__ import annotations
 
+from typing import Any, Unpack, overload
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,10 +23,12 @@ from ..continuation.curves import curve_point
 from ..continuation.names import OwnTest, PathEnd
 from ..errors import Interrupted
 from ..interruption import interruptible
+from ..keyword_types import Ranges, completing
 from ..made import Maker
 from .border_walk import Walk
 from .borders import CurveSteps
 from .branch import Bifurcation
+from .call_types import CurveCall
 from .curve import BifurcationCurve
 from .kinds import BifurcationKind
 from .motion import PeriodicMotion
@@ -35,7 +39,20 @@ from .verdict import motion_of
 Array = NDArray[np.float64]
 
 
+@overload
+def stability_region(
+    motion: PeriodicMotion, *, system: None = ..., **keywords: Unpack[CurveCall]
+) -> StabilityRegion: ...
+
+
+@overload
+def stability_region(
+    motion: PeriodicMotion, *, system: Maker, **keywords: Any
+) -> StabilityRegion: ...
+
+
 @interruptible
+@completing(Ranges)
 def stability_region(
     motion: PeriodicMotion,
     *,

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, Unpack, get_args, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,9 +16,11 @@ from .._core import CHATTER_TOLERANCE, PARAMETERS
 from ..arguments import count, optional_count, reject, state, states, threads
 from ..errors import ClusterError, Interrupted, StateError
 from ..interruption import interruptible
+from ..keyword_types import Parameters, completing
 from ..made import Maker
 from ..simulation import refuse_overlap
 from ..system import System
+from .call_types import DiagramCall
 from .cells import (
     IMPACT_ROWS,
     STROBOSCOPIC_ROWS,
@@ -157,7 +159,26 @@ def _joined(parts: Sequence[ChunkResult]) -> ChunkResult:
     return ChunkResult(columns, rows, any(part.interrupted for part in parts))
 
 
+@overload
+def bifurcation_diagram(
+    system: System,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Unpack[DiagramCall],
+) -> Diagram: ...
+
+
+@overload
+def bifurcation_diagram(
+    system: Maker,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Any,
+) -> Diagram: ...
+
+
 @interruptible
+@completing(Parameters)
 def bifurcation_diagram(
     system: System | Maker,
     *,

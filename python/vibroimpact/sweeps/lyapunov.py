@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,9 +18,11 @@ from .._core import CHATTER_TOLERANCE
 from ..arguments import count, flag, kept_periods, positive, reject, state, threads
 from ..errors import Interrupted, SimulationError
 from ..interruption import interruptible
+from ..keyword_types import Axes, completing
 from ..made import Maker, need_system
 from ..simulation import simulate
 from ..system import System
+from .call_types import LyapunovCall
 from .cells import CellTask, RunSettings, checked_axes
 from .engine import compute
 from .grid import Grid
@@ -33,7 +35,26 @@ _LEAST = 20
 _STEPS = 1000
 
 
+@overload
+def lyapunov_spectrum(
+    system: System,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Unpack[LyapunovCall],
+) -> LyapunovSpectrum | LyapunovSweep: ...
+
+
+@overload
+def lyapunov_spectrum(
+    system: Maker,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Any,
+) -> LyapunovSweep: ...
+
+
 @interruptible
+@completing(Axes)
 def lyapunov_spectrum(
     system: System | Maker,
     *,

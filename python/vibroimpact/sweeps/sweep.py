@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Unpack, overload
 
 from numpy.typing import ArrayLike
 
 from .._core import CHATTER_TOLERANCE, PARAMETERS
 from ..interruption import interruptible
+from ..keyword_types import Axes, Parameters, completing
 from ..made import Maker
 from ..system import System
+from .call_types import ChartCall, SweepCall
 from .cells import CellTask, Measure, RunSettings, checked_axes, measure_of
 from .engine import compute
 from .grid import Grid
@@ -19,7 +21,26 @@ from .made_cells import MadeCells, made_cells
 from .sweep_results import Chart, Sweep
 
 
+@overload
+def sweep(
+    system: System,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Unpack[SweepCall],
+) -> Sweep: ...
+
+
+@overload
+def sweep(
+    system: Maker,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Any,
+) -> Sweep: ...
+
+
 @interruptible
+@completing(Axes)
 def sweep(
     system: System | Maker,
     *,
@@ -112,7 +133,26 @@ def sweep(
     )
 
 
+@overload
+def chart(
+    system: System,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Unpack[ChartCall],
+) -> Chart: ...
+
+
+@overload
+def chart(
+    system: Maker,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Any,
+) -> Chart: ...
+
+
 @interruptible
+@completing(Parameters)
 def chart(
     system: System | Maker,
     *,

@@ -16,7 +16,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,6 +35,7 @@ from ...arguments import (
 )
 from ...errors import Interrupted
 from ...interruption import interruptible
+from ...keyword_types import Coordinates, completing
 from ...system import System
 from ..cells import COORDINATES
 from ..cluster import check_client
@@ -159,6 +160,7 @@ def _digest(text: str) -> str:
 
 
 @interruptible
+@completing(Coordinates)
 def basins(
     system: System,
     *,
@@ -174,7 +176,7 @@ def basins(
     chunk: int | None = None,
     client: Any = None,
     store: str | os.PathLike[str] | None = None,
-    **axes: ArrayLike,
+    **axes: Unpack[Coordinates],
 ) -> Basins:
     """Find the attractors that a plane of initial states leads to, and the basin of each.
 
@@ -227,7 +229,7 @@ def basins(
         reject("system", system, "a vibroimpact.System")
     if system.drive_frequency == 0.0:
         reject("drive_frequency", 0.0, "a number > 0: basins are told on the stroboscopic section")
-    plane = _plane(axes)
+    plane = _plane(dict(axes))
     periods = count("periods", periods, least=8)
     settings = BasinSettings(
         initial=state(initial),
