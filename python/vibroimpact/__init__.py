@@ -19,6 +19,7 @@ from ._core import Regime, __version__
 from .errors import ClusterError, Interrupted, ParameterError, SimulationError, StateError
 from .impacts import impact
 from .run import EnergyAudit, EventKind, Evidence, FinalState, PeriodReport, Run
+from .scales import Scales
 from .simulation import simulate
 from .system import System
 
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
         switch_branch,
         unstable_manifold,
     )
+    from .run_in_si import RunInSI
     from .single_impact import MotionMap, PeriodicMotions, Undecided, periodic_motions
     from .single_impact.motion_map import motion_map
     from .sweeps import (
@@ -76,6 +78,7 @@ else:
             search_motions stability_region switch_branch unstable_manifold
         """,
         "plot": "",
+        "run_in_si": "RunInSI",
         "single_impact": """
             MotionMap PeriodicMotions Undecided motion_map periodic_motions
         """,
@@ -134,6 +137,8 @@ __all__ = [
     "PeriodicMotions",
     "Regime",
     "Run",
+    "RunInSI",
+    "Scales",
     "SimulationError",
     "StabilityRegion",
     "StateError",

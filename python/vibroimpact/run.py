@@ -26,7 +26,7 @@ from .system import System
 from .verbs import verb
 
 if TYPE_CHECKING:
-    from .verb_types import NotFound, PeriodicMotion
+    from .verb_types import NotFound, PeriodicMotion, RunInSI
 
 _T = TypeVar("_T", bound=np.generic)
 
@@ -429,6 +429,17 @@ class Run:
         """
         motion: PeriodicMotion | NotFound = verb("refine")(self)
         return motion
+
+    def in_si(self) -> RunInSI:
+        """Return the run in SI, by the scales of its system; attributes have the same names.
+
+        Raises
+        ------
+        ParameterError
+            If the system has no scales; those from ``System.from_physical`` have.
+        """
+        found: RunInSI = verb("in_si")(self)
+        return found
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run to ``path`` (.npz, no pickle); ``load`` gives it back bit for bit."""

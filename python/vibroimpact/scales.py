@@ -139,12 +139,12 @@ COLUMN_UNITS: Mapping[str, tuple[str, str]] = {
 }
 
 
-def needed(scales: Scales | None, name: str, value: object) -> Scales:
-    """Return the scales of a system; ParameterError for argument ``name`` if it has none."""
+def needed(scales: Scales | None) -> Scales:
+    """Return the scales of a system; ParameterError if it has none."""
     if scales is None:
         raise ParameterError(
-            f"{name} = {value!r} is not allowed; allowed: None for a system without scales, which "
-            "are known for one from System.from_physical, or by system.replace(scales=...)"
+            "scales = None is not allowed; allowed: the scales of a system, for SI units: a system "
+            "from System.from_physical has them, another gets them by system.replace(scales=...)"
         )
     return scales
 
@@ -161,7 +161,7 @@ def chosen(units: Any, scales: Scales | None) -> Scales | None:
         return None
     if not isinstance(units, str) or units != "SI":
         reject("units", units, "None (dimensionless) or 'SI'")
-    return needed(scales, "units", units)
+    return needed(scales)
 
 
 def _rows(name: str, given: ArrayLike) -> NDArray[np.float64]:

@@ -14,6 +14,7 @@ from .arguments import horizon, number, optional_count, positive, reject, states
 from .errors import Interrupted, SimulationError
 from .interruption import interruptible
 from .run import Run, raise_if_interrupted
+from .scales import Units, chosen
 from .system import System
 
 
@@ -28,6 +29,7 @@ def simulate(
     max_events: int | None = ...,
     chatter_tolerance: float = ...,
     section_phase: float = ...,
+    units: Units | None = ...,
     workers: int | None = ...,
 ) -> Run: ...
 
@@ -43,6 +45,7 @@ def simulate(
     max_events: int | None = ...,
     chatter_tolerance: float = ...,
     section_phase: float = ...,
+    units: Units | None = ...,
     workers: int | None = ...,
 ) -> list[Run]: ...
 
@@ -58,6 +61,7 @@ def simulate(
     max_events: int | None = ...,
     chatter_tolerance: float = ...,
     section_phase: float = ...,
+    units: Units | None = ...,
     workers: int | None = ...,
 ) -> Any: ...
 
@@ -73,6 +77,7 @@ def simulate(
     max_events: int | None = None,
     chatter_tolerance: float = CHATTER_TOLERANCE,
     section_phase: float = 0.0,
+    units: Units | None = None,
     workers: int | None = None,
 ) -> Run | list[Run]:
     """Simulate the motion from one initial state, or from several.
@@ -102,6 +107,9 @@ def simulate(
         exact, and sustained contact is integrated to rounding.
     section_phase
         Drive phase of the stroboscopic section, relative to that of the start, in radians.
+    units
+        ``"SI"``: ``initial`` is in rad, rad/s, m, m/s and ``time`` in s, by the scales of the
+        system. The run itself is dimensionless; ``run.in_si()`` gives it in SI.
     workers
         Threads for several initial states; default all cores. The results do not depend on it.
 
@@ -124,8 +132,13 @@ def simulate(
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
+    scales = chosen(units, system.scales)
+    if scales is not None and time is not None:
+        time = positive("time", time) / scales.time
     span = horizon(system.drive_frequency, periods=periods, time=time, keep=keep)
     start = states(initial)
+    if scales is not None:
+        start = states(scales.from_si(start))
     threads(workers)
     options: dict[str, Any] = {
         "periods": span.periods,

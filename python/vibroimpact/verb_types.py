@@ -6,3 +6,4 @@ if TYPE_CHECKING:
     from .orbits.curve_problem import CurveProblem as CurveProblem
     from .orbits.found import NotFound as NotFound
     from .orbits.motion import PeriodicMotion as PeriodicMotion
+    from .run_in_si import RunInSI as RunInSI

@@ -13,11 +13,14 @@ import importlib
 from collections.abc import Callable
 from typing import Any, Final, Literal
 
-Verb = Literal["crossing", "curve_problem", "motion_of", "read_basins", "refine", "write_basins"]
+Verb = Literal[
+    "crossing", "curve_problem", "in_si", "motion_of", "read_basins", "refine", "write_basins"
+]
 
 VERBS: Final[dict[Verb, str]] = {
     "crossing": "orbits.regions:crossing",
     "curve_problem": "orbits.curve_problem:CurveProblem",
+    "in_si": "run_in_si:RunInSI",
     "motion_of": "orbits.verdict:motion_of",
     "read_basins": "sweeps.basins.files:read_basins",
     "refine": "orbits.shooting:refine",

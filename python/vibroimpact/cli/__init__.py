@@ -27,6 +27,7 @@ from . import (
     simulate,
 )
 from .exit_codes import ExitCode
+from .hints import check_words
 
 COMMANDS = (simulate, diagram, chart, orbits, basins, lyapunov)
 # Entry points of this group add the commands of other distributions: a module with a function
@@ -84,7 +85,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     if given and given[0] in ELSEWHERE and given[0] not in entry_points(group=GROUP).names:
         missing = f"{given[0]}: a command of the distribution {ELSEWHERE[given[0]]}"
         return _fail(f"{missing}, which is not installed", ExitCode.BAD_INPUT)
-    chosen = _parser().parse_args([_word(word) for word in given])
+    parser, commands = _parser()
+    words = [_word(word) for word in given]
+    check_words(parser, commands, words)
+    chosen = parser.parse_args(words)
     try:
         code: int = chosen.run(chosen)
         sys.stdout.flush()
@@ -133,7 +137,8 @@ def _fail(error: object, code: ExitCode) -> ExitCode:
     return code
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> tuple[argparse.ArgumentParser, dict[str, argparse.ArgumentParser]]:
+    """Return the parser, and those of its commands by name."""
     parser = argparse.ArgumentParser(
         prog="vibroimpact",
         usage="vibroimpact COMMAND [options]",
@@ -148,4 +153,4 @@ def _parser() -> argparse.ArgumentParser:
     )
     for command in (*COMMANDS, *(point.load() for point in entry_points(group=GROUP))):
         command.add(subparsers)
-    return parser
+    return parser, subparsers.choices

@@ -19,12 +19,13 @@ from .style import (
     BLACK,
     GREY,
     REGIME_STYLES,
-    STATE_SYMBOLS,
     new_axes,
 )
+from .units import AxisUnits
 
 if TYPE_CHECKING:
     from ..run import Run
+    from ..scales import Units
 
 
 def time_history(
@@ -34,6 +35,7 @@ def time_history(
     periods: float = 8,
     points_per_period: int = 200,
     color: Literal["regime"] | None = None,
+    units: Units | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     r"""Draw the contact faces of both bodies and the drive against time.
@@ -43,28 +45,48 @@ def time_history(
 
     Parameters
     ----------
-    run, window, periods, points_per_period
-        As in `sample`.
+    run : Run
+        Result of `vibroimpact.simulate`.
+    window : (float, float), optional
+        Times; by default the last `periods` drive periods, or what is kept of them. Needed for a
+        constant load, which has no period.
+    periods : float
+        Length of the default window in drive periods.
+    points_per_period : int
+        Samples in a drive period; with a constant load, samples in the window.
     color : "regime" or None
         Mark the impacts by their regime.
+    units : "SI", optional
+        Draw in s, m, rad, m/s, rad/s, and take `window` in s; the system needs scales.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
     """
     ax = new_axes(ax)
-    curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
-    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]))
+    drawn = AxisUnits.of(units, run.system)
+    curve = sample(
+        run, window=drawn.window(window), periods=periods, points_per_period=points_per_period
+    )
+    time = curve.time * drawn.factor("time")
+    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]), drawn.factor("time"))
     system = run.system
-    face = system.tip(curve.state[:, 0]) - system.gap
-    drive = np.cos(system.drive_frequency * curve.time + system.phase)
-    ax.plot(curve.time, drive, color=GREY, lw=0.6, ls=(0, (4, 2)), label=r"$\cos\omega t$")
-    ax.plot(curve.time, curve.state[:, 2], color=BLACK, lw=1.4, label=r"$x_2$")
-    ax.plot(curve.time, face, color=BLACK, lw=0.6, label=rf"${tip_symbol(run.system)}-\delta$")
+    length = drawn.factor("x2")
+    face = (system.tip(curve.state[:, 0]) - system.gap) * length
+    # In SI a drive has another unit than a length: it is drawn as l cos(omega t + phi).
+    drive = np.cos(system.drive_frequency * curve.time + system.phase) * length
+    shown = r"$l\,\cos\omega t$" if drawn.is_si else r"$\cos\omega t$"
+    tip = rf"l\,{tip_symbol(system)}-\Delta" if drawn.is_si else rf"{tip_symbol(system)}-\delta"
+    body = "X" if drawn.is_si else "x_2"
+    ax.plot(time, drive, color=GREY, lw=0.6, ls=(0, (4, 2)), label=shown)
+    ax.plot(time, curve.state[:, 2] * length, color=BLACK, lw=1.4, label=f"${body}$")
+    ax.plot(time, face, color=BLACK, lw=0.6, label=f"${tip}$")
     if color == "regime":
         hits = run.impacts[curve.impacts]
-        mark_regimes(ax, run, hits["time"], hits["x2"], curve.impacts)
-    ax.set_xlim(curve.time[0], curve.time[-1])
-    ax.set_xlabel(r"$t$")
-    ax.set_ylabel(rf"$x_2,\ {tip_symbol(run.system)}-\delta$")
+        mark_regimes(
+            ax, run, hits["time"] * drawn.factor("time"), hits["x2"] * length, curve.impacts
+        )
+    ax.set_xlim(time[0], time[-1])
+    ax.set_xlabel(drawn.label("time"))
+    ax.set_ylabel(drawn.label("x2", rf"${body},\ {tip}$"))
     return ax
 
 
@@ -76,6 +98,7 @@ def phase_portrait(
     periods: float = 8,
     points_per_period: int = 200,
     color: Literal["regime"] | None = None,
+    units: Units | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw velocity against position: body 1 solid, body 2 dash-dotted, impacts as vertical jumps.
@@ -84,20 +107,33 @@ def phase_portrait(
 
     Parameters
     ----------
-    run, window, periods, points_per_period
-        As in `sample`.
+    run : Run
+        Result of `vibroimpact.simulate`.
+    window : (float, float), optional
+        Times; by default the last `periods` drive periods, or what is kept of them. Needed for a
+        constant load, which has no period.
+    periods : float
+        Length of the default window in drive periods.
+    points_per_period : int
+        Samples in a drive period; with a constant load, samples in the window.
     bodies : tuple of int
         Which bodies to draw: 1 the pendulum, 2 the oscillator.
     color : "regime" or None
         Mark the state before each impact by its regime.
+    units : "SI", optional
+        Draw in s, m, rad, m/s, rad/s, and take `window` in s; the system needs scales.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
     """
     ax = new_axes(ax)
-    curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
+    drawn = AxisUnits.of(units, run.system)
+    curve = sample(
+        run, window=drawn.window(window), periods=periods, points_per_period=points_per_period
+    )
     hits = run.impacts[curve.impacts]
     for body in bodies:
-        x, v = curve.state[:, 2 * body - 2], curve.state[:, 2 * body - 1]
+        by_x, by_v = drawn.factor(f"x{body}"), drawn.factor(f"v{body}")
+        x, v = curve.state[:, 2 * body - 2] * by_x, curve.state[:, 2 * body - 1] * by_v
         solid = body == 1
         mark_contact_path(ax, run, curve, x, v, named=body == bodies[0])
         ax.plot(
@@ -109,9 +145,14 @@ def phase_portrait(
             label=rf"$x_{body},\ \dot x_{body}$",
         )
         if color == "regime":
-            mark_regimes(ax, run, hits[f"x{body}"], hits[f"v{body}_pre"], curve.impacts)
-    ax.set_xlabel("$" + r",\ ".join(f"x_{body}" for body in bodies) + "$")
-    ax.set_ylabel("$" + r",\ ".join(rf"\dot x_{body}" for body in bodies) + "$")
+            before = hits[f"v{body}_pre"] * by_v
+            mark_regimes(ax, run, hits[f"x{body}"] * by_x, before, curve.impacts)
+    if drawn.is_si:
+        ax.set_xlabel(", ".join(drawn.label(f"x{body}") for body in bodies))
+        ax.set_ylabel(", ".join(drawn.label(f"v{body}") for body in bodies))
+    else:
+        ax.set_xlabel("$" + r",\ ".join(f"x_{body}" for body in bodies) + "$")
+        ax.set_ylabel("$" + r",\ ".join(rf"\dot x_{body}" for body in bodies) + "$")
     return ax
 
 
@@ -122,6 +163,7 @@ def impact_section(
     y: str = "v1_pre",
     color: Literal["regime"] | None = None,
     size: float = 6.0,
+    units: Units | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw two columns of `Run.impacts` against each other, one point for each kept impact.
@@ -136,11 +178,14 @@ def impact_section(
         Colour and shape by regime, or black dots.
     size : float
         Area of a marker in square points.
+    units : "SI", optional
+        Draw in SI; the system needs scales.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
     """
     ax = new_axes(ax)
-    impacts = run.impacts
+    drawn = AxisUnits.of(units, run.system)
+    impacts = run.impacts if units is None else run.in_si().impacts
     if color == "regime":
         for regime in np.unique(impacts["regime"]):
             style = REGIME_STYLES[int(regime)]
@@ -157,8 +202,8 @@ def impact_section(
             )
     else:
         ax.scatter(impacts[x], impacts[y], s=size, color=BLACK, linewidths=0, rasterized=True)
-    ax.set_xlabel(STATE_SYMBOLS.get(x, x))
-    ax.set_ylabel(STATE_SYMBOLS.get(y, y))
+    ax.set_xlabel(drawn.label(x))
+    ax.set_ylabel(drawn.label(y))
     return ax
 
 
@@ -169,26 +214,50 @@ def gap_history(
     periods: float = 8,
     points_per_period: int = 200,
     color: Literal["regime"] | None = None,
+    units: Units | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw the gap function sin x1 - x2 - delta against time; it is zero at an impact.
 
     It stays zero in sustained contact, which bands mark.
 
-    Parameters as in `time_history`.
+    Parameters
+    ----------
+    run : Run
+        Result of `vibroimpact.simulate`.
+    window : (float, float), optional
+        Times; by default the last `periods` drive periods, or what is kept of them. Needed for a
+        constant load, which has no period.
+    periods : float
+        Length of the default window in drive periods.
+    points_per_period : int
+        Samples in a drive period; with a constant load, samples in the window.
+    color : "regime" or None
+        Mark the impacts by their regime.
+    units : "SI", optional
+        Draw in s, m, rad, m/s, rad/s, and take `window` in s; the system needs scales.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
     """
     ax = new_axes(ax)
-    curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
-    gap = run.system.gap_function(curve.state)
-    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]))
+    drawn = AxisUnits.of(units, run.system)
+    curve = sample(
+        run, window=drawn.window(window), periods=periods, points_per_period=points_per_period
+    )
+    gap = run.system.gap_function(curve.state) * drawn.factor("x2")
+    time = curve.time * drawn.factor("time")
+    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]), drawn.factor("time"))
     ax.axhline(0.0, color=GREY, lw=0.6)
-    ax.plot(curve.time, gap, color=BLACK, lw=0.6)
+    ax.plot(time, gap, color=BLACK, lw=0.6)
     if color == "regime":
         hits = run.impacts[curve.impacts]
-        mark_regimes(ax, run, hits["time"], np.zeros(len(hits)), curve.impacts)
-    ax.set_xlim(curve.time[0], curve.time[-1])
-    ax.set_xlabel(r"$t$")
-    ax.set_ylabel(rf"${tip_symbol(run.system)}-x_2-\delta$")
+        moments = hits["time"] * drawn.factor("time")
+        mark_regimes(ax, run, moments, np.zeros(len(hits)), curve.impacts)
+    ax.set_xlim(time[0], time[-1])
+    ax.set_xlabel(drawn.label("time"))
+    tip = tip_symbol(run.system)
+    text = rf"$l\,{tip}-X-\Delta$" if drawn.is_si else rf"${tip}-x_2-\delta$"
+    ax.set_ylabel(drawn.label("x2", text))
     return ax
 
 
@@ -199,25 +268,48 @@ def displacement_history(
     periods: float = 8,
     points_per_period: int = 200,
     color: Literal["regime"] | None = None,
+    units: Units | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw x1 (grey) and x2 (black) against time, as in the paper's Fig. 10(b).
 
     Bands mark sustained contact.
 
-    Parameters as in `time_history`.
+    Parameters
+    ----------
+    run : Run
+        Result of `vibroimpact.simulate`.
+    window : (float, float), optional
+        Times; by default the last `periods` drive periods, or what is kept of them. Needed for a
+        constant load, which has no period.
+    periods : float
+        Length of the default window in drive periods.
+    points_per_period : int
+        Samples in a drive period; with a constant load, samples in the window.
+    color : "regime" or None
+        Mark the impacts by their regime.
+    units : "SI", optional
+        Draw in s, m, rad, m/s, rad/s, and take `window` in s; the system needs scales.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
     """
     ax = new_axes(ax)
-    curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
-    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]))
-    ax.plot(curve.time, curve.state[:, 0], color=GREY, lw=0.6, label=r"$x_1$")
-    ax.plot(curve.time, curve.state[:, 2], color=BLACK, lw=0.8, label=r"$x_2$")
+    drawn = AxisUnits.of(units, run.system)
+    curve = sample(
+        run, window=drawn.window(window), periods=periods, points_per_period=points_per_period
+    )
+    time = curve.time * drawn.factor("time")
+    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]), drawn.factor("time"))
+    x1, x2 = curve.state[:, 0], curve.state[:, 2] * drawn.factor("x2")
+    ax.plot(time, x1, color=GREY, lw=0.6, label=drawn.label("x1"))
+    ax.plot(time, x2, color=BLACK, lw=0.8, label=drawn.label("x2"))
     if color == "regime":
         hits = run.impacts[curve.impacts]
-        mark_regimes(ax, run, hits["time"], hits["x2"], curve.impacts)
-    ax.set_xlim(curve.time[0], curve.time[-1])
-    ax.set_xlabel(r"$t$")
-    ax.set_ylabel(r"$x_1,\ x_2$")
+        moments = hits["time"] * drawn.factor("time")
+        mark_regimes(ax, run, moments, hits["x2"] * drawn.factor("x2"), curve.impacts)
+    ax.set_xlim(time[0], time[-1])
+    ax.set_xlabel(drawn.label("time"))
+    ax.set_ylabel(f"{drawn.label('x1')}, {drawn.label('x2')}" if drawn.is_si else r"$x_1,\ x_2$")
     return ax
 
 
@@ -225,6 +317,13 @@ def impact_count(run: Run, *, ax: Axes | None = None) -> Axes:
     """Draw the number of impacts since t = 0 against drive periods, for the kept part of a run.
 
     Both axes are logarithmic: impacts that stop after a finite number end in a level line.
+
+    Parameters
+    ----------
+    run : Run
+        Result of `vibroimpact.simulate`.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if None.
     """
     ax = new_axes(ax)
     period = run.impacts["period"] + 1
