@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING
 from ._core import Regime, __version__
 from .errors import ClusterError, Interrupted, ParameterError, SimulationError, StateError
 from .impacts import impact
-from .run import EnergyAudit, EventKind, Evidence, FinalState, PeriodReport, Run
+from .run import EventKind, Evidence, PeriodReport, Run
+from .run_parts import EnergyAudit, FinalState
 from .scales import Scales
 from .simulation import simulate
 from .system import System

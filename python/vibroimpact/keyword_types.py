@@ -4,15 +4,16 @@ Calls take them as ``**axes: Unpack[Axes]``. Completion in notebooks looks at si
 time, where such names do not appear: `completing` lists them there.
 """
 
+from __future__ import annotations
+
 import inspect
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypedDict, TypeVar
+from typing import Any, Literal, TypedDict, TypeVar
 
 from numpy.typing import ArrayLike
 
-if TYPE_CHECKING:
-    from .scales import Scales
-    from .system import Contact, Law
+Contact = Literal["oblique", "direct"]
+Law = Literal["poisson", "newton", "energetic", "paper"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -76,10 +77,10 @@ class Changes(TypedDict, total=False):
     force_amplitude: float
     friction: float
     phase: float
-    contact: "Contact"
-    law: "Law"
+    contact: Contact
+    law: Law
     damping: tuple[float, float]
-    scales: "Scales | dict[str, float] | None"
+    scales: Any
 
 
 def completing(names: type) -> Callable[[Function], Function]:
@@ -90,7 +91,10 @@ def completing(names: type) -> Callable[[Function], Function]:
         own = [*signature.parameters.values()]
         more = [
             inspect.Parameter(
-                name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation
+                name,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=None,
+                annotation=getattr(annotation, "__forward_arg__", annotation),
             )
             for name, annotation in inspect.get_annotations(names).items()
             if name not in signature.parameters

@@ -12,7 +12,7 @@ import os
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,13 +22,14 @@ from ._core import EvidenceKind, WhyUndecided
 from .arguments import flag, horizon, optional_count, reject, vector
 from .errors import Interrupted, SimulationError
 from .interruption import interruptible
+from .run_parts import EnergyAudit as EnergyAudit
+from .run_parts import FinalState as FinalState
+from .run_parts import read_only as read_only
 from .system import System
 from .verbs import verb
 
 if TYPE_CHECKING:
     from .verb_types import NotFound, PeriodicMotion, RunInSI
-
-_T = TypeVar("_T", bound=np.generic)
 
 
 class EventKind(IntEnum):
@@ -42,41 +43,6 @@ class EventKind(IntEnum):
     STICK = 5
     RELEASE = 6
     STOP = 7
-
-
-@interruptible
-@dataclass(frozen=True, kw_only=True)
-class FinalState:
-    """The state at the end of a run, after the impact if one falls on that instant.
-
-    Attributes
-    ----------
-    x1, v1, x2, v2
-        Pendulum angle and its rate, oscillator displacement and its rate.
-    time
-        Time since the start.
-    period, time_in_period
-        Completed drive periods and the time since the last one, which together stay exact where
-        ``time`` has lost digits.
-    mode
-        ``"flight"``, or in sustained contact ``"slide_positive"``, ``"slide_negative"`` (the sign
-        of x1' while the tip slides; without friction, that at the start of the slide) or
-        ``"stick"`` (x1' = 0, held by friction or by a wall at rest).
-    """
-
-    x1: float
-    v1: float
-    x2: float
-    v2: float
-    time: float
-    period: int
-    time_in_period: float
-    mode: str
-
-    @property
-    def state(self) -> tuple[float, float, float, float]:
-        """The four state variables (x1, v1, x2, v2), as ``initial=`` takes them."""
-        return self.x1, self.v1, self.x2, self.v2
 
 
 @interruptible
@@ -142,53 +108,6 @@ class PeriodReport:
     residual: float
     evidence: Evidence
     label: str
-
-
-@interruptible
-@dataclass(frozen=True, kw_only=True)
-class EnergyAudit:
-    """The works of all forces in the kept window of a run, in M1 l^2 omega_2^2.
-
-    Energy is E = x1'^2/2 + omega0^2 x1^2/2 + (x2'^2 + x2^2)/(2 mbar); with mass_ratio = 0 body 2 is
-    a wall, which has no energy of its own but does work. Works are positive where energy enters.
-    The works between impacts are integrated by quadrature along the motion, independently of the
-    formulas that gave it; impacts skipped in chatter are resolved. All are NaN where one leaves the
-    range of floats: velocities beyond 1e154 have energies beyond it.
-
-    Attributes
-    ----------
-    energy_start, energy_end
-        E at both ends of the window.
-    moment, force
-        Work of the forcing on pendulum and oscillator.
-    damping
-        Work of both dampers, <= 0.
-    restitution, impact_friction
-        Work of the normal impulses and of friction during impacts. The work of friction is <= 0.
-        That of the normal impulses is usually <= 0, but not where friction drives the bodies
-        together. Under ``law="paper"`` both may be positive.
-    contact_friction
-        Work of friction in sustained contact, <= 0.
-    wall
-        Work of a wall (mass_ratio = 0) on the pendulum, in impacts and contact.
-    total
-        Sum of all absolute works.
-    residual
-        Change of energy that no work explains: rounding, some 1e-13 of ``total``, more where a run
-        ends jammed or at a Painleve point.
-    """
-
-    energy_start: float
-    energy_end: float
-    moment: float
-    force: float
-    damping: float
-    restitution: float
-    impact_friction: float
-    contact_friction: float
-    wall: float
-    total: float
-    residual: float
 
 
 @interruptible
@@ -500,12 +419,6 @@ def raise_if_interrupted(run: Run) -> None:
     if run._core.interrupted:
         time = run.final_state.time
         raise Interrupted(f"interrupted at time {time:.6g}", run, holds="the run so far")
-
-
-def read_only(array: NDArray[_T]) -> NDArray[_T]:
-    """Return the array with its writeable flag cleared."""
-    array.flags.writeable = False
-    return array
 
 
 def _attributes(cls: type[FinalState | Evidence], source: object) -> dict[str, Any]:

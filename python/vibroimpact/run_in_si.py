@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .arguments import vector
 from .interruption import interruptible
-from .run import EnergyAudit, FinalState, Run, read_only
+from .run_parts import EnergyAudit, FinalState, read_only
 from .scales import COLUMN_UNITS, Scales, needed
 
 Array = NDArray[np.float64]
@@ -29,7 +29,7 @@ class RunInSI:
         Those of its system.
     """
 
-    def __init__(self, run: Run) -> None:
+    def __init__(self, run: Any) -> None:
         self.run = run
         self.scales: Scales = needed(run.system.scales)
 
@@ -70,17 +70,17 @@ class RunInSI:
     @property
     def time_in_contact(self) -> float:
         """Time in sustained contact within the kept window, in s."""
-        return self.run.time_in_contact * self.scales.time
+        return float(self.run.time_in_contact * self.scales.time)
 
     @property
     def kept_from(self) -> float:
         """The time at which the kept window starts, in s."""
-        return self.run.kept_from * self.scales.time
+        return float(self.run.kept_from * self.scales.time)
 
     @cached_property
     def final_state(self) -> FinalState:
         """The state at the end: rad, rad/s, m, m/s, s."""
-        end = self.run.final_state
+        end: FinalState = self.run.final_state
         x1, v1, x2, v2 = self.scales.to_si(end.state).tolist()
         return dataclasses.replace(
             end,
@@ -117,8 +117,7 @@ class RunInSI:
         for end in (self.run.kept_from, self.run.final_state.time):
             times[np.abs(times - end) <= 4.0 * np.spacing(abs(end))] = end
         rows = self.run.trajectory(times, forces=forces)
-        rows = np.column_stack([self.scales.to_si(rows[:, :4]), rows[:, 4:] * self.scales.force])
-        return rows
+        return np.column_stack([self.scales.to_si(rows[:, :4]), rows[:, 4:] * self.scales.force])
 
     def energy_audit(self) -> EnergyAudit:
         """Return the works of all forces, as ``Run.energy_audit``, in J."""

@@ -4,6 +4,8 @@ Length is measured in the pendulum's length l, mass in M1, time in 1/omega_2 wit
 omega_2 = sqrt(K2/M2) (docs/theory.md, section 1). Angles are in radians in both.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any, Literal, Self

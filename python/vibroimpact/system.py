@@ -11,22 +11,19 @@ import dataclasses
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 from ._core import PARAMETERS
 from .arguments import close_to, naming, number, pair, reject
 from .errors import ParameterError
 from .interruption import interruptible
-from .keyword_types import Changes, completing
+from .keyword_types import Changes, Contact, Law, completing
 from .mechanics import Mechanics
 from .physical import dimensionless
 from .scales import Scales
 
 # Names in code of the symbols in reference data.
 SYMBOLS = {parameter.symbol: name for name, parameter in PARAMETERS.items()}
-
-Contact = Literal["oblique", "direct"]
-Law = Literal["poisson", "newton", "energetic", "paper"]
 
 
 @interruptible

@@ -38,6 +38,7 @@ PYTHON = [
     "mechanics",
     "system",
     "made",
+    "run_parts",
     "run",
     "run_in_si",
     "simulation",
@@ -88,6 +89,7 @@ TYPES_OF_REGISTRY = "verb_types"
 BY_NAME = [REGISTRY, "__init__"]
 # What is handed back: it imports nouns and other results, nothing that computes or draws.
 RESULTS = [
+    "run_parts",
     "run",
     "run_in_si",
     "impact_results",
