@@ -303,8 +303,10 @@ class Run:
 
         Parameters
         ----------
-        periods, time
-            Exactly one of them: how much further.
+        periods
+            How many drive periods further; or else ``time``.
+        time
+            How much further in time; or else ``periods``.
         keep
             Keep only the last so many periods.
         max_events

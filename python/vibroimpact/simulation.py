@@ -94,9 +94,11 @@ def simulate(
         (x1, v1, x2, v2) at t = 0, shape (4,); or (k, 4) for k runs. A start on the contact (g = 0
         to rounding) begins with an impact, a flight or sustained contact, depending on velocities
         and forces.
-    periods, time
-        Exactly one of them: number of drive periods, or length in time. A constant load
-        (``drive_frequency = 0``) has no period and needs ``time``.
+    periods
+        Number of drive periods; or else ``time``.
+    time
+        Length in time; or else ``periods``. A constant load (``drive_frequency = 0``) has no period
+        and needs ``time``.
     keep
         Keep impacts, events and sections of the last so many periods only; default all.
     max_events

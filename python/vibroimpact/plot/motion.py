@@ -172,8 +172,10 @@ def impact_section(
     ----------
     run : Run
         Result of `vibroimpact.simulate`.
-    x, y : str
-        Columns of the impact table, by default the pendulum's angle and velocity before impact.
+    x : str
+        Column of the impact table on the horizontal axis.
+    y : str
+        Column on the vertical axis.
     color : "regime" or None
         Colour and shape by regime, or black dots.
     size : float

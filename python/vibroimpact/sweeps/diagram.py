@@ -210,8 +210,10 @@ def bifurcation_diagram(
     initial
         (x1, v1, x2, v2) at t = 0, or several starts, shape (k, 4): a branch for each. Or a function
         of the value that gives one start.
-    periods, keep
-        Drive periods per run, and how many of them at the end are kept; default as in ``sweep``.
+    periods
+        Drive periods per run.
+    keep
+        How many of them at the end are kept: 100 by default, or all of fewer.
     start
         ``"fresh"``: every run starts from ``initial``. ``"forward"``, ``"backward"``: each starts
         from the last state of the one before, in the given or the reverse order; the result is in
@@ -225,11 +227,24 @@ def bifurcation_diagram(
     refine
         So many times, halve the steps across which the label of a fresh branch changes. The values
         of the result are then in increasing order, each once.
-    max_events, chatter_tolerance, section_phase
-        As in ``simulate``.
-    progress, workers, chunk, client, store
-        As in ``sweep``. A followed branch is one task, never cut. With ``refine`` a store has a
-        part for each level.
+    max_events
+        Cap on the number of events of each run, as in ``simulate``.
+    chatter_tolerance
+        Absolute, on time and state where chatter is completed, as in ``simulate``.
+    section_phase
+        Phase of the stroboscopic section after that of t = 0, in radians.
+    progress
+        Show a progress bar with rate and time left.
+    workers
+        Threads; default all cores.
+    chunk
+        Cells that are computed, stored and sent together, as in ``sweep``; a followed branch is one task,
+        never cut.
+    client
+        A ``distributed.Client`` whose workers compute the chunks.
+    store
+        Directory of a Zarr store for the results, as in ``sweep``; with ``refine`` it has a part for
+        each level.
     **parameter
         One numeric field of System, or the argument of the function that makes the system, with an
         array of its values; for a range use ``numpy.linspace``, e.g.

@@ -88,10 +88,20 @@ def lyapunov_spectrum(
     time
         In place of periods, under a constant load (drive frequency 0) and without axes: time in
         all; the last three quarters are measured.
-    max_events, chatter_tolerance
-        As in ``simulate``.
-    progress, workers, chunk, client, store
-        As in ``sweep``; the last three for a grid only.
+    max_events
+        Cap on the number of events of each run, as in ``simulate``.
+    chatter_tolerance
+        Absolute, on time and state where chatter is completed, as in ``simulate``.
+    progress
+        Show a progress bar with rate and time left.
+    workers
+        Threads; default all cores.
+    chunk
+        For a grid only: cells that are computed, stored and sent together, as in ``sweep``.
+    client
+        For a grid only: a ``distributed.Client`` whose workers compute the chunks.
+    store
+        For a grid only: directory of a Zarr store for the results, as in ``sweep``.
     **axes
         Arrays of values as in ``sweep``; none for a single motion.
 

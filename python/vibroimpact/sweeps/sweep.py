@@ -79,8 +79,12 @@ def sweep(
         which is faster, motions without a period are ``unresolved``.
     exponents
         Compute the largest Lyapunov exponent, too, which comes with the label.
-    max_events, chatter_tolerance, section_phase
-        As in ``simulate``.
+    max_events
+        Cap on the number of events of each run, as in ``simulate``.
+    chatter_tolerance
+        Absolute, on time and state where chatter is completed, as in ``simulate``.
+    section_phase
+        Phase of the stroboscopic section after that of t = 0, in radians.
     progress
         Show a progress bar with rate and time left.
     workers
@@ -175,12 +179,34 @@ def chart(
 
     Parameters
     ----------
-    system, initial, periods, keep, labels, max_events, chatter_tolerance, section_phase
-        As in ``sweep``.
+    system
+        The system, or a function that makes one from two values, as in ``sweep``.
+    initial
+        (x1, v1, x2, v2) at t = 0, or a function of the two values that gives it.
+    periods
+        Drive periods per run.
+    keep
+        How many of them at the end are looked at for the label: 100 by default, or all of fewer.
+    labels
+        Distinguish chaotic and quasi-periodic motions, as in ``sweep``.
     exponents
-        As in ``sweep``; computed unless ``labels`` is False.
-    progress, workers, chunk, client, store
-        As in ``sweep``.
+        Compute the largest Lyapunov exponent; by default unless ``labels`` is False.
+    max_events
+        Cap on the number of events of each run, as in ``simulate``.
+    chatter_tolerance
+        Absolute, on time and state where chatter is completed, as in ``simulate``.
+    section_phase
+        Phase of the stroboscopic section after that of t = 0, in radians.
+    progress
+        Show a progress bar with rate and time left.
+    workers
+        Threads; default all cores.
+    chunk
+        Cells that are computed, stored and sent together, as in ``sweep``.
+    client
+        A ``distributed.Client`` whose workers compute the chunks.
+    store
+        Directory of a Zarr store for the results, as in ``sweep``.
     **axes
         Two numeric fields of System, or arguments of the function that makes it, with arrays of
         their values; for a range use

@@ -191,22 +191,27 @@ def basins(
         The system; drive_frequency > 0.
     initial
         (x1, v1, x2, v2) at t = 0; its values of the two that vary have no influence.
-    periods, keep
-        Drive periods for which a cell is followed at most, at first, and number of sections at the
-        end by which it is judged if it has arrived nowhere: 200 by default, or all of fewer.
+    periods
+        Drive periods for which a cell is followed at most, at first.
+    keep
+        Number of sections at the end by which a cell is judged if it has arrived nowhere: 200 by
+        default, or all of fewer.
     scouts
         About so many cells, evenly spread, are searched for attractors beforehand.
     rounds
         How often the remaining cells are followed again, each time for twice as long.
-    max_events, chatter_tolerance
-        As in ``simulate``.
+    max_events
+        Cap on the number of events of each run, as in ``simulate``.
+    chatter_tolerance
+        Absolute, on time and state where chatter is completed, as in ``simulate``.
     progress
         Show progress bars.
     workers
         Threads; default all cores. The result does not depend on it.
-    chunk, client
-        Cells that are computed at a time, and a ``distributed.Client`` whose workers do it; the
-        result depends on neither.
+    chunk
+        Cells that are computed at a time; the result does not depend on it.
+    client
+        A ``distributed.Client`` whose workers compute the cells, with the same result.
     store
         Directory for Zarr stores, one for each pass over cells. A call with the same arguments
         goes on where an interrupted or killed one ended.
