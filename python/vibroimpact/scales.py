@@ -63,8 +63,9 @@ class Scales:
         if given is None or isinstance(given, cls):
             return given
         names = [field.name for field in fields(cls)]
-        if not isinstance(given, Mapping) or set(given) != set(names):
-            wrong = [str(name) for name in given if name not in names] if given else []
+        mapping = isinstance(given, Mapping)
+        if not mapping or set(given) != set(names):
+            wrong = [str(name) for name in given if name not in names] if mapping else []
             hint = close_to(wrong[0], names) if wrong else ""
             reject("scales", given, f"None, or a Scales of {', '.join(names)}{hint}")
         return cls(**given)

@@ -238,13 +238,13 @@ def bifurcation_diagram(
     workers
         Threads; default all cores.
     chunk
-        Cells that are computed, stored and sent together, as in ``sweep``; a followed branch is one task,
-        never cut.
+        Cells that are computed, stored and sent together, as in ``sweep``; a followed branch is
+        one task, never cut.
     client
         A ``distributed.Client`` whose workers compute the chunks.
     store
-        Directory of a Zarr store for the results, as in ``sweep``; with ``refine`` it has a part for
-        each level.
+        Directory of a Zarr store for the results, as in ``sweep``; with ``refine`` it has a part
+        for each level.
     **parameter
         One numeric field of System, or the argument of the function that makes the system, with an
         array of its values; for a range use ``numpy.linspace``, e.g.
