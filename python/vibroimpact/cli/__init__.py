@@ -85,9 +85,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     if given and given[0] in ELSEWHERE and given[0] not in entry_points(group=GROUP).names:
         missing = f"{given[0]}: a command of the distribution {ELSEWHERE[given[0]]}"
         return _fail(f"{missing}, which is not installed", ExitCode.BAD_INPUT)
-    parser, commands = _parser()
+    parser = _parser()
     words = [_word(word) for word in given]
-    check_words(parser, commands, words)
+    check_words(parser, words)
     chosen = parser.parse_args(words)
     try:
         code: int = chosen.run(chosen)
@@ -137,8 +137,7 @@ def _fail(error: object, code: ExitCode) -> ExitCode:
     return code
 
 
-def _parser() -> tuple[argparse.ArgumentParser, dict[str, argparse.ArgumentParser]]:
-    """Return the parser, and those of its commands by name."""
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="vibroimpact",
         usage="vibroimpact COMMAND [options]",
@@ -153,4 +152,4 @@ def _parser() -> tuple[argparse.ArgumentParser, dict[str, argparse.ArgumentParse
     )
     for command in (*COMMANDS, *(point.load() for point in entry_points(group=GROUP))):
         command.add(subparsers)
-    return parser, subparsers.choices
+    return parser

@@ -1,16 +1,12 @@
 """Hints for wrong commands and options: what was meant by them."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from ..arguments import close_to
 
 
-def check_words(
-    parser: argparse.ArgumentParser,
-    commands: Mapping[str, argparse.ArgumentParser],
-    words: Sequence[str],
-) -> None:
+def check_words(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     """Refuse an unknown command, or an unknown option of a command, with a hint.
 
     argparse would refuse it too, but without a hint, and perhaps for another reason first.
@@ -22,6 +18,11 @@ def check_words(
     """
     if not words or words[0].startswith("-"):
         return
+    (commands,) = (
+        action.choices
+        for action in parser._actions
+        if isinstance(action, argparse._SubParsersAction)
+    )
     name = words[0]
     if name not in commands:
         known = ", ".join(commands)
