@@ -136,6 +136,10 @@ class RunInSI:
         unit = COLUMN_UNITS.get(column, ("", ""))[0]
         return getattr(self.scales, unit) if unit else 1
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle and copy through the run: the arrays are made anew, read-only."""
+        return type(self), (self.run,)
+
     def __repr__(self) -> str:
         """Say what it is, and when the run ended."""
         end = self.final_state
