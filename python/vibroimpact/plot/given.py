@@ -1,7 +1,7 @@
 """Checks of what drawing functions are given, and what they draw unless they are told.
 
 The angle at the impact section says nothing where body 2 is a wall at rest: every impact is at the
-place of the wall. There the figures draw the approach velocity u instead (docs/theory.md,
+place of the wall. There the figures draw the approach velocity u instead (theory page,
 section 6). This rule is here and nowhere else.
 """
 
