@@ -188,6 +188,7 @@ LABELS = {
     "phase_portrait": ("(rad), $x_2$ (m)", "(rad/s), $\\dot x_2$ (m/s)"),
     "impact_section": ("(rad)", "(rad/s)"),
     "contact_force": ("(s)", "(N)"),
+    "stroboscopic": ("(rad)", "(rad/s)"),
 }
 
 
@@ -202,6 +203,9 @@ def test_pictures_in_si_are_those_of_the_run_times_its_scales(run, name):
     if name == "impact_section":
         points = si.collections[0].get_offsets()
         assert np.allclose(points[:, 1], run.impacts["v1_pre"] * OMEGA_2, rtol=1e-13)
+    elif name == "stroboscopic":
+        points = si.collections[0].get_offsets()
+        assert np.allclose(points, run.in_si().stroboscopic[:, :2], rtol=1e-13)
     elif name != "phase_portrait":
         times = [np.asarray(ax.lines[-1].get_xdata(), float) for ax in (plain, si)]
         assert np.allclose(times[0] / OMEGA_2, times[1], rtol=1e-13)
@@ -215,3 +219,18 @@ def test_a_window_in_si_is_in_seconds(run):
     line = ax.lines[-1]
     assert np.interp(15.5, line.get_xdata(), line.get_ydata()) == pytest.approx(g, abs=1e-4)
     plt.close("all")
+
+
+def test_all_that_is_kept_can_be_drawn_in_seconds(run):
+    # Near its ends, of which some are rounded away from the kept part on their way to seconds.
+    for periods in range(3, 30):
+        part = vi.simulate(run.system, initial=run.initial, periods=periods, keep=2)
+        si = part.in_si()
+        window = (si.kept_from, si.final_state.time)
+        ax = vi.plot.displacement_history(part, units="SI", window=window)
+        assert ax.get_xlim() == pytest.approx(window, rel=1e-14)
+        plt.close("all")
+    with pytest.raises(vi.ParameterError, match="kept window"):
+        vi.plot.time_history(part, units="SI", window=(0.0, window[1]))
+    with pytest.raises(vi.ParameterError, match="window ="):
+        vi.plot.time_history(part, units="SI", window=(2.0, 1.0))

@@ -184,8 +184,9 @@ def stroboscopic(
     )
     _show_around(ax, "x")
     _show_around(ax, "y")
-    ax.set_xlabel(f"{drawn.label(names[0])} once per drive period")
-    ax.set_ylabel(f"{drawn.label(names[1])} once per drive period")
+    said = [drawn.label(name, f"{STATE_SYMBOLS[name]} once per drive period") for name in names]
+    ax.set_xlabel(said[0])
+    ax.set_ylabel(said[1])
     return ax
 
 
