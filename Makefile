@@ -33,7 +33,7 @@ SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
 .PHONY: help figures claims gallery errata schematic words notebook animation test reference lint bench instructions instructions-update stress docs ci audit clean
-.PHONY: quick quick-update thorough wheel wheel-test audit-deps fuzz fuzz-python
+.PHONY: test-browser quick quick-update thorough wheel wheel-test audit-deps fuzz fuzz-python
 
 help:
 	@echo 'make figures  draw the figures of the paper and write the table of claims into $(OUT)/'
@@ -45,6 +45,7 @@ help:
 	@echo 'make notebook  write docs/tutorial.ipynb from docs/tutorial.md'
 	@echo 'make animation  draw a motion that moves, into docs/images'
 	@echo 'make test     all tests: Rust, documentation, Python'
+	@echo 'make test-browser  the explorer in headless Chromium (packages chromium, chromium-driver)'
 	@echo 'make quick    those for the change at hand: unit tests in Rust, and what is not slow in Python'
 	@echo 'make quick-update  measure anew which tests are slow (tests/slow.txt)'
 	@echo 'make thorough  make test with all that random tests can draw, then make reference, audit and fuzz'
@@ -115,6 +116,12 @@ rust-tests-begun: | check-tools
 	@mkdir -p target && rm -f $(RUST_TESTS).passed
 	@(cargo test --locked --lib --tests && cargo test --locked --doc && touch $(RUST_TESTS).passed) \
 		>$(RUST_TESTS).log 2>&1 & echo $$! >$(RUST_TESTS).pid
+
+# In a real browser: needs Debian's packages chromium and chromium-driver. Not in `make test`, since a
+# browser on a busy machine answers late.
+test-browser: export VIBROIMPACT_BROWSER := yes
+test-browser: $(INSTALLED)
+	$(BIN)/python -m pytest tests/python/test_explorer_browser.py $(PYTEST)
 
 quick: $(INSTALLED)
 	cargo test --locked --lib
@@ -219,7 +226,7 @@ ci:
 	.ci/run
 
 clean:
-	rm -rf $(VENV) $(OUT) $(DIST) site target benches/.build benches/out benches/work_precision/out benches/stress/out
+	rm -rf $(VENV) $(OUT) $(DIST) site jupyter_execute target benches/.build benches/out benches/work_precision/out benches/stress/out
 	rm -rf fuzz/out fuzz/target
 	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	rm -f python/vibroimpact/_core.*.so python/vibroimpact/_core.pyd

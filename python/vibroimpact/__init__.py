@@ -28,7 +28,9 @@ from .errors import (
     StateError,
 )
 from .impacts import impact
-from .run import EnergyAudit, EventKind, Evidence, FinalState, PeriodReport, Run
+from .run import EventKind, Evidence, PeriodReport, Run
+from .run_parts import EnergyAudit, FinalState
+from .scales import Scales
 from .simulation import simulate
 from .system import System
 from .tables import Table
@@ -58,6 +60,7 @@ if TYPE_CHECKING:
         switch_branch,
         unstable_manifold,
     )
+    from .run_in_si import RunInSI
     from .single_impact import MotionMap, PeriodicMotions, Undecided, periodic_motions
     from .single_impact.motion_map import motion_map
     from .sweeps import (
@@ -91,6 +94,7 @@ else:
             search_motions stability_region switch_branch unstable_manifold
         """,
         "plot": "",
+        "run_in_si": "RunInSI",
         "single_impact": """
             MotionMap PeriodicMotions Undecided motion_map periodic_motions
         """,
@@ -152,6 +156,8 @@ __all__ = [
     "PeriodicMotions",
     "Regime",
     "Run",
+    "RunInSI",
+    "Scales",
     "SimulationError",
     "StabilityRegion",
     "StateError",

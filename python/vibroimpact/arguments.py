@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, NoReturn, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ._core import PARAMETERS
 from .errors import ParameterError, StateError
 
 Item = TypeVar("Item")
@@ -95,6 +96,17 @@ def pair(name: str, value: Any, allowed: str) -> tuple[Any, Any]:
     return first, second
 
 
+def triple(name: str, value: Any, allowed: str) -> tuple[Any, Any, Any]:
+    """Return the three entries of a triple, which has an order and is no text."""
+    if isinstance(value, str | bytes | bytearray | Mapping | Set):
+        reject(name, value, allowed)
+    try:
+        first, second, third = value
+    except (TypeError, ValueError):
+        reject(name, value, allowed)
+    return first, second, third
+
+
 def path(name: str, value: Any, what: str = "the path of a file") -> str:
     """Return a path as text.
 
@@ -119,26 +131,59 @@ def kept_periods(keep: Any, periods: int, *, usual: int, least: int = 0) -> int:
     return count("keep", keep, least=least, most=periods)
 
 
+# What else people call an argument: the symbols of the theory (M1, omega ...; notation page),
+# and names of other packages. Where several are given, the first that the call knows is meant.
+_OTHER_NAMES: dict[str, tuple[str, ...]] = {
+    **{parameter.symbol: (name,) for name, parameter in PARAMETERS.items()},
+    **{"M1": ("pendulum_mass",), "M2": ("oscillator_mass",), "l": ("length",), "L": ("length",)},
+    **{"K1": ("torsional_stiffness",), "K2": ("stiffness",), "k": ("stiffness",)},
+    **{"C1": ("torsional_damping",), "C2": ("damping",), "c": ("damping",)},
+    **{"f10": ("moment_amplitude",), "f20": ("force_amplitude",), "Delta": ("gap",)},
+    **{"Omega": ("drive_frequency",), "frequency": ("drive_frequency",), "e": ("restitution",)},
+    **dict.fromkeys(("zeta", "zetas"), ("damping", "pendulum_damping")),
+    **dict.fromkeys(("x0", "y0", "X0", "state", "start", "initial_state", "ic"), ("initial",)),
+    **dict.fromkeys(("duration", "t_end", "tmax", "t_max", "T"), ("time", "periods")),
+    **dict.fromkeys(("cycles", "n_periods", "steps"), ("periods",)),
+    **dict.fromkeys(("threads", "n_jobs", "cores"), ("workers",)),
+    **dict.fromkeys(("tolerance", "tol", "atol"), ("chatter_tolerance",)),
+}
+
+
 def close_to(name: str, known: Iterable[str]) -> str:
-    """Return a hint for the error about an unknown name: the known name that is close to it."""
+    """Return a hint for the error about an unknown name: the known name that is meant by it."""
     import difflib  # here, to keep the import of the package light
 
-    close = difflib.get_close_matches(name, [*known], n=1)
+    names = [*known]
+    meant = [other for other in _OTHER_NAMES.get(name, ()) if other in names]
+    close = meant or difflib.get_close_matches(name, names, n=1)
     return f", did you mean {close[0]}?" if close else ""
+
+
+def unexpected(function: Callable[..., Any], given: Iterable[str]) -> TypeError | None:
+    """Return the error about a keyword that a function does not take, None if it takes all."""
+    parameters = inspect.signature(function).parameters.values()
+    if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
+        return None
+    known = [parameter.name for parameter in parameters if parameter.name not in ("self", "cls")]
+    called = function.__qualname__.removesuffix(".__init__")
+    for name in given:
+        if name not in known:
+            hint = close_to(name, known) or f"; known: {', '.join(known)}"
+            return TypeError(f"{called}() got an unexpected keyword argument {name!r}{hint}")
+    return None
 
 
 def naming(function: Callable[Arguments, Item]) -> Callable[Arguments, Item]:
     """Let the error about an unknown keyword of a function suggest the name that was meant."""
-    known = [name for name in inspect.signature(function).parameters if name not in ("self", "cls")]
-    called = function.__qualname__.removesuffix(".__init__")
 
     @functools.wraps(function)
     def checked(*values: Arguments.args, **given: Arguments.kwargs) -> Item:
-        for name in given:
-            if name not in known:
-                hint = close_to(name, known) or f"; known: {', '.join(known)}"
-                raise TypeError(f"{called}() got an unexpected keyword argument {name!r}{hint}")
-        return function(*values, **given)
+        try:
+            return function(*values, **given)
+        except TypeError:
+            if (error := unexpected(function, given)) is not None:
+                raise error from None
+            raise
 
     return checked
 

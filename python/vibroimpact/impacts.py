@@ -39,9 +39,13 @@ def impact(
     ----------
     system
         Its mass ratio, restitution, friction, contact and law are used.
-    x1, v1, v2
-        Angle and velocities just before the impact; numbers or arrays that broadcast. The bodies
-        must approach: u = x1' cos x1 - x2' > 0 (x1' - x2' in direct contact).
+    x1
+        Angle of the pendulum; a number, or an array that broadcasts with the others.
+    v1
+        Its rate x1' just before the impact. The bodies must approach: u = x1' cos x1 - x2' > 0
+        (x1' - x2' in direct contact).
+    v2
+        Velocity x2' of the oscillator just before the impact.
     steps
         None for the exact impulse path. With a number, the incremental integration is used instead,
         an independent check with an error of first order: each step is the ``steps``-th part of the

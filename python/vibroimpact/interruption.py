@@ -1,8 +1,9 @@
-"""Ctrl-C anywhere in a public call raises `Interrupted`: the decorator for this.
+"""Ctrl-C anywhere in a public call raises `Interrupted`: the decorator of public calls.
 
 A long computation raises `Interrupted` itself, with what is done by then. Elsewhere, such as in the
 checks of arguments or while an array is built, there is no result yet; there the decorator of this
-module raises it, without a result.
+module raises it, without a result. It also lets the error about an unknown keyword say which one
+was meant.
 
 Only the main thread of a program receives Ctrl-C. Calls on another thread end in the same way by a
 `Cancellation` that the thread heeds.
@@ -16,6 +17,7 @@ from typing import Any, TypeVar
 
 from . import _core
 from ._core import Cancellation as Cancellation
+from .arguments import unexpected
 from .errors import Interrupted
 
 Target = TypeVar("Target", bound=Callable[..., Any])
@@ -59,6 +61,10 @@ def _call(function: Callable[..., Any]) -> Callable[..., Any]:
         try:
             return function(*arguments, **options)
         except Interrupted:
+            raise
+        except TypeError:
+            if (error := unexpected(function, options)) is not None:
+                raise error from None
             raise
         except KeyboardInterrupt as error:
             said = str(error) or f"interrupted in {function.__qualname__}"

@@ -31,7 +31,7 @@ class Mechanics:
     @cached_property
     def _compiled(self) -> _core.System:
         # It is no field, so that it has no influence on equality, hash, repr or pickle.
-        return _core.System(**self.to_dict())
+        return _core.System(**{k: v for k, v in self.to_dict().items() if k != "scales"})
 
     @property
     def drive_period(self) -> float:

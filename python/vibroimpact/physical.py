@@ -11,6 +11,7 @@ import math
 from typing import Any
 
 from .arguments import number, positive, reject
+from .scales import Scales
 
 
 def dimensionless(
@@ -27,12 +28,14 @@ def dimensionless(
     drive_frequency: float,
     gap: float,
 ) -> dict[str, Any]:
-    """Return the parameters of a System that depend on physical units.
+    """Return the parameters of a System that depend on physical units, and its scales.
 
     Parameters
     ----------
-    pendulum_mass, oscillator_mass
-        M1, M2 in kg, > 0.
+    pendulum_mass
+        M1 in kg, > 0.
+    oscillator_mass
+        M2 in kg, > 0.
     length
         Length l of the pendulum in m, > 0.
     torsional_stiffness
@@ -43,8 +46,10 @@ def dimensionless(
         C1 in N m s/rad, >= 0, and 0 where K1 = 0 (the damping ratio does not exist).
     damping
         C2 in N s/m, >= 0.
-    moment_amplitude, force_amplitude
-        f10 in N m, f20 in N.
+    moment_amplitude
+        f10 in N m.
+    force_amplitude
+        f20 in N.
     drive_frequency
         Omega in rad/s, >= 0.
     gap
@@ -92,6 +97,7 @@ def dimensionless(
         "force_amplitude": f2 / (k2 * l),
         "drive_frequency": omega / omega_2,
         "gap": delta / l,
+        "scales": Scales(length=l, mass=m1, time=1.0 / omega_2),
     }
 
 

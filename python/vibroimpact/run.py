@@ -11,7 +11,7 @@ import math
 import os
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,9 @@ from ._core import EvidenceKind, WhyUndecided
 from .arguments import count, flag, horizon, not_negative, optional_count, reject, times_of
 from .errors import Interrupted, SimulationError
 from .interruption import interruptible
+from .run_parts import EnergyAudit as EnergyAudit
+from .run_parts import FinalState as FinalState
+from .run_parts import read_only as read_only
 from .showing import Facts, Shown
 from .system import System
 from .tables import EventKind as EventKind
@@ -32,46 +35,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from .bounces import Bounces
-    from .verb_types import Animation, NotFound, PeriodicMotion
+    from .verb_types import Animation, NotFound, PeriodicMotion, RunInSI
 
-_T = TypeVar("_T", bound=np.generic)
 # The tables of events, as the core has them.
 _EVENTS = ("events", "grazes", "contacts")
-
-
-@interruptible
-@dataclass(frozen=True, kw_only=True)
-class FinalState:
-    """The state at the end of a run, after the impact if one falls on that instant.
-
-    Attributes
-    ----------
-    x1, v1, x2, v2
-        Pendulum angle and its rate, oscillator displacement and its rate.
-    time
-        Time since the start.
-    period, time_in_period
-        Completed drive periods and the time since the last one, which together stay exact where
-        ``time`` has lost digits.
-    mode
-        ``"flight"``, or in sustained contact ``"slide_positive"``, ``"slide_negative"`` (the sign
-        of x1' while the tip slides; without friction, that at the start of the slide) or
-        ``"stick"`` (x1' = 0, held by friction or by a wall at rest).
-    """
-
-    x1: float
-    v1: float
-    x2: float
-    v2: float
-    time: float
-    period: int
-    time_in_period: float
-    mode: str
-
-    @property
-    def state(self) -> tuple[float, float, float, float]:
-        """The four state variables (x1, v1, x2, v2), as ``initial=`` takes them."""
-        return self.x1, self.v1, self.x2, self.v2
 
 
 @interruptible
@@ -137,53 +104,6 @@ class PeriodReport:
     residual: float
     evidence: Evidence
     label: str
-
-
-@interruptible
-@dataclass(frozen=True, kw_only=True)
-class EnergyAudit:
-    """The works of all forces in the kept window of a run, in M1 l^2 omega_2^2.
-
-    Energy is E = x1'^2/2 + omega0^2 x1^2/2 + (x2'^2 + x2^2)/(2 mbar); with mass_ratio = 0 body 2 is
-    a wall, which has no energy of its own but does work. Works are positive where energy enters.
-    The works between impacts are integrated by quadrature along the motion, independently of the
-    formulas that gave it; impacts skipped in chatter are resolved. All are NaN where one leaves the
-    range of floats: velocities beyond 1e154 have energies beyond it.
-
-    Attributes
-    ----------
-    energy_start, energy_end
-        E at both ends of the window.
-    moment, force
-        Work of the forcing on pendulum and oscillator.
-    damping
-        Work of both dampers, <= 0.
-    restitution, impact_friction
-        Work of the normal impulses and of friction during impacts. The work of friction is <= 0.
-        That of the normal impulses is usually <= 0, but not where friction drives the bodies
-        together. Under ``law="paper"`` both may be positive.
-    contact_friction
-        Work of friction in sustained contact, <= 0.
-    wall
-        Work of a wall (mass_ratio = 0) on the pendulum, in impacts and contact.
-    total
-        Sum of all absolute works.
-    residual
-        Change of energy that no work explains: rounding, some 1e-13 of ``total``, more where a run
-        ends jammed or at a Painleve point.
-    """
-
-    energy_start: float
-    energy_end: float
-    moment: float
-    force: float
-    damping: float
-    restitution: float
-    impact_friction: float
-    contact_friction: float
-    wall: float
-    total: float
-    residual: float
 
 
 @interruptible
@@ -444,8 +364,10 @@ class Run(Shown):
 
         Parameters
         ----------
-        periods, time
-            Exactly one of them: how much further.
+        periods
+            How many drive periods further; or else ``time``.
+        time
+            How much further in time; or else ``periods``.
         keep
             Keep only the last so many periods.
         max_events
@@ -489,6 +411,17 @@ class Run(Shown):
         """
         motion: PeriodicMotion | NotFound = verb("refine")(self)
         return motion
+
+    def in_si(self) -> RunInSI:
+        """Return the run in SI, by the scales of its system; attributes have the same names.
+
+        Raises
+        ------
+        ParameterError
+            If the system has no scales; those from ``System.from_physical`` have.
+        """
+        found: RunInSI = verb("in_si")(self)
+        return found
 
     def plot(self, **options: Any) -> Axes:
         """Draw the motion against time, by ``vi.plot.time_history``.
@@ -666,12 +599,6 @@ def raise_if_interrupted(run: Run) -> None:
     if run._core.interrupted:
         time = run.final_state.time
         raise Interrupted(f"interrupted at time {time:.6g}", run, holds="the run so far")
-
-
-def read_only(array: NDArray[_T]) -> NDArray[_T]:
-    """Return the array with its writeable flag cleared."""
-    array.flags.writeable = False
-    return array
 
 
 def _numbers(state: tuple[float, ...]) -> str:

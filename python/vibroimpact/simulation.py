@@ -25,6 +25,7 @@ from .arguments import (
 from .errors import Interrupted, SimulationError
 from .interruption import interruptible
 from .run import Run, raise_if_interrupted
+from .scales import Units, chosen
 from .system import System
 
 # Gets how much is done.
@@ -43,6 +44,7 @@ def simulate(
     chatter_tolerance: float = ...,
     section_phase: float = ...,
     progress: bool = ...,
+    units: Units | None = ...,
     workers: int | None = ...,
 ) -> Run: ...
 
@@ -59,6 +61,7 @@ def simulate(
     chatter_tolerance: float = ...,
     section_phase: float = ...,
     progress: bool = ...,
+    units: Units | None = ...,
     workers: int | None = ...,
 ) -> list[Run]: ...
 
@@ -75,6 +78,7 @@ def simulate(
     chatter_tolerance: float = ...,
     section_phase: float = ...,
     progress: bool = ...,
+    units: Units | None = ...,
     workers: int | None = ...,
 ) -> Any: ...
 
@@ -91,6 +95,7 @@ def simulate(
     chatter_tolerance: float = CHATTER_TOLERANCE,
     section_phase: float = 0.0,
     progress: bool = False,
+    units: Units | None = None,
     workers: int | None = None,
 ) -> Run | list[Run]:
     """Simulate the motion from one initial state, or from several.
@@ -107,9 +112,11 @@ def simulate(
         (x1, v1, x2, v2) at t = 0, shape (4,); or (k, 4) for k runs. A start on the contact (g = 0
         to rounding) begins with an impact, a flight or sustained contact, depending on velocities
         and forces.
-    periods, time
-        Exactly one of them: number of drive periods, or length in time. A constant load
-        (``drive_frequency = 0``) has no period and needs ``time``.
+    periods
+        Number of drive periods; or else ``time``.
+    time
+        Length in time; or else ``periods``. A constant load (``drive_frequency = 0``) has no period
+        and needs ``time``.
     keep
         Keep impacts, events and sections of the last so many periods only; default all.
     max_events
@@ -120,8 +127,9 @@ def simulate(
         exact, and sustained contact is integrated to rounding.
     section_phase
         Drive phase of the stroboscopic section, relative to that of the start, in radians.
-    progress
-        Show a progress bar: of drive periods, or of the time, of one run; of several runs.
+    if scales is not None:
+        start = states(scales.from_si(start))
+    workers = threads(workers)
     workers
         Threads for several initial states; default all cores. The results do not depend on it.
 
@@ -144,9 +152,14 @@ def simulate(
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
+    scales = chosen(units, system.scales)
+    if scales is not None and time is not None:
+        time = positive("time", time) / scales.time
     span = horizon(system.drive_frequency, periods=periods, time=time, keep=keep)
     start = states(initial)
     workers = threads(workers)
+    if scales is not None:
+        start = states(scales.from_si(start))
     options: dict[str, Any] = {
         "periods": span.periods,
         "time": span.time,

@@ -10,15 +10,17 @@ symbols on the notation page.
 import dataclasses
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Self
 
 from ._core import PARAMETERS
 from .arguments import close_to, naming, number, pair, reject
 from .errors import ParameterError
 from .interruption import interruptible
+from .keyword_types import Changes, Contact, Law, completing
 from .mechanics import Mechanics
 from .physical import dimensionless
+from .scales import Scales
 from .showing import Facts, Shown
 
 # Names in code of the symbols in reference data.
@@ -41,7 +43,9 @@ CHOICES = {
 class System(Mechanics, Shown):
     """Two bodies that collide obliquely (or head-on): all parameters, dimensionless.
 
-    Immutable, comparable, hashable, picklable; ``eval(repr(system)) == system``.
+    Immutable, comparable, hashable, picklable; ``eval(repr(system)) == system``. Systems with the
+    same dimensionless numbers, contact and law are equal, whatever their ``scales``: they simulate
+    alike, bit for bit.
 
     Parameters
     ----------
@@ -55,10 +59,14 @@ class System(Mechanics, Shown):
         Delta/l, any value with a reachable free region.
     drive_frequency
         Omega/omega_2 in [0, 1e50]; 0 is a constant load, without drive period.
-    pendulum_damping, oscillator_damping
-        Damping ratios >= 0.
-    moment_amplitude, force_amplitude
-        f10/(M1 l^2 omega_2^2) and f20/(K2 l), any value.
+    pendulum_damping
+        Damping ratio zeta1 = C1/(2 sqrt(M1 K1 l^2)) of the pendulum, >= 0.
+    oscillator_damping
+        Damping ratio zeta2 = C2/(2 sqrt(M2 K2)) of the oscillator, >= 0.
+    moment_amplitude
+        Of the moment on the pendulum, f10/(M1 l^2 omega_2^2), any value.
+    force_amplitude
+        Of the force on the oscillator, f20/(K2 l), any value.
     friction
         Coulomb's coefficient >= 0; must be 0 for ``contact="direct"``.
     phase
@@ -74,6 +82,10 @@ class System(Mechanics, Shown):
         and without bound as ``mass_ratio`` goes to 0, and so can ``"paper"``.
     damping
         Shorthand (pendulum_damping, oscillator_damping).
+    scales
+        The units of the dimensionless numbers in SI: a Scales, or a mapping of its fields
+        ``length``, ``mass``, ``time``; None where no units are known. ``from_physical`` knows them,
+        and ``replace`` keeps them: in the changed system l, M1 and omega_2 are the same.
 
     Raises
     ------
@@ -92,8 +104,10 @@ class System(Mechanics, Shown):
     force_amplitude: float
     friction: float
     phase: float
-    contact: str
-    law: str
+    contact: Contact
+    law: Law
+    # Without influence on the motion, so that it has none on equality and hash.
+    scales: Scales | None = field(compare=False)
 
     # Written out rather than generated: an InitVar would leave ``system.damping`` as None.
     @naming
@@ -111,9 +125,10 @@ class System(Mechanics, Shown):
         force_amplitude: float = 0.0,
         friction: float = 0.0,
         phase: float = 0.0,
-        contact: str = "oblique",
-        law: str = "poisson",
+        contact: Contact = "oblique",
+        law: Law = "poisson",
         damping: tuple[float, float] | None = None,
+        scales: Scales | Mapping[str, float] | None = None,
     ) -> None:
         if damping is not None:
             for name, value in (
@@ -147,6 +162,7 @@ class System(Mechanics, Shown):
                 allowed = [f"{known!r} ({what})" for known, what in CHOICES[name].items()]
                 reject(name, choice, ", ".join(allowed))
             object.__setattr__(self, name, choice)
+        object.__setattr__(self, "scales", Scales.of(scales))
         self._compiled  # noqa: B018  builds the compiled form, which checks the ranges
 
     @classmethod
@@ -168,29 +184,47 @@ class System(Mechanics, Shown):
         force_amplitude: float = 0.0,
         friction: float = 0.0,
         phase: float = 0.0,
-        contact: str = "oblique",
-        law: str = "poisson",
+        contact: Contact = "oblique",
+        law: Law = "poisson",
     ) -> Self:
         """Build a system from SI quantities (theory page, section 1).
 
+        Its ``scales`` are l, M1 and 1/omega_2 = sqrt(M2/K2).
+
         Parameters
         ----------
-        pendulum_mass, oscillator_mass
-            M1, M2 in kg, > 0.
+        pendulum_mass
+            M1 in kg, > 0.
+        oscillator_mass
+            M2 in kg, > 0.
         length
             Length l of the pendulum in m, > 0.
-        torsional_stiffness, stiffness
-            K1 >= 0 in N m/rad, K2 > 0 in N/m.
+        torsional_stiffness
+            K1 >= 0 in N m/rad.
+        stiffness
+            K2 > 0 in N/m.
         gap
             Delta in m.
-        restitution, friction, phase, contact, law
-            As in System.
+        restitution
+            Coefficient of restitution in [0, 1].
         drive_frequency
-            Omega in rad/s, >= 0.
-        torsional_damping, damping
-            C1 in N m s/rad and C2 in N s/m, >= 0; C1 > 0 needs K1 > 0.
-        moment_amplitude, force_amplitude
-            f10 in N m, f20 in N.
+            Omega in rad/s, >= 0: 2 pi times that in Hz.
+        torsional_damping
+            C1 >= 0 in N m s/rad; C1 > 0 needs K1 > 0.
+        damping
+            C2 >= 0 in N s/m.
+        moment_amplitude
+            f10 in N m.
+        force_amplitude
+            f20 in N.
+        friction
+            Coulomb's coefficient >= 0; must be 0 for ``contact="direct"``.
+        phase
+            Phase of the drive at t = 0 in radians.
+        contact
+            Geometry, ``"oblique"`` or ``"direct"``, as in ``System``.
+        law
+            Impact law, as in ``System``.
 
         Raises
         ------
@@ -224,17 +258,24 @@ class System(Mechanics, Shown):
         """Both damping ratios, (pendulum_damping, oscillator_damping)."""
         return self.pendulum_damping, self.oscillator_damping
 
+    @completing(Changes)
     def replace(self, **changes: Any) -> Self:
-        """Return a system with some parameters changed; ``damping=`` works here too."""
+        """Return a system with some parameters changed; ``damping=`` and ``scales=`` work too."""
         fields = self.to_dict()
         if "damping" in changes:
             del fields["pendulum_damping"], fields["oscillator_damping"]
         return type(self)(**(fields | changes))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all fields by name; ``System.from_dict`` goes back."""
+        """Return all fields by name; ``System.from_dict`` goes back.
+
+        ``scales`` is among them, as a dict, only where the system has scales.
+        """
         # dataclasses.asdict copies every value deeply, at several times the cost.
-        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        values = {name: getattr(self, name) for name in _FIELDS}
+        if self.scales is not None:
+            values["scales"] = dataclasses.asdict(self.scales)
+        return values
 
     @classmethod
     def from_dict(cls, fields: Mapping[str, Any]) -> Self:
@@ -247,7 +288,7 @@ class System(Mechanics, Shown):
         """
         if not isinstance(fields, Mapping):
             reject("fields", fields, "a mapping of parameter names to values")
-        names = [field.name for field in dataclasses.fields(cls)]
+        names = [*_FIELDS, "scales"]
         unknown = sorted(map(str, set(fields) - set(names)))
         if unknown:
             hint = close_to(unknown[0], names)
@@ -280,6 +321,28 @@ class System(Mechanics, Shown):
     def _facts(self) -> Facts:
         return dict(self.to_dict())
 
+    def __eq__(self, other: object) -> bool:
+        """Whether both have the same dimensionless numbers, contact and law."""
+        if not isinstance(other, System):
+            return NotImplemented
+        return self._identity == other._identity
+
+    def __hash__(self) -> int:
+        """Return the hash of what ``==`` compares."""
+        return hash(self._identity)
+
+    @property
+    def _identity(self) -> tuple[Any, ...]:
+        return tuple(getattr(self, name) for name in _FIELDS)
+
+    def __repr__(self) -> str:
+        """Return the call that makes the system."""
+        return f"System({', '.join(f'{name}={value!r}' for name, value in self.to_dict().items())})"
+
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle and copy through the fields, so that a copy is validated like any other."""
         return type(self).from_dict, (self.to_dict(),)
+
+
+# What a simulation depends on: all fields but the scales.
+_FIELDS = tuple(entry.name for entry in dataclasses.fields(System) if entry.name != "scales")

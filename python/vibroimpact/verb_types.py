@@ -8,3 +8,4 @@ if TYPE_CHECKING:
     from .orbits.found import NotFound as NotFound
     from .orbits.motion import PeriodicMotion as PeriodicMotion
     from .plot.film import Animation as Animation
+    from .run_in_si import RunInSI as RunInSI

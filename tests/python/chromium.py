@@ -2,6 +2,7 @@
 
 import json
 import logging
+import os
 import shutil
 import threading
 from contextlib import contextmanager
@@ -18,6 +19,8 @@ PATIENCE = 60
 
 def programs() -> tuple[str, str]:
     """Chromium and its driver; skips the test where one of them is missing."""
+    if not os.environ.get("VIBROIMPACT_BROWSER"):
+        pytest.skip("needs VIBROIMPACT_BROWSER=yes: make test-browser")
     browser = shutil.which("chromium") or shutil.which("chromium-browser")
     driver = shutil.which("chromedriver")
     if browser is None or driver is None:

@@ -257,3 +257,41 @@ def test_a_saved_result_leads_to_the_same_run(tmp_path):
     assert len(refined) > 3
     for i in range(len(refined)):
         assert_same_point(refined, i)
+
+
+def test_the_run_of_a_cell_has_the_system_and_the_start_that_functions_made():
+    def stiff(stiffness: float) -> vi.System:
+        return vi.System.from_physical(
+            pendulum_mass=0.3,
+            oscillator_mass=0.5,
+            length=0.2,
+            torsional_stiffness=1.5,
+            stiffness=stiffness,
+            gap=0.1,
+            restitution=0.8,
+            drive_frequency=12.0,
+            moment_amplitude=0.4,
+        )
+
+    def start(stiffness: float) -> tuple[float, float, float, float]:
+        return 0.0, 0.01 * stiffness, 0.0, 0.0
+
+    few = {"periods": 20, "keep": 10, "stiffness": [30.0, 40.0, 50.0]}
+    swept = vi.sweep(stiff, initial=start, v2=[0.0, 0.1], **few)
+    for place in np.ndindex(swept.label.shape):
+        run = swept.run(*place)
+        at = dict(zip(swept.axes, place, strict=True))
+        stiffness = float(swept.axes["stiffness"][at["stiffness"]])
+        assert run.initial == (0.0, 0.01 * stiffness, 0.0, swept.axes["v2"][at["v2"]])
+        assert run.system == stiff(stiffness)
+        assert run.system.scales == stiff(stiffness).scales
+        assert_same_end(run, swept.columns, place)
+    for kind in ("fresh", "forward", "backward"):
+        diagram = vi.bifurcation_diagram(stiff, initial=start, start=kind, **few)
+        for i, stiffness in enumerate(diagram.values.tolist()):
+            run = diagram.run(i)
+            assert run.system == stiff(stiffness)
+            assert run.system.scales == stiff(stiffness).scales
+            assert bits(run.final_state.state) == bits(diagram.final_states[i])
+            if kind == "fresh":
+                assert run.initial == start(stiffness)

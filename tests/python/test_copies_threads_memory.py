@@ -28,6 +28,12 @@ def _results() -> dict[str, Any]:
     assert len(motion().impacts) == len(motion().sections) == len(motion().itinerary.legs)
     made = [
         PAPER,
+        vi.Scales(length=0.2, mass=0.3, time=0.1),
+        vi.simulate(
+            PAPER.replace(scales={"length": 0.2, "mass": 0.3, "time": 0.1}),
+            initial=(0.0, 0.5, 0.0, 0.0),
+            periods=3,
+        ).in_si(),
         run(),
         run().impacts,
         run().final_state,

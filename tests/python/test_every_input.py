@@ -17,6 +17,7 @@ from any_values import NOT_TRIED, TAKES, VALUES
 from complete_results import assert_complete
 from valid_calls import Call, calls, public_callables
 from vibroimpact import _core
+from vibroimpact.keyword_types import Axes, Changes
 
 CALLS = calls()
 # Functions that are not called here, and why.
@@ -39,7 +40,16 @@ ELSEWHERE = {
         ),
         "test_mechanics.py",
     ),
+    **dict.fromkeys(
+        (*("Scales.of", "Scales.to_si", "Scales.from_si", "RunInSI.trajectory"),),
+        "test_units.py",
+    ),
+    **dict.fromkeys(
+        (f"{name}.system_at" for name in ("Sweep", "Chart", "Diagram", "LyapunovSweep")),
+        "test_made_systems.py",
+    ),
 }
+LISTED = {*Changes.__annotations__, *Axes.__annotations__}
 # What is raised where an argument is out of range, and where a computation leaves that of floats.
 REFUSALS = (vi.ParameterError, vi.StateError)
 ENDS = (*REFUSALS, vi.SimulationError)
@@ -127,6 +137,9 @@ def test_every_argument_has_a_kind(name):
     call = CALLS[name]
     parameters = inspect.signature(call.function).parameters.values()
     own = {one.name for one in parameters if one.kind is not one.VAR_KEYWORD}
+    if any(one.kind is one.VAR_KEYWORD for one in parameters):
+        # What can be varied is listed in signatures, for completion; a call varies some of it.
+        own -= LISTED - {*call.kinds}
     more = {*call.kinds} - own
     assert own <= {*call.kinds}
     assert {*call.arguments} <= {*call.kinds}

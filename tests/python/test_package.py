@@ -112,11 +112,11 @@ print(*sorted({"asyncio", "difflib", "tempfile", "unittest", "zipfile"} & new))
 """
     packages, modules, slow = _run(code, strip=False).splitlines()
     assert packages == "numpy vibroimpact"
-    assert (
-        modules
-        == "_core arguments errors impacts interruption mechanics physical run showing simulation "
-        "system tables verbs"
+    needed = (
+        "_core arguments errors impacts interruption keyword_types mechanics physical run "
+        "run_parts scales showing simulation system tables verbs"
     )
+    assert modules == needed
     assert slow == ""
 
 

@@ -8,11 +8,14 @@ import subprocess
 import sys
 import types
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
 import vibroimpact
-from vibroimpact import _core
+from vibroimpact import _core, keyword_types
+from vibroimpact.orbits import call_types as orbit_calls
+from vibroimpact.sweeps import call_types
 
 STUB = ast.parse((Path(vibroimpact.__file__).parent / "_core.pyi").read_text(encoding="utf-8"))
 CLASSES = {node.name: node for node in STUB.body if isinstance(node, ast.ClassDef)}
@@ -63,6 +66,14 @@ SLIPS = {
     "vi.orbits.Leg.impact(vi.Regime.REVERSAL_APROACH, 1, 1)": "attr-defined",
     "vi.orbits.Leg.impact('slip', 1, 1)": "arg-type",
     "vi.orbits.BifurcationKind.PERIOD_DOUBLNG": "attr-defined",
+    "vi.System.from_physical(law='stronge', **{})": "arg-type",
+    "vi.chart(system, initial=(0, 0.5, 0, 0), drive_freq=[1], gap=[1])": "call-overload",
+    "vi.sweep(system, initial=(0, 0.5, 0, 0), X1=[1])": "call-overload",
+    "vi.bifurcation_diagram(system, initial=(0, 0.5, 0, 0), omega=[1])": "call-overload",
+    "vi.lyapunov_spectrum(system, initial=(0, 0.5, 0, 0), gaps=[1])": "call-overload",
+    "vi.basins(system, x=[1], v1=[1])": "call-arg",
+    "vi.motion_map(system, drive_freq=[1])": "call-arg",
+    "vi.simulate(system, initial=(0, 0.5, 0, 0), periods=3, units='si')": "call-overload",
 }
 
 
@@ -132,3 +143,39 @@ def test_every_parameter_and_result_has_a_type():
         ]
         assert bare == [], name
         assert signature.return_annotation is not signature.empty, name
+
+
+def _keywords(function: object) -> set[str]:
+    return {
+        parameter.name
+        for parameter in inspect.signature(function).parameters.values()
+        if parameter.kind is parameter.KEYWORD_ONLY
+    }
+
+
+@pytest.mark.parametrize(
+    ("function", "call", "apart"),
+    [
+        (vibroimpact.sweep, call_types.SweepCall, {"initial"}),
+        (vibroimpact.chart, call_types.ChartCall, {"initial"}),
+        (vibroimpact.bifurcation_diagram, call_types.DiagramCall, {"initial"}),
+        (vibroimpact.lyapunov_spectrum, call_types.LyapunovCall, {"initial"}),
+        (vibroimpact.follow_motion, orbit_calls.FollowCall, {"system"}),
+        (vibroimpact.switch_branch, orbit_calls.SwitchCall, {"system"}),
+        (vibroimpact.bifurcation_curve, orbit_calls.CurveCall, {"system"}),
+        (vibroimpact.stability_region, orbit_calls.CurveCall, {"system"}),
+    ],
+)
+def test_keywords_for_type_checkers_are_those_of_the_call(function, call, apart):
+    assert set(call.__annotations__) == _keywords(function) - apart
+
+
+def test_what_can_be_varied_is_listed_for_completion():
+    listed = set(_core.PARAMETERS)
+    for function in (vibroimpact.chart, vibroimpact.follow_motion, vibroimpact.System.replace):
+        assert listed <= _keywords(function)
+    assert listed | {"x1", "v1", "x2", "v2"} <= _keywords(vibroimpact.sweep)
+    assert set(keyword_types.Parameters.__annotations__) == listed
+    assert set(keyword_types.Ranges.__annotations__) == listed
+    assert get_args(keyword_types.Law) == _core.LAWS
+    assert get_args(keyword_types.Contact) == _core.CONTACTS

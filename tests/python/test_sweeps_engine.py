@@ -249,7 +249,7 @@ def test_names_that_would_meet_are_refused():
     twice = RowGroup("step", (Field("final", "float64", "the name of a field of the cells"),))
     with pytest.raises(ValueError, match="names meet"):
         Layout("toy", GRID, Toy(GRID).fields, (twice,), {})
-    with pytest.raises(ValueError, match="names meet"):
+    with pytest.raises(vi.ParameterError, match="name of an axis = 'final'"):
         Layout("toy", Grid({"final": [1.0]}), Toy(GRID).fields, (ROWS,), {})
     with pytest.raises(ValueError, match="STATUS"):
         Layout("toy", GRID, (Field("final", "float64", ""),), (), {})

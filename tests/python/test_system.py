@@ -119,9 +119,14 @@ def test_a_misspelt_name_is_told_the_one_that_was_meant():
     ):
         with pytest.raises(TypeError, match=r"'fricton', did you mean friction\?$"):
             call()
-    with pytest.raises(TypeError, match=r"'colour'; known: mass_ratio, .*, law, damping$"):
+    with pytest.raises(TypeError, match=r"'colour'; known: mass_ratio, .*, law, damping, scales$"):
         vi.System(**REQUIRED, colour="red")
-    assert list(inspect.signature(vi.System).parameters) == [*REQUIRED, *DEFAULTS, "damping"]
+    assert list(inspect.signature(vi.System).parameters) == [
+        *REQUIRED,
+        *DEFAULTS,
+        "damping",
+        "scales",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -34,6 +34,33 @@ assert_type(vi.simulate(system, initial=[(0, 0.5, 0, 0), (0, 0.6, 0, 0)], period
 assert_type(run.plot(), Axes)
 assert_type(run.summary(), str)
 assert len(run.impacts.to_pandas()) == len(run.impacts)
+physical = vi.System.from_physical(
+    pendulum_mass=0.3,
+    oscillator_mass=0.5,
+    length=0.2,
+    torsional_stiffness=1.5,
+    stiffness=40,
+    gap=0.1,
+    restitution=0.8,
+    drive_frequency=12,
+    law="energetic",
+)
+assert_type(physical.scales, vi.Scales | None)
+in_si = vi.simulate(physical, initial=(0, 0.5, 0, 0), periods=6, units="SI").in_si()
+assert_type(in_si, vi.RunInSI)
+assert_type(in_si.final_state, vi.FinalState)
+
+
+def machine(stiffness: float, damping: float = 0.0) -> vi.System:
+    """Make the machine with a stiffness in N/m."""
+    return physical.replace(drive_frequency=12 / stiffness, oscillator_damping=damping)
+
+
+start = (0, 0.5, 0, 0)
+assert_type(vi.chart(machine, initial=start, stiffness=[30], damping=[0.1]), vi.Chart)
+assert_type(vi.sweep(machine, initial=lambda stiffness: start, stiffness=[30]), vi.Sweep)
+assert_type(vi.bifurcation_diagram(machine, initial=start, stiffness=[30]), vi.Diagram)
+assert_type(vi.lyapunov_spectrum(machine, initial=start, stiffness=[30]), vi.LyapunovSweep)
 
 motion = run.refine()
 assert_type(motion, vi.PeriodicMotion | vi.NotFound)
@@ -45,6 +72,7 @@ if isinstance(motion, vi.PeriodicMotion):
     assert_type(branch.at(drive_frequency=1.6), tuple[vi.PeriodicMotion, ...])
     assert_type(branch.plot(), Axes)
     assert_type(vi.follow_motion(motion, drive_frequency=(1.4, 2.2)), vi.Branch)
+    assert_type(vi.follow_motion(motion, system=machine, stiffness=(30, 40, 50)), vi.Branch)
 
 diagram = vi.bifurcation_diagram(
     system, initial=(0, 0.5, 0, 0), drive_frequency=np.linspace(1.5, 1.6, 4)

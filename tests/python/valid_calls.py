@@ -173,12 +173,15 @@ def calls() -> dict[str, Call]:
     measured = start | {"periods": 20, "keep": 20}
     calls = {
         "System": Call(
-            vi.System, fields, _FIELDS | {"damping": "pair or none"}, {"damping": ".*damping"}
+            vi.System,
+            fields,
+            _FIELDS | {"damping": "pair or none", "scales": "object or none"},
+            {"damping": ".*damping"},
         ),
         "System: damping": Call(
             vi.System,
             {k: v for k, v in fields.items() if "damping" not in k} | {"damping": (0.1, 0.1)},
-            _FIELDS | {"damping": "pair or none"},
+            _FIELDS | {"damping": "pair or none", "scales": "object or none"},
             {"damping": ".*damping"},
         ),
         "System.replace": Call(PAPER.replace, dict(fields), _FIELDS),
@@ -221,6 +224,7 @@ def calls() -> dict[str, Call]:
                 "keep": "whole number or none",
                 "section_phase": "number",
                 "progress": "true or false",
+                "units": "object or none",
                 "workers": "whole number or none",
             },
         ),
@@ -235,6 +239,7 @@ def calls() -> dict[str, Call]:
                 "keep": "object or none",
                 "section_phase": "number",
                 "progress": "true or false",
+                "units": "object or none",
                 "workers": "whole number or none",
             },
         ),
@@ -411,6 +416,7 @@ def calls() -> dict[str, Call]:
             {
                 **_STEPS,
                 "motion": "object",
+                "system": "object or none",
                 "both": "python's true or false",
                 "direction": "a word of a list",
                 "step": "step or none",
@@ -425,6 +431,7 @@ def calls() -> dict[str, Call]:
             {
                 **_STEPS,
                 "bifurcation": "object",
+                "system": "object or none",
                 "step": "step or none",
                 "drive_frequency": "range",
             },
@@ -433,12 +440,12 @@ def calls() -> dict[str, Call]:
             vi.bifurcation_curve,
             {"bifurcation": branch().bifurcations[0], "max_points": 2}
             | {"drive_frequency": (1.50, 1.52), "gap": (0.4, 0.6)},
-            {**_STEPS, **_RANGES, "bifurcation": "object"},
+            {**_STEPS, **_RANGES, "bifurcation": "object", "system": "object or none"},
         ),
         "stability_region": Call(
             vi.stability_region,
             {"motion": motion(), "max_points": 2, **_PLANE},
-            {**_STEPS, **_RANGES, "motion": "object"},
+            {**_STEPS, **_RANGES, "motion": "object", "system": "object or none"},
         ),
         "unstable_manifold": Call(
             vi.unstable_manifold,

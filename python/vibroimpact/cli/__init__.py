@@ -28,6 +28,7 @@ from . import (
     simulate,
 )
 from .exit_codes import ExitCode
+from .hints import check_words
 
 COMMANDS = (simulate, diagram, chart, orbits, basins, lyapunov, explore)
 # Entry points of this group add the commands of other distributions: a module with a function
@@ -85,7 +86,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     if given and given[0] in ELSEWHERE and given[0] not in entry_points(group=GROUP).names:
         missing = f"{given[0]}: a command of the distribution {ELSEWHERE[given[0]]}"
         return _fail(f"{missing}, which is not installed", ExitCode.BAD_INPUT)
-    chosen = _parser().parse_args([_word(word) for word in given])
+    parser = _parser()
+    words = [_word(word) for word in given]
+    check_words(parser, words)
+    chosen = parser.parse_args(words)
     try:
         code: int = chosen.run(chosen)
         sys.stdout.flush()

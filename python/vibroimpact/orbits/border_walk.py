@@ -10,6 +10,7 @@ from .. import _core
 from ..continuation.follow import follow
 from ..continuation.names import OwnTest, PathEnd
 from ..continuation.path import Path, SpecialPoint, path_so_far
+from ..made import value_of, varied
 from .borders import CurveSteps, codimension_two, curve_of, curve_problem, follow_way
 from .branch import Bifurcation
 from .curve import BifurcationCurve, CodimensionTwo
@@ -202,7 +203,7 @@ class Walk:
     def _first_bifurcation(self) -> Bifurcation | None:
         """Return the first bifurcation along one of the parameters, if there is one."""
         system, nodes = self.motion.system, self.motion.nodes.ravel()
-        p = np.array([getattr(system, name) for name in self.names])
+        p = np.array([value_of(system, name) for name in self.names])
         lost: Lost | None = None
         proper: Bifurcation | None = None
         for index in (0, 1):
@@ -280,7 +281,7 @@ class Walk:
         free = 1 - place.index
         fixed = {self.names[place.index]: float(place.p[place.index])}
         problem = OrbitProblem(
-            self.motion.system.replace(**fixed), place.itinerary, (self.names[free],)
+            varied(self.motion.system, fixed), place.itinerary, (self.names[free],)
         )
         for direction in (1, -1):
             start = (problem, place.u, place.p, free, direction)
@@ -325,7 +326,7 @@ def _meeting(problem: CurveProblem, special: SpecialPoint) -> CodimensionTwo:
 
 
 def _at(problem: OrbitProblem) -> str:
-    return _numbers(np.array([getattr(problem.system, name) for name in problem.parameters]))
+    return _numbers(np.array([value_of(problem.system, name) for name in problem.parameters]))
 
 
 def _numbers(p: Array) -> str:

@@ -10,6 +10,7 @@ map is finite, so that its multipliers tell where the motion is stable up to the
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, Unpack, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +22,16 @@ from ..continuation.names import TURNING_POINTS, OwnTest, PathEnd
 from ..continuation.path import Path, Point, SpecialPoint, path_so_far
 from ..errors import Interrupted
 from ..interruption import interruptible
+from ..keyword_types import Ranges, completing
+from ..made import Maker, made_from, value_of
 from .branch import Bifurcation
+from .call_types import CurveCall
 from .curve import BifurcationCurve, CodimensionTwo
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
-from .friction import with_friction
+from .friction import need_friction, with_friction
 from .kinds import BORDERS, FIRST, BifurcationKind
 from .problem import OrbitProblem
-from .ranges import LONGEST_STEP, Bounds, two_ranges
+from .ranges import LONGEST_STEP, Bounds, begin, two_ranges
 from .resegment import beside, spared
 from .special_points import end_of
 from .verdict import motion_of, primitive
@@ -67,14 +71,28 @@ class CurveSteps:
         )
 
 
+@overload
+def bifurcation_curve(
+    bifurcation: Bifurcation | CodimensionTwo, *, system: None = ..., **keywords: Unpack[CurveCall]
+) -> BifurcationCurve: ...
+
+
+@overload
+def bifurcation_curve(
+    bifurcation: Bifurcation | CodimensionTwo, *, system: Maker, **keywords: Any
+) -> BifurcationCurve: ...
+
+
 @interruptible
+@completing(Ranges)
 def bifurcation_curve(
     bifurcation: Bifurcation | CodimensionTwo,
     *,
+    system: Maker | None = None,
     step: float = 0.01,
     max_step: float = 0.05,
     max_points: int = 1000,
-    **parameters: tuple[float, float],
+    **parameters: tuple[float, ...],
 ) -> BifurcationCurve:
     """Follow a bifurcation in two parameters, both ways.
 
@@ -84,13 +102,18 @@ def bifurcation_curve(
         A located bifurcation of a branch: ``saddle_node``, ``period_doubling``,
         ``neimark_sacker``, ``grazing``, ``regime_border``, ``contact_border``, ``chatter_onset``;
         or a point of codimension two of one of these kinds, for the other curve through it.
-    step, max_step
-        First and largest step, as part of the ranges and of the motion's size, at most 1000.
+    system
+        A function that makes the system from the two numbers that vary, as in ``follow_motion``.
+    step
+        First step, as part of the ranges and of the motion's size, at most 1000.
+    max_step
+        Largest step, in the same measure.
     max_points
         Cap on the points of each direction.
-    parameters
+    **parameters
         Two numeric parameters of the system with their ranges:
-        ``drive_frequency=(0.2, 3), moment_amplitude=(0.05, 2.5)``.
+        ``drive_frequency=(0.2, 3), moment_amplitude=(0.05, 2.5)``. With ``system`` two arguments of
+        the function, each (low, value at the bifurcation, high).
 
     Returns
     -------
@@ -108,7 +131,8 @@ def bifurcation_curve(
         reject("bifurcation", bifurcation, "a Bifurcation or a CodimensionTwo")
     if bifurcation.kind not in KINDS:
         reject("bifurcation", bifurcation.kind, f"one of the kinds {', '.join(KINDS)}")
-    names, bounds = two_ranges(bifurcation.motion.system, parameters)
+    bifurcation, ranges = begin(bifurcation, system, parameters)
+    names, bounds = two_ranges(bifurcation.motion.system, ranges)
     steps = CurveSteps.checked(step, max_step, max_points)
     problem, u = curve_problem(bifurcation, names)
     paths: list[Path] = []
@@ -136,7 +160,7 @@ def curve_problem(
         test = OwnTest.FOLD
     elif isinstance(test, Condition) and test.border is Border.APPROACH_VELOCITY:
         problem = OrbitProblem(system, itinerary, names)
-        p = np.array([getattr(system, name) for name in names])
+        p = np.array([value_of(system, name) for name in names])
         without = spared(problem, nodes.ravel(), p, test.leg)
         if without is not None:
             itinerary, nodes, flight = without
@@ -145,7 +169,8 @@ def curve_problem(
                 flight = Condition(flight.border, flight.leg % len(cut))
                 itinerary, nodes = shorter, cut
             test = flight
-    if "friction" in names:
+    need_friction(system, names)
+    if "friction" in names and made_from(system, names) is None:
         itinerary, nodes, friction = with_friction(system, itinerary, nodes)
         if friction != system.friction:
             reject("friction", system.friction, "> 0 for a motion with sustained contact")
@@ -169,7 +194,7 @@ def follow_way(
         path = follow_curve(
             problem,
             u,
-            [getattr(problem.system, name) for name in problem.parameters],
+            [value_of(problem.system, name) for name in problem.parameters],
             problem.test,
             bounds=bounds,
             direction=direction,

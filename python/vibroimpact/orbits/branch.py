@@ -14,6 +14,7 @@ from .. import _core
 from .._core import Leg, LegKind
 from ..arguments import close_to, number, reject
 from ..interruption import interruptible
+from ..made import varied
 from ..showing import Facts, Shown
 from ..system import System
 from ..tables import frame
@@ -147,7 +148,7 @@ class Piece:
         return self._system_with(float(self.values[k]))
 
     def _system_with(self, value: float) -> System:
-        return self.system.replace(**{self.parameter: value})
+        return varied(self.system, {self.parameter: value})
 
     @cached_property
     def impacts(self) -> Array:

@@ -7,33 +7,50 @@ becomes incomplete, a contact phase ends another way. The border is located, and
 goes on it goes on with another sequence of legs: both sequences have the border's orbit in common.
 """
 
+from typing import Any, Unpack, overload
+
 import numpy as np
 
 from ..arguments import reject
 from ..continuation.names import PathEnd
 from ..errors import Interrupted
 from ..interruption import interruptible
+from ..keyword_types import Ranges, completing
+from ..made import Maker, made_from, value_of
 from .branch import Bifurcation, Branch
+from .call_types import FollowCall, SwitchCall
 from .doubling import doubled
 from .following import Half, Settings, follow_half, joined
-from .friction import with_friction
+from .friction import need_friction, with_friction
 from .kinds import BifurcationKind
 from .motion import PeriodicMotion
-from .ranges import one_range
+from .ranges import begin, one_range
 from .resegment import Crossing
 
 
+@overload
+def follow_motion(
+    motion: PeriodicMotion, *, system: None = ..., **keywords: Unpack[FollowCall]
+) -> Branch: ...
+
+
+@overload
+def follow_motion(motion: PeriodicMotion, *, system: Maker, **keywords: Any) -> Branch: ...
+
+
 @interruptible
+@completing(Ranges)
 def follow_motion(
     motion: PeriodicMotion,
     *,
+    system: Maker | None = None,
     both: bool = True,
     direction: int = 1,
     step: float | None = None,
     max_step: float = 0.05,
     max_points: int = 2000,
     virtual: bool = False,
-    **parameter: tuple[float, float],
+    **parameter: tuple[float, ...],
 ) -> Branch:
     """Follow a periodic motion over a parameter, stable or not, with its bifurcations.
 
@@ -41,18 +58,27 @@ def follow_motion(
     ----------
     motion
         Where to start.
-    both, direction
-        Follow it both ways, or only the way on which the parameter first grows (1) or falls (-1).
-    step, max_step
-        First and largest step, as part of the range and of the motion's size, at most 1000; the
-        first is 0.01 or ``max_step``, if that is smaller.
+    system
+        A function that makes the system from the number that varies, such as a stiffness in N/m:
+        ``lambda stiffness: vi.System.from_physical(..., stiffness=stiffness)``. Derivatives by that
+        number are those by the system's own parameters times differences of the function.
+    both
+        Follow it both ways.
+    direction
+        If not ``both``, the way on which the parameter first grows (1) or falls (-1).
+    step
+        First step, as part of the range and of the motion's size; 0.01 or ``max_step``, if that is
+        smaller.
+    max_step
+        Largest step, in the same measure, at most 1000.
     max_points
         Cap on the points of each direction.
     virtual
         Go on with the same legs beyond borders, where the solution is no motion any more.
-    parameter
+    **parameter
         The one numeric parameter of the system to vary, with its range:
-        ``drive_frequency=(1.5, 1.6)``.
+        ``drive_frequency=(1.5, 1.6)``. With ``system`` the argument of the function, with the value
+        at which it makes the motion's system between the ends: ``stiffness=(30, 40, 50)``.
 
     Returns
     -------
@@ -69,14 +95,16 @@ def follow_motion(
     """
     if not isinstance(motion, PeriodicMotion):
         reject("motion", motion, "a PeriodicMotion")
-    name, bounds = one_range(motion.system, parameter)
+    motion, ranges = begin(motion, system, parameter)
+    name, bounds = one_range(motion.system, ranges)
     settings = Settings.checked(name, bounds, step, max_step, max_points, virtual)
     if isinstance(direction, bool) or not isinstance(direction, int) or direction not in (1, -1):
         reject("direction", direction, "1 or -1")
     if not isinstance(both, bool):
         reject("both", both, "True or False")
-    itinerary, nodes, value = motion.itinerary, motion.nodes, getattr(motion.system, name)
-    if name == "friction":
+    itinerary, nodes, value = motion.itinerary, motion.nodes, value_of(motion.system, name)
+    need_friction(motion.system, [name])
+    if name == "friction" and made_from(motion.system, [name]) is None:
         itinerary, nodes, value = with_friction(motion.system, itinerary, nodes)
     start = Crossing(itinerary=itinerary, u=nodes.ravel().copy(), p=value, tangent=None)
     ways = (-1, 1) if both else (direction,)
@@ -91,14 +119,26 @@ def follow_motion(
     return joined(name, halves, both)
 
 
+@overload
+def switch_branch(
+    bifurcation: Bifurcation, *, system: None = ..., **keywords: Unpack[SwitchCall]
+) -> Branch: ...
+
+
+@overload
+def switch_branch(bifurcation: Bifurcation, *, system: Maker, **keywords: Any) -> Branch: ...
+
+
 @interruptible
+@completing(Ranges)
 def switch_branch(
     bifurcation: Bifurcation,
     *,
+    system: Maker | None = None,
     step: float | None = None,
     max_step: float = 0.05,
     max_points: int = 2000,
-    **parameter: tuple[float, float],
+    **parameter: tuple[float, ...],
 ) -> Branch:
     """Follow the branch of doubled motions that begins at a period doubling.
 
@@ -106,8 +146,17 @@ def switch_branch(
     ----------
     bifurcation
         A ``period_doubling`` of a branch.
-    step, max_step, max_points, parameter
-        As in ``follow_motion``; the parameter may be another one than that of the bifurcation.
+    system
+        A function that makes the system, as in ``follow_motion``.
+    step
+        First step, as in ``follow_motion``.
+    max_step
+        Largest step, as in ``follow_motion``.
+    max_points
+        Cap on the points of the branch.
+    **parameter
+        What varies, with its range, as in ``follow_motion``; it may be another one than that of the
+        bifurcation.
 
     Returns
     -------
@@ -124,13 +173,15 @@ def switch_branch(
     wanted = BifurcationKind.PERIOD_DOUBLING
     if not isinstance(bifurcation, Bifurcation) or bifurcation.kind is not wanted:
         reject("bifurcation", bifurcation, f"a Bifurcation of the kind {wanted}")
-    system = bifurcation.motion.system
-    name, bounds = one_range(system, parameter)
+    bifurcation, ranges = begin(bifurcation, system, parameter)
+    varies = bifurcation.motion.system
+    name, bounds = one_range(varies, ranges)
     settings = Settings.checked(name, bounds, step, max_step, max_points)
     itinerary, nodes, shift = doubled(bifurcation.motion)
     tangent = np.append(shift.ravel(), 0.0)
-    start = Crossing(itinerary=itinerary, u=nodes.ravel(), p=getattr(system, name), tangent=tangent)
-    half = follow_half(system, start, 1, settings)
+    value = value_of(varies, name)
+    start = Crossing(itinerary=itinerary, u=nodes.ravel(), p=value, tangent=tangent)
+    half = follow_half(varies, start, 1, settings)
     if half.end is PathEnd.INTERRUPTED:
         raise Interrupted("interrupted along a branch", joined(name, [half], False))
     return joined(name, [half], False)

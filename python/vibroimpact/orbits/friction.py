@@ -7,15 +7,17 @@ contact are taken from a simulation at a small friction.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._core import Leg, LegKind, Regime
+from .._core import PARAMETERS, Leg, LegKind, Regime
 from ..arguments import reject
 from ..continuation.newton import solve
 from ..impacts import impact
+from ..made import made_from
 from ..system import System
 from .problem import OrbitProblem
 from .verdict import MAX_EVENTS, motion_of
@@ -25,6 +27,21 @@ Array = NDArray[np.float64]
 # Friction at which the regimes for mu -> 0 are computed, and at which a motion with sustained
 # contact is solved again.
 _SMALL = 1e-9
+
+
+def need_friction(system: System, names: Sequence[str]) -> None:
+    """Refuse a start without friction where a function varies it: its legs have no directions.
+
+    Raises
+    ------
+    ParameterError
+        If the function's numbers change the friction, which is zero.
+    """
+    maker = made_from(system, names)
+    if maker is not None and system.friction == 0.0:
+        friction = [*PARAMETERS].index("friction")
+        if maker.derivatives(names)[friction].any():
+            reject("friction", 0.0, "> 0 at the start, where a function varies it")
 
 
 def with_friction(

@@ -52,9 +52,11 @@ def unstable_manifold(
         An admissible motion with exactly one multiplier of modulus > 1: a saddle.
     length
         Length of each side at which to stop, in the space of (x1, v1, x2, v2).
-    spacing, max_angle
-        Largest distance of neighbouring points, and largest angle (radians) by which the curve
-        turns at a point; at a corner only the distance counts.
+    spacing
+        Largest distance of neighbouring points.
+    max_angle
+        Largest angle in radians by which the curve turns at a point; at a corner only the distance
+        counts.
     max_points
         Cap on the points of each side.
     offset

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._core import Condition, Leg
+from .._core import PARAMETERS, Condition, Leg
 from ..continuation.map_bifurcations import (
     bialternate,
     neimark_sacker,
@@ -21,6 +21,7 @@ from ..continuation.map_bifurcations import (
 )
 from ..continuation.newton import OutsideDomain
 from ..errors import ParameterError
+from ..made import MadeSystem, made_from, rows_of, varied
 from ..system import System
 from .kinds import BifurcationKind, Test
 from .motion import reduced
@@ -46,6 +47,10 @@ SINGULAR_MATRICES: Mapping[Hashable, Callable[[Array], Array]] = {
 """The matrix that is singular at a bifurcation, from the monodromy matrix or several of them."""
 
 
+# By so many parameters the compiled core gives derivatives in one call.
+_AT_ONCE = 2
+
+
 class OrbitProblem:
     """F(u, p) = 0 for the nodes u of a periodic motion with a fixed sequence of legs."""
 
@@ -65,7 +70,7 @@ class OrbitProblem:
         if self._latest is not None and self._latest[0] == key:
             return self._latest[1]
         try:
-            system = self.system.replace(**dict(zip(self.parameters, p.tolist(), strict=True)))
+            system = varied(self.system, dict(zip(self.parameters, p.tolist(), strict=True)))
         except ParameterError as error:
             raise OutsideDomain(str(error)) from error
         self._latest = key, system
@@ -75,11 +80,26 @@ class OrbitProblem:
         """Return F, shape (n,), and its Jacobian by u and p, shape (n, n + k)."""
         system = self.system_at(p)
         try:
+            if (maker := made_from(system, self.parameters)) is not None and self.parameters:
+                return self._residual_by_numbers(maker, u.reshape(-1, 4))
             return self.itinerary.residual(
                 system._compiled, u.reshape(-1, 4), list(self.parameters)
             )
         except ParameterError as error:  # drive frequency 0 on the way
             raise OutsideDomain(str(error)) from error
+
+    def _residual_by_numbers(self, system: MadeSystem, nodes: Array) -> tuple[Array, Array]:
+        """Return `residual` where a function makes the system: by the chain rule."""
+        by_number = system.derivatives(self.parameters)
+        moving = np.flatnonzero(by_number.any(axis=1))
+        names = [[*PARAMETERS][k] for k in moving]
+        residual, jacobian = self.itinerary.residual(system._compiled, nodes, [])
+        own = []
+        for first in range(0, len(names), _AT_ONCE):
+            part = names[first : first + _AT_ONCE]
+            own.append(self.itinerary.residual(system._compiled, nodes, part)[1][:, nodes.size :])
+        by_own = np.column_stack([np.empty((nodes.size, 0)), *own])
+        return residual, np.column_stack([jacobian, by_own @ by_number[moving]])
 
     def tests(self, u: Array, p: Array, jacobian: Array) -> Mapping[Test, float]:
         """Return the test functions: those of the borders, and of the multipliers."""
@@ -143,7 +163,11 @@ class OrbitProblem:
     def monodromies(self, us: Array, ps: Array) -> Array:
         """Return the derivatives of the return maps at several points, in rows."""
         try:
-            systems = _core.Systems(self.system._compiled, list(self.parameters), ps)
+            if self.parameters and made_from(self.system, self.parameters) is not None:
+                rows = rows_of([self.system_at(p) for p in ps])
+                systems = _core.Systems(self.system._compiled, [*PARAMETERS], rows)
+            else:
+                systems = _core.Systems(self.system._compiled, list(self.parameters), ps)
         except ParameterError as error:
             raise OutsideDomain(str(error)) from error
         matrices = self.itinerary.return_maps(systems, us.reshape(-1, 4))

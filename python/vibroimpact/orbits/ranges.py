@@ -1,20 +1,65 @@
 """Checks of the one or two parameters over which a motion is followed, with their ranges."""
 
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import replace
+from typing import Any, TypeVar
 
 from .._core import PARAMETERS
-from ..arguments import number, pair, reject
+from ..arguments import close_to, number, pair, reject, triple
 from ..errors import ParameterError
+from ..made import Maker, check_names, is_maker, made_from, started, value_of
 from ..system import System
+from .branch import Bifurcation
+from .curve import CodimensionTwo
+from .motion import PeriodicMotion
 
 # Largest ends of a range: their products and squares must be finite floats.
 _WIDEST = 1e100
 # The longest step, as part of the ranges: from there it is halved until it fits.
 LONGEST_STEP = 1000.0
 
+# Where a continuation starts.
+Start = TypeVar("Start", bound=PeriodicMotion | Bifurcation | CodimensionTwo)
 Range = tuple[float, float]
 Bounds = tuple[Range, Range]
+
+
+def begin(
+    start: Start, function: Maker | None, parameters: Mapping[str, Any]
+) -> tuple[Start, Mapping[str, Any]]:
+    """Return where a continuation starts, and its ranges as pairs.
+
+    Where a ``function`` makes the system, that of the result is a `MadeSystem`, and a range is
+    (low, value at the start, high).
+
+    Raises
+    ------
+    ParameterError
+        If the function, its arguments or its system do not fit.
+    """
+    motion = start if isinstance(start, PeriodicMotion) else start.motion
+    if function is None:
+        return start, parameters
+    if not is_maker(function):
+        reject("system", function, "None, or a function that makes a vibroimpact.System")
+    check_names(function, [*parameters])
+    numbers, sizes, pairs = {}, {}, {}
+    for name, given in parameters.items():
+        allowed = "a range (low, value at the start, high)"
+        low, at, high = triple(name, given, allowed)
+        numbers[name] = number(name, at, allowed)
+        pairs[name] = (low, high)
+        sizes[name] = abs(number(name, high, allowed) - number(name, low, allowed))
+    system = started(function, numbers, sizes, motion.system)
+    return _with_system(start, motion, system), pairs
+
+
+def _with_system(start: Start, motion: PeriodicMotion, system: System) -> Start:
+    anew: Any = replace(motion, system=system)
+    if not isinstance(start, PeriodicMotion):
+        anew = replace(start, motion=anew)
+    begun: Start = anew
+    return begun
 
 
 def one_range(system: System, parameters: Mapping[str, Any]) -> tuple[str, Range]:
@@ -38,9 +83,9 @@ def two_ranges(system: System, parameters: Mapping[str, Any]) -> tuple[tuple[str
 
 def range_around(system: System, name: str, bounds: Any) -> Range:
     """Check a range of a parameter that contains its value."""
-    if name not in PARAMETERS:
-        reject("parameter", name, f"one of {', '.join(PARAMETERS)}")
-    value = getattr(system, name)
+    if name not in PARAMETERS and made_from(system, [name]) is None:
+        reject("parameter", name, f"one of {', '.join(PARAMETERS)}{close_to(name, PARAMETERS)}")
+    value = value_of(system, name)
     allowed = f"a range (low, high) around {value}, within +-{_WIDEST:g}"
     low, high = pair(name, bounds, allowed)
     low, high = number(name, low, allowed), number(name, high, allowed)

@@ -13,6 +13,8 @@ one with other legs: that is another region.
 
 from __future__ import annotations
 
+from typing import Any, Unpack, overload
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,27 +23,44 @@ from ..continuation.curves import curve_point
 from ..continuation.names import OwnTest, PathEnd
 from ..errors import Interrupted
 from ..interruption import interruptible
+from ..keyword_types import Ranges, completing
+from ..made import Maker
 from .border_walk import Walk
 from .borders import CurveSteps
 from .branch import Bifurcation
+from .call_types import CurveCall
 from .curve import BifurcationCurve
 from .kinds import BifurcationKind
 from .motion import PeriodicMotion
-from .ranges import two_ranges
+from .ranges import begin, two_ranges
 from .region import StabilityRegion
 from .verdict import motion_of
 
 Array = NDArray[np.float64]
 
 
+@overload
+def stability_region(
+    motion: PeriodicMotion, *, system: None = ..., **keywords: Unpack[CurveCall]
+) -> StabilityRegion: ...
+
+
+@overload
+def stability_region(
+    motion: PeriodicMotion, *, system: Maker, **keywords: Any
+) -> StabilityRegion: ...
+
+
 @interruptible
+@completing(Ranges)
 def stability_region(
     motion: PeriodicMotion,
     *,
+    system: Maker | None = None,
     step: float = 0.01,
     max_step: float = 0.05,
     max_points: int = 1000,
-    **parameters: tuple[float, float],
+    **parameters: tuple[float, ...],
 ) -> StabilityRegion:
     """Find the border of the region of two parameters in which a periodic motion is stable.
 
@@ -49,13 +68,18 @@ def stability_region(
     ----------
     motion
         A stable motion.
-    step, max_step
-        First and largest step, as part of the ranges and of the motion's size, at most 1000.
+    system
+        A function that makes the system from the two numbers that vary, as in ``follow_motion``.
+    step
+        First step, as part of the ranges and of the motion's size, at most 1000.
+    max_step
+        Largest step, in the same measure.
     max_points
         Cap on the points of each curve.
-    parameters
+    **parameters
         Two numeric parameters of the system with their ranges:
-        ``drive_frequency=(0.2, 3), moment_amplitude=(0.05, 2.5)``.
+        ``drive_frequency=(0.2, 3), moment_amplitude=(0.05, 2.5)``. With ``system`` two arguments of
+        the function, each (low, value of the motion, high).
 
     Returns
     -------
@@ -71,7 +95,8 @@ def stability_region(
     """
     if not isinstance(motion, PeriodicMotion) or not (motion.admissible and motion.stable):
         reject("motion", motion, "an admissible and stable PeriodicMotion")
-    names, bounds = two_ranges(motion.system, parameters)
+    motion, ranges = begin(motion, system, parameters)
+    names, bounds = two_ranges(motion.system, ranges)
     walk = Walk(motion, names, bounds, CurveSteps.checked(step, max_step, max_points))
     try:
         why_not = walk.round()

@@ -19,6 +19,7 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from ..arguments import positive, reject, several
+from ..made import made_from
 from ..orbits import Bifurcation, BifurcationCurve, Branch, Piece, StabilityRegion
 from ..orbits.branch import AT_IMPACTS, AT_SECTIONS
 from ..orbits.points import with_bifurcations
@@ -36,6 +37,7 @@ from .style import (
     SECTION_LABELS,
     VERMILLION,
     at_drive_phase,
+    axis_name,
     bifurcation_handles,
     bifurcation_marker,
     label_text,
@@ -137,7 +139,8 @@ def branches(
             handles += no_impact_handles(diagram)
         legend_above(ax, handles, columns=3)
     ax.autoscale_view()
-    ax.set_xlabel(PARAMETER_SYMBOLS.get(name, name))
+    made = any(made_from(piece.system, [name]) for branch in many for piece in branch.pieces)
+    ax.set_xlabel(axis_name(name, made=made))
     label = section_symbols(section)[value]
     if section == "stroboscopic":
         label = at_drive_phase(label, _drive_phase(many))
@@ -223,7 +226,10 @@ def bifurcation_curves(
     if len(planes) > 1:
         reject("curves", sorted(planes), "curves over the same two parameters, in one order")
     size = positive("size", size)
-    symbols = [PARAMETER_SYMBOLS.get(name, name) for name in many[0].parameters]
+    symbols = [
+        axis_name(name, made=made_from(many[0].system, many[0].parameters) is not None)
+        for name in many[0].parameters
+    ]
     if ax is not None:
         there = [ax.get_xlabel(), ax.get_ylabel()]
         if set(there) <= set(PARAMETER_SYMBOLS.values()) and there != symbols:

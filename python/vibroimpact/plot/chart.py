@@ -18,7 +18,7 @@ from ..sweeps import Sweep
 from .given import expected
 from .labels import HATCH_GREY, LABEL_STYLES, UNRESOLVED, label_codes, label_handles, label_style
 from .mesh import edges
-from .style import PARAMETER_SYMBOLS, STATE_SYMBOLS, legend_above, new_axes
+from .style import axis_name, legend_above, new_axes
 
 Array = NDArray[np.float64]
 
@@ -87,9 +87,8 @@ def chart(
     bottom, *_, top = edges(np.sort(y)).tolist()
     ax.set_xlim(left, right)
     ax.set_ylim(bottom, top)
-    symbols = PARAMETER_SYMBOLS | STATE_SYMBOLS
-    ax.set_xlabel(symbols[first])
-    ax.set_ylabel(symbols[second])
+    ax.set_xlabel(axis_name(first, made=chart.is_made))
+    ax.set_ylabel(axis_name(second, made=chart.is_made))
     return ax
 
 

@@ -29,7 +29,6 @@ from .style import (
     CHATTER_COLOR,
     GREEN,
     ORANGE,
-    PARAMETER_SYMBOLS,
     PURPLE,
     REGIME_STYLES,
     SECTION_LABELS,
@@ -38,6 +37,7 @@ from .style import (
     STATE_SYMBOLS,
     VERMILLION,
     at_drive_phase,
+    axis_name,
     legend_above,
     new_axes,
     phase_axis,
@@ -269,7 +269,7 @@ def _parameter_axis(ax: Axes, diagram: Diagram) -> None:
     if len(diagram.values) > 1:
         ax.set_xlim(float(diagram.values.min()), float(diagram.values.max()))
     name = diagram.parameter_name
-    ax.set_xlabel(PARAMETER_SYMBOLS.get(name, name))
+    ax.set_xlabel(axis_name(name, made=diagram.is_made))
 
 
 def chatter_handles(diagram: Diagram) -> list[Artist]:

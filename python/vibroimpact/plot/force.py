@@ -10,10 +10,12 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..run import Run
+from ..scales import Units
 from .curve import sample, times_within
 from .given import expected
 from .marks import mark_contact_times
 from .style import BLACK, VERMILLION, curve_legend, new_axes
+from .units import AxisUnits
 
 
 def contact_force(
@@ -23,20 +25,33 @@ def contact_force(
     periods: float | None = None,
     points_per_period: int | None = None,
     legend: bool = True,
+    units: Units | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     r"""Draw the normal and the tangential contact force against time.
 
     Both are zero in flight; the impulses of impacts take no time and are not drawn. The dotted
     lines are the edges of Coulomb's cone, `mu p` to either side: on an edge the tip slides, between
-    them it sticks. Bands mark sustained contact. Unit: M1 l omega_2^2.
+    them it sticks. Bands mark sustained contact. Unit: M1 l omega_2^2, or N.
 
     Parameters
     ----------
-    run, window, periods, points_per_period
-        As in `time_history`.
+    run : Run
+        Result of `vibroimpact.simulate`.
+    window : (float, float), optional
+        Times, within the kept part of the run. By default what can be read: the last eight drive
+        periods, or fewer where these have many oscillations or impacts; without a drive the
+        beginning of the kept part, down to rest.
+    periods : float, optional
+        Length of the window in drive periods, in place of `window`: the last ones, or what is kept
+        of them.
+    points_per_period : int, optional
+        Samples in a drive period; of a constant load, samples in the window. By default so many
+        that every flight and every oscillation is smooth.
     legend : bool
         Name forces and bands above the axes.
+    units : "SI", optional
+        Draw in s and N, and take `window` in s; the system needs scales.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
 
@@ -51,14 +66,20 @@ def contact_force(
     """
     run = expected("run", run, Run)
     ax = new_axes(ax)
-    curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
+    drawn = AxisUnits.of(units, run.system)
+    curve = sample(
+        run, window=drawn.window(window, run), periods=periods, points_per_period=points_per_period
+    )
     start, end = window = (float(curve.time[0]), float(curve.time[-1]))
     # Both sides of every change, where the forces jump.
     changes = times_within(run.contacts["time"], window)
     before = times_within(np.nextafter(changes, -np.inf), window)
     time = np.unique(np.concatenate([curve.time, before]))
-    normal, tangential = run.trajectory(time, forces=True)[:, 4:].T
-    mark_contact_times(ax, run, window)
+    forces = run.trajectory(time, forces=True)[:, 4:] * drawn.factor("normal_force")
+    normal, tangential = forces.T
+    seconds = drawn.factor("time")
+    mark_contact_times(ax, run, window, seconds)
+    time = time * seconds
     friction = run.system.friction
     if friction > 0.0 and normal.any():
         for sign, label in ((1.0, r"$\pm\mu p$"), (-1.0, "_nolegend_")):
@@ -69,8 +90,8 @@ def contact_force(
         text = "no sustained contact in this window"
         ax.text(0.5, 0.9, text, transform=ax.transAxes, ha="center", va="top", color="0.35")
         ax.set_ylim(-0.2, 1.0)
-    ax.set_xlim(start, end)
-    ax.set_xlabel(r"$t$")
-    ax.set_ylabel("contact force")
+    ax.set_xlim(start * seconds, end * seconds)
+    ax.set_xlabel(drawn.label("time"))
+    ax.set_ylabel(drawn.label("normal_force", "contact force"))
     curve_legend(ax, legend)
     return ax

@@ -22,9 +22,8 @@ from .style import (
     BLUE,
     GREEN,
     GREY,
-    PARAMETER_SYMBOLS,
-    STATE_SYMBOLS,
     VERMILLION,
+    axis_name,
     legend_above,
     new_axes,
 )
@@ -131,7 +130,10 @@ def _digits(error: float) -> int:
 
 @dataclass(frozen=True)
 class _Curves:
-    """Exponents over a parameter and their errors, shape (curves, values), with line styles."""
+    """Exponents over a parameter and their errors, shape (curves, values), with line styles.
+
+    ``name`` is the label of its axis.
+    """
 
     name: str
     values: Array
@@ -144,9 +146,11 @@ class _Curves:
     @classmethod
     def of(cls, result: GridResult) -> "_Curves":
         if isinstance(result, LyapunovSweep):
-            ((name, values),) = result.axes.items()
+            ((axis, values),) = result.axes.items()
+            name = axis_name(axis, made=result.is_made)
             return cls(name, values, result.exponents.T, result.error.T, _SYMBOLS, _COLORS, _DASHES)
-        name, values = [*result.axes.items()][-1]
+        axis, values = [*result.axes.items()][-1]
+        name = axis_name(axis, made=result.is_made)
         exponents, errors = (
             result.columns[column].reshape(-1, len(values))
             for column in ("largest_exponent", "exponent_error")
@@ -174,7 +178,7 @@ def _along(ax: Axes, curves: _Curves) -> None:
         _mark_infinite(ax, values, np.isneginf(exponent), k, color)
     if len(values) > 1:
         ax.set_xlim(float(values.min()), float(values.max()))
-    ax.set_xlabel((PARAMETER_SYMBOLS | STATE_SYMBOLS)[name])
+    ax.set_xlabel(name)
     ax.set_ylabel(
         r"exponents $\lambda$" if curves.texts is _SYMBOLS else r"largest exponent $\lambda_1$"
     )

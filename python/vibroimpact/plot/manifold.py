@@ -34,8 +34,10 @@ def manifold(
     ----------
     result : UnstableManifold
         Result of `vibroimpact.unstable_manifold`.
-    x, y : {"x1", "v1", "x2", "v2"}
-        Components on the axes.
+    x : {"x1", "v1", "x2", "v2"}
+        Component on the horizontal axis.
+    y : {"x1", "v1", "x2", "v2"}
+        Component on the vertical axis.
     size : float
         Size of the marks in points.
     legend : bool

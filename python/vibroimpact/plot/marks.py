@@ -74,9 +74,10 @@ def _mode(kind: int) -> Literal["slide", "stick"] | None:
     return "stick" if kind == EventKind.STICK else "slide"
 
 
-def mark_contact_times(ax: Axes, run: Run, window: tuple[float, float]) -> None:
-    """Draw the times of sustained contact as bands over the height of the axes."""
-    draw_bands(ax, contact_spans(run, window))
+def mark_contact_times(ax: Axes, run: Run, window: tuple[float, float], unit: float = 1.0) -> None:
+    """Draw the times of sustained contact, in a unit of time, as bands over the axes' height."""
+    spans = contact_spans(run, window)
+    draw_bands(ax, [span._replace(start=span.start * unit, end=span.end * unit) for span in spans])
 
 
 def draw_bands(ax: Axes, spans: Sequence[ContactSpan]) -> None:

@@ -15,10 +15,12 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from ..run import Run
+from ..scales import Units
 from .curve import Curve, is_driven, is_one_orbit, orbit_window, sample, tip_symbol
 from .given import bodies_of, chosen, expected, regime_color
 from .marks import mark_contact_path, mark_contact_times, mark_regimes
 from .style import BLACK, BLUE, GREY, curve_legend, new_axes
+from .units import AxisUnits
 
 Array = NDArray[np.float64]
 Drive = Literal["auto", "plain", "none"]
@@ -41,6 +43,7 @@ def time_history(
     color: Literal["regime"] | None = None,
     drive: Drive = "auto",
     legend: bool = True,
+    units: Units | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     r"""Draw the contact faces of both bodies and the drive against time.
@@ -69,6 +72,8 @@ def time_history(
         flatten the motion, which the legend says, and leaves it out where nothing is driven.
     legend : bool
         Name curves, bands and regimes above the axes.
+    units : "SI", optional
+        Draw in s, m, rad, m/s, rad/s, and take `window` in s; the system needs scales.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
 
@@ -86,37 +91,55 @@ def time_history(
     by_regime = regime_color(color)
     chosen("drive", drive, _DRIVES)
     ax = new_axes(ax)
-    curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
-    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]))
+    drawn = AxisUnits.of(units, run.system)
+    curve = sample(
+        run, window=drawn.window(window, run), periods=periods, points_per_period=points_per_period
+    )
+    time = curve.time * drawn.factor("time")
+    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]), drawn.factor("time"))
     system = run.system
-    face = system.tip(curve.state[:, 0]) - system.gap
+    length = drawn.factor("x2")
+    face = (system.tip(curve.state[:, 0]) - system.gap) * length
+    body2 = curve.state[:, 2] * length
+    tip = rf"l\,{tip_symbol(system)}-\Delta" if drawn.is_si else rf"{tip_symbol(system)}-\delta"
+    body = "X" if drawn.is_si else "x_2"
     if drive == "plain" or (drive == "auto" and is_driven(system)):
-        _drive(ax, run, curve, np.concatenate([face, curve.state[:, 2]]), plain=drive == "plain")
-    ax.plot(curve.time, curve.state[:, 2], color=BLACK, lw=1.4, label=r"$x_2$")
-    ax.plot(curve.time, face, color=BLACK, lw=0.6, label=rf"${tip_symbol(run.system)}-\delta$")
+        motion = np.concatenate([face, body2])
+        _drive(ax, run, curve, motion, plain=drive == "plain", drawn=drawn)
+    ax.plot(time, body2, color=BLACK, lw=1.4, label=f"${body}$")
+    ax.plot(time, face, color=BLACK, lw=0.6, label=f"${tip}$")
     if by_regime:
         hits = run.impacts[curve.impacts]
-        mark_regimes(ax, run, hits["time"], hits["x2"], curve.impacts)
-    ax.set_ylabel(rf"$x_2,\ {tip_symbol(run.system)}-\delta$")
-    _time_axis(ax, curve, legend)
+        moments = hits["time"] * drawn.factor("time")
+        mark_regimes(ax, run, moments, hits["x2"] * length, curve.impacts)
+    ax.set_ylabel(drawn.label("x2", rf"${body},\ {tip}$"))
+    _time_axis(ax, time, legend, drawn)
     return ax
 
 
-def _drive(ax: Axes, run: Run, curve: Curve, motion: Array, *, plain: bool) -> None:
+def _drive(
+    ax: Axes, run: Run, curve: Curve, motion: Array, *, plain: bool, drawn: AxisUnits
+) -> None:
     """Draw the drive; where it would flatten the motion, or be flattened, scaled and shifted."""
+    # In SI a drive has another unit than a length: it is drawn as l cos(omega t + phi).
+    length = drawn.factor("x2")
     low, high = float(motion.min()), float(motion.max())
-    height, together = high - low, max(high, 1.0) - min(low, -1.0)
+    height, together = high - low, max(high, length) - min(low, -length)
     drive = np.cos(run.system.drive_frequency * curve.time + run.system.phase)
-    label = r"$\cos\omega t$"
-    if not plain and height > 0.0 and not together / _FLATTENED <= height <= 10.0:
+    label = r"$l\,\cos\omega t$" if drawn.is_si else r"$\cos\omega t$"
+    if not plain and height > 0.0 and not together / _FLATTENED <= height <= 10.0 * length:
         drive = 0.5 * (low + high) + _SCALED * height * drive
-        label += ", scaled"
-    ax.plot(curve.time, drive, color=GREY, lw=0.6, ls=(0, (4, 2)), label=label)
+        # A scaled drive has no length.
+        label = r"$\cos\omega t$, scaled"
+    else:
+        drive = length * drive
+    time = curve.time * drawn.factor("time")
+    ax.plot(time, drive, color=GREY, lw=0.6, ls=(0, (4, 2)), label=label)
 
 
-def _time_axis(ax: Axes, curve: Curve, legend: bool) -> None:
-    ax.set_xlim(curve.time[0], curve.time[-1])
-    ax.set_xlabel(r"$t$")
+def _time_axis(ax: Axes, time: Array, legend: bool, drawn: AxisUnits) -> None:
+    ax.set_xlim(time[0], time[-1])
+    ax.set_xlabel(drawn.label("time"))
     curve_legend(ax, legend)
 
 
@@ -129,6 +152,7 @@ def phase_portrait(
     points_per_period: int | None = None,
     color: Literal["regime"] | None = None,
     legend: bool = True,
+    units: Units | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw velocity against position, impacts as vertical jumps.
@@ -138,8 +162,8 @@ def phase_portrait(
 
     Parameters
     ----------
-    run, points_per_period, color, legend
-        As in `time_history`.
+    run : Run
+        Result of `vibroimpact.simulate`.
     bodies : int or tuple of int, optional
         Which bodies to draw: 1 the pendulum, 2 the oscillator. By default both, but for a wall at
         rest.
@@ -148,6 +172,15 @@ def phase_portrait(
         the last forty drive periods; without a drive as in `time_history`.
     periods : float, optional
         Length of the window in drive periods, in place of `window`.
+    points_per_period : int, optional
+        Samples in a drive period; of a constant load, samples in the window. By default so many
+        that every flight and every oscillation is smooth.
+    color : "regime" or None
+        Mark the state before each impact by its regime.
+    legend : bool
+        Name curves, marks of contact and regimes above the axes.
+    units : "SI", optional
+        Draw in s, m, rad, m/s, rad/s, and take `window` in s; the system needs scales.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
 
@@ -162,7 +195,9 @@ def phase_portrait(
     """
     run = expected("run", run, Run)
     by_regime = regime_color(color)
-    drawn = bodies_of(bodies, run)
+    shown = bodies_of(bodies, run)
+    drawn = AxisUnits.of(units, run.system)
+    window = drawn.window(window, run)
     if window is None and periods is None:
         window = orbit_window(run)
     curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
@@ -170,10 +205,11 @@ def phase_portrait(
     hits = run.impacts[curve.impacts]
     once = is_one_orbit(run, float(curve.time[-1] - curve.time[0]))
     many = not once and len(hits) > _MANY
-    for body in drawn:
-        x, v = curve.state[:, 2 * body - 2], curve.state[:, 2 * body - 1]
+    for body in shown:
+        by_x, by_v = drawn.factor(f"x{body}"), drawn.factor(f"v{body}")
+        x, v = curve.state[:, 2 * body - 2] * by_x, curve.state[:, 2 * body - 1] * by_v
         first = body == 1
-        mark_contact_path(ax, run, curve, x, v, named=body == drawn[0])
+        mark_contact_path(ax, run, curve, x, v, named=body == shown[0])
         ax.plot(
             x,
             v,
@@ -183,9 +219,14 @@ def phase_portrait(
             label=rf"$x_{body},\ \dot x_{body}$",
         )
         if by_regime:
-            mark_regimes(ax, run, hits[f"x{body}"], hits[f"v{body}_pre"], curve.impacts)
-    ax.set_xlabel("$" + r",\ ".join(f"x_{body}" for body in drawn) + "$")
-    ax.set_ylabel("$" + r",\ ".join(rf"\dot x_{body}" for body in drawn) + "$")
+            before = hits[f"v{body}_pre"] * by_v
+            mark_regimes(ax, run, hits[f"x{body}"] * by_x, before, curve.impacts)
+    if drawn.is_si:
+        ax.set_xlabel(", ".join(drawn.label(f"x{body}") for body in shown))
+        ax.set_ylabel(", ".join(drawn.label(f"v{body}") for body in shown))
+    else:
+        ax.set_xlabel("$" + r",\ ".join(f"x_{body}" for body in shown) + "$")
+        ax.set_ylabel("$" + r",\ ".join(rf"\dot x_{body}" for body in shown) + "$")
     curve_legend(ax, legend)
     return ax
 
@@ -198,6 +239,7 @@ def gap_history(
     points_per_period: int | None = None,
     color: Literal["regime"] | None = None,
     legend: bool = True,
+    units: Units | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw the gap function sin x1 - x2 - delta against time; it is zero at an impact.
@@ -206,10 +248,24 @@ def gap_history(
 
     Parameters
     ----------
-    run, window, periods, points_per_period, color
-        As in `time_history`.
+    run : Run
+        Result of `vibroimpact.simulate`.
+    window : (float, float), optional
+        Times, within the kept part of the run. By default what can be read: the last eight drive
+        periods, or fewer where these have many oscillations or impacts; without a drive the
+        beginning of the kept part, down to rest.
+    periods : float, optional
+        Length of the window in drive periods, in place of `window`: the last ones, or what is kept
+        of them.
+    points_per_period : int, optional
+        Samples in a drive period; of a constant load, samples in the window. By default so many
+        that every flight and every oscillation is smooth.
+    color : "regime" or None
+        Mark the impacts by their regime.
     legend : bool
         Name bands and regimes above the axes, if there are any.
+    units : "SI", optional
+        Draw in s, m, rad, m/s, rad/s, and take `window` in s; the system needs scales.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
 
@@ -225,16 +281,23 @@ def gap_history(
     run = expected("run", run, Run)
     by_regime = regime_color(color)
     ax = new_axes(ax)
-    curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
-    gap = run.system.gap_function(curve.state)
-    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]))
+    drawn = AxisUnits.of(units, run.system)
+    curve = sample(
+        run, window=drawn.window(window, run), periods=periods, points_per_period=points_per_period
+    )
+    gap = run.system.gap_function(curve.state) * drawn.factor("x2")
+    time = curve.time * drawn.factor("time")
+    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]), drawn.factor("time"))
     ax.axhline(0.0, color=GREY, lw=0.6)
-    ax.plot(curve.time, gap, color=BLACK, lw=0.6)
+    ax.plot(time, gap, color=BLACK, lw=0.6)
     if by_regime:
         hits = run.impacts[curve.impacts]
-        mark_regimes(ax, run, hits["time"], np.zeros(len(hits)), curve.impacts)
-    ax.set_ylabel(rf"${tip_symbol(run.system)}-x_2-\delta$")
-    _time_axis(ax, curve, legend)
+        moments = hits["time"] * drawn.factor("time")
+        mark_regimes(ax, run, moments, np.zeros(len(hits)), curve.impacts)
+    tip = tip_symbol(run.system)
+    text = rf"$l\,{tip}-X-\Delta$" if drawn.is_si else rf"${tip}-x_2-\delta$"
+    ax.set_ylabel(drawn.label("x2", text))
+    _time_axis(ax, time, legend, drawn)
     return ax
 
 
@@ -246,6 +309,7 @@ def displacement_history(
     points_per_period: int | None = None,
     color: Literal["regime"] | None = None,
     legend: bool = True,
+    units: Units | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw x1 (grey) and x2 (black) against time, as in the paper's Fig. 10(b).
@@ -254,8 +318,24 @@ def displacement_history(
 
     Parameters
     ----------
-    run, window, periods, points_per_period, color, legend
-        As in `time_history`.
+    run : Run
+        Result of `vibroimpact.simulate`.
+    window : (float, float), optional
+        Times, within the kept part of the run. By default what can be read: the last eight drive
+        periods, or fewer where these have many oscillations or impacts; without a drive the
+        beginning of the kept part, down to rest.
+    periods : float, optional
+        Length of the window in drive periods, in place of `window`: the last ones, or what is kept
+        of them.
+    points_per_period : int, optional
+        Samples in a drive period; of a constant load, samples in the window. By default so many
+        that every flight and every oscillation is smooth.
+    color : "regime" or None
+        Mark the impacts by their regime.
+    legend : bool
+        Name curves, bands and regimes above the axes.
+    units : "SI", optional
+        Draw in s, m, rad, m/s, rad/s, and take `window` in s; the system needs scales.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
 
@@ -271,13 +351,19 @@ def displacement_history(
     run = expected("run", run, Run)
     by_regime = regime_color(color)
     ax = new_axes(ax)
-    curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
-    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]))
-    ax.plot(curve.time, curve.state[:, 0], color=GREY, lw=0.6, label=r"$x_1$")
-    ax.plot(curve.time, curve.state[:, 2], color=BLACK, lw=0.8, label=r"$x_2$")
+    drawn = AxisUnits.of(units, run.system)
+    curve = sample(
+        run, window=drawn.window(window, run), periods=periods, points_per_period=points_per_period
+    )
+    time = curve.time * drawn.factor("time")
+    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]), drawn.factor("time"))
+    x1, x2 = curve.state[:, 0], curve.state[:, 2] * drawn.factor("x2")
+    ax.plot(time, x1, color=GREY, lw=0.6, label=drawn.label("x1"))
+    ax.plot(time, x2, color=BLACK, lw=0.8, label=drawn.label("x2"))
     if by_regime:
         hits = run.impacts[curve.impacts]
-        mark_regimes(ax, run, hits["time"], hits["x2"], curve.impacts)
-    ax.set_ylabel(r"$x_1,\ x_2$")
-    _time_axis(ax, curve, legend)
+        moments = hits["time"] * drawn.factor("time")
+        mark_regimes(ax, run, moments, hits["x2"] * drawn.factor("x2"), curve.impacts)
+    ax.set_ylabel(f"{drawn.label('x1')}, {drawn.label('x2')}" if drawn.is_si else r"$x_1,\ x_2$")
+    _time_axis(ax, time, legend, drawn)
     return ax

@@ -13,6 +13,7 @@ from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
 from ..arguments import number, positive, reject, several
+from ..made import made_from
 from ..orbits import Bifurcation, Branch, PeriodicMotion
 from .style import (
     BLACK,
@@ -20,9 +21,9 @@ from .style import (
     GREEN,
     GREY,
     ORANGE,
-    PARAMETER_SYMBOLS,
     PURPLE,
     VERMILLION,
+    axis_name,
     bifurcation_handles,
     bifurcation_marker,
     legend_above,
@@ -133,10 +134,11 @@ def _along(
         linewidths=0,
         zorder=2,
     )
+    made = any(made_from(piece.system, [branch.parameter]) for piece in branch.pieces)
     # Beside the frame, whose aspect is fixed, and of the same height.
     bar = ax.figure.colorbar(points, cax=ax.inset_axes((1.04, 0.0, 0.05, 1.0)))
     bar.ax.tick_params(direction="out", left=False)
-    bar.set_label(PARAMETER_SYMBOLS.get(branch.parameter, branch.parameter))
+    bar.set_label(axis_name(branch.parameter, made=made))
     for kind in CROSSINGS:
         crossing = [_on_circle(found) for found in branch.of_kind(kind)]
         if crossing:

@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from ..run import Run
+from ..scales import Units
 from ..sweeps.columns import COORDINATES
 from .curve import is_driven
 from .given import (
@@ -33,6 +34,7 @@ from .style import (
     phase_axis,
     regime_handles,
 )
+from .units import AxisUnits
 
 # Points closer together than this part of their size are one point but for rounding; the axes then
 # show this part of it.
@@ -49,6 +51,7 @@ def impact_section(
     color: Literal["regime"] | None = None,
     size: float | None = None,
     legend: bool = True,
+    units: Units | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw two columns of `Run.impacts` against each other, one point for each kept impact.
@@ -57,17 +60,21 @@ def impact_section(
     ----------
     run : Run
         Result of `vibroimpact.simulate`.
-    x, y : str, optional
-        Columns of the impact table, or "approach_velocity". By default the pendulum's angle and
-        velocity before impact. Where body 2 is a wall at rest the angle at impact is always the
-        same; there the default is the approach velocity against the drive phase, without a drive
-        against time.
+    x : str, optional
+        Column of the impact table on the horizontal axis. By default the pendulum's angle. Where
+        body 2 is a wall at rest that is always the same; there the default is the drive phase,
+        without a drive the time.
+    y : str, optional
+        Column on the vertical axis. By default the pendulum's velocity before impact; where body 2
+        is a wall at rest the approach velocity.
     color : "regime" or None
         Colour and shape by regime, or black dots.
     size : float, optional
         Area of a marker in square points; by default smaller the more impacts there are.
     legend : bool
         Name the regimes above the axes, if they have colours.
+    units : "SI", optional
+        Draw in SI; the system needs scales.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
 
@@ -87,6 +94,8 @@ def impact_section(
         usual = ("phase" if is_driven(run.system) else "time", "approach_velocity")
     x, y = usual[0] if x is None else x, usual[1] if y is None else y
     across, up = impact_column(run, x, "x"), impact_column(run, y, "y")
+    drawn = AxisUnits.of(units, run.system)
+    across, up = across * drawn.factor(x), up * drawn.factor(y)
     area = mark_area(size, len(run.impacts))
     ax = new_axes(ax)
     regimes = run.impacts["regime"]
@@ -106,7 +115,8 @@ def impact_section(
     if not by_regime:
         ax.scatter(across, up, s=area, color=BLACK, linewidths=0, rasterized=True)
     for axis, name in (("x", x), ("y", y)):
-        ax.set(**{f"{axis}label": STATE_SYMBOLS.get(name, name.replace("_", " "))})
+        text = STATE_SYMBOLS.get(name, name.replace("_", " "))
+        ax.set(**{f"{axis}label": drawn.label(name, text)})
         if name == "phase":
             phase_axis(ax, axis)
         else:
@@ -125,6 +135,7 @@ def stroboscopic(
     x: str = "x1",
     y: str = "v1",
     size: float | None = None,
+    units: Units | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw the stroboscopic section of a run: its state once per drive period, a Poincare map.
@@ -135,10 +146,14 @@ def stroboscopic(
     ----------
     run : Run
         Result of `vibroimpact.simulate`; all its kept drive periods are drawn.
-    x, y : {"x1", "v1", "x2", "v2"}
-        What to draw against each other.
+    x : {"x1", "v1", "x2", "v2"}
+        What to draw on the horizontal axis.
+    y : {"x1", "v1", "x2", "v2"}
+        What to draw on the vertical axis.
     size : float, optional
         Area of a marker in square points; by default smaller the more points there are.
+    units : "SI", optional
+        Draw in rad, rad/s, m, m/s; the system needs scales.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
 
@@ -153,11 +168,12 @@ def stroboscopic(
     """
     run = expected("run", run, Run)
     sectioned(run)
+    drawn = AxisUnits.of(units, run.system)
     names = [chosen(name, given, COORDINATES) for name, given in (("x", x), ("y", y))]
     rows = run.stroboscopic
     area = mark_area(size, len(rows))
     ax = new_axes(ax)
-    across, up = (rows[:, COORDINATES.index(name)] for name in names)
+    across, up = (rows[:, COORDINATES.index(name)] * drawn.factor(name) for name in names)
     ax.scatter(
         across,
         up,
@@ -168,8 +184,9 @@ def stroboscopic(
     )
     _show_around(ax, "x")
     _show_around(ax, "y")
-    ax.set_xlabel(f"{STATE_SYMBOLS[names[0]]} once per drive period")
-    ax.set_ylabel(f"{STATE_SYMBOLS[names[1]]} once per drive period")
+    said = [drawn.label(name, f"{STATE_SYMBOLS[name]} once per drive period") for name in names]
+    ax.set_xlabel(said[0])
+    ax.set_ylabel(said[1])
     return ax
 
 

@@ -101,6 +101,15 @@ White ones have a black outline; a curve of grazings is black.
 
 PARAMETER_SYMBOLS = {name: f"${parameter.latex}$" for name, parameter in PARAMETERS.items()}
 
+
+def axis_name(name: str, *, made: bool) -> str:
+    """Return the label of an axis: the symbol of what is varied, or the name of the argument of the
+    function that makes the systems.
+    """  # noqa: D205
+    symbols = STATE_SYMBOLS if made else PARAMETER_SYMBOLS | STATE_SYMBOLS
+    return symbols.get(name, name)
+
+
 STATE_SYMBOLS = {
     "x1": r"$x_1$",
     "v1": r"$\dot x_1$",

@@ -9,12 +9,12 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from .. import _core
+from .. import _core, keyword_types
 from .._core import PARAMETERS
 from ..arguments import axis, count, reject
 from ..errors import Interrupted, ParameterError
@@ -36,12 +36,13 @@ _MAX_POINTS = 10_000_000
 
 
 @interruptible
+@keyword_types.completing(keyword_types.Parameters)
 def motion_map(
     system: System,
     n: int = 1,
     *,
     within: tuple[float, float] | None = None,
-    **parameters: ArrayLike,
+    **parameters: Unpack[keyword_types.Parameters],
 ) -> MotionMap:
     """Find all period n-1 solutions of a system over a grid of parameters.
 
@@ -73,7 +74,7 @@ def motion_map(
         reject("system", system, "a vibroimpact.System")
     n = count("n", n, least=1, most=100_000)
     limits = None if within is None else limits_of(within)
-    grid = _grid(parameters)
+    grid = _grid(dict(parameters))
     size = int(np.prod([len(values) for values in grid.values()]))
     undecided = np.zeros(size, dtype=np.int64)
     empty = np.zeros(size, dtype=np.bool_)

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from .._core import PARAMETERS
 from ..arguments import count, reject
 from ..errors import ParameterError, StateError
 from ..run import Run
@@ -16,6 +15,7 @@ from ..system import System
 from .columns import COORDINATES
 from .diagram_results import Diagram
 from .fields import STATUS_NAMES
+from .made_cells import START_FIELD
 from .results import GridResult
 
 _PENDING = STATUS_NAMES.index("pending")
@@ -52,7 +52,9 @@ def run_of_cell(result: GridResult, *indices: int) -> Run:
         values.get(name, given)
         for name, given in zip(COORDINATES, settings["initial"], strict=True)
     ]
-    return _run(_varied(result.system, values), initial, settings)
+    number = int(np.ravel_multi_index(place, shape)) if shape else 0
+    initial = _start(result, place, initial)
+    return _run(result.system_at(number), initial, settings)
 
 
 def run_of_point(diagram: Diagram, i: int) -> Run:
@@ -60,9 +62,9 @@ def run_of_point(diagram: Diagram, i: int) -> Run:
     place = count("i", i, least=-len(diagram), most=len(diagram) - 1) % len(diagram)
     settings = dataclasses.asdict(diagram.settings)
     branch, number = divmod(place, len(diagram.values))
-    own = settings["initial"][branch]
-    values = {diagram.parameter_name: float(diagram.values[number])}
-    system = _varied(diagram.system, values)
+    cell = np.unravel_index(place, diagram.columns.grid.shape)
+    own = _start(diagram, cell, settings["initial"][branch])
+    system = diagram.system_at(place)
     followed = _followed(diagram, branch, number, settings["start"][branch])
     if followed is not None:
         try:
@@ -101,8 +103,11 @@ def _followed(diagram: Diagram, branch: int, number: int, start: str) -> list[fl
     return None
 
 
-def _varied(system: System, values: dict[str, float]) -> System:
-    return system.replace(**{name: value for name, value in values.items() if name in PARAMETERS})
+def _start(result: GridResult, cell: tuple[Any, ...], initial: Any) -> Any:
+    """Return the start that a function made for a cell; without a function that of the settings."""
+    if START_FIELD.name not in result.columns:
+        return initial
+    return result.columns[START_FIELD.name][cell].tolist()
 
 
 def _run(system: System, initial: Any, settings: dict[str, Any]) -> Run:

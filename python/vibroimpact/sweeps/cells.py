@@ -22,10 +22,12 @@ from ..arguments import (
     state,
     swept,
 )
+from ..made import is_maker, need_system
 from ..system import System
 from .columns import COORDINATES
 from .fields import STATUS, ChunkResult, Field, RowGroup
 from .grid import Grid
+from .made_cells import MadeCells
 
 # Periods that are kept of each run unless given, or all if there are fewer.
 USUAL_KEEP = 100
@@ -120,7 +122,7 @@ class RunSettings:
 
 def checked_axes(
     function: Callable[..., Any],
-    system: System,
+    system: Any,
     axes: Mapping[str, ArrayLike],
     *,
     allowed: Sequence[str] = (*PARAMETERS, *COORDINATES),
@@ -128,14 +130,19 @@ def checked_axes(
 ) -> dict[str, NDArray[np.float64]]:
     """Return the axes of a function's grid: fields of System, coordinates of the initial state.
 
+    Where a function makes the system they are its arguments in place of fields of System.
+
     Raises
     ------
     ParameterError
         If a name is not ``allowed``, there are not ``exactly`` so many, an axis is empty, or a
         value is out of range.
     """
-    if not isinstance(system, System):
-        reject("system", system, "a vibroimpact.System")
+    need_system(system, maker=True)
+    if is_maker(system):
+        names = [name for name in axes if name not in allowed or name not in COORDINATES]
+        swept(function, axes, [*names, *allowed], exactly=exactly)
+        return {name: axis(name, values) for name, values in axes.items()}
     swept(function, axes, allowed, exactly=exactly)
     checked = {}
     for name, values in axes.items():
@@ -160,6 +167,8 @@ class CellTask:
     measure: Measure
     # Drive periods over which a spectrum is measured.
     measured: int = 0
+    # Systems and starts that functions made for the cells.
+    made: MadeCells | None = None
 
     divisible = True
     rows: ClassVar[tuple[RowGroup, ...]] = ()
@@ -168,7 +177,7 @@ class CellTask:
     def fields(self) -> tuple[Field, ...]:
         """The columns."""
         more = {"largest_exponent": _LARGEST, "spectrum": _SPECTRUM}.get(self.measure, ())
-        return (STATUS, *_LABEL, *more)
+        return (STATUS, *_LABEL, *more, *(() if self.made is None else self.made.fields))
 
     @property
     def cost(self) -> float:
@@ -195,7 +204,7 @@ class CellTask:
         progress: Callable[[int], object] | None,
     ) -> ChunkResult:
         """Run the cells first ... last - 1."""
-        values = self.grid.values(first, last)
+        values = self.cell_values(first, last)
         sweep = run_cells(
             self.system,
             values,
@@ -206,8 +215,18 @@ class CellTask:
             workers=workers,
             progress=progress,
         )
-        columns = label_columns(sweep, self.measure)
+        columns = label_columns(sweep, self.measure) | self.known(first, last)
         return ChunkResult(columns, interrupted=sweep.interrupted)
+
+    def cell_values(self, first: int, last: int) -> dict[str, NDArray[np.float64]]:
+        """Return what is set in the cells first ... last - 1: parameters and coordinates."""
+        if self.made is None:
+            return self.grid.values(first, last)
+        return self.made.values(self.grid, first, last)
+
+    def known(self, first: int, last: int) -> dict[str, NDArray[np.float64]]:
+        """Return the columns that functions made, before anything is computed."""
+        return {} if self.made is None else self.made.columns(self.grid, first, last)
 
 
 def run_cells(

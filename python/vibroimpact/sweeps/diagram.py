@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, Unpack, get_args, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,8 +16,11 @@ from .._core import CHATTER_TOLERANCE, PARAMETERS
 from ..arguments import count, optional_count, reject, state, states, threads
 from ..errors import ClusterError, Interrupted, StateError
 from ..interruption import interruptible
+from ..keyword_types import Parameters, completing
+from ..made import Maker
 from ..simulation import refuse_overlap
 from ..system import System
+from .call_types import DiagramCall
 from .cells import (
     IMPACT_ROWS,
     STROBOSCOPIC_ROWS,
@@ -28,11 +31,12 @@ from .cells import (
     measure_of,
     run_cells,
 )
-from .columns import Columns
+from .columns import COORDINATES, Columns
 from .diagram_results import Diagram, Start
 from .engine import compute
 from .fields import ChunkResult
 from .grid import Grid
+from .made_cells import MadeCells, made_cells
 from .merge import LEVELS, merged
 from .store import folder_of_stores, store_in
 
@@ -84,7 +88,7 @@ class DiagramTask(CellTask):
             parts.append(
                 self._pending(end - begin)
                 if stopped
-                else self._run(branch, begin, end, name, workers, advance)
+                else self._run(branch, begin, end, workers, advance)
             )
         return _joined(parts or [self._pending(0)])
 
@@ -93,11 +97,11 @@ class DiagramTask(CellTask):
         branch: int,
         first: int,
         last: int,
-        name: str,
         workers: int | None,
         progress: Callable[[int], object] | None,
     ) -> ChunkResult:
-        values = {name: self.grid.values(first, last)[name]}
+        values = self.cell_values(first, last)
+        values.pop("branch", None)
         run = dataclasses.replace(self.run, initial=self.initials[branch])
         sweep = run_cells(
             self.system,
@@ -115,7 +119,8 @@ class DiagramTask(CellTask):
             "impact": (sweep.impact_count, {**impacts, "regime": sweep.regime}),
             "stroboscopic": (sweep.stroboscopic_count, {"stroboscopic": sweep.stroboscopic}),
         }
-        return ChunkResult(label_columns(sweep, self.measure), rows, sweep.interrupted)
+        columns = label_columns(sweep, self.measure) | self.known(first, last)
+        return ChunkResult(columns, rows, sweep.interrupted)
 
     def _pending(self, cells: int) -> ChunkResult:
         """Return the result of points that were not computed because of Ctrl-C."""
@@ -154,11 +159,30 @@ def _joined(parts: Sequence[ChunkResult]) -> ChunkResult:
     return ChunkResult(columns, rows, any(part.interrupted for part in parts))
 
 
-@interruptible
+@overload
 def bifurcation_diagram(
     system: System,
     *,
-    initial: ArrayLike,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Unpack[DiagramCall],
+) -> Diagram: ...
+
+
+@overload
+def bifurcation_diagram(
+    system: Maker,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Any,
+) -> Diagram: ...
+
+
+@interruptible
+@completing(Parameters)
+def bifurcation_diagram(
+    system: System | Maker,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
     periods: int = 600,
     keep: int | None = None,
     start: Start | Sequence[Start] = "fresh",
@@ -180,11 +204,16 @@ def bifurcation_diagram(
     Parameters
     ----------
     system
-        The system; its own value of the varied parameter has no influence.
+        The system; its own value of the varied parameter has no influence. Or a function that
+        makes the system from the value, called once for each before anything is computed:
+        ``lambda stiffness: vi.System.from_physical(..., stiffness=stiffness)``.
     initial
-        (x1, v1, x2, v2) at t = 0, or several starts, shape (k, 4): a branch for each.
-    periods, keep
-        Drive periods per run, and how many of them at the end are kept; default as in ``sweep``.
+        (x1, v1, x2, v2) at t = 0, or several starts, shape (k, 4): a branch for each. Or a function
+        of the value that gives one start.
+    periods
+        Drive periods per run.
+    keep
+        How many of them at the end are kept: 100 by default, or all of fewer.
     start
         ``"fresh"``: every run starts from ``initial``. ``"forward"``, ``"backward"``: each starts
         from the last state of the one before, in the given or the reverse order; the result is in
@@ -198,14 +227,27 @@ def bifurcation_diagram(
     refine
         So many times, halve the steps across which the label of a fresh branch changes. The values
         of the result are then in increasing order, each once.
-    max_events, chatter_tolerance, section_phase
-        As in ``simulate``.
-    progress, workers, chunk, client, store
-        As in ``sweep``. A followed branch is one task, never cut. With ``refine`` a store has a
-        part for each level.
+    max_events
+        Cap on the number of events of each run, as in ``simulate``.
+    chatter_tolerance
+        Absolute, on time and state where chatter is completed, as in ``simulate``.
+    section_phase
+        Phase of the stroboscopic section after that of t = 0, in radians.
+    progress
+        Show a progress bar with rate and time left.
+    workers
+        Threads; default all cores.
+    chunk
+        Cells that are computed, stored and sent together, as in ``sweep``; a followed branch is
+        one task, never cut.
+    client
+        A ``distributed.Client`` whose workers compute the chunks.
+    store
+        Directory of a Zarr store for the results, as in ``sweep``; with ``refine`` it has a part
+        for each level.
     **parameter
-        One numeric field of System with an array of its values; for a range use
-        ``numpy.linspace``, e.g.
+        One numeric field of System, or the argument of the function that makes the system, with an
+        array of its values; for a range use ``numpy.linspace``, e.g.
         ``drive_frequency=np.linspace(0.2, 4, 4000)``.
 
     Returns
@@ -221,15 +263,18 @@ def bifurcation_diagram(
     Interrupted
         After Ctrl-C; ``.result`` is the Diagram, unreached points having the status ``pending``.
     """
-    if not isinstance(system, System):
-        reject("system", system, "a vibroimpact.System")
     axes = checked_axes(bifurcation_diagram, system, parameter, allowed=[*PARAMETERS], exactly=1)
     ((name, values),) = axes.items()
     kinds = _starts(start)
     refinements = count("refine", refine, least=0, most=_MOST_REFINEMENTS)
     if refinements and set(kinds) != {"fresh"}:
         reject("refine", refine, "0 for followed branches: points between have no one to follow")
-    initials = _initials(initial)
+    if name == "branch":
+        reject("name of an axis", name, "a name that no column of the result has")
+    if refinements:
+        values = np.unique(values)
+    first, start_state, made = made_cells(system, initial, {name: values})
+    initials = _initials(start_state)
     run = RunSettings.checked(
         initial=initials[0],
         periods=periods,
@@ -238,31 +283,44 @@ def bifurcation_diagram(
         chatter_tolerance=chatter_tolerance,
         section_phase=section_phase,
     )
-    _check_overlap(system, name, values, initials)
+    if made is None:
+        _check_overlap(first, name, values, initials)
+    else:
+        _check_made_overlap(first, name, values, initials, made)
     branches = [(one, kind) for kind in kinds for one in initials]
     measure = measure_of(labels, exponents)
 
-    def task(values: NDArray[np.float64]) -> DiagramTask:
+    def task(values: NDArray[np.float64], base: System, cells: MadeCells | None) -> DiagramTask:
         axes = {name: values}
         if len(branches) > 1:
             axes = {"branch": np.arange(float(len(branches))), **axes}
         return DiagramTask(
             kind="diagram",
-            system=system,
+            system=base,
             grid=Grid(axes),
             run=run,
             measure=measure,
+            made=cells,
             initials=tuple(one for one, _ in branches),
             starts=tuple(kind for _, kind in branches),
         )
 
     engine = {"chunk": chunk, "workers": workers, "progress": progress, "client": client}
     if not refinements:
-        return compute(task(values), Diagram, store=store, **engine)
+        whole = task(values, first, made)
+        return compute(whole, Diagram, store=store, known=whole.known, **engine)
+
+    def level(values: NDArray[np.float64]) -> DiagramTask:
+        if values is first_values:  # for which the functions have been called
+            return task(values, first, made)
+        here, _, cells = made_cells(system, initial, {name: values})
+        return task(values, here, cells)
+
+    first_values = values
     optional_count("chunk", chunk, least=1)
     threads(workers)
     folder = folder_of_stores(store, LEVELS, "a refined diagram")
-    return _refined(task, np.unique(values), refinements, folder, engine)
+    return _refined(level, values, refinements, folder, engine)
 
 
 def _initials(initial: ArrayLike) -> list[tuple[float, float, float, float]]:
@@ -303,6 +361,25 @@ def _check_overlap(
             raise StateError(f"at {', '.join(where)}: {error}") from None
 
 
+def _check_made_overlap(
+    system: System,
+    name: str,
+    values: NDArray[np.float64],
+    initials: Sequence[Any],
+    made: MadeCells,
+) -> None:
+    own = made.values(Grid({name: values}), 0, len(values))
+    for place, value in enumerate(values.tolist()):
+        numbers = {axis: float(column[place]) for axis, column in own.items()}
+        here = system.replace(**{axis: numbers[axis] for axis in PARAMETERS if axis in numbers})
+        one = tuple(numbers[axis] for axis in COORDINATES if axis in numbers)
+        for initial in [one] if one else initials:
+            try:
+                refuse_overlap(here, initial)
+            except StateError as error:
+                raise StateError(f"at {name} = {value!r}: {error}") from error
+
+
 def _refined(
     task: Callable[[NDArray[np.float64]], DiagramTask],
     values: NDArray[np.float64],
@@ -317,7 +394,8 @@ def _refined(
             place = store_in(store, f"level-{level}")
             stopped: Interrupted | ClusterError | None = None
             try:
-                columns = compute(task(values), _itself, store=place, **engine)
+                part = task(values)
+                columns = compute(part, _itself, store=place, known=part.known, **engine)
             except (Interrupted, ClusterError) as error:
                 columns, stopped = error.result, error
             if columns is not None:

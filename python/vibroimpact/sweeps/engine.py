@@ -11,6 +11,8 @@ from contextlib import AbstractContextManager, closing, contextmanager, nullcont
 from functools import partial
 from typing import Any, TypeVar
 
+from numpy.typing import NDArray
+
 from ..arguments import flag, optional_count, threads
 from ..errors import ClusterError, Interrupted
 from . import cluster
@@ -21,6 +23,7 @@ from .grid import Tiling
 from .store import Store, open_columns
 
 Result = TypeVar("Result")
+Known = Callable[[int, int], dict[str, NDArray[Any]]]
 
 # Drive periods that take very roughly half a second, at four million a second on each of two cores,
 # and bounds to the cells of a chunk by default. Users see the chunks in their stores.
@@ -37,6 +40,7 @@ def compute(
     progress: bool = False,
     client: Any = None,
     store: str | os.PathLike[str] | None = None,
+    known: Known | None = None,
 ) -> Result:
     """Compute all cells of a task and return ``wrap(columns)``.
 
@@ -59,6 +63,9 @@ def compute(
     store
         Directory of a Zarr store for the results. One that holds part of the same computation is
         completed.
+    known
+        Gives columns of the cells first ... last - 1 that are known before they are computed; those
+        in a store must be the same.
 
     Raises
     ------
@@ -82,6 +89,8 @@ def compute(
         _sink(layout, tiling, store, wrap) as sink,
         _progress_bar(task, sink.done, shown=progress) as bar,
     ):
+        if known is not None and isinstance(sink, Store):
+            sink.compare(known)
         chunks = (task, sink.tiling, sink.todo())
         results = (
             _one_by_one(*chunks, workers, bar)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..arguments import reject
 from .grid import Grid
 
 # Attributes of every data set.
@@ -222,6 +223,10 @@ class Layout:
         dims.update(*(entry.dims for entry in self.fields), (group.dim for group in self.rows))
         dims.update(*(entry.dims for group in self.rows for entry in group.fields))
         names = [entry.name for entry, _ in self.arrays()] + [group.offset for group in self.rows]
+        for name in self.grid.axes:
+            if name in names:
+                taken = "a name that no column of the result has"
+                reject("name of an axis", name, taken)
         if len({*names} | dims) != len(names) + len(dims):
             raise ValueError(f"names meet: fields {sorted(names)}, dimensions {sorted(dims)}")
         if not any((entry.name, entry.dtype) == ("status", "int8") for entry in self.fields):

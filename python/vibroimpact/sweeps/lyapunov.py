@@ -7,7 +7,8 @@ phases (theory page, section 7), and kept orthonormal (Benettin et al. 1980).
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,15 +18,16 @@ from .._core import CHATTER_TOLERANCE
 from ..arguments import count, flag, kept_periods, positive, reject, state, threads
 from ..errors import Interrupted, SimulationError
 from ..interruption import interruptible
+from ..keyword_types import Axes, completing
+from ..made import Maker, need_system
 from ..simulation import simulate
 from ..system import System
+from .call_types import LyapunovCall
 from .cells import CellTask, RunSettings, checked_axes
 from .engine import compute
 from .grid import Grid
 from .lyapunov_results import LyapunovSpectrum, LyapunovSweep
-
-if TYPE_CHECKING:
-    pass
+from .made_cells import made_cells
 
 # Drive periods that a measurement takes at least: two for each block of its error. Users see it.
 _LEAST = 20
@@ -33,11 +35,30 @@ _LEAST = 20
 _STEPS = 1000
 
 
-@interruptible
+@overload
 def lyapunov_spectrum(
     system: System,
     *,
-    initial: ArrayLike,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Unpack[LyapunovCall],
+) -> LyapunovSpectrum | LyapunovSweep: ...
+
+
+@overload
+def lyapunov_spectrum(
+    system: Maker,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Any,
+) -> LyapunovSweep: ...
+
+
+@interruptible
+@completing(Axes)
+def lyapunov_spectrum(
+    system: System | Maker,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
     periods: int | None = None,
     keep: int | None = None,
     time: float | None = None,
@@ -55,9 +76,9 @@ def lyapunov_spectrum(
     Parameters
     ----------
     system
-        The system.
+        The system; over axes also a function that makes one from their values, as in ``sweep``.
     initial
-        (x1, v1, x2, v2) at t = 0.
+        (x1, v1, x2, v2) at t = 0; over axes also a function of their values that gives it.
     periods
         Drive periods in all, at least 20 (default 2000).
     keep
@@ -67,10 +88,20 @@ def lyapunov_spectrum(
     time
         In place of periods, under a constant load (drive frequency 0) and without axes: time in
         all; the last three quarters are measured.
-    max_events, chatter_tolerance
-        As in ``simulate``.
-    progress, workers, chunk, client, store
-        As in ``sweep``; the last three for a grid only.
+    max_events
+        Cap on the number of events of each run, as in ``simulate``.
+    chatter_tolerance
+        Absolute, on time and state where chatter is completed, as in ``simulate``.
+    progress
+        Show a progress bar with rate and time left.
+    workers
+        Threads; default all cores.
+    chunk
+        For a grid only: cells that are computed, stored and sent together, as in ``sweep``.
+    client
+        For a grid only: a ``distributed.Client`` whose workers compute the chunks.
+    store
+        For a grid only: directory of a Zarr store for the results, as in ``sweep``.
     **axes
         Arrays of values as in ``sweep``; none for a single motion.
 
@@ -90,8 +121,7 @@ def lyapunov_spectrum(
         After Ctrl-C; ``.result`` holds what is done: a spectrum, or before the measurement has
         begun the Run.
     """
-    if not isinstance(system, System):
-        reject("system", system, "a vibroimpact.System")
+    need_system(system, maker=bool(axes))
     if not axes:
         threads(workers)
         flag("progress", progress)
@@ -99,7 +129,13 @@ def lyapunov_spectrum(
             if given is not None:
                 reject(name, given, "None for a single motion: it is one task, not stored")
     if time is not None:
-        if axes or periods is not None or keep is not None or system.drive_frequency > 0.0:
+        if (
+            not isinstance(system, System)
+            or axes
+            or periods is not None
+            or keep is not None
+            or system.drive_frequency > 0.0
+        ):
             reject("time", time, "None, but for a single motion under a constant load")
         return _single(
             system, initial, positive("time", time), None, 0, max_events, chatter_tolerance
@@ -107,13 +143,15 @@ def lyapunov_spectrum(
     periods = count("periods", 2000 if periods is None else periods, least=_LEAST)
     usual = max(-(-3 * periods // 4), _LEAST)
     measured = kept_periods(keep, periods, usual=usual, least=_LEAST)
-    if not axes:
+    if isinstance(system, System) and not axes:
         if system.drive_frequency == 0.0:
             reject("time", time, "a number > 0: without a drive there are no periods")
         return _single(system, initial, None, periods, measured, max_events, chatter_tolerance)
     before = periods - measured
+    grid = Grid(checked_axes(lyapunov_spectrum, system, axes))
+    first, start, made = made_cells(system, initial, grid.axes)
     run = RunSettings.checked(
-        initial=initial,
+        initial=start,
         periods=max(before, 1),
         keep=min(before, _LOOKED_AT),
         max_events=max_events,
@@ -122,11 +160,12 @@ def lyapunov_spectrum(
     )
     task = CellTask(
         kind=LyapunovSweep.kind,
-        system=system,
-        grid=Grid(checked_axes(lyapunov_spectrum, system, axes)),
+        system=first,
+        grid=grid,
         run=run,
         measure="spectrum",
         measured=measured,
+        made=made,
     )
     return compute(
         task,
@@ -136,6 +175,7 @@ def lyapunov_spectrum(
         progress=progress,
         client=client,
         store=store,
+        known=task.known,
     )
 
 
@@ -145,7 +185,7 @@ _LOOKED_AT = 100
 
 def _single(
     system: System,
-    initial: ArrayLike,
+    initial: Any,
     time: float | None,
     periods: int | None,
     measured: int,

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core, archive
+from .._core import PARAMETERS
+from ..arguments import count, reject
 from ..arguments import path as checked_path
 from ..interruption import interruptible
 from ..run import Run, read_only
@@ -18,6 +20,7 @@ from .columns import COORDINATES, Columns, Memory, to_dataset
 from .fields import STATUS_NAMES, ChunkResult, Field, Layout, RowGroup
 from .grid import Grid, Tiling
 from .labels import labels
+from .made_cells import PARAMETER_FIELD, SCALES_FIELD, scales_at
 from .store import open_columns
 
 if TYPE_CHECKING:
@@ -30,6 +33,12 @@ MOTIONS = _core.MOTION_NAMES
 _MOST_CELLS = 1_000_000
 # Labels that it names.
 _MOST_LABELS = 6
+# What the entries of a column with an inner dimension are called in a data frame, else numbers.
+_ENTRIES: dict[str, tuple[str, ...]] = {
+    "coordinate": COORDINATES,
+    "system_parameter": tuple(PARAMETERS),
+    "scale": ("length", "mass", "time"),
+}
 # The cells with these statuses have come to the end of their run.
 _COMPLETED = [STATUS_NAMES.index(name) for name in ("completed", "restarted", "rest")]
 
@@ -45,7 +54,8 @@ class GridResult(Shown):
     columns
         The arrays by name, with all that is known of the computation.
     system
-        The system that was varied.
+        The system that was varied; where a function made one for each cell, that of the first. The
+        system of any cell is ``system_at(...)``.
     """
 
     kind = "result"
@@ -58,6 +68,50 @@ class GridResult(Shown):
     def axes(self) -> dict[str, NDArray[np.float64]]:
         """Name and values of each axis that was varied, shape (n,)."""
         return dict(self.columns.grid.axes)
+
+    @property
+    def is_made(self) -> bool:
+        """Whether a function made the systems: then the axes are its arguments."""
+        return PARAMETER_FIELD.name in self.columns
+
+    def system_at(self, *cell: int) -> System:
+        """Return the system of a cell.
+
+        Parameters
+        ----------
+        *cell
+            The place along each axis; or one number, that of the cell in C order.
+
+        Returns
+        -------
+        System
+            With the values of the axes; or as the function made it, with its scales.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such cell.
+        """
+        shape = self.columns.grid.shape
+        sizes = shape if len(cell) == len(shape) else (len(self),)
+        fits = len(cell) == len(sizes) and all(
+            0 <= count("cell", place, least=0) < size
+            for place, size in zip(cell, sizes, strict=True)
+        )
+        if not fits:
+            reject("cell", cell, f"the place along each axis of {shape}, or one below {len(self)}")
+        number = int(np.ravel_multi_index(cell, sizes))
+        if not self.is_made:
+            values = self.columns.grid.values(number, number + 1)
+            own = {name: float(values[name][0]) for name in values if name in PARAMETERS}
+            return self.system.replace(**own)
+        inside = np.unravel_index(number, shape)
+        row = self.columns[PARAMETER_FIELD.name][inside].tolist()
+        made = dict(zip(PARAMETERS, row, strict=True))
+        scales = None
+        if SCALES_FIELD.name in self.columns:
+            scales = scales_at(self.columns[SCALES_FIELD.name][inside])
+        return self.system.replace(**made, scales=scales)
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -211,8 +265,7 @@ class GridResult(Shown):
             if not entry.shape:
                 columns[entry.name] = values
                 continue
-            numbers = tuple(range(1, entry.shape[0] + 1))
-            names = COORDINATES if entry.dims[0] == "coordinate" else numbers
+            names: Any = _ENTRIES.get(entry.dims[0], range(1, entry.shape[0] + 1))
             columns |= {f"{entry.name}_{k}": values[:, i] for i, k in enumerate(names)}
         return frame(columns)
 

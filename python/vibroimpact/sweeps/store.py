@@ -9,7 +9,7 @@ is one that has lost a file (`store_check`).
 import errno
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -26,6 +26,7 @@ from .columns import Columns
 from .ctrl_c import ctrl_c_waits
 from .fields import ChunkResult, Layout
 from .grid import Tiling
+from .made_cells import entry_name
 from .store_check import Chunks, check_arrays, damaged, reading
 from .store_layout import (
     check_format,
@@ -174,6 +175,32 @@ class Store:
         """Return the numbers of the chunks that are to be computed."""
         numbers: list[int] = np.flatnonzero(~self._whole).tolist()
         return numbers
+
+    def compare(self, known: Callable[[int, int], dict[str, NDArray[Any]]]) -> None:
+        """Refuse to go on if columns of finished cells are not as ``known``.
+
+        Raises
+        ------
+        ParameterError
+            Names the first cell, the column and both values.
+        """
+        for index in np.flatnonzero(self._whole).tolist():
+            place = self.tiling.slices(index)
+            first, last = self.tiling.cells(index)
+            for name, wanted in known(first, last).items():
+                with reading(self.path):
+                    there = self._chunks.read(name, place).reshape(wanted.shape)
+                same = (there == wanted) | (np.isnan(there) & np.isnan(wanted))
+                if not same.all():
+                    cell, entry = np.argwhere(~same)[0].tolist()
+                    at = self.layout.grid.values(first + cell, first + cell + 1)
+                    where = ", ".join(f"{axis} = {float(value[0])!r}" for axis, value in at.items())
+                    raise ParameterError(
+                        f"store = {str(self.path)!r} holds another computation: at {where} "
+                        f"{entry_name(name, entry)} is {float(there[cell, entry])!r} there, "
+                        f"{float(wanted[cell, entry])!r} here; "
+                        "give another place, or delete this one"
+                    )
 
     def write(self, index: int, result: ChunkResult) -> None:
         """Write chunk ``index``; with row groups, the first that is not done.

@@ -3,24 +3,48 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Unpack, overload
 
 from numpy.typing import ArrayLike
 
 from .._core import CHATTER_TOLERANCE, PARAMETERS
 from ..interruption import interruptible
+from ..keyword_types import Axes, Parameters, completing
+from ..made import Maker
 from ..system import System
+from .call_types import ChartCall, SweepCall
 from .cells import CellTask, Measure, RunSettings, checked_axes, measure_of
 from .engine import compute
 from .grid import Grid
+from .made_cells import MadeCells, made_cells
 from .sweep_results import Chart, Sweep
 
 
-@interruptible
+@overload
 def sweep(
     system: System,
     *,
-    initial: ArrayLike,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Unpack[SweepCall],
+) -> Sweep: ...
+
+
+@overload
+def sweep(
+    system: Maker,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Any,
+) -> Sweep: ...
+
+
+@interruptible
+@completing(Axes)
+def sweep(
+    system: System | Maker,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
     periods: int = 400,
     keep: int | None = None,
     labels: bool = True,
@@ -40,19 +64,27 @@ def sweep(
     Parameters
     ----------
     system
-        The system; its own values of what is varied have no influence.
+        The system; its own values of what is varied have no influence. Or a function that makes
+        one from the values, called once for each combination before anything is computed:
+        ``lambda stiffness, damping: vi.System.from_physical(..., stiffness=stiffness,
+        damping=damping)``.
     initial
-        (x1, v1, x2, v2) at t = 0.
-    periods, keep
-        Drive periods per run, and how many of them at the end are looked at for the label: 100 by
-        default, or all of fewer.
+        (x1, v1, x2, v2) at t = 0; or a function of the same values that gives it.
+    periods
+        Drive periods per run.
+    keep
+        How many of them at the end are looked at for the label: 100 by default, or all of fewer.
     labels
         Distinguish chaotic and quasi-periodic motions by the growth of perturbations. If False,
         which is faster, motions without a period are ``unresolved``.
     exponents
         Compute the largest Lyapunov exponent, too, which comes with the label.
-    max_events, chatter_tolerance, section_phase
-        As in ``simulate``.
+    max_events
+        Cap on the number of events of each run, as in ``simulate``.
+    chatter_tolerance
+        Absolute, on time and state where chatter is completed, as in ``simulate``.
+    section_phase
+        Phase of the stroboscopic section after that of t = 0, in radians.
     progress
         Show a progress bar with rate and time left.
     workers
@@ -65,8 +97,9 @@ def sweep(
         Directory of a Zarr store: results go there chunk by chunk, and a call with the same
         arguments completes it. Memory then does not grow with the grid.
     **axes
-        Arrays of values, each for a numeric field of System or for a coordinate x1, v1, x2, v2 of
-        the initial state; the first is the slowest axis. ``(0.2, 4)`` is an array of two values;
+        Arrays of values, each for a numeric field of System (or an argument of the function that
+        makes it) or for a coordinate x1, v1, x2, v2 of the initial state; the first is the slowest
+        axis. ``(0.2, 4)`` is an array of two values;
         for a range use ``numpy.linspace``.
 
     Returns
@@ -82,25 +115,52 @@ def sweep(
         After Ctrl-C; ``.result`` is the Sweep, cells not reached being ``pending``.
     """
     grid = Grid(checked_axes(sweep, system, axes))
+    first, start, made = made_cells(system, initial, grid.axes)
     run = RunSettings.checked(
-        initial=initial,
+        initial=start,
         periods=periods,
         keep=keep,
         max_events=max_events,
         chatter_tolerance=chatter_tolerance,
         section_phase=section_phase,
     )
-    task = _task(Sweep, system, grid, run, measure_of(labels, exponents))
+    task = _task(Sweep, first, grid, run, measure_of(labels, exponents), made)
     return compute(
-        task, Sweep, chunk=chunk, workers=workers, progress=progress, client=client, store=store
+        task,
+        Sweep,
+        chunk=chunk,
+        workers=workers,
+        progress=progress,
+        client=client,
+        store=store,
+        known=task.known,
     )
 
 
-@interruptible
+@overload
 def chart(
     system: System,
     *,
-    initial: ArrayLike,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Unpack[ChartCall],
+) -> Chart: ...
+
+
+@overload
+def chart(
+    system: Maker,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Any,
+) -> Chart: ...
+
+
+@interruptible
+@completing(Parameters)
+def chart(
+    system: System | Maker,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
     periods: int = 400,
     keep: int | None = None,
     labels: bool = True,
@@ -119,14 +179,37 @@ def chart(
 
     Parameters
     ----------
-    system, initial, periods, keep, labels, max_events, chatter_tolerance, section_phase
-        As in ``sweep``.
+    system
+        The system, or a function that makes one from two values, as in ``sweep``.
+    initial
+        (x1, v1, x2, v2) at t = 0, or a function of the two values that gives it.
+    periods
+        Drive periods per run.
+    keep
+        How many of them at the end are looked at for the label: 100 by default, or all of fewer.
+    labels
+        Distinguish chaotic and quasi-periodic motions, as in ``sweep``.
     exponents
-        As in ``sweep``; computed unless ``labels`` is False.
-    progress, workers, chunk, client, store
-        As in ``sweep``.
+        Compute the largest Lyapunov exponent; by default unless ``labels`` is False.
+    max_events
+        Cap on the number of events of each run, as in ``simulate``.
+    chatter_tolerance
+        Absolute, on time and state where chatter is completed, as in ``simulate``.
+    section_phase
+        Phase of the stroboscopic section after that of t = 0, in radians.
+    progress
+        Show a progress bar with rate and time left.
+    workers
+        Threads; default all cores.
+    chunk
+        Cells that are computed, stored and sent together, as in ``sweep``.
+    client
+        A ``distributed.Client`` whose workers compute the chunks.
+    store
+        Directory of a Zarr store for the results, as in ``sweep``.
     **axes
-        Two numeric fields of System with arrays of their values; for a range use
+        Two numeric fields of System, or arguments of the function that makes it, with arrays of
+        their values; for a range use
         ``numpy.linspace``, e.g.
         ``drive_frequency=np.linspace(0.2, 4, 400), moment_amplitude=np.linspace(0.2, 2, 300)``.
 
@@ -141,8 +224,9 @@ def chart(
         As in ``sweep``.
     """
     grid = Grid(checked_axes(chart, system, axes, allowed=[*PARAMETERS], exactly=2))
+    first, start, made = made_cells(system, initial, grid.axes)
     run = RunSettings.checked(
-        initial=initial,
+        initial=start,
         periods=periods,
         keep=keep,
         max_events=max_events,
@@ -150,9 +234,16 @@ def chart(
         section_phase=section_phase,
     )
     exponents = labels if exponents is None else exponents
-    task = _task(Chart, system, grid, run, measure_of(labels, exponents))
+    task = _task(Chart, first, grid, run, measure_of(labels, exponents), made)
     return compute(
-        task, Chart, chunk=chunk, workers=workers, progress=progress, client=client, store=store
+        task,
+        Chart,
+        chunk=chunk,
+        workers=workers,
+        progress=progress,
+        client=client,
+        store=store,
+        known=task.known,
     )
 
 
@@ -162,5 +253,6 @@ def _task(
     grid: Grid,
     run: RunSettings,
     measure: Measure,
+    made: MadeCells | None,
 ) -> CellTask:
-    return CellTask(kind=result.kind, system=system, grid=grid, run=run, measure=measure)
+    return CellTask(kind=result.kind, system=system, grid=grid, run=run, measure=measure, made=made)

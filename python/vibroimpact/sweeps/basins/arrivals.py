@@ -16,7 +16,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,6 +35,7 @@ from ...arguments import (
 )
 from ...errors import Interrupted
 from ...interruption import interruptible
+from ...keyword_types import Coordinates, completing
 from ...system import System
 from ..cluster import check_client
 from ..columns import COORDINATES, Columns
@@ -158,6 +159,7 @@ def _digest(text: str) -> str:
 
 
 @interruptible
+@completing(Coordinates)
 def basins(
     system: System,
     *,
@@ -173,7 +175,7 @@ def basins(
     chunk: int | None = None,
     client: Any = None,
     store: str | os.PathLike[str] | None = None,
-    **axes: ArrayLike,
+    **axes: Unpack[Coordinates],
 ) -> Basins:
     """Find the attractors that a plane of initial states leads to, and the basin of each.
 
@@ -188,22 +190,27 @@ def basins(
         The system; drive_frequency > 0.
     initial
         (x1, v1, x2, v2) at t = 0; its values of the two that vary have no influence.
-    periods, keep
-        Drive periods for which a cell is followed at most, at first, and number of sections at the
-        end by which it is judged if it has arrived nowhere: 200 by default, or all of fewer.
+    periods
+        Drive periods for which a cell is followed at most, at first.
+    keep
+        Number of sections at the end by which a cell is judged if it has arrived nowhere: 200 by
+        default, or all of fewer.
     scouts
         About so many cells, evenly spread, are searched for attractors beforehand.
     rounds
         How often the remaining cells are followed again, each time for twice as long.
-    max_events, chatter_tolerance
-        As in ``simulate``.
+    max_events
+        Cap on the number of events of each run, as in ``simulate``.
+    chatter_tolerance
+        Absolute, on time and state where chatter is completed, as in ``simulate``.
     progress
         Show progress bars.
     workers
         Threads; default all cores. The result does not depend on it.
-    chunk, client
-        Cells that are computed at a time, and a ``distributed.Client`` whose workers do it; the
-        result depends on neither.
+    chunk
+        Cells that are computed at a time; the result does not depend on it.
+    client
+        A ``distributed.Client`` whose workers compute the cells, with the same result.
     store
         Directory for Zarr stores, one for each pass over cells. A call with the same arguments
         goes on where an interrupted or killed one ended.
@@ -226,7 +233,7 @@ def basins(
         reject("system", system, "a vibroimpact.System")
     if system.drive_frequency == 0.0:
         reject("drive_frequency", 0.0, "a number > 0: basins are told on the stroboscopic section")
-    plane = _plane(axes)
+    plane = _plane(dict(axes))
     periods = count("periods", periods, least=8)
     settings = BasinSettings(
         initial=state(initial),

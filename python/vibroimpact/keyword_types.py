@@ -1,0 +1,107 @@
+"""The names of what can be varied, as typed keywords: for type checkers, and for completion.
+
+Calls take them as ``**axes: Unpack[Axes]``. Completion in notebooks looks at signatures at run
+time, where such names do not appear: `completing` lists them there.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any, Literal, TypedDict, TypeVar
+
+from numpy.typing import ArrayLike
+
+Contact = Literal["oblique", "direct"]
+Law = Literal["poisson", "newton", "energetic", "paper"]
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+class Parameters(TypedDict, total=False):
+    """Values of numeric parameters of System, each a one-dimensional array."""
+
+    mass_ratio: ArrayLike
+    frequency_ratio: ArrayLike
+    restitution: ArrayLike
+    gap: ArrayLike
+    drive_frequency: ArrayLike
+    pendulum_damping: ArrayLike
+    oscillator_damping: ArrayLike
+    moment_amplitude: ArrayLike
+    force_amplitude: ArrayLike
+    friction: ArrayLike
+    phase: ArrayLike
+
+
+class Coordinates(TypedDict, total=False):
+    """Values of coordinates of the initial state, each a one-dimensional array."""
+
+    x1: ArrayLike
+    v1: ArrayLike
+    x2: ArrayLike
+    v2: ArrayLike
+
+
+class Axes(Parameters, Coordinates, total=False):
+    """What a sweep can vary."""
+
+
+class Ranges(TypedDict, total=False):
+    """Ranges of numeric parameters of System, (low, high)."""
+
+    mass_ratio: tuple[float, float]
+    frequency_ratio: tuple[float, float]
+    restitution: tuple[float, float]
+    gap: tuple[float, float]
+    drive_frequency: tuple[float, float]
+    pendulum_damping: tuple[float, float]
+    oscillator_damping: tuple[float, float]
+    moment_amplitude: tuple[float, float]
+    force_amplitude: tuple[float, float]
+    friction: tuple[float, float]
+    phase: tuple[float, float]
+
+
+class Changes(TypedDict, total=False):
+    """Fields of System, as `System.replace` takes them."""
+
+    mass_ratio: float
+    frequency_ratio: float
+    restitution: float
+    gap: float
+    drive_frequency: float
+    pendulum_damping: float
+    oscillator_damping: float
+    moment_amplitude: float
+    force_amplitude: float
+    friction: float
+    phase: float
+    contact: Contact
+    law: Law
+    damping: tuple[float, float]
+    scales: Any
+
+
+def completing(names: type) -> Callable[[Function], Function]:
+    """List the keys of a TypedDict in the signature of a function with ``**keywords``."""
+
+    def listed(function: Function) -> Function:
+        signature = inspect.signature(function)
+        own = [*signature.parameters.values()]
+        more = [
+            inspect.Parameter(
+                name,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=None,
+                annotation=getattr(annotation, "__forward_arg__", annotation),
+            )
+            for name, annotation in inspect.get_annotations(names).items()
+            if name not in signature.parameters
+        ]
+        function.__signature__ = signature.replace(  # type: ignore[attr-defined]
+            parameters=[*own[:-1], *more, own[-1]]
+        )
+        return function
+
+    return listed

@@ -1,0 +1,206 @@
+"""Systems that a function makes from numbers, such as a stiffness in N/m.
+
+Where a system is varied, a function ``f(name=value, ...) -> System`` may stand in its place. It is
+called once for each value, before anything is computed. For continuation a `MadeSystem` remembers
+its function and numbers: derivatives by such a number are those by the system's own parameters
+times the differences of the function.
+"""
+
+import inspect
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._core import PARAMETERS
+from .arguments import close_to, reject
+from .errors import ParameterError, StateError
+from .system import System
+
+Maker = Callable[..., System]
+
+# Step of the differences of a function, as part of the number's size: its cube is the rounding of a
+# double, which makes both errors of a central difference about equal.
+_STEP = 6e-6
+# A start may differ so much from the system that the function makes for it.
+_SAME = 1e-9
+
+
+def is_maker(system: Any) -> bool:
+    """Whether a function, not a system, is given."""
+    return callable(system) and not isinstance(system, System)
+
+
+def in_words(values: Mapping[str, float]) -> str:
+    """Return the numbers in words, for messages."""
+    return ", ".join(f"{name} = {value!r}" for name, value in values.items())
+
+
+def called(function: Callable[..., Any], values: Mapping[str, float]) -> Any:
+    """Call a function of named numbers; its errors name them."""
+    try:
+        return function(**values)
+    except (ParameterError, StateError) as error:
+        raise type(error)(f"at {in_words(values)}: {error}") from error
+    except Exception as error:
+        error.add_note(f"at {in_words(values)}")
+        raise
+
+
+def made(function: Maker, values: Mapping[str, float]) -> System:
+    """Return the system that a function makes; ParameterError if it makes something else."""
+    system = called(function, values)
+    if not isinstance(system, System):
+        raise ParameterError(
+            f"at {in_words(values)}: the function gave {system!r}; allowed: a vibroimpact.System"
+        )
+    return system
+
+
+def check_names(function: Callable[..., Any], names: Sequence[str], what: str = "system") -> None:
+    """Refuse names that a function does not take, and a function that needs more.
+
+    Raises
+    ------
+    ParameterError
+        Names what is unknown or missing, and the function's own names.
+    """
+    known, required, any_name = [], [], False
+    for parameter in inspect.signature(function).parameters.values():
+        if parameter.kind is parameter.VAR_KEYWORD:
+            any_name = True
+        elif parameter.kind is not parameter.VAR_POSITIONAL:
+            known.append(parameter.name)
+            if parameter.default is parameter.empty:
+                required.append(parameter.name)
+    own = ", ".join(known) or "nothing"
+    for name in names:
+        if name not in known and not any_name:
+            hint = close_to(name, known) or ";"
+            raise ParameterError(
+                f"unknown argument {name} of the function {what}{hint} it takes {own}"
+            )
+    missing = [name for name in required if name not in names]
+    if missing:
+        raise ParameterError(
+            f"the function {what} takes {own}; no values are given for {', '.join(missing)}"
+        )
+
+
+class MadeSystem(System):
+    """A system that remembers the function and the numbers that made it.
+
+    It compares, saves and pickles as any other system, without them.
+    """
+
+    _function: Maker
+    _numbers: dict[str, float]
+    _sizes: dict[str, float]
+
+    @classmethod
+    def of(cls, function: Maker, numbers: Mapping[str, float], sizes: Mapping[str, float]) -> Self:
+        """Make the system at some numbers; ``sizes`` are those of their ranges."""
+        system = cls(**made(function, numbers).to_dict())
+        object.__setattr__(system, "_function", function)
+        object.__setattr__(system, "_numbers", dict(numbers))
+        object.__setattr__(system, "_sizes", dict(sizes))
+        return system
+
+    def replace(self, **changes: Any) -> System:  # type: ignore[override]
+        """Return a system with some of its own parameters changed, which no function has made."""
+        return System(**self.to_dict()).replace(**changes)
+
+    def at(self, numbers: Mapping[str, float]) -> Self:
+        """Return the system that the function makes at other numbers."""
+        return self.of(self._function, self._numbers | dict(numbers), self._sizes)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle and copy as the system that it is."""
+        return System.from_dict, (self.to_dict(),)
+
+    def derivatives(self, names: Sequence[str]) -> NDArray[np.float64]:
+        """Return the derivatives of all PARAMETERS by some numbers, shape (parameters, names)."""
+        return np.column_stack([self._derivative(name) for name in names])
+
+    def _derivative(self, name: str) -> NDArray[np.float64]:
+        value, size = self._numbers[name], self._sizes[name]
+        step = _STEP * (min(abs(value), size) or size)
+
+        def at(steps: float) -> NDArray[np.float64] | None:
+            numbers = self._numbers | {name: value + steps * step}
+            try:
+                return _row(made(self._function, numbers))
+            except ParameterError:
+                return None
+
+        here, above, below = _row(self), at(1.0), at(-1.0)
+        if above is not None and below is not None:
+            return (above - below) / (2.0 * step)
+        # At an end of what is allowed, such as a damping of zero.
+        for side, near in ((1.0, above), (-1.0, below)):
+            far = at(2.0 * side)
+            if near is not None and far is not None:
+                return side * (4.0 * near - 3.0 * here - far) / (2.0 * step)
+        raise ParameterError(f"at {name} = {value!r}: no derivative; both neighbours are refused")
+
+
+def _row(system: System) -> NDArray[np.float64]:
+    return np.array([getattr(system, name) for name in PARAMETERS])
+
+
+def rows_of(systems: Sequence[System]) -> NDArray[np.float64]:
+    """Return the numeric parameters of systems, in rows, in the order of PARAMETERS."""
+    return np.array([_row(system) for system in systems]).reshape(-1, len(PARAMETERS))
+
+
+def value_of(system: System, name: str) -> float:
+    """Return the value of what is varied: a number of the function, or an own parameter."""
+    if isinstance(system, MadeSystem) and name in system._numbers:
+        return system._numbers[name]
+    value: float = getattr(system, name)
+    return value
+
+
+def varied(system: System, values: Mapping[str, float]) -> System:
+    """Return the system at other values of what is varied, as in `value_of`."""
+    if isinstance(system, MadeSystem) and all(name in system._numbers for name in values):
+        return system.at(values)
+    return system.replace(**values)
+
+
+def made_from(system: System, names: Sequence[str]) -> MadeSystem | None:
+    """Return the system if all names are numbers of the function that made it, else None."""
+    if isinstance(system, MadeSystem) and all(name in system._numbers for name in names):
+        return system
+    return None
+
+
+def started(
+    function: Maker, numbers: Mapping[str, float], sizes: Mapping[str, float], start: System
+) -> MadeSystem:
+    """Make the system at which a continuation starts; it must be that of its motion.
+
+    Raises
+    ------
+    ParameterError
+        If they differ, with the first parameter that does.
+    """
+    system = MadeSystem.of(function, numbers, sizes)
+    for name in (*PARAMETERS, "contact", "law"):
+        there, here = getattr(start, name), getattr(system, name)
+        close = name in PARAMETERS and math.isclose(there, here, rel_tol=_SAME, abs_tol=_SAME)
+        if there != here and not close:
+            raise ParameterError(
+                f"at {in_words(numbers)} the function makes another system than the motion has: "
+                f"{name} is {here!r}, not {there!r}"
+            )
+    return system
+
+
+def need_system(system: Any, *, maker: bool = False) -> None:
+    """Refuse what is no System, nor, with ``maker``, a function that makes one."""
+    if not isinstance(system, System) and not (maker and is_maker(system)):
+        also = " or a function that makes one" if maker else ""
+        reject("system", system, f"a vibroimpact.System{also}")

@@ -1,0 +1,32 @@
+"""The keywords of continuation as types, for type checkers: options, and parameters with ranges."""
+
+from typing import TypedDict
+
+from ..keyword_types import Ranges
+
+
+class Steps(TypedDict, total=False):
+    """What all of them take."""
+
+    max_step: float
+    max_points: int
+
+
+class SwitchCall(Steps, Ranges, total=False):
+    """Keywords of ``switch_branch``."""
+
+    step: float | None
+
+
+class FollowCall(SwitchCall, total=False):
+    """Keywords of ``follow_motion``."""
+
+    both: bool
+    direction: int
+    virtual: bool
+
+
+class CurveCall(Steps, Ranges, total=False):
+    """Keywords of ``bifurcation_curve`` and ``stability_region``."""
+
+    step: float

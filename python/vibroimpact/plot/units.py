@@ -1,0 +1,63 @@
+"""Axes of pictures of a run, dimensionless or in SI: factors of the numbers, and labels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..run import Run
+from ..scales import COLUMN_UNITS, Scales, Units, chosen
+from ..system import System
+from .curve import shown_window
+from .style import STATE_SYMBOLS
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class AxisUnits:
+    """The units in which a picture of a run is drawn; dimensionless without scales."""
+
+    scales: Scales | None
+
+    @classmethod
+    def of(cls, units: Units | None, system: System) -> AxisUnits:
+        """Return the units asked for.
+
+        Raises
+        ------
+        ParameterError
+            For other units than ``"SI"``, or if the system has no scales.
+        """
+        return cls(chosen(units, system.scales))
+
+    @property
+    def is_si(self) -> bool:
+        """Whether numbers are drawn in SI."""
+        return self.scales is not None
+
+    def factor(self, column: str) -> float:
+        """Return the factor of a column such as ``v1_pre``, ``time``, ``normal_force``."""
+        unit = COLUMN_UNITS.get(column, ("", ""))[0]
+        return getattr(self.scales, unit) if unit and self.scales is not None else 1.0
+
+    def window(self, window: tuple[float, float] | None, run: Run) -> tuple[float, float] | None:
+        """Return a window of time, given in these units, as a dimensionless one."""
+        if window is None or self.scales is None:
+            return window
+        # In seconds it must be a window, too: the error names what was given.
+        start, end = (time / self.scales.time for time in shown_window(run, window))
+        # The ends of what is kept may have been rounded on their way through seconds.
+        for known in (run.kept_from, run.final_state.time):
+            near = 4.0 * np.spacing(abs(known))
+            start = known if abs(start - known) <= near else start
+            end = known if abs(end - known) <= near else end
+        return float(start), float(end)
+
+    def label(self, column: str, text: str | None = None) -> str:
+        """Return the label of an axis for a column, by default its symbol, with its unit in SI."""
+        said = STATE_SYMBOLS.get(column, column) if text is None else text
+        sign = COLUMN_UNITS.get(column, ("", ""))[1]
+        return f"{said} ({sign})" if self.is_si and sign else said

@@ -1,0 +1,99 @@
+"""Parts of a run that it has also in SI: the state at its end, and the works of all forces."""
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .interruption import interruptible
+
+_T = TypeVar("_T", bound=np.generic)
+
+
+@interruptible
+@dataclass(frozen=True, kw_only=True)
+class FinalState:
+    """The state at the end of a run, after the impact if one falls on that instant.
+
+    Attributes
+    ----------
+    x1, v1, x2, v2
+        Pendulum angle and its rate, oscillator displacement and its rate.
+    time
+        Time since the start.
+    period, time_in_period
+        Completed drive periods and the time since the last one, which together stay exact where
+        ``time`` has lost digits.
+    mode
+        ``"flight"``, or in sustained contact ``"slide_positive"``, ``"slide_negative"`` (the sign
+        of x1' while the tip slides; without friction, that at the start of the slide) or
+        ``"stick"`` (x1' = 0, held by friction or by a wall at rest).
+    """
+
+    x1: float
+    v1: float
+    x2: float
+    v2: float
+    time: float
+    period: int
+    time_in_period: float
+    mode: str
+
+    @property
+    def state(self) -> tuple[float, float, float, float]:
+        """The four state variables (x1, v1, x2, v2), as ``initial=`` takes them."""
+        return self.x1, self.v1, self.x2, self.v2
+
+
+@interruptible
+@dataclass(frozen=True, kw_only=True)
+class EnergyAudit:
+    """The works of all forces in the kept window of a run, in M1 l^2 omega_2^2.
+
+    Energy is E = x1'^2/2 + omega0^2 x1^2/2 + (x2'^2 + x2^2)/(2 mbar); with mass_ratio = 0 body 2 is
+    a wall, which has no energy of its own but does work. Works are positive where energy enters.
+    The works between impacts are integrated by quadrature along the motion, independently of the
+    formulas that gave it; impacts skipped in chatter are resolved. All are NaN where one leaves the
+    range of floats: velocities beyond 1e154 have energies beyond it.
+
+    Attributes
+    ----------
+    energy_start, energy_end
+        E at both ends of the window.
+    moment, force
+        Work of the forcing on pendulum and oscillator.
+    damping
+        Work of both dampers, <= 0.
+    restitution, impact_friction
+        Work of the normal impulses and of friction during impacts. The work of friction is <= 0.
+        That of the normal impulses is usually <= 0, but not where friction drives the bodies
+        together. Under ``law="paper"`` both may be positive.
+    contact_friction
+        Work of friction in sustained contact, <= 0.
+    wall
+        Work of a wall (mass_ratio = 0) on the pendulum, in impacts and contact.
+    total
+        Sum of all absolute works.
+    residual
+        Change of energy that no work explains: rounding, some 1e-13 of ``total``, more where a run
+        ends jammed or at a Painleve point.
+    """
+
+    energy_start: float
+    energy_end: float
+    moment: float
+    force: float
+    damping: float
+    restitution: float
+    impact_friction: float
+    contact_friction: float
+    wall: float
+    total: float
+    residual: float
+
+
+def read_only(array: NDArray[_T]) -> NDArray[_T]:
+    """Return the array with its writeable flag cleared."""
+    array.flags.writeable = False
+    return array

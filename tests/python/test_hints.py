@@ -1,0 +1,131 @@
+"""A wrong name gets the name that was meant: in calls, in files, on the command line."""
+
+import inspect
+import re
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+from vibroimpact import arguments
+from vibroimpact.cli import main
+from vibroimpact.system import SYMBOLS
+
+REQUIRED = {
+    "mass_ratio": 0.6,
+    "frequency_ratio": 2.0,
+    "restitution": 0.8,
+    "gap": 0.5,
+    "drive_frequency": 1.8,
+}
+SYSTEM = vi.System(**REQUIRED, moment_amplitude=1.0)
+START = (0.0, 0.5, 0.0, 0.0)
+RUN = vi.simulate(SYSTEM, initial=START, periods=6)
+
+
+@pytest.mark.parametrize(
+    ("call", "meant"),
+    [
+        (lambda: vi.simulate(SYSTEM, initial=START, period=3), "periods"),
+        (lambda: vi.simulate(SYSTEM, x0=START, periods=3), "initial"),
+        (lambda: vi.simulate(SYSTEM, initial=START, duration=3.0), "time"),
+        (lambda: vi.simulate(SYSTEM, initial=START, periods=3, threads=2), "workers"),
+        (lambda: vi.impact(SYSTEM, x=0.1, v1=1.0, v2=0.0), "x1"),
+        (lambda: vi.periodic_motion(SYSTEM, initial=START, period=1), "periods"),
+        (lambda: RUN.trajectory([1.0], force=True), "forces"),
+        (lambda: RUN.resume(period=3), "periods"),
+        (lambda: vi.System(**REQUIRED, mu=0.1), "friction"),
+        (lambda: SYSTEM.replace(omega=2.0), "drive_frequency"),
+        (lambda: vi.System.from_physical(M1=1.0), "pendulum_mass"),
+        (lambda: vi.System.from_physical(K1=1.0), "torsional_stiffness"),
+        (lambda: vi.System.from_physical(K2=1.0), "stiffness"),
+    ],
+)
+def test_a_call_says_which_keyword_was_meant(call, meant):
+    with pytest.raises(
+        TypeError, match=rf"unexpected keyword argument '\w+', did you mean {meant}\?$"
+    ):
+        call()
+
+
+@pytest.mark.parametrize(
+    ("call", "meant"),
+    [
+        (lambda: vi.chart(SYSTEM, initial=START, omega=[1.0], gap=[1.0]), "drive_frequency"),
+        (lambda: vi.sweep(SYSTEM, initial=START, mu=[0.1]), "friction"),
+        (lambda: vi.bifurcation_diagram(SYSTEM, initial=START, r=[0.1]), "restitution"),
+        (lambda: vi.lyapunov_spectrum(SYSTEM, initial=START, delta=[0.1]), "gap"),
+        (lambda: vi.bifurcation_diagram(SYSTEM, initial=START, period=9, gap=[1.0]), "periods"),
+        (lambda: vi.follow_motion(RUN.refine(), omega=(1.0, 2.0)), "drive_frequency"),
+        (lambda: vi.System.from_dict(REQUIRED | {"f1": 1.0}), "moment_amplitude"),
+    ],
+)
+def test_what_varies_is_known_by_its_symbol(call, meant):
+    with pytest.raises(vi.ParameterError, match=rf"did you mean {meant}\?"):
+        call()
+
+
+def test_every_symbol_is_known():
+    for symbol, name in SYMBOLS.items():
+        with pytest.raises(TypeError, match=rf"did you mean {name}\?$"):
+            vi.System(**REQUIRED, **{symbol: 1.0})
+
+
+def test_a_name_that_is_like_none_lists_all():
+    with pytest.raises(TypeError, match=r"'qqq'; known: system, initial, periods, time"):
+        vi.simulate(SYSTEM, initial=START, qqq=3)
+
+
+def test_a_type_error_inside_a_call_stays_what_it_is():
+    with pytest.raises(TypeError, match="missing 1 required keyword-only argument: 'initial'"):
+        vi.simulate(SYSTEM, periods=3)
+    with pytest.raises(TypeError, match=r"concatenate|unsupported"):
+        vi.sweep(lambda gap: gap + "x", initial=START, gap=[1.0])
+
+
+def test_other_names_lead_to_arguments_that_exist():
+    taken = {
+        name
+        for function in (vi.System, vi.System.from_physical, vi.simulate, vi.sweep)
+        for name in inspect.signature(function).parameters
+    }
+    for names in arguments._OTHER_NAMES.values():
+        assert set(names) <= taken
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        ("simulate --restituton 0.3", "--restituton, did you mean --restitution?"),
+        ("simulate --sytem a.toml", "--sytem, did you mean --system?"),
+        ("simulate --omega=2", "--omega, did you mean --drive-frequency?"),
+        ("diagram --vry gap 0 1 2", "--vry, did you mean --vary?"),
+        ("simulate --max_evnts 3", "--max-evnts, did you mean --max-events?"),
+        ("diagrm --vary gap 0 1 2", "'diagrm', did you mean diagram?"),
+        ("lyapunow", "'lyapunow', did you mean lyapunov?"),
+    ],
+)
+def test_the_command_line_says_what_was_meant(words, hint, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(words.split())
+    assert caught.value.code == 2
+    assert hint in capsys.readouterr().err
+
+
+def test_abbreviations_and_negative_numbers_are_no_wrong_options(capsys):
+    numbers = "--mass-r 0.6 --frequency-r 2 --restit 0.8 --gap 0.5 --drive-f 1.8 --phase -1e-1"
+    assert main(f"simulate {numbers} --initial -1e-1 0 0 0 --periods 3".split()) == 0
+    assert "unrecognized" not in capsys.readouterr().err
+
+
+def test_a_system_file_knows_the_symbols(tmp_path, capsys):
+    path = tmp_path / "a.toml"
+    path.write_text("[system]\nomega = 2.0\n", encoding="utf-8")
+    assert main(["simulate", "--system", str(path), "--initial", "0", "0", "0", "0"]) == 2
+    assert "omega, did you mean drive_frequency?" in capsys.readouterr().err
+
+
+def test_hints_do_not_change_what_a_call_gives():
+    again = vi.simulate(SYSTEM, initial=START, periods=6)
+    assert np.array_equal(again.impacts, RUN.impacts)
+    assert re.fullmatch(r"[\d-]+|unresolved", RUN.label)

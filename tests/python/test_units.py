@@ -1,0 +1,236 @@
+"""SI in, SI out: scales of a system, runs and pictures in SI, against conversion by hand."""
+
+import copy
+import math
+import pickle
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+
+LENGTH, MASS, STIFFNESS, OTHER_MASS = 0.2, 0.3, 40.0, 0.5
+OMEGA_2 = math.sqrt(STIFFNESS / OTHER_MASS)
+MACHINE = {
+    "pendulum_mass": MASS,
+    "oscillator_mass": OTHER_MASS,
+    "length": LENGTH,
+    "torsional_stiffness": 1.5,
+    "stiffness": STIFFNESS,
+    "gap": 0.02,
+    "restitution": 0.5,
+    "drive_frequency": 12.0,
+    "moment_amplitude": 0.4,
+    "friction": 0.3,
+}
+
+
+@pytest.fixture(scope="module")
+def system():
+    return vi.System.from_physical(**MACHINE)
+
+
+@pytest.fixture(scope="module")
+def run(system):
+    return vi.simulate(system, initial=(0.1, 1.0, 0.01, 0.02), time=20.0, units="SI")
+
+
+def test_scales_are_those_of_the_machine(system):
+    scales = system.scales
+    assert (scales.length, scales.mass) == (LENGTH, MASS)
+    assert scales.time == pytest.approx(1 / OMEGA_2, rel=1e-15)
+    by_hand = {
+        "frequency": OMEGA_2,
+        "speed": LENGTH * OMEGA_2,
+        "impulse": MASS * LENGTH * OMEGA_2,
+        "force": MASS * LENGTH * OMEGA_2**2,
+        "energy": MASS * LENGTH**2 * OMEGA_2**2,
+    }
+    for name, value in by_hand.items():
+        assert getattr(scales, name) == pytest.approx(value, rel=1e-14), name
+
+
+def test_scales_survive_every_round_trip(system, run, tmp_path):
+    run.save(tmp_path / "run.npz")
+    trips = [
+        eval(repr(system), {"System": vi.System}),
+        vi.System.from_dict(system.to_dict()),
+        vi.System.from_json(system.to_json()),
+        pickle.loads(pickle.dumps(system)),
+        copy.copy(system),
+        copy.deepcopy(system),
+        system.replace(restitution=0.4),
+        vi.load(tmp_path / "run.npz").system,
+        pickle.loads(pickle.dumps(run)).system,
+    ]
+    for trip in trips:
+        assert trip.scales == system.scales
+
+
+def test_scales_have_no_influence_on_what_is_equal(system):
+    plain = system.replace(scales=None)
+    assert plain.scales is None
+    assert "scales" not in plain.to_dict()
+    assert plain == system
+    assert hash(plain) == hash(system)
+    assert system != system.replace(gap=0.3)
+    start = (0.0, 0.5, 0.0, 0.0)
+    one, other = (vi.simulate(each, initial=start, periods=20) for each in (plain, system))
+    assert np.array_equal(one.impacts, other.impacts)
+
+
+@pytest.mark.parametrize(
+    "scales",
+    [
+        {"length": 1.0, "mass": 1.0},
+        {"length": 1.0, "mass": 1.0, "tme": 1.0},
+        {"length": 0.0, "mass": 1.0, "time": 1.0},
+        {"length": math.nan, "mass": 1.0, "time": 1.0},
+        3.0,
+    ],
+)
+def test_what_are_no_scales_is_refused(system, scales):
+    with pytest.raises(vi.ParameterError, match=r"^scales"):
+        system.replace(scales=scales)
+
+
+def test_start_and_time_in_si_are_those_by_hand(system, run):
+    by_hand = vi.simulate(
+        system,
+        initial=(0.1, 1.0 / OMEGA_2, 0.01 / LENGTH, 0.02 / (LENGTH * OMEGA_2)),
+        time=20.0 * OMEGA_2,
+    )
+    assert np.allclose(run.initial, by_hand.initial, rtol=1e-15)
+    assert run.final_state.time == pytest.approx(by_hand.final_state.time, rel=1e-15)
+    assert run.in_si().initial == pytest.approx((0.1, 1.0, 0.01, 0.02), rel=1e-14)
+    assert run.in_si().final_state.time == pytest.approx(20.0, rel=1e-14)
+
+
+def test_a_run_in_si_has_the_numbers_by_hand(run):
+    si = run.in_si()
+    assert len(run.impacts) > 20
+    by_hand = {
+        "time": 1 / OMEGA_2,
+        "period": 1,
+        "x1": 1,
+        "v1_pre": OMEGA_2,
+        "v1_post": OMEGA_2,
+        "x2": LENGTH,
+        "v2_pre": LENGTH * OMEGA_2,
+        "v2_post": LENGTH * OMEGA_2,
+        "phase": 1,
+        "regime": 1,
+        "impulse_normal": MASS * LENGTH * OMEGA_2,
+        "impulse_tangential": MASS * LENGTH * OMEGA_2,
+        "energy_loss": MASS * LENGTH**2 * OMEGA_2**2,
+    }
+    for name, unit in by_hand.items():
+        assert np.allclose(si.impacts[name], run.impacts[name] * unit, rtol=1e-13), name
+    units = [1, OMEGA_2, LENGTH, LENGTH * OMEGA_2]
+    assert np.allclose(si.stroboscopic, run.stroboscopic * units, rtol=1e-13)
+    assert np.allclose(si.events["time"] * OMEGA_2, run.events["time"], rtol=1e-13)
+    times = np.linspace(0.0, 20.0, 50)
+    force = MASS * LENGTH * OMEGA_2**2
+    wanted = run.trajectory(times / run.system.scales.time, forces=True) * [*units, force, force]
+    assert np.allclose(si.trajectory(times, forces=True), wanted, rtol=1e-12, atol=1e-15)
+    audit, works = run.energy_audit(), si.energy_audit()
+    assert works.moment == pytest.approx(audit.moment * MASS * (LENGTH * OMEGA_2) ** 2, rel=1e-13)
+    assert not si.impacts.flags.writeable
+
+
+def test_momentum_and_energy_are_conserved_in_si(run):
+    hit = run.in_si().impacts[5]
+    normal = OTHER_MASS * (hit["v2_post"] - hit["v2_pre"])
+    assert abs(normal) == pytest.approx(hit["impulse_normal"], rel=1e-9)
+    energies = [
+        0.5 * MASS * (LENGTH * hit[f"v1_{when}"]) ** 2 + 0.5 * OTHER_MASS * hit[f"v2_{when}"] ** 2
+        for when in ("pre", "post")
+    ]
+    assert energies[0] - energies[1] == pytest.approx(hit["energy_loss"], rel=1e-9)
+
+
+def test_the_whole_window_can_be_asked_for_in_seconds(run):
+    si = run.in_si()
+    rows = si.trajectory([si.kept_from, si.final_state.time])
+    assert np.allclose(rows[1], si.final_state.state, rtol=1e-12)
+    with pytest.raises(vi.ParameterError, match="kept window"):
+        si.trajectory([25.0])
+
+
+def test_without_scales_si_is_a_typed_error(system):
+    plain = system.replace(scales=None)
+    start = (0, 0.5, 0, 0)
+    run = vi.simulate(plain, initial=start, periods=10)
+    for call in (
+        lambda: vi.simulate(plain, initial=start, periods=10, units="SI"),
+        run.in_si,
+        lambda: vi.plot.time_history(run, units="SI"),
+    ):
+        with pytest.raises(vi.ParameterError, match="from_physical"):
+            call()
+    with pytest.raises(vi.ParameterError, match="units = 'si'"):
+        vi.simulate(system, initial=start, periods=10, units="si")
+
+
+def test_states_go_there_and_back(system):
+    states = np.array([[0.1, 0.2, 0.3, 0.4], [1.0, -2.0, 3.0, -4.0]])
+    scales = system.scales
+    assert np.allclose(scales.from_si(scales.to_si(states)), states, rtol=1e-15)
+    with pytest.raises(vi.ParameterError, match="states"):
+        scales.to_si([1.0, 2.0])
+
+
+LABELS = {
+    "time_history": ("(s)", "(m)"),
+    "gap_history": ("(s)", "(m)"),
+    "displacement_history": ("(s)", "(rad), $x_2$ (m)"),
+    "phase_portrait": ("(rad), $x_2$ (m)", "(rad/s), $\\dot x_2$ (m/s)"),
+    "impact_section": ("(rad)", "(rad/s)"),
+    "contact_force": ("(s)", "(N)"),
+    "stroboscopic": ("(rad)", "(rad/s)"),
+}
+
+
+@pytest.mark.parametrize("name", LABELS)
+def test_pictures_in_si_are_those_of_the_run_times_its_scales(run, name):
+    draw = getattr(vi.plot, name)
+    plain, si = draw(run), draw(run, units="SI")
+    x, y = LABELS[name]
+    assert si.get_xlabel().endswith(x)
+    assert si.get_ylabel().endswith(y)
+    assert "(" not in plain.get_xlabel()
+    if name == "impact_section":
+        points = si.collections[0].get_offsets()
+        assert np.allclose(points[:, 1], run.impacts["v1_pre"] * OMEGA_2, rtol=1e-13)
+    elif name == "stroboscopic":
+        points = si.collections[0].get_offsets()
+        assert np.allclose(points, run.in_si().stroboscopic[:, :2], rtol=1e-13)
+    elif name != "phase_portrait":
+        times = [np.asarray(ax.lines[-1].get_xdata(), float) for ax in (plain, si)]
+        assert np.allclose(times[0] / OMEGA_2, times[1], rtol=1e-13)
+    plt.close("all")
+
+
+def test_a_window_in_si_is_in_seconds(run):
+    ax = vi.plot.gap_history(run, units="SI", window=(15.0, 16.0))
+    assert ax.get_xlim() == pytest.approx((15.0, 16.0), rel=1e-12)
+    g = run.system.gap_function(run.trajectory([15.5 / run.system.scales.time]))[0] * LENGTH
+    line = ax.lines[-1]
+    assert np.interp(15.5, line.get_xdata(), line.get_ydata()) == pytest.approx(g, abs=1e-4)
+    plt.close("all")
+
+
+def test_all_that_is_kept_can_be_drawn_in_seconds(run):
+    # Near its ends, of which some are rounded away from the kept part on their way to seconds.
+    for periods in range(3, 30):
+        part = vi.simulate(run.system, initial=run.initial, periods=periods, keep=2)
+        si = part.in_si()
+        window = (si.kept_from, si.final_state.time)
+        ax = vi.plot.displacement_history(part, units="SI", window=window)
+        assert ax.get_xlim() == pytest.approx(window, rel=1e-14)
+        plt.close("all")
+    with pytest.raises(vi.ParameterError, match="kept window"):
+        vi.plot.time_history(part, units="SI", window=(0.0, window[1]))
+    with pytest.raises(vi.ParameterError, match="window ="):
+        vi.plot.time_history(part, units="SI", window=(2.0, 1.0))
