@@ -41,6 +41,7 @@ nitpicky = True
 nitpick_ignore_regex = [
     ("py:.*", r"(?!vibroimpact\.).*"),
     ("py:class", r"vibroimpact\._core\..*"),
+    ("py:class", r"vibroimpact\.keyword_types\..*"),
 ]
 nitpick_ignore = [
     ("py:class", f"vibroimpact.{name}")

@@ -146,7 +146,9 @@ def _limited(call: Call, changes: dict[str, Any]) -> dict[str, Any]:
     given = call.arguments | changes
     system = given.get("system")
     if isinstance(system, vi.System) and not is_short(system):
-        changes["system"] = call.arguments["system"]
+        changes.pop("system", None)
+        if "system" in call.arguments:
+            changes["system"] = call.arguments["system"]
     if call.function in (vi.periodic_motion, vi.search_motions, vi.periodic_motions):
         # Newton's method on motions of many periods or impacts takes seconds, and so do intervals
         # where no number is told from zero.
