@@ -222,7 +222,7 @@ fn a_state_that_is_no_state_is_refused_wherever_it_comes_in() {
         }
         let both = [start(), bad];
         match run_many(&system, &both, options, &Workers::default(), &CancelToken::never()) {
-            Err(RunError::State(error)) => is_named(&error),
+            Err(RunError::State(StateError::OneOfSeveral { place: 1, error })) => is_named(&error),
             other => panic!("{other:?}"),
         }
         assert!(Itinerary::follow(&system, bad, 1, 100, &CancelToken::never()).is_err());
