@@ -14,8 +14,9 @@ use std::time::Duration;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use paper::{paper, start};
 use vibroimpact::{
-    CancelToken, Cell, Contact, Horizon, RunOptions, Simulation, State, SweepStart, System,
-    SystemBuilder, Workers, largest_lyapunov_exponent, lyapunov_spectrum, run, sweep,
+    CancelToken, Cell, Contact, Horizon, RunOptions, Simulation, State, SweepOptions, SweepStart,
+    System, SystemBuilder, Workers, largest_lyapunov_exponent, largest_lyapunov_exponents,
+    lyapunov_spectrum, run, sweep,
 };
 
 const PERIODS: i64 = 600;
@@ -125,6 +126,41 @@ fn tangent(c: &mut Criterion) {
     group.bench_function("with four", |b| {
         b.iter(|| lyapunov_spectrum(black_box(&settled), further, None, &CancelToken::never()));
     });
+    group.finish();
+    tangent_in_lanes(c);
+}
+
+/// Drive frequencies of Fig. 4 at which the motion is chaotic: none repeats, so that every impact is
+/// computed.
+const CHAOTIC: [f64; 16] = [
+    1.55, 1.575, 1.775, 1.875, 1.9, 1.925, 1.95, 1.975, 2.5, 2.525, 2.6, 2.85, 2.9, 2.925, 2.95,
+    2.975,
+];
+
+/// One perturbation of each of sixteen motions in the lanes, beside the motions alone; per impact.
+fn tangent_in_lanes(c: &mut Criterion) {
+    let mut group = c.benchmark_group("tangent in lanes, Fig. 4");
+    let further = 4_000;
+    let (workers, never) = (Workers::new(Some(1)).unwrap(), CancelToken::never());
+    let options = RunOptions::periods(PERIODS).keep(0);
+    let runs = CHAOTIC.map(|frequency| {
+        run(&paper(frequency).build().unwrap(), start(), options, &never).unwrap()
+    });
+    let measure = || largest_lyapunov_exponents(black_box(&runs), further, None, &workers, &never);
+    // A tenth of the periods only aligns the perturbation.
+    let counted: u64 = measure().unwrap().iter().flatten().map(|found| found.impacts).sum();
+    group.throughput(Throughput::Elements(counted * 10 / 9));
+    let cells =
+        runs.each_ref().map(|run| Cell { system: run.system, initial: run.final_state.state });
+    let alone =
+        SweepOptions { rows: false, ..RunOptions::periods(i64::from(further)).keep(1).into() };
+    group.bench_function("the motions", |b| {
+        b.iter(|| {
+            let (fresh, done) = (SweepStart::Fresh, AtomicUsize::new(0));
+            sweep(black_box(&cells), alone, fresh, &workers, &never, &done)
+        });
+    });
+    group.bench_function("with one perturbation", |b| b.iter(measure));
     group.finish();
 }
 

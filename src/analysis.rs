@@ -10,13 +10,18 @@ mod return_map;
 pub mod shooting;
 pub(crate) mod sweep;
 pub(crate) mod tolerances;
+mod workers;
 
-pub use lyapunov::{LyapunovError, Spectrum, largest_lyapunov_exponent, lyapunov_spectrum};
+pub use lyapunov::{
+    LyapunovError, Spectrum, largest_lyapunov_exponent, largest_lyapunov_exponents,
+    lyapunov_spectrum,
+};
 pub use period::{
     CHATTERING, Evidence, EvidenceKind, Growth, ImpactCount, Kind, PeriodReport, WhyUndecided,
     detect_period,
 };
 pub use sweep::{
-    Cell, Measure, PointStatus, SweepOptions, SweepPoint, SweepRows, SweepStart, Workers,
-    arrive_many, run_many, sweep,
+    Cell, Measure, PointStatus, SweepOptions, SweepPoint, SweepRows, SweepStart, arrive_many,
+    run_many, sweep,
 };
+pub use workers::Workers;

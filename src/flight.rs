@@ -30,7 +30,7 @@ use crate::model::oblique::Body;
 use crate::model::parameters::{Contact, System};
 use crate::model::state::{Clock, State};
 use crate::numerics::double_double::DoubleDouble;
-use crate::numerics::elementary::{self, MOST_TURNED};
+use crate::numerics::elementary;
 use crate::numerics::lanes::{self, LANES, Lanes};
 use crate::search::steps::sextic_remainder;
 use crate::search::tolerances::{FREE_SPANS, SCAN_SPANS, SCAN_STEPS};
@@ -251,18 +251,13 @@ impl FreeMotion {
     #[inline(always)]
     #[allow(clippy::inline_always)]
     pub(crate) fn transitions(&self, time: f64) -> [[[f64; 2]; 2]; 2] {
-        let Self { pendulum, oscillator, .. } = self;
-        // No double-double: what rounding changes is no more than it changes in the time.
-        let turned = [pendulum.equation.damped.hi * time, oscillator.equation.damped.hi * time];
-        if !(self.swings_or_beats() && turned[0] <= MOST_TURNED && turned[1] <= MOST_TURNED) {
-            let time = DoubleDouble::new(time);
-            return [pendulum.transition(time), oscillator.transition(time)];
+        let (pendulum, oscillator) = (&self.pendulum.equation, &self.oscillator.equation);
+        let within = pendulum.turns_within(time) && oscillator.turns_within(time);
+        if within && self.swings_or_beats() {
+            return [pendulum.swung_transition(time), oscillator.swung_transition(time)];
         }
-        let (sin, cos) = elementary::fused_sin_cos(turned[0]);
-        let first = pendulum.equation.swinging_basis(time, (cos - 1.0, sin));
-        let (sin, cos) = elementary::fused_sin_cos(turned[1]);
-        let second = oscillator.equation.swinging_basis(time, (cos - 1.0, sin));
-        [pendulum.transition_by(first), oscillator.transition_by(second)]
+        let time = DoubleDouble::new(time);
+        [self.pendulum.transition(time), self.oscillator.transition(time)]
     }
 
     /// State after `periods` drive periods and `time` more of a flight: exact for any number of

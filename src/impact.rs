@@ -25,13 +25,12 @@ pub(crate) mod tolerances;
 
 pub use incremental::{IncrementalError, MAX_INCREMENTS, incremental};
 pub use outcome::{ImpactOutcome, OutcomeError};
-pub(crate) use path::{PathEnd, follow};
+pub(crate) use path::{PathEnd, follow, slipping_path};
 pub use regime::{Regime, RegimeKind};
 
 pub use crate::model::contact_coordinates::PreImpact;
 
 use self::laws::Law;
-use self::path::{Segment, without_switch};
 use self::regime::FirstSlip;
 use crate::model::contact_coordinates::ContactCoordinates;
 use crate::model::parameters::System;
@@ -164,8 +163,7 @@ pub(crate) fn resolve_without_switch(
     let first = FirstSlip::new(contact);
     let slips = (contact.scale != 0.0) & (contact.slip != 0.0);
     let continues = slips & first.continues(contact, restitution) & !first.approach_grows();
-    let segment = Segment::slip(contact, 1f64.copysign(contact.slip));
-    let end = without_switch(contact, restitution, &segment);
+    let end = slipping_path(contact, restitution, 1f64.copysign(contact.slip));
     (end, (contact.friction == 0.0) | continues)
 }
 

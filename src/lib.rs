@@ -68,7 +68,7 @@ pub use analysis::{
     CHATTERING, Cell, Evidence, EvidenceKind, Growth, ImpactCount, Kind, LyapunovError, Measure,
     PeriodReport, PointStatus, Spectrum, SweepOptions, SweepPoint, SweepRows, SweepStart,
     WhyUndecided, Workers, arrive_many, detect_period, largest_lyapunov_exponent,
-    lyapunov_spectrum, run_many, sweep,
+    largest_lyapunov_exponents, lyapunov_spectrum, run_many, sweep,
 };
 pub use contact::{ContactForce, ContactMode};
 pub use flight::{ContactReport, Flight, Found, FreeMotion, Touch, next_contact};

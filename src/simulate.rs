@@ -15,7 +15,7 @@ mod sections;
 mod stop;
 pub(crate) mod tolerances;
 
-pub(crate) use batch::{Job, run_batch};
+pub(crate) use batch::{ImpactLanes, Job, run_batch};
 pub(crate) use flight::{hops, impacts_hop_by_hop};
 pub(crate) use recurrence::Cycle;
 

@@ -22,7 +22,9 @@ pub(crate) use contact::{
 };
 pub(crate) use flight::fly;
 pub(crate) use leg::{LegDetails, LegOutcome, mode, to_event, traverse};
-pub(crate) use strike::{Columns, Departure, Derivative, Strike};
+pub(crate) use strike::{
+    Columns, Departure, Derivative, ImpactPoint, Numbers, Rates, Strike, flown, scaled,
+};
 
 use chatter::{Accumulation, accumulate};
 use contact::stick_condition;

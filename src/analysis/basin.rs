@@ -176,6 +176,7 @@ pub(crate) struct BasinRun<'a> {
 
 impl<'a> Job for BasinRun<'a> {
     type Watch = Watch<'a>;
+    type Beside = ();
 
     fn parts(&mut self) -> (&mut Simulation, &mut Watch<'a>) {
         (&mut self.simulation, &mut self.watch)

@@ -11,20 +11,24 @@ mod perturbed;
 
 use nalgebra::Matrix4;
 
+pub(crate) use self::perturbed::PerturbationLanes;
 use self::perturbed::Perturbations;
 use crate::analysis::period::Growth;
+
 use crate::analysis::tolerances::{
     ALIGNING_STEPS, ERROR_BLOCKS, GROWTH_STEP, MOST_CONTRACTION, MOST_CONTRACTION_STEPS,
     SHORTEST_MEASURED,
 };
+use crate::analysis::workers::{Workers, side_by_side};
 use crate::flight::Drive;
 use crate::model::error::{ParameterError, SimulationError};
 use crate::model::state::{Clock, State};
+use crate::model::tip::Tip;
 use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
 use crate::simulate::event::{Event, StopReason};
 use crate::simulate::run::Run;
-use crate::simulate::{Horizon, Simulation};
+use crate::simulate::{Horizon, ImpactLanes, Job, Simulation, run_batch};
 
 /// Points of the history, at most.
 const HISTORY: usize = 200;
@@ -96,12 +100,53 @@ pub fn largest_lyapunov_exponent(
     exponents::<1>(run, steps, step, cancel)
 }
 
+/// The largest exponents of several motions, as [`largest_lyapunov_exponent`] gives them one by one:
+/// many at once, in the lanes of the vector registers and on all threads of `workers`. Those of motions
+/// that `cancel` keeps from being measured at all are `None`.
+///
+/// # Errors
+/// As [`lyapunov_spectrum`], before anything is measured.
+pub fn largest_lyapunov_exponents(
+    runs: &[Run],
+    steps: u32,
+    step: Option<f64>,
+    workers: &Workers,
+    cancel: &CancelToken,
+) -> Result<Vec<Option<Spectrum>>, ParameterError> {
+    for run in runs {
+        steps_of(run, steps, step)?;
+    }
+    Ok(workers.install(|| {
+        side_by_side(runs.len(), &|next, done, in_hand| {
+            let mut next = || {
+                let place = next().filter(|_| !cancel.is_cancelled())?;
+                let measured = Measurement::<1>::new(&runs[place], steps, step, cancel).ok()?;
+                Some((place, measured))
+            };
+            let mut measured =
+                |(place, measured): (usize, Measurement<1>)| done(place, measured.spectrum());
+            run_batch(&mut next, &mut measured, in_hand);
+        })
+    }))
+}
+
 fn exponents<const N: usize>(
     run: &Run,
     steps: u32,
     step: Option<f64>,
     cancel: &CancelToken,
 ) -> Result<Spectrum, ParameterError> {
+    let mut measurement = Measurement::<N>::new(run, steps, step, cancel)?;
+    while measurement.record.error.is_none()
+        && let Some(event) = measurement.simulation.advance(&mut ())
+    {
+        measurement.record(event);
+    }
+    Ok(measurement.spectrum())
+}
+
+/// Kind of the steps of a measurement, if it can be made.
+fn steps_of(run: &Run, steps: u32, step: Option<f64>) -> Result<Step, ParameterError> {
     if steps == 0 {
         return Err(ParameterError::new("steps", steps, "a whole number >= 1"));
     }
@@ -116,38 +161,103 @@ fn exponents<const N: usize>(
         let allowed = format!("a time that changes that of the end, {time:?}");
         return Err(ParameterError::new("step", format!("{step:?}"), allowed));
     }
-    let (step, end) = (step.map_or(Step::Periods(1), Step::Time), run.final_state.clock);
-    let aligning = steps / ALIGNING_STEPS;
-    let length = match step {
-        Step::Periods(each) => f64::from(each) * run.system.drive_period(),
-        Step::Time(each) => each,
-    };
-    // Where damping is strong, no more than can be flown in steps.
-    let contraction = length * run.system.fastest_decay();
-    let most = (MOST_CONTRACTION * MOST_CONTRACTION_STEPS / contraction).max(1.0);
-    #[allow(clippy::cast_sign_loss)] // at least 1
-    let each = f64::from(steps / MOST_RECORDED).clamp(1.0, most) as u32;
-    let recorded = Recorded { step, each, aligning, all: steps };
-    let mut record = GrowthRecord::<N>::new(run, recorded);
-    record.align = Some(recorded.counts().0 as usize);
-    let last = end_of_step(record.perturbations.drive(), end, step, steps);
-    let whole = matches!(step, Step::Periods(_)) && last.time_in_period == 0.0;
-    let horizon = if whole {
-        Horizon::Periods(last.period)
-    } else {
-        Horizon::Time(record.perturbations.drive().time(last))
-    };
-    let mut simulation = run.resumed().cancel_with(cancel);
-    simulation.extend_to(horizon);
-    while record.error.is_none()
-        && let Some(event) = simulation.advance(&mut ())
-    {
+    Ok(step.map_or(Step::Periods(1), Step::Time))
+}
+
+/// A motion that is followed, with the growth of its perturbations.
+struct Measurement<const N: usize> {
+    simulation: Simulation,
+    record: GrowthRecord<N>,
+    /// Nothing looks at its sections.
+    watch: (),
+}
+
+impl<const N: usize> Measurement<N> {
+    /// Of the motion that goes on from the end of `run`, over so many steps.
+    fn new(
+        run: &Run,
+        steps: u32,
+        step: Option<f64>,
+        cancel: &CancelToken,
+    ) -> Result<Self, ParameterError> {
+        let (step, end) = (steps_of(run, steps, step)?, run.final_state.clock);
+        let aligning = steps / ALIGNING_STEPS;
+        let length = match step {
+            Step::Periods(each) => f64::from(each) * run.system.drive_period(),
+            Step::Time(each) => each,
+        };
+        // Where damping is strong, no more than can be flown in steps.
+        let contraction = length * run.system.fastest_decay();
+        let most = (MOST_CONTRACTION * MOST_CONTRACTION_STEPS / contraction).max(1.0);
+        #[allow(clippy::cast_sign_loss)] // at least 1
+        let each = f64::from(steps / MOST_RECORDED).clamp(1.0, most) as u32;
+        let recorded = Recorded { step, each, aligning, all: steps };
+        let mut record = GrowthRecord::<N>::new(run, recorded);
+        record.align = Some(recorded.counts().0 as usize);
+        let last = end_of_step(record.perturbations.drive(), end, step, steps);
+        let whole = matches!(step, Step::Periods(_)) && last.time_in_period == 0.0;
+        let horizon = if whole {
+            Horizon::Periods(last.period)
+        } else {
+            Horizon::Time(record.perturbations.drive().time(last))
+        };
+        let mut simulation = run.resumed().cancel_with(cancel);
+        simulation.extend_to(horizon);
+        Ok(Self { simulation, record, watch: () })
+    }
+
+    /// Takes the next event of the motion.
+    fn record(&mut self, event: Result<Event, SimulationError>) {
         match event {
-            Ok(event) => record.take(&event, &simulation),
-            Err(error) => record.error = Some(error.into()),
+            Ok(event) => self.record.take(&event, &self.simulation),
+            Err(error) => {
+                self.record.error.get_or_insert(error.into());
+            }
         }
     }
-    Ok(record.spectrum())
+
+    fn spectrum(&self) -> Spectrum {
+        self.record.spectrum()
+    }
+}
+
+impl Job for Measurement<1> {
+    type Watch = ();
+    type Beside = PerturbationLanes;
+
+    fn parts(&mut self) -> (&mut Simulation, &mut ()) {
+        (&mut self.simulation, &mut self.watch)
+    }
+
+    fn take(&mut self, event: Result<Event, SimulationError>) {
+        self.record(event);
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn compute_beside<G: Tip>(beside: &mut PerturbationLanes, impacts: &ImpactLanes) {
+        beside.map::<G>(impacts);
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn passes(&mut self, j: usize, beside: &mut PerturbationLanes) -> bool {
+        self.record.passes(j, beside, &self.simulation)
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn accept_beside(beside: &mut PerturbationLanes) {
+        beside.accept();
+    }
+
+    fn enter(&mut self, j: usize, beside: &mut PerturbationLanes) {
+        self.record.enter(j, beside);
+    }
+
+    fn leave(&mut self, j: usize, beside: &mut PerturbationLanes) {
+        self.record.leave(j, beside);
+    }
 }
 
 /// Length of a step.
@@ -258,13 +368,17 @@ impl<const N: usize> GrowthRecord<N> {
             let cut = clock > self.perturbations.clock()
                 && !chatters
                 && !self.perturbations.has_no_states();
-            let all = self.ends.len() as u32 >= self.steps.counts().1;
-            if all || !(ends && (cut || stop)) {
+            if self.is_complete() || !(ends && (cut || stop)) {
                 break;
             }
             self.end_step(cut)?;
         }
         if stop { Ok(()) } else { self.perturbations.take(event, simulation.present_flight()) }
+    }
+
+    /// Whether all steps have been recorded.
+    fn is_complete(&self) -> bool {
+        self.ends.len() as u32 >= self.steps.counts().1
     }
 
     /// Ends a step where it is to end, or at the last event.
@@ -357,6 +471,50 @@ fn end_of_step(drive: &Drive, from: Clock, step: Step, k: u32) -> Clock {
 }
 
 impl GrowthRecord<1> {
+    /// The perturbation is in lane `j` from the impact that was taken last,
+    pub fn enter(&mut self, j: usize, lanes: &mut PerturbationLanes) {
+        if self.error.is_none() {
+            self.perturbations.enter(j, lanes);
+        }
+    }
+
+    /// until here.
+    pub fn leave(&mut self, j: usize, lanes: &mut PerturbationLanes) {
+        self.perturbations.leave(j, lanes);
+    }
+
+    /// Whether lane `j` has all of the impact from which the present flight of the simulation
+    /// begins.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub fn passes(
+        &mut self,
+        j: usize,
+        lanes: &mut PerturbationLanes,
+        simulation: &Simulation,
+    ) -> bool {
+        let clock = simulation.present_flight().clock;
+        let passes = lanes.is_usual(j)
+            && clock <= simulation.horizon_clock()
+            && (clock < self.next || self.end_steps(j, lanes, clock));
+        if passes {
+            lanes.pass(j, clock);
+        }
+        passes
+    }
+
+    /// Ends the steps that end before an impact at this instant; whether they could be.
+    #[inline(never)]
+    fn end_steps(&mut self, j: usize, lanes: &mut PerturbationLanes, clock: Clock) -> bool {
+        self.perturbations.read(j, lanes);
+        while clock >= self.next && !self.is_complete() {
+            if clock <= self.perturbations.clock() || self.end_step(true).is_err() {
+                return false;
+            }
+        }
+        true
+    }
+
     /// Of one perturbation of the motion that goes on from the end of `run`.
     pub fn of_one(run: &Run) -> Self {
         let step = Step::Periods(GROWTH_STEP);
@@ -515,4 +673,61 @@ fn standard_error(values: &[f64]) -> f64 {
     let mean = means.iter().sum::<f64>() / count;
     let squares = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>();
     (squares / (count - 1.0) / count).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::parameters::{Contact, ImpactLaw, System, SystemBuilder};
+    use crate::simulate::run::{RunOptions, run};
+
+    fn machine(frequency: f64) -> SystemBuilder {
+        System::builder()
+            .mass_ratio(0.6)
+            .frequency_ratio(2.0)
+            .restitution(0.8)
+            .gap(0.5)
+            .drive_frequency(frequency)
+            .moment_amplitude(1.0)
+    }
+
+    /// The end of 100 drive periods from the same start.
+    fn end(builder: SystemBuilder) -> Run {
+        let start = State { x1: 0.0, v1: 0.5, x2: 0.0, v2: 0.0 };
+        run(&builder.build().unwrap(), start, RunOptions::periods(100), &CancelToken::never())
+            .unwrap()
+    }
+
+    #[test]
+    fn lanes_measure_what_a_single_perturbation_does() {
+        let mut runs = Vec::new();
+        for i in 0..6 {
+            let frequency = 1.1 + 0.31 * f64::from(i);
+            for (damping, friction) in [(0.0, 0.0), (0.02, 0.0), (0.0, 0.2), (0.3, 0.6)] {
+                let damped = |builder: SystemBuilder| {
+                    builder.pendulum_damping(damping).oscillator_damping(damping)
+                };
+                let oblique = damped(machine(frequency)).friction(friction);
+                runs.push(end(oblique.clone()));
+                runs.push(end(oblique.clone().law(ImpactLaw::Newton).force_amplitude(0.5)));
+                runs.push(end(oblique.restitution(0.0)));
+                let direct = damped(machine(frequency)).contact(Contact::Direct);
+                runs.push(end(direct.clone()));
+                runs.push(end(direct.mass_ratio(0.0)));
+            }
+        }
+        let never = CancelToken::never();
+        for (threads, periods) in [(1, 300), (2, 3_000)] {
+            let workers = Workers::new(Some(threads)).unwrap();
+            let found = largest_lyapunov_exponents(&runs, periods, None, &workers, &never).unwrap();
+            let mut impacts = 0;
+            for (run, found) in runs.iter().zip(found) {
+                let single = largest_lyapunov_exponent(run, periods, None, &never).unwrap();
+                // With their bits, NaN included.
+                assert_eq!(format!("{:?}", found.unwrap()), format!("{single:?}"));
+                impacts += single.impacts;
+            }
+            assert!(impacts > 10_000, "{impacts}");
+        }
+    }
 }

@@ -5,12 +5,9 @@
 
 mod points;
 mod rows;
-mod workers;
 
 use points::points_together;
 pub use rows::SweepRows;
-pub use workers::Workers;
-use workers::side_by_side;
 
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
@@ -18,6 +15,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use crate::analysis::basin::{Arrival, ArrivalStatus, BasinRun, Target};
 use crate::analysis::period::PeriodReport;
 use crate::analysis::tolerances::EXPONENT_PERIODS;
+use crate::analysis::workers::{Workers, side_by_side};
 use crate::impact::PreImpact;
 use crate::model::error::{ParameterError, StateError};
 use crate::model::parameters::System;

@@ -431,13 +431,6 @@ impl Oscillator {
     /// Derivative of displacement and rate after `elapsed` with respect to those at the start:
     /// x = a C + (v + c a) S.
     pub fn transition(&self, elapsed: DoubleDouble) -> [[f64; 2]; 2] {
-        self.transition_by(self.basis_far(elapsed))
-    }
-
-    /// The derivative as in [`Oscillator::transition`], from known (C - 1, S).
-    #[inline(always)]
-    pub fn transition_by(&self, (c1, sine): (f64, f64)) -> [[f64; 2]; 2] {
-        let shift = self.equation.decay_rate * sine;
-        [[1.0 + c1 + shift, sine], [-self.equation.natural_squared * sine, 1.0 + c1 - shift]]
+        self.equation.transition_by(self.basis_far(elapsed))
     }
 }

@@ -128,7 +128,7 @@ impl Response {
     /// `turns`: of the forcing, from the phase 0 on.
     fn new(body: &Oscillator, times: &Lanes, turns: &[Turn; LANES]) -> Self {
         let bases = times.map(|s| body.basis(s));
-        let free = bases.map(|basis| body.transition_by(basis));
+        let free = bases.map(|basis| body.equation.transition_by(basis));
         let response = |start: Trig| {
             if !body.is_forced() {
                 return [[0.0; LANES]; 2];

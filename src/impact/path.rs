@@ -207,6 +207,16 @@ pub(crate) fn without_switch<T: Number>(
     path
 }
 
+/// As [`without_switch`], in slip in this direction, whether there is friction or not.
+#[inline(always)]
+pub(crate) fn slipping_path<T: Number>(
+    contact: &ContactCoordinates<T>,
+    restitution: T,
+    direction: f64,
+) -> PathEnd<T> {
+    without_switch(contact, restitution, &Segment::slip(contact, direction))
+}
+
 /// The path of an impact whose slip ends at the impulse `switch`: approach to u = 0 at P_I,
 /// restitution to where the law ends it.
 fn with_switch<T: Number>(
@@ -285,9 +295,7 @@ pub(crate) fn follow<T: Number>(
 ) -> PathEnd<T> {
     match kind {
         RegimeKind::Frictionless => without_switch(contact, restitution, &Segment::smooth(contact)),
-        RegimeKind::Slip => {
-            without_switch(contact, restitution, &Segment::slip(contact, direction))
-        }
+        RegimeKind::Slip => slipping_path(contact, restitution, direction),
         _ => with_switch(contact, (restitution, law), kind, direction, switch),
     }
 }

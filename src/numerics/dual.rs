@@ -90,28 +90,34 @@ impl<const N: usize> Dual<N> {
         self.slope.iter().all(|&slope| slope == 0.0)
     }
 
+    #[inline(always)]
     fn map(self, value: f64, derivative: f64) -> Self {
-        Self { value, slope: self.slope.map(|slope| derivative * slope) }
+        Self { value, slope: std::array::from_fn(|i| derivative * self.slope[i]) }
     }
 
+    #[inline(always)]
     fn join(self, other: Self, value: f64, slope: impl Fn(f64, f64) -> f64) -> Self {
         Self { value, slope: std::array::from_fn(|i| slope(self.slope[i], other.slope[i])) }
     }
 }
 
 impl<const N: usize> Number for Dual<N> {
+    #[inline(always)]
     fn constant(value: f64) -> Self {
         Self { value, slope: [0.0; N] }
     }
 
+    #[inline(always)]
     fn value(self) -> f64 {
         self.value
     }
 
+    #[inline(always)]
     fn with_value(self, _: f64) -> Self {
         self
     }
 
+    #[inline(always)]
     fn at_least(self, _: Self) -> Self {
         self
     }
@@ -129,6 +135,7 @@ impl<const N: usize> Number for Dual<N> {
 
 impl<const N: usize> Add for Dual<N> {
     type Output = Self;
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         self.join(other, self.value + other.value, |a, b| a + b)
     }
@@ -136,6 +143,7 @@ impl<const N: usize> Add for Dual<N> {
 
 impl<const N: usize> Sub for Dual<N> {
     type Output = Self;
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         self.join(other, self.value - other.value, |a, b| a - b)
     }
@@ -144,6 +152,7 @@ impl<const N: usize> Sub for Dual<N> {
 impl<const N: usize> Mul for Dual<N> {
     type Output = Self;
     #[allow(clippy::suspicious_arithmetic_impl)] // the product rule
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let value = self.value * other.value;
         self.join(other, value, |a, b| a * other.value + self.value * b)
@@ -152,6 +161,7 @@ impl<const N: usize> Mul for Dual<N> {
 
 impl<const N: usize> Mul<f64> for Dual<N> {
     type Output = Self;
+    #[inline(always)]
     fn mul(self, factor: f64) -> Self {
         self.map(self.value * factor, factor)
     }
@@ -160,6 +170,7 @@ impl<const N: usize> Mul<f64> for Dual<N> {
 impl<const N: usize> Div for Dual<N> {
     type Output = Self;
     #[allow(clippy::suspicious_arithmetic_impl)] // the quotient rule
+    #[inline(always)]
     fn div(self, other: Self) -> Self {
         let value = self.value / other.value;
         self.join(other, value, |a, b| (a - value * b) / other.value)
@@ -168,6 +179,7 @@ impl<const N: usize> Div for Dual<N> {
 
 impl<const N: usize> Neg for Dual<N> {
     type Output = Self;
+    #[inline(always)]
     fn neg(self) -> Self {
         self.map(-self.value, -1.0)
     }

@@ -14,7 +14,8 @@ mod sections;
 
 use std::marker::PhantomData;
 
-use self::impacts::{ImpactLanes, Nearby};
+pub(crate) use self::impacts::ImpactLanes;
+use self::impacts::Nearby;
 use self::sections::pass_sections;
 use super::{Observer, Phase, Simulation};
 use crate::flight::Flight;
@@ -38,8 +39,31 @@ pub(crate) trait Job {
     type Watch: Observer;
     /// The simulation and its observer.
     fn parts(&mut self) -> (&mut Simulation, &mut Self::Watch);
+    /// What is computed beside the motions of all lanes.
+    type Beside: Default;
     /// Takes an event, the stop included.
     fn take(&mut self, event: Result<Event, SimulationError>);
+
+    /// Computes, for the impacts of all lanes, what goes beside.
+    #[inline(always)]
+    fn compute_beside<G: Tip>(_: &mut Self::Beside, _: &ImpactLanes) {}
+
+    /// Whether the impact from which the present flight begins is passed over: what was computed
+    /// beside lane `j` is all that is wanted of it.
+    #[inline(always)]
+    fn passes(&mut self, _j: usize, _: &mut Self::Beside) -> bool {
+        false
+    }
+
+    /// Takes over what was computed beside the lanes whose impacts were passed over.
+    #[inline(always)]
+    fn accept_beside(_: &mut Self::Beside) {}
+
+    /// From the flight that has just begun after an impact, what goes beside is in lane `j`,
+    fn enter(&mut self, _j: usize, _: &mut Self::Beside) {}
+
+    /// until an event has to be taken, or the flight goes on outside of the lane.
+    fn leave(&mut self, _j: usize, _: &mut Self::Beside) {}
 
     /// Runs to the end outside of the lanes.
     fn finish(&mut self) {
@@ -56,6 +80,7 @@ pub(crate) trait Job {
 /// A job with its index.
 impl<T: Job> Job for (usize, T) {
     type Watch = T::Watch;
+    type Beside = T::Beside;
 
     fn parts(&mut self) -> (&mut Simulation, &mut T::Watch) {
         self.1.parts()
@@ -63,6 +88,29 @@ impl<T: Job> Job for (usize, T) {
 
     fn take(&mut self, event: Result<Event, SimulationError>) {
         self.1.take(event);
+    }
+
+    #[inline(always)]
+    fn compute_beside<G: Tip>(beside: &mut T::Beside, impacts: &ImpactLanes) {
+        T::compute_beside::<G>(beside, impacts);
+    }
+
+    #[inline(always)]
+    fn passes(&mut self, j: usize, beside: &mut T::Beside) -> bool {
+        self.1.passes(j, beside)
+    }
+
+    #[inline(always)]
+    fn accept_beside(beside: &mut T::Beside) {
+        T::accept_beside(beside);
+    }
+
+    fn enter(&mut self, j: usize, beside: &mut T::Beside) {
+        self.1.enter(j, beside);
+    }
+
+    fn leave(&mut self, j: usize, beside: &mut T::Beside) {
+        self.1.leave(j, beside);
     }
 }
 
@@ -100,32 +148,35 @@ pub(crate) fn run_batch<T: Job>(
 }
 
 /// The jobs in the lanes, and where jobs come from and go to.
-struct Batch<'a, T> {
+struct Batch<'a, T: Job> {
     next: &'a mut dyn FnMut() -> Option<T>,
     done: &'a mut dyn FnMut(T),
     contact: Contact,
     /// Of each lane, its job.
     jobs: [Option<T>; LANES],
-    lanes: Box<LaneData>,
+    lanes: Box<LaneData<T::Beside>>,
 }
 
 /// The numbers of all lanes.
 #[derive(Default)]
-struct LaneData {
+struct LaneData<B> {
     scanners: [Scanner<Point>; LANES],
     strides: [Stride<States>; LANES],
     impacts: ImpactLanes,
     /// 1 where the present flight began in the lane: the lane alone then has the bodies' constants
     /// and the start of the scan.
     in_lane: [u64; LANES],
+    beside: B,
 }
 
-impl LaneData {
+impl<B: Default> LaneData<B> {
     /// Writes what the lane alone has into the simulation, which can then go on outside of the
     /// lane.
     #[inline(always)]
-    fn write_back<T: Job>(&mut self, j: usize, job: &mut Option<T>) {
-        if let (1, Some(job)) = (std::mem::take(&mut self.in_lane[j]), job) {
+    fn write_back<T: Job<Beside = B>>(&mut self, j: usize, job: &mut Option<T>) {
+        let Some(job) = job else { return };
+        job.leave(j, &mut self.beside);
+        if std::mem::take(&mut self.in_lane[j]) == 1 {
             let (pendulum, oscillator) = self.impacts.bodies(j);
             let flight = &mut job.parts().0.flight;
             (flight.pendulum, flight.oscillator) = (pendulum, oscillator);
@@ -227,7 +278,7 @@ impl<T: Job> Batch<'_, T> {
                 }
             }
         }
-        let LaneData { impacts, .. } = &mut *self.lanes;
+        let LaneData { impacts, beside, .. } = &mut *self.lanes;
         impacts.find_contacts::<G>();
         impacts.resolve::<G>();
         for j in ready.iter() {
@@ -239,6 +290,7 @@ impl<T: Job> Batch<'_, T> {
             }
         }
         impacts.start_flights::<G>();
+        T::compute_beside::<G>(beside, impacts);
         if T::Watch::SECTIONS {
             let mut among = ready.clone();
             while among.count > 0 {
@@ -249,8 +301,9 @@ impl<T: Job> Batch<'_, T> {
         for j in ready.iter() {
             leaving[j] = u64::from(self.end_flight(j));
         }
-        let LaneData { impacts, in_lane, .. } = &mut *self.lanes;
+        let LaneData { impacts, in_lane, beside, .. } = &mut *self.lanes;
         impacts.accept(&leaving);
+        T::accept_beside(beside);
         *in_lane = leaving;
     }
 
@@ -258,7 +311,7 @@ impl<T: Job> Batch<'_, T> {
     /// the lane.
     #[inline(always)]
     fn end_flight(&mut self, j: usize) -> bool {
-        let LaneData { impacts, .. } = &*self.lanes;
+        let LaneData { impacts, beside, .. } = &mut *self.lanes;
         let Some(job) = &mut self.jobs[j] else { return false };
         let (simulation, watch) = job.parts();
         if impacts.is_certain(j) {
@@ -278,9 +331,14 @@ impl<T: Job> Batch<'_, T> {
                     simulation.complete_chatter_if_certain(&impacts.impact(j));
                 }
                 let Flight { clock, state, .. } = simulation.flight;
-                if !watch.skips(clock, &state) {
+                if !watch.skips(clock, &state) && (chatters || !job.passes(j, beside)) {
+                    let (simulation, _) = job.parts();
                     let event = simulation.record(impacts.state_before(j), impacts.impact(j));
+                    job.leave(j, beside);
                     job.take(Ok(event));
+                    if !chatters {
+                        job.enter(j, beside);
+                    }
                 }
                 return steady;
             }
@@ -400,7 +458,7 @@ enum Scanned {
 }
 
 /// A round, compiled for each kind of vector instructions.
-struct Round<'a, 'b, G, T>(&'a mut Batch<'b, T>, PhantomData<G>);
+struct Round<'a, 'b, G, T: Job>(&'a mut Batch<'b, T>, PhantomData<G>);
 
 impl<G: Tip, T: Job> pulp::NullaryFnOnce for Round<'_, '_, G, T> {
     type Output = ();

@@ -207,6 +207,7 @@ pub(crate) struct Collection {
 
 impl Job for Collection {
     type Watch = Collector;
+    type Beside = ();
 
     fn parts(&mut self) -> (&mut Simulation, &mut Collector) {
         (&mut self.simulation, &mut self.collector)

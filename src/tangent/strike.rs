@@ -12,11 +12,10 @@
 #![allow(clippy::inline_always)] // one of them for each impact of a motion that is followed
 
 use super::Model;
-
 use super::impact::regime_path;
 use super::itinerary::Signs;
-use crate::flight::Flight;
-use crate::impact::RegimeKind;
+use crate::flight::{Equation, Flight, FreeMotion};
+use crate::impact::{PathEnd, RegimeKind, slipping_path};
 use crate::model::angle::Angle;
 use crate::model::contact_coordinates::ContactCoordinates;
 use crate::model::parameters::Contact;
@@ -28,76 +27,202 @@ use crate::simulate::event::ImpactEvent;
 /// or of the state at a fixed time, (x1, x1', x2', x2).
 pub(crate) type Columns<const N: usize> = [[f64; N]; 4];
 
+/// Derivatives of (x, x') of the pendulum and of body 2 by those at an earlier time of a free
+/// flight.
+pub(crate) type Transitions = [[[f64; 2]; 2]; 2];
+
 /// What maps perturbations.
 pub(crate) trait Derivative {
     fn map<const N: usize>(&self, columns: &Columns<N>) -> Columns<N>;
 }
 
+/// x1', x2' and their free accelerations: how fast a free motion changes.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Rates {
+    pub velocities: [f64; 2],
+    pub accelerations: [f64; 2],
+}
+
+impl Rates {
+    /// Of free motion from a state, at this phase of the drive.
+    #[inline(always)]
+    pub fn at(state: &State, cos_psi: f64, bodies: (&Equation, &Equation)) -> Self {
+        let State { x1, v1, x2, v2 } = *state;
+        let accelerations =
+            [bodies.0.acceleration(x1, v1, cos_psi), bodies.1.acceleration(x2, v2, cos_psi)];
+        Self { velocities: [v1, v2], accelerations }
+    }
+
+    /// After an impact that leaves these velocities: of the accelerations it changes the damping
+    /// alone.
+    #[inline(always)]
+    pub fn after(&self, velocities: [f64; 2], decay_rates: [f64; 2]) -> Self {
+        let after = |i: usize| {
+            let change = velocities[i] - self.velocities[i];
+            self.accelerations[i] - 2.0 * decay_rates[i] * change
+        };
+        let accelerations = [after(0), after(1)];
+        Self { velocities, accelerations }
+    }
+}
+
+/// Perturbations of a node, `slope` = dx2/dx1 on the contact, at a fixed time: an event that comes
+/// later by dt leaves the flight behind by so much.
+#[inline(always)]
+fn at_fixed_time<const N: usize>(columns: &Columns<N>, rates: &Rates, slope: f64) -> Columns<N> {
+    let ([x1, v1, v2, dt], [r1, r2], [a1, a2]) = (columns, rates.velocities, rates.accelerations);
+    [
+        std::array::from_fn(|i| x1[i] - r1 * dt[i]),
+        std::array::from_fn(|i| v1[i] - a1 * dt[i]),
+        std::array::from_fn(|i| v2[i] - a2 * dt[i]),
+        std::array::from_fn(|i| slope * x1[i] - r2 * dt[i]),
+    ]
+}
+
+/// Perturbations at a fixed time, turned by a free flight.
+#[inline(always)]
+fn turned<const N: usize>([x1, v1, v2, x2]: &Columns<N>, by: &Transitions) -> Columns<N> {
+    let [[[xx1, xv1], [vx1, vv1]], [[xx2, xv2], [vx2, vv2]]] = *by;
+    [
+        std::array::from_fn(|i| xx1 * x1[i] + xv1 * v1[i]),
+        std::array::from_fn(|i| vx1 * x1[i] + vv1 * v1[i]),
+        std::array::from_fn(|i| vx2 * x2[i] + vv2 * v2[i]),
+        std::array::from_fn(|i| xx2 * x2[i] + xv2 * v2[i]),
+    ]
+}
+
+/// Perturbations of a node after a free flight from it.
+#[inline(always)]
+pub(crate) fn flown<const N: usize>(
+    columns: &Columns<N>,
+    rates: &Rates,
+    slope: f64,
+    by: &Transitions,
+) -> Columns<N> {
+    turned(&at_fixed_time(columns, rates, slope), by)
+}
+
+/// The numbers of the bodies that an impact depends on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Numbers {
+    pub mass_ratio: f64,
+    pub friction: f64,
+    pub restitution: f64,
+    /// 1, or 0 where body 2 is a wall at rest, which perturbations leave out.
+    pub moves: f64,
+}
+
+/// An impact, as far as perturbations look at it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ImpactPoint {
+    /// Of x1; whether the normal turns with it.
+    pub angle: Angle,
+    pub turns: bool,
+    /// Before the impact.
+    pub rates: Rates,
+    pub approach_velocity: f64,
+    pub numbers: Numbers,
+}
+
+impl ImpactPoint {
+    /// Perturbations at a fixed time before the impact, mapped to the node after it. `path`: from the
+    /// contact, with sin x1 of this sign, and r.
+    #[inline(always)]
+    pub fn map<const N: usize>(
+        &self,
+        [x1, v1, v2, x2]: &Columns<N>,
+        side: f64,
+        path: impl FnOnce(&ContactCoordinates<Dual<N>>, Dual<N>) -> PathEnd<Dual<N>>,
+    ) -> Columns<N> {
+        let Self { angle, turns, rates, approach_velocity, numbers } = *self;
+        let ([r1, r2], [a1, a2]) = (rates.velocities, rates.accelerations);
+        let per_approach = 1.0 / approach_velocity;
+        let delay: [f64; N] = std::array::from_fn(|i| (x2[i] - angle.cos * x1[i]) * per_approach);
+        let x1: [f64; N] = std::array::from_fn(|i| x1[i] + r1 * delay[i]);
+        let v1: [f64; N] = std::array::from_fn(|i| v1[i] + a1 * delay[i]);
+        let v2: [f64; N] = std::array::from_fn(|i| numbers.moves * (v2[i] + a2 * delay[i]));
+        let constant = Dual::<N>::constant;
+        let by_angle = |value: f64, rate: f64| {
+            let slope = std::array::from_fn(|i| rate * x1[i]);
+            if turns { Dual { value, slope } } else { constant(value) }
+        };
+        let contact = ContactCoordinates::at_tip(
+            (by_angle(angle.sin, angle.cos), by_angle(angle.cos, -angle.sin)),
+            (Dual { value: r1, slope: v1 }, Dual { value: r2, slope: v2 }),
+            constant(numbers.mass_ratio),
+            constant(numbers.friction),
+            side,
+        );
+        let end = path(&contact, constant(numbers.restitution));
+        [x1, end.slip.slope, end.parting.slope, delay]
+    }
+
+    /// As [`ImpactPoint::map`], for an impact without friction or whose slip keeps its direction.
+    #[inline(always)]
+    pub fn map_in_slip<const N: usize>(&self, columns: &Columns<N>) -> Columns<N> {
+        let direction = 1f64.copysign(self.rates.velocities[0]);
+        let path = |contact: &ContactCoordinates<_>, r| slipping_path(contact, r, direction);
+        self.map(columns, 1f64.copysign(self.angle.sin), path)
+    }
+}
+
 /// Where a flight begins, as far as its perturbations look at it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Departure {
-    clock: Clock,
-    /// x1', x2' and their free accelerations.
-    rates: [f64; 2],
-    accelerations: [f64; 2],
+    pub clock: Clock,
+    pub rates: Rates,
     /// dx2/dx1 on the contact; `None` where the flight begins between two events.
-    slope: Option<f64>,
+    pub slope: Option<f64>,
 }
 
 impl Departure {
     /// From this state at `clock`, after an event or between two.
     pub fn new(model: &Model, state: &State, clock: Clock, after_event: bool) -> Self {
-        let cos_psi = model.motion.drive.trig_at(clock).cos;
-        let (a1, a2) = model.system.free_accelerations(state, cos_psi);
         let slope = || if model.wall_at_rest { 0.0 } else { model.system.tip_slope(state.x1) };
-        Self {
-            clock,
-            rates: [state.v1, state.v2],
-            accelerations: [a1, a2],
-            slope: after_event.then(slope),
-        }
+        let rates = rates_at(model, state, model.motion.drive.trig_at(clock).cos);
+        Self { clock, rates, slope: after_event.then(slope) }
     }
 
     /// The free flight from here to an instant.
     #[inline(always)]
     pub fn flight(&self, model: &Model, end: Clock) -> FreeFlight {
         let time = model.motion.drive.roughly_until(self.clock, end);
-        let [first, mut second] = model.motion.transitions(time);
-        if model.wall_at_rest {
-            second = [[0.0; 2]; 2];
-        }
-        FreeFlight { from: *self, transitions: [first, second] }
+        let [first, second] = model.motion.transitions(time);
+        let moves = moves(model);
+        FreeFlight { from: *self, transitions: [first, scaled(second, moves)] }
     }
+}
+
+/// A matrix times a number.
+#[inline(always)]
+pub(crate) fn scaled([[a, b], [c, d]]: [[f64; 2]; 2], factor: f64) -> [[f64; 2]; 2] {
+    [[factor * a, factor * b], [factor * c, factor * d]]
+}
+
+#[inline(always)]
+fn rates_at(model: &Model, state: &State, cos_psi: f64) -> Rates {
+    let FreeMotion { pendulum, oscillator, .. } = &model.motion;
+    Rates::at(state, cos_psi, (&pendulum.equation, &oscillator.equation))
+}
+
+#[inline(always)]
+fn moves(model: &Model) -> f64 {
+    if model.wall_at_rest { 0.0 } else { 1.0 }
 }
 
 /// A free flight between two fixed times, or from an event to a fixed time.
 pub(crate) struct FreeFlight {
     from: Departure,
-    /// Of (x1, x1') and of (x2, x2').
-    transitions: [[[f64; 2]; 2]; 2],
+    transitions: Transitions,
 }
 
 impl Derivative for FreeFlight {
     #[inline(always)]
-    fn map<const N: usize>(&self, [x1, v1, v2, last]: &Columns<N>) -> Columns<N> {
-        let Departure { rates: [r1, r2], accelerations: [a1, a2], slope, .. } = self.from;
-        let [[[xx1, xv1], [vx1, vv1]], [[xx2, xv2], [vx2, vv2]]] = self.transitions;
-        let mut mapped = [[0.0; N]; 4];
-        for i in 0..N {
-            let (x1, v1, x2, v2) = match slope {
-                // The event comes later by dt: at a fixed time the flight is behind by so much.
-                Some(slope) => {
-                    let dt = last[i];
-                    (x1[i] - r1 * dt, v1[i] - a1 * dt, slope * x1[i] - r2 * dt, v2[i] - a2 * dt)
-                }
-                None => (x1[i], v1[i], last[i], v2[i]),
-            };
-            mapped[0][i] = xx1 * x1 + xv1 * v1;
-            mapped[1][i] = vx1 * x1 + vv1 * v1;
-            mapped[2][i] = vx2 * x2 + vv2 * v2;
-            mapped[3][i] = xx2 * x2 + xv2 * v2;
+    fn map<const N: usize>(&self, columns: &Columns<N>) -> Columns<N> {
+        match self.from.slope {
+            Some(slope) => flown(columns, &self.from.rates, slope, &self.transitions),
+            None => turned(columns, &self.transitions),
         }
-        mapped
     }
 }
 
@@ -106,10 +231,8 @@ pub(crate) struct Strike<'a> {
     model: &'a Model,
     flight: FreeFlight,
     impact: &'a ImpactEvent,
-    kind: RegimeKind,
-    signs: Signs,
-    angle: Angle,
-    accelerations: [f64; 2],
+    point: ImpactPoint,
+    regime: (RegimeKind, Signs),
 }
 
 impl<'a> Strike<'a> {
@@ -120,26 +243,34 @@ impl<'a> Strike<'a> {
         from: &Departure,
         impact: &'a ImpactEvent,
         after: &Flight,
-        (kind, signs): (RegimeKind, Signs),
+        regime: (RegimeKind, Signs),
     ) -> Self {
-        let flight = from.flight(model, impact.clock);
-        let (a1, a2) = model.system.free_accelerations(&impact.pre, after.start.cos);
-        Self { model, flight, impact, kind, signs, angle: after.angle, accelerations: [a1, a2] }
+        let system = &model.system;
+        let point = ImpactPoint {
+            angle: after.angle,
+            turns: system.contact == Contact::Oblique,
+            rates: rates_at(model, &impact.pre, after.start.cos),
+            approach_velocity: impact.impact.approach_velocity,
+            numbers: Numbers {
+                mass_ratio: system.mass_ratio,
+                friction: system.friction,
+                restitution: system.restitution,
+                moves: moves(model),
+            },
+        };
+        Self { model, flight: from.flight(model, impact.clock), impact, point, regime }
     }
 
     /// Where the next flight begins.
     #[inline(always)]
     pub fn departure(&self) -> Departure {
-        let ImpactEvent { clock, pre, post, .. } = *self.impact;
-        let Self { model, angle, accelerations: [a1, a2], .. } = self;
-        // Of the accelerations an impact changes the damping alone.
-        let [c1, c2] = [&model.motion.pendulum, &model.motion.oscillator]
-            .map(|body| 2.0 * body.equation.decay_rate);
+        let Self { model, point, impact, .. } = self;
+        let decay_rates =
+            [&model.motion.pendulum, &model.motion.oscillator].map(|body| body.equation.decay_rate);
         Departure {
-            clock,
-            rates: [post.v1, post.v2],
-            accelerations: [a1 - c1 * (post.v1 - pre.v1), a2 - c2 * (post.v2 - pre.v2)],
-            slope: Some(if model.wall_at_rest { 0.0 } else { angle.cos }),
+            clock: impact.clock,
+            rates: point.rates.after([impact.post.v1, impact.post.v2], decay_rates),
+            slope: Some(point.numbers.moves * point.angle.cos),
         }
     }
 }
@@ -147,32 +278,16 @@ impl<'a> Strike<'a> {
 impl Derivative for Strike<'_> {
     #[inline(always)]
     fn map<const N: usize>(&self, columns: &Columns<N>) -> Columns<N> {
-        let Self { model, impact, kind, signs, angle, accelerations: [a1, a2], .. } = *self;
-        let (system, pre) = (&model.system, &impact.pre);
-        let [x1, v1, v2, x2] = self.flight.map(columns);
-        let per_approach = 1.0 / impact.impact.approach_velocity;
-        let delay: [f64; N] = std::array::from_fn(|i| (x2[i] - angle.cos * x1[i]) * per_approach);
-        let at_impact = |value: f64, y: &[f64; N], rate: f64| Dual::<N> {
-            value,
-            slope: std::array::from_fn(|i| y[i] + rate * delay[i]),
-        };
-        let x1 = at_impact(pre.x1, &x1, pre.v1);
-        let v1 = at_impact(pre.v1, &v1, a1);
-        let constant = Dual::<N>::constant;
-        let v2 = if model.wall_at_rest { constant(pre.v2) } else { at_impact(pre.v2, &v2, a2) };
-        let turned = |value: f64, rate: f64| match system.contact {
-            Contact::Oblique => Dual::<N> { value, slope: x1.slope.map(|slope| rate * slope) },
-            Contact::Direct => constant(value),
-        };
-        let contact = ContactCoordinates::at_tip(
-            (turned(angle.sin, angle.cos), turned(angle.cos, -angle.sin)),
-            (v1, v2),
-            constant(system.mass_ratio),
-            constant(system.friction),
-            signs.side.value(),
-        );
-        let law = (constant(system.restitution), &system.law);
-        let (_, end) = regime_path(&contact, law, kind, signs.direction.value());
-        [x1.slope, end.slip.slope, end.parting.slope, delay]
+        let columns = self.flight.map(columns);
+        let (kind, signs) = self.regime;
+        let system = &self.model.system;
+        let smooth = kind == RegimeKind::Frictionless && system.friction == 0.0;
+        if system.law.is_coulomb() && (smooth || kind == RegimeKind::Slip) {
+            return self.point.map_in_slip(&columns);
+        }
+        self.point.map(&columns, signs.side.value(), |contact, restitution| {
+            let law = (restitution, &system.law);
+            regime_path(contact, law, kind, signs.direction.value()).1
+        })
     }
 }

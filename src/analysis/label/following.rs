@@ -1,15 +1,18 @@
 //! A motion followed beyond its run in the lanes of a sweep, with a small perturbation of it and
 //! with its sections, so that nothing is computed twice.
 
-use crate::analysis::lyapunov::GrowthRecord;
+#![allow(clippy::inline_always)] // a round is compiled for several instruction sets
+
+use crate::analysis::lyapunov::{GrowthRecord, PerturbationLanes};
 use crate::analysis::period::{CHATTERING, Growth, PeriodReport, comes_back, detect_nearest};
 use crate::analysis::tolerances::{QUIET_PERIODS, RETURN_WINDOW};
 use crate::model::error::SimulationError;
 use crate::model::state::Clock;
+use crate::model::tip::Tip;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{Event, StopEvent};
 use crate::simulate::run::{Collector, Run};
-use crate::simulate::{Horizon, Job, Simulation};
+use crate::simulate::{Horizon, ImpactLanes, Job, Simulation};
 
 /// A motion after the end of its run.
 pub(crate) struct Following {
@@ -27,6 +30,7 @@ pub(crate) struct Following {
 
 impl Job for Following {
     type Watch = Collector;
+    type Beside = PerturbationLanes;
 
     fn parts(&mut self) -> (&mut Simulation, &mut Collector) {
         (&mut self.simulation, &mut self.collector)
@@ -34,23 +38,55 @@ impl Job for Following {
 
     fn take(&mut self, event: Result<Event, SimulationError>) {
         let Ok(event) = event else { return };
-        // Sections before an event have been passed.
-        self.counts.resize(self.collector.sections().len() + 1, 0);
-        if let Some(count) = self.counts.last_mut() {
-            match event {
-                Event::Impact(_) => *count = count.saturating_add(1),
-                Event::Chatter(_) => *count = CHATTERING,
-                _ => {}
-            }
+        match event {
+            Event::Impact(_) => self.count(|count| count.saturating_add(1)),
+            Event::Chatter(_) => self.count(|_| CHATTERING),
+            _ => self.count(|count| count),
         }
         if let Event::Stop(stop) = event {
             self.end = Some(stop);
         }
         self.growth.take(&event, &self.simulation);
     }
+
+    #[inline(always)]
+    fn compute_beside<G: Tip>(beside: &mut PerturbationLanes, impacts: &ImpactLanes) {
+        beside.map::<G>(impacts);
+    }
+
+    #[inline(always)]
+    fn passes(&mut self, j: usize, beside: &mut PerturbationLanes) -> bool {
+        let passes = self.growth.passes(j, beside, &self.simulation);
+        if passes {
+            self.count(|count| count.saturating_add(1));
+        }
+        passes
+    }
+
+    #[inline(always)]
+    fn accept_beside(beside: &mut PerturbationLanes) {
+        beside.accept();
+    }
+
+    fn enter(&mut self, j: usize, beside: &mut PerturbationLanes) {
+        self.growth.enter(j, beside);
+    }
+
+    fn leave(&mut self, j: usize, beside: &mut PerturbationLanes) {
+        self.growth.leave(j, beside);
+    }
 }
 
 impl Following {
+    /// Changes the count of impacts since the last section: those before an event have been passed.
+    #[inline(always)]
+    fn count(&mut self, change: impl FnOnce(u32) -> u32) {
+        self.counts.resize(self.collector.sections().len() + 1, 0);
+        if let Some(count) = self.counts.last_mut() {
+            *count = change(*count);
+        }
+    }
+
     /// The motion that goes on from the end of `run`, for so many drive periods.
     pub fn new(run: &Run, periods: u32, cancel: &CancelToken) -> Self {
         let simulation = run.resumed().section_phase(run.options.section_phase).cancel_with(cancel);

@@ -52,6 +52,11 @@ impl<const N: usize> Directions<N> {
         &self.columns
     }
 
+    /// The directions with other components.
+    pub fn set(&mut self, columns: Columns<N>) {
+        self.columns = columns;
+    }
+
     /// ln of the growth of each direction; -inf for those that are lost, the last ones.
     pub fn logs(&self) -> [f64; N] {
         let left = |i| if i < self.rank { self.length(i).ln() } else { f64::NEG_INFINITY };

@@ -12,6 +12,10 @@
 //! stick not on x1' either. The rank counts the directions that are left; rounding errors would
 //! hide the loss.
 
+mod lanes;
+
+pub(crate) use self::lanes::PerturbationLanes;
+
 use crate::analysis::tolerances::{LOW_APPROACH, MOST_CONTRACTION, MOST_CONTRACTION_STEPS};
 use nalgebra::Matrix4;
 
@@ -24,7 +28,7 @@ use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
-use crate::numerics::lanes;
+use crate::numerics::lanes::narrow;
 use crate::simulate::event::{Event, ImpactEvent};
 use crate::simulate::run::FinalState;
 use crate::tangent::itinerary::{Leg, LegChange, LegReader, Signs, with_wall_at_rest};
@@ -223,7 +227,7 @@ impl<const N: usize> Perturbations<N> {
                         let (from, regime) = (self.here.departure(&self.model), (kind, signs));
                         let (model, directions) = (&self.model, &mut self.here.directions);
                         let struck = Struck { model, from, impact, after, regime, directions };
-                        let (next, finite) = lanes::narrow(struck);
+                        let (next, finite) = narrow(struck);
                         departure = Some(next);
                         finite
                     } else {
@@ -326,7 +330,7 @@ impl<const N: usize> Perturbations<N> {
         let mut directions = self.here.directions.clone();
         let finite = if self.reader.mode.is_none() {
             let (model, from) = (&self.model, self.here.departure(&self.model));
-            lanes::narrow(Flown { model, from, clock, directions: &mut directions })
+            narrow(Flown { model, from, clock, directions: &mut directions })
         } else {
             let DualState { x1, v1, x2, v2 } = self.state_at(clock)?;
             let rows = [x1, v1, v2, x2];

@@ -1,18 +1,21 @@
 //! The points of a sweep in the lanes: each is a run, and then what is followed of the motion after
 //! it until its label is told.
 
+#![allow(clippy::inline_always)] // a round is compiled for several instruction sets
+
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::ops::ControlFlow::{self, Break, Continue};
 
 use super::{Cell, Measure, PointStatus, SweepOptions, SweepPoint};
 use crate::analysis::label::{Following, Labelling};
-use crate::analysis::lyapunov::{LyapunovError, lyapunov_spectrum};
+use crate::analysis::lyapunov::{LyapunovError, PerturbationLanes, lyapunov_spectrum};
 use crate::model::error::SimulationError;
+use crate::model::tip::Tip;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{Event, StopReason};
 use crate::simulate::run::{Collection, Collector, Run, RunError};
-use crate::simulate::{Job, Simulation, run_batch};
+use crate::simulate::{ImpactLanes, Job, Simulation, run_batch};
 
 /// A run with its label.
 pub(super) struct LabelledRun {
@@ -56,6 +59,7 @@ enum PointJob {
 
 impl Job for PointJob {
     type Watch = Collector;
+    type Beside = PerturbationLanes;
 
     #[inline]
     fn parts(&mut self) -> (&mut Simulation, &mut Collector) {
@@ -70,6 +74,36 @@ impl Job for PointJob {
         match self {
             Self::Run(_, run) => run.take(event),
             Self::Label(_, _, following) => following.take(event),
+        }
+    }
+
+    #[inline(always)]
+    fn compute_beside<G: Tip>(beside: &mut PerturbationLanes, impacts: &ImpactLanes) {
+        Following::compute_beside::<G>(beside, impacts);
+    }
+
+    #[inline(always)]
+    fn passes(&mut self, j: usize, beside: &mut PerturbationLanes) -> bool {
+        match self {
+            Self::Run(..) => false,
+            Self::Label(_, _, following) => following.passes(j, beside),
+        }
+    }
+
+    #[inline(always)]
+    fn accept_beside(beside: &mut PerturbationLanes) {
+        Following::accept_beside(beside);
+    }
+
+    fn enter(&mut self, j: usize, beside: &mut PerturbationLanes) {
+        if let Self::Label(_, _, following) = self {
+            following.enter(j, beside);
+        }
+    }
+
+    fn leave(&mut self, j: usize, beside: &mut PerturbationLanes) {
+        if let Self::Label(_, _, following) = self {
+            following.leave(j, beside);
         }
     }
 }

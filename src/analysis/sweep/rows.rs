@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::SweepPoint;
-use super::workers::Workers;
+use crate::analysis::workers::Workers;
 
 /// Columns of an impact section.
 const COLUMNS: usize = 6;

@@ -9,7 +9,7 @@ use crate::flight::drive::{Trig, Trigs, Turn};
 use crate::flight::resonance::Beat;
 use crate::flight::tolerances::{DECAYED, SHORT_ORDERS};
 use crate::numerics::double_double::DoubleDouble;
-use crate::numerics::elementary::{decay, decay_minus_1};
+use crate::numerics::elementary::{MOST_TURNED, decay, decay_minus_1, fused_sin_cos};
 use crate::numerics::lanes::{LANES, Lanes, lanes_of};
 
 /// Highest order of the Taylor series.
@@ -189,6 +189,29 @@ impl Equation {
         } else {
             self.damped_basis(s, cos_minus_1, sine)
         }
+    }
+
+    /// Derivatives of displacement and rate by those at the start, from (C - 1, S):
+    /// x = a C + (v + c a) S.
+    #[inline(always)]
+    pub fn transition_by(&self, (c1, sine): (f64, f64)) -> [[f64; 2]; 2] {
+        let shift = self.decay_rate * sine;
+        [[1.0 + c1 + shift, sine], [-self.natural_squared * sine, 1.0 + c1 - shift]]
+    }
+
+    /// These derivatives of a body that swings, after a time in which it turns by at most
+    /// [`MOST_TURNED`]. With fused operations: for what is compiled where these are instructions.
+    #[inline(always)]
+    pub fn swung_transition(&self, time: f64) -> [[f64; 2]; 2] {
+        // No double-double: what rounding changes is no more than it changes in the time.
+        let (sin, cos) = fused_sin_cos(self.damped.hi * time);
+        self.transition_by(self.swinging_basis(time, (cos - 1.0, sin)))
+    }
+
+    /// Whether [`Equation::swung_transition`] holds for this time.
+    #[inline(always)]
+    pub fn turns_within(&self, time: f64) -> bool {
+        self.damped.hi * time <= MOST_TURNED
     }
 
     /// Terms of the Taylor series that are needed at a time; 0 where it is too long for the series.

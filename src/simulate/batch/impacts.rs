@@ -8,7 +8,7 @@
 use super::motions::{Flights, Motions, Systems};
 use crate::flight::Touch;
 use crate::flight::gap::{change_of, higher_of, scan_start, start_of};
-use crate::flight::{BodyFlight, Flight, FreeMotion, Trig, state_past};
+use crate::flight::{BodyFlight, Equation, Flight, FreeMotion, Trig, state_past};
 use crate::impact::{self, Impact, PreImpact, Regime, RegimeKind};
 use crate::model::angle::Angle;
 use crate::model::parameters::System;
@@ -37,7 +37,7 @@ pub(super) enum Nearby {
 /// them.
 #[derive(Debug, Clone, Default)]
 #[repr(C, align(64))]
-pub(super) struct ImpactLanes {
+pub(crate) struct ImpactLanes {
     systems: Systems,
     flights: Flights,
     rising_steps: RisingSteps,
@@ -143,7 +143,7 @@ impl ImpactLanes {
     /// Sets where the first pass has found the contact of lane `j`, after so many evaluations of
     /// the gap.
     #[inline(always)]
-    pub fn set_nearby(&mut self, j: usize, nearby: &Nearby, evaluations: u64) {
+    pub(super) fn set_nearby(&mut self, j: usize, nearby: &Nearby, evaluations: u64) {
         match nearby {
             Nearby::On(rising) => {
                 self.rising_steps.set(j, rising);
@@ -322,6 +322,36 @@ impl ImpactLanes {
         }
         systems.beats[0].start(&systems.pendulums, pre_x1, v1_post, phases, pendulums);
         systems.beats[1].start(&systems.oscillators, pre_x2, v2_post, phases, oscillators);
+    }
+
+    /// The equations of motion of both bodies in lane `j`.
+    #[inline(always)]
+    pub fn equations(&self, j: usize) -> (Equation, Equation) {
+        (self.systems.pendulums.get(j), self.systems.oscillators.get(j))
+    }
+
+    /// mbar, mu and r in lane `j`.
+    #[inline(always)]
+    pub fn contact_numbers(&self, j: usize) -> [f64; 3] {
+        let Systems { mass_ratio, friction, restitution, .. } = &self.systems;
+        [mass_ratio[j], friction[j], restitution[j]]
+    }
+
+    /// Time in lane `j` from an instant in the drive period in which the present flight began to
+    /// the impact, as [`Drive::roughly_until`](crate::flight::Drive::roughly_until) has it.
+    #[inline(always)]
+    pub fn roughly_since(&self, j: usize, (time_in_period, residual): (f64, f64)) -> f64 {
+        let Flights { time_in_period: time_after, residual: residual_after, .. } =
+            &self.impacts.flights;
+        let within = (time_after[j] - time_in_period) + (residual_after[j] - residual);
+        let whole = self.impacts.periods[j];
+        if whole == 0.0 { within } else { whole * self.systems.drives.period[j] + within }
+    }
+
+    /// Approach velocity in lane `j`, and whether the impact is without a switch.
+    #[inline(always)]
+    pub fn unswitched(&self, j: usize) -> (f64, bool) {
+        (self.impacts.approach[j], self.impacts.unswitched[j] == 1)
     }
 
     /// Local times near the contacts.

@@ -1,4 +1,4 @@
-//! The threads that share the work of a sweep.
+//! The threads that share work.
 
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
@@ -32,7 +32,7 @@ impl Workers {
     }
 
     /// Does `work`; what is parallel in it, on the threads.
-    pub(super) fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+    pub(crate) fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         match &self.0 {
             Some(pool) => pool.install(work),
             None => work(),
@@ -41,15 +41,15 @@ impl Workers {
 }
 
 /// The next piece of work, by its place among all.
-pub(super) type Next<'a> = dyn FnMut() -> Option<usize> + 'a;
+pub(crate) type Next<'a> = dyn FnMut() -> Option<usize> + 'a;
 /// Takes what has come of a piece of work.
-pub(super) type Done<'a, T> = dyn FnMut(usize, T) + 'a;
+pub(crate) type Done<'a, T> = dyn FnMut(usize, T) + 'a;
 
 /// Does so many pieces of work on the threads of the present pool, each of which asks for the next
 /// piece when it has room for it, and hands over what has come of each; `None` where nothing has.
 /// The last argument of `work` is how many pieces a thread may have in hand, so that few are shared
 /// by all.
-pub(super) fn side_by_side<T: Send>(
+pub(crate) fn side_by_side<T: Send>(
     count: usize,
     work: &(dyn Fn(&mut Next, &mut Done<T>, usize) + Sync),
 ) -> Vec<Option<T>> {

@@ -1,0 +1,243 @@
+//! One perturbation of each of several motions, mapped through the usual impacts in the lanes that
+//! the motions are in: those without friction, or whose slip keeps its direction.
+//!
+//! A lane does what [`Perturbations::take`] does, by the same functions. Everything that is not usual
+//! (the end of a step of a record, low impacts that may lead into chatter, strong damping, a perturbation
+//! that leaves the range of floats) is left to it.
+
+#![allow(clippy::inline_always)] // a round is compiled for several instruction sets
+#![allow(clippy::needless_bitwise_bool)] // conditions without jumps, for the lanes
+#![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
+
+use super::{Perturbations, Series};
+use crate::analysis::tolerances::{LOW_APPROACH, MOST_CONTRACTION};
+use crate::model::state::{Clock, State};
+use crate::model::tip::Tip;
+use crate::numerics::lanes::{LANES, Lanes, lanes_of};
+use crate::simulate::ImpactLanes;
+use crate::tangent::tolerances::LOW_BOUNCE;
+use crate::tangent::{Departure, ImpactPoint, Numbers, Rates, flown, scaled};
+
+/// Squares of the lengths that a perturbation has in a lane, just inside those that are left as they are
+/// outside (`FACTORS`).
+const SQUARES: std::ops::Range<f64> = 1e-49..1e49;
+
+/// A motion just after an impact, with a perturbation (dx1, dx1', dx2', dt).
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Node {
+    dx1: f64,
+    dv1: f64,
+    dv2: f64,
+    dt: f64,
+    x1: f64,
+    v1: f64,
+    a1: f64,
+    x2: f64,
+    v2: f64,
+    a2: f64,
+    /// dx2/dx1 on the contact.
+    slope: f64,
+    time_in_period: f64,
+    residual: f64,
+    /// u before the impact, and the largest so far.
+    approach_velocity: f64,
+    largest: f64,
+}
+
+lanes_of! {
+    /// Several motions.
+    Nodes of Node {
+        dx1: dx1, dv1: dv1, dv2: dv2, dt: dt,
+        x1: x1, v1: v1, a1: a1, x2: x2, v2: v2, a2: a2,
+        slope: slope, time_in_period: time_in_period, residual: residual,
+        approach_velocity: approach_velocity, largest: largest,
+    }
+}
+
+impl Node {
+    fn rates(&self) -> Rates {
+        Rates { velocities: [self.v1, self.v2], accelerations: [self.a1, self.a2] }
+    }
+}
+
+/// Perturbations in the lanes.
+#[derive(Debug, Clone, Default)]
+#[repr(C, align(64))]
+pub(crate) struct PerturbationLanes {
+    /// After the last impact, and after the next one.
+    here: Nodes,
+    next: Nodes,
+    moves: Lanes,
+    fastest_decay: Lanes,
+    /// 1 where the lane has the perturbation of its job.
+    held: [u64; LANES],
+    /// 1 where the next impact is a usual one.
+    usual: [u64; LANES],
+    /// 1 where it has been passed over.
+    passed: [u64; LANES],
+    /// Impacts passed over, and the drive period of the last one.
+    impacts: [u64; LANES],
+    periods: [i64; LANES],
+}
+
+impl PerturbationLanes {
+    /// The perturbations after the impacts of all lanes.
+    #[inline(always)]
+    pub fn map<G: Tip>(&mut self, impacts: &ImpactLanes) {
+        let Self { here, next, moves, fastest_decay, held, usual, .. } = self;
+        if *held == [0; LANES] {
+            return;
+        }
+        for j in 0..LANES {
+            let (pendulum, oscillator) = impacts.equations(j);
+            let (node, moves) = (here.get(j), moves[j]);
+            let time = impacts.roughly_since(j, (node.time_in_period, node.residual));
+            let second = scaled(oscillator.swung_transition(time), moves);
+            let transitions = [pendulum.swung_transition(time), second];
+            let columns = [[node.dx1], [node.dv1], [node.dv2], [node.dt]];
+            let columns = flown(&columns, &node.rates(), node.slope, &transitions);
+            let (clock, after) = impacts.start_after(j, 0);
+            let (angle, phase) = impacts.angles_after(j);
+            let before = impacts.state_before(j);
+            let [mass_ratio, friction, restitution] = impacts.contact_numbers(j);
+            let (approach_velocity, unswitched) = impacts.unswitched(j);
+            let point = ImpactPoint {
+                angle,
+                turns: G::TURNS,
+                rates: Rates::at(&before, phase.cos, (&pendulum, &oscillator)),
+                approach_velocity,
+                numbers: Numbers { mass_ratio, friction, restitution, moves },
+            };
+            let [[dx1], [dv1], [dv2], [dt]] = point.map_in_slip(&columns);
+            let decay_rates = [pendulum.decay_rate, oscillator.decay_rate];
+            let rates = point.rates.after([after.v1, after.v2], decay_rates);
+            let largest = node.largest.max(approach_velocity);
+            // A low impact that may lead into chatter is lower than the one before.
+            let rises = (approach_velocity >= node.approach_velocity)
+                & (approach_velocity >= LOW_APPROACH * largest);
+            let square = dx1 * dx1 + dv1 * dv1 + dv2 * dv2 + dt * dt;
+            let holds = (held[j] == 1)
+                & unswitched
+                & pendulum.turns_within(time)
+                & oscillator.turns_within(time)
+                // Well below where the way outside takes steps.
+                & (time * fastest_decay[j] < 0.5 * MOST_CONTRACTION)
+                & ((approach_velocity >= LOW_BOUNCE * largest) | rises)
+                & (square >= SQUARES.start)
+                & (square <= SQUARES.end);
+            usual[j] = u64::from(holds);
+            next.set(
+                j,
+                &Node {
+                    dx1,
+                    dv1,
+                    dv2,
+                    dt,
+                    x1: after.x1,
+                    v1: after.v1,
+                    a1: rates.accelerations[0],
+                    x2: after.x2,
+                    v2: after.v2,
+                    a2: rates.accelerations[1],
+                    slope: moves * angle.cos,
+                    time_in_period: clock.time_in_period,
+                    residual: clock.residual,
+                    approach_velocity,
+                    largest,
+                },
+            );
+        }
+    }
+
+    /// Whether the next impact in lane `j` is a usual one.
+    #[inline(always)]
+    pub fn is_usual(&self, j: usize) -> bool {
+        self.usual[j] == 1
+    }
+
+    /// Passes over the next impact in lane `j`, at this instant.
+    #[inline(always)]
+    pub fn pass(&mut self, j: usize, clock: Clock) {
+        self.passed[j] = 1;
+        self.impacts[j] += 1;
+        self.periods[j] = clock.period;
+    }
+
+    /// Goes on to the impacts that have been passed over.
+    #[inline(always)]
+    pub fn accept(&mut self) {
+        let Self { here, next, passed, .. } = self;
+        if *passed != [0; LANES] {
+            here.take(next, passed);
+            *passed = [0; LANES];
+        }
+    }
+}
+
+impl Perturbations<1> {
+    /// Whether the perturbation is just after an impact and may travel in a lane.
+    fn departs(&self) -> Option<(Departure, f64)> {
+        let departure = self.here.departure?;
+        let fits = self.here.at_event
+            && self.rank() == 1
+            && self.orthonormal
+            && !self.paused
+            && self.reader.mode.is_none()
+            && matches!(self.series, Series::High)
+            && self.model.system.restitution > 0.0;
+        departure.slope.filter(|_| fits).map(|slope| (departure, slope))
+    }
+
+    /// From the impact that was taken last, the perturbation is in lane `j`.
+    pub fn enter(&mut self, j: usize, lanes: &mut PerturbationLanes) {
+        let Some((departure, slope)) = self.departs() else { return };
+        let [[dx1], [dv1], [dv2], [dt]] = *self.here.directions.columns();
+        let ([v1, v2], [a1, a2]) = (departure.rates.velocities, departure.rates.accelerations);
+        let State { x1, x2, .. } = self.here.state;
+        let Clock { time_in_period, residual, .. } = departure.clock;
+        let node = Node {
+            dx1,
+            dv1,
+            dv2,
+            dt,
+            x1,
+            v1,
+            a1,
+            x2,
+            v2,
+            a2,
+            slope,
+            time_in_period,
+            residual,
+            approach_velocity: self.last,
+            largest: self.largest,
+        };
+        lanes.here.set(j, &node);
+        lanes.moves[j] = if self.model.wall_at_rest { 0.0 } else { 1.0 };
+        lanes.fastest_decay[j] = self.fastest_decay;
+        (lanes.held[j], lanes.usual[j], lanes.impacts[j]) = (1, 0, 0);
+    }
+
+    /// The perturbation is in lane `j` no more.
+    pub fn leave(&mut self, j: usize, lanes: &mut PerturbationLanes) {
+        self.read(j, lanes);
+        (lanes.held[j], lanes.usual[j]) = (0, 0);
+    }
+
+    /// Takes over what lane `j` has, if it has a perturbation.
+    pub fn read(&mut self, j: usize, lanes: &mut PerturbationLanes) {
+        let impacts = std::mem::take(&mut lanes.impacts[j]);
+        if lanes.held[j] == 0 || impacts == 0 {
+            return;
+        }
+        let node = lanes.here.get(j);
+        let Node { x1, v1, x2, v2, time_in_period, residual, .. } = node;
+        let clock = Clock { period: lanes.periods[j], time_in_period, residual };
+        (self.here.state, self.here.clock) = (State { x1, v1, x2, v2 }, clock);
+        self.here.departure =
+            Some(Departure { clock, rates: node.rates(), slope: Some(node.slope) });
+        self.here.directions.set([[node.dx1], [node.dv1], [node.dv2], [node.dt]]);
+        (self.last, self.largest) = (node.approach_velocity, node.largest);
+        self.impacts += impacts;
+    }
+}
