@@ -140,7 +140,7 @@ const CHAOTIC: [f64; 16] = [
 /// One perturbation of each of sixteen motions in the lanes, beside the motions alone; per impact.
 fn tangent_in_lanes(c: &mut Criterion) {
     let mut group = c.benchmark_group("tangent in lanes, Fig. 4");
-    let further = 4_000;
+    let further = 16_000;
     let (workers, never) = (Workers::new(Some(1)).unwrap(), CancelToken::never());
     let options = RunOptions::periods(PERIODS).keep(0);
     let runs = CHAOTIC.map(|frequency| {

@@ -255,6 +255,10 @@ impl Job for Measurement<1> {
         self.record.enter(j, beside);
     }
 
+    fn go_on(&mut self, j: usize, beside: &mut PerturbationLanes) {
+        beside.go_on(j, self.simulation.present_flight().clock);
+    }
+
     fn leave(&mut self, j: usize, beside: &mut PerturbationLanes) {
         self.record.leave(j, beside);
     }

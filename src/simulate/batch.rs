@@ -62,7 +62,10 @@ pub(crate) trait Job {
     /// From the flight that has just begun after an impact, what goes beside is in lane `j`,
     fn enter(&mut self, _j: usize, _: &mut Self::Beside) {}
 
-    /// until an event has to be taken, or the flight goes on outside of the lane.
+    /// also where a flight goes on from another instant,
+    fn go_on(&mut self, _j: usize, _: &mut Self::Beside) {}
+
+    /// until an event has to be taken.
     fn leave(&mut self, _j: usize, _: &mut Self::Beside) {}
 
     /// Runs to the end outside of the lanes.
@@ -109,6 +112,10 @@ impl<T: Job> Job for (usize, T) {
         self.1.enter(j, beside);
     }
 
+    fn go_on(&mut self, j: usize, beside: &mut T::Beside) {
+        self.1.go_on(j, beside);
+    }
+
     fn leave(&mut self, j: usize, beside: &mut T::Beside) {
         self.1.leave(j, beside);
     }
@@ -141,6 +148,7 @@ pub(crate) fn run_batch<T: Job>(
     for j in 0..LANES {
         batch.lanes.write_back(j, &mut batch.jobs[j]);
         if let Some(mut job) = batch.jobs[j].take() {
+            job.leave(j, &mut batch.lanes.beside);
             job.finish();
             (batch.done)(job);
         }
@@ -174,9 +182,7 @@ impl<B: Default> LaneData<B> {
     /// lane.
     #[inline(always)]
     fn write_back<T: Job<Beside = B>>(&mut self, j: usize, job: &mut Option<T>) {
-        let Some(job) = job else { return };
-        job.leave(j, &mut self.beside);
-        if std::mem::take(&mut self.in_lane[j]) == 1 {
+        if let (1, Some(job)) = (std::mem::take(&mut self.in_lane[j]), job) {
             let (pendulum, oscillator) = self.impacts.bodies(j);
             let flight = &mut job.parts().0.flight;
             (flight.pendulum, flight.oscillator) = (pendulum, oscillator);
@@ -241,6 +247,7 @@ impl<T: Job> Batch<'_, T> {
     fn retire(&mut self, j: usize, reason: Option<StopReason>) {
         self.lanes.write_back(j, &mut self.jobs[j]);
         if let Some(mut job) = self.jobs[j].take() {
+            job.leave(j, &mut self.lanes.beside);
             if let Some(reason) = reason {
                 let (simulation, _) = job.parts();
                 let stop = simulation.stop_here(reason);
@@ -362,6 +369,7 @@ impl<T: Job> Batch<'_, T> {
             simulation.turn(watch)
         };
         if let Some(event) = event {
+            job.leave(j, &mut self.lanes.beside);
             job.take(event);
         }
     }
@@ -372,6 +380,9 @@ impl<T: Job> Batch<'_, T> {
     fn begin_flight<G: Tip>(&mut self, j: usize, scanning: &mut LaneSet, ready: &mut LaneSet) {
         loop {
             let Some(job) = &mut self.jobs[j] else { return };
+            if self.lanes.in_lane[j] == 0 {
+                job.go_on(j, &mut self.lanes.beside);
+            }
             let (simulation, _) = job.parts();
             let stopped = simulation.point.stopped.is_some();
             let reason = if stopped { None } else { simulation.stops_before_leg() };
@@ -436,6 +447,7 @@ impl<T: Job> Batch<'_, T> {
             simulation.store_first_pass::<G>(first_pass, self.lanes.scanners[j].evaluations);
         }
         if let Some(event) = simulation.turn(watch) {
+            job.leave(j, &mut self.lanes.beside);
             job.take(event);
         }
     }

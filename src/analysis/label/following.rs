@@ -72,6 +72,10 @@ impl Job for Following {
         self.growth.enter(j, beside);
     }
 
+    fn go_on(&mut self, j: usize, beside: &mut PerturbationLanes) {
+        beside.go_on(j, self.simulation.present_flight().clock);
+    }
+
     fn leave(&mut self, j: usize, beside: &mut PerturbationLanes) {
         self.growth.leave(j, beside);
     }

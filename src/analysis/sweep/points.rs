@@ -101,6 +101,12 @@ impl Job for PointJob {
         }
     }
 
+    fn go_on(&mut self, j: usize, beside: &mut PerturbationLanes) {
+        if let Self::Label(_, _, following) = self {
+            following.go_on(j, beside);
+        }
+    }
+
     fn leave(&mut self, j: usize, beside: &mut PerturbationLanes) {
         if let Self::Label(_, _, following) = self {
             following.leave(j, beside);

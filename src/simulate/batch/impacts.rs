@@ -337,14 +337,15 @@ impl ImpactLanes {
         [mass_ratio[j], friction[j], restitution[j]]
     }
 
-    /// Time in lane `j` from an instant in the drive period in which the present flight began to
-    /// the impact, as [`Drive::roughly_until`](crate::flight::Drive::roughly_until) has it.
+    /// Time in lane `j` from an instant to the impact, as
+    /// [`Drive::roughly_until`](crate::flight::Drive::roughly_until) has it; `ahead`: drive periods from
+    /// that instant's to the one in which the present flight began.
     #[inline(always)]
-    pub fn roughly_since(&self, j: usize, (time_in_period, residual): (f64, f64)) -> f64 {
+    pub fn roughly_since(&self, j: usize, time_in_period: f64, residual: f64, ahead: f64) -> f64 {
         let Flights { time_in_period: time_after, residual: residual_after, .. } =
             &self.impacts.flights;
         let within = (time_after[j] - time_in_period) + (residual_after[j] - residual);
-        let whole = self.impacts.periods[j];
+        let whole = ahead + self.impacts.periods[j];
         if whole == 0.0 { within } else { whole * self.systems.drives.period[j] + within }
     }
 

@@ -67,6 +67,8 @@ pub(crate) struct PerturbationLanes {
     /// After the last impact, and after the next one.
     here: Nodes,
     next: Nodes,
+    /// Drive periods from the last impact's to the one in which the present flight began.
+    ahead: Lanes,
     moves: Lanes,
     fastest_decay: Lanes,
     /// 1 where the lane has the perturbation of its job.
@@ -75,7 +77,7 @@ pub(crate) struct PerturbationLanes {
     usual: [u64; LANES],
     /// 1 where it has been passed over.
     passed: [u64; LANES],
-    /// Impacts passed over, and the drive period of the last one.
+    /// Impacts passed over, and the drive period of the last impact.
     impacts: [u64; LANES],
     periods: [i64; LANES],
 }
@@ -84,14 +86,14 @@ impl PerturbationLanes {
     /// The perturbations after the impacts of all lanes.
     #[inline(always)]
     pub fn map<G: Tip>(&mut self, impacts: &ImpactLanes) {
-        let Self { here, next, moves, fastest_decay, held, usual, .. } = self;
+        let Self { here, next, ahead, moves, fastest_decay, held, usual, .. } = self;
         if *held == [0; LANES] {
             return;
         }
         for j in 0..LANES {
             let (pendulum, oscillator) = impacts.equations(j);
             let (node, moves) = (here.get(j), moves[j]);
-            let time = impacts.roughly_since(j, (node.time_in_period, node.residual));
+            let time = impacts.roughly_since(j, node.time_in_period, node.residual, ahead[j]);
             let second = scaled(oscillator.swung_transition(time), moves);
             let transitions = [pendulum.swung_transition(time), second];
             let columns = [[node.dx1], [node.dv1], [node.dv2], [node.dt]];
@@ -155,12 +157,19 @@ impl PerturbationLanes {
         self.usual[j] == 1
     }
 
+    /// The motion in lane `j` goes on from this instant after its last impact.
+    pub fn go_on(&mut self, j: usize, clock: Clock) {
+        if self.held[j] == 1 {
+            self.ahead[j] = (clock.period - self.periods[j]) as f64;
+        }
+    }
+
     /// Passes over the next impact in lane `j`, at this instant.
     #[inline(always)]
     pub fn pass(&mut self, j: usize, clock: Clock) {
         self.passed[j] = 1;
         self.impacts[j] += 1;
-        self.periods[j] = clock.period;
+        (self.periods[j], self.ahead[j]) = (clock.period, 0.0);
     }
 
     /// Goes on to the impacts that have been passed over.
@@ -215,6 +224,7 @@ impl Perturbations<1> {
         lanes.here.set(j, &node);
         lanes.moves[j] = if self.model.wall_at_rest { 0.0 } else { 1.0 };
         lanes.fastest_decay[j] = self.fastest_decay;
+        (lanes.periods[j], lanes.ahead[j]) = (departure.clock.period, 0.0);
         (lanes.held[j], lanes.usual[j], lanes.impacts[j]) = (1, 0, 0);
     }
 
