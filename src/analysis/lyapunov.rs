@@ -500,7 +500,7 @@ impl GrowthRecord<1> {
         let clock = simulation.present_flight().clock;
         let passes = lanes.is_usual(j)
             && clock <= simulation.horizon_clock()
-            && (clock < self.next || self.end_steps(j, lanes, clock));
+            && (clock < self.next || (!lanes.is_low(j) && self.end_steps(j, lanes, clock)));
         if passes {
             lanes.pass(j, clock);
         }
@@ -718,6 +718,10 @@ mod tests {
                 let direct = damped(machine(frequency)).contact(Contact::Direct);
                 runs.push(end(direct.clone()));
                 runs.push(end(direct.mass_ratio(0.0)));
+                // Chatter, complete or not, and sustained contact.
+                let bouncing = damped(machine(0.3 * frequency)).force_amplitude(1.5);
+                runs.push(end(bouncing.clone().restitution(0.3).friction(friction)));
+                runs.push(end(bouncing.restitution(0.7)));
             }
         }
         let never = CancelToken::never();

@@ -2,14 +2,14 @@
 //! the motions are in: those without friction, or whose slip keeps its direction.
 //!
 //! A lane does what [`Perturbations::take`] does, by the same functions. Everything that is not usual
-//! (the end of a step of a record, low impacts that may lead into chatter, strong damping, a perturbation
-//! that leaves the range of floats) is left to it.
+//! (two low impacts in a row, which may lead into chatter; strong damping; a perturbation that leaves the
+//! range of floats) is left to it.
 
 #![allow(clippy::inline_always)] // a round is compiled for several instruction sets
 #![allow(clippy::needless_bitwise_bool)] // conditions without jumps, for the lanes
 #![allow(clippy::needless_range_loop)] // loops over lanes read best with their index
 
-use super::{Perturbations, Series};
+use super::{Perturbations, PerturbedState, Series};
 use crate::analysis::tolerances::{LOW_APPROACH, MOST_CONTRACTION};
 use crate::model::state::{Clock, State};
 use crate::model::tip::Tip;
@@ -75,7 +75,14 @@ pub(crate) struct PerturbationLanes {
     held: [u64; LANES],
     /// 1 where the next impact is a usual one.
     usual: [u64; LANES],
-    /// 1 where it has been passed over.
+    /// 1 where the last impact is low and lower than the one before: [`Series::Decreasing`]; and for
+    /// the next impact.
+    low: [u64; LANES],
+    next_low: [u64; LANES],
+    /// After the impact before a low one, and its drive period.
+    before: Nodes,
+    before_periods: [i64; LANES],
+    /// 1 where the next impact has been passed over.
     passed: [u64; LANES],
     /// Impacts passed over, and the drive period of the last impact.
     impacts: [u64; LANES],
@@ -86,7 +93,7 @@ impl PerturbationLanes {
     /// The perturbations after the impacts of all lanes.
     #[inline(always)]
     pub fn map<G: Tip>(&mut self, impacts: &ImpactLanes) {
-        let Self { here, next, ahead, moves, fastest_decay, held, usual, .. } = self;
+        let Self { here, next, ahead, moves, fastest_decay, held, usual, low, next_low, .. } = self;
         if *held == [0; LANES] {
             return;
         }
@@ -114,9 +121,10 @@ impl PerturbationLanes {
             let decay_rates = [pendulum.decay_rate, oscillator.decay_rate];
             let rates = point.rates.after([after.v1, after.v2], decay_rates);
             let largest = node.largest.max(approach_velocity);
-            // A low impact that may lead into chatter is lower than the one before.
-            let rises = (approach_velocity >= node.approach_velocity)
-                & (approach_velocity >= LOW_APPROACH * largest);
+            // As in `Perturbations::note_impact`.
+            let falls = (approach_velocity < LOW_BOUNCE * largest)
+                & ((approach_velocity < node.approach_velocity)
+                    | (approach_velocity < LOW_APPROACH * largest));
             let square = dx1 * dx1 + dv1 * dv1 + dv2 * dv2 + dt * dt;
             let holds = (held[j] == 1)
                 & unswitched
@@ -124,10 +132,11 @@ impl PerturbationLanes {
                 & oscillator.turns_within(time)
                 // Well below where the way outside takes steps.
                 & (time * fastest_decay[j] < 0.5 * MOST_CONTRACTION)
-                & ((approach_velocity >= LOW_BOUNCE * largest) | rises)
+                & !(falls & (low[j] == 1))
                 & (square >= SQUARES.start)
                 & (square <= SQUARES.end);
             usual[j] = u64::from(holds);
+            next_low[j] = u64::from(falls);
             next.set(
                 j,
                 &Node {
@@ -164,10 +173,20 @@ impl PerturbationLanes {
         }
     }
 
+    /// Whether the last impact in lane `j` is a low one.
+    pub fn is_low(&self, j: usize) -> bool {
+        self.low[j] == 1
+    }
+
     /// Passes over the next impact in lane `j`, at this instant.
     #[inline(always)]
     pub fn pass(&mut self, j: usize, clock: Clock) {
         self.passed[j] = 1;
+        self.low[j] = self.next_low[j];
+        if self.low[j] == 1 {
+            self.before.set(j, &self.here.get(j));
+            self.before_periods[j] = self.periods[j];
+        }
         self.impacts[j] += 1;
         (self.periods[j], self.ahead[j]) = (clock.period, 0.0);
     }
@@ -225,13 +244,20 @@ impl Perturbations<1> {
         lanes.moves[j] = if self.model.wall_at_rest { 0.0 } else { 1.0 };
         lanes.fastest_decay[j] = self.fastest_decay;
         (lanes.periods[j], lanes.ahead[j]) = (departure.clock.period, 0.0);
-        (lanes.held[j], lanes.usual[j], lanes.impacts[j]) = (1, 0, 0);
+        (lanes.held[j], lanes.usual[j], lanes.low[j], lanes.impacts[j]) = (1, 0, 0, 0);
     }
 
     /// The perturbation is in lane `j` no more.
     pub fn leave(&mut self, j: usize, lanes: &mut PerturbationLanes) {
         self.read(j, lanes);
         (lanes.held[j], lanes.usual[j]) = (0, 0);
+        if std::mem::take(&mut lanes.low[j]) == 1 {
+            let node = lanes.before.get(j);
+            let mut before = self.here.clone();
+            before.take_node(&node, lanes.before_periods[j]);
+            self.before = before.clock;
+            self.series = Series::Decreasing(Box::new(before), node.approach_velocity);
+        }
     }
 
     /// Takes over what lane `j` has, if it has a perturbation.
@@ -241,13 +267,19 @@ impl Perturbations<1> {
             return;
         }
         let node = lanes.here.get(j);
-        let Node { x1, v1, x2, v2, time_in_period, residual, .. } = node;
-        let clock = Clock { period: lanes.periods[j], time_in_period, residual };
-        (self.here.state, self.here.clock) = (State { x1, v1, x2, v2 }, clock);
-        self.here.departure =
-            Some(Departure { clock, rates: node.rates(), slope: Some(node.slope) });
-        self.here.directions.set([[node.dx1], [node.dv1], [node.dv2], [node.dt]]);
+        self.here.take_node(&node, lanes.periods[j]);
         (self.last, self.largest) = (node.approach_velocity, node.largest);
         self.impacts += impacts;
+    }
+}
+
+impl PerturbedState<1> {
+    fn take_node(&mut self, node: &Node, period: i64) {
+        let Node { x1, v1, x2, v2, time_in_period, residual, .. } = *node;
+        self.state = State { x1, v1, x2, v2 };
+        self.clock = Clock { period, time_in_period, residual };
+        let (rates, slope) = (node.rates(), Some(node.slope));
+        self.departure = Some(Departure { clock: self.clock, rates, slope });
+        self.directions.set([[node.dx1], [node.dv1], [node.dv2], [node.dt]]);
     }
 }
