@@ -117,12 +117,12 @@ pub(crate) struct Scanner<P> {
     end: f64,
 }
 
-/// Eight steps on: states and jets, and the first step that is not proven free.
+/// Eight steps on: states and jets, and what proves the steps free.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Stride<Q> {
     places: Q,
     jets: Jets,
-    /// Of each step, the highest of its Bernstein coefficients.
+    /// Of each step ([`Jets::highest`]).
     highest: Lanes,
 }
 
@@ -213,6 +213,7 @@ impl<P: Copy + Default> Scanner<P> {
             self.touching = false;
             return None;
         }
+        // Not read from where it has just been written: a wide load would wait for that.
         let mut start = self.start;
         if j > 0 {
             self.s += h * j as f64;
@@ -272,8 +273,12 @@ fn end_coefficients(
 }
 
 impl Jets {
-    /// The first step on which not all Bernstein coefficients are below zero by more than rounding;
-    /// the number of steps if there is none. `touching`: g = 0 at the start, which is no contact.
+    /// Of each step, the highest of its Bernstein coefficients, and `slack`: below zero where the
+    /// step is free by more than rounding. `touching`: g = 0 at the start, which is no contact.
+    ///
+    /// Every step does the same, so that compilers turn all of it into whole registers: what is
+    /// moved from step to step are the jets, and which step is the first that is not free is read
+    /// later, from memory ([`first_unsure`]).
     #[inline(always)]
     fn highest(
         &self,

@@ -133,8 +133,8 @@ impl LaneData {
     }
 }
 
-/// Some of the lanes, a bit for each: in a register, as what is written one by one is read at once
-/// late.
+/// Some of the lanes, a bit for each: a list of them, written one by one and copied as a whole, is
+/// waited for.
 #[derive(Clone, Copy, Default)]
 struct LaneSet(u32);
 
