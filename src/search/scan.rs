@@ -117,12 +117,13 @@ pub(crate) struct Scanner<P> {
     end: f64,
 }
 
-/// Eight steps on: states and jets, and the first step that is not proven free.
+/// Eight steps on: states and jets, and what proves the steps free.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Stride<Q> {
     places: Q,
     jets: Jets,
-    unsure: usize,
+    /// Of each step ([`Jets::highest`]).
+    highest: Lanes,
 }
 
 impl<P: Copy + Default> Scanner<P> {
@@ -188,9 +189,8 @@ impl<P: Copy + Default> Scanner<P> {
         self.evaluations += LANES as u64;
         let (places, jets) = gap.eight_steps(self.level, &self.place);
         let weights = gap.weights(self.level);
-        let unsure =
-            jets.first_unsure(&self.start, weights, self.remainder, self.slack, self.touching);
-        Stride { places, jets, unsure }
+        let highest = jets.highest(&self.start, weights, self.remainder, self.slack, self.touching);
+        Stride { places, jets, highest }
     }
 
     /// What follows from a stride: the outcome, or `None` if another stride is needed.
@@ -200,8 +200,8 @@ impl<P: Copy + Default> Scanner<P> {
         gap: &G,
         stride: &Stride<G::Places>,
     ) -> Option<Scan> {
-        let Stride { places, jets, unsure: j } = stride;
-        let j = *j;
+        let Stride { places, jets, highest } = stride;
+        let j = first_unsure(highest);
         let h = gap.step(self.level);
         if j == LANES {
             self.s += h * LANES as f64;
@@ -213,9 +213,12 @@ impl<P: Copy + Default> Scanner<P> {
             self.touching = false;
             return None;
         }
+        // Not read from where it has just been written: a wide load would wait for that.
+        let mut start = self.start;
         if j > 0 {
             self.s += h * j as f64;
-            (self.place, self.start) = (G::place_after(places, j - 1), jets.get(j - 1));
+            start = jets.get(j - 1);
+            (self.place, self.start) = (G::place_after(places, j - 1), start);
             self.touching = false;
         }
         let s = self.s;
@@ -225,9 +228,8 @@ impl<P: Copy + Default> Scanner<P> {
         }
         let next = jets.get(j);
         let weights = gap.weights(self.level);
-        if !self.touching && is_rising_step(&self.start, &next, weights, self.remainder, self.slack)
-        {
-            let rise = RisingStep { after: s, h, start: self.start, end: next };
+        if !self.touching && is_rising_step(&start, &next, weights, self.remainder, self.slack) {
+            let rise = RisingStep { after: s, h, start, end: next };
             let left = self.reach - s;
             if left >= h {
                 return Some(Scan::RisingStep(rise));
@@ -255,56 +257,68 @@ impl<P: Copy + Default> Scanner<P> {
     }
 }
 
-/// What the Bernstein coefficients of a step take from one of its ends: the largest of the three
-/// next to it, and its part of the middle one.
+/// What the Bernstein coefficients of a step take from one of its ends: the two next to the value
+/// there, and its part of the middle one.
 #[inline(always)]
 fn end_coefficients(
     Jet { value: g, rate, second }: Jet,
     w: &Weights,
     direction: f64,
-) -> (f64, f64) {
+) -> ([f64; 2], f64) {
     let outward = direction * rate;
     let curved = w.thirtieth.mul_add(second, g);
-    let inner = larger(w.sixth.mul_add(outward, g), w.third.mul_add(outward, curved));
+    let inner = [w.sixth.mul_add(outward, g), w.third.mul_add(outward, curved)];
     let middle = w.fifth.mul_add(outward, w.fortieth.mul_add(second, 0.5 * g));
-    (larger(inner, g), middle)
+    (inner, middle)
 }
 
 impl Jets {
-    /// The first step on which not all Bernstein coefficients are below zero by more than rounding;
-    /// the number of steps if there is none. `touching`: g = 0 at the start, which is no contact.
+    /// Of each step, the highest of its Bernstein coefficients, and `slack`: below zero where the
+    /// step is free by more than rounding. `touching`: g = 0 at the start, which is no contact.
+    ///
+    /// Every step does the same, so that compilers turn all of it into whole registers: what is
+    /// moved from step to step are the jets, and which step is the first that is not free is read
+    /// later, from memory ([`first_unsure`]).
     #[inline(always)]
-    fn first_unsure(
+    fn highest(
         &self,
         start: &Jet,
         w: &Weights,
         remainder: f64,
         slack: f64,
         touching: bool,
-    ) -> usize {
-        let (mut highest, mut middle): (Lanes, Lanes) = ([0.0; LANES], [0.0; LANES]);
-        let (mut left, mut left_middle): (Lanes, Lanes) = ([0.0; LANES], [0.0; LANES]);
+    ) -> Lanes {
+        let (mut right, mut left) = (self.clone(), Self::default());
         for j in 0..LANES {
-            (highest[j], middle[j]) = end_coefficients(self.get(j), w, -1.0);
-            (left[j], left_middle[j]) = end_coefficients(self.get(j), w, 1.0);
-        }
-        let (mut first, first_middle) = end_coefficients(*start, w, 1.0);
-        if touching {
-            let Jet { rate, second, .. } = *start;
-            first = larger(w.sixth * rate, w.third.mul_add(rate, w.thirtieth * second));
+            right.value[j] += slack;
         }
         // The left end of a step is the right end of the one before.
-        let before = after(first, left);
-        let middle_before = after(first_middle, left_middle);
-        let mut below = 0u64;
+        let first = start.value + slack;
+        left.value = after(first, right.value);
+        left.rate = after(start.rate, right.rate);
+        left.second = after(start.second, right.second);
+        let at_left = after(if touching { f64::NEG_INFINITY } else { first }, right.value);
+        let mut highest = [0.0; LANES];
         for j in 0..LANES {
-            let middle = remainder + (middle_before[j] + middle[j]);
-            let highest = larger(larger(before[j], middle), highest[j]);
-            // The sign of the sum, a bit for each step: comparisons would be told apart one by one.
-            below |= ((highest + slack).to_bits() >> 63) << j;
+            let (left, left_middle) = end_coefficients(left.get(j), w, 1.0);
+            let (inner, right_middle) = end_coefficients(right.get(j), w, -1.0);
+            let middle = remainder + (left_middle + right_middle);
+            let left = larger(larger(at_left[j], left[0]), larger(left[1], middle));
+            highest[j] = larger(left, larger(right.value[j], larger(inner[0], inner[1])));
         }
-        (!below).trailing_zeros() as usize
+        highest
     }
+}
+
+/// The first that is not below zero; their number if there is none.
+#[inline(always)]
+fn first_unsure(highest: &Lanes) -> usize {
+    // The signs, a bit for each step: comparisons would be told apart one by one.
+    let mut below = 0u64;
+    for j in 0..LANES {
+        below |= (highest[j].to_bits() >> 63) << j;
+    }
+    (!below).trailing_zeros() as usize
 }
 
 /// The lanes moved up by one, `first` before them.

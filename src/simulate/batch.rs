@@ -190,23 +190,36 @@ impl<B: Default> LaneData<B> {
     }
 }
 
-/// Some of the lanes, in order.
-#[derive(Clone, Default)]
-struct LaneSet {
-    lanes: [usize; LANES],
-    count: usize,
-}
+/// Some of the lanes, a bit for each: a list of them, written one by one and copied as a whole, is
+/// waited for.
+#[derive(Clone, Copy, Default)]
+struct LaneSet(u32);
 
 impl LaneSet {
     #[inline(always)]
     fn push(&mut self, j: usize) {
-        self.lanes[self.count] = j;
-        self.count += 1;
+        self.0 |= 1 << j;
     }
 
     #[inline(always)]
-    fn iter(&self) -> impl Iterator<Item = usize> {
-        self.lanes.into_iter().take(self.count)
+    fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    #[inline(always)]
+    fn count(self) -> usize {
+        self.0.count_ones() as usize
+    }
+
+    /// In order.
+    #[inline(always)]
+    fn iter(self) -> impl Iterator<Item = usize> {
+        let mut left = self.0;
+        std::iter::from_fn(move || {
+            let lane = (left != 0).then(|| left.trailing_zeros() as usize % LANES)?;
+            left &= left - 1;
+            Some(lane)
+        })
     }
 }
 
@@ -269,7 +282,7 @@ impl<T: Job> Batch<'_, T> {
         for j in 0..LANES {
             self.begin_flight::<G>(j, &mut scanning, &mut ready);
         }
-        while scanning.count > 0 {
+        while !scanning.is_empty() {
             let LaneData { scanners, strides, .. } = &mut *self.lanes;
             for j in scanning.iter() {
                 if let Some(job) = &mut self.jobs[j] {
@@ -299,9 +312,9 @@ impl<T: Job> Batch<'_, T> {
         impacts.start_flights::<G>();
         T::compute_beside::<G>(beside, impacts);
         if T::Watch::SECTIONS {
-            let mut among = ready.clone();
-            while among.count > 0 {
-                among = pass_sections(&mut self.jobs, &among, impacts);
+            let mut among = ready;
+            while !among.is_empty() {
+                among = pass_sections(&mut self.jobs, among, impacts);
             }
         }
         let mut leaving = [0; LANES];

@@ -13,7 +13,7 @@ use crate::numerics::lanes::LANES;
 #[inline(always)]
 pub(super) fn pass_sections<T: Job>(
     jobs: &mut [Option<T>; LANES],
-    among: &LaneSet,
+    among: LaneSet,
     impacts: &mut ImpactLanes,
 ) -> LaneSet {
     let (mut times, mut rests) = (*impacts.near(), [0.0; LANES]);
@@ -38,8 +38,8 @@ pub(super) fn pass_sections<T: Job>(
             alone.push(j);
         }
     }
-    if together.count < FEWEST {
-        (alone, together) = (passing.clone(), LaneSet::default());
+    if together.count() < FEWEST {
+        (alone, together) = (passing, LaneSet::default());
     } else {
         impacts.pass(&times);
     }
