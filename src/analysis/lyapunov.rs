@@ -718,6 +718,9 @@ mod tests {
                 let direct = damped(machine(frequency)).contact(Contact::Direct);
                 runs.push(end(direct.clone()));
                 runs.push(end(direct.mass_ratio(0.0)));
+                if i > 0 {
+                    continue;
+                }
                 // Chatter, complete or not, and sustained contact.
                 let bouncing = damped(machine(0.3 * frequency)).force_amplitude(1.5);
                 runs.push(end(bouncing.clone().restitution(0.3).friction(friction)));
@@ -725,7 +728,7 @@ mod tests {
             }
         }
         let never = CancelToken::never();
-        for (threads, periods) in [(1, 300), (2, 3_000)] {
+        for (threads, periods) in [(1, 300), (2, 2_000)] {
             let workers = Workers::new(Some(threads)).unwrap();
             let found = largest_lyapunov_exponents(&runs, periods, None, &workers, &never).unwrap();
             let mut impacts = 0;
