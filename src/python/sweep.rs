@@ -9,10 +9,9 @@ use super::arrays;
 use super::cancel::{Progress, interruptible};
 use super::system::PySystem;
 use super::systems::with_values;
+use crate::analysis::Workers;
 use crate::analysis::period::{ImpactCount, Kind};
-use crate::analysis::sweep::{
-    Cell, Measure, SweepOptions, SweepPoint, SweepRows, SweepStart, Workers,
-};
+use crate::analysis::sweep::{Cell, Measure, SweepOptions, SweepPoint, SweepRows, SweepStart};
 use crate::model::error::ParameterError;
 use crate::model::state::State;
 use crate::simulate::Horizon;
