@@ -23,14 +23,15 @@ use std::hint::black_box;
 use std::sync::atomic::AtomicUsize;
 
 use impacts::impacts;
-use paper::{paper, start};
+use paper::{CHAOTIC, paper, start};
 use serde::Serialize;
 use setup::{Sections, Setup, simulate};
 use vibroimpact::impact::resolve;
 use vibroimpact::{
     CancelToken, Cell, Clock, Event, Flight, FreeMotion, Horizon, ImpactEvent, Measure, Observer,
     ParameterError, Run, RunOptions, Simulation, Spectrum, State, SweepOptions, SweepStart, System,
-    SystemBuilder, Workers, largest_lyapunov_exponent, lyapunov_spectrum, run, sweep,
+    SystemBuilder, Workers, largest_lyapunov_exponent, largest_lyapunov_exponents,
+    lyapunov_spectrum, run, sweep,
 };
 use vibroimpact::{Found, Start, Touch, next_contact};
 
@@ -46,6 +47,8 @@ const POINTS: u32 = 12;
 const SWEPT: u32 = 32;
 /// Drive periods until a motion has settled.
 const SETTLING: i64 = 500;
+/// Drive periods over which perturbations are followed in the lanes.
+const FOLLOWED: i64 = 4_000;
 
 #[derive(Serialize)]
 struct Kernel {
@@ -91,6 +94,7 @@ fn kernels() -> Vec<Kernel> {
     all.extend(periods());
     all.extend(kept());
     all.extend(diagrams());
+    all.extend(in_lanes());
     all
 }
 
@@ -304,6 +308,36 @@ fn tangent(name: &str, exponents: Exponents) -> Kernel {
             black_box(exponents(&settled, periods, None, &CancelToken::never()).unwrap());
         })
     })
+}
+
+/// Chaotic motions of Fig. 4 in the lanes, and with one perturbation of each.
+fn in_lanes() -> Vec<Kernel> {
+    let settled = || {
+        let options = RunOptions::periods(SETTLING).keep(0);
+        let at = |frequency| {
+            run(&paper(frequency).build().unwrap(), start(), options, &CancelToken::never())
+        };
+        CHAOTIC.map(|frequency| at(frequency).unwrap())
+    };
+    let workers = || Workers::new(Some(1)).unwrap();
+    let motions = kernel("chaotic motions, Fig. 4, in lanes", "drive period", move || {
+        let (runs, workers) = (settled(), workers());
+        let cells = runs.map(|run| Cell { system: run.system, initial: run.final_state.state });
+        let options = RunOptions::periods(FOLLOWED).keep(1);
+        let options = SweepOptions { rows: false, ..options.into() };
+        calls(move || {
+            let (fresh, done) = (SweepStart::Fresh, AtomicUsize::new(0));
+            sweep(black_box(&cells), options, fresh, &workers, &CancelToken::never(), &done)
+        })
+    });
+    let perturbed = kernel("one perturbation, Fig. 4, in lanes", "drive period", move || {
+        let (runs, workers) = (settled(), workers());
+        let (steps, never) = (u32::try_from(FOLLOWED).unwrap(), CancelToken::never());
+        calls(move || largest_lyapunov_exponents(black_box(&runs), steps, None, &workers, &never))
+    });
+    let perturbed = Kernel { minus: Some("chaotic motions, Fig. 4, in lanes"), ..perturbed };
+    let units = CHAOTIC.len() as u64 * FOLLOWED as u64;
+    [motions, perturbed].map(|kernel| Kernel { units, repetitions: [1, 2], ..kernel }).into()
 }
 
 /// Name, first and last drive frequency, and the system at one.

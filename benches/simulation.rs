@@ -12,7 +12,7 @@ use std::sync::atomic::AtomicUsize;
 use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use paper::{paper, start};
+use paper::{CHAOTIC, paper, start};
 use vibroimpact::{
     CancelToken, Cell, Contact, Horizon, RunOptions, Simulation, State, SweepOptions, SweepStart,
     System, SystemBuilder, Workers, largest_lyapunov_exponent, largest_lyapunov_exponents,
@@ -129,13 +129,6 @@ fn tangent(c: &mut Criterion) {
     group.finish();
     tangent_in_lanes(c);
 }
-
-/// Drive frequencies of Fig. 4 at which the motion is chaotic: none repeats, so that every impact is
-/// computed.
-const CHAOTIC: [f64; 16] = [
-    1.55, 1.575, 1.775, 1.875, 1.9, 1.925, 1.95, 1.975, 2.5, 2.525, 2.6, 2.85, 2.9, 2.925, 2.95,
-    2.975,
-];
 
 /// One perturbation of each of sixteen motions in the lanes, beside the motions alone; per impact.
 fn tangent_in_lanes(c: &mut Criterion) {

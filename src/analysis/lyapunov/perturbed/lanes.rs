@@ -133,8 +133,7 @@ impl PerturbationLanes {
                 // Well below where the way outside takes steps.
                 & (time * fastest_decay[j] < 0.5 * MOST_CONTRACTION)
                 & !(falls & (low[j] == 1))
-                & (square >= SQUARES.start)
-                & (square <= SQUARES.end);
+                & SQUARES.contains(&square);
             usual[j] = u64::from(holds);
             next_low[j] = u64::from(falls);
             next.set(
