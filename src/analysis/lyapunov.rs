@@ -500,9 +500,9 @@ pub(crate) fn largest_multiplier(derivative: &Matrix4<f64>) -> f64 {
 }
 
 /// Standard error of the mean growth that is measured for a label: the largest of those from the
-/// means of twenty, ten, five and four blocks, each with Student's factor. A motion sticks to what is
-/// regular for a while; neither how long nor how often is known from a short series, and ten blocks
-/// alone have too small an error. NaN for too few values.
+/// means of twenty, ten, five and three blocks, each with Student's factor. A motion sticks to what
+/// is regular for a while; neither how long nor how often is known from a short series, and ten
+/// blocks alone have too small an error. NaN for too few values.
 fn stated_error(values: &[f64]) -> f64 {
     if values.len() < ERROR_BLOCKS {
         return f64::NAN;
@@ -562,7 +562,7 @@ mod tests {
     #[test]
     fn two_stated_errors_hold_the_mean_also_of_motions_that_stick() {
         let values = (EXPONENT_PERIODS / GROWTH_STEP) as usize;
-        for memory in [1.0, 2.0, 3.0] {
+        for memory in [1.0, 2.0, 4.0] {
             let within = within_two_errors(values, memory);
             assert!(within > 0.93, "{within} with a memory of {memory} steps");
         }

@@ -117,10 +117,10 @@ pub const ALIGNING_STEPS: u32 = 10;
 /// what is bounded (the beat of a torus) hardly counts.
 pub const ERROR_BLOCKS: usize = 10;
 
-/// Numbers of blocks from which the error of an exponent is computed, the largest of which counts;
-/// with Student's factor: by so much more than two standard errors of so few blocks lie 95.45 % of
-/// the means. A factor of more than 2, of three blocks, would say little of the motion.
-pub const STATED_BLOCKS: [(usize, f64); 4] = [(20, 1.070), (10, 1.160), (5, 1.435), (4, 1.653)];
+/// Numbers of blocks from which the error of an exponent is computed that is measured for a label,
+/// the largest of which counts; each with Student's factor: two standard errors of so few blocks
+/// hold 95.45 % of the means only if they are larger by so much.
+pub const STATED_BLOCKS: [(usize, f64); 4] = [(20, 1.070), (10, 1.160), (5, 1.435), (3, 2.263)];
 
 /// Below this part of the largest u, rounding decides whether u decreases from impact to impact.
 pub const LOW_APPROACH: f64 = 1e-6;
