@@ -11,7 +11,7 @@ use crate::analysis::lyapunov::exponent_of_orbit;
 use crate::analysis::period::{
     Evidence, Growth, GrowthVerdict, ImpactCount, Kind, PeriodReport, WhyUndecided,
 };
-use crate::analysis::return_map::{Orbit, orbit_beside};
+use crate::analysis::return_map::{Beside, Orbit, orbit_beside};
 use crate::analysis::tolerances::{
     AT_SECTION, CONVERGENCE_PERIODS, EXPONENT_PERIODS, FIRST_GROWTH_PERIODS, GROWTH_IMPACTS,
     GROWTH_PER_RUN, GROWTH_STEP, LONG_GROWTH_PERIODS, LONG_PART, LONGEST_GROWTH, RATE_RTOL,
@@ -170,7 +170,7 @@ impl Labelling {
     fn find_orbit(&mut self, run: &Run, cancel: &CancelToken) -> Option<&Orbit> {
         if self.orbit.is_none() && self.report.residual > SETTLED_RESIDUAL {
             let run = self.later.as_ref().unwrap_or(run);
-            self.orbit = orbit_beside(run, &self.report, cancel);
+            self.orbit = orbit_beside(run, &self.report, cancel).orbit();
         }
         self.orbit.as_ref()
     }
@@ -276,8 +276,11 @@ impl Run {
     }
 
     /// The period of a motion whose sections return or draw together, and the run that shows it;
-    /// `None` if they only seemed to. They will return if perturbations of the motion shrink as
-    /// fast as they draw together, else if they do so when followed further.
+    /// `None` if they only seemed to. They will return if Newton's method finds the orbit beside the
+    /// motion. Where it has no start, perturbations of the motion must shrink as fast as the sections
+    /// draw together. Where it leads elsewhere, that is not enough: beside an orbit that is about to
+    /// exist, or does no more, sections draw together too, and a motion passes by. Such sections
+    /// must return when followed further.
     fn lasting(
         &self,
         report: PeriodReport,
@@ -288,9 +291,12 @@ impl Run {
         let Some(rate) = report.convergence() else {
             return report.orbit.is_some().then_some(Lasting { report, later, orbit: None });
         };
-        let orbit = orbit_beside(run, &report, cancel);
-        if orbit.is_some() || run.contracts_like(&report, rate, cancel) {
-            return Some(Lasting { report, later, orbit });
+        match orbit_beside(run, &report, cancel) {
+            Beside::Orbit(orbit) => return Some(Lasting { report, later, orbit: Some(orbit) }),
+            Beside::NoStart if run.contracts_like(&report, rate, cancel) => {
+                return Some(Lasting { report, later, orbit: None });
+            }
+            Beside::NoStart | Beside::Nothing => {}
         }
         let (found, last) = self.followed(report, None, |r| r.convergence().is_none(), cancel);
         let run = last.as_ref().unwrap_or(self);
@@ -350,7 +356,6 @@ impl Run {
         })
     }
 
-    /// The report of a later run, as evidence for this one.
     /// The report on bodies that never meet again.
     fn apart_for_ever(&self, report: PeriodReport, apart: Apart) -> PeriodReport {
         match apart {
@@ -365,6 +370,7 @@ impl Run {
         }
     }
 
+    /// The report of a later run, as evidence for this one.
     fn told_by(&self, later: &Run, report: PeriodReport) -> PeriodReport {
         let by = later.final_state.clock.period - self.final_state.clock.period;
         PeriodReport { evidence: report.evidence.later(by), ..report }

@@ -17,7 +17,7 @@ use crate::analysis::period::Growth;
 
 use crate::analysis::tolerances::{
     ALIGNING_STEPS, ERROR_BLOCKS, GROWTH_STEP, MOST_CONTRACTION, MOST_CONTRACTION_STEPS,
-    SHORTEST_MEASURED,
+    SHORTEST_MEASURED, STATED_BLOCKS,
 };
 use crate::analysis::workers::{Workers, side_by_side};
 use crate::flight::Drive;
@@ -56,7 +56,7 @@ pub struct Spectrum {
     /// Per unit time, descending. -inf where perturbations vanish at once (stick, chatter,
     /// contact); NaN for the two of a wall at rest, and where nothing could be measured.
     pub exponents: [f64; 4],
-    /// Their standard errors, from the means of blocks; 0 for -inf.
+    /// Their standard errors, from the means of ten blocks; 0 for -inf.
     pub errors: [f64; 4],
     /// Time they are measured over,
     pub time: f64,
@@ -448,7 +448,7 @@ impl<const N: usize> GrowthRecord<N> {
                 return f64::NAN;
             }
             let growth: Vec<f64> = logs.iter().map(|log| log[i]).collect();
-            standard_error(&growth) * logs.len() as f64 / time
+            standard_error(&growth, ERROR_BLOCKS) * logs.len() as f64 / time
         });
         let stride = logs.len().div_ceil(HISTORY).max(1);
         let shown = || (stride..=logs.len()).step_by(stride).map(|k| k - 1);
@@ -539,8 +539,9 @@ impl GrowthRecord<1> {
         let stride = f64::from(GROWTH_STEP);
         Some(Growth {
             mean: logs.iter().sum::<f64>() / (stride * logs.len() as f64),
-            error: standard_error(&logs) / stride,
+            error: stated_error(&logs) / stride,
             periods: self.logs.len() * GROWTH_STEP as usize,
+            of_ten: standard_error(&logs, ERROR_BLOCKS) / stride,
         })
     }
 }
@@ -660,20 +661,31 @@ pub(crate) fn largest_multiplier(derivative: &Matrix4<f64>) -> f64 {
     multipliers.iter().map(|lambda| lambda.norm()).fold(0.0, f64::max)
 }
 
+/// Standard error of the mean growth that is measured for a label: the largest of those from the
+/// means of twenty, ten, five and three blocks, each with Student's factor. A motion sticks to what
+/// is regular for a while; neither how long nor how often is known from a short series, and ten
+/// blocks alone have too small an error. NaN for too few values.
+fn stated_error(values: &[f64]) -> f64 {
+    if values.len() < ERROR_BLOCKS {
+        return f64::NAN;
+    }
+    let errors = STATED_BLOCKS.map(|(blocks, factor)| factor * standard_error(values, blocks));
+    errors.into_iter().fold(0.0, f64::max)
+}
+
 /// Standard error of the mean of a series, neighbours of which may depend on each other, from the
-/// means of ten blocks: long ones, so that what is bounded (the beat of a torus) hardly counts. NaN
-/// for too few values; 0 where all are -inf.
-fn standard_error(values: &[f64]) -> f64 {
+/// means of so many blocks. NaN for too few values; 0 where all are -inf.
+fn standard_error(values: &[f64], blocks: usize) -> f64 {
     if values.contains(&f64::NEG_INFINITY) {
         return 0.0;
     }
-    let length = values.len() / ERROR_BLOCKS;
+    let length = values.len() / blocks;
     if length == 0 {
         return f64::NAN;
     }
-    let blocks = values.rchunks_exact(length).take(ERROR_BLOCKS);
-    let means: Vec<f64> = blocks.map(|block| block.iter().sum::<f64>() / length as f64).collect();
-    let count = ERROR_BLOCKS as f64;
+    let means = values.rchunks_exact(length).take(blocks);
+    let means: Vec<f64> = means.map(|block| block.iter().sum::<f64>() / length as f64).collect();
+    let count = blocks as f64;
     let mean = means.iter().sum::<f64>() / count;
     let squares = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>();
     (squares / (count - 1.0) / count).sqrt()
@@ -682,6 +694,7 @@ fn standard_error(values: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::tolerances::EXPONENT_PERIODS;
     use crate::model::parameters::{Contact, ImpactLaw, System, SystemBuilder};
     use crate::simulate::run::{RunOptions, run};
 
@@ -728,7 +741,7 @@ mod tests {
             }
         }
         let never = CancelToken::never();
-        for (threads, periods) in [(1, 300), (2, 2_000)] {
+        for (threads, periods) in [(1, 300), (2, 1_000)] {
             let workers = Workers::new(Some(threads)).unwrap();
             let found = largest_lyapunov_exponents(&runs, periods, None, &workers, &never).unwrap();
             let mut impacts = 0;
@@ -739,6 +752,40 @@ mod tests {
                 impacts += single.impacts;
             }
             assert!(impacts > 10_000, "{impacts}");
+        }
+    }
+
+    /// How often the mean 0 lies within two stated errors of that of `values` steps, which keep their
+    /// value for `memory` steps in the mean.
+    fn within_two_errors(values: usize, memory: f64) -> f64 {
+        const SERIES: u32 = 4_000;
+        let mut seed = 1u64;
+        let mut uniform = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
+            (seed >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let within = (0..SERIES).filter(|_| {
+            let mut value = uniform() - 0.5;
+            let series: Vec<f64> = (0..values)
+                .map(|_| {
+                    if uniform() * memory < 1.0 {
+                        value = uniform() - 0.5;
+                    }
+                    value
+                })
+                .collect();
+            let mean = series.iter().sum::<f64>() / values as f64;
+            mean.abs() < 2.0 * stated_error(&series)
+        });
+        within.count() as f64 / f64::from(SERIES)
+    }
+
+    #[test]
+    fn two_stated_errors_hold_the_mean_also_of_motions_that_stick() {
+        let values = (EXPONENT_PERIODS / GROWTH_STEP) as usize;
+        for memory in [1.0, 2.0, 4.0] {
+            let within = within_two_errors(values, memory);
+            assert!(within > 0.93, "{within} with a memory of {memory} steps");
         }
     }
 }

@@ -19,24 +19,39 @@ pub(crate) struct Orbit {
     pub exponent: [f64; 2],
 }
 
+/// What Newton's method finds beside a motion.
+pub(crate) enum Beside {
+    /// The orbit on which the motion settles.
+    Orbit(Orbit),
+    /// Another orbit, or none.
+    Nothing,
+    /// No start: at both ends of a cycle the bodies must be apart, and its impacts be countable.
+    NoStart,
+}
+
+impl Beside {
+    /// The orbit, if there is one.
+    pub fn orbit(self) -> Option<Orbit> {
+        if let Self::Orbit(orbit) = self { Some(orbit) } else { None }
+    }
+}
+
 /// The orbit on which `run` settles, whose sections still move as `report` says: Newton's method
 /// finds it from the end of the run on. It must attract, have the impacts of the report, and lie no
-/// further away than sections go on that draw together by its multiplier. `None` if it does not, or
-/// where the method has no state to start from: at both ends of a cycle the bodies must be apart.
-pub(crate) fn orbit_beside(
-    run: &Run,
-    report: &PeriodReport,
-    cancel: &CancelToken,
-) -> Option<Orbit> {
-    let (m, _) = report.orbit?;
-    let periods = u32::try_from(m).ok()?;
+/// further away than sections go on that draw together by its multiplier.
+pub(crate) fn orbit_beside(run: &Run, report: &PeriodReport, cancel: &CancelToken) -> Beside {
+    let Some((m, ImpactCount::Finite(n))) = report.orbit else { return Beside::NoStart };
+    let Ok(periods) = u32::try_from(m) else { return Beside::NoStart };
     let length = f64::from(periods) * run.system.drive_period();
     let start = Vector4::from(run.final_state.state.to_array());
-    let size = run.final_state.state.to_array().iter().fold(1.0, |most: f64, x| most.max(x.abs()));
+    let size = start.iter().fold(1.0, |most: f64, x| most.max(x.abs()));
     let (mut point, mut before) = (start, f64::NAN);
-    for _ in 0..MOST_RETURN_STEPS {
-        let from = run.begun_from(State::from_array(point.into()).checked().ok()?)?;
-        let Return { image, derivative, impacts } = return_map(&from, periods, cancel)?;
+    for step in 0..MOST_RETURN_STEPS {
+        let from = State::from_array(point.into()).checked().ok().and_then(|s| run.begun_from(s));
+        let turn = from.and_then(|from| Some((return_map(&from, periods, cancel)?, from)));
+        let Some((Return { image, derivative, impacts }, from)) = turn else {
+            return if step == 0 { Beside::NoStart } else { Beside::Nothing };
+        };
         let off = image - point;
         let closed = off.amax() <= CLOSED_ORBIT * size;
         if closed || off.amax() <= NEARLY_CLOSED * size {
@@ -45,17 +60,18 @@ pub(crate) fn orbit_beside(
             if closed {
                 let near =
                     (point - start).amax() * (1.0 - largest) <= SETTLED_BEYOND * report.residual;
-                let alike = report.orbit == Some((m, ImpactCount::Finite(impacts)));
                 let change = if before.is_nan() { 0.0 } else { (exponent - before).abs() };
                 let change = if exponent == before { 0.0 } else { change };
                 let orbit = Orbit { run: from, exponent: [exponent, change] };
-                return (largest < 1.0 && near && alike).then_some(orbit);
+                let settles = largest < 1.0 && near && impacts == n;
+                return if settles { Beside::Orbit(orbit) } else { Beside::Nothing };
             }
             before = exponent;
         }
-        point -= (derivative - Matrix4::identity()).lu().solve(&off)?;
+        let Some(by) = (derivative - Matrix4::identity()).lu().solve(&off) else { break };
+        point -= by;
     }
-    None
+    Beside::Nothing
 }
 
 /// What becomes of a state in some drive periods.
@@ -110,7 +126,7 @@ mod tests {
         let early = settling(600);
         let report = early.section_report(&never);
         assert!(report.residual > 1e-6, "{report:?}");
-        let orbit = orbit_beside(&early, &report, &never).unwrap();
+        let orbit = orbit_beside(&early, &report, &never).orbit().unwrap();
         let [found, expected] = [&orbit.run, &settling(6_000)].map(|run| run.final_state.state);
         for (found, expected) in found.to_array().iter().zip(expected.to_array()) {
             assert!((found - expected).abs() < 1e-10, "{found} {expected}");
@@ -127,8 +143,8 @@ mod tests {
         let early = settling(600);
         let report = early.section_report(&never);
         let others = PeriodReport { orbit: Some((2, ImpactCount::Finite(3))), ..report };
-        assert!(orbit_beside(&early, &others, &never).is_none());
+        assert!(matches!(orbit_beside(&early, &others, &never), Beside::Nothing));
         let far = PeriodReport { residual: 1e-9 * report.residual, ..report };
-        assert!(orbit_beside(&early, &far, &never).is_none());
+        assert!(matches!(orbit_beside(&early, &far, &never), Beside::Nothing));
     }
 }

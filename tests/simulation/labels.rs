@@ -105,3 +105,26 @@ fn a_passage_along_a_saddle_is_no_period() {
     }
     assert!(drawn_together >= 3, "{drawn_together}");
 }
+
+#[test]
+fn a_passage_by_an_orbit_that_is_about_to_exist_is_no_period() {
+    // A chaotic motion of Fig. 7(a), which now and then passes by a 10-15 that does not quite exist:
+    // it would miss an impact. The sections draw together for a while, as fast as perturbations
+    // shrink.
+    let system = paper(0.2 + 3.8 * 595.0 / 3_999.0)
+        .force_amplitude(0.5)
+        .pendulum_damping(0.01)
+        .oscillator_damping(0.01)
+        .build()
+        .unwrap();
+    let (mut drawn_together, mut chaotic) = (0, 0);
+    for periods in (310..1_900).step_by(10) {
+        let run = go(&system, paper_start(), RunOptions::periods(periods).keep(100));
+        let label = run.period(&CancelToken::never()).label();
+        assert!(["chaotic", "quasi-periodic"].contains(&label.as_str()), "{periods}: {label}");
+        chaotic += usize::from(label == "chaotic");
+        drawn_together += usize::from(run.section_report(&CancelToken::never()).orbit.is_some());
+    }
+    println!("{drawn_together} seem periodic, {chaotic} are chaotic");
+    assert!(drawn_together >= 2 && chaotic > 140, "{drawn_together} {chaotic}");
+}

@@ -9,11 +9,13 @@ use crate::analysis::tolerances::{CERTAIN_GROWTH, NO_GROWTH_PERIODS, STEADY_GROW
 pub struct Growth {
     /// Mean of the logarithmic growth per drive period.
     pub mean: f64,
-    /// Its standard error, from the means of blocks.
+    /// Its standard error, from the means of blocks of several lengths (lyapunov.rs).
     pub error: f64,
     /// Drive periods it was measured over; 0 where nothing had to be measured, since the bodies
     /// never meet again.
     pub periods: usize,
+    /// Its standard error from ten blocks, which the verdict stands on.
+    pub(crate) of_ten: f64,
 }
 
 /// What a growth shows.
@@ -31,14 +33,14 @@ pub(crate) enum GrowthVerdict {
 
 impl Growth {
     /// Of undamped bodies that never meet again: known without a measurement.
-    pub(crate) const NONE: Self = Self { mean: 0.0, error: 0.0, periods: 0 };
+    pub(crate) const NONE: Self = Self { mean: 0.0, error: 0.0, periods: 0, of_ten: 0.0 };
 
     /// What it shows. By shear, perturbations grow like the time: growth by ln(periods) is no sign
     /// of chaos. From so many drive periods on, a `long` measurement, what is no more than shear is
-    /// bounded: blocks of a torus differ by a beat that does not add up, as its standard error has it.
+    /// bounded: blocks of a torus differ by a beat that does not add up, as their standard error has it.
     pub(crate) fn verdict(&self, long: u32) -> GrowthVerdict {
         let periods = self.periods as f64;
-        let (total, error, shear) = (self.mean * periods, self.error * periods, periods.ln());
+        let (total, error, shear) = (self.mean * periods, self.of_ten * periods, periods.ln());
         // Even with two standard errors less it would be more than shear.
         let certain = total.abs() > shear + CERTAIN_GROWTH && total.abs() - 2.0 * error > shear;
         // Even with two standard errors more it would be no more than shear; and an exponent as
@@ -69,13 +71,13 @@ impl Growth {
         }
         let (so_far, periods) = (self.periods as f64, f64::from(periods));
         let shear = periods.ln();
-        let error = self.error * (so_far / periods).sqrt();
-        let (low, high) = (self.mean - 2.0 * self.error, self.mean + 2.0 * self.error);
+        let error = self.of_ten * (so_far / periods).sqrt();
+        let (low, high) = (self.mean - 2.0 * self.of_ten, self.mean + 2.0 * self.of_ten);
         let clear = |mean: f64| {
             mean * periods > shear + CERTAIN_GROWTH && (mean - 2.0 * error) * periods > shear
         };
         // What is bounded is so from the beginning, and its error decreases like the time.
-        let bounded = low * periods < shear + 1.0 && 2.0 * self.error * so_far <= shear + 1.0;
+        let bounded = low * periods < shear + 1.0 && 2.0 * self.of_ten * so_far <= shear + 1.0;
         clear(high) || clear(-low) || bounded
     }
 }
@@ -266,7 +268,7 @@ impl Evidence {
 
 impl fmt::Display for Growth {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { mean, error, periods } = self;
+        let Self { mean, error, periods, .. } = self;
         if *periods == 0 {
             return f.write_str("the bodies never meet again");
         }
