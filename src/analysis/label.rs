@@ -292,7 +292,7 @@ impl Run {
             return report.orbit.is_some().then_some(Lasting { report, later, orbit: None });
         };
         match orbit_beside(run, &report, cancel) {
-            Beside::Orbit(orbit) => return Some(Lasting { report, later, orbit: Some(orbit) }),
+            Beside::Orbit(orbit) => return Some(Lasting { report, later, orbit: Some(*orbit) }),
             Beside::NoStart if run.contracts_like(&report, rate, cancel) => {
                 return Some(Lasting { report, later, orbit: None });
             }

@@ -22,7 +22,7 @@ pub(crate) struct Orbit {
 /// What Newton's method finds beside a motion.
 pub(crate) enum Beside {
     /// The orbit on which the motion settles.
-    Orbit(Orbit),
+    Orbit(Box<Orbit>),
     /// Another orbit, or none.
     Nothing,
     /// No start: at both ends of a cycle the bodies must be apart, and its impacts be countable.
@@ -32,7 +32,7 @@ pub(crate) enum Beside {
 impl Beside {
     /// The orbit, if there is one.
     pub fn orbit(self) -> Option<Orbit> {
-        if let Self::Orbit(orbit) = self { Some(orbit) } else { None }
+        if let Self::Orbit(orbit) = self { Some(*orbit) } else { None }
     }
 }
 
@@ -64,7 +64,7 @@ pub(crate) fn orbit_beside(run: &Run, report: &PeriodReport, cancel: &CancelToke
                 let change = if exponent == before { 0.0 } else { change };
                 let orbit = Orbit { run: from, exponent: [exponent, change] };
                 let settles = largest < 1.0 && near && impacts == n;
-                return if settles { Beside::Orbit(orbit) } else { Beside::Nothing };
+                return if settles { Beside::Orbit(Box::new(orbit)) } else { Beside::Nothing };
             }
             before = exponent;
         }

@@ -9,7 +9,7 @@ use crate::analysis::tolerances::{CERTAIN_GROWTH, NO_GROWTH_PERIODS, STEADY_GROW
 pub struct Growth {
     /// Mean of the logarithmic growth per drive period.
     pub mean: f64,
-    /// Its standard error, from the means of blocks of several lengths (lyapunov.rs).
+    /// Its standard error, from the means of blocks of several lengths (lyapunov/record.rs).
     pub error: f64,
     /// Drive periods it was measured over; 0 where nothing had to be measured, since the bodies
     /// never meet again.
