@@ -129,7 +129,7 @@ def test_a_page_shows_the_numbers_of_its_state(desk):
     diagram = compute.diagram(DEFAULT, SMALL)
     assert np.array_equal(desk.named("diagram").data["value"], diagram.x1)
     assert "chaotic" in desk.named("verdict").text
-    assert desk.named("address").text == DEFAULT.to_query()
+    assert desk.named("address").tags == [DEFAULT.to_query()]
 
 
 def test_slider_field_and_state_are_one(desk):
