@@ -132,6 +132,16 @@ def test_a_page_shows_the_numbers_of_its_state(desk):
     assert desk.named("address").tags == [DEFAULT.to_query()]
 
 
+def test_the_machine_has_the_film_of_the_newest_motion(desk):
+    for friction in (DEFAULT.system.friction, 0.25):
+        desk.named("friction-slider").value = friction
+        desk.settle()
+        motion = compute.motion(DEFAULT.replace(friction=friction))
+        assert np.array_equal(
+            desk.named("film").data["tip_x"], motion.run.system.tip(motion.states[:, 0])
+        )
+
+
 def test_slider_field_and_state_are_one(desk):
     desk.named("friction-slider").value = 0.25
     assert desk.page.state.system.friction == 0.25
