@@ -198,7 +198,7 @@ class MachineView:
 def _film(motion: Motion) -> tuple[dict[str, Any], dict[str, float], dict[str, Any]]:
     """Return the frames, what all of them share, and the corners of what has to be seen."""
     system, states = motion.run.system, motion.states
-    x1, v1, x2, v2 = states.T
+    x1, x2 = states[:, 0], states[:, 2]
     oblique = system.contact == "oblique"
     tip = np.asarray(system.tip(x1), dtype=np.float64)
     face = system.gap + x2
