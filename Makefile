@@ -117,11 +117,10 @@ rust-tests-begun: | check-tools
 	@(cargo test --locked --lib --tests && cargo test --locked --doc && touch $(RUST_TESTS).passed) \
 		>$(RUST_TESTS).log 2>&1 & echo $$! >$(RUST_TESTS).pid
 
-# In a real browser: needs Debian's packages chromium and chromium-driver. Not in `make test`, since a
-# browser on a busy machine answers late.
-test-browser: export VIBROIMPACT_BROWSER := yes
+# In a real browser: needs Debian's packages chromium and chromium-driver. A part of `make test`, too,
+# which skips these tests where there is no browser.
 test-browser: $(INSTALLED)
-	$(BIN)/python -m pytest tests/python/test_explorer_browser.py $(PYTEST)
+	$(BIN)/python -m pytest tests/python/test_explorer_browser.py -v $(PYTEST)
 
 quick: $(INSTALLED)
 	cargo test --locked --lib

@@ -33,8 +33,9 @@ const drawn = (name, begun) => requestAnimationFrame(() => requestAnimationFrame
   times[name] = performance.now() - begun
   if (Object.keys(times).length == 2) done(times)
 }))
-const begun = performance.now()
 const sources = {motion: found("stroboscopic"), diagram: found("diagram")}
+const slider = found("moment_amplitude-slider")
+const begun = performance.now()
 for (const [name, source] of Object.entries(sources)) {
   const changed = () => {
     source.properties.data.change.disconnect(changed)
@@ -42,7 +43,7 @@ for (const [name, source] of Object.entries(sources)) {
   }
   source.properties.data.change.connect(changed)
 }
-found("moment_amplitude-slider").value = value
+slider.value = value
 """
 READY = """
 const found = (name) => Bokeh.documents[0].get_model_by_name(name)

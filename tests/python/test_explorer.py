@@ -41,6 +41,13 @@ def test_a_preset_comes_back_from_its_address(name):
     assert from_query(arguments(state.to_query()), DEFAULT) == state
 
 
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_preset_shows_the_motion_of_its_name(name):
+    _, _, said = name.partition(": ")
+    if said.startswith(tuple("0123456789")):
+        assert compute.motion(PRESETS[name]).run.label == said
+
+
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 
 

@@ -17,8 +17,6 @@ from vibroimpact.explorer.presets import DEFAULT, PRESETS
 from vibroimpact.explorer.state import MAPS, VALUES, Axis
 
 By = pytest.importorskip("selenium.webdriver.common.by").By
-# One browser and one server for all tests of this file.
-pytestmark = pytest.mark.xdist_group("chromium")
 SMALL = {
     "diagram": compute.Detail(60, 0, 100, 20),
     "chart": compute.Detail(12, 8, 60, 20),
@@ -28,7 +26,11 @@ SMALL = {
 
 @pytest.fixture(scope="module")
 def browser():
-    """A window, and what the server logs meanwhile."""
+    """A window, and what the server logs meanwhile.
+
+    One for all tests of this file in a process: a browser with a profile of its own, and a server
+    at a free port.
+    """
     records = Records()
     patch = pytest.MonkeyPatch()
     patch.setattr(compute, "FINE", SMALL)
@@ -93,6 +95,13 @@ def test_the_machine_moves(window):
     window.wait(f"{frame} != {first!r}")
     tips = DEFAULT.system.tip(compute.motion(DEFAULT).states[:, 0])
     assert window.js(f"return {frame}") in tips.tolist()
+    # Another motion is another film.
+    window.set("friction-slider", "value", 0.125)
+    other = DEFAULT.replace(friction=0.125)
+    window.wait("window.location.search.includes('friction=0.125&')")
+    tips = other.system.tip(compute.motion(other).states[:, 0]).tolist()
+    window.wait(f"{tips}.includes({frame})")
+    window.wait(f"Bokeh.documents[0].get_model_by_name('film').data.tip_x[100] == {tips[100]!r}")
     window.set("playing", "active", False)
 
 
@@ -220,7 +229,7 @@ def actions(window, draw):
     )
     if kind == "slide":
         name = draw.choice(numbers)
-        low, high = (window.get(f"{name}-slider", end) for end in ("start", "end"))
+        low, high = window.several(f"{name}-slider", "start", "end")
         window.set(f"{name}-slider", "value", draw.uniform(low, high))
     elif kind == "type":
         text = draw.choice(("0.3", "1", "-1", "1e3", "nan", "x", "", "1e400", "0"))
@@ -240,10 +249,9 @@ def actions(window, draw):
         window.set("map", "active", draw.randrange(3))
     elif kind in ("click", "zoom"):
         figure = f"{MAPS[window.get('map', 'active')]}-figure"
-        x, y = (
-            [window.get(figure, f"{axis}_range.{end}") for end in ("start", "end")] for axis in "xy"
-        )
-        place = [(draw.uniform(*x), draw.uniform(*y)) for _ in range(2)]
+        ends = (f"{axis}_range.{end}" for axis in "xy" for end in ("start", "end"))
+        left, right, bottom, top = window.several(figure, *ends)
+        place = [(draw.uniform(left, right), draw.uniform(bottom, top)) for _ in range(2)]
         if kind == "click":
             window.click(figure, *place[0])
         elif figure == "diagram-figure":

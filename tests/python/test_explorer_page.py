@@ -129,7 +129,17 @@ def test_a_page_shows_the_numbers_of_its_state(desk):
     diagram = compute.diagram(DEFAULT, SMALL)
     assert np.array_equal(desk.named("diagram").data["value"], diagram.x1)
     assert "chaotic" in desk.named("verdict").text
-    assert desk.named("address").text == DEFAULT.to_query()
+    assert desk.named("address").tags == [DEFAULT.to_query()]
+
+
+def test_the_machine_has_the_film_of_the_newest_motion(desk):
+    for friction in (DEFAULT.system.friction, 0.25):
+        desk.named("friction-slider").value = friction
+        desk.settle()
+        motion = compute.motion(DEFAULT.replace(friction=friction))
+        assert np.array_equal(
+            desk.named("film").data["tip_x"], motion.run.system.tip(motion.states[:, 0])
+        )
 
 
 def test_slider_field_and_state_are_one(desk):

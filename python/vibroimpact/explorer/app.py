@@ -62,6 +62,7 @@ class Page:
         self.frame = Frame(self.controls.root, self.maps.root, self._presets)
         self._wire()
         self.frame.enter(document, owns_address=owns_address)
+        document.js_on_event("document_ready", self.maps.diagram.drawing)
         document.on_session_destroyed(lambda _context: self.close())
         self._show(state)
 
@@ -120,7 +121,7 @@ class Page:
         self.controls.show(state)
         self.maps.show_state(state)
         self.frame.dark.active = state.theme == "dark"
-        self.frame.address.text = state.to_query()
+        self.frame.address.tags = [state.to_query()]
         if self.frame.code_card.visible:
             self._write_code()
         if self.motion is None or old.theme != state.theme:

@@ -30,7 +30,7 @@ from .views.sections import SectionViews
 from .views.verdict import VerdictView
 
 NO_PRESET = "choose a preset"
-_ADDRESS = 'if (cb_obj.text) window.history.replaceState(null, "", "?" + cb_obj.text)'
+_ADDRESS = 'window.history.replaceState(null, "", "?" + cb_obj.tags[0])'
 _COPY = "navigator.clipboard.writeText(code.tags.join(''))"
 _DOWNLOAD = """
 if (!cb_obj.text) return
@@ -61,11 +61,13 @@ class Frame:
     def __init__(self, controls: Any, maps: Any, presets: Iterable[str]) -> None:
         self.machine, self.history, self.portrait = MachineView(), HistoryView(), PortraitView()
         self.sections, self.what = SectionViews(), VerdictView()
-        self.views = (self.machine, self.history, self.portrait, self.sections)
+        # The machine comes last, since it reads and moves the others.
+        self.views = (self.history, self.portrait, self.sections, self.machine)
         self._buttons(presets)
         wide: dict[str, Any] = {"sizing_mode": "stretch_width"}
         self.error = parts.text(visible=False, name="error", **wide)
         self.notice = parts.text(visible=False, name="notice", **wide)
+        # Its query is a tag, which is not drawn: a text would be, although nobody sees it.
         self.address = Div(name="address", visible=False)
         # On their way to the browser, which saves them.
         self.files = {
@@ -84,15 +86,17 @@ class Frame:
 
     def enter(self, document: Document, *, owns_address: bool) -> None:
         """Put the page into a document."""
-        markers = {
+        others = {
+            "history": self.history.source,
+            "portrait": self.portrait.source,
             "now_1": self.history.now_1,
             "now_2": self.history.now_2,
             "here_1": self.portrait.here_1,
             "here_2": self.portrait.here_2,
         }
-        document.js_on_event("document_ready", self.machine.player(markers))
+        document.js_on_event("document_ready", self.machine.player(others))
         if owns_address:
-            self.address.js_on_change("text", CustomJS(code=_ADDRESS))
+            self.address.js_on_change("tags", CustomJS(code=_ADDRESS))
             prefers = CustomJS(args={"dark": self.dark}, code=_PREFERS)
             document.js_on_event("document_ready", prefers)
         document.title = "vibroimpact explorer"

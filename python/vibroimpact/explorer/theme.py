@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 from bokeh.themes import Theme
+from numpy.typing import NDArray
 
 from ..plot.style import BLACK, BLUE, ORANGE, REGIME_STYLES, SKY_BLUE, VERMILLION
 
@@ -39,6 +41,12 @@ class Palette:
     def regime(self, regime: int) -> str:
         """Return the colour of an impact regime."""
         return self.data(REGIME_STYLES[regime].color)
+
+    @property
+    def numbers(self) -> NDArray[np.uint32]:
+        """The colours of the regimes as numbers, 0xRRGGBBAA, which the browser need not read."""
+        colors = [self.regime(each) for each in REGIME_STYLES]
+        return np.array([int(color[1:] + "FF", 16) for color in colors], dtype=np.uint32)
 
 
 PALETTES = {

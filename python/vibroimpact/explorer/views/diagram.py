@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from bokeh.models import (
     BasicTicker,
     BoxZoomTool,
     ColumnDataSource,
+    CustomJS,
     FixedTicker,
     Range1d,
     Span,
@@ -32,16 +34,44 @@ _LABELS = {
     "phase": "phase ψ at impact",
     "stroboscopic": "x₁ once per drive period",
 }
-# Values that differ by less are one value with its rounding.
-_FLAT = 1e-9
 _PHASES = {0.0: "0", math.pi: "π", math.tau: "2π"}
+
+
+# Kinds of points: the regimes, and sections, which have none.
+_SECTION = len(REGIME_STYLES)
+_NOTHING: dict[str, list[float]] = {"at": [], "value": [], "kind": []}
+# The browser draws the points of a kind as one line of short dashes. A marker for each point takes
+# it ten times as long. What it changes in place is not sent back.
+_DASHES = """
+const {at, value, kind} = points.data
+const length = 2e-4 * (range.end - range.start)
+const counts = lines.map(() => 0)
+for (const each of kind) counts[each]++
+const xs = counts.map((count) => new Float64Array(3 * count))
+const ys = counts.map((count) => new Float64Array(3 * count))
+const next = lines.map(() => 0)
+for (let k = 0; k < kind.length; k++) {
+  const x = xs[kind[k]], y = ys[kind[k]], n = next[kind[k]]
+  x[n] = at[k]
+  x[n + 1] = at[k] + length
+  x[n + 2] = y[n + 2] = NaN
+  y[n] = y[n + 1] = value[k]
+  next[kind[k]] += 3
+}
+lines.forEach((line, which) => {
+  if (counts[which] == 0 && line.data.x.length == 0) return
+  line.data.x = xs[which]
+  line.data.y = ys[which]
+  line.change.emit()
+})
+"""
 
 
 class DiagramView:
     """The diagram of a state; a click chooses a column, a box a range."""
 
     def __init__(self) -> None:
-        self.source = ColumnDataSource(data={"at": [], "value": [], "color": []}, name="diagram")
+        self.source = ColumnDataSource(data=dict(_NOTHING), name="diagram")
         empty: dict[str, list[float]] = {"xs": [], "ys": []}
         self.stable = ColumnDataSource(data=empty, name="stable")
         self.unstable = ColumnDataSource(data=empty, name="unstable")
@@ -55,10 +85,18 @@ class DiagramView:
             min_height=200,
         )
         self.figure.toolbar.active_scroll = None
-        self._points = self.figure.scatter(
-            "at", "value", source=self.source, size=1.6, marker="square", color="color"
-        )
-        self._points.glyph.line_color = None
+        # Or a line would lose its points while the wheel turns.
+        self.figure.lod_threshold = None
+        dashes = [ColumnDataSource(data={"x": [], "y": []}) for _ in range(_SECTION + 1)]
+        self._points = [
+            self.figure.line("x", "y", source=each, line_width=1.6, line_cap="square")
+            for each in dashes
+        ]
+        own = {"points": self.source, "lines": dashes, "range": self.figure.x_range}
+        self.drawing = CustomJS(args=own, code=_DASHES)
+        self.source.js_on_change("data", self.drawing)
+        # What no glyph draws is sent if a figure has it.
+        self.figure.tags = [self.source]
         self._lines = [
             self.figure.multi_line("xs", "ys", source=self.stable, line_width=2.2),
             self.figure.multi_line(
@@ -68,7 +106,10 @@ class DiagramView:
         self._dots = self.figure.scatter(
             "at", "value", source=self.marks, size=8, color="color", marker="diamond"
         )
-        self.here = Span(dimension="height", location=0.0, line_width=1.2, name="here")
+        # On a layer of its own: the points are not drawn again when it moves.
+        self.here = Span(
+            dimension="height", location=0.0, line_width=1.2, name="here", level="overlay"
+        )
         self.figure.add_layout(self.here)
 
     def frame(self, state: State) -> None:
@@ -96,13 +137,12 @@ class DiagramView:
         """Draw a diagram."""
         at, value = points(diagram, state.value)
         if state.value == "stroboscopic":
-            color = np.full(len(at), palette.ink)
+            kind = np.full(len(at), _SECTION, dtype=np.uint8)
             present: list[int] = []
         else:
-            regimes = np.asarray(diagram.regime)
-            colors = np.array([palette.regime(each) for each in REGIME_STYLES])
-            color, present = colors[regimes], np.unique(regimes).tolist()
-        self.source.data = {"at": at, "value": value, "color": color}
+            kind = np.asarray(diagram.regime).astype(np.uint8)
+            present = np.unique(kind).tolist()
+        self.source.data = {"at": at, "value": value, "kind": kind}
         stopped = int(
             np.count_nonzero(~np.isin(diagram.status, ("completed", "restarted", "rest")))
         )
@@ -118,18 +158,19 @@ class DiagramView:
         if height is None:
             some = np.isfinite(shown).any()
             low, high = (np.nanmin(shown), np.nanmax(shown)) if some else (0.0, 1.0)
-            # A wall at rest has one angle at every impact.
-            edge = 0.05 * (high - low) if high - low > _FLAT * (1.0 + abs(high)) else 0.5
-            height = (float(low - edge), float(high + edge))
-        self.figure.y_range.update(start=height[0], end=height[1])
+            parts.fit(self.figure.y_range, float(low), float(high))
+        else:
+            self.figure.y_range.update(start=height[0], end=height[1])
 
     def clear(self) -> None:
         """Draw no diagram."""
-        self.source.data = {"at": [], "value": [], "color": []}
+        self.source.data = dict(_NOTHING)
         self.key.text = ""
 
     def show_branch(self, lines: BranchLines | None, palette: Palette) -> None:
         """Lay a branch over the diagram: stable solid, unstable dashed, bifurcations marked."""
+        if lines is None and not any(len(each) for each in self._branch_columns()):
+            return
         none: dict[str, list[Array]] = {"xs": [], "ys": []}
         self.stable.data = dict(lines.stable) if lines else dict(none)
         self.unstable.data = dict(lines.unstable) if lines else dict(none)
@@ -141,8 +182,14 @@ class DiagramView:
         }
         self.paint(palette)
 
+    def _branch_columns(self) -> tuple[Any, ...]:
+        return self.stable.data["xs"], self.unstable.data["xs"], self.marks.data["at"]
+
     def paint(self, palette: Palette) -> None:
         """Use the colours of a palette."""
+        for kind, dashes in enumerate(self._points):
+            color = palette.ink if kind == _SECTION else palette.regime(kind)
+            dashes.glyph.line_color = color
         self.here.line_color = palette.impulse
         for line in self._lines:
             line.glyph.line_color = palette.second

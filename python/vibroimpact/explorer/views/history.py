@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from bokeh.models import ColumnDataSource
+from bokeh.models import ColumnDataSource, Range1d
 
 from ..compute import Motion
 from ..theme import Palette
@@ -19,15 +19,16 @@ class HistoryView:
         self.now_1 = ColumnDataSource(data={"x": [0.0], "y": [0.0]})
         self.now_2 = ColumnDataSource(data={"x": [0.0], "y": [0.0]})
         self.heading = parts.text()
-        self.figure = parts.plain("history", y_axis_label="displacement")
-        self.figure.x_range.range_padding = 0.0
+        self.figure = parts.plain(
+            "history", y_axis_label="displacement", x_range=Range1d(), y_range=Range1d()
+        )
         self._tip = self.figure.line("at", "tip", source=self.source, line_width=1.6)
         self._body = self.figure.line("at", "x2", source=self.source, line_width=1.6)
         self._hits = self.figure.scatter(
             "at", "x2", source=self.impacts, size=5, color="color", line_color=None
         )
         self._dots = [
-            self.figure.scatter("x", "y", source=dot, size=9, line_width=1.5)
+            self.figure.scatter("x", "y", source=dot, size=9, line_width=1.5, level="overlay")
             for dot in (self.now_1, self.now_2)
         ]
 
@@ -39,11 +40,17 @@ class HistoryView:
         self.figure.xaxis.axis_label = "time in drive periods" if driven else "time"
         impacts = run.impacts[run.impacts["time"] >= motion.time[0]]
         tip = np.asarray(system.tip(motion.states[:, 0])) - system.gap
-        self.source.data = {"at": motion.time / unit, "tip": tip, "x2": motion.states[:, 2]}
+        at, x2 = motion.time / unit, motion.states[:, 2]
+        begin, end = float(at[0]), float(at[-1])
+        # A run may have ended where it began.
+        self.figure.x_range.update(start=begin, end=end if end > begin else begin + 1.0)
+        lowest, highest = min(tip.min(), x2.min()), max(tip.max(), x2.max())
+        parts.fit(self.figure.y_range, float(lowest), float(highest))
+        self.source.data = {"at": at, "tip": tip, "x2": x2}
         self.impacts.data = {
             "at": impacts["time"] / unit,
             "x2": impacts["x2"],
-            "color": [palette.regime(int(regime)) for regime in impacts["regime"]],
+            "color": palette.numbers[impacts["regime"]],
         }
         self.paint(palette)
 

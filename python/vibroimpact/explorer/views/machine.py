@@ -25,15 +25,26 @@ _FADE = 26
 # Length of the arrow of the largest impulse on the film.
 _LONGEST = 0.4
 _ZIGZAG = 17
-_CONTACT = {
-    EventKind.SLIDE_POSITIVE: "contact, sliding",
-    EventKind.SLIDE_NEGATIVE: "contact, sliding",
-    EventKind.STICK: "contact, sticking",
-}
+# What the drawing says of a frame, by a code that the film has: nothing, a sustained contact, the
+# regime of an impact.
+_FIRST_REGIME = 3
+_WORDS = (
+    "",
+    "contact, sliding",
+    "contact, sticking",
+    "impact: frictionless",
+    "impact: slip",
+    "impact: slip reverses in approach",
+    "impact: slip reverses in restitution",
+    "impact: sticks in approach",
+    "impact: sticks in restitution",
+)
+_CONTACT = {EventKind.SLIDE_POSITIVE: 1, EventKind.SLIDE_NEGATIVE: 1, EventKind.STICK: 2}
 _NO_HIT = {"x0": [0.0, 0.0], "y0": [0.0, 0.0], "x1": [0.0, 0.0], "y1": [0.0, 0.0]}
 
 # Two samples in every frame, thirty frames a second: a drive period takes two seconds. A source is
-# changed in place and redrawn; nothing is sent back to the server.
+# changed in place and redrawn; nothing is sent back to the server. A new film shows its frame at
+# once, and stands still until none has come for a while: the browser has the time for the views.
 _PLAY = """
 const put = (source, values) => {
   for (const [name, value] of Object.entries(values)) {
@@ -41,40 +52,51 @@ const put = (source, values) => {
   }
   source.change.emit()
 }
-let frame = 0, last = 0
+let frame = 0, last = 0, rest = 0
 if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) playing.active = false
-const step = (now) => {
-  if (playing.document == null) return
-  window.requestAnimationFrame(step)
+const show = () => {
   const f = film.data
-  const n = f.time.length
-  const still = !playing.active
-  if (n == 0 || now - last < 32 || (still && window.vibroimpact_shown == f)) return
-  last = now
-  window.vibroimpact_shown = f
-  frame = still ? Math.min(frame, n - 1) : (frame + 2) % n
+  const n = f.tip_x?.length ?? 0
+  if (n == 0) return
+  frame = Math.min(frame, n - 1)
   const i = frame
-  const d = f.tall[i], w = f.wide[i]
-  put(rod, {x: [f.pivot_x[i], f.tip_x[i]], y: [f.pivot_y[i], f.tip_y[i]]})
+  const [d, w, to, middle, bottom, top] = scene.data.value
+  put(rod, {x: [f.pivot_x[i], f.tip_x[i]], y: [0, f.tip_y[i]]})
   put(bob, {x: [f.tip_x[i]], y: [f.tip_y[i]]})
-  put(body, {left: [f.face[i]], right: [f.face[i] + w], alpha: [0.25 + 0.6 * f.touch[i]]})
-  const from = f.face[i] + w, to = f.anchor[i]
+  const from = f.face[i] + w
+  const alpha = 0.25 + 0.6 * f.touch[i]
+  put(body, {left: [f.face[i]], right: [from], bottom: [bottom], top: [top], alpha: [alpha]})
   const xs = [], ys = []
   for (let k = 0; k < zigzag; k++) {
     const inside = k > 1 && k < zigzag - 2
     xs.push(from + (to - from) * k / (zigzag - 1))
-    ys.push(f.middle[i] + (inside ? 0.06 * d * (k % 2 ? 1 : -1) : 0))
+    ys.push(middle + (inside ? 0.06 * d * (k % 2 ? 1 : -1) : 0))
   }
   put(spring, {x: xs, y: ys})
   const x = f.hit_x[i], y = f.hit_y[i], s = f.flash[i]
   put(hit, {x0: [x, x], y0: [y, y], x1: [x - s * f.normal[i], x], y1: [y, y + s * f.tangent[i]]})
   put(ring, {x: [x], y: [y], size: [s > 0 ? 8 + 34 * (1 - s) : 0], alpha: [s]})
-  if (says.text != f.says[i]) says.text = f.says[i]
-  put(now_1, {x: [f.at[i]], y: [f.tip[i]]})
-  put(now_2, {x: [f.at[i]], y: [f.x2[i]]})
-  put(here_1, {x: [f.x1[i]], y: [f.v1[i]]})
-  put(here_2, {x: [f.x2[i]], y: [f.v2[i]]})
+  if (says.text != words[f.says[i]]) says.text = words[f.says[i]]
+  const h = history.data, p = portrait.data
+  put(now_1, {x: [h.at[i]], y: [h.tip[i]]})
+  put(now_2, {x: [h.at[i]], y: [h.x2[i]]})
+  put(here_1, {x: [p.x1[i]], y: [p.v1[i]]})
+  put(here_2, {x: [p.x2[i]], y: [p.v2[i]]})
 }
+film.properties.data.change.connect(() => {
+  rest = performance.now() + 300
+  show()
+})
+const step = (now) => {
+  if (playing.document == null) return
+  window.requestAnimationFrame(step)
+  const n = film.data.tip_x?.length ?? 0
+  if (n == 0 || !playing.active || now < rest || now - last < 32) return
+  last = now
+  frame = (frame + 2) % n
+  show()
+}
+show()
 window.requestAnimationFrame(step)
 """
 
@@ -85,6 +107,7 @@ class MachineView:
     def __init__(self) -> None:
         source = ColumnDataSource
         self.film = source(data={}, name="film")
+        self._scene = source(data={"value": []}, name="scene")
         self._rod = source(data={"x": [0.0, 0.0], "y": [0.0, -1.0]}, name="rod")
         self._bob = source(data={"x": [0.0], "y": [-1.0]})
         self._body = source(
@@ -124,14 +147,17 @@ class MachineView:
             *("x", "y"), size="size", source=self._ring, line_width=2, fill_color=None
         )
         self._wave.glyph.line_alpha = "alpha"
+        # What no glyph draws is sent if a figure has it.
+        self.figure.tags = [self.film, self._scene]
         self.says = Label(x=8, y=6, x_units="screen", y_units="screen", text="", name="says")
         self.says.text_font_size = "13px"
         self.figure.add_layout(self.says)
 
-    def player(self, markers: dict[str, ColumnDataSource]) -> CustomJS:
-        """Return what plays the film; `markers` are moved along in the other views."""
+    def player(self, others: dict[str, ColumnDataSource]) -> CustomJS:
+        """Return what plays the film; it reads histories of `others`, and moves their markers."""
         sources = {
             "film": self.film,
+            "scene": self._scene,
             "rod": self._rod,
             "bob": self._bob,
             "body": self._body,
@@ -140,20 +166,22 @@ class MachineView:
             "ring": self._ring,
         }
         own = {"playing": self.playing, "says": self.says, "zigzag": _ZIGZAG}
-        return CustomJS(args=sources | markers | own, code=_PLAY)
+        return CustomJS(args=sources | others | own | {"words": _WORDS}, code=_PLAY)
 
     def show(self, motion: Motion, palette: Palette) -> None:
-        """Draw the machine of a motion, and give the page its film."""
-        film, frame, extent = _film(motion)
+        """Draw the machine of a motion, and give the page its film.
+
+        The film comes last: with it the page moves what it has, in this view and in others.
+        """
+        film, scene, extent = _film(motion)
         still = not np.ptp(film["face"])
         self._block.glyph.hatch_pattern = "right_diagonal_line" if still else None
-        self._frame.data = _fixtures(film, still=still)
-        self._spring.data = {"x": np.zeros(_ZIGZAG), "y": np.zeros(_ZIGZAG)}
-        self._body.data = frame
+        self._frame.data = _fixtures(film, scene, still=still)
         self._extent.data = extent
         self._lines[1].visible = not still
-        self.film.data = film
         self.paint(palette)
+        self._scene.data = {"value": [*scene.values()]}
+        self.film.data = film
 
     def paint(self, palette: Palette) -> None:
         """Use the colours of a palette."""
@@ -167,10 +195,10 @@ class MachineView:
         self.heading.text = parts.heading("Machine", key)
 
 
-def _film(motion: Motion) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-    """Return the frames, the body at first, and the corners of what has to be seen."""
+def _film(motion: Motion) -> tuple[dict[str, Any], dict[str, float], dict[str, Any]]:
+    """Return the frames, what all of them share, and the corners of what has to be seen."""
     system, states = motion.run.system, motion.states
-    x1, v1, x2, v2 = states.T
+    x1, x2 = states[:, 0], states[:, 2]
     oblique = system.contact == "oblique"
     tip = np.asarray(system.tip(x1), dtype=np.float64)
     face = system.gap + x2
@@ -186,27 +214,18 @@ def _film(motion: Motion) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any
         left = float(pivot_x.min()) - wide
     low, high = low - 0.12 * tall, high + 0.12 * tall
     anchor = float(face.max()) + wide + 0.7 * tall
-    period = system.drive_period if system.drive_frequency > 0.0 else 1.0
     film = {
-        "time": motion.time,
-        "at": motion.time / period,
-        "tip": tip - system.gap,
-        **{"x1": x1, "v1": v1, "x2": x2, "v2": v2},
         "tip_x": tip_x,
-        "tip_y": tip_y,
-        "pivot_x": pivot_x,
-        "pivot_y": np.zeros_like(tip),
-        "face": face,
-        "anchor": np.full_like(tip, anchor),
-        "middle": np.full_like(tip, 0.5 * (low + high)),
-        "tall": np.full_like(tip, tall),
-        "wide": np.full_like(tip, wide),
+        **_small({"tip_y": tip_y, "pivot_x": pivot_x, "face": face}),
         **_hits(motion, tip, tall, oblique=oblique),
     }
-    body = {"left": face[:1], "right": face[:1] + wide, "bottom": [low], "top": [high]}
+    scene = {
+        **{"tall": tall, "wide": wide, "anchor": anchor, "middle": 0.5 * (low + high)},
+        **{"bottom": float(low), "top": float(high)},
+    }
     top = max(0.12 if oblique else 0.0, high) + 0.08 * tall
     extent = {"x": [left - 0.1 * tall, anchor + 0.1 * tall], "y": [low - 0.1 * tall, top]}
-    return film, body | {"alpha": [0.25]}, extent
+    return film, scene, extent
 
 
 def _hits(motion: Motion, tip: Array, tall: float, *, oblique: bool) -> dict[str, Any]:
@@ -214,14 +233,13 @@ def _hits(motion: Motion, tip: Array, tall: float, *, oblique: bool) -> dict[str
     run, time = motion.run, motion.time
     count, step = len(time), float(time[-1] - time[0]) / max(len(time) - 1, 1)
     flash, normal, tangent, hit_x, hit_y = np.zeros((5, count))
-    says = np.full(count, "", dtype=object)
+    says = np.zeros(count, dtype=np.uint8)
     kinds = run.contacts["kind"]
     places = np.searchsorted(run.contacts["time"], time, side="right") - 1
-    in_contact = np.zeros(count, dtype=bool)
-    for kind, words in _CONTACT.items():
-        now = (places >= 0) & (kinds[places] == kind) if len(kinds) else in_contact
-        in_contact = in_contact | now
-        says[now] = words
+    for kind, code in _CONTACT.items():
+        if len(kinds):
+            says[(places >= 0) & (kinds[places] == kind)] = code
+    touch = (says > 0).astype(np.uint8)
     impacts = run.impacts[run.impacts["time"] >= time[0]]
     if len(impacts) and step > 0.0:
         which = np.searchsorted(impacts["time"], time, side="right") - 1
@@ -238,22 +256,22 @@ def _hits(motion: Motion, tip: Array, tall: float, *, oblique: bool) -> dict[str
         angles = impacts["x1"][which]
         hit_x = np.asarray(run.system.tip(angles), dtype=np.float64)
         hit_y = -np.cos(angles) if oblique else np.zeros(count)
-        for k in np.flatnonzero(seen):
-            says[k] = "impact: " + _REGIMES[int(impacts["regime"][which[k]])]
-    return {
-        "flash": flash,
-        "normal": normal,
-        "tangent": tangent,
-        "hit_x": hit_x,
-        "hit_y": hit_y,
-        "touch": in_contact.astype(np.float64),
-        "says": says.tolist(),
-    }
+        says[seen] = _FIRST_REGIME + impacts["regime"][which[seen]]
+    shown = {"flash": flash, "normal": normal, "tangent": tangent, "hit_x": hit_x, "hit_y": hit_y}
+    return _small(shown) | {"touch": touch, "says": says}
 
 
-def _fixtures(film: dict[str, Any], *, still: bool) -> dict[str, list[float]]:
+def _small(columns: dict[str, Array]) -> dict[str, Any]:
+    """Return columns in half the bytes, which are enough for a drawing."""
+    with np.errstate(over="ignore"):
+        return {name: column.astype(np.float32) for name, column in columns.items()}
+
+
+def _fixtures(
+    film: dict[str, Any], scene: dict[str, float], *, still: bool
+) -> dict[str, list[float]]:
     """Return what does not move: pivot, and the frame that the spring hangs on."""
-    tall, anchor, middle = film["tall"][0], film["anchor"][0], film["middle"][0]
+    tall, anchor, middle = scene["tall"], scene["anchor"], scene["middle"]
     ends = [] if still else [(anchor, middle - 0.3 * tall, anchor, middle + 0.3 * tall)]
     if not np.ptp(film["pivot_x"]):
         ends.append((-0.12, 0.0, 0.12, 0.0))
@@ -262,13 +280,3 @@ def _fixtures(film: dict[str, Any], *, still: bool) -> dict[str, list[float]]:
         name: [float(value) for value in column]
         for name, column in zip(("x0", "y0", "x1", "y1"), columns, strict=True)
     }
-
-
-_REGIMES = {
-    0: "frictionless",
-    1: "slip",
-    2: "slip reverses in approach",
-    3: "slip reverses in restitution",
-    4: "sticks in approach",
-    5: "sticks in restitution",
-}

@@ -58,6 +58,24 @@ def plain(name: str, **options: Any) -> Any:
     return figure(**(usual | options))
 
 
+# Parts of what is drawn that are left free at each end; a range longer than so many times what is
+# drawn is made anew; values that differ by less are one value.
+_EDGE, _ROOM, _FLAT = 0.05, 1.5, 1e-9
+
+
+def fit(shown: Any, low: float, high: float) -> None:
+    """Let a range show all from `low` to `high`; it stays as it is while it fits well enough.
+
+    A new range costs a new layout, and a picture whose scale stays shows how the motion changes.
+    """
+    size = high - low
+    # A wall at rest has one angle at every impact, but for rounding.
+    margin = _EDGE * size if size > _FLAT * (1.0 + abs(high)) else 0.5
+    if shown.start <= low and high <= shown.end and shown.end - shown.start <= _ROOM * size:
+        return
+    shown.update(start=low - margin, end=high + margin)
+
+
 def card(*children: Any, **options: Any) -> Column:
     """Return a card around a view."""
     sheets = [InlineStyleSheet(css=theme.CARD_SHEET)]

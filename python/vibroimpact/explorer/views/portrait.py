@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bokeh.models import ColumnDataSource
+from bokeh.models import ColumnDataSource, Range1d
 
 from ..compute import Motion
 from ..theme import Palette
@@ -18,19 +18,28 @@ class PortraitView:
         self.here_1 = ColumnDataSource(data={"x": [0.0], "y": [0.0]})
         self.here_2 = ColumnDataSource(data={"x": [0.0], "y": [0.0]})
         self.heading = parts.text()
-        self.figure = parts.plain("portrait", x_axis_label="x₁, x₂", y_axis_label="ẋ₁, ẋ₂")
+        self.figure = parts.plain(
+            "portrait",
+            x_axis_label="x₁, x₂",
+            y_axis_label="ẋ₁, ẋ₂",
+            x_range=Range1d(),
+            y_range=Range1d(),
+        )
         self._lines = [
             self.figure.line(f"x{body}", f"v{body}", source=self.source, line_width=1.4)
             for body in (1, 2)
         ]
         self._dots = [
-            self.figure.scatter("x", "y", source=dot, size=9, line_width=1.5)
+            self.figure.scatter("x", "y", source=dot, size=9, line_width=1.5, level="overlay")
             for dot in (self.here_1, self.here_2)
         ]
 
     def show(self, motion: Motion, palette: Palette) -> None:
         """Draw a motion."""
         names = ("x1", "v1", "x2", "v2")
+        places, speeds = motion.states[:, ::2], motion.states[:, 1::2]
+        parts.fit(self.figure.x_range, float(places.min()), float(places.max()))
+        parts.fit(self.figure.y_range, float(speeds.min()), float(speeds.max()))
         self.source.data = dict(zip(names, motion.states.T, strict=True))
         self.paint(palette)
 

@@ -64,7 +64,7 @@ class SectionViews:
         self.impact.data = {
             "phase": impacts["phase"] if driven else impacts["time"],
             "u": approach_velocity(motion),
-            "color": [palette.regime(int(regime)) for regime in impacts["regime"]],
+            "color": palette.numbers[impacts["regime"]],
         }
         sections = run.stroboscopic
         self.stroboscopic.data = {"x1": sections[:, 0], "v1": sections[:, 1]}
@@ -73,10 +73,9 @@ class SectionViews:
         ranges = (self.stroboscopic_figure.x_range, self.stroboscopic_figure.y_range)
         for shown, values, kept in zip(ranges, (x1, v1), sections.T, strict=False):
             every = np.concatenate([values, kept])
-            edge = 0.06 * float(np.ptp(every)) or 0.5
-            shown.update(start=float(every.min()) - edge, end=float(every.max()) + edge)
+            parts.fit(shown, float(every.min()), float(every.max()))
         top = float(self.impact.data["u"].max(initial=0.0))
-        self.impact_figure.y_range.update(start=0.0, end=1.08 * top or 1.0)
+        parts.fit(self.impact_figure.y_range, 0.0, top or 1.0)
         self._regimes = [int(regime) for regime in np.unique(impacts["regime"])]
         self.paint(palette)
 

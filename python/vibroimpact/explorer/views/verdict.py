@@ -16,11 +16,15 @@ class VerdictView:
         self.text = parts.text(sizing_mode="stretch_width", name="verdict")
 
     def show(self, motion: Motion, verdict: Verdict | None) -> None:
-        """Say what a motion is; without a verdict, how its run ended."""
+        """Say what a motion is; without a verdict, how its run ended.
+
+        The number of impacts comes with the verdict: a text that changes is a new layout.
+        """
         run = motion.run
-        rows = [("run", f"{run.stop_reason}, {run.impact_count} impacts")]
+        rows = [("run", f"{run.stop_reason}")]
         label = "…"
         if verdict is not None:
+            rows = [("run", f"{run.stop_reason}, {run.impact_count} impacts")]
             driven = run.system.drive_frequency > 0.0
             # Without a drive period there is nothing that a label could count.
             label = verdict.label if driven else run.stop_reason
