@@ -33,6 +33,18 @@ class Bounces(FixedArrays, Shown):
         ``accumulation``: what is left is below rounding, or within the error of the accumulation
         point. ``run_end``: the run ends among them. ``cap``: as many as allowed are listed.
         ``interrupted``: Ctrl-C.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> ball = vi.System(
+    ...     mass_ratio=0, frequency_ratio=0, restitution=0.9, gap=0, drive_frequency=0,
+    ...     moment_amplitude=1, contact="direct",
+    ... )
+    >>> run = vi.simulate(ball, initial=(-1, 0, 0, 0), time=40)
+    >>> bounces = run.bounces(down_to=1e-6)
+    >>> bounces.skipped, [str(end) for end in bounces.ends]
+    (116, ['approach_velocity'])
     """
 
     impacts: Table

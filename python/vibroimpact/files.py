@@ -25,6 +25,15 @@ def load(path: str | os.PathLike[str]) -> Saved:
     ------
     ValueError
         If it is damaged, or was written by something else or by another version.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).save("run.npz")
+    >>> vi.load("run.npz").label
+    '1-1'
     """
     path = checked_path("path", path)
     if os.path.isdir(path):

@@ -91,6 +91,16 @@ class System(Mechanics, Shown):
     ------
     ParameterError
         Names the parameter, its value and the allowed range.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> system.drive_frequency, system.is_wall
+    (1.8, False)
+    >>> system == system.replace(gap=0.5)
+    True
     """
 
     mass_ratio: float
@@ -230,6 +240,17 @@ class System(Mechanics, Shown):
         ------
         ParameterError
             Names the quantity, its value and the allowed range.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> machine = vi.System.from_physical(
+        ...     pendulum_mass=3, oscillator_mass=5, length=0.1, torsional_stiffness=500,
+        ...     stiffness=50e3, gap=0.05, restitution=0.8, drive_frequency=180,
+        ...     moment_amplitude=300,
+        ... )
+        >>> round(machine.mass_ratio, 2), round(machine.gap, 2)
+        (0.6, 0.5)
         """
         ratios = dimensionless(
             pendulum_mass=pendulum_mass,
@@ -260,7 +281,13 @@ class System(Mechanics, Shown):
 
     @completing(Changes)
     def replace(self, **changes: Any) -> Self:
-        """Return a system with some parameters changed; ``damping=`` and ``scales=`` work too."""
+        """Return a system with some parameters changed; ``damping=`` and ``scales=`` work too.
+
+        Examples
+        --------
+        >>> system.replace(restitution=0.6).restitution
+        0.6
+        """
         fields = self.to_dict()
         if "damping" in changes:
             del fields["pendulum_damping"], fields["oscillator_damping"]
@@ -270,6 +297,11 @@ class System(Mechanics, Shown):
         """Return all fields by name; ``System.from_dict`` goes back.
 
         ``scales`` is among them, as a dict, only where the system has scales.
+
+        Examples
+        --------
+        >>> system.to_dict()["law"]
+        'poisson'
         """
         # dataclasses.asdict copies every value deeply, at several times the cost.
         values = {name: getattr(self, name) for name in _FIELDS}
@@ -285,6 +317,11 @@ class System(Mechanics, Shown):
         ------
         ParameterError
             For a missing or unknown name, or a value out of range.
+
+        Examples
+        --------
+        >>> vi.System.from_dict(system.to_dict()) == system
+        True
         """
         if not isinstance(fields, Mapping):
             reject("fields", fields, "a mapping of parameter names to values")
@@ -300,7 +337,13 @@ class System(Mechanics, Shown):
         return cls(**fields)
 
     def to_json(self) -> str:
-        """Return the fields as a JSON object; the numbers come back bit for bit."""
+        """Return the fields as a JSON object; the numbers come back bit for bit.
+
+        Examples
+        --------
+        >>> system.to_json()[:18]
+        '{"mass_ratio": 0.6'
+        """
         return json.dumps(self.to_dict(), allow_nan=False)
 
     @classmethod
@@ -311,6 +354,11 @@ class System(Mechanics, Shown):
         ------
         ParameterError
             If the text is no JSON object, or its fields do not make a system.
+
+        Examples
+        --------
+        >>> vi.System.from_json(system.to_json()) == system
+        True
         """
         try:
             fields = json.loads(text)

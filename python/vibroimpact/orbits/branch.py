@@ -52,6 +52,16 @@ class Bifurcation(Shown):
         The function that vanishes there, and its remaining value.
     goes_on
         At a border: the legs beyond it, ``()`` where the branch ends.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> found = motion.follow(drive_frequency=(1.5, 1.9)).bifurcations[0]
+    >>> str(found.kind), found.parameter, round(found.value, 3)
+    ('period_doubling', 'drive_frequency', 1.511)
     """
 
     kind: BifurcationKind
@@ -73,6 +83,11 @@ class Bifurcation(Shown):
         Returns
         -------
         list of matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> len(found.plot())
+        3
         """
         axes: list[Axes] = verb("draw")(self, **options)
         return axes
@@ -256,6 +271,16 @@ class Branch(Shown):
         ``interrupted``, or ``refused``: a simulation does not confirm the next point.
     why_not
         For each end that is ``refused``: the reason of the simulation; else ``""``.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> branch = vi.follow_motion(motion, drive_frequency=(1.5, 1.9))
+    >>> branch
+    <Branch 1-1, drive_frequency 1.5 ... 1.9, 7 bifurcations, ends: bound, bound>
     """
 
     parameter: str
@@ -334,7 +359,7 @@ class Branch(Shown):
         return motions
 
     def plot(self, **options: Any) -> Axes:
-        """Draw the branch with its bifurcations, by ``vi.plot.branches``.
+        r"""Draw the branch with its bifurcations, by ``vi.plot.branches``.
 
         Parameters
         ----------
@@ -344,6 +369,11 @@ class Branch(Shown):
         Returns
         -------
         matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> branch.plot().get_xlabel()
+        '$\\omega$'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes
@@ -355,6 +385,11 @@ class Branch(Shown):
         ------
         ImportError
             If pandas is not installed.
+
+        Examples
+        --------
+        >>> branch.to_pandas().columns[:2].tolist()
+        ['piece', 'drive_frequency']
         """
         lengths = [len(piece.values) for piece in self.pieces]
         sizes = [np.abs(piece.multipliers).max(axis=1) for piece in self.pieces]
@@ -388,6 +423,11 @@ class Branch(Shown):
         ------
         ParameterError
             If there is no such kind.
+
+        Examples
+        --------
+        >>> len(branch.of_kind("period_doubling"))
+        4
         """
         known = tuple(BifurcationKind)
         if not isinstance(kind, str) or kind not in known:

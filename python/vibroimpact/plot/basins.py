@@ -68,6 +68,16 @@ def basins(
     ------
     ParameterError
         If `basins` is something else.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> grid = [-0.5, 0.0, 0.2]
+    >>> basins = vi.basins(system, x1=grid, v1=grid, scouts=20, periods=300)
+    >>> vi.plot.basins(basins).get_xlabel()
+    '$x_1$'
     """
     basins = expected("basins", basins, Basins)
     ax = new_axes(ax)
@@ -145,6 +155,16 @@ def basin_handles(basins: Basins, *, sections: bool = True) -> list[Artist]:
         As computed by ``vi.basins``.
     sections : bool
         With the mark of its sections.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> import numpy as np
+    >>> basins = vi.basins(system, x1=[0.1], v1=np.linspace(-1, 1, 9), scouts=20, periods=300)
+    >>> [handle.get_label() for handle in vi.plot.basin_handles(basins)]
+    ['1-1, 100 %']
     """
     shown = zip(basins.attractors, basins.shares, strict=True)
     return [

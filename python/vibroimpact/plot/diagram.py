@@ -83,7 +83,7 @@ def bifurcation(
     legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw a section against the swept parameter.
+    r"""Draw a section against the swept parameter.
 
     Values whose run did not complete are marked by a grey rug along the bottom axis, one row for
     each status, so that an empty column cannot be confused with a motion without impacts. Values
@@ -125,6 +125,17 @@ def bifurcation(
     ParameterError
         If `diagram` is something else, `section`, `value` or `color` is unknown, or regimes are
         asked for on the stroboscopic section.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> diagram = vi.bifurcation_diagram(
+    ...     system, drive_frequency=[1.7, 1.8, 1.9], initial=(0, 0.5, 0, 0), periods=200, keep=50,
+    ... )
+    >>> vi.plot.bifurcation(diagram, section="stroboscopic", value="v1").get_ylabel()
+    '$\\dot x_1$ at $\\psi = 0$ (mod $2\\pi$)'
     """
     diagram = expected("diagram", diagram, Diagram)
     if section not in SECTION_LABELS:
@@ -230,7 +241,7 @@ def branch_names(diagram: Diagram) -> list[str]:
 
 
 def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
-    """Draw the part of the time that the bodies are in sustained contact against the parameter.
+    r"""Draw the part of the time that the bodies are in sustained contact against the parameter.
 
     The time is that of the kept drive periods, so that for a settled motion this is the part of
     the drive period. Values where nothing is kept leave a gap. Several branches have the colours of
@@ -251,6 +262,17 @@ def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
     ------
     ParameterError
         If `diagram` is something else.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> diagram = vi.bifurcation_diagram(
+    ...     system, drive_frequency=[1.7, 1.8, 1.9], initial=(0, 0.5, 0, 0), periods=200, keep=50,
+    ... )
+    >>> vi.plot.contact_fraction(diagram).get_xlabel()
+    '$\\omega$'
     """
     diagram = expected("diagram", diagram, Diagram)
     ax = new_axes(ax)
@@ -273,7 +295,19 @@ def _parameter_axis(ax: Axes, diagram: Diagram) -> None:
 
 
 def chatter_handles(diagram: Diagram) -> list[Artist]:
-    """Return the legend entry of complete chatter, if any value of the diagram has it."""
+    """Return the legend entry of complete chatter, if any value of the diagram has it.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> diagram = vi.bifurcation_diagram(
+    ...     system, drive_frequency=[1.7, 1.8, 1.9], initial=(0, 0.5, 0, 0), periods=200, keep=50,
+    ... )
+    >>> vi.plot.chatter_handles(diagram)  # no chatter
+    []
+    """
     if not (np.asarray(diagram.n) == -1).any():
         return []
     return [square(CHATTER_COLOR, _CHATTER_TEXT)]
@@ -292,7 +326,19 @@ def _on_any_branch(diagram: Diagram, chosen: NDArray[np.bool_]) -> NDArray[np.bo
 
 
 def no_impact_handles(diagram: Diagram) -> list[Artist]:
-    """Return the legend entry of motions without impact, if some value has only those."""
+    """Return the legend entry of motions without impact, if some value has only those.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> diagram = vi.bifurcation_diagram(
+    ...     system, drive_frequency=[1.7, 1.8, 1.9], initial=(0, 0.5, 0, 0), periods=200, keep=50,
+    ... )
+    >>> vi.plot.no_impact_handles(diagram)  # all strike
+    []
+    """
     if not _without_impact(diagram).any():
         return []
     return [square(_NO_IMPACT_GREY, _NO_IMPACT_TEXT)]

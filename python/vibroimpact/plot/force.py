@@ -63,6 +63,17 @@ def contact_force(
     ------
     ParameterError
         As for `time_history`.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> ball = vi.System(
+    ...     mass_ratio=0, frequency_ratio=0, restitution=0.9, gap=0, drive_frequency=0,
+    ...     moment_amplitude=1, contact="direct",
+    ... )
+    >>> run = vi.simulate(ball, initial=(-1, 0, 0, 0), time=40)
+    >>> vi.plot.contact_force(run, window=(0, 40)).get_ylabel()
+    'contact force'
     """
     run = expected("run", run, Run)
     ax = new_axes(ax)

@@ -108,6 +108,12 @@ def label_handles(codes: Iterable[int], *, points: bool = False) -> list[Artist]
         Kinds of labels (`label_codes`), in any order and with repetitions.
     points : bool
         Name the colours of points, which are not hatched, instead of those of cells.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> [handle.get_label() for handle in vi.plot.label_handles([0, 1])]
+    ['$m = 1$', '$m = 2$']
     """
     return [
         Patch(

@@ -68,6 +68,15 @@ def lyapunov(
     ------
     ParameterError
         If the result is something else, has no exponents, or more than one parameter.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> spectrum = vi.lyapunov_spectrum(system, initial=(0, 0.5, 0, 0), periods=200)
+    >>> vi.plot.lyapunov(spectrum).get_xlabel()
+    '$t$ since the measurement began'
     """
     if isinstance(result, LyapunovSpectrum):
         ax = new_axes(ax)

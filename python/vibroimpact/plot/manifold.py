@@ -53,6 +53,17 @@ def manifold(
     ------
     ParameterError
         If an argument is of the wrong type or out of range.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> saddle = motion.follow(drive_frequency=(1.5, 1.8)).at(drive_frequency=1.55)[0]
+    >>> manifold = vi.unstable_manifold(saddle, length=0.5, settle=300)
+    >>> vi.plot.manifold(manifold, x="x2", y="v2").get_xlabel()
+    '$x_2$'
     """
     if not isinstance(result, UnstableManifold):
         reject("result", result, "an UnstableManifold")

@@ -85,6 +85,15 @@ def orbit(
     ------
     ParameterError
         If an argument is of the wrong kind or out of range.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> len(vi.plot.orbit(motion))
+    3
     """
     motion = expected("motion", motion, PeriodicMotion)
     points = count("points_per_period", points_per_period, least=2, most=1_000_000)

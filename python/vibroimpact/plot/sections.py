@@ -86,6 +86,15 @@ def impact_section(
     ------
     ParameterError
         If an argument is of the wrong kind, or names no column.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> vi.plot.impact_section(run, y="approach_velocity").get_ylabel()
+    'approach velocity $u$'
     """
     run = expected("run", run, Run)
     by_regime = regime_color(color)
@@ -165,6 +174,15 @@ def stroboscopic(
     ------
     ParameterError
         If an argument is of the wrong kind, or the load is constant, which has no period.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> vi.plot.stroboscopic(run, x="x2", y="v2").get_xlabel()
+    '$x_2$ once per drive period'
     """
     run = expected("run", run, Run)
     sectioned(run)
@@ -220,6 +238,15 @@ def impact_count(run: Run, *, ax: Axes | None = None) -> Axes:
     ------
     ParameterError
         If `run` is something else.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> vi.plot.impact_count(run).get_xlabel()
+    'drive periods'
     """
     run = expected("run", run, Run)
     ax = new_axes(ax)

@@ -100,6 +100,17 @@ class Disagreement:
         ``"digits"``: a number is wrong; ``"regime"``: the numbers are right, but the regime is
         wrong; ``"sequence"``: the exact motion meets another kind of event, or none, or one more,
         or does not end where the run does.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> check = vi.verify(vi.simulate(system, initial=(0, 0.5, 0, 0), periods=10))
+    >>> check.horizon is None  # nothing disagrees
+    True
+    >>> vi.Disagreement(event="impact", number=7, time=20.5, reason="digits")
+    Disagreement(event='impact', number=7, time=20.5, reason='digits')
     """
 
     event: str
@@ -171,6 +182,15 @@ class Verification(FixedArrays, Shown):
         Bits of the most precise pass that was made.
     growth
         Mean logarithmic growth of a perturbation from impact to impact; NaN if not measured.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> check = vi.verify(vi.simulate(system, initial=(0, 0.5, 0, 0), periods=10))
+    >>> check.certified, check.holds
+    (True, True)
     """
 
     digits: int
@@ -243,7 +263,13 @@ class Verification(FixedArrays, Shown):
         return right
 
     def summary(self) -> str:
-        """Return a summary in a few lines: digits, until when, and how that is known."""
+        """Return a summary in a few lines: digits, until when, and how that is known.
+
+        Examples
+        --------
+        >>> print(check.summary().splitlines()[0])
+        all 9 impacts, all 10 sections and the final state hold to 14 digits
+        """
         return "\n".join(_sentences(self))
 
     def __str__(self) -> str:
