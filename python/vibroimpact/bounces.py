@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,10 @@ from .fixed_arrays import FixedArrays
 from .interruption import interruptible
 from .showing import Facts, Shown
 from .tables import Table, with_column
+from .verbs import verb
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @interruptible
@@ -59,6 +64,26 @@ class Bounces(FixedArrays, Shown):
     def capped(self) -> bool:
         """Whether a list ends at the cap on their number."""
         return BouncesEnd.CAP in self.ends
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw the approach velocities against time, by ``vi.plot.bounces``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.bounces``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> bounces.plot().get_yscale()
+        'log'
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
 
     def _facts(self) -> Facts:
         return {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,9 @@ from .arguments import vector
 from .interruption import interruptible
 from .run_parts import EnergyAudit, FinalState, read_only
 from .scales import COLUMN_UNITS, Scales, needed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -134,6 +137,26 @@ class RunInSI:
             times[np.abs(times - end) <= 4.0 * np.spacing(abs(end))] = end
         rows = self.run.trajectory(times, forces=forces)
         return np.column_stack([self.scales.to_si(rows[:, :4]), rows[:, 4:] * self.scales.force])
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw the motion against time in SI, by ``vi.plot.time_history``.
+
+        Parameters
+        ----------
+        **options
+            As in ``Run.plot``; times are in s.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> run.in_si().plot(window=(0.5, 0.6)).get_xlabel()
+        '$t$ (s)'
+        """
+        axes: Axes = self.run.plot(**{"units": "SI"} | options)
+        return axes
 
     def energy_audit(self) -> EnergyAudit:
         """Return the works of all forces, as ``Run.energy_audit``, in J.

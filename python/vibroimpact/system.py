@@ -11,7 +11,7 @@ import dataclasses
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from ._core import PARAMETERS
 from .arguments import close_to, naming, number, pair, reject
@@ -22,6 +22,10 @@ from .mechanics import Mechanics
 from .physical import dimensionless
 from .scales import Scales
 from .showing import Facts, Shown
+from .verbs import verb
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # Names in code of the symbols in reference data.
 SYMBOLS = {parameter.symbol: name for name, parameter in PARAMETERS.items()}
@@ -278,6 +282,26 @@ class System(Mechanics, Shown):
     def damping(self) -> tuple[float, float]:
         """Both damping ratios, (pendulum_damping, oscillator_damping)."""
         return self.pendulum_damping, self.oscillator_damping
+
+    def plot(self, **options: Any) -> "Axes":
+        """Draw the machine at rest, by ``vi.plot.machine``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.machine``; ``state=`` draws it in another state.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> system.plot(phase=0.5).get_aspect()
+        1.0
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
 
     @completing(Changes)
     def replace(self, **changes: Any) -> Self:

@@ -12,10 +12,12 @@ from ..errors import NoMotionError
 from ..interruption import interruptible
 from ..showing import Facts, Shown
 from ..tables import frame
+from ..verbs import verb
 from .motion import PeriodicMotion, columns_of
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -125,6 +127,26 @@ class MotionSearch(Shown):
         True
         """
         return frame({"share": self.shares, **columns_of(self.motions)})
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw the share of each motion, by ``vi.plot.motion_search``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.motion_search``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> search.plot().get_xlabel()
+        'part of the starts'
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
 
     def _facts(self) -> Facts:
         labels = [f"{motion.label}, {motion.stability}" for motion in self.motions]

@@ -78,6 +78,26 @@ class ManifoldSide(FixedArrays, Shown):
         """
         return np.split(self.points, self.breaks)
 
+    def plot(self, **options: Any) -> Axes:
+        """Draw the side, by ``vi.plot.manifold``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.manifold``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> side.plot().get_xlabel()
+        '$x_1$'
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
+
     @property
     def _to(self) -> str:
         """The attractors of its orbits, in words."""

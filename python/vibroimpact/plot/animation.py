@@ -132,6 +132,7 @@ class _Scene:
         return None
 
 
+@naming
 def animation(
     run: Run,
     *,

@@ -9,6 +9,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from ..arguments import naming
 from ..sweeps.basins.results import Basins
 from ..sweeps.columns import COORDINATES
 from ..sweeps.fields import STATUS_NAMES
@@ -39,6 +40,7 @@ _GREYS = ("0.45", "0.6", "0.7", "0.8")
 _MOST_DOTS = 500
 
 
+@naming
 def basins(
     basins: Basins, *, sections: bool = True, legend: bool = True, ax: Axes | None = None
 ) -> Axes:
@@ -146,6 +148,7 @@ def _marks(basins: Basins) -> str:
     return f"marks: the attractors once per drive period, whatever their {', '.join(free)}"
 
 
+@naming
 def basin_handles(basins: Basins, *, sections: bool = True) -> list[Artist]:
     """Return one legend entry for each attractor: its label, and its part of the cells.
 

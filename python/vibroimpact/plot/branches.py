@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from ..arguments import positive, reject, several
+from ..arguments import naming, positive, reject, several
 from ..made import made_from
 from ..orbits import Bifurcation, BifurcationCurve, Branch, Piece, StabilityRegion
 from ..orbits.branch import AT_IMPACTS, AT_SECTIONS
@@ -63,6 +63,7 @@ _UNSTABLE = (0.0, (4.0, 1.5))
 _ON_CIRCLE = 1e-6
 
 
+@naming
 def branches(
     branches: Branch | Sequence[Branch],
     *,
@@ -174,6 +175,7 @@ def _drive_phase(branches: Sequence[Branch]) -> float | None:
     return phases.pop() if len(phases) == 1 and branches[0].parameter != "phase" else None
 
 
+@naming
 def branch_handles(branches: Sequence[Branch], *, names: bool = False) -> list[Artist]:
     """Return the legend entries of stability and of the bifurcations that branches have.
 
@@ -204,6 +206,7 @@ def branch_handles(branches: Sequence[Branch], *, names: bool = False) -> list[A
     )
 
 
+@naming
 def bifurcation_curves(
     curves: Curves,
     *,
@@ -307,6 +310,7 @@ def _all_curves(given: Any) -> list[BifurcationCurve]:
     return several("curves", given, BifurcationCurve)
 
 
+@naming
 def curve_handles(curves: Curves) -> list[Artist]:
     """Return what a legend of curves and of their points of codimension two shows.
 

@@ -13,7 +13,7 @@ from matplotlib.colors import CenteredNorm, ListedColormap
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from ..arguments import positive, reject
+from ..arguments import naming, positive, reject
 from ..sweeps import Sweep
 from .given import expected
 from .labels import HATCH_GREY, LABEL_STYLES, UNRESOLVED, label_codes, label_handles, label_style
@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 _NO_EXPONENT = "/////"
 
 
+@naming
 def chart(
     chart: Sweep,
     *,
@@ -104,6 +105,7 @@ def chart(
     return ax
 
 
+@naming
 def chart_handles(chart: Sweep) -> list[Artist]:
     """Return one legend entry for each kind of label in a chart.
 

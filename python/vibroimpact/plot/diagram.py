@@ -18,6 +18,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from .._core import Regime
+from ..arguments import naming
 from ..errors import ParameterError
 from ..sweeps import Diagram
 from .given import expected, usual_value
@@ -73,6 +74,7 @@ _NO_IMPACT_TEXT = "no impact in the kept drive periods"
 _CHATTER_TEXT = r"complete chatter ($m$-$\infty$)"
 
 
+@naming
 def bifurcation(
     diagram: Diagram,
     *,
@@ -240,6 +242,7 @@ def branch_names(diagram: Diagram) -> list[str]:
     return names
 
 
+@naming
 def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
     r"""Draw the part of the time that the bodies are in sustained contact against the parameter.
 
@@ -294,6 +297,7 @@ def _parameter_axis(ax: Axes, diagram: Diagram) -> None:
     ax.set_xlabel(axis_name(name, made=diagram.is_made))
 
 
+@naming
 def chatter_handles(diagram: Diagram) -> list[Artist]:
     """Return the legend entry of complete chatter, if any value of the diagram has it.
 
@@ -325,6 +329,7 @@ def _on_any_branch(diagram: Diagram, chosen: NDArray[np.bool_]) -> NDArray[np.bo
     return np.asarray(chosen.reshape(-1, len(diagram.values)).any(axis=0))
 
 
+@naming
 def no_impact_handles(diagram: Diagram) -> list[Artist]:
     """Return the legend entry of motions without impact, if some value has only those.
 

@@ -4,13 +4,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba_array
 
-from ..arguments import reject
+from ..arguments import naming, reject
 from ..sweeps import Sweep
 from ..sweeps.columns import COORDINATES
 from .labels import LABEL_STYLES, NO_LABEL_COLOR, UNRESOLVED, label_codes, label_handles
 from .style import PARAMETER_SYMBOLS, STATE_SYMBOLS, legend_above, new_axes
 
 
+@naming
 def final_states(
     sweep: Sweep,
     *,

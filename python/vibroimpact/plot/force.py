@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
+from ..arguments import naming
 from ..run import Run
 from ..scales import Units
 from .curve import sample, times_within
@@ -18,6 +19,7 @@ from .style import BLACK, VERMILLION, curve_legend, new_axes
 from .units import AxisUnits
 
 
+@naming
 def contact_force(
     run: Run,
     *,

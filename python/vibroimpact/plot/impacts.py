@@ -15,6 +15,7 @@ from matplotlib.colors import CenteredNorm, ListedColormap
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from ..arguments import naming
 from .style import ANGLE_TICKS, BLACK, GREY, REGIME_STYLES, regime_handles
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 _NO_OUTCOME = "0.85"
 
 
+@naming
 def impact_regimes(
     result: ImpactRegimes, axes: Sequence[Axes] | None = None, *, legend: bool = True
 ) -> list[Axes]:
@@ -135,6 +137,7 @@ def _scale(mesh: Any, ax: Axes, label: str) -> Axes:
     return scale
 
 
+@naming
 def impact_agreement(
     result: ImpactAgreement, axes: Sequence[Axes] | None = None, *, legend: bool = True
 ) -> list[Axes]:

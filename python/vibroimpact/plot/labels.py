@@ -14,6 +14,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from .._core import MOTION_NAMES
+from ..arguments import naming
 from ..sweeps.fields import STATUS_NAMES
 from ..sweeps.results import GridResult
 
@@ -99,6 +100,7 @@ def label_style(code: int) -> LabelStyle:
     return LabelStyle(text, NO_LABEL_COLOR, _HATCHES[(number + 1) % len(_HATCHES)])
 
 
+@naming
 def label_handles(codes: Iterable[int], *, points: bool = False) -> list[Artist]:
     """Return one legend entry for each kind of label, in the order of their codes.
 

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from numpy.typing import NDArray
 
-from ..arguments import reject
+from ..arguments import naming, reject
 from ..sweeps import Diagram, GridResult, LyapunovSpectrum, LyapunovSweep
 from .diagram import branch_color, branch_names
 from .mesh import boxes, spans
@@ -37,6 +37,7 @@ _BAND = 0.25
 _RUG_HEIGHT = 0.03
 
 
+@naming
 def lyapunov(
     result: LyapunovSpectrum | GridResult, *, legend: bool = True, ax: Axes | None = None
 ) -> Axes:

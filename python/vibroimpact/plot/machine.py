@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
-from ..arguments import number, state
+from ..arguments import naming, number, state
 from ..system import System
 from . import parts
 from .given import expected
@@ -54,6 +54,7 @@ class Hit(NamedTuple):
     age: float
 
 
+@naming
 def machine(
     system: System,
     state: Any,

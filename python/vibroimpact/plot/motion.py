@@ -14,6 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from ..arguments import naming
 from ..run import Run
 from ..scales import Units
 from .curve import Curve, is_driven, is_one_orbit, orbit_window, sample, tip_symbol
@@ -34,6 +35,7 @@ _SCALED = 0.25
 _MANY = 60
 
 
+@naming
 def time_history(
     run: Run,
     *,
@@ -152,6 +154,7 @@ def _time_axis(ax: Axes, time: Array, legend: bool, drawn: AxisUnits) -> None:
     curve_legend(ax, legend)
 
 
+@naming
 def phase_portrait(
     run: Run,
     *,
@@ -249,6 +252,7 @@ def phase_portrait(
     return ax
 
 
+@naming
 def gap_history(
     run: Run,
     *,
@@ -328,6 +332,7 @@ def gap_history(
     return ax
 
 
+@naming
 def displacement_history(
     run: Run,
     *,

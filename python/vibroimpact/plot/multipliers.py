@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from ..arguments import number, positive, reject, several
+from ..arguments import naming, number, positive, reject, several
 from ..made import made_from
 from ..orbits import Bifurcation, Branch, PeriodicMotion
 from .style import (
@@ -35,6 +35,7 @@ CROSSINGS = ("saddle_node", "period_doubling", "neimark_sacker", "branch_point")
 """Kinds of bifurcations at which multipliers cross the unit circle."""
 
 
+@naming
 def multipliers(
     motions: PeriodicMotion | Sequence[PeriodicMotion] | Branch,
     *,

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from .._core import Leg, LegKind
-from ..arguments import count
+from ..arguments import count, naming
 from ..errors import ParameterError
 from ..orbits import PeriodicMotion
 from .curve import tip_symbol
@@ -51,6 +51,7 @@ class _Orbit(NamedTuple):
         return np.asarray(self.face - self.state[:, 2] > _OVERLAP)
 
 
+@naming
 def orbit(
     motion: PeriodicMotion,
     *,

@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
+from ..arguments import naming
 from ..run import Run
 from ..scales import Units
 from ..sweeps.columns import COORDINATES
@@ -43,6 +44,7 @@ _ONE_POINT, _AROUND = 1e-3, 0.1
 _DECADES = 30.0
 
 
+@naming
 def impact_section(
     run: Run,
     *,
@@ -138,6 +140,7 @@ def impact_section(
     return ax
 
 
+@naming
 def stroboscopic(
     run: Run,
     *,
@@ -217,6 +220,7 @@ def _show_around(ax: Axes, axis: str) -> None:
         ax.set(**{f"{axis}lim": (middle - _AROUND * size, middle + _AROUND * size)})
 
 
+@naming
 def impact_count(run: Run, *, ax: Axes | None = None) -> Axes:
     """Draw the number of impacts since t = 0 against drive periods, for the kept part of a run.
 

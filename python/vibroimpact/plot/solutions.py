@@ -20,6 +20,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from ..arguments import naming
 from .style import ANGLE_TICKS, BLACK, BLUE, PARAMETER_SYMBOLS, VERMILLION, new_axes
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ def _checked(criterion: Criterion, result: MotionMap) -> Criterion:
     return name, np.asarray(stable, dtype=np.bool_)
 
 
+@naming
 def motion_handles(result: MotionMap, *, criterion: Criterion | None = None) -> list[Artist]:
     """Return one legend entry for each kind of solution.
 
@@ -100,6 +102,7 @@ def motion_handles(result: MotionMap, *, criterion: Criterion | None = None) -> 
     ]
 
 
+@naming
 def motion_branches(
     result: MotionMap, *, criterion: Criterion | None = None, ax: Axes | None = None
 ) -> Axes:
@@ -158,6 +161,7 @@ def _angles(ax: Any) -> None:
     ax.set_ylim(-1.03 * np.pi / 2, 1.03 * np.pi / 2)
 
 
+@naming
 def motion_space(
     result: MotionMap,
     *,
@@ -233,6 +237,7 @@ def motion_space(
     return ax
 
 
+@naming
 def stability_map(
     result: MotionMap, *, criterion: Criterion | None = None, ax: Axes | None = None
 ) -> Axes:
@@ -288,6 +293,7 @@ def stability_map(
     return ax
 
 
+@naming
 def stability_handles(*, criterion: str = "") -> list[Artist]:
     """Return the legend entries of `stability_map`, of another criterion by its name.
 

@@ -18,7 +18,7 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
 from .._core import PARAMETERS, Regime
-from ..arguments import flag, positive
+from ..arguments import flag, naming, positive
 
 BLACK = "#000000"
 ORANGE = "#E69F00"
@@ -198,6 +198,7 @@ def at_drive_phase(text: str, phase: float | None) -> str:
     return text.replace(r"\psi = 0", rf"\psi = {phase % (2.0 * math.pi):.4g}")
 
 
+@naming
 def label_text(label: str) -> str:
     r"""Return the label of a motion as figures write it: infinitely many impacts by a sign.
 
@@ -219,6 +220,7 @@ def new_axes(ax: Axes | None) -> Axes:
     return pyplot.figure(layout="constrained").add_subplot()
 
 
+@naming
 def regime_handles(regimes: Iterable[int], *, shapes: bool = True) -> list[Artist]:
     """Return one legend entry for each regime in `regimes`, in the order of their values.
 
@@ -251,6 +253,7 @@ def regime_handles(regimes: Iterable[int], *, shapes: bool = True) -> list[Artis
     ]
 
 
+@naming
 def bifurcation_handles(kinds: Iterable[str], *, prefix: str = "") -> list[Artist]:
     """Return one legend entry for each kind of bifurcation, in the order of `BIFURCATION_STYLES`.
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,10 @@ from numpy.typing import NDArray
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
 from ..showing import Facts, Shown
+from ..verbs import verb
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 #: Numbers of an impact that are verified, besides its regime: of the motion, and what follows.
 MOTION_NUMBERS = ("time", "x1", "v1_pre", "v1_post", "x2", "v2_pre", "v2_post")
@@ -271,6 +275,26 @@ class Verification(FixedArrays, Shown):
         all 9 impacts, all 10 sections and the final state hold to 14 digits
         """
         return "\n".join(_sentences(self))
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw the right digits against time, by ``vi.plot.verification``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.verification``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> check.plot().get_ylabel()
+        'right digits'
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
 
     def __str__(self) -> str:
         """The summary."""

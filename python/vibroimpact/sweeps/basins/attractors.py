@@ -7,7 +7,7 @@ bodies at rest under friction) are not isolated: all of one label are one *famil
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,10 @@ from ...interruption import interruptible
 from ...orbits.motion import PeriodicMotion, size_of
 from ...showing import Facts, Shown
 from ...system import System
+from ...verbs import verb
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 from .clouds import INSIDE, Cloud
 from .free_motion import never_strike
 from .region import Region, wrapped
@@ -111,6 +115,26 @@ class Attractor(Shown):
         """Label and whether it is confirmed."""
         verdict = "confirmed" if self.confirmed else f"not confirmed: {self.why_not}"
         return f"<Attractor {self.label}, {self.kind}, {verdict}>"
+
+    def plot(self, **options: Any) -> "Axes":
+        """Draw the sections and the orbit, by ``vi.plot.attractor``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.attractor``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> attractor.plot().get_xlabel()
+        '$x_1$'
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
 
     def light(self) -> "Attractor":
         """Return the attractor with only those parts that recognition in other processes needs.
