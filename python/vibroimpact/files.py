@@ -5,14 +5,15 @@ import os
 from . import archive
 from .arguments import path as checked_path
 from .interruption import interruptible
-from .orbits import PeriodicMotion
+from .orbits import Branch, PeriodicMotion
+from .orbits.branch_files import branch_from_parts
 from .orbits.files import motion_from_parts
 from .run import Run
 from .sweeps import RESULTS, Basins, GridResult, LyapunovSpectrum, open_columns
 from .sweeps.basins.files import basins_from_parts
 from .sweeps.merge import is_refined, open_levels
 
-Saved = Run | GridResult | Basins | PeriodicMotion | LyapunovSpectrum
+Saved = Run | GridResult | Basins | PeriodicMotion | Branch | LyapunovSpectrum
 
 
 @interruptible
@@ -45,6 +46,7 @@ def load(path: str | os.PathLike[str]) -> Saved:
     builders: dict[str, archive.Builder[Saved]] = {
         "run": Run._from_parts,
         "basins": basins_from_parts,
+        "branch": branch_from_parts,
         "motion": motion_from_parts,
         "spectrum": LyapunovSpectrum._from_parts,
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -403,6 +404,41 @@ class Branch(Shown):
                 "largest_multiplier": np.concatenate([np.empty(0), *sizes]),
             }
         )
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the branch to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it.
+
+        Raises
+        ------
+        ParameterError
+            If its parameter is a number of a function that makes the system: no file holds a
+            function. ``to_pandas`` gives the points, and each motion can be saved.
+
+        Examples
+        --------
+        >>> branch.save("branch.npz")
+        >>> vi.load("branch.npz")
+        <Branch 1-1, drive_frequency 1.5 ... 1.9, 7 bifurcations, ends: bound, bound>
+        """
+        verb("write_branch")(path, self)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Branch:
+        """Read a branch from the file that ``save`` wrote; its motions are judged anew.
+
+        Raises
+        ------
+        ValueError
+            If it is damaged, foreign, or holds something else.
+
+        Examples
+        --------
+        >>> branch.save("branch.npz")
+        >>> len(vi.Branch.load("branch.npz")) == len(branch)
+        True
+        """
+        branch: Branch = verb("read_branch")(path)
+        return branch
 
     def _facts(self) -> Facts:
         facts: Facts = {"motions": " ".join(dict.fromkeys(piece.label for piece in self.pieces))}
