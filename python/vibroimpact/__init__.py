@@ -3,6 +3,8 @@
 The model is that of Han, Jin & Hu (2004), corrected and completed; see the theory page. All
 quantities are dimensionless; the notation page explains each name.
 
+Every docstring has an example. That of a method goes on from the example of its class.
+
 The pages that docstrings name belong to the documentation. Each is named after its file: the theory
 page is docs/theory.md in the source repository, and theory.html on the site of ``make docs``.
 

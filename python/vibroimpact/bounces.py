@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,10 @@ from .fixed_arrays import FixedArrays
 from .interruption import interruptible
 from .showing import Facts, Shown
 from .tables import Table, with_column
+from .verbs import verb
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @interruptible
@@ -33,6 +38,18 @@ class Bounces(FixedArrays, Shown):
         ``accumulation``: what is left is below rounding, or within the error of the accumulation
         point. ``run_end``: the run ends among them. ``cap``: as many as allowed are listed.
         ``interrupted``: Ctrl-C.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> ball = vi.System(
+    ...     mass_ratio=0, frequency_ratio=0, restitution=0.9, gap=0, drive_frequency=0,
+    ...     moment_amplitude=1, contact="direct",
+    ... )
+    >>> run = vi.simulate(ball, initial=(-1, 0, 0, 0), time=40)
+    >>> bounces = run.bounces(down_to=1e-6)
+    >>> bounces.skipped, [str(end) for end in bounces.ends]
+    (116, ['approach_velocity'])
     """
 
     impacts: Table
@@ -47,6 +64,26 @@ class Bounces(FixedArrays, Shown):
     def capped(self) -> bool:
         """Whether a list ends at the cap on their number."""
         return BouncesEnd.CAP in self.ends
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw the approach velocities against time, by ``vi.plot.bounces``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.bounces``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> bounces.plot().get_yscale()
+        'log'
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
 
     def _facts(self) -> Facts:
         return {

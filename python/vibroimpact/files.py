@@ -5,14 +5,15 @@ import os
 from . import archive
 from .arguments import path as checked_path
 from .interruption import interruptible
-from .orbits import PeriodicMotion
+from .orbits import Branch, PeriodicMotion
+from .orbits.branch_files import branch_from_parts
 from .orbits.files import motion_from_parts
 from .run import Run
 from .sweeps import RESULTS, Basins, GridResult, LyapunovSpectrum, open_columns
 from .sweeps.basins.files import basins_from_parts
 from .sweeps.merge import is_refined, open_levels
 
-Saved = Run | GridResult | Basins | PeriodicMotion | LyapunovSpectrum
+Saved = Run | GridResult | Basins | PeriodicMotion | Branch | LyapunovSpectrum
 
 
 @interruptible
@@ -25,6 +26,15 @@ def load(path: str | os.PathLike[str]) -> Saved:
     ------
     ValueError
         If it is damaged, or was written by something else or by another version.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).save("run.npz")
+    >>> vi.load("run.npz").label
+    '1-1'
     """
     path = checked_path("path", path)
     if os.path.isdir(path):
@@ -36,6 +46,7 @@ def load(path: str | os.PathLike[str]) -> Saved:
     builders: dict[str, archive.Builder[Saved]] = {
         "run": Run._from_parts,
         "basins": basins_from_parts,
+        "branch": branch_from_parts,
         "motion": motion_from_parts,
         "spectrum": LyapunovSpectrum._from_parts,
     }

@@ -61,6 +61,17 @@ def impact_regimes(
     ParameterError
         If an axis is not a one-dimensional array of finite numbers, at least one, or ``steps`` is
         out of range.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1, friction=0.3)
+    >>> import numpy as np
+    >>> grid = np.linspace(-1, 1, 11)
+    >>> regimes = vi.impact_regimes(system, x1=grid, velocity_ratio=grid)
+    >>> regimes.regime.shape
+    (11, 11)
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
@@ -132,6 +143,15 @@ def impact_agreement(
         If an argument is out of range.
     Interrupted
         After Ctrl-C; ``.result`` is the ImpactAgreement, differences not reached being NaN.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1, friction=0.3)
+    >>> agreement = vi.impact_agreement(system, steps=(30, 100), cells=5)
+    >>> agreement.difference.shape
+    (3, 6, 2)
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")

@@ -44,6 +44,17 @@ class ImpactRegimes(FixedArrays, Shown):
         Part of the kinetic energy before the impact, x1'^2/2 + x2'^2/(2 mbar), that is lost, shape
         (m, n); negative where the law creates energy. NaN without outcome, and everywhere for
         mbar = 0: a wall that moves has no energy to compare with.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1, friction=0.3)
+    >>> import numpy as np
+    >>> grid = np.linspace(-1, 1, 11)
+    >>> regimes = vi.impact_regimes(system, x1=grid, velocity_ratio=grid)
+    >>> sorted(vi.Regime(int(code)).name for code in np.unique(regimes.regime))[-1]
+    'SLIP'
     """
 
     system: System
@@ -77,6 +88,11 @@ class ImpactRegimes(FixedArrays, Shown):
         Returns
         -------
         list of matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> len(regimes.plot())
+        3
         """
         axes: list[Axes] = verb("draw")(self, **options)
         return axes
@@ -123,6 +139,15 @@ class ImpactAgreement(FixedArrays, Shown):
         without impacts, and where the steps leave the range of floats (mass ratios near 1e-300).
     impacts
         Number of impacts of each regime, the same under every law, shape (6,).
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1, friction=0.3)
+    >>> agreement = vi.impact_agreement(system, steps=(30, 100), cells=5)
+    >>> agreement.steps
+    array([ 30, 100])
     """
 
     system: System
@@ -155,6 +180,11 @@ class ImpactAgreement(FixedArrays, Shown):
         Returns
         -------
         list of matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> len(agreement.plot())
+        3
         """
         axes: list[Axes] = verb("draw")(self, **options)
         return axes

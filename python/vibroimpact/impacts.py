@@ -67,6 +67,15 @@ def impact(
         If an argument is no number, the shapes do not broadcast, or ``steps`` is out of range.
     StateError
         If a value is not finite, or the bodies do not approach.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> after = vi.impact(system, x1=0.3, v1=1.0, v2=0.2)
+    >>> after.shape, "v1_post" in after.dtype.names
+    ((), True)
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")

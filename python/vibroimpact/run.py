@@ -64,6 +64,15 @@ class Evidence:
         Of ``undecided``: why.
     text
         The evidence in words, for people.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> str(run.period.evidence.kind)
+    'converging'
     """
 
     kind: EvidenceKind
@@ -97,6 +106,15 @@ class PeriodReport:
     label
         ``"3-4"``, ``"1-0"``, ``"2-inf"``, ``"quasi-periodic"``, ``"chaotic"`` or
         ``"unresolved"``.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> run.period.m, run.period.n, run.period.label
+    (1, 1, '1-1')
     """
 
     m: int | None
@@ -108,7 +126,21 @@ class PeriodReport:
 
 @interruptible
 class Run(Shown):
-    """One simulated motion, as ``simulate``, ``Run.resume`` and ``load`` return it."""
+    """One simulated motion, as ``simulate``, ``Run.resume`` and ``load`` return it.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> run
+    <Run completed at time 2094.4 (period 600), 600 impacts, 100 kept>
+    >>> run.label
+    '1-1'
+    >>> run.impacts["approach_velocity"].round(3)[:2]
+    array([1.109, 1.109])
+    """
 
     def __init__(
         self, core: _core.Run, system: System, initial: tuple[float, float, float, float]
@@ -271,6 +303,11 @@ class Run(Shown):
             If a time lies outside the kept window, from ``kept_from`` to ``final_state.time``.
         Interrupted
             After Ctrl-C; ``.result`` holds the rows of the first times.
+
+        Examples
+        --------
+        >>> run.trajectory([run.kept_from, run.final_state.time]).shape
+        (2, 4)
         """
         times, single = times_of("t", t)
         forces = flag("forces", forces)
@@ -346,6 +383,11 @@ class Run(Shown):
         ------
         Interrupted
             After Ctrl-C; ``.result`` is this run.
+
+        Examples
+        --------
+        >>> abs(run.energy_audit().residual) < 1e-9
+        True
         """
         works = self._core.energy_audit()
         if works is None:
@@ -379,6 +421,12 @@ class Run(Shown):
             If a number left the range of floats; ``.result`` is the run up to there.
         Interrupted
             After Ctrl-C; ``.result`` is the run up to there.
+
+        Examples
+        --------
+        >>> longer = run.resume(periods=10)
+        >>> longer.final_state.period
+        610
         """
         span = horizon(self._system.drive_frequency, periods=periods, time=time, keep=keep)
         cap = optional_count("max_events", max_events, least=1)
@@ -408,6 +456,12 @@ class Run(Shown):
         ------
         ParameterError
             With ``drive_frequency = 0``: there is no period.
+
+        Examples
+        --------
+        >>> motion = run.refine()
+        >>> motion.label, motion.stability
+        ('1-1', 'stable')
         """
         motion: PeriodicMotion | NotFound = verb("refine")(self)
         return motion
@@ -419,6 +473,18 @@ class Run(Shown):
         ------
         ParameterError
             If the system has no scales; those from ``System.from_physical`` have.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> machine = vi.System.from_physical(
+        ...     pendulum_mass=3, oscillator_mass=5, length=0.1, torsional_stiffness=500,
+        ...     stiffness=50e3, gap=0.05, restitution=0.8, drive_frequency=180,
+        ...     moment_amplitude=300,
+        ... )
+        >>> run = vi.simulate(machine, initial=(0, 0.5, 0, 0), periods=20, units="SI")
+        >>> round(run.in_si().final_state.time, 2)  # in s
+        0.7
         """
         found: RunInSI = verb("in_si")(self)
         return found
@@ -506,12 +572,25 @@ class Run(Shown):
             or there is no ffmpeg for .mp4.
         OSError
             If the file cannot be written.
+
+        Examples
+        --------
+        >>> moving = run.animate(periods=1, frames=5)
+        >>> type(moving).__name__
+        'Animation'
         """
         moving: Animation = verb("animate")(self, path, **options)
         return moving
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the run to ``path`` (.npz, no pickle); ``load`` gives it back bit for bit."""
+        """Write the run to ``path`` (.npz, no pickle); ``load`` gives it back bit for bit.
+
+        Examples
+        --------
+        >>> run.save("run.npz")
+        >>> vi.load("run.npz").label
+        '1-1'
+        """
         from . import archive  # here, to keep the import of the package light
 
         metadata, arrays = self._parts()
@@ -525,6 +604,12 @@ class Run(Shown):
         ------
         ValueError
             If the file is damaged, foreign, or holds something else.
+
+        Examples
+        --------
+        >>> run.save("run.npz")
+        >>> vi.Run.load("run.npz")
+        <Run completed at time 2094.4 (period 600), 600 impacts, 100 kept>
         """
         from . import archive  # here, to keep the import of the package light
 

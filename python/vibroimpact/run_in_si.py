@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,9 @@ from .arguments import vector
 from .interruption import interruptible
 from .run_parts import EnergyAudit, FinalState, read_only
 from .scales import COLUMN_UNITS, Scales, needed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -27,6 +30,17 @@ class RunInSI:
         The run itself, dimensionless.
     scales
         Those of its system.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> machine = vi.System.from_physical(
+    ...     pendulum_mass=3, oscillator_mass=5, length=0.1, torsional_stiffness=500, stiffness=50e3,
+    ...     gap=0.05, restitution=0.8, drive_frequency=180, moment_amplitude=300,
+    ... )
+    >>> run = vi.simulate(machine, initial=(0, 0.5, 0, 0), periods=20, units="SI")
+    >>> run.in_si().impacts.dtype.names[:5]
+    ('time', 'period', 'time_in_period', 'x1', 'v1_pre')
     """
 
     def __init__(self, run: Any) -> None:
@@ -111,6 +125,11 @@ class RunInSI:
         ------
         ParameterError, Interrupted
             As ``Run.trajectory``.
+
+        Examples
+        --------
+        >>> run.in_si().trajectory([0.1, 0.2]).shape  # at 0.1 s and 0.2 s
+        (2, 4)
         """
         times = vector("t", t) / self.scales.time
         # The ends of the window may have been rounded on their way through seconds.
@@ -119,8 +138,34 @@ class RunInSI:
         rows = self.run.trajectory(times, forces=forces)
         return np.column_stack([self.scales.to_si(rows[:, :4]), rows[:, 4:] * self.scales.force])
 
+    def plot(self, **options: Any) -> Axes:
+        """Draw the motion against time in SI, by ``vi.plot.time_history``.
+
+        Parameters
+        ----------
+        **options
+            As in ``Run.plot``; times are in s.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> run.in_si().plot(window=(0.5, 0.6)).get_xlabel()
+        '$t$ (s)'
+        """
+        axes: Axes = self.run.plot(**{"units": "SI"} | options)
+        return axes
+
     def energy_audit(self) -> EnergyAudit:
-        """Return the works of all forces, as ``Run.energy_audit``, in J."""
+        """Return the works of all forces, as ``Run.energy_audit``, in J.
+
+        Examples
+        --------
+        >>> run.in_si().energy_audit().restitution < 0  # in J
+        True
+        """
         works = dataclasses.asdict(self.run.energy_audit())
         return EnergyAudit(**{name: work * self.scales.energy for name, work in works.items()})
 

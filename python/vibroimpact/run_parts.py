@@ -29,6 +29,17 @@ class FinalState:
         ``"flight"``, or in sustained contact ``"slide_positive"``, ``"slide_negative"`` (the sign
         of x1' while the tip slides; without friction, that at the start of the slide) or
         ``"stick"`` (x1' = 0, held by friction or by a wall at rest).
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> run.final_state.period, str(run.final_state.mode)
+    (600, 'flight')
+    >>> len(run.final_state.state)
+    4
     """
 
     x1: float
@@ -78,6 +89,16 @@ class EnergyAudit:
     residual
         Change of energy that no work explains: rounding, some 1e-13 of ``total``, more where a run
         ends jammed or at a Painleve point.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> audit = run.energy_audit()
+    >>> audit.restitution < 0 < audit.moment
+    True
     """
 
     energy_start: float

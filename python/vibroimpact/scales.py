@@ -40,6 +40,18 @@ class Scales:
     ------
     ParameterError
         If one of them is not a finite number > 0.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> machine = vi.System.from_physical(
+    ...     pendulum_mass=3, oscillator_mass=5, length=0.1, torsional_stiffness=500, stiffness=50e3,
+    ...     gap=0.05, restitution=0.8, drive_frequency=180, moment_amplitude=300,
+    ... )
+    >>> machine.scales
+    Scales(length=0.1, mass=3.0, time=0.01)
+    >>> round(machine.scales.speed, 2)  # in m/s
+    10.0
     """
 
     length: float
@@ -59,6 +71,11 @@ class Scales:
         ------
         ParameterError
             For anything else, and for a name that is missing or unknown.
+
+        Examples
+        --------
+        >>> vi.Scales.of({"length": 0.1, "mass": 3.0, "time": 0.01})
+        Scales(length=0.1, mass=3.0, time=0.01)
         """
         if given is None or isinstance(given, cls):
             return given
@@ -111,6 +128,11 @@ class Scales:
         -------
         array, shape (..., 4)
             In rad, rad/s, m, m/s.
+
+        Examples
+        --------
+        >>> machine.scales.to_si((0.1, 0.5, 0.1, 0.2)).round(3).tolist()
+        [0.1, 50.0, 0.01, 2.0]
         """
         return _rows("states", states) * self._state
 
@@ -125,6 +147,11 @@ class Scales:
         Returns
         -------
         array, shape (..., 4)
+
+        Examples
+        --------
+        >>> machine.scales.from_si((0.1, 2.0, 0.01, 0.5)).round(3).tolist()
+        [0.1, 0.02, 0.1, 0.05]
         """
         return _rows("states", states) / self._state
 

@@ -149,6 +149,20 @@ def simulate(
         part of the return value that was computed.
     Interrupted
         After Ctrl-C; ``.result`` as for SimulationError.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> run.label
+    '1-1'
+    >>> len(run.impacts), run.stroboscopic.shape
+    (100, (100, 4))
+    >>> runs = vi.simulate(system, initial=[(0, 0.5, 0, 0), (0, 0.1, 0, 0)], periods=600, keep=100)
+    >>> [run.label for run in runs]
+    ['1-1', '1-1']
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")

@@ -11,7 +11,7 @@ import dataclasses
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from ._core import PARAMETERS
 from .arguments import close_to, naming, number, pair, reject
@@ -22,6 +22,10 @@ from .mechanics import Mechanics
 from .physical import dimensionless
 from .scales import Scales
 from .showing import Facts, Shown
+from .verbs import verb
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # Names in code of the symbols in reference data.
 SYMBOLS = {parameter.symbol: name for name, parameter in PARAMETERS.items()}
@@ -91,6 +95,16 @@ class System(Mechanics, Shown):
     ------
     ParameterError
         Names the parameter, its value and the allowed range.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> system.drive_frequency, system.is_wall
+    (1.8, False)
+    >>> system == system.replace(gap=0.5)
+    True
     """
 
     mass_ratio: float
@@ -230,6 +244,17 @@ class System(Mechanics, Shown):
         ------
         ParameterError
             Names the quantity, its value and the allowed range.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> machine = vi.System.from_physical(
+        ...     pendulum_mass=3, oscillator_mass=5, length=0.1, torsional_stiffness=500,
+        ...     stiffness=50e3, gap=0.05, restitution=0.8, drive_frequency=180,
+        ...     moment_amplitude=300,
+        ... )
+        >>> round(machine.mass_ratio, 2), round(machine.gap, 2)
+        (0.6, 0.5)
         """
         ratios = dimensionless(
             pendulum_mass=pendulum_mass,
@@ -258,9 +283,35 @@ class System(Mechanics, Shown):
         """Both damping ratios, (pendulum_damping, oscillator_damping)."""
         return self.pendulum_damping, self.oscillator_damping
 
+    def plot(self, **options: Any) -> "Axes":
+        """Draw the machine at rest, by ``vi.plot.machine``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.machine``; ``state=`` draws it in another state.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> system.plot(phase=0.5).get_aspect()
+        1.0
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
+
     @completing(Changes)
     def replace(self, **changes: Any) -> Self:
-        """Return a system with some parameters changed; ``damping=`` and ``scales=`` work too."""
+        """Return a system with some parameters changed; ``damping=`` and ``scales=`` work too.
+
+        Examples
+        --------
+        >>> system.replace(restitution=0.6).restitution
+        0.6
+        """
         fields = self.to_dict()
         if "damping" in changes:
             del fields["pendulum_damping"], fields["oscillator_damping"]
@@ -270,6 +321,11 @@ class System(Mechanics, Shown):
         """Return all fields by name; ``System.from_dict`` goes back.
 
         ``scales`` is among them, as a dict, only where the system has scales.
+
+        Examples
+        --------
+        >>> system.to_dict()["law"]
+        'poisson'
         """
         # dataclasses.asdict copies every value deeply, at several times the cost.
         values = {name: getattr(self, name) for name in _FIELDS}
@@ -285,6 +341,11 @@ class System(Mechanics, Shown):
         ------
         ParameterError
             For a missing or unknown name, or a value out of range.
+
+        Examples
+        --------
+        >>> vi.System.from_dict(system.to_dict()) == system
+        True
         """
         if not isinstance(fields, Mapping):
             reject("fields", fields, "a mapping of parameter names to values")
@@ -300,7 +361,13 @@ class System(Mechanics, Shown):
         return cls(**fields)
 
     def to_json(self) -> str:
-        """Return the fields as a JSON object; the numbers come back bit for bit."""
+        """Return the fields as a JSON object; the numbers come back bit for bit.
+
+        Examples
+        --------
+        >>> system.to_json()[:18]
+        '{"mass_ratio": 0.6'
+        """
         return json.dumps(self.to_dict(), allow_nan=False)
 
     @classmethod
@@ -311,6 +378,11 @@ class System(Mechanics, Shown):
         ------
         ParameterError
             If the text is no JSON object, or its fields do not make a system.
+
+        Examples
+        --------
+        >>> vi.System.from_json(system.to_json()) == system
+        True
         """
         try:
             fields = json.loads(text)

@@ -22,7 +22,17 @@ if TYPE_CHECKING:
 
 
 class EventKind(IntEnum):
-    """The kinds of events of a run, as in the column ``kind`` of ``run.events``."""
+    """The kinds of events of a run, as in the column ``kind`` of ``run.events``.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> int((run.events["kind"] == vi.EventKind.IMPACT).sum())
+    100
+    """
 
     IMPACT = 0
     GRAZE = 1
@@ -43,6 +53,17 @@ class Table(np.ndarray[Any, np.dtype[np.void]]):
     """A structured array, one row for each event; a column is an ordinary array.
 
     It can be read like every structured array: ``run.impacts["time"]``, ``run.impacts[0]``.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> run.impacts["time"].shape
+    (100,)
+    >>> int(run.impacts[0]["period"])
+    500
     """
 
     def __getitem__(self, key: Any) -> Any:
@@ -82,6 +103,11 @@ class Table(np.ndarray[Any, np.dtype[np.void]]):
         ------
         ImportError
             If pandas is not installed.
+
+        Examples
+        --------
+        >>> run.events.to_pandas()["kind"].unique().tolist()
+        ['impact', 'stop']
         """
         return frame({name: self[name] for name in self.dtype.names or ()})
 

@@ -25,12 +25,14 @@ Verb = Literal[
     "motion_of",
     "motions_at",
     "read_basins",
+    "read_branch",
     "read_motion",
     "refine",
     "run_of_cell",
     "run_of_point",
     "run_of_start",
     "write_basins",
+    "write_branch",
     "write_motion",
 ]
 
@@ -45,12 +47,14 @@ VERBS: Final[dict[Verb, str]] = {
     "motion_of": "orbits.verdict:motion_of",
     "motions_at": "orbits.points:motions_at",
     "read_basins": "sweeps.basins.files:read_basins",
+    "read_branch": "orbits.branch_files:read_branch",
     "read_motion": "orbits.files:read_motion",
     "refine": "orbits.shooting:refine",
     "run_of_cell": "sweeps.cell_runs:run_of_cell",
     "run_of_point": "sweeps.cell_runs:run_of_point",
     "run_of_start": "sweeps.basins.cell_runs:run_of_start",
     "write_basins": "sweeps.basins.files:write_basins",
+    "write_branch": "orbits.branch_files:write_branch",
     "write_motion": "orbits.files:write_motion",
 }
 

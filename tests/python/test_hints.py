@@ -34,6 +34,8 @@ RUN = vi.simulate(SYSTEM, initial=START, periods=6)
         (lambda: vi.periodic_motion(SYSTEM, initial=START, period=1), "periods"),
         (lambda: RUN.trajectory([1.0], force=True), "forces"),
         (lambda: RUN.resume(period=3), "periods"),
+        (lambda: RUN.plot(perods=3), "periods"),
+        (lambda: SYSTEM.plot(phse=0.0), "phase"),
         (lambda: vi.System(**REQUIRED, mu=0.1), "friction"),
         (lambda: SYSTEM.replace(omega=2.0), "drive_frequency"),
         (lambda: vi.System.from_physical(M1=1.0), "pendulum_mass"),
@@ -46,6 +48,24 @@ def test_a_call_says_which_keyword_was_meant(call, meant):
         TypeError, match=rf"unexpected keyword argument '\w+', did you mean {meant}\?$"
     ):
         call()
+
+
+# `publication_style` takes nothing.
+DRAWING = [
+    name
+    for name in vi.plot.__all__
+    if inspect.isfunction(getattr(vi.plot, name)) and name != "publication_style"
+]
+
+
+@pytest.mark.parametrize("name", DRAWING)
+def test_a_drawing_function_says_which_keyword_was_meant(name):
+    function = getattr(vi.plot, name)
+    known = [*inspect.signature(function).parameters][-1]
+    with pytest.raises(TypeError, match=rf"'{known}x', did you mean {known}\?$"):
+        function(**{f"{known}x": None})
+    with pytest.raises(TypeError, match="unexpected keyword argument 'zzz'; known: "):
+        function(zzz=None)
 
 
 @pytest.mark.parametrize(

@@ -89,6 +89,46 @@ def test_a_start_may_be_a_function_and_a_coordinate_an_axis():
     assert np.array_equal(own.final_states[0], run.final_state.state)
 
 
+NAMED_LIKE_COORDINATES = {
+    "x1": lambda x1, damping=0.0: make(40.0 + x1, damping),
+    "v1": lambda v1, damping=0.0: make(40.0 + v1, damping),
+    "x2": lambda x2, damping=0.0: make(40.0 + x2, damping),
+    "v2": lambda v2, damping=0.0: make(40.0 + v2, damping),
+}
+
+
+@pytest.mark.parametrize("name", NAMED_LIKE_COORDINATES)
+def test_a_number_with_the_name_of_a_coordinate_leaves_the_start_alone(name):
+    function, values = NAMED_LIKE_COORDINATES[name], {name: [0.0, 4.0]}
+    sweep = vi.sweep(function, initial=START, periods=30, **values)
+    exponents = vi.lyapunov_spectrum(function, initial=START, periods=30, **values)
+    chart = vi.chart(function, initial=START, periods=30, **values, damping=[0.3, 0.0])
+    for i, number in enumerate(values[name]):
+        run = vi.simulate(make(40.0 + number), initial=START, periods=30)
+        assert sweep.run(i).initial == exponents.run(i).initial == START
+        assert np.array_equal(sweep.final_states[i], run.final_state.state)
+        assert sweep.run(i).final_state == run.final_state
+        assert chart.run(i, 1).final_state == run.final_state
+    # In a diagram the other three names are those of its columns.
+    if name == "x2":
+        diagram = vi.bifurcation_diagram(
+            function, initial=[START, (0, 0.1, 0, 0)], start="forward", periods=30, **values
+        )
+        assert diagram.run(0).initial == START
+        assert diagram.run(2).initial == (0, 0.1, 0, 0)
+        for i in range(4):
+            assert np.array_equal(diagram.run(i).final_state.state, diagram.final_states[i])
+
+
+def test_an_axis_that_the_function_does_not_take_moves_the_start():
+    sweep = vi.sweep(
+        lambda x2: make(40.0 + x2), initial=START, periods=30, x2=[0.0, 4.0], v1=[0.1, 0.2]
+    )
+    assert sweep.run(1, 0).initial == (START[0], 0.1, *START[2:])
+    assert sweep.run(1, 1).system == make(44.0)
+    assert np.array_equal(sweep.run(1, 1).final_state.state, sweep.final_states[1, 1])
+
+
 def test_exponents_over_stiffness_are_those_of_explicit_systems():
     values = STIFFNESSES[:2]
     found = vi.lyapunov_spectrum(over_stiffness, initial=START, periods=60, stiffness=values)

@@ -1,12 +1,9 @@
 """The mechanics of a System against the equations of motion and against simulated motions."""
 
-import doctest
-
 import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact import mechanics
 
 PARAMETERS = {
     "mass_ratio": 0.6,
@@ -115,9 +112,3 @@ def test_walls_and_rotors():
 def test_bad_input_is_refused(system, call, error):
     with pytest.raises(error, match="not allowed"):
         call(system)
-
-
-def test_the_examples_run():
-    failed, tried = doctest.testmod(mechanics)
-    assert failed == 0
-    assert tried > 0

@@ -1,14 +1,11 @@
 """Names that users guess: columns, NotFound, motions at a value, periods, dimensions."""
 
 import copy
-import doctest
-import importlib
 import math
 import pickle
 
 import numpy as np
 import pytest
-from matplotlib import pyplot
 
 import vibroimpact as vi
 from systems import COEXISTING, LOW, PAPER, ROUGH, STICKY
@@ -254,17 +251,3 @@ def test_a_sweep_without_axes_has_one_label_and_one_status():
     assert (sweep.label.item(), sweep.status.item()) == ("1-1", "completed")
     assert sweep.run().label == "1-1"
     assert sweep.to_pandas()["label"].tolist() == ["1-1"]
-
-
-@pytest.mark.parametrize(
-    "module",
-    [
-        *("run", "orbits.branch", "orbits.motion", "sweeps.results", "sweeps.diagram_results"),
-        *("sweeps.lyapunov_results", "sweeps.basins.results"),
-    ],
-)
-def test_examples_do_what_they_show(module):
-    found = importlib.import_module(f"vibroimpact.{module}")
-    failed, tried = doctest.testmod(found)
-    pyplot.close("all")
-    assert (failed, tried > 2) == (0, True)

@@ -118,9 +118,7 @@ def test_every_public_result_is_shown():
     grids = {cls for cls in public if inspect.isclass(cls) and issubclass(cls, GridResult)}
     assert len(arrays | grids) > 12
     assert arrays | grids | {vi.Run, vi.System, vi.NotFound, vi.Branch} <= classes
-    without = {vi.System, vi.NotFound, vi.MotionSearch, vi.ManifoldSide, vi.Attractor}
-    without |= {vi.Verification, vi.Bounces}
-    assert {cls for cls in classes if not hasattr(cls, "plot")} == without
+    assert {cls for cls in classes if not hasattr(cls, "plot")} == {vi.NotFound}
 
 
 @pytest.mark.parametrize("name", RESULTS)

@@ -100,6 +100,7 @@ def folder() -> Path:
         "chart": vi.chart(ROUGH, gap=[0.5], friction=[0.1], **options),
         "diagram": vi.bifurcation_diagram(ROUGH, drive_frequency=[1.5], **options),
         "lyapunov": vi.lyapunov_spectrum(ROUGH, initial=START, periods=20, gap=[0.5]),
+        "branch": branch(),
         "motion": motion(),
         "spectrum": vi.lyapunov_spectrum(ROUGH, initial=START, periods=40, keep=20),
     }
@@ -506,7 +507,7 @@ def calls() -> dict[str, Call]:
         "load": Call(vi.load, {"path": _path("run")}, {"path": "path that is missing"}),
     }
     grids = (vi.Sweep, vi.Chart, vi.Diagram, vi.LyapunovSweep)
-    names = {vi.PeriodicMotion: "motion", vi.LyapunovSpectrum: "spectrum"}
+    names = {vi.PeriodicMotion: "motion", vi.LyapunovSpectrum: "spectrum", vi.Branch: "branch"}
     for result in (vi.Run, vi.Basins, *grids, *names):
         name = getattr(result, "kind", names.get(result, result.__name__.lower()))
         path = {"path": _path(name)}

@@ -126,6 +126,17 @@ def bifurcation_curve(
         For bad input.
     Interrupted
         After Ctrl-C; ``.result`` is the curve so far.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> found = motion.follow(drive_frequency=(1.5, 1.9)).bifurcations[0]
+    >>> curve = vi.bifurcation_curve(found, drive_frequency=(1.4, 1.7), restitution=(0.75, 0.85))
+    >>> str(curve.kind), curve.parameters
+    ('period_doubling', ('drive_frequency', 'restitution'))
     """
     if not isinstance(bifurcation, Bifurcation | CodimensionTwo):
         reject("bifurcation", bifurcation, "a Bifurcation or a CodimensionTwo")

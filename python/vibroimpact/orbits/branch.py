@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -52,6 +53,16 @@ class Bifurcation(Shown):
         The function that vanishes there, and its remaining value.
     goes_on
         At a border: the legs beyond it, ``()`` where the branch ends.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> found = motion.follow(drive_frequency=(1.5, 1.9)).bifurcations[0]
+    >>> str(found.kind), found.parameter, round(found.value, 3)
+    ('period_doubling', 'drive_frequency', 1.511)
     """
 
     kind: BifurcationKind
@@ -73,6 +84,11 @@ class Bifurcation(Shown):
         Returns
         -------
         list of matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> len(found.plot())
+        3
         """
         axes: list[Axes] = verb("draw")(self, **options)
         return axes
@@ -256,6 +272,16 @@ class Branch(Shown):
         ``interrupted``, or ``refused``: a simulation does not confirm the next point.
     why_not
         For each end that is ``refused``: the reason of the simulation; else ``""``.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> branch = vi.follow_motion(motion, drive_frequency=(1.5, 1.9))
+    >>> branch
+    <Branch 1-1, drive_frequency 1.5 ... 1.9, 7 bifurcations, ends: bound, bound>
     """
 
     parameter: str
@@ -334,7 +360,7 @@ class Branch(Shown):
         return motions
 
     def plot(self, **options: Any) -> Axes:
-        """Draw the branch with its bifurcations, by ``vi.plot.branches``.
+        r"""Draw the branch with its bifurcations, by ``vi.plot.branches``.
 
         Parameters
         ----------
@@ -344,6 +370,11 @@ class Branch(Shown):
         Returns
         -------
         matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> branch.plot().get_xlabel()
+        '$\\omega$'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes
@@ -355,6 +386,11 @@ class Branch(Shown):
         ------
         ImportError
             If pandas is not installed.
+
+        Examples
+        --------
+        >>> branch.to_pandas().columns[:2].tolist()
+        ['piece', 'drive_frequency']
         """
         lengths = [len(piece.values) for piece in self.pieces]
         sizes = [np.abs(piece.multipliers).max(axis=1) for piece in self.pieces]
@@ -368,6 +404,41 @@ class Branch(Shown):
                 "largest_multiplier": np.concatenate([np.empty(0), *sizes]),
             }
         )
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the branch to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it.
+
+        Raises
+        ------
+        ParameterError
+            If its parameter is a number of a function that makes the system: no file holds a
+            function. ``to_pandas`` gives the points, and each motion can be saved.
+
+        Examples
+        --------
+        >>> branch.save("branch.npz")
+        >>> vi.load("branch.npz")
+        <Branch 1-1, drive_frequency 1.5 ... 1.9, 7 bifurcations, ends: bound, bound>
+        """
+        verb("write_branch")(path, self)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Branch:
+        """Read a branch from the file that ``save`` wrote; its motions are judged anew.
+
+        Raises
+        ------
+        ValueError
+            If it is damaged, foreign, or holds something else.
+
+        Examples
+        --------
+        >>> branch.save("branch.npz")
+        >>> len(vi.Branch.load("branch.npz")) == len(branch)
+        True
+        """
+        branch: Branch = verb("read_branch")(path)
+        return branch
 
     def _facts(self) -> Facts:
         facts: Facts = {"motions": " ".join(dict.fromkeys(piece.label for piece in self.pieces))}
@@ -388,6 +459,11 @@ class Branch(Shown):
         ------
         ParameterError
             If there is no such kind.
+
+        Examples
+        --------
+        >>> len(branch.of_kind("period_doubling"))
+        4
         """
         known = tuple(BifurcationKind)
         if not isinstance(kind, str) or kind not in known:

@@ -92,6 +92,16 @@ def follow_motion(
         For bad input.
     Interrupted
         After Ctrl-C; ``.result`` is the branch so far.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> branch = vi.follow_motion(motion, drive_frequency=(1.7, 1.9))
+    >>> [str(found.kind) for found in branch.bifurcations]
+    ['neimark_sacker']
     """
     if not isinstance(motion, PeriodicMotion):
         reject("motion", motion, "a PeriodicMotion")
@@ -169,6 +179,18 @@ def switch_branch(
         For bad input, and if the bifurcation is no period doubling.
     Interrupted
         After Ctrl-C; ``.result`` is the branch so far.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> branch = vi.follow_motion(motion, drive_frequency=(1.5, 1.9))
+    >>> doubling = branch.of_kind("period_doubling")[0]
+    >>> doubled = vi.switch_branch(doubling, drive_frequency=(1.45, 1.6))
+    >>> {motion.m for motion in doubled.motions}
+    {1, 2}
     """
     wanted = BifurcationKind.PERIOD_DOUBLING
     if not isinstance(bifurcation, Bifurcation) or bifurcation.kind is not wanted:

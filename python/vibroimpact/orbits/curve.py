@@ -95,6 +95,17 @@ class BifurcationCurve(Shown):
         The system, at any values of the parameters.
     test
         The function that vanishes along the curve.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> found = motion.follow(drive_frequency=(1.5, 1.9)).bifurcations[0]
+    >>> curve = vi.bifurcation_curve(found, drive_frequency=(1.4, 1.7), restitution=(0.75, 0.85))
+    >>> curve.values.shape[1]
+    2
     """
 
     kind: BifurcationKind
@@ -123,7 +134,7 @@ class BifurcationCurve(Shown):
         return tuple(self.itinerary.legs)
 
     def plot(self, **options: Any) -> Axes:
-        """Draw the curve, by ``vi.plot.bifurcation_curves``.
+        r"""Draw the curve, by ``vi.plot.bifurcation_curves``.
 
         Parameters
         ----------
@@ -133,6 +144,11 @@ class BifurcationCurve(Shown):
         Returns
         -------
         matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> curve.plot().get_xlabel()
+        '$\\omega$'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes
@@ -144,6 +160,11 @@ class BifurcationCurve(Shown):
         ------
         ImportError
             If pandas is not installed.
+
+        Examples
+        --------
+        >>> curve.to_pandas().columns[:2].tolist()
+        ['drive_frequency', 'restitution']
         """
         columns = dict(zip(self.parameters, self.values.T, strict=True))
         return frame({**columns, "bounds_stability": self.bounds_stability})

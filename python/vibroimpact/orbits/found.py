@@ -12,10 +12,12 @@ from ..errors import NoMotionError
 from ..interruption import interruptible
 from ..showing import Facts, Shown
 from ..tables import frame
+from ..verbs import verb
 from .motion import PeriodicMotion, columns_of
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -32,6 +34,18 @@ class NotFound(Shown):
     ----------
     reason
         Why, in words.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> chaotic = system.replace(drive_frequency=1.9)
+    >>> found = vi.simulate(chaotic, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> bool(found)
+    False
+    >>> found.reason
+    'the run is chaotic, not periodic'
     """
 
     reason: str
@@ -82,6 +96,15 @@ class MotionSearch(Shown):
         Initial states, shape (k, 4).
     reached
         Number of the motion each start ends on, -1 for none, shape (k,).
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> search = vi.search_motions(system, starts=16, periods=200)
+    >>> search
+    <MotionSearch from 16 starts: 1-1 100.0%>
     """
 
     motions: tuple[PeriodicMotion, ...]
@@ -97,8 +120,33 @@ class MotionSearch(Shown):
         ------
         ImportError
             If pandas is not installed.
+
+        Examples
+        --------
+        >>> len(search.to_pandas()) == len(search.motions)
+        True
         """
         return frame({"share": self.shares, **columns_of(self.motions)})
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw the share of each motion, by ``vi.plot.motion_search``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.motion_search``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> search.plot().get_xlabel()
+        'part of the starts'
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
 
     def _facts(self) -> Facts:
         labels = [f"{motion.label}, {motion.stability}" for motion in self.motions]

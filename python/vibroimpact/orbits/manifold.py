@@ -44,6 +44,17 @@ class ManifoldSide(FixedArrays, Shown):
         Where its orbits end up, the most frequent first, from a sample of 16 on the first piece,
         through which all of them pass: stable PeriodicMotions, or the label or stop reason of a
         run that ends on none.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> saddle = motion.follow(drive_frequency=(1.5, 1.8)).at(drive_frequency=1.55)[0]
+    >>> side = vi.unstable_manifold(saddle, length=0.5, settle=300).sides[0]
+    >>> side.points.shape[1], side.length > 0.4
+    (4, True)
     """
 
     points: Array
@@ -58,8 +69,34 @@ class ManifoldSide(FixedArrays, Shown):
         return self.attractors[0] if self.attractors else ""
 
     def pieces(self) -> list[Array]:
-        """Return the points between the breaks, as arrays of shape (k, 4)."""
+        """Return the points between the breaks, as arrays of shape (k, 4).
+
+        Examples
+        --------
+        >>> len(side.pieces())
+        1
+        """
         return np.split(self.points, self.breaks)
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw the side, by ``vi.plot.manifold``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.manifold``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> side.plot().get_xlabel()
+        '$x_1$'
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
 
     @property
     def _to(self) -> str:
@@ -102,6 +139,17 @@ class UnstableManifold(FixedArrays, Shown):
         Unit eigenvector there, shape (4,); its largest component is positive.
     sides
         The side along ``direction`` and the one against it.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> saddle = motion.follow(drive_frequency=(1.5, 1.8)).at(drive_frequency=1.55)[0]
+    >>> manifold = vi.unstable_manifold(saddle, length=0.5, settle=300)
+    >>> manifold.direction.shape
+    (4,)
     """
 
     motion: PeriodicMotion
@@ -134,6 +182,11 @@ class UnstableManifold(FixedArrays, Shown):
         Returns
         -------
         matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> manifold.plot().get_xlabel()
+        '$x_1$'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes
@@ -145,6 +198,11 @@ class UnstableManifold(FixedArrays, Shown):
         ------
         ImportError
             If pandas is not installed.
+
+        Examples
+        --------
+        >>> manifold.to_pandas().columns.tolist()
+        ['side', 'piece', 'x1', 'v1', 'x2', 'v2']
         """
         lengths = [len(side.points) for side in self.sides]
         pieces = [

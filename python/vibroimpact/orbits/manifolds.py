@@ -85,6 +85,18 @@ def unstable_manifold(
     -----
     A saddle whose sides lead to different attractors lies on the border of their basins, which is
     its stable manifold.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> branch = motion.follow(drive_frequency=(1.5, 1.8))
+    >>> saddle = branch.at(drive_frequency=1.55)[0]
+    >>> manifold = vi.unstable_manifold(saddle, length=0.5, settle=300)
+    >>> len(manifold.sides), saddle.stability
+    (2, 'unstable')
     """
     limits = Limits(
         length=positive("length", length),

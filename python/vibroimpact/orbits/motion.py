@@ -87,6 +87,17 @@ class PeriodicMotion(FixedArrays, Shown):
         Largest residual of the conditions of periodicity.
     error
         Estimated error of the nodes relative to the motion's size: Newton's last step.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> motion.label, motion.stability, motion.admissible
+    ('1-1', 'stable', True)
+    >>> bool(abs(motion.multipliers).max() < 1)
+    True
     """
 
     system: System
@@ -222,6 +233,11 @@ class PeriodicMotion(FixedArrays, Shown):
         Returns
         -------
         array, shape (k, 4), or (4,) for one time
+
+        Examples
+        --------
+        >>> motion.trajectory([0.0, motion.period / 2]).shape
+        (2, 4)
         """
         times, single = times_of("t", t)
         rows = self.itinerary.trajectory(self.system._compiled, self.nodes, times)
@@ -286,11 +302,23 @@ class PeriodicMotion(FixedArrays, Shown):
         ------
         ImportError
             If pandas is not installed.
+
+        Examples
+        --------
+        >>> len(motion.to_pandas())
+        1
         """
         return self.impacts.to_pandas()
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the motion to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it."""
+        """Write the motion to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it.
+
+        Examples
+        --------
+        >>> motion.save("motion.npz")
+        >>> vi.load("motion.npz").label
+        '1-1'
+        """
         verb("write_motion")(path, self)
 
     @classmethod
@@ -301,6 +329,12 @@ class PeriodicMotion(FixedArrays, Shown):
         ------
         ValueError
             If it is damaged, foreign, or holds something else.
+
+        Examples
+        --------
+        >>> motion.save("motion.npz")
+        >>> vi.PeriodicMotion.load("motion.npz").label
+        '1-1'
         """
         motion: PeriodicMotion = verb("read_motion")(path)
         return motion

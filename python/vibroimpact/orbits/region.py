@@ -45,6 +45,16 @@ class StabilityRegion(Shown):
         Whether it came back to its start.
     why_not
         Why not, ``""`` if it did; ``interrupted`` after Ctrl-C.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> region = vi.stability_region(motion, drive_frequency=(1.6, 1.9), restitution=(0.75, 0.85))
+    >>> region.parameters, region.closed
+    (('drive_frequency', 'restitution'), True)
     """
 
     motion: PeriodicMotion
@@ -85,6 +95,11 @@ class StabilityRegion(Shown):
         Returns
         -------
         array of int, shape (k,)
+
+        Examples
+        --------
+        >>> region.sheets([[1.8, 0.8], [0.5, 0.8]])
+        array([1, 0])
         """
         wanted = "finite numbers of shape (k, 2)"
         given = array_of("values", values, wanted)
@@ -115,6 +130,11 @@ class StabilityRegion(Shown):
         list of Bifurcation
             To rounding, in order of the other parameter. Where the border only touches the value
             there is none.
+
+        Examples
+        --------
+        >>> len(region.crossings(restitution=0.8))
+        1
         """
         if len(parameter) != 1 or next(iter(parameter)) not in self.parameters:
             reject("parameter", parameter, f"one of {', '.join(self.parameters)} with its value")
@@ -130,7 +150,7 @@ class StabilityRegion(Shown):
         return sorted(found, key=lambda bifurcation: bifurcation.value)
 
     def plot(self, **options: Any) -> Axes:
-        """Draw the curves of the border, by ``vi.plot.bifurcation_curves``.
+        r"""Draw the curves of the border, by ``vi.plot.bifurcation_curves``.
 
         Parameters
         ----------
@@ -140,6 +160,11 @@ class StabilityRegion(Shown):
         Returns
         -------
         matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> region.plot().get_xlabel()
+        '$\\omega$'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes

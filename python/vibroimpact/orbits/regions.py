@@ -92,6 +92,16 @@ def stability_region(
         For bad input, and if the motion is not admissible or not stable.
     Interrupted
         After Ctrl-C; ``.result`` is the region with its border so far.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> region = vi.stability_region(motion, drive_frequency=(1.6, 1.9), restitution=(0.75, 0.85))
+    >>> region.label
+    '1-1'
     """
     if not isinstance(motion, PeriodicMotion) or not (motion.admissible and motion.stable):
         reject("motion", motion, "an admissible and stable PeriodicMotion")

@@ -77,6 +77,16 @@ def periodic_motion(
     ------
     ParameterError, StateError
         For bad input.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> motion = vi.periodic_motion(system, initial=run.final_state.state, periods=1)
+    >>> motion.label, motion.stability
+    ('1-1', 'stable')
     """
     start = state(initial)
     periods = count("periods", periods, least=1, most=100_000)
@@ -163,6 +173,15 @@ def search_motions(
     Interrupted
         After Ctrl-C; ``.result`` is the MotionSearch, the share of the starts not yet judged being
         ``others["pending"]``.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> search = vi.search_motions(system, starts=16, periods=200)
+    >>> search.motions[0].label
+    '1-1'
     """
     _driven(system)
     periods = count("periods", periods, least=8)

@@ -5,7 +5,9 @@ dynamics.
 """
 
 from .animation import animation
+from .attractors import attractor, motion_search
 from .basins import BASIN_COLORS, basin_handles, basins
+from .bounces import bounces
 from .branches import bifurcation_curves, branch_handles, branches, curve_handles
 from .chart import chart, chart_handles
 from .diagram import bifurcation, chatter_handles, contact_fraction, no_impact_handles
@@ -38,6 +40,7 @@ from .style import (
     publication_style,
     regime_handles,
 )
+from .verification import verification
 
 __all__ = [
     "BASIN_COLORS",
@@ -49,11 +52,13 @@ __all__ = [
     "REGIME_STYLES",
     "Animation",
     "animation",
+    "attractor",
     "basin_handles",
     "basins",
     "bifurcation",
     "bifurcation_curves",
     "bifurcation_handles",
+    "bounces",
     "branch_handles",
     "branches",
     "chart",
@@ -76,6 +81,7 @@ __all__ = [
     "manifold",
     "motion_branches",
     "motion_handles",
+    "motion_search",
     "motion_space",
     "multipliers",
     "no_impact_handles",
@@ -87,4 +93,5 @@ __all__ = [
     "stability_map",
     "stroboscopic",
     "time_history",
+    "verification",
 ]

@@ -132,6 +132,7 @@ class _Scene:
         return None
 
 
+@naming
 def animation(
     run: Run,
     *,
@@ -170,6 +171,16 @@ def animation(
     ParameterError
         If an argument is of the wrong kind or out of range, or the window lies outside the kept
         part of the run.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> moving = vi.plot.animation(run, periods=1, frames=5)
+    >>> type(moving).__name__
+    'Animation'
     """
     run = expected("run", run, Run)
     if window is None and periods is None and is_driven(run.system):

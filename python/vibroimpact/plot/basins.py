@@ -9,6 +9,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from ..arguments import naming
 from ..sweeps.basins.results import Basins
 from ..sweeps.columns import COORDINATES
 from ..sweeps.fields import STATUS_NAMES
@@ -39,6 +40,7 @@ _GREYS = ("0.45", "0.6", "0.7", "0.8")
 _MOST_DOTS = 500
 
 
+@naming
 def basins(
     basins: Basins, *, sections: bool = True, legend: bool = True, ax: Axes | None = None
 ) -> Axes:
@@ -68,6 +70,16 @@ def basins(
     ------
     ParameterError
         If `basins` is something else.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> grid = [-0.5, 0.0, 0.2]
+    >>> basins = vi.basins(system, x1=grid, v1=grid, scouts=20, periods=300)
+    >>> vi.plot.basins(basins).get_xlabel()
+    '$x_1$'
     """
     basins = expected("basins", basins, Basins)
     ax = new_axes(ax)
@@ -136,6 +148,7 @@ def _marks(basins: Basins) -> str:
     return f"marks: the attractors once per drive period, whatever their {', '.join(free)}"
 
 
+@naming
 def basin_handles(basins: Basins, *, sections: bool = True) -> list[Artist]:
     """Return one legend entry for each attractor: its label, and its part of the cells.
 
@@ -145,6 +158,16 @@ def basin_handles(basins: Basins, *, sections: bool = True) -> list[Artist]:
         As computed by ``vi.basins``.
     sections : bool
         With the mark of its sections.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> import numpy as np
+    >>> basins = vi.basins(system, x1=[0.1], v1=np.linspace(-1, 1, 9), scouts=20, periods=300)
+    >>> [handle.get_label() for handle in vi.plot.basin_handles(basins)]
+    ['1-1, 100 %']
     """
     shown = zip(basins.attractors, basins.shares, strict=True)
     return [

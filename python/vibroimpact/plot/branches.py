@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from ..arguments import positive, reject, several
+from ..arguments import naming, positive, reject, several
 from ..made import made_from
 from ..orbits import Bifurcation, BifurcationCurve, Branch, Piece, StabilityRegion
 from ..orbits.branch import AT_IMPACTS, AT_SECTIONS
@@ -63,6 +63,7 @@ _UNSTABLE = (0.0, (4.0, 1.5))
 _ON_CIRCLE = 1e-6
 
 
+@naming
 def branches(
     branches: Branch | Sequence[Branch],
     *,
@@ -73,7 +74,7 @@ def branches(
     legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw branches of periodic motions: stable solid, unstable dashed, bifurcations marked.
+    r"""Draw branches of periodic motions: stable solid, unstable dashed, bifurcations marked.
 
     Every impact (or every drive period) of an orbit has a line of its own. Neutral saddles are no
     bifurcations and have no mark.
@@ -106,6 +107,16 @@ def branches(
     ParameterError
         If an argument is of the wrong kind or unknown, or branches and diagram differ in their
         parameter.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> branch = motion.follow(drive_frequency=(1.5, 1.9))
+    >>> vi.plot.branches(branch, value="v1").get_ylabel()
+    '$\\dot x_1$ before impact'
     """
     if not isinstance(branches, Sequence):
         branches = expected("branches", branches, Branch)
@@ -164,10 +175,21 @@ def _drive_phase(branches: Sequence[Branch]) -> float | None:
     return phases.pop() if len(phases) == 1 and branches[0].parameter != "phase" else None
 
 
+@naming
 def branch_handles(branches: Sequence[Branch], *, names: bool = False) -> list[Artist]:
     """Return the legend entries of stability and of the bifurcations that branches have.
 
     With `names` those of the branches come first, by the labels of their motions.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> branch = motion.follow(drive_frequency=(1.5, 1.9))
+    >>> [handle.get_label() for handle in vi.plot.branch_handles([branch])]
+    ['stable', 'unstable', 'saddle-node', 'period doubling', 'Neimark-Sacker']
     """
     handles: list[Artist] = []
     for number, branch in enumerate(branches if names else []):
@@ -184,6 +206,7 @@ def branch_handles(branches: Sequence[Branch], *, names: bool = False) -> list[A
     )
 
 
+@naming
 def bifurcation_curves(
     curves: Curves,
     *,
@@ -192,7 +215,7 @@ def bifurcation_curves(
     legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw curves of bifurcations in the plane of two parameters, by kind.
+    r"""Draw curves of bifurcations in the plane of two parameters, by kind.
 
     A curve is thick where the motion is stable on one side of it, thin where it is unstable on
     both. Points of codimension two have the mark of the second bifurcation.
@@ -220,6 +243,17 @@ def bifurcation_curves(
     ParameterError
         If an argument is of the wrong kind, or the curves differ in their parameters among
         themselves or from those on the axes.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> found = motion.follow(drive_frequency=(1.5, 1.9)).bifurcations[0]
+    >>> curve = vi.bifurcation_curve(found, drive_frequency=(1.4, 1.7), restitution=(0.75, 0.85))
+    >>> vi.plot.bifurcation_curves(curve).get_xlabel()
+    '$\\omega$'
     """
     many = _all_curves(curves)
     planes = {curve.parameters for curve in many}
@@ -276,8 +310,21 @@ def _all_curves(given: Any) -> list[BifurcationCurve]:
     return several("curves", given, BifurcationCurve)
 
 
+@naming
 def curve_handles(curves: Curves) -> list[Artist]:
-    """Return what a legend of curves and of their points of codimension two shows."""
+    """Return what a legend of curves and of their points of codimension two shows.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> found = motion.follow(drive_frequency=(1.5, 1.9)).bifurcations[0]
+    >>> curve = vi.bifurcation_curve(found, drive_frequency=(1.4, 1.7), restitution=(0.75, 0.85))
+    >>> [handle.get_label() for handle in vi.plot.curve_handles(curve)]
+    ['period doubling', 'meets saddle-node']
+    """
     handles: list[Artist] = []
     curves = _all_curves(curves) if curves else []
     for kind, style in BIFURCATION_STYLES.items():

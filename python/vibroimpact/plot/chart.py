@@ -13,7 +13,7 @@ from matplotlib.colors import CenteredNorm, ListedColormap
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from ..arguments import positive, reject
+from ..arguments import naming, positive, reject
 from ..sweeps import Sweep
 from .given import expected
 from .labels import HATCH_GREY, LABEL_STYLES, UNRESOLVED, label_codes, label_handles, label_style
@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 _NO_EXPONENT = "/////"
 
 
+@naming
 def chart(
     chart: Sweep,
     *,
@@ -33,7 +34,7 @@ def chart(
     legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw a chart, its first axis along the horizontal.
+    r"""Draw a chart, its first axis along the horizontal.
 
     By label: a colour for each number m of drive periods per orbit, and one each for complete
     chatter, no impact, quasi-periodic and chaotic motions. Where there is no label the cells are
@@ -64,6 +65,18 @@ def chart(
     ------
     ParameterError
         If an argument is of the wrong kind or out of range, or the chart has no exponents.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> chart = vi.chart(
+    ...     system, drive_frequency=[1.7, 1.8, 1.9], restitution=[0.7, 0.8], initial=(0, 0.5, 0, 0),
+    ...     periods=200,
+    ... )
+    >>> vi.plot.chart(chart, color="exponent").get_xlabel()
+    '$\\omega$'
     """
     chart = expected("chart", chart, Sweep)
     if len(chart.axes) != 2 or not len(chart):
@@ -92,8 +105,22 @@ def chart(
     return ax
 
 
+@naming
 def chart_handles(chart: Sweep) -> list[Artist]:
-    """Return one legend entry for each kind of label in a chart."""
+    """Return one legend entry for each kind of label in a chart.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> chart = vi.chart(
+    ...     system, drive_frequency=[1.7, 1.8, 1.9], restitution=[0.7, 0.8], initial=(0, 0.5, 0, 0),
+    ...     periods=200,
+    ... )
+    >>> [handle.get_label() for handle in vi.plot.chart_handles(chart)]
+    ['$m = 1$', 'chaotic']
+    """
     return label_handles(np.unique(label_codes(chart)).tolist())
 
 

@@ -18,6 +18,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from .._core import Regime
+from ..arguments import naming
 from ..errors import ParameterError
 from ..sweeps import Diagram
 from .given import expected, usual_value
@@ -73,6 +74,7 @@ _NO_IMPACT_TEXT = "no impact in the kept drive periods"
 _CHATTER_TEXT = r"complete chatter ($m$-$\infty$)"
 
 
+@naming
 def bifurcation(
     diagram: Diagram,
     *,
@@ -83,7 +85,7 @@ def bifurcation(
     legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw a section against the swept parameter.
+    r"""Draw a section against the swept parameter.
 
     Values whose run did not complete are marked by a grey rug along the bottom axis, one row for
     each status, so that an empty column cannot be confused with a motion without impacts. Values
@@ -125,6 +127,17 @@ def bifurcation(
     ParameterError
         If `diagram` is something else, `section`, `value` or `color` is unknown, or regimes are
         asked for on the stroboscopic section.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> diagram = vi.bifurcation_diagram(
+    ...     system, drive_frequency=[1.7, 1.8, 1.9], initial=(0, 0.5, 0, 0), periods=200, keep=50,
+    ... )
+    >>> vi.plot.bifurcation(diagram, section="stroboscopic", value="v1").get_ylabel()
+    '$\\dot x_1$ at $\\psi = 0$ (mod $2\\pi$)'
     """
     diagram = expected("diagram", diagram, Diagram)
     if section not in SECTION_LABELS:
@@ -229,8 +242,9 @@ def branch_names(diagram: Diagram) -> list[str]:
     return names
 
 
+@naming
 def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
-    """Draw the part of the time that the bodies are in sustained contact against the parameter.
+    r"""Draw the part of the time that the bodies are in sustained contact against the parameter.
 
     The time is that of the kept drive periods, so that for a settled motion this is the part of
     the drive period. Values where nothing is kept leave a gap. Several branches have the colours of
@@ -251,6 +265,17 @@ def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
     ------
     ParameterError
         If `diagram` is something else.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> diagram = vi.bifurcation_diagram(
+    ...     system, drive_frequency=[1.7, 1.8, 1.9], initial=(0, 0.5, 0, 0), periods=200, keep=50,
+    ... )
+    >>> vi.plot.contact_fraction(diagram).get_xlabel()
+    '$\\omega$'
     """
     diagram = expected("diagram", diagram, Diagram)
     ax = new_axes(ax)
@@ -272,8 +297,21 @@ def _parameter_axis(ax: Axes, diagram: Diagram) -> None:
     ax.set_xlabel(axis_name(name, made=diagram.is_made))
 
 
+@naming
 def chatter_handles(diagram: Diagram) -> list[Artist]:
-    """Return the legend entry of complete chatter, if any value of the diagram has it."""
+    """Return the legend entry of complete chatter, if any value of the diagram has it.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> diagram = vi.bifurcation_diagram(
+    ...     system, drive_frequency=[1.7, 1.8, 1.9], initial=(0, 0.5, 0, 0), periods=200, keep=50,
+    ... )
+    >>> vi.plot.chatter_handles(diagram)  # no chatter
+    []
+    """
     if not (np.asarray(diagram.n) == -1).any():
         return []
     return [square(CHATTER_COLOR, _CHATTER_TEXT)]
@@ -291,8 +329,21 @@ def _on_any_branch(diagram: Diagram, chosen: NDArray[np.bool_]) -> NDArray[np.bo
     return np.asarray(chosen.reshape(-1, len(diagram.values)).any(axis=0))
 
 
+@naming
 def no_impact_handles(diagram: Diagram) -> list[Artist]:
-    """Return the legend entry of motions without impact, if some value has only those."""
+    """Return the legend entry of motions without impact, if some value has only those.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> diagram = vi.bifurcation_diagram(
+    ...     system, drive_frequency=[1.7, 1.8, 1.9], initial=(0, 0.5, 0, 0), periods=200, keep=50,
+    ... )
+    >>> vi.plot.no_impact_handles(diagram)  # all strike
+    []
+    """
     if not _without_impact(diagram).any():
         return []
     return [square(_NO_IMPACT_GREY, _NO_IMPACT_TEXT)]

@@ -55,6 +55,16 @@ class Animation:
         The speed.
     figure
         The matplotlib figure in which it is drawn; `show` draws one frame.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> moving = vi.plot.animation(run, periods=1, frames=5)
+    >>> moving
+    <Animation of 5 frames, 0.2 s, of times 2090.88 to 2093.7>
     """
 
     def __init__(
@@ -78,6 +88,11 @@ class Animation:
         ------
         ParameterError
             If there is no such frame.
+
+        Examples
+        --------
+        >>> len(moving.show(0).axes)
+        3
         """
         self._draw(count("frame", frame, least=0, most=len(self) - 1))
         return self.figure
@@ -98,13 +113,26 @@ class Animation:
             If the ending is another, or .mp4 where there is no ffmpeg.
         OSError
             If the file cannot be written.
+
+        Examples
+        --------
+        >>> moving.save("machine.gif")
+        >>> import pathlib
+        >>> pathlib.Path("machine.gif").stat().st_size > 0
+        True
         """
         write = writer_of(path)
         with whole_file(path) as file:
             file.write(write(self))
 
     def to_html(self) -> str:
-        """Return a player of the animation, as HTML with the frames in it."""
+        """Return a player of the animation, as HTML with the frames in it.
+
+        Examples
+        --------
+        >>> "<img" in moving.to_html()
+        True
+        """
         # Beyond its limit of bytes matplotlib would leave frames out.
         with matplotlib.rc_context({"animation.embed_limit": 2.0**20}):
             player = self._matplotlib()

@@ -4,13 +4,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba_array
 
-from ..arguments import reject
+from ..arguments import naming, reject
 from ..sweeps import Sweep
 from ..sweeps.columns import COORDINATES
 from .labels import LABEL_STYLES, NO_LABEL_COLOR, UNRESOLVED, label_codes, label_handles
 from .style import PARAMETER_SYMBOLS, STATE_SYMBOLS, legend_above, new_axes
 
 
+@naming
 def final_states(
     sweep: Sweep,
     *,
@@ -44,6 +45,15 @@ def final_states(
     ------
     ParameterError
         If an argument is of the wrong kind, or the sweep has not one axis.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> states = vi.sweep(system, drive_frequency=[1.7, 1.8], initial=(0, 0.5, 0, 0), periods=200)
+    >>> vi.plot.final_states(states, value="x2").get_ylabel()
+    '$x_2$ at the end'
     """
     if not isinstance(sweep, Sweep) or len(sweep.axes) != 1:
         reject("sweep", sweep, "a vibroimpact.Sweep over one axis, or over two for plot.chart")

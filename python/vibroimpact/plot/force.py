@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
+from ..arguments import naming
 from ..run import Run
 from ..scales import Units
 from .curve import sample, times_within
@@ -18,6 +19,7 @@ from .style import BLACK, VERMILLION, curve_legend, new_axes
 from .units import AxisUnits
 
 
+@naming
 def contact_force(
     run: Run,
     *,
@@ -63,6 +65,17 @@ def contact_force(
     ------
     ParameterError
         As for `time_history`.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> ball = vi.System(
+    ...     mass_ratio=0, frequency_ratio=0, restitution=0.9, gap=0, drive_frequency=0,
+    ...     moment_amplitude=1, contact="direct",
+    ... )
+    >>> run = vi.simulate(ball, initial=(-1, 0, 0, 0), time=40)
+    >>> vi.plot.contact_force(run, window=(0, 40)).get_ylabel()
+    'contact force'
     """
     run = expected("run", run, Run)
     ax = new_axes(ax)

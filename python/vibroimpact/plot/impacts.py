@@ -15,6 +15,7 @@ from matplotlib.colors import CenteredNorm, ListedColormap
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from ..arguments import naming
 from .style import ANGLE_TICKS, BLACK, GREY, REGIME_STYLES, regime_handles
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 _NO_OUTCOME = "0.85"
 
 
+@naming
 def impact_regimes(
     result: ImpactRegimes, axes: Sequence[Axes] | None = None, *, legend: bool = True
 ) -> list[Axes]:
@@ -48,6 +50,15 @@ def impact_regimes(
     ------
     ValueError
         If not three axes are given.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1, friction=0.3)
+    >>> regimes = vi.impact_regimes(system, x1=[-0.5, 0.5], velocity_ratio=[-1, 1])
+    >>> len(vi.plot.impact_regimes(regimes))
+    3
     """
     axes = _new_axes(axes, 3, (7.1, 3.1), shared=False)
     regimes, restitution, energy = axes
@@ -126,6 +137,7 @@ def _scale(mesh: Any, ax: Axes, label: str) -> Axes:
     return scale
 
 
+@naming
 def impact_agreement(
     result: ImpactAgreement, axes: Sequence[Axes] | None = None, *, legend: bool = True
 ) -> list[Axes]:
@@ -150,6 +162,15 @@ def impact_agreement(
     ------
     ValueError
         If there are not as many axes as laws.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1, friction=0.3)
+    >>> agreement = vi.impact_agreement(system, steps=(30, 100), cells=5)
+    >>> len(vi.plot.impact_agreement(agreement))
+    3
     """
     axes = _new_axes(axes, len(result.laws), (7.1, 2.9), shared=True)
     order = np.argsort(result.steps)

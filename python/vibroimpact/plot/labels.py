@@ -14,6 +14,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from .._core import MOTION_NAMES
+from ..arguments import naming
 from ..sweeps.fields import STATUS_NAMES
 from ..sweeps.results import GridResult
 
@@ -99,6 +100,7 @@ def label_style(code: int) -> LabelStyle:
     return LabelStyle(text, NO_LABEL_COLOR, _HATCHES[(number + 1) % len(_HATCHES)])
 
 
+@naming
 def label_handles(codes: Iterable[int], *, points: bool = False) -> list[Artist]:
     """Return one legend entry for each kind of label, in the order of their codes.
 
@@ -108,6 +110,12 @@ def label_handles(codes: Iterable[int], *, points: bool = False) -> list[Artist]
         Kinds of labels (`label_codes`), in any order and with repetitions.
     points : bool
         Name the colours of points, which are not hatched, instead of those of cells.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> [handle.get_label() for handle in vi.plot.label_handles([0, 1])]
+    ['$m = 1$', '$m = 2$']
     """
     return [
         Patch(

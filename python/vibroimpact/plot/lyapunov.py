@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from numpy.typing import NDArray
 
-from ..arguments import reject
+from ..arguments import naming, reject
 from ..sweeps import Diagram, GridResult, LyapunovSpectrum, LyapunovSweep
 from .diagram import branch_color, branch_names
 from .mesh import boxes, spans
@@ -37,6 +37,7 @@ _BAND = 0.25
 _RUG_HEIGHT = 0.03
 
 
+@naming
 def lyapunov(
     result: LyapunovSpectrum | GridResult, *, legend: bool = True, ax: Axes | None = None
 ) -> Axes:
@@ -68,6 +69,15 @@ def lyapunov(
     ------
     ParameterError
         If the result is something else, has no exponents, or more than one parameter.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> spectrum = vi.lyapunov_spectrum(system, initial=(0, 0.5, 0, 0), periods=200)
+    >>> vi.plot.lyapunov(spectrum).get_xlabel()
+    '$t$ since the measurement began'
     """
     if isinstance(result, LyapunovSpectrum):
         ax = new_axes(ax)

@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
-from ..arguments import number, state
+from ..arguments import naming, number, state
 from ..system import System
 from . import parts
 from .given import expected
@@ -54,6 +54,7 @@ class Hit(NamedTuple):
     age: float
 
 
+@naming
 def machine(
     system: System,
     state: Any,
@@ -82,6 +83,14 @@ def machine(
     ------
     ParameterError, StateError
         If an argument is of the wrong kind or not finite.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> vi.plot.machine(system, (0.1, 0, 0.2, 0)).get_aspect()
+    1.0
     """
     system = expected("system", system, System)
     rows = np.array([_state(state)])

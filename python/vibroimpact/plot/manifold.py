@@ -6,18 +6,20 @@ theory page, sections 6 and 7; `vibroimpact.unstable_manifold`.
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
-from ..arguments import positive, reject
-from ..orbits import PeriodicMotion, UnstableManifold
+from ..arguments import naming, positive, reject
+from ..orbits import ManifoldSide, PeriodicMotion, UnstableManifold
 from .style import BLACK, BLUE, STATE_SYMBOLS, VERMILLION, legend_above, new_axes
 
 _STATES = ("x1", "v1", "x2", "v2")
 _COLORS = (BLUE, VERMILLION)
 
 
+@naming
 def manifold(
-    result: UnstableManifold,
+    result: UnstableManifold | ManifoldSide,
     *,
     x: str = "x1",
     y: str = "v1",
@@ -28,12 +30,13 @@ def manifold(
     """Draw both sides of an unstable manifold, each in its colour, open where it is broken.
 
     The saddle is a cross. The points of its attractors are dots for the first side and rings for
-    the second; those outside the manifold's frame are not shown.
+    the second; those outside the manifold's frame are not shown. Of a side alone only the curve is
+    drawn: it knows neither the saddle nor the section.
 
     Parameters
     ----------
-    result : UnstableManifold
-        Result of `vibroimpact.unstable_manifold`.
+    result : UnstableManifold or ManifoldSide
+        Result of `vibroimpact.unstable_manifold`, or one of its sides.
     x : {"x1", "v1", "x2", "v2"}
         Component on the horizontal axis.
     y : {"x1", "v1", "x2", "v2"}
@@ -53,25 +56,51 @@ def manifold(
     ------
     ParameterError
         If an argument is of the wrong type or out of range.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> saddle = motion.follow(drive_frequency=(1.5, 1.8)).at(drive_frequency=1.55)[0]
+    >>> manifold = vi.unstable_manifold(saddle, length=0.5, settle=300)
+    >>> vi.plot.manifold(manifold, x="x2", y="v2").get_xlabel()
+    '$x_2$'
     """
-    if not isinstance(result, UnstableManifold):
-        reject("result", result, "an UnstableManifold")
+    if not isinstance(result, UnstableManifold | ManifoldSide):
+        reject("result", result, "an UnstableManifold, or one of its sides")
     for name, component in (("x", x), ("y", y)):
         if component not in _STATES:
             reject(name, component, f"one of {', '.join(_STATES)}")
     size = positive("size", size)
     ax = new_axes(ax)
     first, second = _STATES.index(x), _STATES.index(y)
-    handles = []
-    for side, color in zip(result.sides, _COLORS, strict=False):
+    handles: list[Artist] = []
+    whole = result if isinstance(result, UnstableManifold) else None
+    sides = (result,) if isinstance(result, ManifoldSide) else result.sides
+    for side, color in zip(sides, _COLORS, strict=False):
         for i, piece in enumerate(side.pieces()):
             # A side begins at the saddle itself.
-            points = piece if i else np.vstack((result.saddle, piece))
+            points = piece if i or whole is None else np.vstack((whole.saddle, piece))
             (line,) = ax.plot(points[:, first], points[:, second], color=color, lw=0.8)
         line.set_label(f"to {', '.join(_name(found) for found in side.attractors) or 'nothing'}")
         handles.append(line)
+    if whole is not None:
+        marks = [_mark_saddle(ax, whole, (first, second), size)]
+        # The frame is that of the manifold: far attractors do not widen it.
+        ax.autoscale_view()
+        handles = [*marks, *handles, *_mark_attractors(ax, whole, (first, second), size)]
+    if legend:
+        legend_above(ax, handles)
+    ax.set_xlabel(STATE_SYMBOLS[x])
+    ax.set_ylabel(STATE_SYMBOLS[y])
+    return ax
+
+
+def _mark_saddle(ax: Axes, result: UnstableManifold, shown: tuple[int, int], size: float) -> Artist:
     (cross,) = ax.plot(
-        *result.saddle[[first, second]],
+        *result.saddle[[*shown]],
         "X",
         color=BLACK,
         ms=1.3 * size,
@@ -79,8 +108,14 @@ def manifold(
         zorder=4,
         label=f"saddle {result.motion.label}",
     )
-    # The frame is that of the manifold: far attractors do not widen it.
-    ax.autoscale_view()
+    return cross
+
+
+def _mark_attractors(
+    ax: Axes, result: UnstableManifold, shown: tuple[int, int], size: float
+) -> list[Artist]:
+    """Draw dots for the attractors of the first side, rings for those of the second."""
+    handles: list[Artist] = []
     for number, (side, color) in enumerate(zip(result.sides, _COLORS, strict=False)):
         for attractor in side.attractors:
             if not isinstance(attractor, PeriodicMotion):
@@ -89,21 +124,19 @@ def manifold(
             times = result.section_phase / attractor.system.drive_frequency
             states = attractor.trajectory(times + np.arange(attractor.m) * period)
             ring = {"mfc": "none", "ms": 1.8 * size} if number else {"ms": size}
-            ax.plot(
-                states[:, first],
-                states[:, second],
+            (marks,) = ax.plot(
+                states[:, shown[0]],
+                states[:, shown[1]],
                 "o",
                 color=color,
                 scalex=False,
                 scaley=False,
                 zorder=3,
+                label=f"points of {attractor.label}",
                 **ring,
             )
-    if legend:
-        legend_above(ax, [cross, *handles])
-    ax.set_xlabel(STATE_SYMBOLS[x])
-    ax.set_ylabel(STATE_SYMBOLS[y])
-    return ax
+            handles.append(marks)
+    return handles
 
 
 def _name(attractor: PeriodicMotion | str) -> str:

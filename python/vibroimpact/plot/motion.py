@@ -14,6 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from ..arguments import naming
 from ..run import Run
 from ..scales import Units
 from .curve import Curve, is_driven, is_one_orbit, orbit_window, sample, tip_symbol
@@ -34,6 +35,7 @@ _SCALED = 0.25
 _MANY = 60
 
 
+@naming
 def time_history(
     run: Run,
     *,
@@ -86,6 +88,15 @@ def time_history(
     ParameterError
         If an argument is of the wrong kind or out of range, the window lies outside the kept part
         of the run, or `periods` is given for a constant load.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> vi.plot.time_history(run, periods=4).get_xlabel()
+    '$t$'
     """
     run = expected("run", run, Run)
     by_regime = regime_color(color)
@@ -143,6 +154,7 @@ def _time_axis(ax: Axes, time: Array, legend: bool, drawn: AxisUnits) -> None:
     curve_legend(ax, legend)
 
 
+@naming
 def phase_portrait(
     run: Run,
     *,
@@ -192,6 +204,15 @@ def phase_portrait(
     ------
     ParameterError
         As for `time_history`.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> vi.plot.phase_portrait(run, bodies=1).get_xlabel()
+    '$x_1$'
     """
     run = expected("run", run, Run)
     by_regime = regime_color(color)
@@ -231,6 +252,7 @@ def phase_portrait(
     return ax
 
 
+@naming
 def gap_history(
     run: Run,
     *,
@@ -277,6 +299,15 @@ def gap_history(
     ------
     ParameterError
         As for `time_history`.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> vi.plot.gap_history(run, periods=4).get_xlabel()
+    '$t$'
     """
     run = expected("run", run, Run)
     by_regime = regime_color(color)
@@ -301,6 +332,7 @@ def gap_history(
     return ax
 
 
+@naming
 def displacement_history(
     run: Run,
     *,
@@ -312,7 +344,7 @@ def displacement_history(
     units: Units | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw x1 (grey) and x2 (black) against time, as in the paper's Fig. 10(b).
+    r"""Draw x1 (grey) and x2 (black) against time, as in the paper's Fig. 10(b).
 
     Bands mark sustained contact.
 
@@ -347,6 +379,15 @@ def displacement_history(
     ------
     ParameterError
         As for `time_history`.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> vi.plot.displacement_history(run, periods=4).get_ylabel()
+    '$x_1,\\ x_2$'
     """
     run = expected("run", run, Run)
     by_regime = regime_color(color)

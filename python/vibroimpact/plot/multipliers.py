@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from ..arguments import number, positive, reject, several
+from ..arguments import naming, number, positive, reject, several
 from ..made import made_from
 from ..orbits import Bifurcation, Branch, PeriodicMotion
 from .style import (
@@ -35,6 +35,7 @@ CROSSINGS = ("saddle_node", "period_doubling", "neimark_sacker", "branch_point")
 """Kinds of bifurcations at which multipliers cross the unit circle."""
 
 
+@naming
 def multipliers(
     motions: PeriodicMotion | Sequence[PeriodicMotion] | Branch,
     *,
@@ -70,6 +71,15 @@ def multipliers(
     ------
     ParameterError
         If an argument is of the wrong kind or out of range.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> vi.plot.multipliers(motion).get_aspect()
+    1.0
     """
     branch = motions if isinstance(motions, Branch) else None
     many = [] if branch is not None else several("motions", motions, PeriodicMotion)

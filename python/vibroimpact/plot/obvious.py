@@ -5,30 +5,39 @@ from functools import singledispatch
 from typing import Any
 
 from ..arguments import reject
+from ..bounces import Bounces
 from ..impact_results import ImpactAgreement, ImpactRegimes
 from ..orbits import (
     Bifurcation,
     BifurcationCurve,
     Branch,
+    ManifoldSide,
+    MotionSearch,
     PeriodicMotion,
     StabilityRegion,
     UnstableManifold,
 )
 from ..run import Run
 from ..single_impact import MotionMap, PeriodicMotions
-from ..sweeps import Basins, Diagram, LyapunovSpectrum, LyapunovSweep, Sweep
+from ..sweeps import Attractor, Basins, Diagram, LyapunovSpectrum, LyapunovSweep, Sweep
+from ..system import System
+from ..verification import Verification
+from .attractors import attractor, motion_search
 from .basins import basins
+from .bounces import bounces
 from .branches import bifurcation_curves, branches
 from .chart import chart
 from .diagram import bifurcation
 from .final_states import final_states
 from .impacts import impact_agreement, impact_regimes
 from .lyapunov import lyapunov
+from .machine import machine
 from .manifold import manifold
 from .motion import time_history
 from .multipliers import multipliers
 from .orbit import orbit
 from .solutions import motion_branches, stability_map
+from .verification import verification
 
 
 @singledispatch
@@ -44,20 +53,32 @@ def draw(result: Any, **options: Any) -> Any:
 
 
 _FUNCTIONS: dict[type, Callable[..., Any]] = {
+    Attractor: attractor,
     Basins: basins,
     BifurcationCurve: bifurcation_curves,
+    Bounces: bounces,
     Branch: branches,
     Diagram: bifurcation,
     ImpactAgreement: impact_agreement,
     ImpactRegimes: impact_regimes,
     LyapunovSpectrum: lyapunov,
     LyapunovSweep: lyapunov,
+    ManifoldSide: manifold,
+    MotionSearch: motion_search,
     PeriodicMotion: orbit,
     StabilityRegion: bifurcation_curves,
     UnstableManifold: manifold,
+    Verification: verification,
 }
 for _kind, _function in _FUNCTIONS.items():
     draw.register(_kind, _function)
+
+
+@draw.register
+def _(system: System, **options: Any) -> Any:
+    # At rest; where the gap is negative the bodies then touch.
+    rest = (0.0, 0.0, max(0.0, -system.gap), 0.0)
+    return machine(system, options.pop("state", rest), **options)
 
 
 @draw.register

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from .._core import Leg, LegKind
-from ..arguments import count
+from ..arguments import count, naming
 from ..errors import ParameterError
 from ..orbits import PeriodicMotion
 from .curve import tip_symbol
@@ -51,6 +51,7 @@ class _Orbit(NamedTuple):
         return np.asarray(self.face - self.state[:, 2] > _OVERLAP)
 
 
+@naming
 def orbit(
     motion: PeriodicMotion,
     *,
@@ -85,6 +86,15 @@ def orbit(
     ------
     ParameterError
         If an argument is of the wrong kind or out of range.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> len(vi.plot.orbit(motion))
+    3
     """
     motion = expected("motion", motion, PeriodicMotion)
     points = count("points_per_period", points_per_period, least=2, most=1_000_000)

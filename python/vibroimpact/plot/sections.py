@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
+from ..arguments import naming
 from ..run import Run
 from ..scales import Units
 from ..sweeps.columns import COORDINATES
@@ -43,6 +44,7 @@ _ONE_POINT, _AROUND = 1e-3, 0.1
 _DECADES = 30.0
 
 
+@naming
 def impact_section(
     run: Run,
     *,
@@ -86,6 +88,15 @@ def impact_section(
     ------
     ParameterError
         If an argument is of the wrong kind, or names no column.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> vi.plot.impact_section(run, y="approach_velocity").get_ylabel()
+    'approach velocity $u$'
     """
     run = expected("run", run, Run)
     by_regime = regime_color(color)
@@ -129,6 +140,7 @@ def impact_section(
     return ax
 
 
+@naming
 def stroboscopic(
     run: Run,
     *,
@@ -165,6 +177,15 @@ def stroboscopic(
     ------
     ParameterError
         If an argument is of the wrong kind, or the load is constant, which has no period.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> vi.plot.stroboscopic(run, x="x2", y="v2").get_xlabel()
+    '$x_2$ once per drive period'
     """
     run = expected("run", run, Run)
     sectioned(run)
@@ -199,6 +220,7 @@ def _show_around(ax: Axes, axis: str) -> None:
         ax.set(**{f"{axis}lim": (middle - _AROUND * size, middle + _AROUND * size)})
 
 
+@naming
 def impact_count(run: Run, *, ax: Axes | None = None) -> Axes:
     """Draw the number of impacts since t = 0 against drive periods, for the kept part of a run.
 
@@ -220,6 +242,15 @@ def impact_count(run: Run, *, ax: Axes | None = None) -> Axes:
     ------
     ParameterError
         If `run` is something else.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    >>> vi.plot.impact_count(run).get_xlabel()
+    'drive periods'
     """
     run = expected("run", run, Run)
     ax = new_axes(ax)

@@ -20,6 +20,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from ..arguments import naming
 from .style import ANGLE_TICKS, BLACK, BLUE, PARAMETER_SYMBOLS, VERMILLION, new_axes
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ def _checked(criterion: Criterion, result: MotionMap) -> Criterion:
     return name, np.asarray(stable, dtype=np.bool_)
 
 
+@naming
 def motion_handles(result: MotionMap, *, criterion: Criterion | None = None) -> list[Artist]:
     """Return one legend entry for each kind of solution.
 
@@ -84,6 +86,15 @@ def motion_handles(result: MotionMap, *, criterion: Criterion | None = None) -> 
         Result of `vibroimpact.motion_map`.
     criterion : (str, array of bool), optional
         Another criterion, as for `motion_branches`.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> solutions = vi.motion_map(system, drive_frequency=[1.6, 1.8, 2.0])
+    >>> [handle.get_label() for handle in vi.plot.motion_handles(solutions)]
+    ['stable motion', 'unstable motion', 'not admissible']
     """
     return [
         Line2D([], [], linestyle="none", label=kind.text, **kind.marker)
@@ -91,10 +102,11 @@ def motion_handles(result: MotionMap, *, criterion: Criterion | None = None) -> 
     ]
 
 
+@naming
 def motion_branches(
     result: MotionMap, *, criterion: Criterion | None = None, ax: Axes | None = None
 ) -> Axes:
-    """Draw the angle at the impact of all solutions over the varied parameter.
+    r"""Draw the angle at the impact of all solutions over the varied parameter.
 
     Parameters
     ----------
@@ -114,6 +126,15 @@ def motion_branches(
     ------
     ValueError
         If two parameters vary.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> solutions = vi.motion_map(system, drive_frequency=[1.6, 1.8, 2.0])
+    >>> vi.plot.motion_branches(solutions).get_xlabel()
+    '$\\omega$'
     """
     (name,) = _names(result, 1)
     ax = new_axes(ax)
@@ -140,6 +161,7 @@ def _angles(ax: Any) -> None:
     ax.set_ylim(-1.03 * np.pi / 2, 1.03 * np.pi / 2)
 
 
+@naming
 def motion_space(
     result: MotionMap,
     *,
@@ -147,7 +169,7 @@ def motion_space(
     every: Sequence[int] = (1, 1),
     ax: Any = None,
 ) -> Any:
-    """Draw the angle at the impact over both parameters, in three dimensions.
+    r"""Draw the angle at the impact over both parameters, in three dimensions.
 
     Solutions that are no motions are left out, unless another criterion judges them.
 
@@ -171,6 +193,15 @@ def motion_space(
     ------
     ValueError
         If only one parameter varies.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> solutions = vi.motion_map(system, drive_frequency=[1.7, 1.8], moment_amplitude=[0.9, 1.0])
+    >>> vi.plot.motion_space(solutions).get_xlabel()
+    '$\\omega$'
     """
     names = _names(result, 2)
     if ax is None:
@@ -206,10 +237,11 @@ def motion_space(
     return ax
 
 
+@naming
 def stability_map(
     result: MotionMap, *, criterion: Criterion | None = None, ax: Axes | None = None
 ) -> Axes:
-    """Draw where in the plane of both parameters there are stable motions, or only unstable ones.
+    r"""Draw where in the plane of both parameters there are stable motions, or only unstable ones.
 
     Parameters
     ----------
@@ -229,6 +261,15 @@ def stability_map(
     ------
     ValueError
         If only one parameter varies.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> solutions = vi.motion_map(system, drive_frequency=[1.7, 1.8], moment_amplitude=[0.9, 1.0])
+    >>> vi.plot.stability_map(solutions).get_xlabel()
+    '$\\omega$'
     """
     names = _names(result, 2)
     ax = new_axes(ax)
@@ -252,8 +293,16 @@ def stability_map(
     return ax
 
 
+@naming
 def stability_handles(*, criterion: str = "") -> list[Artist]:
-    """Return the legend entries of `stability_map`, of another criterion by its name."""
+    """Return the legend entries of `stability_map`, of another criterion by its name.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> [handle.get_label() for handle in vi.plot.stability_handles()]
+    ['a stable one', 'unstable ones only']
+    """
     good, some = ("a stable one", "unstable ones only")
     if criterion:
         good, some = (f"{text} by {criterion}" for text in (good, some))

@@ -18,7 +18,7 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
 from .._core import PARAMETERS, Regime
-from ..arguments import flag, positive
+from ..arguments import flag, naming, positive
 
 BLACK = "#000000"
 ORANGE = "#E69F00"
@@ -168,7 +168,16 @@ PUBLICATION: dict[str, Any] = {
 
 @contextmanager
 def publication_style() -> Iterator[None]:
-    """Draw with the settings of `PUBLICATION` inside a ``with`` block only."""
+    """Draw with the settings of `PUBLICATION` inside a ``with`` block only.
+
+    Examples
+    --------
+    >>> import matplotlib.pyplot as plt
+    >>> import vibroimpact as vi
+    >>> with vi.plot.publication_style():
+    ...     plt.rcParams["font.family"]
+    ['STIXGeneral']
+    """
     settings: Any = PUBLICATION  # matplotlib 3.11 types the keys as literals, 3.10 as str
     with matplotlib.rc_context(settings):
         yield
@@ -189,8 +198,16 @@ def at_drive_phase(text: str, phase: float | None) -> str:
     return text.replace(r"\psi = 0", rf"\psi = {phase % (2.0 * math.pi):.4g}")
 
 
+@naming
 def label_text(label: str) -> str:
-    """Return the label of a motion as figures write it: infinitely many impacts by a sign."""
+    r"""Return the label of a motion as figures write it: infinitely many impacts by a sign.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> vi.plot.label_text("2-inf")
+    '2-$\\infty$'
+    """
     return label.replace("-inf", r"-$\infty$")
 
 
@@ -203,6 +220,7 @@ def new_axes(ax: Axes | None) -> Axes:
     return pyplot.figure(layout="constrained").add_subplot()
 
 
+@naming
 def regime_handles(regimes: Iterable[int], *, shapes: bool = True) -> list[Artist]:
     """Return one legend entry for each regime in `regimes`, in the order of their values.
 
@@ -212,6 +230,13 @@ def regime_handles(regimes: Iterable[int], *, shapes: bool = True) -> list[Artis
         Values of `vibroimpact.Regime`, in any order and with repetitions.
     shapes : bool
         Show the shape of each regime's marker; False for points too small to have one.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> handles = vi.plot.regime_handles([vi.Regime.FRICTIONLESS, vi.Regime.SLIP])
+    >>> [handle.get_label() for handle in handles]
+    ['frictionless', 'slip']
     """
     return [
         Line2D(
@@ -228,6 +253,7 @@ def regime_handles(regimes: Iterable[int], *, shapes: bool = True) -> list[Artis
     ]
 
 
+@naming
 def bifurcation_handles(kinds: Iterable[str], *, prefix: str = "") -> list[Artist]:
     """Return one legend entry for each kind of bifurcation, in the order of `BIFURCATION_STYLES`.
 
@@ -237,6 +263,12 @@ def bifurcation_handles(kinds: Iterable[str], *, prefix: str = "") -> list[Artis
         Kinds, in any order and with repetitions.
     prefix : str
         What to put before the names.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> [handle.get_label() for handle in vi.plot.bifurcation_handles(["saddle_node"])]
+    ['saddle-node']
     """
     present = set(kinds)
     return [

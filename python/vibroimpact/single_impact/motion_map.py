@@ -69,6 +69,15 @@ def motion_map(
         For bad input, as for ``periodic_motions``; nothing has run then.
     Interrupted
         After Ctrl-C; ``.result`` is the MotionMap, points not reached being ``pending``.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> solutions = vi.motion_map(system, drive_frequency=[1.6, 1.8, 2.0])
+    >>> solutions.shape
+    (3,)
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")

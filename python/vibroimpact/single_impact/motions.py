@@ -69,6 +69,15 @@ def periodic_motions(
     Interrupted
         After Ctrl-C; ``.result`` holds the solutions found so far, its ``undecided`` the intervals
         that were not examined.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motions = vi.periodic_motions(system)
+    >>> [motion.stability for motion in motions if motion.admissible]
+    ['unstable', 'unstable', 'stable', 'unstable', 'unstable', 'unstable', 'unstable', 'unstable']
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")

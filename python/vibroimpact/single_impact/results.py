@@ -37,6 +37,14 @@ class Undecided:
         The interval.
     reason
         Why, in words.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> vi.periodic_motions(system).undecided
+    ()
     """
 
     lo: float
@@ -64,6 +72,15 @@ class PeriodicMotions(Shown, Sequence[PeriodicMotion]):
         Whether no solution can lie outside it.
     note
         What is special about the system, such as why it has no isolated solutions; mostly ``""``.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motions = vi.periodic_motions(system)
+    >>> len(motions), motions.bounded
+    (12, True)
     """
 
     motions: tuple[PeriodicMotion, ...]
@@ -105,6 +122,11 @@ class PeriodicMotions(Shown, Sequence[PeriodicMotion]):
         ------
         ParameterError
             If there are no solutions.
+
+        Examples
+        --------
+        >>> motions.plot().get_aspect()
+        1.0
         """
         axes: Axes = verb("draw")(self, **options)
         return axes
@@ -116,6 +138,11 @@ class PeriodicMotions(Shown, Sequence[PeriodicMotion]):
         ------
         ImportError
             If pandas is not installed.
+
+        Examples
+        --------
+        >>> len(motions.to_pandas()) == len(motions)
+        True
         """
         return frame(columns_of(self.motions))
 
@@ -183,6 +210,15 @@ class MotionMap(FixedArrays, Shown):
     pending
         Points that were not reached, after Ctrl-C, shape (points,); of their motions nothing is
         known.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> solutions = vi.motion_map(system, drive_frequency=[1.6, 1.8, 2.0])
+    >>> solutions
+    <MotionMap of period 1-1 over 3 drive_frequency: 18 solutions, 3 stable motions>
     """
 
     system: System
@@ -199,7 +235,13 @@ class MotionMap(FixedArrays, Shown):
         return tuple(len(values) for values in self.grid.values())
 
     def parameter(self, name: str) -> Array:
-        """Return the value of a varied parameter for each solution."""
+        """Return the value of a varied parameter for each solution.
+
+        Examples
+        --------
+        >>> len(solutions.parameter("drive_frequency")) == len(solutions.solutions)
+        True
+        """
         if not isinstance(name, str) or name not in self.grid:
             reject("name", name, f"a varied parameter: {', '.join(self.grid)}")
         axis = list(self.grid).index(name)
@@ -218,6 +260,12 @@ class MotionMap(FixedArrays, Shown):
         ------
         ParameterError
             If there is no such parameter or value, or none would be left to vary.
+
+        Examples
+        --------
+        >>> plane = vi.motion_map(system, drive_frequency=[1.6, 1.8], restitution=[0.7, 0.8, 0.9])
+        >>> plane.at(drive_frequency=1.8).shape
+        (3,)
         """
         if len(fixed) != 1 or len(self.grid) != 2 or not set(fixed) <= set(self.grid):
             raise ParameterError(
@@ -248,7 +296,7 @@ class MotionMap(FixedArrays, Shown):
         )
 
     def plot(self, **options: Any) -> Axes:
-        """Draw the solutions over one parameter, or where over two there are stable ones.
+        r"""Draw the solutions over one parameter, or where over two there are stable ones.
 
         Parameters
         ----------
@@ -258,6 +306,11 @@ class MotionMap(FixedArrays, Shown):
         Returns
         -------
         matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> solutions.plot().get_xlabel()
+        '$\\omega$'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes
@@ -269,6 +322,11 @@ class MotionMap(FixedArrays, Shown):
         ------
         ImportError
             If pandas is not installed.
+
+        Examples
+        --------
+        >>> len(solutions.to_pandas()) == len(solutions.solutions)
+        True
         """
         names = [name for name in self.solutions.dtype.names or () if name not in self.grid]
         varied = {name: self.parameter(name) for name in self.grid}

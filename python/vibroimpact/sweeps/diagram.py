@@ -262,6 +262,17 @@ def bifurcation_diagram(
         If an initial state is not finite, or the bodies overlap in it at one of the values.
     Interrupted
         After Ctrl-C; ``.result`` is the Diagram, unreached points having the status ``pending``.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> diagram = vi.bifurcation_diagram(
+    ...     system, drive_frequency=[1.7, 1.8, 1.9], initial=(0, 0.5, 0, 0), periods=200, keep=50,
+    ... )
+    >>> diagram.label.tolist()
+    ['1-1', '1-1', 'chaotic']
     """
     axes = checked_axes(bifurcation_diagram, system, parameter, allowed=[*PARAMETERS], exactly=1)
     ((name, values),) = axes.items()

@@ -33,6 +33,17 @@ class DiagramSettings:
     """The arguments a diagram was computed with; meanings as in ``bifurcation_diagram``.
 
     ``initial`` and ``start`` are those of each branch.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> diagram = vi.bifurcation_diagram(
+    ...     system, drive_frequency=[1.7, 1.8, 1.9], initial=(0, 0.5, 0, 0), periods=200, keep=50,
+    ... )
+    >>> diagram.settings.start, diagram.settings.periods
+    (('fresh',), 200)
     """
 
     initial: tuple[tuple[float, float, float, float], ...]
@@ -52,6 +63,17 @@ class Diagram(GridResult):
 
     A point is one value of the parameter on one branch; the points of a branch follow each other. A
     branch is a start: an initial state, fresh or followed.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> diagram = vi.bifurcation_diagram(
+    ...     system, drive_frequency=[1.7, 1.8, 1.9], initial=(0, 0.5, 0, 0), periods=200, keep=50,
+    ... )
+    >>> diagram.values, diagram.complete
+    (array([1.7, 1.8, 1.9]), True)
     """
 
     kind = "diagram"
@@ -104,7 +126,7 @@ class Diagram(GridResult):
         return run
 
     def plot(self, **options: Any) -> "Axes":
-        """Draw the diagram, by ``vi.plot.bifurcation``.
+        r"""Draw the diagram, by ``vi.plot.bifurcation``.
 
         Parameters
         ----------
@@ -114,6 +136,11 @@ class Diagram(GridResult):
         Returns
         -------
         matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> diagram.plot().get_xlabel()
+        '$\\omega$'
         """
         return super().plot(**options)
 

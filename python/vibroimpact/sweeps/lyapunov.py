@@ -120,6 +120,15 @@ def lyapunov_spectrum(
     Interrupted
         After Ctrl-C; ``.result`` holds what is done: a spectrum, or before the measurement has
         begun the Run.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> spectrum = vi.lyapunov_spectrum(system, initial=(0, 0.5, 0, 0), periods=200)
+    >>> spectrum.exponents.shape, spectrum.largest < 0
+    ((4,), True)
     """
     need_system(system, maker=bool(axes))
     if not axes:

@@ -55,6 +55,15 @@ class LyapunovSpectrum(FixedArrays, Shown):
         Label of the motion.
     system
         The system.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> spectrum = vi.lyapunov_spectrum(system, initial=(0, 0.5, 0, 0), periods=200)
+    >>> spectrum.label, spectrum.sum < 0
+    ('1-1', True)
     """
 
     exponents: NDArray[np.float64]
@@ -125,12 +134,24 @@ class LyapunovSpectrum(FixedArrays, Shown):
         Returns
         -------
         matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> spectrum.plot().get_xlabel()
+        '$t$ since the measurement began'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the spectrum to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it."""
+        """Write the spectrum to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it.
+
+        Examples
+        --------
+        >>> spectrum.save("spectrum.npz")
+        >>> vi.load("spectrum.npz").label
+        '1-1'
+        """
         metadata = {
             **{name: getattr(self, name) for name in ("time", "impacts", "flow", "label")},
             "system": self.system.to_dict(),
@@ -145,6 +166,12 @@ class LyapunovSpectrum(FixedArrays, Shown):
         ------
         ValueError
             If it is damaged, foreign, or holds something else.
+
+        Examples
+        --------
+        >>> spectrum.save("spectrum.npz")
+        >>> vi.LyapunovSpectrum.load("spectrum.npz").label
+        '1-1'
         """
         return archive.read(path, {"spectrum": cls._from_parts})
 
@@ -176,6 +203,11 @@ class LyapunovSpectrum(FixedArrays, Shown):
         ------
         ImportError
             If xarray is not installed.
+
+        Examples
+        --------
+        >>> dict(spectrum.to_xarray().sizes)
+        {'exponent': 4, 'time': 135}
         """
         need_xarray()
         import xarray
@@ -209,7 +241,19 @@ class LyapunovSpectrum(FixedArrays, Shown):
 
 @interruptible
 class LyapunovSweep(GridResult):
-    """Lyapunov spectra over a grid; arrays have the shape of the grid before their own."""
+    """Lyapunov spectra over a grid; arrays have the shape of the grid before their own.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> result = vi.lyapunov_spectrum(
+    ...     system, drive_frequency=[1.7, 1.8], initial=(0, 0.5, 0, 0), periods=200,
+    ... )
+    >>> result.exponents.shape
+    (2, 4)
+    """
 
     kind = "lyapunov"
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import PARAMETERS
-from ..arguments import state
+from ..arguments import state, states
 from ..errors import ParameterError, StateError
 from ..made import called, check_names, in_words, is_maker, made, rows_of
 from ..scales import Scales
@@ -188,6 +188,11 @@ def made_cells(system: Any, initial: Any, axes: Mapping[str, Array]) -> tuple[Sy
     if is_maker(initial):
         starts = parts["initials"] = starts_of(initial, own)
         initial = tuple(starts[0].tolist())
+    elif not own.keys().isdisjoint(COORDINATES) and states(initial).ndim < 2:
+        # A number of the function has the name of a coordinate. The axis alone does not say that
+        # the start stays the same, so the starts are kept.
+        count = math.prod(map(len, own.values()))
+        parts["initials"] = np.tile(np.array(state(initial)), (count, 1))
     return system, initial, MadeCells(axes=own, **parts) if parts else None
 
 

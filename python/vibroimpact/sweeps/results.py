@@ -91,6 +91,17 @@ class GridResult(Shown):
         ------
         ParameterError
             If there is no such cell.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1)
+        >>> states = vi.sweep(
+        ...     system, drive_frequency=[1.7, 1.8], initial=(0, 0.5, 0, 0), periods=200,
+        ... )
+        >>> states.system_at(1).drive_frequency
+        1.8
         """
         shape = self.columns.grid.shape
         sizes = shape if len(cell) == len(shape) else (len(self),)
@@ -216,7 +227,7 @@ class GridResult(Shown):
         return run
 
     def plot(self, **options: Any) -> "Axes":
-        """Draw the result: a chart over two axes, labels or exponents over one.
+        r"""Draw the result: a chart over two axes, labels or exponents over one.
 
         Parameters
         ----------
@@ -232,6 +243,17 @@ class GridResult(Shown):
         ------
         ParameterError
             If there is no picture over so many axes.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1)
+        >>> states = vi.sweep(
+        ...     system, drive_frequency=[1.7, 1.8], initial=(0, 0.5, 0, 0), periods=200,
+        ... )
+        >>> states.plot().get_xlabel()
+        '$\\omega$'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes
@@ -302,11 +324,35 @@ class GridResult(Shown):
         ------
         ImportError
             If xarray is not installed.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1)
+        >>> states = vi.sweep(
+        ...     system, drive_frequency=[1.7, 1.8], initial=(0, 0.5, 0, 0), periods=200,
+        ... )
+        >>> dict(states.to_xarray().sizes)["drive_frequency"]
+        2
         """
         return to_dataset(self.columns)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the result to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it."""
+        """Write the result to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1)
+        >>> states = vi.sweep(
+        ...     system, drive_frequency=[1.7, 1.8], initial=(0, 0.5, 0, 0), periods=200,
+        ... )
+        >>> states.save("states.npz")
+        >>> vi.load("states.npz").label.tolist()
+        ['1-1', '1-1']
+        """
         layout = self.columns.layout
         metadata = {
             "settings": dict(layout.settings),
@@ -326,6 +372,18 @@ class GridResult(Shown):
         ------
         ValueError
             If it is damaged, foreign, or holds something else.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+        ...                    drive_frequency=1.8, moment_amplitude=1)
+        >>> states = vi.sweep(
+        ...     system, drive_frequency=[1.7, 1.8], initial=(0, 0.5, 0, 0), periods=200,
+        ... )
+        >>> states.save("states.npz")
+        >>> vi.Sweep.load("states.npz").complete
+        True
         """
         path = checked_path("path", path)
         if os.path.isdir(path):

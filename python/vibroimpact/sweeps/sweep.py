@@ -113,6 +113,17 @@ def sweep(
         then. A cell in which the bodies overlap at the start has the status ``overlap``.
     Interrupted
         After Ctrl-C; ``.result`` is the Sweep, cells not reached being ``pending``.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> states = vi.sweep(system, drive_frequency=[1.7, 1.8], initial=(0, 0.5, 0, 0), periods=200)
+    >>> states.label.tolist()
+    ['1-1', '1-1']
+    >>> states.final_states.shape
+    (2, 4)
     """
     grid = Grid(checked_axes(sweep, system, axes))
     first, start, made = made_cells(system, initial, grid.axes)
@@ -222,6 +233,18 @@ def chart(
     ------
     ParameterError, Interrupted
         As in ``sweep``.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> chart = vi.chart(
+    ...     system, drive_frequency=[1.7, 1.8, 1.9], restitution=[0.7, 0.8], initial=(0, 0.5, 0, 0),
+    ...     periods=200,
+    ... )
+    >>> chart.label.shape
+    (3, 2)
     """
     grid = Grid(checked_axes(chart, system, axes, allowed=[*PARAMETERS], exactly=2))
     first, start, made = made_cells(system, initial, grid.axes)

@@ -14,6 +14,15 @@ class Sweep(GridResult):
     """A label for each cell of a grid, and its largest Lyapunov exponent if asked for.
 
     Attributes are those of ``GridResult``; all arrays have the shape of the grid.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> states = vi.sweep(system, drive_frequency=[1.7, 1.8], initial=(0, 0.5, 0, 0), periods=200)
+    >>> states.axes["drive_frequency"], states.complete
+    (array([1.7, 1.8]), True)
     """
 
     kind = "sweep"
@@ -48,6 +57,19 @@ class Sweep(GridResult):
 
 @interruptible
 class Chart(Sweep):
-    """A sweep over two axes: arrays have the shape (values of the first, of the second)."""
+    """A sweep over two axes: arrays have the shape (values of the first, of the second).
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> chart = vi.chart(
+    ...     system, drive_frequency=[1.7, 1.8, 1.9], restitution=[0.7, 0.8], initial=(0, 0.5, 0, 0),
+    ...     periods=200,
+    ... )
+    >>> list(chart.axes), chart.largest_exponent.shape
+    (['drive_frequency', 'restitution'], (3, 2))
+    """
 
     kind = "chart"

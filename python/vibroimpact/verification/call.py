@@ -81,6 +81,15 @@ def verify(
         Without python-flint, which ``pip install python-flint`` brings.
     Interrupted
         After Ctrl-C; ``.result`` is the Verification of what was known by then.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> check = vi.verify(vi.simulate(system, initial=(0, 0.5, 0, 0), periods=10))
+    >>> check.certified, check.least_digits > 13
+    (True, True)
     """
     if not isinstance(run, Run):
         reject("run", run, "a vibroimpact.Run")

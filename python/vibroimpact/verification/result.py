@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,10 @@ from numpy.typing import NDArray
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
 from ..showing import Facts, Shown
+from ..verbs import verb
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 #: Numbers of an impact that are verified, besides its regime: of the motion, and what follows.
 MOTION_NUMBERS = ("time", "x1", "v1_pre", "v1_post", "x2", "v2_pre", "v2_post")
@@ -100,6 +104,17 @@ class Disagreement:
         ``"digits"``: a number is wrong; ``"regime"``: the numbers are right, but the regime is
         wrong; ``"sequence"``: the exact motion meets another kind of event, or none, or one more,
         or does not end where the run does.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> check = vi.verify(vi.simulate(system, initial=(0, 0.5, 0, 0), periods=10))
+    >>> check.horizon is None  # nothing disagrees
+    True
+    >>> vi.Disagreement(event="impact", number=7, time=20.5, reason="digits")
+    Disagreement(event='impact', number=7, time=20.5, reason='digits')
     """
 
     event: str
@@ -171,6 +186,15 @@ class Verification(FixedArrays, Shown):
         Bits of the most precise pass that was made.
     growth
         Mean logarithmic growth of a perturbation from impact to impact; NaN if not measured.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> check = vi.verify(vi.simulate(system, initial=(0, 0.5, 0, 0), periods=10))
+    >>> check.certified, check.holds
+    (True, True)
     """
 
     digits: int
@@ -243,8 +267,34 @@ class Verification(FixedArrays, Shown):
         return right
 
     def summary(self) -> str:
-        """Return a summary in a few lines: digits, until when, and how that is known."""
+        """Return a summary in a few lines: digits, until when, and how that is known.
+
+        Examples
+        --------
+        >>> print(check.summary().splitlines()[0])
+        all 9 impacts, all 10 sections and the final state hold to 14 digits
+        """
         return "\n".join(_sentences(self))
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw the right digits against time, by ``vi.plot.verification``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.verification``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> check.plot().get_ylabel()
+        'right digits'
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
 
     def __str__(self) -> str:
         """The summary."""

@@ -228,6 +228,17 @@ def basins(
         For bad input; nothing has run then.
     Interrupted
         After Ctrl-C; ``.result`` holds the Basins with what is done.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> import numpy as np
+    >>> grid = np.linspace(-1, 1, 8)
+    >>> basins = vi.basins(system, x1=[0.0, 0.1, 0.2], v1=grid, scouts=20, periods=300)
+    >>> basins.attractor.shape
+    (3, 8)
     """
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")

@@ -7,7 +7,7 @@ bodies at rest under friction) are not isolated: all of one label are one *famil
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,10 @@ from ...interruption import interruptible
 from ...orbits.motion import PeriodicMotion, size_of
 from ...showing import Facts, Shown
 from ...system import System
+from ...verbs import verb
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 from .clouds import INSIDE, Cloud
 from .free_motion import never_strike
 from .region import Region, wrapped
@@ -70,6 +74,18 @@ class Attractor(Shown):
         Whether x1 counts modulo a turn.
     system
         The system, of a family of free motions.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> import numpy as np
+    >>> grid = np.linspace(-1, 1, 8)
+    >>> basins = vi.basins(system, x1=[0.0, 0.1, 0.2], v1=grid, scouts=20, periods=300)
+    >>> attractor = basins.attractors[0]
+    >>> attractor.label, attractor.kind, attractor.confirmed
+    ('1-1', 'periodic', True)
     """
 
     label: str
@@ -100,13 +116,45 @@ class Attractor(Shown):
         verdict = "confirmed" if self.confirmed else f"not confirmed: {self.why_not}"
         return f"<Attractor {self.label}, {self.kind}, {verdict}>"
 
+    def plot(self, **options: Any) -> "Axes":
+        """Draw the sections and the orbit, by ``vi.plot.attractor``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.attractor``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> attractor.plot().get_xlabel()
+        '$x_1$'
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
+
     def light(self) -> "Attractor":
-        """Return the attractor with only those parts that recognition in other processes needs."""
+        """Return the attractor with only those parts that recognition in other processes needs.
+
+        Examples
+        --------
+        >>> attractor.light().motion is None
+        True
+        """
         sections = self.sections if self.kind == "periodic" else self.sections[:0]
         return replace(self, motion=None, sections=sections)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything on which recognition depends, as values for JSON."""
+        """Return everything on which recognition depends, as values for JSON.
+
+        Examples
+        --------
+        >>> attractor.to_dict()["label"]
+        '1-1'
+        """
         region, cloud = self.region, self.cloud
         return {
             "label": self.label,
@@ -130,6 +178,16 @@ class Attractor(Shown):
         Returns
         -------
         array of bool, shape (k,)
+
+        Examples
+        --------
+        >>> from vibroimpact.sweeps.basins.attractors import Tails
+        >>> tails = Tails(
+        ...     sections=attractor.sections[None], counts=np.array([[1]]),
+        ...     orbits=np.array([attractor.orbit]), rested=np.array([False]),
+        ... )
+        >>> attractor.holds(tails)
+        array([ True])
         """
         if self.cloud is not None:
             return _both(tails.aperiodic, self.cloud.holds(tails.sections))

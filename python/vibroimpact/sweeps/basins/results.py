@@ -76,6 +76,17 @@ class Basins(FixedArrays, Shown):
         judged by its sections at the end, shape (a, b).
     settings
         The other arguments.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> import numpy as np
+    >>> grid = np.linspace(-1, 1, 8)
+    >>> basins = vi.basins(system, x1=[0.0, 0.1, 0.2], v1=grid, scouts=20, periods=300)
+    >>> basins
+    <Basins over 3 x1 x 8 v1: 1-1 100.0%>
     """
 
     system: System
@@ -153,6 +164,11 @@ class Basins(FixedArrays, Shown):
         ------
         ParameterError
             If an axis is not evenly spaced, or the grid is too small.
+
+        Examples
+        --------
+        >>> basins.uncertainty_exponent().exponent  # one attractor has no border
+        nan
         """
         return uncertainty_exponent(self.attractor, axes=self.axes, steps=steps)
 
@@ -168,6 +184,11 @@ class Basins(FixedArrays, Shown):
         ------
         ParameterError
             If the grid is smaller than a box.
+
+        Examples
+        --------
+        >>> basins.entropy(box=2).boxes
+        4
         """
         return basin_entropy(self.attractor, box=box)
 
@@ -215,6 +236,11 @@ class Basins(FixedArrays, Shown):
         Returns
         -------
         matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> basins.plot().get_xlabel()
+        '$x_1$'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes
@@ -226,6 +252,11 @@ class Basins(FixedArrays, Shown):
         ------
         ImportError
             If pandas is not installed.
+
+        Examples
+        --------
+        >>> len(basins.to_pandas())
+        24
         """
         first, second = np.meshgrid(*self.axes.values(), indexing="ij")
         return frame(
@@ -257,6 +288,11 @@ class Basins(FixedArrays, Shown):
         ------
         ImportError
             If xarray is not installed.
+
+        Examples
+        --------
+        >>> dict(basins.to_xarray().sizes)
+        {'x1': 3, 'v1': 8}
         """
         need_xarray()
         import xarray
@@ -288,7 +324,14 @@ class Basins(FixedArrays, Shown):
         )
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the basins to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it."""
+        """Write the basins to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it.
+
+        Examples
+        --------
+        >>> basins.save("basins.npz")
+        >>> vi.load("basins.npz").complete
+        True
+        """
         verb("write_basins")(path, self)
 
     @classmethod
@@ -299,6 +342,12 @@ class Basins(FixedArrays, Shown):
         ------
         ValueError
             If it is damaged, foreign, or holds something else.
+
+        Examples
+        --------
+        >>> basins.save("basins.npz")
+        >>> vi.Basins.load("basins.npz").complete
+        True
         """
         basins: Basins = verb("read_basins")(path)
         return basins

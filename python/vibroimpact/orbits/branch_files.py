@@ -1,0 +1,160 @@
+"""A branch in a file: its pieces as they are; the motions of its bifurcations are judged anew."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core, archive
+from .._core import Condition, Leg
+from ..continuation.names import OwnTest, PathEnd
+from ..errors import ParameterError
+from ..made import MadeSystem
+from ..system import System
+from .branch import Bifurcation, Branch, Piece
+from .kinds import BifurcationKind, BranchEnd, Test
+from .verdict import motion_of
+
+# The kinds of names that tests and ends have, by the name of their class: two of them share words.
+_TESTS: Mapping[str, Callable[[str], Test]] = {
+    "Condition": Condition,
+    "BifurcationKind": BifurcationKind,
+    "OwnTest": OwnTest,
+}
+_ENDS: Mapping[str, Callable[[str], BranchEnd]] = {
+    "PathEnd": PathEnd,
+    "BifurcationKind": BifurcationKind,
+}
+
+
+def write_branch(path: str | os.PathLike[str], branch: Branch) -> None:
+    """Write a branch to ``path`` (.npz); the file appears complete or not at all.
+
+    Raises
+    ------
+    ParameterError
+        If its parameter is a number of a function that makes the system: no file holds a function.
+    """
+    if any(isinstance(piece.system, MadeSystem) for piece in branch.pieces):
+        raise ParameterError(
+            f"a branch over {branch.parameter}, a number of a function that makes the system, is "
+            "not allowed; allowed: a branch over a parameter of the system: a file holds no "
+            "function. Its motions can be saved, and to_pandas() gives its points"
+        )
+    arrays: dict[str, NDArray[Any]] = {
+        "found_numbers": np.array(
+            [(each.value, each.test_value, each.motion.error) for each in branch.bifurcations]
+        ).reshape(-1, 3)
+    }
+    for number, piece in enumerate(branch.pieces):
+        arrays |= {
+            f"piece_{number}_values": piece.values,
+            f"piece_{number}_nodes": piece.nodes,
+            f"piece_{number}_multipliers": piece.multipliers,
+        }
+    for number, found in enumerate(branch.bifurcations):
+        arrays[f"found_{number}_nodes"] = found.motion.nodes
+    metadata = {
+        "parameter": branch.parameter,
+        "ends": [_named(end) for end in branch.ends],
+        "why_not": list(branch.why_not),
+        "pieces": [
+            {"system": piece.system.to_dict(), "legs": _legs(piece.itinerary)}
+            for piece in branch.pieces
+        ],
+        "bifurcations": [
+            {
+                "kind": str(found.kind),
+                "test": _named(found.test),
+                "goes_on": [str(leg) for leg in found.goes_on],
+                "system": found.motion.system.to_dict(),
+                "legs": _legs(found.motion),
+            }
+            for found in branch.bifurcations
+        ],
+    }
+    archive.write(path, "branch", metadata, arrays)
+
+
+def read_branch(path: str | os.PathLike[str]) -> Branch:
+    """Read what ``write_branch`` has written.
+
+    Raises
+    ------
+    ValueError
+        If the file is damaged, foreign, or holds something else.
+    """
+    return archive.read(path, {"branch": branch_from_parts})
+
+
+def branch_from_parts(metadata: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Branch:
+    """Build a branch from the content of an archive."""
+    parameter = metadata["parameter"]
+    pieces = tuple(
+        Piece(
+            system=System.from_dict(part["system"]),
+            parameter=parameter,
+            itinerary=_itinerary(part["legs"]),
+            values=arrays[f"piece_{number}_values"],
+            nodes=arrays[f"piece_{number}_nodes"],
+            multipliers=arrays[f"piece_{number}_multipliers"],
+        )
+        for number, part in enumerate(metadata["pieces"])
+    )
+    bifurcations = tuple(
+        Bifurcation(
+            kind=BifurcationKind(part["kind"]),
+            parameter=parameter,
+            value=value,
+            motion=motion_of(
+                System.from_dict(part["system"]),
+                _itinerary(part["legs"]),
+                arrays[f"found_{number}_nodes"],
+                error=error,
+                whole=True,
+            ),
+            test=_meant(_TESTS, part["test"]),
+            test_value=test_value,
+            goes_on=tuple(Leg.from_text(leg) for leg in part["goes_on"]),
+        )
+        for number, (part, (value, test_value, error)) in enumerate(
+            zip(metadata["bifurcations"], arrays["found_numbers"].tolist(), strict=True)
+        )
+    )
+    first, last = (_meant(_ENDS, end) for end in metadata["ends"])
+    at_first, at_last = map(str, metadata["why_not"])
+    return Branch(
+        parameter=parameter,
+        pieces=pieces,
+        bifurcations=bifurcations,
+        ends=(first, last),
+        why_not=(at_first, at_last),
+    )
+
+
+def _named(name: Test | BranchEnd) -> list[str]:
+    return [type(name).__name__, str(name)]
+
+
+def _meant(known: Mapping[str, Callable[[str], Any]], name: list[str]) -> Any:
+    return known[name[0]](name[1])
+
+
+def _legs(held: Any) -> dict[str, Any]:
+    """Return the parts of an itinerary, or of that of a motion."""
+    periods = held.periods if isinstance(held, _core.Itinerary) else held.m
+    return {
+        "legs": [str(leg) for leg in held.legs],
+        "periods": periods,
+        "clocks": list(held.clocks),
+        "wall_at_rest": held.wall_at_rest,
+    }
+
+
+def _itinerary(part: dict[str, Any]) -> _core.Itinerary:
+    legs = [Leg.from_text(leg) for leg in part["legs"]]
+    return _core.Itinerary(legs, part["periods"], part["clocks"], part["wall_at_rest"])
