@@ -18,12 +18,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._core import EvidenceKind, WhyUndecided
-from .arguments import count, flag, horizon, not_negative, optional_count, reject, times_of
+from .arguments import (
+    count,
+    flag,
+    horizon,
+    not_negative,
+    optional_count,
+    positive,
+    reject,
+    times_of,
+)
 from .errors import Interrupted, SimulationError
 from .interruption import interruptible
 from .run_parts import EnergyAudit as EnergyAudit
 from .run_parts import FinalState as FinalState
 from .run_parts import read_only as read_only
+from .scales import Units, chosen
 from .showing import Facts, Shown
 from .system import System
 from .tables import EventKind as EventKind
@@ -401,6 +411,7 @@ class Run(Shown):
         time: float | None = None,
         keep: int | None = None,
         max_events: int | None = None,
+        units: Units | None = None,
     ) -> Run:
         """Continue for further periods or time; all bits are those of one long run.
 
@@ -409,14 +420,18 @@ class Run(Shown):
         periods
             How many drive periods further; or else ``time``.
         time
-            How much further in time; or else ``periods``.
+            How much further in time; or else ``periods``. With ``units="SI"`` in s.
         keep
             Keep only the last so many periods.
         max_events
             Cap on the number of events since t = 0; default the cap of this run.
+        units
+            ``"SI"``: ``time`` is in s; the system needs scales.
 
         Raises
         ------
+        ParameterError
+            If an argument is of the wrong kind or out of range.
         SimulationError
             If a number left the range of floats; ``.result`` is the run up to there.
         Interrupted
@@ -428,6 +443,9 @@ class Run(Shown):
         >>> longer.final_state.period
         610
         """
+        scales = chosen(units, self._system.scales)
+        if scales is not None and time is not None:
+            time = positive("time", time) / scales.time
         span = horizon(self._system.drive_frequency, periods=periods, time=time, keep=keep)
         cap = optional_count("max_events", max_events, least=1)
         try:

@@ -179,6 +179,13 @@ def needed(scales: Scales | None) -> Scales:
     return scales
 
 
+def in_si(units: Any) -> bool:
+    """Whether numbers are wanted in SI; ParameterError for other units."""
+    if units is not None and not (isinstance(units, str) and units == "SI"):
+        reject("units", units, "None (dimensionless) or 'SI'")
+    return units is not None
+
+
 def chosen(units: Any, scales: Scales | None) -> Scales | None:
     """Return None for ``units=None``, and the scales of a system for ``units="SI"``.
 
@@ -187,11 +194,7 @@ def chosen(units: Any, scales: Scales | None) -> Scales | None:
     ParameterError
         For other units, and if the system has no scales.
     """
-    if units is None:
-        return None
-    if not isinstance(units, str) or units != "SI":
-        reject("units", units, "None (dimensionless) or 'SI'")
-    return needed(scales)
+    return needed(scales) if in_si(units) else None
 
 
 def _rows(name: str, given: ArrayLike) -> NDArray[np.float64]:

@@ -36,6 +36,122 @@ def run(system):
     return vi.simulate(system, initial=(0.1, 1.0, 0.01, 0.02), time=20.0, units="SI")
 
 
+def test_a_run_goes_on_for_seconds(system, run):
+    in_seconds = run.resume(time=3.0, units="SI")
+    assert in_seconds.final_state == run.resume(time=3.0 / system.scales.time).final_state
+    assert in_seconds.in_si().final_state.time == pytest.approx(23.0, rel=1e-14)
+    with pytest.raises(vi.ParameterError, match="units = 's'"):
+        run.resume(time=3.0, units="s")
+    with pytest.raises(vi.ParameterError, match="time = -1"):
+        run.resume(time=-1.0, units="SI")
+
+
+@pytest.fixture(scope="module")
+def orbit(system):
+    return vi.simulate(system, initial=(0, 0.1, 0, 0), periods=2000, keep=100).refine()
+
+
+def without_scales(orbit):
+    plain = orbit.system.replace(scales=None)
+    return vi.simulate(plain, initial=orbit.initial, periods=100).refine()
+
+
+def drawn_lines(axes):
+    return [line.get_xydata() for ax in axes for line in ax.lines]
+
+
+def test_a_motion_is_drawn_in_si(system, orbit):
+    plain, si = vi.plot.orbit(orbit), vi.plot.orbit(orbit, units="SI")
+    scales = system.scales
+    factors = [
+        (1.0, scales.frequency),
+        (scales.length, scales.speed),
+        (scales.time, scales.length),
+    ]
+    for one, other, factor in zip(plain, si, factors, strict=True):
+        pairs = zip(drawn_lines([one]), drawn_lines([other]), strict=True)
+        assert all(np.allclose(b, a * factor, rtol=1e-13, equal_nan=True) for a, b in pairs)
+    assert [ax.get_xlabel() for ax in si] == ["$x_1$ (rad)", "$x_2$ (m)", "$t$ (s)"]
+    assert si[2].get_xlim()[1] == pytest.approx(orbit.period * scales.time)
+    with pytest.raises(vi.ParameterError, match="scales"):
+        vi.plot.orbit(without_scales(orbit), units="SI")
+    plt.close("all")
+
+
+AXES = {
+    "drive_frequency": ((2.1, 2.2), "frequency", r"$\Omega$ (rad/s)"),
+    "gap": ((0.09, 0.1), "length", r"$\Delta$ (m)"),
+    "restitution": ((0.4, 0.5), None, "$r$"),
+    "force_amplitude": ((0.0, 0.1), "force", "$f_{20}$ (N)"),
+}
+
+
+@pytest.mark.parametrize("name", AXES)
+@pytest.mark.parametrize(
+    ("section", "value", "unit"),
+    [("impact", "approach_velocity", "speed"), ("stroboscopic", "x2", "length")],
+)
+def test_a_diagram_is_drawn_in_si(system, name, section, value, unit):
+    values, of_axis, label = AXES[name]
+    diagram = vi.bifurcation_diagram(
+        system, initial=(0, 0.1, 0, 0), periods=60, keep=20, **{name: np.linspace(*values, 5)}
+    )
+    scales = system.scales
+    options = {"section": section, "value": value}
+    plain = vi.plot.bifurcation(diagram, **options).collections[0].get_offsets()
+    ax = vi.plot.bifurcation(diagram, **options, units="SI")
+    factor = 1.0 if of_axis is None else getattr(scales, of_axis)
+    if name == "force_amplitude":
+        # The number is f20/(K2 l).
+        factor = STIFFNESS * LENGTH
+    expected = plain * [factor, getattr(scales, unit)]
+    assert np.allclose(ax.collections[0].get_offsets(), expected, rtol=1e-12)
+    assert ax.get_xlabel() == label
+    assert ax.get_ylabel().endswith("(m/s)" if unit == "speed" else "(m)")
+    assert ax.get_xlim() == pytest.approx([factor * each for each in values])
+    plt.close("all")
+
+
+def test_a_diagram_over_a_physical_quantity_has_the_scales_of_each_system():
+    def machine(stiffness):
+        return vi.System.from_physical(**MACHINE | {"stiffness": stiffness})
+
+    diagram = vi.bifurcation_diagram(
+        machine, initial=(0, 0.1, 0, 0), periods=60, keep=20, stiffness=[38.0, 42.0]
+    )
+    options = {"section": "stroboscopic", "value": "v2"}
+    plain = vi.plot.bifurcation(diagram, **options).collections[0].get_offsets()
+    ax = vi.plot.bifurcation(diagram, **options, units="SI")
+    speeds = [machine(stiffness).scales.speed for stiffness in (38.0, 42.0)]
+    assert speeds[0] != speeds[1]
+    expected = plain[:, 1] * np.repeat(speeds, 20)
+    assert np.allclose(ax.collections[0].get_offsets()[:, 1], expected, rtol=1e-12)
+    assert ax.get_xlabel() == "stiffness"
+    plt.close("all")
+
+
+def test_a_branch_is_drawn_in_si_over_its_diagram(system, orbit):
+    span = (orbit.system.drive_frequency - 0.02, orbit.system.drive_frequency + 0.02)
+    branch = orbit.follow(drive_frequency=span)
+    diagram = vi.bifurcation_diagram(
+        system, initial=(0, 0.1, 0, 0), periods=60, keep=20, drive_frequency=np.linspace(*span, 3)
+    )
+    options = {"diagram": diagram, "section": "stroboscopic", "value": "v1"}
+    plain = vi.plot.branches(branch, **options)
+    ax = vi.plot.branches(branch, **options, units="SI")
+    factor = [system.scales.frequency] * 2
+    for one, other in zip(plain.collections[1:], ax.collections[1:], strict=True):
+        for a, b in zip(one.get_segments(), other.get_segments(), strict=True):
+            assert np.allclose(b, a * factor, rtol=1e-12)
+    for one, other in zip(plain.lines, ax.lines, strict=True):
+        assert np.allclose(other.get_xydata(), one.get_xydata() * factor, rtol=1e-12)
+    assert ax.get_xlabel() == r"$\Omega$ (rad/s)"
+    assert ax.get_ylabel().endswith("(rad/s)")
+    without = vi.Branch(parameter="gap", pieces=(), bifurcations=(), ends=branch.ends)
+    assert vi.plot.branches(without, units="SI", legend=False).get_xlabel() == r"$\delta$"
+    plt.close("all")
+
+
 def test_scales_are_those_of_the_machine(system):
     scales = system.scales
     assert (scales.length, scales.mass) == (LENGTH, MASS)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -20,12 +20,12 @@ from .kinds import BifurcationKind, BranchEnd, Test
 from .verdict import motion_of
 
 # The kinds of names that tests and ends have, by the name of their class: two of them share words.
-_TESTS: Mapping[str, Callable[[str], Test]] = {
+_TESTS: Mapping[str, Any] = {
     "Condition": Condition,
     "BifurcationKind": BifurcationKind,
     "OwnTest": OwnTest,
 }
-_ENDS: Mapping[str, Callable[[str], BranchEnd]] = {
+_ENDS: Mapping[str, Any] = {
     "PathEnd": PathEnd,
     "BifurcationKind": BifurcationKind,
 }
@@ -140,7 +140,7 @@ def _named(name: Test | BranchEnd) -> list[str]:
     return [type(name).__name__, str(name)]
 
 
-def _meant(known: Mapping[str, Callable[[str], Any]], name: list[str]) -> Any:
+def _meant(known: Mapping[str, Any], name: list[str]) -> Any:
     return known[name[0]](name[1])
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -23,9 +23,11 @@ from ..made import made_from
 from ..orbits import Bifurcation, BifurcationCurve, Branch, Piece, StabilityRegion
 from ..orbits.branch import AT_IMPACTS, AT_SECTIONS
 from ..orbits.points import with_bifurcations
+from ..scales import Units, in_si
 from ..sweeps import Diagram
 from .diagram import bifurcation, no_impact_handles, section_symbols
 from .given import chosen, expected, usual_value
+from .parameter_units import parameter_axis, piece_factors, with_unit
 from .style import (
     BIFURCATION_STYLES,
     BLACK,
@@ -45,6 +47,7 @@ from .style import (
     new_axes,
     phase_axis,
 )
+from .units import AxisUnits
 
 Array = NDArray[np.float64]
 Section = Literal["impact", "stroboscopic"]
@@ -72,6 +75,7 @@ def branches(
     value: str | None = None,
     size: float = 4.5,
     legend: bool = True,
+    units: Units | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     r"""Draw branches of periodic motions: stable solid, unstable dashed, bifurcations marked.
@@ -95,6 +99,9 @@ def branches(
         Size of the marks in points.
     legend : bool
         Name branches, stability and bifurcations above the axes.
+    units : "SI", optional
+        Draw in SI; the systems need scales. A number of a function that makes the systems stays as
+        it is.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
 
@@ -135,27 +142,40 @@ def branches(
         if diagram.parameter_name != name:
             reject("diagram", diagram, f"a diagram over {name}, the parameter of the branches")
 
+    is_si = in_si(units)
+    made = any(made_from(piece.system, [name]) for branch in many for piece in branch.pieces)
+    held = [piece.system for branch in many for piece in branch.pieces]
+    # Without a point there is nothing to scale.
+    factor, text = parameter_axis(name, held[0], made=made, is_si=is_si) if held else (1.0, name)
+    shown = _Shown(section, value, factor, is_si)
     ax = new_axes(ax)
     if diagram is not None:
-        bifurcation(diagram, section=section, value=value, size=_DIAGRAM_SIZE, legend=False, ax=ax)
+        bifurcation(
+            diagram,
+            section=section,
+            value=value,
+            size=_DIAGRAM_SIZE,
+            legend=False,
+            units=units,
+            ax=ax,
+        )
         ax.collections[0].set_color(_DIAGRAM_GREY)
     for number, branch in enumerate(many):
-        _lines(ax, branch, section, value, _COLORS[number % len(_COLORS)])
+        _lines(ax, branch, shown, _COLORS[number % len(_COLORS)])
     for kind in BIFURCATION_STYLES:
         found = [point for branch in many for point in branch.of_kind(kind)]
-        _marks(ax, found, section, value, size)
+        _marks(ax, found, shown, size)
     if legend:
         handles = branch_handles(many, names=True)
         if diagram is not None and section == "impact":
             handles += no_impact_handles(diagram)
         legend_above(ax, handles, columns=3)
     ax.autoscale_view()
-    made = any(made_from(piece.system, [name]) for branch in many for piece in branch.pieces)
-    ax.set_xlabel(axis_name(name, made=made))
+    ax.set_xlabel(text if held else axis_name(name, made=made))
     label = section_symbols(section)[value]
     if section == "stroboscopic":
         label = at_drive_phase(label, _drive_phase(many))
-    ax.set_ylabel(label)
+    ax.set_ylabel(with_unit(label, value, is_si=is_si))
     if value == "phase":
         phase_axis(ax, "y")
     return ax
@@ -336,15 +356,28 @@ def curve_handles(curves: Curves) -> list[Artist]:
     return [*handles, *bifurcation_handles(kinds, prefix="meets ")]
 
 
-def _lines(ax: Axes, branch: Branch, section: Section, value: str, color: str) -> None:
+class _Shown(NamedTuple):
+    """What of a section is drawn, the factor of the parameter, and whether it is drawn in SI."""
+
+    section: Section
+    value: str
+    factor: float
+    is_si: bool
+
+
+def _lines(ax: Axes, branch: Branch, shown: _Shown, color: str) -> None:
     """Draw the lines of a branch, one collection each for its stable and unstable parts."""
     segments: dict[bool, list[Array]] = {True: [], False: []}
     for piece in with_bifurcations(branch):
-        heights = piece.at_impacts(value) if section == "impact" else piece.at_sections(value)
+        value = shown.value
+        impacts = shown.section == "impact"
+        heights = piece.at_impacts(value) if impacts else piece.at_sections(value)
+        if shown.is_si:
+            heights = heights * piece_factors(piece, value)[:, None]
         for first, last, stable in _stretches(piece):
             part = slice(first, last + 1)
             for column in heights.T:
-                line = np.column_stack([piece.values[part], column[part]])
+                line = np.column_stack([shown.factor * piece.values[part], column[part]])
                 segments[stable] += _unwrapped(line) if value == "phase" else [line]
     for stable, lines in segments.items():
         collection = LineCollection(
@@ -368,9 +401,8 @@ def _unwrapped(line: Array) -> list[Array]:
 _COLUMNS = {"v1": "v1_pre", "v2": "v2_pre"}
 
 
-def _marks(
-    ax: Axes, found: Sequence[Bifurcation], section: Section, value: str, size: float
-) -> None:
+def _marks(ax: Axes, found: Sequence[Bifurcation], shown: _Shown, size: float) -> None:
+    section, value = shown.section, shown.value
     if not found:
         return
     heights = [
@@ -379,7 +411,14 @@ def _marks(
         else point.motion.sections[:, AT_SECTIONS.index(value)]
         for point in found
     ]
-    values = np.repeat([point.value for point in found], [len(part) for part in heights])
+    if shown.is_si:
+        heights = [
+            part * AxisUnits.of("SI", point.motion.system).factor(value)
+            for part, point in zip(heights, found, strict=True)
+        ]
+    values = np.repeat(
+        [shown.factor * point.value for point in found], [len(part) for part in heights]
+    )
     (marks,) = ax.plot(
         values, np.concatenate(heights), **bifurcation_marker(found[0].kind, size), zorder=4
     )

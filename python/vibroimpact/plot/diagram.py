@@ -20,10 +20,12 @@ from numpy.typing import NDArray
 from .._core import Regime
 from ..arguments import naming
 from ..errors import ParameterError
+from ..scales import Units, in_si
 from ..sweeps import Diagram
 from .given import expected, usual_value
 from .labels import LABEL_STYLES, NO_LABEL_COLOR, UNRESOLVED, label_codes, label_handles
 from .mesh import boxes, spans
+from .parameter_units import parameter_axis, point_factors, with_unit
 from .style import (
     BLACK,
     BLUE,
@@ -38,7 +40,6 @@ from .style import (
     STATE_SYMBOLS,
     VERMILLION,
     at_drive_phase,
-    axis_name,
     legend_above,
     new_axes,
     phase_axis,
@@ -83,6 +84,7 @@ def bifurcation(
     color: Literal["regime", "label", "branch"] | None = None,
     size: float = 1.0,
     legend: bool = True,
+    units: Units | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     r"""Draw a section against the swept parameter.
@@ -115,6 +117,9 @@ def bifurcation(
         of 100 dots per inch or less shows none; 0.25 suits dense diagrams in print.
     legend : bool
         Name the colours, the strip and the rug above the axes.
+    units : "SI", optional
+        Draw in SI; the systems need scales. A number of a function that makes the systems stays as
+        it is.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
 
@@ -155,6 +160,9 @@ def bifurcation(
         raise ParameterError("color='regime' needs section='impact': only impacts have a regime")
     if color is None and diagram.branch.any():
         color = "branch"
+    is_si = in_si(units)
+    factors = point_factors(diagram, value) if is_si else None
+    factor, name = _parameter(diagram, is_si=is_si)
 
     ax = new_axes(ax)
     if section == "impact":
@@ -162,6 +170,10 @@ def bifurcation(
     else:
         parameter = diagram.stroboscopic_parameter
         heights = diagram.stroboscopic[:, [*symbols].index(value)]
+    if factors is not None:
+        offset = diagram.offset if section == "impact" else diagram.stroboscopic_offset
+        heights = heights * np.repeat(factors, np.diff(offset))
+    parameter, values = factor * parameter, factor * diagram.values
     colors, handles = _colors(diagram, section, color)
     if color is not None:
         order = np.random.default_rng(0).permutation(len(heights))
@@ -169,14 +181,15 @@ def bifurcation(
     ax.scatter(parameter, heights, s=size, c=colors, marker="s", linewidths=0, rasterized=True)
 
     # With colours by label, chatter has a colour already.
-    handles += _chatter_strip(ax, diagram) if color != "label" else []
+    handles += _chatter_strip(ax, diagram, values) if color != "label" else []
     if section == "impact":
-        handles += _no_impact_strip(ax, diagram)
-    handles += _status_rug(ax, diagram)
+        handles += _no_impact_strip(ax, diagram, values)
+    handles += _status_rug(ax, diagram, values)
     if legend and handles:
         legend_above(ax, handles, columns=4 if color == "label" else 2)
-    _parameter_axis(ax, diagram)
-    ax.set_ylabel(symbols[value] if section == "impact" else _stroboscopic(symbols[value], diagram))
+    _parameter_axis(ax, values, name)
+    text = symbols[value] if section == "impact" else _stroboscopic(symbols[value], diagram)
+    ax.set_ylabel(with_unit(text, value, is_si=is_si))
     if value == "phase":
         phase_axis(ax, "y")
     return ax
@@ -285,16 +298,21 @@ def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
         color = BLACK if len(fractions) == 1 else branch_color(number)
         ax.plot(diagram.values, fraction, color=color, lw=0.7)
     ax.set_ylim(bottom=0.0)
-    _parameter_axis(ax, diagram)
+    _parameter_axis(ax, diagram.values, _parameter(diagram, is_si=False)[1])
     ax.set_ylabel("part in contact")
     return ax
 
 
-def _parameter_axis(ax: Axes, diagram: Diagram) -> None:
-    if len(diagram.values) > 1:
-        ax.set_xlim(float(diagram.values.min()), float(diagram.values.max()))
+def _parameter(diagram: Diagram, *, is_si: bool) -> tuple[float, str]:
+    """Return the factor and the label of the axis of the swept parameter."""
     name = diagram.parameter_name
-    ax.set_xlabel(axis_name(name, made=diagram.is_made))
+    return parameter_axis(name, diagram.system, made=diagram.is_made, is_si=is_si)
+
+
+def _parameter_axis(ax: Axes, values: Array, name: str) -> None:
+    if len(values) > 1:
+        ax.set_xlim(float(values.min()), float(values.max()))
+    ax.set_xlabel(name)
 
 
 @naming
@@ -355,26 +373,26 @@ def _without_impact(diagram: Diagram) -> NDArray[np.bool_]:
     return ~_on_any_branch(diagram, ~quiet)
 
 
-def _chatter_strip(ax: Axes, diagram: Diagram) -> list[Artist]:
+def _chatter_strip(ax: Axes, diagram: Diagram, values: Array) -> list[Artist]:
     """Mark the values with complete chatter along the top axis; return the legend entry."""
     handles = chatter_handles(diagram)
     if handles:
         chatters = _on_any_branch(diagram, np.asarray(diagram.n) == -1)
-        _strip(ax, diagram, chatters, CHATTER_COLOR, "complete-chatter")
+        _strip(ax, values, chatters, CHATTER_COLOR, "complete-chatter")
     return handles
 
 
-def _no_impact_strip(ax: Axes, diagram: Diagram) -> list[Artist]:
+def _no_impact_strip(ax: Axes, diagram: Diagram, values: Array) -> list[Artist]:
     """Mark the values without impact along the top axis; return the legend entry."""
     handles = no_impact_handles(diagram)
     if handles:
-        _strip(ax, diagram, _without_impact(diagram), _NO_IMPACT_GREY, "no-impact")
+        _strip(ax, values, _without_impact(diagram), _NO_IMPACT_GREY, "no-impact")
     return handles
 
 
-def _strip(ax: Axes, diagram: Diagram, chosen: NDArray[np.bool_], color: str, gid: str) -> None:
+def _strip(ax: Axes, values: Array, chosen: NDArray[np.bool_], color: str, gid: str) -> None:
     strip = PolyCollection(
-        boxes(spans(diagram.values, chosen), 1.0 - _RUG_HEIGHT, 1.0),
+        boxes(spans(values, chosen), 1.0 - _RUG_HEIGHT, 1.0),
         facecolors=color,
         edgecolors=color,
         linewidths=0.4,
@@ -384,7 +402,7 @@ def _strip(ax: Axes, diagram: Diagram, chosen: NDArray[np.bool_], color: str, gi
     ax.add_collection(strip, autolim=False)
 
 
-def _status_rug(ax: Axes, diagram: Diagram) -> list[Artist]:
+def _status_rug(ax: Axes, diagram: Diagram, values: Array) -> list[Artist]:
     """Mark every value whose run ended early; return the legend entries."""
     status = np.asarray(diagram.status)
     entries: list[Artist] = []
@@ -393,7 +411,7 @@ def _status_rug(ax: Axes, diagram: Diagram) -> list[Artist]:
         grey = _RUG_GREYS[row % len(_RUG_GREYS)]
         # The outline keeps a single value visible where its cell is narrower than a dot.
         rug = PolyCollection(
-            boxes(spans(diagram.values, stopped), row * _RUG_HEIGHT, (row + 1) * _RUG_HEIGHT),
+            boxes(spans(values, stopped), row * _RUG_HEIGHT, (row + 1) * _RUG_HEIGHT),
             facecolors=grey,
             edgecolors=grey,
             linewidths=0.4,

@@ -18,10 +18,13 @@ from .._core import Leg, LegKind
 from ..arguments import count, naming
 from ..errors import ParameterError
 from ..orbits import PeriodicMotion
+from ..scales import Units
+from ..sweeps.columns import COORDINATES
 from .curve import tip_symbol
 from .given import expected
 from .marks import ContactSpan, Mode, draw_bands, draw_path, draw_regimes
-from .style import BLACK, GREY, STATE_SYMBOLS, VERMILLION
+from .style import BLACK, GREY, VERMILLION
+from .units import AxisUnits
 
 Array = NDArray[np.float64]
 
@@ -44,11 +47,8 @@ class _Orbit(NamedTuple):
     state: Array
     face: Array
     spans: list[ContactSpan]
-
-    @property
-    def overlap(self) -> NDArray[np.bool_]:
-        """Where the bodies overlap."""
-        return np.asarray(self.face - self.state[:, 2] > _OVERLAP)
+    # Where the bodies overlap.
+    overlap: NDArray[np.bool_]
 
 
 @naming
@@ -57,6 +57,7 @@ def orbit(
     *,
     points_per_period: int = 400,
     legend: bool = True,
+    units: Units | None = None,
     axes: Sequence[Axes] | None = None,
 ) -> list[Axes]:
     r"""Draw a periodic motion: the phase portrait of either body, and its time history.
@@ -75,6 +76,8 @@ def orbit(
         Samples in a drive period.
     legend : bool
         Name what is marked, above the history.
+    units : "SI", optional
+        Draw in s, m, rad, m/s, rad/s; the system needs scales.
     axes : sequence of three matplotlib.axes.Axes, optional
         For the portraits of pendulum and oscillator and for the history; a new figure if None.
 
@@ -98,9 +101,10 @@ def orbit(
     """
     motion = expected("motion", motion, PeriodicMotion)
     points = count("points_per_period", points_per_period, least=2, most=1_000_000)
+    drawn = AxisUnits.of(units, motion.system)
     axes = _three_axes(axes)
-    curve = _sample(motion, points)
-    hits = motion.impacts
+    curve = _in_units(_sample(motion, points), drawn)
+    hits = drawn.table(motion.impacts)
     separating = hits["approach_velocity"] <= 0.0
     for body, ax in ((1, axes[0]), (2, axes[1])):
         x, v = curve.state[:, 2 * body - 2], curve.state[:, 2 * body - 1]
@@ -112,9 +116,9 @@ def orbit(
         at = (hits[f"x{body}"], hits[f"v{body}_pre"])
         draw_regimes(ax, hits["regime"], *at, named=False)
         _crosses(ax, at[0][separating], at[1][separating], named=False)
-        ax.set_xlabel(STATE_SYMBOLS[f"x{body}"])
-        ax.set_ylabel(STATE_SYMBOLS[f"v{body}"])
-    _history(axes[2], motion, curve, separating)
+        ax.set_xlabel(drawn.label(f"x{body}"))
+        ax.set_ylabel(drawn.label(f"v{body}"))
+    _history(axes[2], motion, curve, hits, drawn)
     if legend:
         axes[2].legend(
             loc="lower left",
@@ -127,13 +131,16 @@ def orbit(
 
 
 def _history(
-    ax: Axes, motion: PeriodicMotion, curve: _Orbit, separating: NDArray[np.bool_]
+    ax: Axes, motion: PeriodicMotion, curve: _Orbit, hits: NDArray[np.void], drawn: AxisUnits
 ) -> None:
-    hits = motion.impacts
+    separating = hits["approach_velocity"] <= 0.0
     tip = tip_symbol(motion.system)
+    body, face = "x_2", rf"{tip}-\delta"
+    if drawn.is_si:
+        body, face = "X", rf"l\,{tip}-\Delta"
     draw_bands(ax, curve.spans)
-    ax.plot(curve.time, curve.state[:, 2], color=BLACK, lw=1.4, label=r"$x_2$")
-    ax.plot(curve.time, curve.face, color=BLACK, lw=0.6, label=rf"${tip}-\delta$")
+    ax.plot(curve.time, curve.state[:, 2], color=BLACK, lw=1.4, label=f"${body}$")
+    ax.plot(curve.time, curve.face, color=BLACK, lw=0.6, label=f"${face}$")
     overlap = curve.overlap
     if overlap.any():
         ax.fill_between(
@@ -150,9 +157,9 @@ def _history(
         )
     draw_regimes(ax, hits["regime"], hits["time"], hits["x2"])
     _crosses(ax, hits["time"][separating], hits["x2"][separating], named=True)
-    ax.set_xlim(0.0, motion.m * motion.system.drive_period)
-    ax.set_xlabel(r"$t$")
-    ax.set_ylabel(rf"$x_2,\ {tip}-\delta$")
+    ax.set_xlim(0.0, motion.m * motion.system.drive_period * drawn.factor("time"))
+    ax.set_xlabel(drawn.label("time"))
+    ax.set_ylabel(drawn.label("x2", rf"${body},\ {face}$"))
     if not motion.admissible:
         ax.set_title(f"no motion: {motion.why_not}", loc="left", pad=3)
 
@@ -211,7 +218,22 @@ def _sample(motion: PeriodicMotion, points: int) -> _Orbit:
     )
     order = np.argsort(time, kind="stable")
     time, state = time[order], state[order]
-    return _Orbit(time, state, motion.system.tip(state[:, 0]) - motion.system.gap, spans)
+    face = motion.system.tip(state[:, 0]) - motion.system.gap
+    return _Orbit(time, state, face, spans, face - state[:, 2] > _OVERLAP)
+
+
+def _in_units(curve: _Orbit, drawn: AxisUnits) -> _Orbit:
+    """Return an orbit in the units of its picture."""
+    seconds = drawn.factor("time")
+    return curve._replace(
+        time=seconds * curve.time,
+        state=curve.state * [drawn.factor(name) for name in COORDINATES],
+        face=drawn.factor("x2") * curve.face,
+        spans=[
+            span._replace(start=seconds * span.start, end=seconds * span.end)
+            for span in curve.spans
+        ],
+    )
 
 
 def _spans(motion: PeriodicMotion, end: float) -> list[ContactSpan]:

@@ -43,6 +43,16 @@ class AxisUnits:
         unit = COLUMN_UNITS.get(column, ("", ""))[0]
         return getattr(self.scales, unit) if unit and self.scales is not None else 1.0
 
+    def table(self, rows: NDArray[np.void]) -> NDArray[np.void]:
+        """Return a table of impacts in these units."""
+        if self.scales is None:
+            return rows
+        changed = np.array(rows)
+        for name in changed.dtype.names or ():
+            if self.factor(name) != 1.0:
+                changed[name] *= self.factor(name)
+        return changed
+
     def window(self, window: tuple[float, float] | None, run: Run) -> tuple[float, float] | None:
         """Return a window of time, given in these units, as a dimensionless one."""
         if window is None or self.scales is None:
