@@ -52,7 +52,7 @@ _OF_STABILITY = frozenset(f"{kind}-stability" for kind in BIFURCATION_STYLES)
 # Where borders are so close that they need a panel of their own.
 _CROWDED = ((1.005, 1.13), (1.2, 2.4))
 # Width and height of a label in points.
-_LABEL_SIZE = (12.0, 7.0)
+_LABEL_SIZE = (15.0, 8.5)
 _SHOWN = ("mass_ratio", "frequency_ratio", "restitution", "gap", "friction")
 
 
@@ -226,7 +226,7 @@ def _name(ax: Axes, regions: Sequence[StabilityRegion]) -> None:
             xytext=place.at,
             ha="center",
             va="center",
-            fontsize=6.5,
+            fontsize=8,
             zorder=5,
             path_effects=[withStroke(linewidth=1.5, foreground="white")],
             arrowprops={"arrowstyle": "-", "lw": 0.5, "shrinkA": 0.0, "shrinkB": 0.0, "zorder": 4}

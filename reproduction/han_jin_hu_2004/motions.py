@@ -25,6 +25,10 @@ _SPORADIC_END = 400.0
 # Area of a large mark of an impact section in square points, and the colour of the small ones.
 _LARGE = 7.0
 _LATER_COLOR = "0.6"
+# Sections of which a part is enlarged, x1 and x1': there a 154-77 motion has single points, and the
+# chaotic one beside it narrow bands (errata, E10). The inset stands in the empty middle.
+_ENLARGED = {"9(4)": ((0.055, 0.130), (1.490, 1.600))}
+_INSET = (0.30, 0.32, 0.36, 0.42)
 
 
 @dataclass(frozen=True)
@@ -144,6 +148,22 @@ def _section(ax: Axes, item: Shown, run: Run, color: Color) -> None:
     else:
         ax.collections[0].set_color(_LATER_COLOR)
         plot.impact_section(run, size=_LARGE, ax=ax)
+    if item.motion.id in _ENLARGED and item.long_run is not None:
+        _enlarge(ax, item.long_run, _ENLARGED[item.motion.id], color)
+
+
+def _enlarge(
+    ax: Axes,
+    run: Run,
+    window: tuple[tuple[float, float], tuple[float, float]],
+    color: Color,
+) -> None:
+    """Draw a part of a section again, larger, inside of it."""
+    inset = ax.inset_axes(_INSET)
+    plot.impact_section(run, color=color, size=1.5, legend=False, ax=inset)
+    inset.set(xlim=window[0], ylim=window[1], xlabel="", ylabel="")
+    inset.tick_params(labelsize=6, length=2)
+    ax.indicate_inset_zoom(inset, edgecolor=GREY)
 
 
 def _section_handles(item: Shown, color: Color) -> list[Artist]:
@@ -204,6 +224,8 @@ def draw_sporadic(shown: Shown, color: Color) -> Page:
     (ax,) = page.row("(b)", columns=1)
     plot.displacement_history(run, window=window, color=color, legend=False, ax=ax)
     drawn.append(ax)
+    if color is None:
+        _mark_impacts((left, ax), times[times <= _SPORADIC_END])
     (ax,) = page.row(
         f"(c)  not in the paper: {len(times)} impacts within {drive_periods(run)} drive periods",
         columns=1,
@@ -222,6 +244,23 @@ def draw_sporadic(shown: Shown, color: Color) -> Page:
     )
     page.legend(_handles(*drawn))
     return page
+
+
+def _mark_impacts(axes: Sequence[Axes], times: Sequence[float]) -> None:
+    """Mark impacts above the axes: in the curves themselves they cannot be seen."""
+    for ax in axes:
+        ax.plot(
+            times,
+            [1.03] * len(times),
+            linestyle="none",
+            marker="v",
+            markersize=4.0,
+            markeredgewidth=0,
+            color=BLACK,
+            label="impact",
+            transform=ax.get_xaxis_transform(),
+            clip_on=False,
+        )
 
 
 def _handles(*axes: Axes) -> list[Artist]:

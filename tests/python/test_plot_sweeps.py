@@ -385,7 +385,7 @@ def test_branches_have_colours_and_names(diagram, ax):
 def test_points_have_the_colours_of_their_labels(diagram, ax):
     vi.plot.bifurcation(diagram, color="label", ax=ax)
     codes = np.repeat(labels.label_codes(diagram).ravel(), np.diff(diagram.offset))
-    palette = [labels.label_style(code).color for code in codes]
+    palette = [labels.label_style(code).point_color for code in codes]
     points = ax.collections[0]
     drawn = [to_hex(rgba).upper() for rgba in points.get_facecolor()]
     assert sorted(drawn) == sorted(to_hex(color).upper() for color in palette)

@@ -44,8 +44,8 @@ class LabelStyle:
 _PERIODS = (
     "#0063B0",
     "#D67E0F",
-    "#AA87AD",
-    "#89AC82",
+    "#B38764",
+    "#685F77",
     "#952400",
     "#68ADFF",
     "#59025D",
@@ -61,7 +61,7 @@ LABEL_STYLES = (
     LabelStyle(f"$m > {_LONGEST}$", "#3800A2"),
     LabelStyle(r"chatter ($n = \infty$)", "#B7FFB5", dot="#00E070"),
     LabelStyle("no impact ($n = 0$)", "#FFFFFF", dot="#8F00FF"),
-    LabelStyle("quasi-periodic", "#595959"),
+    LabelStyle("quasi-periodic", "#B2BBDD", dot="#7F8CBF"),
     LabelStyle("chaotic", "#1A1A1A"),
 )
 """Style of each kind of label that has a colour; the index is the code of `label_codes`."""
