@@ -10,7 +10,6 @@ from typing import Any
 
 from bokeh.document import Document
 
-from .._core import PARAMETERS
 from ..errors import ParameterError, SimulationError, StateError
 from ..orbits import PeriodicMotion
 from ..simulation import simulate
@@ -22,7 +21,7 @@ from .frame import Frame
 from .jobs import Lane, Work
 from .maps import MapsCard
 from .presets import PRESETS
-from .state import State
+from .state import State, map_key
 from .views.diagram import BranchLines, branch_lines
 
 # Milliseconds without a change after which verdict and fine maps are computed.
@@ -157,7 +156,7 @@ class Page:
 
     def _show_map(self) -> None:
         state = self.state
-        key = _key(state)
+        key = map_key(state)
         if key == self._map_key:
             self._show_value()
             return
@@ -165,6 +164,11 @@ class Page:
             self.maps.result = None
         self._map_key = key
         self._draw_branch(None)
+        if not compute.has_periods(state):
+            self._lanes["map"].cancel()
+            self.maps.clear()
+            self.maps.note("A map counts drive periods. This system has no drive frequency.")
+            return
         work = partial(_MAPS[state.map], state, compute.COARSE[state.map])
         self._submit("map", work, partial(self._show_result, state), self._refuse_map)
         self._after_rest(self._show_fine)
@@ -288,20 +292,3 @@ class Page:
     def _post(self, show: Callable[[], None]) -> None:
         if not self._closed:
             self.document.add_next_tick_callback(show)
-
-
-def _key(state: State) -> tuple[Any, ...]:
-    """Return all that the map of a state depends on, with its kind and axes first."""
-    system = state.system.to_dict()
-    start: dict[str, float] = dict(zip(("x1", "v1", "x2", "v2"), state.initial, strict=True))
-    if state.map == "diagram":
-        axes: tuple[Any, ...] = (state.vary,)
-    elif state.map == "chart":
-        axes = (state.across, state.upward)
-    else:
-        axes = (state.right, state.up)
-    names = {axis.name for axis in axes}
-    rest = {k: v for k, v in (system | start).items() if k not in names}
-    assert names <= {*PARAMETERS, *start}
-    more = (state.start,) if state.map == "diagram" else ()
-    return (state.map, tuple(sorted(names)), axes, tuple(rest.items()), more)
