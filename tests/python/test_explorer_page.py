@@ -1,6 +1,7 @@
 """A page of the explorer on a document without a browser; its server."""
 
 import asyncio
+import queue
 import threading
 
 import numpy as np
@@ -76,6 +77,18 @@ def test_the_machine_has_the_film_of_the_newest_motion(desk):
         assert np.array_equal(
             desk.named("film").data["tip_x"], motion.run.system.tip(motion.states[:, 0])
         )
+
+
+def test_only_its_own_thread_touches_a_document(coarse):
+    calls, threads, document = queue.SimpleQueue(), [], Document()
+    document.add_next_tick_callback = lambda _show: threads.append(threading.current_thread())
+    document.add_timeout_callback = lambda _call, _time: None
+    document.on_session_destroyed = lambda _call: None
+    Page(document, DEFAULT, soon=calls.put)
+    # The motion and the map.
+    for _ in range(2):
+        calls.get()()
+    assert threads == [threading.current_thread()] * 2
 
 
 def test_slider_field_and_state_are_one(desk):

@@ -47,10 +47,20 @@ class Page:
         Where it begins.
     owns_address
         Whether the address of the window may hold the state; not in a notebook.
+    soon
+        Calls a function on the thread of the document, from any thread. Bokeh's documents may not
+        be touched by other threads.
     """
 
-    def __init__(self, document: Document, state: State, *, owns_address: bool = True) -> None:
-        self.document, self.state = document, state
+    def __init__(
+        self,
+        document: Document,
+        state: State,
+        *,
+        owns_address: bool = True,
+        soon: Callable[[Callable[[], None]], Any] = lambda call: call(),
+    ) -> None:
+        self.document, self.state, self._soon = document, state, soon
         self.motion: Motion | None = None
         self.verdict: Verdict | None = None
         self._turn, self._closed, self._map_key = 0, False, ("",)
@@ -290,5 +300,8 @@ class Page:
         self.document.add_timeout_callback(start, REST)
 
     def _post(self, show: Callable[[], None]) -> None:
-        if not self._closed:
-            self.document.add_next_tick_callback(show)
+        def post() -> None:
+            if not self._closed:
+                self.document.add_next_tick_callback(show)
+
+        self._soon(post)
