@@ -68,3 +68,23 @@ def test_work_that_waits_is_replaced_and_errors_are_handed_on():
         finish()
     (error,) = shown
     assert isinstance(error, ValueError)
+
+
+@pytest.mark.parametrize("interruption", [KeyboardInterrupt, vi.Interrupted])
+def test_a_lane_goes_on_after_an_interruption(interruption):
+    shown, ended = [], threading.Event()
+    lane = Lane(lambda finish: finish(), grace=0.0)
+
+    def interrupted():
+        raise interruption("interrupted while a motion was followed")
+
+    def show(result):
+        shown.append(result)
+        ended.set()
+
+    lane.submit(Work(interrupted, shown.append, shown.append))
+    while lane.busy:
+        pass
+    lane.submit(Work(lambda: "newer", show, shown.append))
+    ended.wait()
+    assert shown == ["newer"]
