@@ -41,11 +41,9 @@ def test_a_preset_comes_back_from_its_address(name):
     assert from_query(arguments(state.to_query()), DEFAULT) == state
 
 
-@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("name", [name for name in PRESETS if name[-1].isdigit() and ":" in name])
 def test_a_preset_shows_the_motion_of_its_name(name):
-    _, _, said = name.partition(": ")
-    if said.startswith(tuple("0123456789")):
-        assert compute.motion(PRESETS[name]).run.label == said
+    assert compute.motion(PRESETS[name]).run.label == name.partition(": ")[2]
 
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
@@ -122,7 +120,13 @@ def test_the_presets_of_the_paper_are_its_figures():
     for motion in MOTIONS:
         if motion.id in ("5a", "5b", "5c", "6a", "6b", "6c", "9(1)", "9(2)", "9(3)"):
             assert motion.system in shown, motion.id
-    assert all(state.initial == INITIAL for name, state in PRESETS.items() if "Paper" in name)
+    # From the paper's start it is another motion than the one that the paper names.
+    other = {"Paper, Fig. 9(3): 4-5"}
+    assert all(
+        (state.initial == INITIAL) != (name in other)
+        for name, state in PRESETS.items()
+        if "Paper" in name
+    )
 
 
 def test_where_a_page_begins():

@@ -1,8 +1,8 @@
-"""A page of the explorer on a document without a browser; its work beside it; its server."""
+"""A page of the explorer on a document without a browser; its server."""
 
 import asyncio
+import queue
 import threading
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -13,15 +13,12 @@ from tornado.websocket import websocket_connect
 
 import vibroimpact as vi
 from han_jin_hu_2004.parameters import INITIAL
-from systems import ROUGH
 from vibroimpact.explorer import compute, tables
 from vibroimpact.explorer.app import Page
 from vibroimpact.explorer.code import python_code
-from vibroimpact.explorer.jobs import Lane, Work
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
 from vibroimpact.explorer.server import LocalServer
 from vibroimpact.explorer.state import Axis
-from vibroimpact.interruption import Cancellation, heeding
 
 SMALL = compute.Detail(columns=9, rows=5, periods=60, keep=20)
 
@@ -30,66 +27,6 @@ SMALL = compute.Detail(columns=9, rows=5, periods=60, keep=20)
 def coarse(monkeypatch):
     """Make every fine map a small one."""
     monkeypatch.setattr(compute, "FINE", dict.fromkeys(compute.FINE, SMALL))
-
-
-# Work beside the page
-
-
-def test_a_cancelled_call_on_a_thread_is_interrupted():
-    cancellation = Cancellation()
-    cancellation.cancel()
-
-    def call(**more):
-        with heeding(cancellation):
-            return vi.simulate(ROUGH, initial=INITIAL, periods=10**9, keep=1, **more)
-
-    with ThreadPoolExecutor(1) as pool:
-        with pytest.raises(vi.Interrupted) as caught:
-            pool.submit(call).result()
-        assert isinstance(caught.value.result, vi.Run)
-        # The thread heeds it inside the block alone.
-        assert pool.submit(vi.simulate, ROUGH, initial=INITIAL, periods=3).result()
-    with pytest.raises(vi.Interrupted), heeding(cancellation):
-        vi.basins(ROUGH, x1=np.linspace(0, 0.1, 9), v1=np.linspace(0, 0.1, 9))
-
-
-def test_running_work_is_cancelled_from_another_thread():
-    shown, lane = [], Lane(lambda finish: finish(), grace=0.0)
-    begun, ended = threading.Event(), threading.Event()
-
-    def forever():
-        begun.set()
-        return vi.simulate(ROUGH, initial=INITIAL, periods=10**9, keep=1, max_events=10**15)
-
-    lane.submit(Work(forever, shown.append, shown.append))
-    begun.wait()
-
-    def show(result):
-        shown.append(result)
-        ended.set()
-
-    lane.submit(Work(lambda: "newer", show, shown.append))
-    ended.wait()
-    assert shown == ["newer"]
-
-
-def test_work_that_waits_is_replaced_and_errors_are_handed_on():
-    posted, lane = [], Lane(lambda finish: posted.append(finish), grace=0.0)
-    gate, shown = threading.Event(), []
-    lane.submit(Work(gate.wait, shown.append, shown.append))
-    lane.submit(Work(lambda: "never", shown.append, shown.append))
-
-    def fail():
-        raise ValueError("refused")
-
-    lane.submit(Work(fail, shown.append, shown.append))
-    gate.set()
-    while lane.busy:
-        pass
-    for finish in posted:
-        finish()
-    (error,) = shown
-    assert isinstance(error, ValueError)
 
 
 # The page, on a document without a session
@@ -140,6 +77,18 @@ def test_the_machine_has_the_film_of_the_newest_motion(desk):
         assert np.array_equal(
             desk.named("film").data["tip_x"], motion.run.system.tip(motion.states[:, 0])
         )
+
+
+def test_only_its_own_thread_touches_a_document(coarse):
+    calls, threads, document = queue.SimpleQueue(), [], Document()
+    document.add_next_tick_callback = lambda _show: threads.append(threading.current_thread())
+    document.add_timeout_callback = lambda _call, _time: None
+    document.on_session_destroyed = lambda _call: None
+    Page(document, DEFAULT, soon=calls.put)
+    # The motion and the map.
+    for _ in range(2):
+        calls.get()()
+    assert threads == [threading.current_thread()] * 2
 
 
 def test_slider_field_and_state_are_one(desk):
@@ -229,6 +178,20 @@ def test_the_branch_lies_over_the_diagram(coarse):
     assert {*stable} <= {*drawn}
     assert len(desk.named("unstable").data["xs"])
     assert set(desk.named("marks").data["at"]) == {b.value for b in branch.bifurcations}
+
+
+def test_a_system_without_drive_periods_has_no_map(desk):
+    assert len(desk.named("diagram").data["at"])
+    desk.named("preset").value = "Bouncing ball"
+    desk.settle()
+    assert "no drive frequency" in desk.named("map-error").text
+    assert not len(desk.named("diagram").data["at"])
+    assert desk.page.maps.result is None
+    # A map over the drive frequency has them.
+    desk.named("vary").value = "drive_frequency"
+    desk.settle()
+    assert not desk.named("map-error").visible
+    assert desk.page.maps.result.parameter_name == "drive_frequency"
 
 
 def test_a_motion_without_a_branch_is_told(desk):

@@ -10,7 +10,6 @@ from typing import Any
 
 from bokeh.document import Document
 
-from .._core import PARAMETERS
 from ..errors import ParameterError, SimulationError, StateError
 from ..orbits import PeriodicMotion
 from ..simulation import simulate
@@ -22,7 +21,7 @@ from .frame import Frame
 from .jobs import Lane, Work
 from .maps import MapsCard
 from .presets import PRESETS
-from .state import State
+from .state import State, map_key
 from .views.diagram import BranchLines, branch_lines
 
 # Milliseconds without a change after which verdict and fine maps are computed.
@@ -48,10 +47,20 @@ class Page:
         Where it begins.
     owns_address
         Whether the address of the window may hold the state; not in a notebook.
+    soon
+        Calls a function on the thread of the document, from any thread. Bokeh's documents may not
+        be touched by other threads.
     """
 
-    def __init__(self, document: Document, state: State, *, owns_address: bool = True) -> None:
-        self.document, self.state = document, state
+    def __init__(
+        self,
+        document: Document,
+        state: State,
+        *,
+        owns_address: bool = True,
+        soon: Callable[[Callable[[], None]], Any] = lambda call: call(),
+    ) -> None:
+        self.document, self.state, self._soon = document, state, soon
         self.motion: Motion | None = None
         self.verdict: Verdict | None = None
         self._turn, self._closed, self._map_key = 0, False, ("",)
@@ -157,7 +166,7 @@ class Page:
 
     def _show_map(self) -> None:
         state = self.state
-        key = _key(state)
+        key = map_key(state)
         if key == self._map_key:
             self._show_value()
             return
@@ -165,6 +174,11 @@ class Page:
             self.maps.result = None
         self._map_key = key
         self._draw_branch(None)
+        if not compute.has_periods(state):
+            self._lanes["map"].cancel()
+            self.maps.clear()
+            self.maps.note("A map counts drive periods. This system has no drive frequency.")
+            return
         work = partial(_MAPS[state.map], state, compute.COARSE[state.map])
         self._submit("map", work, partial(self._show_result, state), self._refuse_map)
         self._after_rest(self._show_fine)
@@ -286,22 +300,8 @@ class Page:
         self.document.add_timeout_callback(start, REST)
 
     def _post(self, show: Callable[[], None]) -> None:
-        if not self._closed:
-            self.document.add_next_tick_callback(show)
+        def post() -> None:
+            if not self._closed:
+                self.document.add_next_tick_callback(show)
 
-
-def _key(state: State) -> tuple[Any, ...]:
-    """Return all that the map of a state depends on, with its kind and axes first."""
-    system = state.system.to_dict()
-    start: dict[str, float] = dict(zip(("x1", "v1", "x2", "v2"), state.initial, strict=True))
-    if state.map == "diagram":
-        axes: tuple[Any, ...] = (state.vary,)
-    elif state.map == "chart":
-        axes = (state.across, state.upward)
-    else:
-        axes = (state.right, state.up)
-    names = {axis.name for axis in axes}
-    rest = {k: v for k, v in (system | start).items() if k not in names}
-    assert names <= {*PARAMETERS, *start}
-    more = (state.start,) if state.map == "diagram" else ()
-    return (state.map, tuple(sorted(names)), axes, tuple(rest.items()), more)
+        self._soon(post)

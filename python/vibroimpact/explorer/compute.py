@@ -152,6 +152,13 @@ def axis_values(*axes: tuple[Axis, int]) -> dict[str, Any]:
     return {axis.name: np.linspace(axis.low, axis.high, count) for axis, count in axes}
 
 
+def has_periods(state: State) -> bool:
+    """Whether the motions of the map of a state have drive periods, which it counts."""
+    axes = {"diagram": (state.vary,), "chart": (state.across, state.upward)}.get(state.map, ())
+    varied = any(axis.name == "drive_frequency" for axis in axes)
+    return varied or state.system.drive_frequency > 0.0
+
+
 def diagram(state: State, detail: Detail) -> Diagram:
     """Compute the bifurcation diagram of a state."""
     return bifurcation_diagram(

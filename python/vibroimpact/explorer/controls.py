@@ -16,7 +16,7 @@ from bokeh.models import Column, Div, InlineStyleSheet, Row, Select, Slider, Spa
 from .._core import CONTACTS, LAWS, PARAMETERS
 from ..errors import ParameterError, StateError
 from . import theme
-from .state import COORDINATES, State, read_number, write_number
+from .state import COORDINATES, Axis, State, read_number, write_number
 from .views import parts
 
 # What the sliders reach; a parameter without an entry has the last one.
@@ -160,6 +160,72 @@ class ChoiceControl:
             self.show(old)
 
 
+class AxisControl:
+    """Name and range of one axis of a map."""
+
+    def __init__(
+        self, field: str, names: tuple[str, ...], change: Callable[..., None], fail: Any
+    ) -> None:
+        self._field, self._change, self._fail, self._quiet = field, change, fail, False
+        self._axis: Axis | None = None
+        pairs = [(name, parts.name_of(name)) for name in names]
+        options = {"sizing_mode": "fixed", "width": 168 if len(names) > 4 else 78}
+        self._name = ChoiceControl(field, pairs, self._named, **options)
+        self._ends = {
+            end: TextInput(
+                width=76, height=24, margin=0, stylesheets=sheets(), name=f"{field}_{end}"
+            )
+            for end in ("low", "high")
+        }
+        for end, box in self._ends.items():
+            box.on_change("value", self._typed(end))
+        row = [self._name.root, self._ends["low"], parts.text("to", margin=(4, 0, 0, 0))]
+        self.children = [*row, self._ends["high"]]
+
+    def show(self, axis: Axis) -> None:
+        """Show an axis that was accepted."""
+        self._axis = axis
+        self._quiet = True
+        self._name.show(axis.name)
+        for end, box in self._ends.items():
+            box.value = write_number(float(f"{getattr(axis, end):.10g}"))
+            box.css_classes = []
+        self._quiet = False
+
+    def _named(self, _field: str, name: str) -> None:
+        if self._axis is not None:
+            low, high = _usual_range(name)
+            self._try(Axis(name=name, low=low, high=high))
+
+    def _typed(self, end: str) -> Callable[[str, str, str], None]:
+        def typed(_name: str, _old: str, new: str) -> None:
+            if self._quiet or self._axis is None:
+                return
+            ends = {"low": self._axis.low, "high": self._axis.high}
+            try:
+                ends[end] = read_number(f"{self._axis.name}: {end}", new)
+                axis = Axis(name=self._axis.name, **ends)
+            except ParameterError as error:
+                self._ends[end].css_classes = ["wrong"]
+                self._fail(error)
+            else:
+                self._try(axis)
+
+        return typed
+
+    def _try(self, axis: Axis) -> None:
+        try:
+            self._change(**{self._field: axis})
+        except (ParameterError, StateError) as error:
+            self._fail(error)
+
+
+def _usual_range(name: str) -> tuple[float, float]:
+    low, high = RANGES.get(name, USUAL)
+    # Runs are counted in drive periods, which a frequency of 0 has not.
+    return (0.2, high) if name == "drive_frequency" else (low, high)
+
+
 class Controls:
     """All controls of system and start, in groups.
 
@@ -197,7 +263,10 @@ class Controls:
                 pair = [self.choices["contact"].root, Spacer(width=6), self.choices["law"].root]
                 children += [Row(*pair, sizing_mode="stretch_width"), self.error]
             children += [self.numbers[name].root for name in names]
-        self.root = parts.card(*children, width=264, sizing_mode="stretch_height", spacing=0)
+        # As high as its children, however low the window is.
+        self.root = parts.card(
+            *children, width=264, sizing_mode=None, height_policy="min", spacing=0
+        )
 
     def show(self, state: State) -> None:
         """Show a state."""

@@ -47,6 +47,10 @@ if (wanted == null && window.matchMedia("(prefers-color-scheme: dark)").matches)
 """
 
 
+# A window may be lower than the controls.
+_GROWS = ":host { flex: 1 0 auto !important; }"
+
+
 class Frame:
     """Header, views and their places.
 
@@ -77,7 +81,12 @@ class Frame:
             file.js_on_change("text", CustomJS(code=_DOWNLOAD))
         self.root = Column(
             *(self._header(), self.notice, self.error, self.code_card),
-            Row(controls, self._places(maps), spacing=10, sizing_mode="stretch_both"),
+            Row(
+                *(controls, self._places(maps)),
+                spacing=10,
+                sizing_mode="stretch_both",
+                stylesheets=[*_stacked("column-reverse", "auto"), InlineStyleSheet(css=_GROWS)],
+            ),
             *(self.address, *self.files.values()),
             stylesheets=[InlineStyleSheet(css=theme.ROOT_SHEET)],
             name="page",
@@ -125,6 +134,7 @@ class Frame:
             *(title, self.preset, Spacer(sizing_mode="stretch_width")),
             *(self.code, self.motion_csv, self.map_csv, self.dark),
             spacing=8,
+            stylesheets=[InlineStyleSheet(css=theme.WRAPPED_SHEET)],
             sizing_mode="stretch_width",
         )
 
@@ -141,13 +151,21 @@ class Frame:
             parts.card(portrait.heading, portrait.figure),
             height=300,
             spacing=10,
+            stylesheets=_stacked("column", "280px"),
             **wide,
         )
         pair = Row(
             parts.card(sections.impact_heading, sections.impact_figure),
             parts.card(sections.stroboscopic_heading, sections.stroboscopic_figure),
             min_height=260,
+            stylesheets=_stacked("column", "280px"),
             **both,
         )
         said = parts.card(self.what.text, min_height=150, **wide)
-        return Column(above, Row(Column(said, pair, **both), maps, **both), **both)
+        auto: dict[str, Any] = both | {"stylesheets": _stacked("column", "auto")}
+        below = Row(Column(said, pair, **auto), maps, **auto)
+        return Column(above, below, **auto)
+
+
+def _stacked(direction: str, height: str) -> list[InlineStyleSheet]:
+    return [InlineStyleSheet(css=theme.stacked_sheet(direction, height))]

@@ -12,7 +12,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..errors import Interrupted
 from ..interruption import Cancellation, heeding
 
 # Seconds for which quick work may go on after it has been overtaken.
@@ -105,7 +104,9 @@ class Lane:
         try:
             with heeding(work.cancellation):
                 result = work.compute()
-        except Interrupted:
+        except KeyboardInterrupt:
+            # On a thread this is never Ctrl-C, but always the cancellation. Public calls raise it as
+            # `Interrupted`, parts of results as it is.
             return
         except Exception as error:
             failure = error

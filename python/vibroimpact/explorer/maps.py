@@ -8,13 +8,21 @@ from typing import Any
 
 import numpy as np
 from bokeh.events import DoubleTap, RangesUpdate, Tap
-from bokeh.models import Button, Column, RadioButtonGroup, Row, TextInput, Toggle
+from bokeh.models import (
+    Button,
+    Column,
+    InlineStyleSheet,
+    RadioButtonGroup,
+    Row,
+    Toggle,
+)
 
 from .._core import PARAMETERS
 from ..errors import ParameterError, StateError
 from ..sweeps import Basins, Chart, Diagram
-from .controls import ChoiceControl, sheets
-from .state import COORDINATES, MAPS, STARTS, VALUES, Axis, State, read_number, write_number
+from . import theme
+from .controls import AxisControl, ChoiceControl, sheets
+from .state import COORDINATES, MAPS, STARTS, VALUES, Axis, State
 from .theme import Palette
 from .views import parts
 from .views.cells import CellsView
@@ -31,72 +39,6 @@ _VALUES = {
 _STARTS = {"fresh": "each from the start", "forward": "followed up", "backward": "followed down"}
 # Two ranges this close, as parts of their length, are the same.
 _SAME = 1e-9
-
-
-class AxisControl:
-    """Name and range of one axis of a map."""
-
-    def __init__(self, field: str, names: tuple[str, ...], change: Change, fail: Any) -> None:
-        self._field, self._change, self._fail, self._quiet = field, change, fail, False
-        self._axis: Axis | None = None
-        pairs = [(name, parts.name_of(name)) for name in names]
-        options = {"sizing_mode": "fixed", "width": 168 if len(names) > 4 else 78}
-        self._name = ChoiceControl(field, pairs, self._named, **options)
-        self._ends = {
-            end: TextInput(
-                width=76, height=24, margin=0, stylesheets=sheets(), name=f"{field}_{end}"
-            )
-            for end in ("low", "high")
-        }
-        for end, box in self._ends.items():
-            box.on_change("value", self._typed(end))
-        row = [self._name.root, self._ends["low"], parts.text("to", margin=(4, 0, 0, 0))]
-        self.children = [*row, self._ends["high"]]
-
-    def show(self, axis: Axis) -> None:
-        """Show an axis that was accepted."""
-        self._axis = axis
-        self._quiet = True
-        self._name.show(axis.name)
-        for end, box in self._ends.items():
-            box.value = write_number(float(f"{getattr(axis, end):.10g}"))
-            box.css_classes = []
-        self._quiet = False
-
-    def _named(self, _field: str, name: str) -> None:
-        if self._axis is not None:
-            low, high = _usual_range(name)
-            self._try(Axis(name=name, low=low, high=high))
-
-    def _typed(self, end: str) -> Callable[[str, str, str], None]:
-        def typed(_name: str, _old: str, new: str) -> None:
-            if self._quiet or self._axis is None:
-                return
-            ends = {"low": self._axis.low, "high": self._axis.high}
-            try:
-                ends[end] = read_number(f"{self._axis.name}: {end}", new)
-                axis = Axis(name=self._axis.name, **ends)
-            except ParameterError as error:
-                self._ends[end].css_classes = ["wrong"]
-                self._fail(error)
-            else:
-                self._try(axis)
-
-        return typed
-
-    def _try(self, axis: Axis) -> None:
-        try:
-            self._change(**{self._field: axis})
-        except (ParameterError, StateError) as error:
-            self._fail(error)
-
-
-def _usual_range(name: str) -> tuple[float, float]:
-    from .controls import RANGES, USUAL
-
-    low, high = RANGES.get(name, USUAL)
-    # Runs are counted in drive periods, which a frequency of 0 has not.
-    return (0.2, high) if name == "drive_frequency" else (low, high)
 
 
 class MapsCard:
@@ -147,7 +89,12 @@ class MapsCard:
         self._start = ChoiceControl(
             "start", [(s, _STARTS[s]) for s in STARTS], self._named, width=160, **wide
         )
-        gap: dict[str, Any] = {"spacing": 6, "sizing_mode": "stretch_width"}
+        wrapped = [InlineStyleSheet(css=theme.WRAPPED_SHEET)]
+        gap: dict[str, Any] = {
+            "spacing": 6,
+            "sizing_mode": "stretch_width",
+            "stylesheets": wrapped,
+        }
         self._rows = {
             "diagram": [
                 Row(*axis["vary"].children, self._back, self._branch, **gap),
@@ -218,6 +165,11 @@ class MapsCard:
         words = "" if error is None else html.escape(str(error))
         self.message.text = f'<span class="error">{words}</span>'
         self.message.visible = bool(words)
+
+    def note(self, words: str) -> None:
+        """Say why there is no map, where nothing is wrong."""
+        self.message.text = f'<span class="muted">{html.escape(words)}</span>'
+        self.message.visible = True
 
     def paint(self, palette: Palette, state: State) -> None:
         """Use the colours of a palette."""

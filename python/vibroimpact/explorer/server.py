@@ -208,6 +208,8 @@ def _application(state: State, *, owns_address: bool = True) -> Any:
     from bokeh.application.handlers.function import FunctionHandler
 
     def page(document: Any) -> None:
+        from tornado.ioloop import IOLoop
+
         from .app import Page
 
         begin, refused = state, None
@@ -218,7 +220,8 @@ def _application(state: State, *, owns_address: bool = True) -> Any:
                 first_state(begin.system, begin.initial)
             except (ParameterError, StateError) as error:
                 begin, refused = state, error
-        shown = Page(document, begin, owns_address=owns_address)
+        soon = IOLoop.current().add_callback
+        shown = Page(document, begin, owns_address=owns_address, soon=soon)
         shown.refuse_address(refused)
 
     return Application(FunctionHandler(page))

@@ -170,6 +170,23 @@ class State:
         return "&".join(f"{name}={_text(value)}" for name, value in fields.items())
 
 
+def map_key(state: State) -> tuple[Any, ...]:
+    """Return all that the map of a state depends on, with its kind and axes first."""
+    system = state.system.to_dict()
+    start: dict[str, float] = dict(zip(COORDINATES, state.initial, strict=True))
+    if state.map == "diagram":
+        axes: tuple[Any, ...] = (state.vary,)
+    elif state.map == "chart":
+        axes = (state.across, state.upward)
+    else:
+        axes = (state.right, state.up)
+    names = {axis.name for axis in axes}
+    rest = {k: v for k, v in (system | start).items() if k not in names}
+    assert names <= {*PARAMETERS, *start}
+    more = (state.start,) if state.map == "diagram" else ()
+    return (state.map, tuple(sorted(names)), axes, tuple(rest.items()), more)
+
+
 def from_query(arguments: Mapping[str, Sequence[bytes]], default: State) -> State:
     """Return the state that the arguments of an address hold.
 

@@ -159,10 +159,26 @@ label, .bk-input-group > label {{ color: var(--muted); margin: 0; }}
   border-radius: 50%; border: 2px solid var(--card); background: var(--accent); box-shadow: none;
 }}
 .noUi-handle::before, .noUi-handle::after {{ display: none; }}
-pre {{ font: 12px ui-monospace, 'DejaVu Sans Mono', monospace; color: var(--ink);
-  white-space: pre; margin: 0; }}
 """
 """The sheet of every widget."""
+
+WRAPPED_SHEET = ":host { flex-wrap: wrap !important; }"
+"""The sheet of a row of fields, whose last ones may stand below the first."""
+
+
+def stacked_sheet(direction: str, height: str) -> str:
+    """Return the sheet of a row or column that is as high as its children, or as the window.
+
+    On a narrow screen the children stand one below another.
+    """
+    return f"""
+:host {{ min-height: min-content !important; }}
+@media (max-width: 800px) {{
+  :host {{ flex-direction: {direction} !important; height: auto !important; }}
+  :host > * {{ width: 100% !important; flex: none !important; height: {height} !important; }}
+}}
+"""
+
 
 CARD_SHEET = """
 :host {
@@ -182,6 +198,8 @@ h2 {{ font-size: 13px; font-weight: 600; margin: 0; display: inline; }}
   border-radius: 2px; outline: 1px solid var(--line); }}
 .muted {{ color: var(--muted); }}
 .error {{ color: var(--error); }}
+pre {{ font: 12px ui-monospace, 'DejaVu Sans Mono', monospace; color: var(--ink);
+  white-space: pre; margin: 0; max-height: 40vh; overflow: auto; }}
 .label {{ font-size: 24px; font-weight: 600; }}
 table {{ border-spacing: 0; }}
 td {{ padding: 0 14px 0 0; vertical-align: top; font-variant-numeric: tabular-nums; }}
@@ -193,6 +211,7 @@ PAGE = """
 {% extends base %}
 {% block title %}vibroimpact explorer{% endblock %}
 {% block postamble %}
+<meta name="viewport" content="width=device-width, initial-scale=1">
 <style>
   html, body { margin: 0; padding: 0; background: #F3F5F7; }
   @media (prefers-color-scheme: dark) { html, body { background: #101316; } }

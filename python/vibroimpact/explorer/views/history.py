@@ -22,6 +22,7 @@ class HistoryView:
         self.figure = parts.plain(
             "history", y_axis_label="displacement", x_range=Range1d(), y_range=Range1d()
         )
+        self.figure.xaxis.ticker.desired_num_ticks = 4
         self._tip = self.figure.line("at", "tip", source=self.source, line_width=1.6)
         self._body = self.figure.line("at", "x2", source=self.source, line_width=1.6)
         self._hits = self.figure.scatter(

@@ -101,7 +101,8 @@ class SectionViews:
         self._dots.glyph.fill_color = palette.first
         key = [(palette.regime(each), REGIME_STYLES[each].text) for each in self._regimes]
         self.impact_heading.text = parts.heading("Impact section", key)
-        self.stroboscopic_heading.text = parts.heading("Stroboscopic section")
+        none = "" if self._driven else '<span class="key">there is no drive</span>'
+        self.stroboscopic_heading.text = parts.heading("Stroboscopic section") + none
 
 
 def approach_velocity(motion: Motion) -> np.ndarray[tuple[int], np.dtype[np.float64]]:

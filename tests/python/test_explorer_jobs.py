@@ -1,0 +1,90 @@
+"""The work beside a page of the explorer: what is overtaken is replaced or cancelled."""
+
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+from han_jin_hu_2004.parameters import INITIAL
+from systems import ROUGH
+from vibroimpact.explorer.jobs import Lane, Work
+from vibroimpact.interruption import Cancellation, heeding
+
+
+def test_a_cancelled_call_on_a_thread_is_interrupted():
+    cancellation = Cancellation()
+    cancellation.cancel()
+
+    def call(**more):
+        with heeding(cancellation):
+            return vi.simulate(ROUGH, initial=INITIAL, periods=10**9, keep=1, **more)
+
+    with ThreadPoolExecutor(1) as pool:
+        with pytest.raises(vi.Interrupted) as caught:
+            pool.submit(call).result()
+        assert isinstance(caught.value.result, vi.Run)
+        # The thread heeds it inside the block alone.
+        assert pool.submit(vi.simulate, ROUGH, initial=INITIAL, periods=3).result()
+    with pytest.raises(vi.Interrupted), heeding(cancellation):
+        vi.basins(ROUGH, x1=np.linspace(0, 0.1, 9), v1=np.linspace(0, 0.1, 9))
+
+
+def test_running_work_is_cancelled_from_another_thread():
+    shown, lane = [], Lane(lambda finish: finish(), grace=0.0)
+    begun, ended = threading.Event(), threading.Event()
+
+    def forever():
+        begun.set()
+        return vi.simulate(ROUGH, initial=INITIAL, periods=10**9, keep=1, max_events=10**15)
+
+    lane.submit(Work(forever, shown.append, shown.append))
+    begun.wait()
+
+    def show(result):
+        shown.append(result)
+        ended.set()
+
+    lane.submit(Work(lambda: "newer", show, shown.append))
+    ended.wait()
+    assert shown == ["newer"]
+
+
+def test_work_that_waits_is_replaced_and_errors_are_handed_on():
+    posted, lane = [], Lane(lambda finish: posted.append(finish), grace=0.0)
+    gate, shown = threading.Event(), []
+    lane.submit(Work(gate.wait, shown.append, shown.append))
+    lane.submit(Work(lambda: "never", shown.append, shown.append))
+
+    def fail():
+        raise ValueError("refused")
+
+    lane.submit(Work(fail, shown.append, shown.append))
+    gate.set()
+    while lane.busy:
+        pass
+    for finish in posted:
+        finish()
+    (error,) = shown
+    assert isinstance(error, ValueError)
+
+
+@pytest.mark.parametrize("interruption", [KeyboardInterrupt, vi.Interrupted])
+def test_a_lane_goes_on_after_an_interruption(interruption):
+    shown, ended = [], threading.Event()
+    lane = Lane(lambda finish: finish(), grace=0.0)
+
+    def interrupted():
+        raise interruption("interrupted while a motion was followed")
+
+    def show(result):
+        shown.append(result)
+        ended.set()
+
+    lane.submit(Work(interrupted, shown.append, shown.append))
+    while lane.busy:
+        pass
+    lane.submit(Work(lambda: "newer", show, shown.append))
+    ended.wait()
+    assert shown == ["newer"]
