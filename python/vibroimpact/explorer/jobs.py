@@ -105,7 +105,7 @@ class Lane:
             with heeding(work.cancellation):
                 result = work.compute()
         except KeyboardInterrupt:
-            # On a thread this is never Ctrl-C, but always the cancellation. Public calls raise it as
+            # On a thread this is never Ctrl-C, but the cancellation. Public calls raise it as
             # `Interrupted`, parts of results as it is.
             return
         except Exception as error:
