@@ -260,6 +260,7 @@ def calls() -> dict[str, Call]:
                 "time": "object or none",
                 "keep": "whole number or none",
                 "max_events": "whole number or none",
+                "units": "object or none",
             },
         ),
         "Run.resume: time": Call(
@@ -270,6 +271,7 @@ def calls() -> dict[str, Call]:
                 "time": "number > 0",
                 "keep": "object or none",
                 "max_events": "whole number or none",
+                "units": "object or none",
             },
         ),
         "impact": Call(
