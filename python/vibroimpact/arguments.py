@@ -149,14 +149,20 @@ _OTHER_NAMES: dict[str, tuple[str, ...]] = {
 }
 
 
-def close_to(name: str, known: Iterable[str]) -> str:
-    """Return a hint for the error about an unknown name: the known name that is meant by it."""
+def closest(name: str, known: Iterable[str]) -> str | None:
+    """Return the known name that is meant by an unknown one, None if none is close."""
     import difflib  # here, to keep the import of the package light
 
     names = [*known]
     meant = [other for other in _OTHER_NAMES.get(name, ()) if other in names]
     close = meant or difflib.get_close_matches(name, names, n=1)
-    return f", did you mean {close[0]}?" if close else ""
+    return close[0] if close else None
+
+
+def close_to(name: str, known: Iterable[str]) -> str:
+    """Return a hint for the error about an unknown name: the known name that is meant by it."""
+    meant = closest(name, known)
+    return f", did you mean {meant}?" if meant else ""
 
 
 def unexpected(function: Callable[..., Any], given: Iterable[str]) -> TypeError | None:

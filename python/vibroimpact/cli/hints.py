@@ -3,7 +3,7 @@
 import argparse
 from collections.abc import Sequence
 
-from ..arguments import close_to
+from ..arguments import close_to, closest
 
 
 def check_words(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
@@ -37,7 +37,8 @@ def check_words(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
             return
         option = word.partition("=")[0]
         if option.startswith("--") and not any(one.startswith(option) for one in known_options):
-            names = [one.removeprefix("--").replace("-", "_") for one in known_options]
-            meant = close_to(option.removeprefix("--").replace("-", "_"), names)
-            hint = meant.replace("_", "-").replace("did you mean ", "did you mean --")
+            # Options are known by the names of the arguments they stand for.
+            names = {one.removeprefix("--").replace("-", "_"): one for one in known_options}
+            meant = closest(option.removeprefix("--").replace("-", "_"), names)
+            hint = f", did you mean {names[meant]}?" if meant else ""
             command.error(f"unrecognized arguments: {option}{hint}")
