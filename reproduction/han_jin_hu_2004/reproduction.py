@@ -160,14 +160,13 @@ def _executor(processes: int) -> Iterator[ProcessPoolExecutor]:
     try:
         yield executor
     except BaseException:
-        executor.shutdown(wait=False, cancel_futures=True)
-        children = set(multiprocessing.active_children()) - before
-        for child in children:
+        for child in set(multiprocessing.active_children()) - before:
             child.terminate()
-        for child in children:
-            child.join()
         raise
-    executor.shutdown()
+    finally:
+        # The executor's thread joins its processes. Joining them here as well would be a race:
+        # whoever comes second returns while the other has not yet noted that the process is gone.
+        executor.shutdown(cancel_futures=True)
 
 
 class _Job:
