@@ -5,6 +5,9 @@ Chromium (Debian's packages chromium and chromium-driver, and Selenium), moves t
 moment amplitude, and takes the time in the browser until the new data have come and two frames have
 been drawn since. The slider moves again when both have come; each move changes motion, sections and
 diagram.
+
+Then it drags the slider: it moves at every frame, whatever has come, and counts the motions that
+come, and the time from the last move until the last motion has been drawn.
 """
 
 import argparse
@@ -44,6 +47,33 @@ for (const [name, source] of Object.entries(sources)) {
   source.properties.data.change.connect(changed)
 }
 slider.value = value
+"""
+# A drag has ended when no motion has come for so many milliseconds.
+QUIET = 3000
+DRAG = """
+const [moves, quiet, done] = arguments
+const found = (name) => Bokeh.documents[0].get_model_by_name(name)
+const slider = found("moment_amplitude-slider"), data = found("film").properties.data
+let count = 0, begun = 0, last = performance.now(), end = 0
+const came = () => {
+  count++
+  last = performance.now()
+  requestAnimationFrame(() => requestAnimationFrame(() => end = performance.now()))
+}
+data.change.connect(came)
+let move = 0
+const step = () => {
+  slider.value = 0.9 + 0.005 * (++move)
+  if (move < moves) return requestAnimationFrame(step)
+  begun = last = performance.now()
+  const watch = setInterval(() => {
+    if (performance.now() - last < quiet) return
+    clearInterval(watch)
+    data.change.disconnect(came)
+    done([end - begun, count])
+  }, 100)
+}
+requestAnimationFrame(step)
 """
 READY = """
 const found = (name) => Bokeh.documents[0].get_model_by_name(name)
@@ -92,11 +122,21 @@ def measure(chrome: webdriver.Chrome, url: str, preset: str, moves: int) -> dict
     return found
 
 
+def drag(chrome: webdriver.Chrome, url: str, preset: str, moves: int) -> tuple[float, int]:
+    """Return the milliseconds from the last move to the last picture, and how many motions came."""
+    chrome.get(f"{url}?{PRESETS[preset].to_query()}")
+    wait(chrome)
+    lag, count = chrome.execute_async_script(DRAG, moves, QUIET)
+    return lag, count
+
+
 def main() -> None:
-    """Print a table of medians and 90 per cent quantiles."""
+    """Print a table of medians and 90 per cent quantiles, and one of drags."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--moves", type=int, default=40, help="moves of the slider per scene")
-    moves = parser.parse_args().moves
+    parser.add_argument("--drags", type=int, default=5, help="drags of so many moves per scene")
+    options = parser.parse_args()
+    moves = options.moves
     ready, servers = threading.Event(), []
 
     def serve() -> None:
@@ -116,6 +156,14 @@ def main() -> None:
             for name in ("motion", "diagram"):
                 tenths = statistics.quantiles(found[name], n=10)
                 cells.append(f"{statistics.median(found[name]):7.0f} {tenths[-1]:7.0f}")
+            print(f"{scene:28s}  {cells[0]:17s}  {cells[1]}", flush=True)
+        print(f"\nafter {moves} moves (median, most)   milliseconds      motions")
+        for scene, preset in SCENES.items():
+            drags = [drag(chrome, servers[0].url, preset, moves) for _ in range(options.drags)]
+            cells = [
+                f"{statistics.median(each):7.0f} {max(each):7.0f}"
+                for each in zip(*drags, strict=True)
+            ]
             print(f"{scene:28s}  {cells[0]:17s}  {cells[1]}", flush=True)
     finally:
         chrome.quit()

@@ -10,8 +10,8 @@ import pytest
 
 import sizes
 import vibroimpact as vi
-from chromium import Records, Window, serving, started
-from vibroimpact.explorer import compute
+from chromium import PATIENCE, Records, Window, serving, started
+from vibroimpact.explorer import app, compute
 from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
 from vibroimpact.explorer.state import MAPS, VALUES, Axis
@@ -35,6 +35,8 @@ def browser():
     patch = pytest.MonkeyPatch()
     patch.setattr(compute, "FINE", SMALL)
     patch.setattr(compute, "COARSE", SMALL)
+    # On a busy machine an acknowledgement may be late, but is not lost.
+    patch.setattr(app, "PATIENCE", PATIENCE)
     logging.getLogger().addHandler(records)
     with started() as chrome, serving() as server:
         window = Window(chrome, server.url)
@@ -116,6 +118,28 @@ def test_a_slider_redraws_and_the_address_follows(window):
     # The address alone leads back to the state.
     window.chrome.refresh()
     window.wait("Bokeh.documents[0].get_model_by_name('friction').value == '0.125'")
+
+
+def test_a_dragged_slider_sends_a_motion_when_the_last_is_drawn(window):
+    window.settled()
+    window.js(
+        """
+        const found = (name) => Bokeh.documents[0].get_model_by_name(name)
+        let waiting = 0
+        window.most = window.count = 0
+        found("film").properties.data.change.connect(() => {
+          window.count++
+          window.most = Math.max(window.most, ++waiting)
+        })
+        found("motion-drawn").properties.tags.change.connect(() => waiting = 0)
+        for (let k = 1; k <= 40; k++) found("friction-slider").value = 0.015 * k
+        """
+    )
+    last = DEFAULT.replace(friction=0.6)
+    tip = last.system.tip(compute.motion(last).states[:, 0]).tolist()[100]
+    window.wait(f"Bokeh.documents[0].get_model_by_name('film').data.tip_x[100] == {tip!r}")
+    assert window.js("return window.most") == 1
+    assert window.js("return window.count") < 40
 
 
 def test_a_bad_number_is_told_beside_its_field(window):

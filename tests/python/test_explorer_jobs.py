@@ -1,5 +1,6 @@
 """The work beside a page of the explorer: what is overtaken is replaced or cancelled."""
 
+import queue
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
@@ -88,3 +89,31 @@ def test_a_lane_goes_on_after_an_interruption(interruption):
     lane.submit(Work(lambda: "newer", show, shown.append))
     ended.wait()
     assert shown == ["newer"]
+
+
+def test_the_next_picture_is_begun_when_the_last_has_been_drawn():
+    numbers, begun, shown = queue.SimpleQueue(), [], []
+    lane = Lane(lambda finish: finish(), sent=numbers.put, patience=300.0)
+
+    def submit(value):
+        lane.submit(Work(lambda: begun.append(value) or value, shown.append, shown.append))
+
+    submit(0)
+    number = numbers.get()
+    for value in range(1, 40):
+        submit(value)
+    # A number that was never sent frees nothing.
+    lane.drawn(number + 1)
+    assert begun == [0]
+    lane.drawn(number)
+    lane.drawn(numbers.get())
+    assert begun == shown == [0, 39]
+
+
+def test_a_lost_acknowledgement_does_not_stop_a_lane():
+    numbers, shown = queue.SimpleQueue(), []
+    lane = Lane(lambda finish: finish(), sent=numbers.put, patience=0.01)
+    for value in range(3):
+        lane.submit(Work(lambda value=value: value, shown.append, shown.append))
+        numbers.get()
+    assert shown == [0, 1, 2]

@@ -41,7 +41,13 @@ class Desk:
         self.document.add_timeout_callback = lambda call, _time: self.waiting.append(call)
         self.document.on_session_destroyed = lambda _call: None
         self.page = Page(self.document, state)
+        for name in ("motion", "map"):
+            self.named(f"{name}-sent").on_change("tags", self.acknowledge(name))
         self.settle()
+
+    def acknowledge(self, name):
+        """Answer as a browser does that draws at once."""
+        return lambda _name, _old, new: self.named(f"{name}-drawn").update(tags=new)
 
     def settle(self):
         """Run what waits until nothing is computed any more."""

@@ -14,6 +14,7 @@ from ..errors import ParameterError, SimulationError, StateError
 from ..orbits import PeriodicMotion
 from ..simulation import simulate
 from . import compute, tables, theme
+from .acknowledgement import Acknowledgement
 from .code import python_code
 from .compute import Motion, Verdict
 from .controls import Controls
@@ -26,6 +27,8 @@ from .views.diagram import BranchLines, branch_lines
 
 # Milliseconds without a change after which verdict and fine maps are computed.
 REST = 250
+# Seconds to wait for the browser's word that it has drawn a picture, before the next one is begun.
+PATIENCE = 3.0
 # What a page says; anything else is a fault, which the server's log gets.
 EXPECTED = (ParameterError, StateError, SimulationError)
 
@@ -64,7 +67,9 @@ class Page:
         self.motion: Motion | None = None
         self.verdict: Verdict | None = None
         self._turn, self._closed, self._map_key = 0, False, ("",)
-        self._lanes = {name: Lane(self._post) for name in ("motion", "verdict", "map", "branch")}
+        self._lanes = {name: Lane(self._post) for name in ("verdict", "branch")}
+        for name in ("motion", "map"):
+            self._pace(name)
         own = {"as given": state} if state not in PRESETS.values() else {}
         self._presets = own | PRESETS
         self.controls, self.maps = Controls(self.change), MapsCard(self.change)
@@ -82,7 +87,7 @@ class Page:
 
     @property
     def busy(self) -> bool:
-        """Whether anything is computed."""
+        """Whether anything is computed, or on its way to the browser."""
         return any(lane.busy for lane in self._lanes.values())
 
     def change(self, **fields: Any) -> None:
@@ -112,6 +117,13 @@ class Page:
         self._closed = True
         for lane in self._lanes.values():
             lane.cancel()
+
+    def _pace(self, name: str) -> None:
+        """Give a view that follows the sliders a lane that waits for the browser."""
+        lane = Lane(self._post, sent=lambda number: told.ask(number), patience=PATIENCE)
+        told = Acknowledgement(name, lane.drawn)
+        told.enter(self.document)
+        self._lanes[name] = lane
 
     def _wire(self) -> None:
         frame = self.frame

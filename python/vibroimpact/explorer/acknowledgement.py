@@ -1,0 +1,58 @@
+"""The browser acknowledges each picture, so that the server sends the next one only then.
+
+Without this a slider that moves quickly sends more pictures than the browser can draw, and the
+last one waits behind all others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from bokeh.document import Document
+from bokeh.models import CustomJS, Div
+
+# What came before a picture's number is drawn in the next frame, and that one has ended when the
+# frame after it begins. A page that nobody sees has no frames, and acknowledges at once.
+_ACKNOWLEDGE = """
+const reply = () => { drawn.tags = sent.tags }
+if (sent.tags.length == 0) return
+if (document.hidden) reply()
+else requestAnimationFrame(() => requestAnimationFrame(reply))
+"""
+
+
+class Acknowledgement:
+    """Two numbers: of the last picture that was sent, and of the last one that was drawn.
+
+    Parameters
+    ----------
+    name
+        Of what is drawn.
+    drawn
+        Gets the number of each picture that has been drawn, on the page's thread. It comes from the
+        browser, so it may be anything.
+    """
+
+    def __init__(self, name: str, drawn: Callable[[Any], None]) -> None:
+        self._sent = Div(name=f"{name}-sent", tags=[], visible=False)
+        self._drawn = Div(name=f"{name}-drawn", tags=[], visible=False)
+        self._reply = CustomJS(args={"sent": self._sent, "drawn": self._drawn}, code=_ACKNOWLEDGE)
+        self._sent.js_on_change("tags", self._reply)
+
+        def replied(_name: str, _old: list[Any], new: list[Any]) -> None:
+            for number in new:
+                drawn(number)
+
+        self._drawn.on_change("tags", replied)
+
+    def enter(self, document: Document) -> None:
+        """Put the numbers into a document."""
+        document.add_root(self._sent)
+        document.add_root(self._drawn)
+        # The first picture may be there before the browser is.
+        document.js_on_event("document_ready", self._reply)
+
+    def ask(self, number: int) -> None:
+        """Ask the browser to acknowledge what has been sent until now."""
+        self._sent.tags = [number]
