@@ -91,6 +91,18 @@ class Window:
         self.wait("document.title == 'vibroimpact explorer' && Bokeh.documents.length > 0")
         self.wait(_model("portrait") + ".data.v1.length > 0")
 
+    @contextmanager
+    def minimized(self):
+        """Hide the page: it has no frames then."""
+        self.chrome.minimize_window()
+        try:
+            self.wait("document.hidden")
+            yield
+        finally:
+            # The page is as large as before.
+            self.chrome.set_window_rect(x=0, y=0, width=WIDTH, height=HEIGHT)
+            self.wait("!document.hidden")
+
     def js(self, code, *given):
         """Return what JavaScript gives."""
         return self.chrome.execute_script(code, *given)

@@ -142,6 +142,23 @@ def test_a_dragged_slider_sends_a_motion_when_the_last_is_drawn(window):
     assert window.js("return window.count") < 40
 
 
+def test_a_page_that_nobody_sees_acknowledges_at_once(window):
+    window.settled()
+    window.js("window.frames_drawn = 0")
+    with window.minimized():
+        window.js("requestAnimationFrame(() => window.frames_drawn++)")
+        for friction in (0.125, 0.25):
+            window.set("friction-slider", "value", friction)
+            state = DEFAULT.replace(friction=friction)
+            tip = state.system.tip(compute.motion(state).states[:, 0]).tolist()[100]
+            window.wait(f"Bokeh.documents[0].get_model_by_name('film').data.tip_x[100] == {tip!r}")
+            window.wait(
+                "Bokeh.documents[0].get_model_by_name('motion-drawn').tags[0] =="
+                " Bokeh.documents[0].get_model_by_name('motion-sent').tags[0]"
+            )
+        assert window.js("return window.frames_drawn") == 0
+
+
 def test_a_bad_number_is_told_beside_its_field(window):
     box = element(window, "restitution").shadow_root.find_element(By.CSS_SELECTOR, "input")
     box.clear()
