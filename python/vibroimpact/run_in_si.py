@@ -132,10 +132,7 @@ class RunInSI:
         (2, 4)
         """
         times, single = times_of("t", t)
-        times = times / self.scales.time
-        # The ends of the window may have been rounded on their way through seconds.
-        for end in (self.run.kept_from, self.run.final_state.time):
-            times[np.abs(times - end) <= 4.0 * np.spacing(abs(end))] = end
+        times = times_of_run(self.run, times, self.scales)
         rows = self.run.trajectory(times[0] if single else times, forces=forces)
         states, loads = self.scales.to_si(rows[..., :4]), rows[..., 4:] * self.scales.force
         return np.concatenate([states, loads], axis=-1)
@@ -191,3 +188,15 @@ class RunInSI:
         """Say what it is, and when the run ended."""
         end = self.final_state
         return f"<RunInSI {self.run.stop_reason} at {end.time:.6g} s, {len(self.impacts)} impacts>"
+
+
+def times_of_run(run: Any, seconds: ArrayLike, scales: Scales) -> Array:
+    """Return times in s as those of a run, dimensionless.
+
+    The ends of what is kept may have been rounded on their way through seconds: what is as near as
+    that is the end itself.
+    """
+    times = np.asarray(seconds, dtype=np.float64) / scales.time
+    for end in (run.kept_from, run.final_state.time):
+        times[np.abs(times - end) <= 4.0 * np.spacing(abs(end))] = end
+    return times
