@@ -8,7 +8,8 @@ from contextlib import contextmanager
 
 import pytest
 
-from vibroimpact.explorer.presets import DEFAULT
+from vibroimpact.explorer import compute
+from vibroimpact.explorer.presets import DEFAULT, PRESETS
 from vibroimpact.explorer.server import LocalServer
 
 WIDTH, HEIGHT = 1440, 1000
@@ -120,9 +121,14 @@ class Window:
         for name in ("dark", "code"):
             self.set(name, "active", False)
         self.set("playing", "active", True)
+        self.set("preset", "value", "choose a preset")
+        # What is shown may be left from before: the first state is there when it follows another.
         for preset in ("Paper, Fig. 5(c): 2-1", "Paper, Fig. 9(2): chaos"):
             self.set("preset", "value", preset)
-        self.wait(f"window.location.search == '?{DEFAULT.to_query()}'")
+            state = PRESETS[preset]
+            self.wait(f"window.location.search == '?{state.to_query()}'")
+            tip = state.system.tip(compute.motion(state).states[:, 0]).tolist()[100]
+            self.wait(f"{_model('film')}.data.tip_x[100] == {tip!r}")
         self.settled()
 
     def get(self, name, field):

@@ -82,8 +82,9 @@ def test_the_numbers_of_the_page_are_those_of_the_functions(window):
     motion = compute.motion(DEFAULT)
     assert window.data("portrait", "v1") == motion.states[:, 1].tolist()
     assert window.data("stroboscopic", "x1") == motion.run.stroboscopic[:, 0].tolist()
-    window.wait("Bokeh.documents[0].get_model_by_name('diagram').data.at.length > 0")
     diagram = compute.diagram(DEFAULT, SMALL["diagram"])
+    first = diagram.x1[0].item()
+    window.wait(f"Bokeh.documents[0].get_model_by_name('diagram').data.value[0] == {first!r}")
     assert window.data("diagram", "value") == diagram.x1.tolist()
     exponent = compute.verdict(DEFAULT, motion.run).exponent
     text = window.get("verdict", "text")
