@@ -10,7 +10,7 @@ Source: Han, Jin & Hu (2004), eq. (23).
 import math
 from typing import Any
 
-from .arguments import number, positive, reject
+from .arguments import not_negative, number, positive, reject
 from .scales import Scales
 
 
@@ -63,16 +63,16 @@ def dimensionless(
     m1 = positive("pendulum_mass", pendulum_mass)
     m2 = positive("oscillator_mass", oscillator_mass)
     l = positive("length", length)  # noqa: E741  the paper's letter
-    k1 = _not_negative("torsional_stiffness", torsional_stiffness)
+    k1 = not_negative("torsional_stiffness", torsional_stiffness)
     k2 = positive("stiffness", stiffness)
-    c1 = _not_negative("torsional_damping", torsional_damping)
-    c2 = _not_negative("damping", damping)
+    c1 = not_negative("torsional_damping", torsional_damping)
+    c2 = not_negative("damping", damping)
     if k1 == 0.0 and c1 > 0.0:
         reject("torsional_damping", torsional_damping, "0 where torsional_stiffness = 0")
 
     f1 = number("moment_amplitude", moment_amplitude)
     f2 = number("force_amplitude", force_amplitude)
-    omega = _not_negative("drive_frequency", drive_frequency)
+    omega = not_negative("drive_frequency", drive_frequency)
     delta = number("gap", gap)
 
     omega_1 = math.sqrt(k1 / m1) / l
@@ -99,11 +99,3 @@ def dimensionless(
         "gap": delta / l,
         "scales": Scales(length=l, mass=m1, time=1.0 / omega_2),
     }
-
-
-def _not_negative(name: str, value: float) -> float:
-    allowed = "a finite number >= 0"
-    result = number(name, value, allowed)
-    if result < 0.0:
-        reject(name, value, allowed)
-    return result

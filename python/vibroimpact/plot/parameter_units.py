@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
+from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from ..made import made_from
@@ -47,6 +48,13 @@ def parameter_axis(name: str, system: System, *, made: bool, is_si: bool) -> tup
     if name == "force_amplitude":
         factor /= system.mass_ratio
     return factor, f"{symbol} ({sign})"
+
+
+def along_parameter(ax: Axes, values: Array, label: str) -> None:
+    """Let the first axis be that of the values of a parameter, and end with them."""
+    if len(values) > 1:
+        ax.set_xlim(float(values.min()), float(values.max()))
+    ax.set_xlabel(label)
 
 
 def point_factors(diagram: Diagram, column: str) -> Array:
