@@ -171,12 +171,12 @@ impl ImpactPoint {
     pub fn map_in_regime<const N: usize>(
         &self,
         columns: &Columns<N>,
-        law: &ImpactLaw,
+        law: ImpactLaw,
         kind: RegimeKind,
         signs: Signs,
     ) -> Columns<N> {
         let (contact, x1, delay) = self.contact(columns, signs.side.value());
-        let law = (Dual::constant(self.numbers.restitution), law);
+        let law = (Dual::constant(self.numbers.restitution), &law);
         let (_, end) = regime_path(&contact, law, kind, signs.direction.value());
         [x1, end.slip.slope, end.parting.slope, delay]
     }
@@ -301,6 +301,6 @@ impl Derivative for Strike<'_> {
         if system.law.is_coulomb() && (smooth || kind == RegimeKind::Slip) {
             return self.point.map_in_slip(&columns);
         }
-        self.point.map_in_regime(&columns, &system.law, kind, signs)
+        self.point.map_in_regime(&columns, system.law, kind, signs)
     }
 }

@@ -188,7 +188,7 @@ impl PerturbationLanes {
         for j in 0..LANES {
             let Some(impact) = impacts.switched(j).filter(|_| may_hold[j] == 1) else { continue };
             let flight = (times[j], [first[j], second[j]]);
-            let (law, kind) = (&laws[j], impact.regime.kind());
+            let (law, kind) = (laws[j], impact.regime.kind());
             let after =
                 here.get(j).after_impact::<G>(j, impacts, flight, moves[j], |point, flown| {
                     let (slip, side) = (point.rates.velocities[0], point.angle.sin);
