@@ -253,8 +253,8 @@ impl<const N: usize> Perturbations<N> {
             let (model, orthonormal) = (&self.model, self.orthonormal);
             let PerturbedState { state, clock, at_event, departure, directions } = &mut self.here;
             // In place: what is copied at once after it was written in parts is waited for.
-            let departure = departure
-                .get_or_insert_with(|| Departure::new(model, state, *clock, *at_event));
+            let departure =
+                departure.get_or_insert_with(|| Departure::new(model, state, *clock, *at_event));
             narrow(Struck { model, departure, impact, after, regime, directions, orthonormal })?;
         } else {
             self.here.departure = None;

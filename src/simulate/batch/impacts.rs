@@ -332,9 +332,8 @@ impl ImpactLanes {
 
     /// Changes of the amplitudes of both bodies' free motions after these times.
     #[inline(always)]
-    pub fn amplitude_changes(&self, times: &Lanes) -> [Lanes; 2] {
-        let Systems { pendulums, oscillators, .. } = &self.systems;
-        [pendulums.amplitude_changes(times), oscillators.amplitude_changes(times)]
+    pub fn amplitude_changes(&self, times: impl FnOnce() -> Lanes) -> [Lanes; 2] {
+        self.systems.amplitude_changes(times)
     }
 
     /// Whether both bodies of lane `j` turn by so little in this time that
