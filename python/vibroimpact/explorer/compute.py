@@ -166,7 +166,7 @@ def diagram(state: State, detail: Detail) -> Diagram:
         initial=state.initial,
         periods=detail.periods,
         keep=detail.keep,
-        start=state.start,  # type: ignore[arg-type]  # checked by State
+        start=state.start,  # checked by State
         labels=False,
         max_events=MOST_EVENTS,
         **axis_values((state.vary, detail.columns)),
