@@ -171,7 +171,8 @@ def test_a_missing_extra_gives_code_2(run_command, monkeypatch):
     monkeypatch.setattr(simulate, "simulate", without_zarr)
     code, _, err = run_command(SIMULATE)
     assert code == 2
-    assert err == 'vibroimpact: needs zarr: pip install "zarr>=3.1.3" xarray\n'
+    wanted = f'{sys.executable} -m pip install "zarr>=3.1.3" xarray'
+    assert err == f"vibroimpact: needs zarr: {wanted}\n"
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes end otherwise elsewhere")
