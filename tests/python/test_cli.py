@@ -28,7 +28,7 @@ SEARCH = ORBITS + " --search 2"
         (SIMULATE.replace("--initial 0 0.5 0 0", ""), "initial is missing: give --initial"),
         (SIMULATE.replace("--gap 0.5", "--gap nan"), "gap = nan"),
         (SIMULATE.replace("--keep 100", "--keep 601"), "keep = 601"),
-        (SIMULATE.replace("--periods 600", ""), "exactly one of periods= and time="),
+        (SIMULATE.replace("--periods 600", ""), "exactly one of --periods and --time, got neither"),
         (SIMULATE + " --max-events 0", "max_events = 0"),
         (SIMULATE + " --chatter-tolerance inf", "chatter_tolerance = inf"),
         (SIMULATE + " --law wishful", "law"),
