@@ -57,13 +57,16 @@ FINITE = st.floats(allow_nan=False, allow_infinity=False)
     high=st.floats(1e-300, 1e300),
     names=st.permutations([*PARAMETERS]),
     branch=st.booleans(),
+    origin=st.none() | st.tuples(FINITE, FINITE, FINITE, FINITE),
     drawn=st.sampled_from([*itertools.product(MAPS, VALUES)]),
 )
-def test_every_state_comes_back_bit_for_bit(gap, friction, x1, low, high, names, branch, drawn):
+def test_every_state_comes_back_bit_for_bit(
+    gap, friction, x1, low, high, names, branch, origin, drawn
+):
     axes = [Axis(name=name, low=low, high=high) for name in names[:3]]
     state = DEFAULT.replace(
         gap=gap, friction=friction, x1=x1, branch=branch, map=drawn[0], value=drawn[1]
-    ).replace(vary=axes[0], across=axes[1], upward=axes[2])
+    ).replace(vary=axes[0], across=axes[1], upward=axes[2], origin=origin)
     query = state.to_query()
     assert set(query) <= set("abcdefghijklmnopqrstuvwxyz_0123456789=&.-")
     assert from_query(arguments(query), PRESETS["Bouncing ball"]) == state
@@ -91,6 +94,7 @@ def test_every_state_comes_back_bit_for_bit(gap, friction, x1, low, high, names,
         ("vary_low=9", "drive_frequency"),
         ("across=friction&upward=friction", "upward"),
         ("right=v1", "up"),
+        ("origin_x1=0.1", "origin"),
         ("theme=../../etc", "theme"),
         ("branch=True", "branch"),
         ("system=1", "system"),

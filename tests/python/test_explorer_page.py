@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from bokeh.document import Document
 from bokeh.events import RangesUpdate, Tap
+from matplotlib import pyplot
 from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
 
@@ -18,9 +19,15 @@ from vibroimpact.explorer.app import Page
 from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
 from vibroimpact.explorer.server import LocalServer
-from vibroimpact.explorer.state import Axis
+from vibroimpact.explorer.state import Axis, from_query
 
 SMALL = compute.Detail(columns=9, rows=5, periods=60, keep=20)
+
+
+def arguments(query):
+    """What a web server makes of a query."""
+    pairs = (part.partition("=") for part in query.split("&"))
+    return {name: [value.encode()] for name, _, value in pairs}
 
 
 @pytest.fixture
@@ -145,6 +152,46 @@ def test_clicks_choose_motions(desk):
     desk.settle()
     maps._tap_basins(Tap(maps.basins.figure, x=0.12, y=0.8))
     assert desk.page.state.initial == (0.125, 0.75, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("start", ["forward", "backward"])
+def test_a_click_on_a_followed_column_shows_the_motion_of_the_column(monkeypatch, tmp_path, start):
+    # Chaotic on the way down; from the start of the page it is another motion.
+    detail = compute.Detail(columns=31, rows=0, periods=compute.PERIODS, keep=60)
+    monkeypatch.setattr(compute, "FINE", dict.fromkeys(compute.FINE, detail))
+    state = PRESETS["Paper, Fig. 9(3): 4-5"].replace(start=start)
+    desk = Desk(state)
+    diagram = compute.diagram(state, detail)
+    maps = desk.page.maps
+    before = desk.named("diagram").data["value"]
+    others = 0
+    for place in (4, 18, 20, 28):
+        value = float(diagram.values[place])
+        maps._tap_diagram(Tap(maps.diagram.figure, x=value, y=0.0))
+        desk.settle()
+        shown = desk.page.state
+        assert (shown.system.drive_frequency, shown.origin) == (value, state.initial)
+        assert shown.initial == diagram.run(place).initial
+        # The last 60 drive periods of the motion are those of the column, to the last bit.
+        column = diagram.x1[diagram.offset[place] : diagram.offset[place + 1]]
+        assert np.array_equal(desk.page.motion.run.impacts["x1"][-len(column) :], column)
+        others += not np.array_equal(
+            compute.motion(state.replace(drive_frequency=value)).run.impacts["x1"],
+            desk.page.motion.run.impacts["x1"],
+        )
+        # The diagram is the same: it begins where it began.
+        assert np.array_equal(desk.named("diagram").data["value"], before)
+    assert others
+    made = {}
+    monkeypatch.chdir(tmp_path)
+    exec(compile(python_code(desk.page.state), "code", "exec"), made)
+    assert np.array_equal(made["run"].impacts, desk.page.motion.run.impacts)
+    assert np.array_equal(made["diagram"].x1, diagram.x1)
+    assert from_query(arguments(desk.page.state.to_query()), DEFAULT) == desk.page.state
+    # A start by hand is that of the diagram, too.
+    desk.named("v1").value = "0.4"
+    assert desk.page.state.origin is None
+    pyplot.close("all")
 
 
 def zoom(desk, x0, x1):

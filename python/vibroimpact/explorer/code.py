@@ -51,10 +51,14 @@ def _motion_picture(state: State) -> list[str]:
 
 
 def _diagram(state: State, detail: compute.Detail) -> list[str]:
-    lines = [
-        "# The bifurcation diagram.",
+    begin = "initial"
+    lines = ["# The bifurcation diagram."]
+    if state.origin is not None:
+        begin = repr(state.origin)
+        lines += ["# The motion above is that of a column, which starts where the one before ends."]
+    lines += [
         "diagram = vi.bifurcation_diagram(",
-        "    system, initial=initial,",
+        f"    system, initial={begin},",
         f"    periods={detail.periods}, keep={detail.keep}, start={state.start!r}, labels=False,",
         f"    max_events={compute.MOST_EVENTS},",
         f"    {_values(state.vary, detail.columns)},",

@@ -18,7 +18,7 @@ from bokeh.models import (
 )
 
 from .._core import PARAMETERS
-from ..errors import ParameterError, StateError
+from ..errors import ParameterError, SimulationError, StateError
 from ..sweeps import Basins, Chart, Diagram
 from . import theme
 from .controls import AxisControl, ChoiceControl, sheets
@@ -228,9 +228,22 @@ class MapsCard:
         self._try(vary=Axis(name=old.name, low=low, high=high))
 
     def _tap_diagram(self, event: Tap) -> None:
-        if isinstance(self.result, Diagram) and event.x is not None:
-            value = _nearest(self.result.values, float(event.x))
-            self._try(**{self.result.parameter_name: value})
+        diagram, state = self.result, self._state
+        if not isinstance(diagram, Diagram) or event.x is None or state is None:
+            return
+        place = _place(diagram.values, float(event.x))
+        changes: dict[str, Any] = {
+            diagram.parameter_name: float(diagram.values[place]),
+            "initial": state.diagram_initial,
+        }
+        if state.start != "fresh":
+            # Where the column before has ended, so that the motion is that of the column.
+            try:
+                changes |= {"initial": diagram.run(place).initial, "origin": state.diagram_initial}
+            except (ParameterError, StateError, SimulationError) as error:
+                self.say(error)
+                return
+        self._try(**changes)
 
     def _tap_chart(self, event: Tap) -> None:
         if isinstance(self.result, Chart):
@@ -249,4 +262,8 @@ def _cell(result: Chart | Basins, event: Tap) -> dict[str, float]:
 
 
 def _nearest(values: Any, wanted: float) -> float:
-    return float(values[int(np.argmin(np.abs(np.asarray(values) - wanted)))])
+    return float(values[_place(values, wanted)])
+
+
+def _place(values: Any, wanted: float) -> int:
+    return int(np.argmin(np.abs(np.asarray(values) - wanted)))
