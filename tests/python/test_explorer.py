@@ -247,11 +247,17 @@ def test_the_code_runs_and_gives_the_numbers_of_the_page(name, coarse, drawn):
         made: dict[str, object] = {}
         exec(compile(python_code(state), shown, "exec"), made)
         assert made["system"] == state.system
+        # The pictures are those of the page: four views of a motion, three without a drive.
+        assert len(made["axes"].flat) == (4 if driven else 3)
+        texts = [text.get_text() for text in made["axes"].flat[2].figure.findobj(pyplot.Text)]
+        assert "approach velocity $u$" in texts
         assert np.array_equal(made["run"].impacts, compute.motion(state).run.impacts)
         if not driven:
             assert "diagram" not in made
         elif shown == "diagram":
             assert np.array_equal(made["diagram"].x1, compute.diagram(state, SMALL).x1)
+            colors = {tuple(color) for color in made["ax"].collections[0].get_facecolors()}
+            assert len(colors) == max(len(set(made["diagram"].regime.tolist())), 1)
         elif shown == "chart":
             assert np.array_equal(made["chart"].label, compute.chart_of(state, SMALL).label)
         else:
