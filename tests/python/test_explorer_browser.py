@@ -10,7 +10,7 @@ import pytest
 
 import sizes
 import vibroimpact as vi
-from chromium import PATIENCE, Records, Window, serving, started
+from chromium import HEIGHT, PATIENCE, WIDTH, Records, Window, serving, started
 from vibroimpact.explorer import app, compute
 from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
@@ -229,6 +229,36 @@ def test_the_branch_is_laid_over_the_diagram(browser):
     for lines in ("stable", "unstable"):
         browser.wait(f"Bokeh.documents[0].get_model_by_name('{lines}').data.xs.length > 0")
     assert browser.complaints() == []
+
+
+@pytest.mark.parametrize("width", [1000, 1250, 1440])
+def test_nothing_lies_over_anything_in_a_window_of_any_width(window, width):
+    try:
+        window.chrome.set_window_size(width, 1000)
+        window.wait(f"Math.abs(window.outerWidth - {width}) < 20")
+        window.wait(
+            """(() => {
+              const box = (name) => Bokeh.index.find_one_by_id(
+                Bokeh.documents[0].get_model_by_name(name).id).el.getBoundingClientRect()
+              const play = box("playing"), next = box("history-figure")
+              const tall = ["impact-figure", "stroboscopic-figure", "diagram-figure"]
+              return play.width > 40 && (play.right < next.left || play.bottom < next.top)
+                && tall.every((name) => box(name).height > 140 && box(name).width > 120)
+                && document.documentElement.scrollWidth <= window.innerWidth
+            })()"""
+        )
+    finally:
+        window.chrome.set_window_size(WIDTH, HEIGHT)
+
+
+def test_the_code_is_as_wide_as_the_page_and_the_button_says_what_it_does(window):
+    window.set("code", "active", True)
+    window.wait("Bokeh.documents[0].get_model_by_name('code-text').tags.length > 0")
+    text = element(window, "code-text").shadow_root.find_element(By.CSS_SELECTOR, "pre")
+    assert text.rect["width"] > 0.9 * WIDTH
+    assert window.get("playing", "label") == "pause"
+    window.set("playing", "active", False)
+    assert window.get("playing", "label") == "play"
 
 
 def test_dark_and_light(window):

@@ -166,14 +166,26 @@ WRAPPED_SHEET = ":host { flex-wrap: wrap !important; }"
 """The sheet of a row of fields, whose last ones may stand below the first."""
 
 
-def stacked_sheet(direction: str, height: str) -> str:
+NARROW, MEDIUM = 800, 1200
+"""Widths of the window in pixels up to which the page has one column, and two beside the controls."""
+
+PAIRS_SHEET = f"""
+@media (min-width: {NARROW + 1}px) and (max-width: {MEDIUM}px) {{
+  :host {{ flex-wrap: wrap !important; height: auto !important; }}
+  :host > * {{ flex: 1 1 calc(50% - 10px) !important; height: 280px !important; }}
+}}
+"""
+"""The sheet of a row whose children stand in pairs where the window is not wide."""
+
+
+def stacked_sheet(direction: str, height: str, width: int = NARROW) -> str:
     """Return the sheet of a row or column that is as high as its children, or as the window.
 
-    On a narrow screen the children stand one below another.
+    In a window up to a width its children stand one below another.
     """
     return f"""
 :host {{ min-height: min-content !important; }}
-@media (max-width: 800px) {{
+@media (max-width: {width}px) {{
   :host {{ flex-direction: {direction} !important; height: auto !important; }}
   :host > * {{ width: 100% !important; flex: none !important; height: {height} !important; }}
 }}
@@ -198,6 +210,7 @@ h2 {{ font-size: 13px; font-weight: 600; margin: 0; display: inline; }}
   border-radius: 2px; outline: 1px solid var(--line); }}
 .muted {{ color: var(--muted); }}
 .error {{ color: var(--error); }}
+.bk-clearfix:has(pre) {{ display: block !important; width: 100%; }}
 pre {{ font: 12px ui-monospace, 'DejaVu Sans Mono', monospace; color: var(--ink);
   white-space: pre; margin: 0; max-height: 40vh; overflow: auto; }}
 .label {{ font-size: 24px; font-weight: 600; }}

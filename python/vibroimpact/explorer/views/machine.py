@@ -42,6 +42,7 @@ _WORDS = (
 _CONTACT = {EventKind.SLIDE_POSITIVE: 1, EventKind.SLIDE_NEGATIVE: 1, EventKind.STICK: 2}
 _NO_HIT = {"x0": [0.0, 0.0], "y0": [0.0, 0.0], "x1": [0.0, 0.0], "y1": [0.0, 0.0]}
 
+_SAYS = 'cb_obj.label = cb_obj.active ? "pause" : "play"'
 # Two samples in every frame, thirty frames a second: a drive period takes two seconds. A source is
 # changed in place and redrawn; nothing is sent back to the server. A new film shows its frame at
 # once, and stands still until none has come for a while: the browser has the time for the views.
@@ -119,7 +120,9 @@ class MachineView:
         self._frame = source(data={"x0": [], "y0": [], "x1": [], "y1": []})
         self._extent = source(data={"x": [-1.0, 1.0], "y": [-1.0, 1.0]})
         self.heading = parts.text()
-        self.playing = Toggle(label="play", active=True, width=52, name="playing", margin=0)
+        self.playing = Toggle(label="pause", active=True, width=60, name="playing", margin=0)
+        # A button says what it does.
+        self.playing.js_on_change("active", CustomJS(code=_SAYS))
         self._draw()
 
     def _draw(self) -> None:
