@@ -194,6 +194,26 @@ def test_a_click_on_a_followed_column_shows_the_motion_of_the_column(monkeypatch
     pyplot.close("all")
 
 
+def test_a_motion_that_a_click_has_left_comes_back(desk):
+    maps, before = desk.page.maps, desk.named("motion-before")
+    assert before.disabled
+    maps._tap_diagram(Tap(maps.diagram.figure, x=1.62, y=0.0))
+    desk.settle()
+    second = desk.page.state
+    desk.named("map").active = 2
+    desk.settle()
+    maps._tap_basins(Tap(maps.basins.figure, x=0.12, y=0.8))
+    desk.settle()
+    for left in (second, DEFAULT):
+        assert not before.disabled
+        desk.page.go_back()
+        desk.settle()
+        assert desk.page.state == left.replace(map="basins")
+        motion = compute.motion(left)
+        assert np.array_equal(desk.page.motion.run.impacts, motion.run.impacts)
+    assert before.disabled
+
+
 def zoom(desk, x0, x1):
     desk.page.maps._zoomed(
         RangesUpdate(desk.page.maps.diagram.figure, x0=x0, x1=x1, y0=-0.5, y1=0.5)

@@ -120,6 +120,9 @@ class Frame:
         self.code = Toggle(label="Python code", name="code", width=100, **usual)
         self.motion_csv = Button(label="motion CSV", name="motion-csv", width=98, **usual)
         self.map_csv = Button(label="map CSV", name="map-csv", width=82, **usual)
+        self.before = Button(
+            label="motion before", name="motion-before", width=112, disabled=True, **usual
+        )
         self.dark = Toggle(label="dark", name="dark", width=56, **usual)
         self.code_text = parts.text(name="code-text", sizing_mode="stretch_width")
         copy = Button(label="copy", name="copy", width=60, **usual)
@@ -171,7 +174,7 @@ class Frame:
             ],
             **both,
         )
-        said = parts.card(self.what.text, min_height=150, **wide)
+        said = parts.card(Row(self.what.text, self.before, **wide), min_height=150, **wide)
         auto: dict[str, Any] = both | {"stylesheets": _stacked("column", "auto")}
         side_by_side = both | {"stylesheets": _stacked("column", "auto", theme.MEDIUM)}
         below = Row(Column(said, pair, **auto), maps, **side_by_side)

@@ -48,10 +48,12 @@ class MapsCard:
     ----------
     change
         Changes fields of the state by name; raises the package's error if it is refused.
+    choose
+        Does the same for a click that chooses a motion.
     """
 
-    def __init__(self, change: Change) -> None:
-        self._try = self._tried(change)
+    def __init__(self, change: Change, choose: Change) -> None:
+        self._try, self._choose = self._tried(change), self._tried(choose)
         self._state: State | None = None
         # Ranges to go back to: of the diagram's parameter, and of what it draws.
         self._before: list[tuple[Axis, tuple[float, float] | None]] = []
@@ -72,7 +74,7 @@ class MapsCard:
         self._quiet = False
         self._branch = Toggle(label="branch", name="branch", width=66, **button)
         self._branch.on_change("active", self._branched)
-        self._back = Button(label="back", name="back", width=54, disabled=True, **button)
+        self._back = Button(label="range before", name="back", width=100, disabled=True, **button)
         self._back.on_click(self.go_back)
         axis = {
             "vary": AxisControl("vary", tuple(PARAMETERS), self._axis(change), self.say),
@@ -243,15 +245,15 @@ class MapsCard:
             except (ParameterError, StateError, SimulationError) as error:
                 self.say(error)
                 return
-        self._try(**changes)
+        self._choose(**changes)
 
     def _tap_chart(self, event: Tap) -> None:
         if isinstance(self.result, Chart):
-            self._try(**_cell(self.result, event))
+            self._choose(**_cell(self.result, event))
 
     def _tap_basins(self, event: Tap) -> None:
         if isinstance(self.result, Basins):
-            self._try(**_cell(self.result, event))
+            self._choose(**_cell(self.result, event))
 
 
 def _cell(result: Chart | Basins, event: Tap) -> dict[str, float]:

@@ -167,7 +167,7 @@ WRAPPED_SHEET = ":host { flex-wrap: wrap !important; }"
 
 
 NARROW, MEDIUM = 800, 1200
-"""Widths of the window in pixels up to which the page has one column, and two beside the controls."""
+"""Up to these widths in pixels the page has one column, and two of them beside the controls."""
 
 PAIRS_SHEET = f"""
 @media (min-width: {NARROW + 1}px) and (max-width: {MEDIUM}px) {{
