@@ -3,6 +3,7 @@
 import csv
 import io
 import itertools
+import math
 
 import numpy as np
 import pytest
@@ -19,6 +20,8 @@ from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
 from vibroimpact.explorer.server import first_state
 from vibroimpact.explorer.state import MAPS, VALUES, Axis, State, from_query
+from vibroimpact.explorer.views.parts import with_error
+from vibroimpact.explorer.views.verdict import evidence_text
 
 SMALL = compute.Detail(columns=9, rows=5, periods=60, keep=20)
 
@@ -275,3 +278,30 @@ def test_the_code_of_a_branch_gives_that_branch(coarse, drawn):
     branch = compute.branch(state, verdict.periodic)
     for piece, same in zip(branch.pieces, made["branch"].pieces, strict=True):
         assert np.array_equal(piece.nodes, same.nodes)
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (0.0262256, 0.008, "0.026 ± 0.008"),
+        (0.0262256, 0.0096, "0.03 ± 0.01"),
+        (-0.0120808, 0.0, "-0.0120808"),
+        (12.3456, 1.7, "12 ± 2"),
+        (2.5e-9, 3e-11, "(2.50 ± 0.03)e-9"),
+        (1234.0, 56.0, "(1.23 ± 0.06)e3"),
+        (1e-12, 3e-8, "(0 ± 3)e-8"),
+        (0.5, math.nan, "0.5"),
+    ],
+)
+def test_a_number_has_the_digits_that_its_error_leaves(value, error, text):
+    assert with_error(value, error) == text
+
+
+def test_the_evidence_has_one_sign_for_an_error():
+    run = compute.motion(DEFAULT).run
+    evidence = run.period.evidence
+    text = evidence_text(evidence)
+    assert with_error(evidence.growth, evidence.growth_error) in text
+    assert text.replace(" ", "") not in str(evidence)
+    periodic = compute.motion(PRESETS["Paper, Fig. 5(b): 1-1"]).run.period.evidence
+    assert evidence_text(periodic) == str(periodic)

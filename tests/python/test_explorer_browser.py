@@ -15,6 +15,7 @@ from vibroimpact.explorer import app, compute
 from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
 from vibroimpact.explorer.state import MAPS, VALUES, Axis
+from vibroimpact.explorer.views.parts import with_error
 
 By = pytest.importorskip("selenium.webdriver.common.by").By
 SMALL = {
@@ -85,10 +86,12 @@ def test_the_numbers_of_the_page_are_those_of_the_functions(window):
     window.wait("Bokeh.documents[0].get_model_by_name('diagram').data.at.length > 0")
     diagram = compute.diagram(DEFAULT, SMALL["diagram"])
     assert window.data("diagram", "value") == diagram.x1.tolist()
-    exponent = compute.verdict(DEFAULT, motion.run).exponent
+    verdict = compute.verdict(DEFAULT, motion.run)
     text = window.get("verdict", "text")
     assert ">chaotic<" in text
-    assert f"{exponent:.6g}" in text
+    assert with_error(verdict.exponent, verdict.error) in text
+    assert text.count("±") == 2
+    assert "+-" not in text
 
 
 def test_the_machine_moves(window):

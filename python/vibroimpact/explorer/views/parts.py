@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -74,6 +75,26 @@ def fit(shown: Any, low: float, high: float) -> None:
     if shown.start <= low and high <= shown.end and shown.end - shown.start <= _ROOM * size:
         return
     shown.update(start=low - margin, end=high + margin)
+
+
+# More decimals than these are written as a power of ten.
+_DECIMALS = 6
+
+
+def with_error(value: float, error: float) -> str:
+    """Return a number with the digits that its error leaves, and the error with one digit.
+
+    Without an error it has six digits.
+    """
+    if not 0.0 < error < math.inf:
+        return f"{value:.6g}"
+    decimals = -math.floor(math.log10(float(f"{error:.0e}")))
+    if 0 <= decimals <= _DECIMALS:
+        return f"{value:.{decimals}f} ± {error:.{decimals}f}"
+    # As a power of ten: that of the larger number, so that both can be compared.
+    power = math.floor(math.log10(max(abs(value), error)))
+    shown, digits = 10.0**power, max(power + decimals, 0)
+    return f"({value / shown:.{digits}f} ± {error / shown:.{digits}f})e{power}"
 
 
 def card(*children: Any, **options: Any) -> Column:
