@@ -20,6 +20,7 @@ from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
 from vibroimpact.explorer.server import first_state
 from vibroimpact.explorer.state import MAPS, VALUES, Axis, State, from_query
+from vibroimpact.explorer.theme import PALETTES
 from vibroimpact.explorer.views.parts import with_error
 from vibroimpact.explorer.views.verdict import evidence_text
 
@@ -286,6 +287,7 @@ def test_the_code_of_a_branch_gives_that_branch(coarse, drawn):
         (0.0262256, 0.008, "0.026 ± 0.008"),
         (0.0262256, 0.0096, "0.03 ± 0.01"),
         (-0.0120808, 0.0, "-0.0120808"),
+        (-0.037806491731275, 1e-15, "-0.0378065"),
         (12.3456, 1.7, "12 ± 2"),
         (2.5e-9, 3e-11, "(2.50 ± 0.03)e-9"),
         (1234.0, 56.0, "(1.23 ± 0.06)e3"),
@@ -305,3 +307,11 @@ def test_the_evidence_has_one_sign_for_an_error():
     assert text.replace(" ", "") not in str(evidence)
     periodic = compute.motion(PRESETS["Paper, Fig. 5(b): 1-1"]).run.period.evidence
     assert evidence_text(periodic) == str(periodic)
+
+
+@pytest.mark.parametrize("palette", PALETTES.values(), ids=PALETTES)
+def test_a_colour_of_a_regime_means_nothing_else(palette):
+    regimes = {palette.regime(each) for each in vi.Regime}
+    assert len(regimes) == len(vi.Regime)
+    assert regimes.isdisjoint((palette.first, palette.second, palette.mark, palette.error))
+    assert len({palette.first, palette.second, palette.mark}) == 3

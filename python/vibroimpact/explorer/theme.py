@@ -3,6 +3,10 @@
 Colours of data are those of the package's figures (`plot.style`, `plot.labels`): readers with any
 of the common colour vision deficiencies can tell them apart. On a dark page black becomes white,
 and dark blue the light one of the same palette.
+
+One colour has one meaning in the views of a motion and in the diagram: that of the impact regime.
+So the bodies are grey, dark and light, an impulse has the colour of its impact's regime, and what
+belongs to the motion of the page in a map, its place and its branch, has a colour of its own.
 """
 
 from __future__ import annotations
@@ -13,7 +17,7 @@ import numpy as np
 from bokeh.themes import Theme
 from numpy.typing import NDArray
 
-from ..plot.style import BLACK, BLUE, ORANGE, REGIME_STYLES, SKY_BLUE, VERMILLION
+from ..plot.style import BLACK, BLUE, REGIME_STYLES, SKY_BLUE
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
 
@@ -31,7 +35,7 @@ class Palette:
     accent: str
     first: str
     second: str
-    impulse: str
+    mark: str
     error: str
 
     def data(self, color: str) -> str:
@@ -58,9 +62,9 @@ PALETTES = {
         line="#DDE2E7",
         field="#FFFFFF",
         accent=BLUE,
-        first=BLUE,
-        second=ORANGE,
-        impulse=VERMILLION,
+        first="#46566A",
+        second="#8E9BA8",
+        mark="#D6006C",
         error="#B3261E",
     ),
     "dark": Palette(
@@ -71,9 +75,9 @@ PALETTES = {
         line="#2F363E",
         field="#22272D",
         accent=SKY_BLUE,
-        first=SKY_BLUE,
-        second=ORANGE,
-        impulse="#FF8A5B",
+        first="#DCE3EA",
+        second="#7C8996",
+        mark="#FF5FA8",
         error="#FF8A80",
     ),
 }

@@ -76,7 +76,7 @@ class CellsView:
 
     def paint(self, palette: Palette) -> None:
         """Use the colours of a palette."""
-        self._cross.glyph.line_color = palette.impulse
+        self._cross.glyph.line_color = palette.mark
 
     def _image(
         self, codes: NDArray[np.int64], colors: list[str], axes: list[NDArray[np.float64]]

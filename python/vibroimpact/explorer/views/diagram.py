@@ -190,9 +190,9 @@ class DiagramView:
         for kind, dashes in enumerate(self._points):
             color = palette.ink if kind == _SECTION else palette.regime(kind)
             dashes.glyph.line_color = color
-        self.here.line_color = palette.impulse
+        self.here.line_color = palette.mark
         for line in self._lines:
-            line.glyph.line_color = palette.second
+            line.glyph.line_color = palette.mark
         self._dots.glyph.line_color = palette.ink
 
 

@@ -79,14 +79,15 @@ def fit(shown: Any, low: float, high: float) -> None:
 
 # More decimals than these are written as a power of ten.
 _DECIMALS = 6
+_UNSEEN = 1e-6
 
 
 def with_error(value: float, error: float) -> str:
     """Return a number with the digits that its error leaves, and the error with one digit.
 
-    Without an error it has six digits.
+    Without an error it has six digits, and so it has if its error is smaller than these show.
     """
-    if not 0.0 < error < math.inf:
+    if not 0.0 < error < math.inf or error < _UNSEEN * abs(value):
         return f"{value:.6g}"
     decimals = -math.floor(math.log10(float(f"{error:.0e}")))
     if 0 <= decimals <= _DECIMALS:
