@@ -251,6 +251,29 @@ def test_the_branch_lies_over_the_diagram(coarse):
     assert {*stable} <= {*drawn}
     assert len(desk.named("unstable").data["xs"])
     assert set(desk.named("marks").data["at"]) == {b.value for b in branch.bifurcations}
+    key = desk.named("diagram-key").text
+    for words in ("frictionless", "stable", "unstable", "Neimark-Sacker"):
+        assert f"{words}</span>" in key
+    assert set(desk.named("marks").data["marker"]) == {"star"}
+    desk.named("branch").active = False
+    assert "stable" not in desk.named("diagram-key").text
+
+
+def test_an_empty_map_says_that_it_is_computed(desk):
+    for shown, name in ((1, "chart"), (2, "basins"), (0, "diagram"), (1, "chart")):
+        desk.named("map").active = shown
+        # Not the picture of another system, either.
+        column = "at" if name == "diagram" else "image"
+        assert not len(desk.named(name).data[column])
+        assert desk.named(f"{name}-sign").visible
+        desk.settle()
+        assert len(desk.named(name).data[column])
+        assert not desk.named(f"{name}-sign").visible
+    desk.named("drive_frequency").value = "0"
+    desk.named("map").active = 0
+    desk.named("vary").value = "gap"
+    desk.settle()
+    assert not desk.named("diagram-sign").visible
 
 
 def test_a_system_without_drive_periods_has_no_map(desk):

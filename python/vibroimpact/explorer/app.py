@@ -203,7 +203,8 @@ class Page:
             self._show_value()
             return
         if key[:2] != self._map_key[:2]:
-            self.maps.result = None
+            # What is drawn has other axes, or is of a motion before.
+            self.maps.expect(state)
         self._map_key = key
         self._draw_branch(None)
         if not compute.has_periods(state):

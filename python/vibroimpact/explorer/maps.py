@@ -148,6 +148,7 @@ class MapsCard:
         """Draw a result."""
         self.say(None)
         self.result = result
+        self._views()[state.map].sign.show(visible=False)
         if isinstance(result, Diagram):
             self.diagram.show(result, state, palette)
             self.diagram.fit(self._height)
@@ -161,6 +162,12 @@ class MapsCard:
         self.result = None
         for view in self._views().values():
             view.clear()
+            view.sign.show(visible=False)
+
+    def expect(self, state: State) -> None:
+        """Draw no map, and say that that of a state is computed."""
+        self.clear()
+        self._views()[state.map].sign.show(visible=True)
 
     def say(self, error: Exception | None) -> None:
         """Show an error, or none."""

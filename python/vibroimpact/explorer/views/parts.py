@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-from bokeh.models import Column, Div, InlineStyleSheet
+from bokeh.models import Column, Div, InlineStyleSheet, Label
 from bokeh.plotting import figure
 
 from .. import theme
@@ -57,6 +57,31 @@ def plain(name: str, **options: Any) -> Any:
         "min_height": 120,
     }
     return figure(**(usual | options))
+
+
+class Sign:
+    """A word in the middle of an empty figure."""
+
+    def __init__(self, drawn_in: Any, name: str) -> None:
+        self.label = Label(
+            x=0.0,
+            y=0.0,
+            text="computing …",
+            visible=False,
+            name=f"{name}-sign",
+            text_font_size="15px",
+        )
+        self.label.text_align, self.label.text_baseline = "center", "middle"
+        self._figure = drawn_in
+        drawn_in.add_layout(self.label)
+
+    def show(self, *, visible: bool) -> None:
+        """Show it in the middle of the ranges of its figure, or hide it."""
+        if visible:
+            x, y = self._figure.x_range, self._figure.y_range
+            self.label.update(x=0.5 * (x.start + x.end), y=0.5 * (y.start + y.end))
+        if self.label.visible != visible:
+            self.label.visible = visible
 
 
 # Parts of what is drawn that are left free at each end; a range longer than so many times what is
