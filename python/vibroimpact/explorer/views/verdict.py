@@ -35,7 +35,8 @@ class VerdictView:
                 rows += [("largest exponent", parts.with_error(verdict.exponent, verdict.error))]
             if verdict.periodic is not None:
                 stable = "stable" if verdict.periodic.stable else "unstable"
-                numbers = ", ".join(complex_text(one) for one in verdict.periodic.multipliers)
+                texts = [complex_text(one) for one in verdict.periodic.multipliers]
+                numbers = ", ".join(one.replace(" ", "\N{NO-BREAK SPACE}") for one in texts)
                 rows += [("multipliers", f"{numbers} ({stable})")]
         lines = "".join(
             f"<tr><td>{html.escape(name)}</td><td>{html.escape(value)}</td></tr>"
