@@ -160,8 +160,8 @@ impl FreeMotion {
         let [first, second, (cos_minus_1, sin), _] = elementary::turns(angles.map(|a| a.hi), tails);
         let turn = Turn::new(flight.start, cos_minus_1, sin);
         (
-            self.pendulum.swung(&flight.pendulum, s, first, &turn),
-            self.oscillator.swung(&flight.oscillator, s, second, &turn),
+            self.pendulum.swung::<true>(&flight.pendulum, s, first, &turn),
+            self.oscillator.swung::<true>(&flight.oscillator, s, second, &turn),
         )
     }
 
@@ -254,7 +254,10 @@ impl FreeMotion {
         let (pendulum, oscillator) = (&self.pendulum.equation, &self.oscillator.equation);
         let within = pendulum.turns_within(time) && oscillator.turns_within(time);
         if within && self.swings_or_beats() {
-            return [pendulum.swung_transition(time), oscillator.swung_transition(time)];
+            return [
+                pendulum.swung_transition(time, pendulum.amplitude_change(time)),
+                oscillator.swung_transition(time, oscillator.amplitude_change(time)),
+            ];
         }
         let time = DoubleDouble::new(time);
         [self.pendulum.transition(time), self.oscillator.transition(time)]
@@ -309,8 +312,21 @@ impl pulp::NullaryFnOnce for Several<'_> {
 
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    #[allow(clippy::needless_range_loop)] // loops over lanes read best with their index
     fn call(self) -> [State; LANES] {
+        let FreeMotion { pendulum, oscillator, .. } = self.motion;
+        if pendulum.equation.decay_rate + oscillator.equation.decay_rate > 0.0 {
+            self.states::<true>()
+        } else {
+            self.states::<false>()
+        }
+    }
+}
+
+impl Several<'_> {
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    #[allow(clippy::needless_range_loop)] // loops over lanes read best with their index
+    fn states<const DAMPED: bool>(self) -> [State; LANES] {
         let Self { motion: FreeMotion { drive, pendulum, oscillator, .. }, flight, s, rests } =
             self;
         let omega = DoubleDouble::new(drive.omega);
@@ -322,8 +338,8 @@ impl pulp::NullaryFnOnce for Several<'_> {
             let (cos_minus_1, sin) = turn_within(omega, s[j]);
             let turn = Turn::new(flight.start, cos_minus_1, sin);
             let motions = (
-                pendulum.swung(&flight.pendulum, s[j], first, &turn),
-                oscillator.swung(&flight.oscillator, s[j], second, &turn),
+                pendulum.swung::<DAMPED>(&flight.pendulum, s[j], first, &turn),
+                oscillator.swung::<DAMPED>(&flight.oscillator, s[j], second, &turn),
             );
             let state = state_past(&motions, rests[j]);
             (x1[j], v1[j], x2[j], v2[j]) = (state.x1, state.v1, state.x2, state.v2);

@@ -66,14 +66,14 @@ def made(function: Maker, values: Mapping[str, float]) -> System:
     return system
 
 
-def check_names(function: Callable[..., Any], names: Sequence[str], what: str = "system") -> None:
-    """Refuse names that a function does not take, and a function that needs more.
+def takes(function: Callable[..., Any], name: str) -> bool:
+    """Return whether a function takes an argument of a name; with ``**names`` it takes any."""
+    known, _, any_name = _own_names(function)
+    return any_name or name in known
 
-    Raises
-    ------
-    ParameterError
-        Names what is unknown or missing, and the function's own names.
-    """
+
+def _own_names(function: Callable[..., Any]) -> tuple[list[str], list[str], bool]:
+    """Return the names that a function takes, those that it needs, and whether it takes any."""
     known, required, any_name = [], [], False
     for parameter in inspect.signature(function).parameters.values():
         if parameter.kind is parameter.VAR_KEYWORD:
@@ -82,6 +82,18 @@ def check_names(function: Callable[..., Any], names: Sequence[str], what: str = 
             known.append(parameter.name)
             if parameter.default is parameter.empty:
                 required.append(parameter.name)
+    return known, required, any_name
+
+
+def check_names(function: Callable[..., Any], names: Sequence[str], what: str = "system") -> None:
+    """Refuse names that a function does not take, and a function that needs more.
+
+    Raises
+    ------
+    ParameterError
+        Names what is unknown or missing, and the function's own names.
+    """
+    known, required, any_name = _own_names(function)
     own = ", ".join(known) or "nothing"
     for name in names:
         if name not in known and not any_name:

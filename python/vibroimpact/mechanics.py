@@ -6,6 +6,7 @@ pendulum's length l, times in 1/omega_2; see the notation page.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from functools import cached_property
 from typing import Any
 
@@ -21,12 +22,12 @@ Array = NDArray[np.float64]
 
 
 @interruptible
-class Mechanics:
+class Mechanics(ABC):
     """The mechanics of `System`."""
 
+    @abstractmethod
     def to_dict(self) -> dict[str, Any]:
         """Return all parameters by name."""
-        raise NotImplementedError
 
     @cached_property
     def _compiled(self) -> _core.System:

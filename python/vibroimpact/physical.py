@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from .arguments import close_to, number, positive, reject
+from .arguments import close_to, not_negative, number, positive, reject
 from .errors import ParameterError
 from .scales import Scales
 
@@ -82,16 +82,16 @@ def dimensionless(
     m1 = positive("pendulum_mass", pendulum_mass)
     m2 = positive("oscillator_mass", oscillator_mass)
     l = positive("length", length)  # noqa: E741  the paper's letter
-    k1 = _not_negative("torsional_stiffness", torsional_stiffness)
+    k1 = not_negative("torsional_stiffness", torsional_stiffness)
     k2 = positive("stiffness", stiffness)
-    c1 = _not_negative("torsional_damping", torsional_damping)
-    c2 = _not_negative("damping", damping)
+    c1 = not_negative("torsional_damping", torsional_damping)
+    c2 = not_negative("damping", damping)
     if k1 == 0.0 and c1 > 0.0:
         reject("torsional_damping", torsional_damping, "0 where torsional_stiffness = 0")
 
     f1 = number("moment_amplitude", moment_amplitude)
     f2 = number("force_amplitude", force_amplitude)
-    omega = _not_negative("drive_frequency", drive_frequency)
+    omega = not_negative("drive_frequency", drive_frequency)
     delta = number("gap", gap)
 
     omega_1 = math.sqrt(k1 / m1) / l
@@ -181,11 +181,3 @@ def changed(
     before, after = dimensionless(**own), dimensionless(**own | wanted)
     there = {name: after[name] for name in after if after[name] != before[name]}
     return there | {name: changes[name] for name in changes if name in PURE}
-
-
-def _not_negative(name: str, value: float) -> float:
-    allowed = "a finite number >= 0"
-    result = number(name, value, allowed)
-    if result < 0.0:
-        reject(name, value, allowed)
-    return result

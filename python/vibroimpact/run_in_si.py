@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arguments import vector
+from .arguments import times_of
 from .interruption import interruptible
 from .run_parts import EnergyAudit, FinalState, read_only
 from .scales import COLUMN_UNITS, Scales, needed
@@ -112,13 +112,13 @@ class RunInSI:
         Parameters
         ----------
         t
-            Times in s inside the kept window, shape (k,).
+            Times in s inside the kept window, shape (k,); or one time.
         forces
             Add two columns: normal and tangential force in N.
 
         Returns
         -------
-        array, shape (k, 4), or (k, 6) with ``forces``
+        array, shape (k, 4), or (k, 6) with ``forces``; (4,) or (6,) for one time
             In rad, rad/s, m, m/s, N, N.
 
         Raises
@@ -131,12 +131,11 @@ class RunInSI:
         >>> run.in_si().trajectory([0.1, 0.2]).shape  # at 0.1 s and 0.2 s
         (2, 4)
         """
-        times = vector("t", t) / self.scales.time
-        # The ends of the window may have been rounded on their way through seconds.
-        for end in (self.run.kept_from, self.run.final_state.time):
-            times[np.abs(times - end) <= 4.0 * np.spacing(abs(end))] = end
-        rows = self.run.trajectory(times, forces=forces)
-        return np.column_stack([self.scales.to_si(rows[:, :4]), rows[:, 4:] * self.scales.force])
+        times, single = times_of("t", t)
+        times = times_of_run(self.run, times, self.scales)
+        rows = self.run.trajectory(times[0] if single else times, forces=forces)
+        states, loads = self.scales.to_si(rows[..., :4]), rows[..., 4:] * self.scales.force
+        return np.concatenate([states, loads], axis=-1)
 
     def plot(self, **options: Any) -> Axes:
         """Draw the motion against time in SI, by ``vi.plot.time_history``.
@@ -189,3 +188,15 @@ class RunInSI:
         """Say what it is, and when the run ended."""
         end = self.final_state
         return f"<RunInSI {self.run.stop_reason} at {end.time:.6g} s, {len(self.impacts)} impacts>"
+
+
+def times_of_run(run: Any, seconds: ArrayLike, scales: Scales) -> Array:
+    """Return times in s as those of a run, dimensionless.
+
+    The ends of what is kept may have been rounded on their way through seconds: what is as near as
+    that is the end itself.
+    """
+    times = np.asarray(seconds, dtype=np.float64) / scales.time
+    for end in (run.kept_from, run.final_state.time):
+        times[np.abs(times - end) <= 4.0 * np.spacing(abs(end))] = end
+    return times

@@ -218,13 +218,9 @@ impl Oscillator {
     #[inline(always)]
     pub fn basis(&self, s: f64) -> (f64, f64) {
         match self.decay {
-            Decay::Undamped { wd } => {
-                let (cos_minus_1, sin) = turn(self.equation.damped, s);
-                (cos_minus_1, sin / wd)
-            }
-            Decay::Underdamped { wd } => {
-                let (cos_minus_1, sin) = turn(self.equation.damped, s);
-                self.equation.damped_basis(s, cos_minus_1, sin / wd)
+            Decay::Undamped { .. } | Decay::Underdamped { .. } => {
+                let change = self.equation.amplitude_change(s);
+                self.equation.swinging_basis(change, turn(self.equation.damped, s))
             }
             Decay::Critical | Decay::Overdamped { .. } => self.aperiodic_basis(s),
         }
@@ -244,16 +240,12 @@ impl Oscillator {
     /// (C - 1, S) after any time, the angle reduced in double-double.
     #[inline(always)]
     fn basis_far(&self, elapsed: DoubleDouble) -> (f64, f64) {
-        let (Decay::Undamped { wd } | Decay::Underdamped { wd }) = self.decay else {
+        if matches!(self.decay, Decay::Critical | Decay::Overdamped { .. }) {
             return self.aperiodic_basis(elapsed.hi);
-        };
-        let angle = (self.equation.damped * elapsed).reduced_angle();
-        let (cos_minus_1, sin) = elementary::turn(angle, 0.0);
-        if self.equation.decay_rate == 0.0 {
-            (cos_minus_1, sin / wd)
-        } else {
-            self.equation.damped_basis(elapsed.hi, cos_minus_1, sin / wd)
         }
+        let angle = (self.equation.damped * elapsed).reduced_angle();
+        let change = self.equation.amplitude_change(elapsed.hi);
+        self.equation.swinging_basis(change, elementary::turn(angle, 0.0))
     }
 
     /// The forced motion only if it is steady.
@@ -343,14 +335,23 @@ impl Oscillator {
         if swings && self.is_steady() { self.equation.short } else { f64::INFINITY }
     }
 
-    /// Motion at local time `s` of a body that swings; `turned`: its (cos wd s - 1, sin wd s).
+    /// Motion at local time `s` of a body that swings; `turned`: its (cos wd s - 1, sin wd s). Without
+    /// damping nothing else is computed for `DAMPED = false`, also in lanes, where both sides of a
+    /// condition are.
     #[inline(always)]
-    pub fn swung(&self, f: &BodyFlight, s: f64, turned: (f64, f64), turn: &Turn) -> Motion {
-        if self.equation.decayed(s) {
+    pub fn swung<const DAMPED: bool>(
+        &self,
+        f: &BodyFlight,
+        s: f64,
+        turned: (f64, f64),
+        turn: &Turn,
+    ) -> Motion {
+        if DAMPED && self.equation.decayed(s) {
             let (x, v) = self.equation.faded(f, s, turned, turn);
             return self.equation.motion_from(x - f.x, v, [x, 0.0], turn);
         }
-        let (increment, rate) = self.equation.swung(f, s, turned, turn);
+        let change = if DAMPED { self.equation.amplitude_change(s) } else { 0.0 };
+        let (increment, rate) = self.equation.swung(f, change, turned, turn);
         self.equation.motion_from(increment, rate, [f.x, increment], turn)
     }
 

@@ -20,6 +20,8 @@
 //! Source: docs/theory.md, section 4; W. J. Stronge, Impact Mechanics (2000), and Beghin and
 //! Boulanger as quoted by Han, Jin & Hu (2004), section 2.
 
+#![allow(clippy::inline_always)] // a flight with its impact is compiled for several instruction sets
+
 use crate::model::parameters::ImpactLaw;
 use crate::numerics::dual::Number;
 
@@ -58,7 +60,7 @@ pub(crate) trait Law {
 }
 
 impl Law for ImpactLaw {
-    #[inline]
+    #[inline(always)]
     fn restitution<T: Number>(&self, approach: &Approach<T>) -> Restitution<T> {
         let r = approach.restitution;
         match self {
@@ -107,6 +109,7 @@ pub(super) struct End<T> {
 
 impl<T: Number> End<T> {
     /// The end at -`speed` after so much impulse, or at P* if no finite impulse gets there.
+    #[inline(always)]
     fn at(speed: T, impulse: T) -> Self {
         let zero = T::constant(0.0);
         if impulse.value().is_finite() {
@@ -119,7 +122,7 @@ impl<T: Number> End<T> {
 
 impl<T: Number> Restitution<T> {
     /// The end of an impact whose slip ends at P*.
-    #[inline]
+    #[inline(always)]
     pub(super) fn end(self, at: &Switch<T>) -> End<T> {
         let (one, zero) = (T::constant(1.0), T::constant(0.0));
         match self {

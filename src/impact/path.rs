@@ -219,6 +219,7 @@ pub(crate) fn slipping_path<T: Number>(
 
 /// The path of an impact whose slip ends at the impulse `switch`: approach to u = 0 at P_I,
 /// restitution to where the law ends it.
+#[inline(always)]
 fn with_switch<T: Number>(
     contact: &ContactCoordinates<T>,
     (restitution, law): (T, &impl Law),

@@ -469,7 +469,22 @@ impl<T: Job> Batch<'_, T> {
 /// An impact whose slip ends: reversal or stick.
 #[inline(never)]
 fn resolve_switched(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure> {
-    impact::resolve(system, pre)
+    lanes::narrow(Resolving { system, pre })
+}
+
+/// Such an impact, compiled for fused multiplications where there are any.
+struct Resolving<'a> {
+    system: &'a System,
+    pre: &'a PreImpact,
+}
+
+impl pulp::NullaryFnOnce for Resolving<'_> {
+    type Output = Result<Impact, ImpactFailure>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        impact::resolve(self.system, self.pre)
+    }
 }
 
 /// Result of a stride.

@@ -141,6 +141,11 @@ impl Collector {
         &self.sections
     }
 
+    /// Makes room for so many sections more.
+    pub fn reserve(&mut self, sections: usize) {
+        self.sections.reserve(sections);
+    }
+
     /// The last so many sections again.
     fn repeat(&mut self, sections: usize) {
         debug_assert!(sections <= self.sections.len(), "{sections} of {}", self.sections.len());

@@ -15,10 +15,10 @@ use super::Model;
 use super::impact::regime_path;
 use super::itinerary::Signs;
 use crate::flight::{Equation, Flight, FreeMotion};
-use crate::impact::{PathEnd, RegimeKind, slipping_path};
+use crate::impact::{RegimeKind, slipping_path};
 use crate::model::angle::Angle;
 use crate::model::contact_coordinates::ContactCoordinates;
-use crate::model::parameters::Contact;
+use crate::model::parameters::{Contact, ImpactLaw};
 use crate::model::state::{Clock, State};
 use crate::numerics::dual::{Dual, Number};
 use crate::simulate::event::ImpactEvent;
@@ -125,15 +125,14 @@ pub(crate) struct ImpactPoint {
 }
 
 impl ImpactPoint {
-    /// Perturbations at a fixed time before the impact, mapped to the node after it. `path`: from the
-    /// contact, with sin x1 of this sign, and r.
+    /// The contact in an impact that comes later by a delay, sin x1 of this sign, with how much x1
+    /// differs there, and the delay: from perturbations at a fixed time before the impact.
     #[inline(always)]
-    pub fn map<const N: usize>(
+    fn contact<const N: usize>(
         &self,
         [x1, v1, v2, x2]: &Columns<N>,
         side: f64,
-        path: impl FnOnce(&ContactCoordinates<Dual<N>>, Dual<N>) -> PathEnd<Dual<N>>,
-    ) -> Columns<N> {
+    ) -> (ContactCoordinates<Dual<N>>, [f64; N], [f64; N]) {
         let Self { angle, turns, rates, approach_velocity, numbers } = *self;
         let ([r1, r2], [a1, a2]) = (rates.velocities, rates.accelerations);
         let per_approach = 1.0 / approach_velocity;
@@ -153,16 +152,33 @@ impl ImpactPoint {
             constant(numbers.friction),
             side,
         );
-        let end = path(&contact, constant(numbers.restitution));
+        (contact, x1, delay)
+    }
+
+    /// Perturbations at a fixed time before an impact without friction, or whose slip keeps its
+    /// direction, mapped to the node after it.
+    #[inline(always)]
+    pub fn map_in_slip<const N: usize>(&self, columns: &Columns<N>) -> Columns<N> {
+        let (contact, x1, delay) = self.contact(columns, 1f64.copysign(self.angle.sin));
+        let direction = 1f64.copysign(self.rates.velocities[0]);
+        let restitution = Dual::constant(self.numbers.restitution);
+        let end = slipping_path(&contact, restitution, direction);
         [x1, end.slip.slope, end.parting.slope, delay]
     }
 
-    /// As [`ImpactPoint::map`], for an impact without friction or whose slip keeps its direction.
+    /// As [`ImpactPoint::map_in_slip`], of an impact in this regime.
     #[inline(always)]
-    pub fn map_in_slip<const N: usize>(&self, columns: &Columns<N>) -> Columns<N> {
-        let direction = 1f64.copysign(self.rates.velocities[0]);
-        let path = |contact: &ContactCoordinates<_>, r| slipping_path(contact, r, direction);
-        self.map(columns, 1f64.copysign(self.angle.sin), path)
+    pub fn map_in_regime<const N: usize>(
+        &self,
+        columns: &Columns<N>,
+        law: ImpactLaw,
+        kind: RegimeKind,
+        signs: Signs,
+    ) -> Columns<N> {
+        let (contact, x1, delay) = self.contact(columns, signs.side.value());
+        let law = (Dual::constant(self.numbers.restitution), &law);
+        let (_, end) = regime_path(&contact, law, kind, signs.direction.value());
+        [x1, end.slip.slope, end.parting.slope, delay]
     }
 }
 
@@ -285,9 +301,6 @@ impl Derivative for Strike<'_> {
         if system.law.is_coulomb() && (smooth || kind == RegimeKind::Slip) {
             return self.point.map_in_slip(&columns);
         }
-        self.point.map(&columns, signs.side.value(), |contact, restitution| {
-            let law = (restitution, &system.law);
-            regime_path(contact, law, kind, signs.direction.value()).1
-        })
+        self.point.map_in_regime(&columns, system.law, kind, signs)
     }
 }

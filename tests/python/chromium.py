@@ -8,7 +8,8 @@ from contextlib import contextmanager
 
 import pytest
 
-from vibroimpact.explorer.presets import DEFAULT
+from vibroimpact.explorer import compute
+from vibroimpact.explorer.presets import DEFAULT, PRESETS
 from vibroimpact.explorer.server import LocalServer
 
 WIDTH, HEIGHT = 1440, 1000
@@ -91,6 +92,18 @@ class Window:
         self.wait("document.title == 'vibroimpact explorer' && Bokeh.documents.length > 0")
         self.wait(_model("portrait") + ".data.v1.length > 0")
 
+    @contextmanager
+    def minimized(self):
+        """Hide the page: it has no frames then."""
+        self.chrome.minimize_window()
+        try:
+            self.wait("document.hidden")
+            yield
+        finally:
+            # The page is as large as before.
+            self.chrome.set_window_rect(x=0, y=0, width=WIDTH, height=HEIGHT)
+            self.wait("!document.hidden")
+
     def js(self, code, *given):
         """Return what JavaScript gives."""
         return self.chrome.execute_script(code, *given)
@@ -108,9 +121,14 @@ class Window:
         for name in ("dark", "code"):
             self.set(name, "active", False)
         self.set("playing", "active", True)
+        self.set("preset", "value", "choose a preset")
+        # What is shown may be left from before: the first state is there when it follows another.
         for preset in ("Paper, Fig. 5(c): 2-1", "Paper, Fig. 9(2): chaos"):
             self.set("preset", "value", preset)
-        self.wait(f"window.location.search == '?{DEFAULT.to_query()}'")
+            state = PRESETS[preset]
+            self.wait(f"window.location.search == '?{state.to_query()}'")
+            tip = state.system.tip(compute.motion(state).states[:, 0]).tolist()[100]
+            self.wait(f"{_model('film')}.data.tip_x[100] == {tip!r}")
         self.settled()
 
     def get(self, name, field):

@@ -9,18 +9,28 @@ import ast
 import importlib
 import inspect
 import re
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
 
 import repository
 import vibroimpact as vi
+from python_arrows import (
+    DOORS,
+    MODULES,
+    REGISTRY,
+    TYPES_OF_REGISTRY,
+    Arrow,
+    arrows_of,
+    circle,
+    modules_of,
+    targets,
+)
+from rust_arrows import rust_arrows, rust_paths
 
 ROOT = repository.root()
 HERE = Path(__file__)
-PACKAGE = ROOT / "python" / "vibroimpact"
 
 # A folder or file uses only those before it. `__init__` is the front door, the public interface.
 PYTHON = [
@@ -42,6 +52,8 @@ PYTHON = [
     "system",
     "made",
     "run_parts",
+    "period_report",
+    "run_record",
     "bounces",
     "run",
     "run_in_si",
@@ -88,15 +100,13 @@ PERMITTED: dict[tuple[str, str], str] = {
     ("orbits.motion", "verb_types"): "a motion is followed to a branch, which has motions: a type",
 }
 
-# The one exception whose arrows run back up by declaration: methods of results that need a solver,
-# and the types in their signatures.
-REGISTRY = "verbs"
-TYPES_OF_REGISTRY = "verb_types"
 # Modules that import by name: the registry, and doors that load their parts on first use.
 BY_NAME = [REGISTRY, "__init__"]
 # What is handed back: it imports nouns and other results, nothing that computes or draws.
 RESULTS = [
     "run_parts",
+    "period_report",
+    "run_record",
     "bounces",
     "run",
     "run_in_si",
@@ -154,19 +164,16 @@ NOUNS = [
     "sweeps.basins.region",
 ]
 
-
-@dataclass(frozen=True)
-class Arrow:
-    """An import: from a module to a module, both by their dotted names within the package."""
-
-    file: Path
-    line: int
-    source: str
-    target: str
-
-    def __str__(self) -> str:
-        """The place, and the arrow."""
-        return f"{self.file.relative_to(ROOT)}:{self.line}: {self.source} -> {self.target}"
+# A longer file has more than one subject. Those that still wait to be split: delete what is.
+MOST_LINES = 500
+SOURCES = ["python", "src", "reproduction", "tests", "benches", "examples"]
+STILL_LONGER = [
+    "src/analysis/period.rs",
+    "src/simulate.rs",
+    "src/simulate/batch.rs",
+    "src/simulate/batch/impacts.rs",
+    "src/simulate/run.rs",
+]
 
 
 def line_of(entry: str, after: str) -> str:
@@ -175,75 +182,6 @@ def line_of(entry: str, after: str) -> str:
     start = next(i for i, line in enumerate(lines) if line.startswith(f"{after} = "))
     found = (i for i in range(start, len(lines)) if f'"{entry}"' in lines[i])
     return f"{HERE.relative_to(ROOT)}, line {next(found, start) + 1}"
-
-
-# Python: modules and their imports.
-
-
-def module_of(path: Path, root: Path = PACKAGE) -> str:
-    """The dotted name of a file; that of a folder is the name of its door."""
-    parts = path.relative_to(root).with_suffix("").parts
-    return ".".join(parts[:-1] if len(parts) > 1 and parts[-1] == "__init__" else parts)
-
-
-def modules_of(root: Path) -> dict[str, Path]:
-    """The files of a package by their dotted names."""
-    return {module_of(path, root): path for path in sorted(root.rglob("*.py"))}
-
-
-MODULES = modules_of(PACKAGE)
-DOORS = {name for name, path in MODULES.items() if path.stem == "__init__"}
-
-
-def targets(
-    node: ast.AST, module: str, package: str = "vibroimpact", modules: dict[str, Path] = MODULES
-) -> Iterator[str]:
-    """The modules of a package that an import names, absolute or relative."""
-    if isinstance(node, ast.Import):
-        for name in (alias.name for alias in node.names):
-            if name.split(".")[0] == package:
-                yield name.partition(".")[2] or "__init__"
-    elif isinstance(node, ast.ImportFrom):
-        if node.level:
-            inside = [] if module == "__init__" else module.split(".")
-            is_door = module == "__init__" or modules[module].stem == "__init__"
-            depth = node.level - is_door
-            base = inside[: len(inside) - depth] if depth else inside
-            base = [*base, *((node.module or "").split(".") if node.module else [])]
-        elif (node.module or "").split(".")[0] == package:
-            base = (node.module or "").split(".")[1:]
-        else:
-            return
-        for alias in node.names:
-            full = ".".join([*base, alias.name])
-            yield full if full in (*modules, "_core") else ".".join(base) or "__init__"
-
-
-def named(tree: ast.Module, module: str) -> Iterator[tuple[int, str]]:
-    """The modules in the tables of strings from which the registry and the front door import."""
-    for node in ast.walk(tree):
-        pair = None
-        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
-            pair = node.targets[0].id, node.value
-        elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
-            pair = node.target.id, node.value
-        if pair is None or not isinstance(pair[1], ast.Dict):
-            continue
-        if (module, pair[0]) == ("__init__", "_ON_FIRST_USE"):
-            yield from ((key.lineno, key.value) for key in pair[1].keys)
-        if (module, pair[0]) == (REGISTRY, "VERBS"):
-            yield from ((item.lineno, item.value.split(":")[0]) for item in pair[1].values)
-
-
-def arrows_of(module: str, path: Path) -> Iterator[Arrow]:
-    """Every import of a module from the package, wherever in the file it stands."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    for node in ast.walk(tree):
-        for target in targets(node, module):
-            if target.split(".")[0] != "_core" and target != module:
-                yield Arrow(path, node.lineno, module, target)
-    for line, target in named(tree, module):
-        yield Arrow(path, line, module, target)
 
 
 ARROWS = [arrow for module, path in MODULES.items() for arrow in arrows_of(module, path)]
@@ -278,26 +216,6 @@ def faults_of_order(arrows: Iterable[Arrow], order: list[str] = PYTHON) -> list[
                 f"{line_of(target, 'PYTHON')}, before {line_of(source, 'PYTHON')}"
             )
     return faults
-
-
-def circle(arrows: Iterable[Arrow]) -> list[Arrow]:
-    """A circle of imports, as its arrows; empty if there is none."""
-    leads: dict[str, list[Arrow]] = {}
-    for arrow in arrows:
-        leads.setdefault(arrow.source, []).append(arrow)
-    done: set[str] = set()
-
-    def found(module: str, way: list[Arrow]) -> list[Arrow]:
-        for arrow in leads.get(module, []):
-            sources = [step.source for step in way]
-            if arrow.target in (*sources, module):
-                return [*way, arrow][(*sources, module).index(arrow.target) :]
-            if arrow.target not in done and (ring := found(arrow.target, [*way, arrow])):
-                return ring
-        done.add(module)
-        return []
-
-    return next((ring for module in sorted(leads) if (ring := found(module, []))), [])
 
 
 def test_every_module_has_its_place_in_the_order():
@@ -421,89 +339,6 @@ def test_the_reproduction_imports_public_names_only():
 # Rust: every path from the crate or from a parent.
 
 
-def code_of(text: str) -> str:
-    """A source without comments, strings and tests, of as many lines."""
-    pattern = r'//[^\n]*|/\*.*?\*/|r#".*?"#|"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])\''
-    text = re.sub(pattern, lambda found: "\n" * found[0].count("\n"), text, flags=re.S)
-    for found in [*re.finditer(r"#\[cfg\(test\)\]\s*mod \w+ \{", text)][::-1]:
-        end = block_end(text, found.end())
-        text = text[: found.start()] + "\n" * text[found.start() : end].count("\n") + text[end:]
-    return text
-
-
-def block_end(text: str, start: int) -> int:
-    """The place after the bracket that closes one opened just before ``start``."""
-    depth = 1
-    for place in range(start, len(text)):
-        depth += {"{": 1, "}": -1}.get(text[place], 0)
-        if not depth:
-            return place + 1
-    return len(text)
-
-
-def expanded(tree: str) -> Iterator[str]:
-    """The paths of a use declaration, braces multiplied out."""
-    tree = re.sub(r"\s+as\s+\w+|\s+", "", tree)
-    head, brace, rest = tree.partition("{")
-    if not brace:
-        yield tree
-        return
-    depth, part = 0, ""
-    for letter in rest[: block_end(rest, 0) - 1] + ",":
-        depth += {"{": 1, "}": -1}.get(letter, 0)
-        if letter == "," and not depth:
-            if part:
-                yield from (head + path for path in expanded(part))
-            part = ""
-        else:
-            part += letter
-
-
-def rust_paths(text: str) -> Iterator[tuple[int, str]]:
-    """Every path of a source that starts at the crate or at a parent, with its line."""
-    code = code_of(text)
-    for found in re.finditer(r"\buse ((?:crate|super)\b[^;]*);", code):
-        line = code.count("\n", 0, found.start()) + 1
-        yield from ((line, path) for path in expanded(found[1]))
-    code = re.sub(r"\buse [^;]*;", lambda found: "\n" * found[0].count("\n"), code)
-    for found in re.finditer(r"\b(?:crate|super)(?:::\w+)+", code):
-        yield code.count("\n", 0, found.start()) + 1, found[0]
-
-
-def rust_modules() -> dict[tuple[str, ...], Path]:
-    """The modules of the crate by their paths, all but its root."""
-    source = ROOT / "src"
-    return {
-        path.relative_to(source).with_suffix("").parts: path
-        for path in sorted(source.rglob("*.rs"))
-        if path.name not in ("lib.rs", "main.rs")
-    }
-
-
-def rust_arrows() -> Iterator[tuple[str, tuple[str, ...], tuple[str, ...]]]:
-    """Every arrow: its place, and the modules it leads from and to."""
-    modules = rust_modules()
-    root = code_of((ROOT / "src" / "lib.rs").read_text(encoding="utf-8"))
-    exports = {}
-    for found in re.finditer(r"\bpub use ([^;]*);", root):
-        for path in expanded(found[1]):
-            *way, name = path.split("::")
-            exports[name] = way
-    for module, path in modules.items():
-        for line, used in rust_paths(path.read_text(encoding="utf-8")):
-            parts = used.split("::")
-            if parts[0] == "crate":
-                way = parts[1:]
-                way = [*exports[way[0]], *way] if way[0] in exports else way
-            else:
-                ups = next(i for i, part in enumerate(parts) if part != "super")
-                way = [*module[: len(module) - ups], *parts[ups:]]
-            # The longest part of the path that is a module.
-            length = next((k for k in range(len(way), 0, -1) if tuple(way[:k]) in modules), 0)
-            if length:
-                yield f"{path.relative_to(ROOT)}:{line}", module, tuple(way[:length])
-
-
 @pytest.fixture(scope="module")
 def rust() -> list[tuple[str, tuple[str, ...], tuple[str, ...]]]:
     if not (ROOT / "src" / "numerics").is_dir():
@@ -539,6 +374,38 @@ def test_no_files_of_the_crate_run_in_a_circle(rust):
     assert len(arrows) > 200
     ring = circle(sorted(arrows, key=str))
     assert not ring, "a circle:\n" + "\n".join(map(str, ring))
+
+
+# The sizes of files.
+
+
+def long_files(root: Path) -> dict[str, int]:
+    """The files with more lines than any should have, by their paths below a root."""
+    found = {}
+    for path in (path for folder in SOURCES for path in sorted((root / folder).rglob("*"))):
+        name = path.relative_to(root)
+        # What is built or fetched has hidden folders.
+        if path.suffix in (".py", ".rs") and not any(part.startswith(".") for part in name.parts):
+            lines = path.read_text(encoding="utf-8").count("\n")
+            found |= {name.as_posix(): lines} if lines > MOST_LINES else {}
+    return found
+
+
+def test_no_file_is_too_long():
+    found = long_files(ROOT)
+    for name, lines in found.items():
+        assert name in STILL_LONGER, f"{name} has {lines} lines, more than {MOST_LINES}: split it"
+    for name in STILL_LONGER:
+        assert name in found, (
+            f"{line_of(name, 'STILL_LONGER')}: {name} is short enough, or gone; delete the line"
+        )
+
+
+def test_long_files_are_found(tmp_path):
+    for name, lines in {"a.py": 500, "b.py": 501, "c.rs": 501, "d.md": 900}.items():
+        (tmp_path / "src" / "deep").mkdir(parents=True, exist_ok=True)
+        (tmp_path / "src" / "deep" / name).write_text("\n" * lines, encoding="utf-8")
+    assert long_files(tmp_path) == {"src/deep/b.py": 501, "src/deep/c.rs": 501}
 
 
 # The page.

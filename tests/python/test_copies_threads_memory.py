@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from small_results import START, branch, grid_basins, motion, motions, region, run
 from systems import PAPER, ROUGH
-from valid_calls import START, branch, calls, grid_basins, motion, motions, region, run
+from valid_calls import calls
 
 CALLS = calls()
 

@@ -83,8 +83,9 @@ def test_the_numbers_of_the_page_are_those_of_the_functions(window):
     motion = compute.motion(DEFAULT)
     assert window.data("portrait", "v1") == motion.states[:, 1].tolist()
     assert window.data("stroboscopic", "x1") == motion.run.stroboscopic[:, 0].tolist()
-    window.wait("Bokeh.documents[0].get_model_by_name('diagram').data.at.length > 0")
     diagram = compute.diagram(DEFAULT, SMALL["diagram"])
+    first = diagram.x1[0].item()
+    window.wait(f"Bokeh.documents[0].get_model_by_name('diagram').data.value[0] == {first!r}")
     assert window.data("diagram", "value") == diagram.x1.tolist()
     verdict = compute.verdict(DEFAULT, motion.run)
     text = window.get("verdict", "text")
@@ -143,6 +144,23 @@ def test_a_dragged_slider_sends_a_motion_when_the_last_is_drawn(window):
     window.wait(f"Bokeh.documents[0].get_model_by_name('film').data.tip_x[100] == {tip!r}")
     assert window.js("return window.most") == 1
     assert window.js("return window.count") < 40
+
+
+def test_a_page_that_nobody_sees_acknowledges_at_once(window):
+    window.settled()
+    window.js("window.frames_drawn = 0")
+    with window.minimized():
+        window.js("requestAnimationFrame(() => window.frames_drawn++)")
+        for friction in (0.125, 0.25):
+            window.set("friction-slider", "value", friction)
+            state = DEFAULT.replace(friction=friction)
+            tip = state.system.tip(compute.motion(state).states[:, 0]).tolist()[100]
+            window.wait(f"Bokeh.documents[0].get_model_by_name('film').data.tip_x[100] == {tip!r}")
+            window.wait(
+                "Bokeh.documents[0].get_model_by_name('motion-drawn').tags[0] =="
+                " Bokeh.documents[0].get_model_by_name('motion-sent').tags[0]"
+            )
+        assert window.js("return window.frames_drawn") == 0
 
 
 def test_a_bad_number_is_told_beside_its_field(window):

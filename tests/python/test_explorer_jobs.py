@@ -11,6 +11,7 @@ import vibroimpact as vi
 from han_jin_hu_2004.parameters import INITIAL
 from systems import ROUGH
 from vibroimpact.explorer.jobs import Lane, Work
+from vibroimpact.explorer.pace import Pace
 from vibroimpact.interruption import Cancellation, heeding
 
 
@@ -91,9 +92,26 @@ def test_a_lane_goes_on_after_an_interruption(interruption):
     assert shown == ["newer"]
 
 
+def test_a_picture_is_drawn_when_its_own_number_comes_back():
+    pace = Pace()
+    number = pace.begin()
+    # Another number frees nothing; the browser may send anything.
+    for other in (number + 1, number - 1, str(number), None):
+        pace.drawn(other)
+        assert not pace.wait()
+    pace.drawn(number)
+    assert pace.wait()
+    pace.begin()
+    pace.drawn(number)
+    assert not pace.wait()
+    pace.skip()
+    assert pace.wait()
+
+
 def test_the_next_picture_is_begun_when_the_last_has_been_drawn():
     numbers, begun, shown = queue.SimpleQueue(), [], []
-    lane = Lane(lambda finish: finish(), sent=numbers.put, patience=300.0)
+    pace = Pace(numbers.put, patience=300.0)
+    lane = Lane(lambda finish: finish(), pace=pace)
 
     def submit(value):
         lane.submit(Work(lambda: begun.append(value) or value, shown.append, shown.append))
@@ -102,17 +120,43 @@ def test_the_next_picture_is_begun_when_the_last_has_been_drawn():
     number = numbers.get()
     for value in range(1, 40):
         submit(value)
-    # A number that was never sent frees nothing.
-    lane.drawn(number + 1)
+    # A number that was never sent frees nothing, so no other picture follows it.
+    pace.drawn(number + 1)
+    with pytest.raises(queue.Empty):
+        numbers.get(timeout=0.5)
     assert begun == [0]
-    lane.drawn(number)
-    lane.drawn(numbers.get())
+    pace.drawn(number)
+    pace.drawn(numbers.get())
     assert begun == shown == [0, 39]
+
+
+@pytest.mark.parametrize("fault", ["show", "refuse", "ask"])
+def test_a_fault_on_the_page_does_not_hold_back_the_next_picture(fault):
+    posted, shown, asked = queue.SimpleQueue(), [], []
+
+    def fail(*_):
+        raise RuntimeError(fault)
+
+    def ask(number):
+        asked.append(number)
+        if fault == "ask" and len(asked) == 1:
+            fail()
+
+    lane = Lane(posted.put, pace=Pace(ask, patience=300.0))
+    show = fail if fault == "show" else shown.append
+    lane.submit(Work(fail if fault == "refuse" else lambda: 0, show, fail))
+    finish = posted.get()
+    lane.submit(Work(lambda: 1, shown.append, shown.append))
+    with pytest.raises(RuntimeError, match=fault):
+        finish()
+    posted.get(timeout=30.0)()
+    assert shown[-1] == 1
+    lane.cancel()
 
 
 def test_a_lost_acknowledgement_does_not_stop_a_lane():
     numbers, shown = queue.SimpleQueue(), []
-    lane = Lane(lambda finish: finish(), sent=numbers.put, patience=0.01)
+    lane = Lane(lambda finish: finish(), pace=Pace(numbers.put, patience=0.01))
     for value in range(3):
         lane.submit(Work(lambda value=value: value, shown.append, shown.append))
         numbers.get()

@@ -15,6 +15,8 @@ from vibroimpact import _core
 from vibroimpact.interruption import is_covered
 from vibroimpact.sweeps import engine
 
+# What has public names.
+PARTS = (vi, vi.orbits)
 # Much more work than is done before Ctrl-C comes.
 LONG = {"periods": 5_000_000, "keep": 1, "max_events": 10**9}
 
@@ -182,13 +184,13 @@ def test_an_interrupted_grid_of_spectra(system, initial):
 
 def public_members():
     """Give every public function, and every public member of a class, by name."""
-    for name in vi.__all__:
-        found = getattr(vi, name)
+    for name, found in ((name, getattr(part, name)) for part in PARTS for name in part.__all__):
         if inspect.isfunction(found):
             yield name, found
         elif inspect.isclass(found) and not issubclass(found, BaseException | enum.Enum):
             for base in found.__mro__:
-                if base.__module__.startswith("vibroimpact."):
+                own = base.__module__.startswith("vibroimpact.")
+                if own and base.__module__ != "vibroimpact._core":
                     for member, value in vars(base).items():
                         kinds = property | classmethod | staticmethod | functools.cached_property
                         works = inspect.isfunction(value) or isinstance(value, kinds)

@@ -129,6 +129,21 @@ def test_an_axis_that_the_function_does_not_take_moves_the_start():
     assert np.array_equal(sweep.run(1, 1).final_state.state, sweep.final_states[1, 1])
 
 
+def test_a_function_of_any_names_takes_those_of_coordinates():
+    def any_names(**numbers):
+        return make(40.0 + numbers["x1"], numbers.get("damping", 0.0))
+
+    for name, axes in {"x1": {}, "damping": {"damping": [0.0, 0.3]}}.items():
+        sweep = vi.sweep(any_names, initial=START, periods=30, x1=[0.0, 4.0], **axes)
+        alone = vi.sweep(
+            NAMED_LIKE_COORDINATES["x1"], initial=START, periods=30, x1=[0.0, 4.0], **axes
+        )
+        assert np.array_equal(sweep.final_states, alone.final_states), name
+        cell = (1,) * (1 + len(axes))
+        assert sweep.run(*cell).initial == START
+        assert sweep.system_at(*cell) == make(44.0, 0.3 if axes else 0.0)
+
+
 def test_exponents_over_stiffness_are_those_of_explicit_systems():
     values = STIFFNESSES[:2]
     found = vi.lyapunov_spectrum(over_stiffness, initial=START, periods=60, stiffness=values)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from vibroimpact.mechanics import Mechanics
 
 PARAMETERS = {
     "mass_ratio": 0.6,
@@ -23,6 +24,11 @@ STATES = np.array([[0.9, -1.3, 0.2, 0.5], [-2.0, 0.4, -0.1, 0.0], [0.0, 0.0, 0.0
 @pytest.fixture(params=["oblique", "direct"])
 def system(request):
     return vi.System(**PARAMETERS, contact=request.param)
+
+
+def test_the_mechanics_are_those_of_a_system():
+    with pytest.raises(TypeError, match=r"abstract method '?to_dict"):
+        Mechanics()
 
 
 def test_tip_and_slope(system):

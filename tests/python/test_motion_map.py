@@ -220,3 +220,11 @@ def test_a_figure_needs_its_number_of_parameters(grid):
         vi.plot.motion_branches(grid)
     with pytest.raises(ValueError, match="two varied parameters are needed"):
         vi.plot.stability_map(grid.at(moment_amplitude=0.5))
+
+
+def test_a_map_of_one_value_is_drawn():
+    # Limits that are equal would be a warning, and warnings are errors here.
+    one = vi.motion_map(PAPER, drive_frequency=[1.8])
+    low, high = vi.plot.motion_branches(one).get_xlim()
+    assert low < 1.8 < high
+    mpl.pyplot.close("all")

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from small_results import START, branch, motion, run
 from systems import COEXISTING, LOW, PAPER, ROUGH, STICKY
-from valid_calls import START, branch, motion, run
 from vibroimpact.orbits.motion import same_orbit
 from vibroimpact.orbits.points import motions_at
 from vibroimpact.sweeps.lyapunov_results import dimension_of

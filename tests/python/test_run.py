@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import sys
 
 import numpy as np
 import pytest
@@ -241,6 +242,12 @@ def test_repr_says_what_it_is_without_computing_the_label(run):
     assert text.startswith("<Run completed at time ")
     assert "period 40" in text
     assert "period" not in vars(run)
+
+
+def test_pickles_of_earlier_versions_find_the_classes_of_a_period():
+    # They name the module in which these stood.
+    for name in ("Evidence", "PeriodReport"):
+        assert getattr(sys.modules["vibroimpact.run"], name) is getattr(vi, name)
 
 
 def test_final_state_starts_another_run(run, system):

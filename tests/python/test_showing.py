@@ -14,11 +14,9 @@ from matplotlib import pyplot
 from matplotlib.axes import Axes
 
 import vibroimpact as vi
-from systems import COEXISTING, PAPER, ROUGH, STICKY
-from valid_calls import (
+from small_results import (
     START,
     branch,
-    calls,
     folder,
     grid_basins,
     motion,
@@ -27,6 +25,8 @@ from valid_calls import (
     run,
     saddle,
 )
+from systems import COEXISTING, PAPER, ROUGH, STICKY
+from valid_calls import calls
 from vibroimpact.showing import Shown
 from vibroimpact.sweeps.results import GridResult
 

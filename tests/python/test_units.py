@@ -274,6 +274,19 @@ def test_the_whole_window_can_be_asked_for_in_seconds(run):
         si.trajectory([25.0])
 
 
+@pytest.mark.parametrize("forces", [False, True])
+def test_one_time_in_seconds_gives_one_row(run, forces):
+    si = run.in_si()
+    middle = 0.5 * (si.kept_from + si.final_state.time)
+    for time in (si.kept_from, middle, np.float64(middle), np.array(middle), si.final_state.time):
+        row = si.trajectory(time, forces=forces)
+        assert row.shape == ((6,) if forces else (4,))
+        assert np.array_equal(row, si.trajectory([float(time)], forces=forces)[0])
+    for time in (25.0, math.nan, "0.5", [[0.5]]):
+        with pytest.raises(vi.ParameterError, match=r"^t "):
+            si.trajectory(time, forces=forces)
+
+
 def test_without_scales_si_is_a_typed_error(system):
     plain = system.replace(scales=None)
     start = (0, 0.5, 0, 0)

@@ -19,7 +19,7 @@ import vibroimpact as vi
 from systems import PAPER, STICKY
 from vibroimpact.system import SYMBOLS
 from vibroimpact.verification import motion
-from vibroimpact.verification.result import IMPACT_NUMBERS
+from vibroimpact.verification.columns import IMPACT_NUMBERS
 
 pytest.importorskip("flint", reason="verification needs python-flint")
 

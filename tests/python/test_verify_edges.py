@@ -10,8 +10,8 @@ import sizes
 import vibroimpact as vi
 from systems import PAPER, ROUGH, STICKY
 from vibroimpact.verification import motion
+from vibroimpact.verification.columns import FURTHER_NUMBERS
 from vibroimpact.verification.comparison import _digits
-from vibroimpact.verification.result import FURTHER_NUMBERS
 
 pytest.importorskip("flint", reason="verification needs python-flint")
 

@@ -37,8 +37,12 @@ def check_words(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
             return
         option = word.partition("=")[0]
         if option.startswith("--") and not any(one.startswith(option) for one in known_options):
-            # Options are known by the names of the arguments they stand for.
-            names = {one.removeprefix("--").replace("-", "_"): one for one in known_options}
-            meant = closest(option.removeprefix("--").replace("-", "_"), names)
+            names = {_argument(one): one for one in known_options}
+            meant = closest(_argument(option), names)
             hint = f", did you mean {names[meant]}?" if meant else ""
             command.error(f"unrecognized arguments: {option}{hint}")
+
+
+def _argument(option: str) -> str:
+    """Return the name of the argument that an option stands for; by it the hints know it."""
+    return option.removeprefix("--").replace("-", "_")

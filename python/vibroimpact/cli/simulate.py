@@ -6,7 +6,8 @@ from typing import Any
 
 from ..arguments import count
 from ..errors import ParameterError
-from ..run import Run, impacts_in_words
+from ..run import Run
+from ..run_record import impacts_in_words
 from ..simulation import simulate
 from ..verification import verify
 from ..verification.call import MOST_ASKED, need_flint

@@ -35,7 +35,7 @@ from numpy.typing import ArrayLike
 from ..arguments import positive, reject, vector
 from ..errors import ParameterError
 from .branching import DIFFERENCE
-from .follow import Classify, checked_bounds, checked_direction
+from .follow import Classify, checked_bounds, checked_direction, checked_tangent
 from .names import TURNING_POINTS, OwnTest, PathEnd
 from .newton import Array, OutsideDomain, Problem, evaluate, newton, sizes_of
 from .path import Path
@@ -371,9 +371,7 @@ def follow_curve(
         for i in range(2)
     ]
     direction = checked_direction(direction)
-    along = None if tangent is None else vector("tangent", tangent)
-    if along is not None and (len(along) != len(start) + 2 or not along.any()):
-        reject("tangent", tangent, f"a direction of {len(start) + 2} components")
+    along = checked_tangent(tangent, len(start) + 2)
     settings = Steps.checked(
         step=step,
         min_step=min_step,

@@ -101,6 +101,16 @@ def checked_direction(direction: Any) -> int:
     return int(direction)
 
 
+def checked_tangent(tangent: ArrayLike | None, size: int) -> Array | None:
+    """Return the tangent, a direction of so many components, or None."""
+    if tangent is None:
+        return None
+    along = vector("tangent", tangent)
+    if len(along) != size or not along.any():
+        reject("tangent", tangent, f"a direction of {size} components")
+    return along
+
+
 def follow(
     problem: Problem,
     u: ArrayLike,
@@ -167,9 +177,7 @@ def follow(
         raise ParameterError(f"p of shape {parameter.shape} is not allowed; allowed: one number")
     low, high = checked_bounds("bounds", bounds, float(parameter[0]))
     direction = checked_direction(direction)
-    along = None if tangent is None else vector("tangent", tangent)
-    if along is not None and (len(along) != len(start) + 1 or not along.any()):
-        reject("tangent", tangent, f"a direction of {len(start) + 1} components")
+    along = checked_tangent(tangent, len(start) + 1)
     curve = _Branch(problem, positive("parameter_size", parameter_size), classify)
     settings = Steps.checked(
         step=step,

@@ -6,11 +6,12 @@ last one waits behind all others.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from bokeh.document import Document
 from bokeh.models import CustomJS, Div
+
+from .pace import Pace
 
 # What came before a picture's number is drawn in the next frame, and that one has ended when the
 # frame after it begins. A page that nobody sees has no frames, and acknowledges at once.
@@ -29,20 +30,26 @@ class Acknowledgement:
     ----------
     name
         Of what is drawn.
-    drawn
-        Gets the number of each picture that has been drawn, on the page's thread. It comes from the
-        browser, so it may be anything.
+    patience
+        Seconds to wait for the browser's word.
+
+    Attributes
+    ----------
+    pace
+        That of the browser.
     """
 
-    def __init__(self, name: str, drawn: Callable[[Any], None]) -> None:
+    def __init__(self, name: str, patience: float) -> None:
+        self.pace = Pace(self._ask, patience)
         self._sent = Div(name=f"{name}-sent", tags=[], visible=False)
         self._drawn = Div(name=f"{name}-drawn", tags=[], visible=False)
         self._reply = CustomJS(args={"sent": self._sent, "drawn": self._drawn}, code=_ACKNOWLEDGE)
         self._sent.js_on_change("tags", self._reply)
 
         def replied(_name: str, _old: list[Any], new: list[Any]) -> None:
+            # They come from the browser, so they may be anything.
             for number in new:
-                drawn(number)
+                self.pace.drawn(number)
 
         self._drawn.on_change("tags", replied)
 
@@ -53,6 +60,6 @@ class Acknowledgement:
         # The first picture may be there before the browser is.
         document.js_on_event("document_ready", self._reply)
 
-    def ask(self, number: int) -> None:
+    def _ask(self, number: int) -> None:
         """Ask the browser to acknowledge what has been sent until now."""
         self._sent.tags = [number]

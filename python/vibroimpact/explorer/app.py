@@ -139,10 +139,9 @@ class Page:
 
     def _pace(self, name: str) -> None:
         """Give a view that follows the sliders a lane that waits for the browser."""
-        lane = Lane(self._post, sent=lambda number: told.ask(number), patience=PATIENCE)
-        told = Acknowledgement(name, lane.drawn)
+        told = Acknowledgement(name, PATIENCE)
         told.enter(self.document)
-        self._lanes[name] = lane
+        self._lanes[name] = Lane(self._post, pace=told.pace)
 
     def _wire(self) -> None:
         frame = self.frame

@@ -2,8 +2,8 @@
 
 A lane has one thread. Work that waits is replaced by newer work. Running work that has been
 overtaken is cancelled: a fine picture at once, a quick one after a grace period, because while a
-slider moves each quick picture is worth showing. Cancelled work shows nothing. A lane can wait
-until a picture has been drawn, and only then begins the next one, with the newest values.
+slider moves each quick picture is worth showing. Cancelled work shows nothing. A lane with a pace
+begins the next picture when the last one has been drawn, with the newest values.
 """
 
 from __future__ import annotations
@@ -11,9 +11,11 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from ..interruption import Cancellation, heeding
+from .pace import Pace
 
 # Seconds for which quick work may go on after it has been overtaken.
 GRACE = 0.3
@@ -49,12 +51,8 @@ class Lane:
         Calls a function on the page's thread, soon; from any thread.
     grace
         Seconds for which overtaken quick work may go on.
-    sent
-        Gets the number of each picture that has been shown, on the page's thread. Then the next
-        work begins only after `drawn` has got this number. None: it begins at once.
-    patience
-        Seconds after which the next work begins although `drawn` has not been called: an
-        acknowledgement may be lost.
+    pace
+        Says when the work after a picture may begin; without one it begins at once.
     """
 
     def __init__(
@@ -62,13 +60,10 @@ class Lane:
         post: Callable[[Callable[[], None]], None],
         grace: float = GRACE,
         *,
-        sent: Callable[[int], None] | None = None,
-        patience: float = 0.0,
+        pace: Pace | None = None,
     ) -> None:
-        self._post, self._grace, self._sent, self._patience = post, grace, sent, patience
+        self._post, self._grace, self._pace = post, grace, pace or Pace()
         self._lock = threading.Lock()
-        self._ended = threading.Event()
-        self._number = 0
         self._waiting: Work | None = None
         self._running: Work | None = None
         self._alive = False
@@ -90,13 +85,7 @@ class Lane:
             self._waiting = None
             if self._running is not None:
                 self._running.cancellation.cancel()
-            self._ended.set()
-
-    def drawn(self, number: Any) -> None:
-        """Take note that the picture of a number has been drawn."""
-        with self._lock:
-            if number == self._number:
-                self._ended.set()
+            self._pace.skip()
 
     @property
     def busy(self) -> bool:
@@ -120,12 +109,11 @@ class Lane:
                 if work is None:
                     self._alive = False
                     return
-                self._number += 1
-                self._ended.clear()
-            if self._do(work) and self._sent is not None:
-                self._ended.wait(self._patience)
+                number = self._pace.begin()
+            if self._do(work, number):
+                self._pace.wait()
 
-    def _do(self, work: Work) -> bool:
+    def _do(self, work: Work, number: int) -> bool:
         """Do some work; return whether anything of it is on its way to the page."""
         result: Any = None
         failure: Exception | None = None
@@ -139,19 +127,15 @@ class Lane:
         except Exception as error:
             failure = error
 
-        number = self._number
-
-        def finish() -> None:
+        def show() -> bool:
             # Whoever cancelled it wants to see neither its result nor its error.
             if work.cancellation.cancelled:
-                self.drawn(number)
-            elif failure is not None:
+                return False
+            if failure is not None:
                 work.refuse(failure)
-                self.drawn(number)
-            else:
-                work.show(result)
-                if self._sent is not None:
-                    self._sent(number)
+                return False
+            work.show(result)
+            return True
 
-        self._post(finish)
+        self._post(partial(self._pace.finish, number, show))
         return True

@@ -106,6 +106,7 @@ class Bifurcation(Shown):
         return f"<{self.kind} of {self.motion.label} at {self.parameter} = {self.value:.12g}>"
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Piece:
     """Part of a branch with one sequence of legs.

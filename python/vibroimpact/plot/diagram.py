@@ -12,7 +12,6 @@ from typing import Any, Literal
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba_array
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
@@ -24,8 +23,14 @@ from ..scales import Units, in_si
 from ..sweeps import Diagram
 from .given import expected, usual_value
 from .labels import LABEL_STYLES, NO_LABEL_COLOR, UNRESOLVED, label_codes, label_handles
-from .mesh import boxes, spans
-from .parameter_units import grid_label, parameter_axis, point_factors, with_unit
+from .mesh import strip
+from .parameter_units import (
+    along_parameter,
+    grid_label,
+    parameter_axis,
+    point_factors,
+    with_unit,
+)
 from .style import (
     BLACK,
     BLUE,
@@ -68,6 +73,8 @@ STROBOSCOPIC_VALUES = {
 
 _BRANCH_COLORS = (BLUE, VERMILLION, GREEN, PURPLE, SKY_BLUE, ORANGE)
 _RUG_HEIGHT = 0.035
+# Parts of the axes' height for what is marked along their upper end.
+_ABOVE = (1.0 - _RUG_HEIGHT, 1.0)
 _RUG_GREYS = ("0.45", "0.7", "0.2")
 _ENDED = {"completed", "rest"}
 _NO_IMPACT_GREY = "0.75"
@@ -187,7 +194,7 @@ def bifurcation(
     handles += _status_rug(ax, diagram, values)
     if legend and handles:
         legend_above(ax, handles, columns=4 if color == "label" else 2)
-    _parameter_axis(ax, values, name)
+    along_parameter(ax, values, name)
     text = symbols[value] if section == "impact" else _stroboscopic(symbols[value], diagram)
     ax.set_ylabel(with_unit(text, value, is_si=is_si))
     if value == "phase":
@@ -298,7 +305,7 @@ def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
         color = BLACK if len(fractions) == 1 else branch_color(number)
         ax.plot(diagram.values, fraction, color=color, lw=0.7)
     ax.set_ylim(bottom=0.0)
-    _parameter_axis(ax, diagram.values, _parameter(diagram, is_si=False)[1])
+    along_parameter(ax, diagram.values, _parameter(diagram, is_si=False)[1])
     ax.set_ylabel("part in contact")
     return ax
 
@@ -309,12 +316,6 @@ def _parameter(diagram: Diagram, *, is_si: bool) -> tuple[float, str]:
     if diagram.is_made:
         return 1.0, grid_label(diagram, name)
     return parameter_axis(name, diagram.system, is_si=is_si)
-
-
-def _parameter_axis(ax: Axes, values: Array, name: str) -> None:
-    if len(values) > 1:
-        ax.set_xlim(float(values.min()), float(values.max()))
-    ax.set_xlabel(name)
 
 
 @naming
@@ -380,7 +381,7 @@ def _chatter_strip(ax: Axes, diagram: Diagram, values: Array) -> list[Artist]:
     handles = chatter_handles(diagram)
     if handles:
         chatters = _on_any_branch(diagram, np.asarray(diagram.n) == -1)
-        _strip(ax, values, chatters, CHATTER_COLOR, "complete-chatter")
+        strip(ax, values, chatters, _ABOVE, CHATTER_COLOR, gid="complete-chatter")
     return handles
 
 
@@ -388,20 +389,8 @@ def _no_impact_strip(ax: Axes, diagram: Diagram, values: Array) -> list[Artist]:
     """Mark the values without impact along the top axis; return the legend entry."""
     handles = no_impact_handles(diagram)
     if handles:
-        _strip(ax, values, _without_impact(diagram), _NO_IMPACT_GREY, "no-impact")
+        strip(ax, values, _without_impact(diagram), _ABOVE, _NO_IMPACT_GREY, gid="no-impact")
     return handles
-
-
-def _strip(ax: Axes, values: Array, chosen: NDArray[np.bool_], color: str, gid: str) -> None:
-    strip = PolyCollection(
-        boxes(spans(values, chosen), 1.0 - _RUG_HEIGHT, 1.0),
-        facecolors=color,
-        edgecolors=color,
-        linewidths=0.4,
-        transform=ax.get_xaxis_transform(),
-    )
-    strip.set_gid(gid)
-    ax.add_collection(strip, autolim=False)
 
 
 def _status_rug(ax: Axes, diagram: Diagram, values: Array) -> list[Artist]:
@@ -411,16 +400,7 @@ def _status_rug(ax: Axes, diagram: Diagram, values: Array) -> list[Artist]:
     for row, kind in enumerate(sorted(set(status.tolist()) - _ENDED)):
         stopped = _on_any_branch(diagram, status == kind)
         grey = _RUG_GREYS[row % len(_RUG_GREYS)]
-        # The outline keeps a single value visible where its cell is narrower than a dot.
-        rug = PolyCollection(
-            boxes(spans(values, stopped), row * _RUG_HEIGHT, (row + 1) * _RUG_HEIGHT),
-            facecolors=grey,
-            edgecolors=grey,
-            linewidths=0.4,
-            transform=ax.get_xaxis_transform(),
-            label=f"{kind}: {int(stopped.sum())} of {len(stopped)} values",
-        )
-        rug.set_gid(f"status-{kind}")
-        ax.add_collection(rug, autolim=False)
-        entries.append(rug)
+        heights = (row * _RUG_HEIGHT, (row + 1) * _RUG_HEIGHT)
+        text = f"{kind}: {int(stopped.sum())} of {len(stopped)} values"
+        entries.append(strip(ax, values, stopped, heights, grey, gid=f"status-{kind}", text=text))
     return entries

@@ -12,11 +12,9 @@ from matplotlib.axes import Axes
 from ..arguments import naming
 from ..run import Run
 from ..scales import Units
-from .curve import sample, times_within
-from .given import expected
-from .marks import mark_contact_times
-from .style import BLACK, VERMILLION, curve_legend, new_axes
-from .units import AxisUnits
+from .curve import times_within
+from .history import History
+from .style import BLACK, VERMILLION
 
 
 @naming
@@ -77,22 +75,22 @@ def contact_force(
     >>> vi.plot.contact_force(run, window=(0, 40)).get_ylabel()
     'contact force'
     """
-    run = expected("run", run, Run)
-    ax = new_axes(ax)
-    drawn = AxisUnits.of(units, run.system)
-    curve = sample(
-        run, window=drawn.window(window, run), periods=periods, points_per_period=points_per_period
+    history = History(
+        run,
+        window=window,
+        periods=periods,
+        points_per_period=points_per_period,
+        units=units,
+        ax=ax,
     )
-    start, end = window = (float(curve.time[0]), float(curve.time[-1]))
+    ax, drawn, window = history.axes, history.units, history.window
     # Both sides of every change, where the forces jump.
     changes = times_within(run.contacts["time"], window)
     before = times_within(np.nextafter(changes, -np.inf), window)
-    time = np.unique(np.concatenate([curve.time, before]))
+    time = np.unique(np.concatenate([history.curve.time, before]))
     forces = run.trajectory(time, forces=True)[:, 4:] * drawn.factor("normal_force")
     normal, tangential = forces.T
-    seconds = drawn.factor("time")
-    mark_contact_times(ax, run, window, seconds)
-    time = time * seconds
+    time = time * drawn.factor("time")
     friction = run.system.friction
     if friction > 0.0 and normal.any():
         for sign, label in ((1.0, r"$\pm\mu p$"), (-1.0, "_nolegend_")):
@@ -103,8 +101,4 @@ def contact_force(
         text = "no sustained contact in this window"
         ax.text(0.5, 0.9, text, transform=ax.transAxes, ha="center", va="top", color="0.35")
         ax.set_ylim(-0.2, 1.0)
-    ax.set_xlim(start * seconds, end * seconds)
-    ax.set_xlabel(drawn.label("time"))
-    ax.set_ylabel(drawn.label("normal_force", "contact force"))
-    curve_legend(ax, legend)
-    return ax
+    return history.finish(drawn.label("normal_force", "contact force"), legend=legend)

@@ -10,14 +10,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
 from numpy.typing import NDArray
 
 from ..arguments import naming, reject
 from ..sweeps import Diagram, GridResult, LyapunovSpectrum, LyapunovSweep
 from .diagram import branch_color, branch_names
-from .mesh import boxes, spans
-from .parameter_units import grid_label
+from .mesh import strip
+from .parameter_units import along_parameter, grid_label
 from .style import (
     BLACK,
     BLUE,
@@ -186,9 +185,7 @@ def _along(ax: Axes, curves: _Curves) -> None:
             values[order], finite, color=color, ls=curves.dashes[k], lw=0.8, label=curves.texts[k]
         )
         _mark_infinite(ax, values, np.isneginf(exponent), k, color)
-    if len(values) > 1:
-        ax.set_xlim(float(values.min()), float(values.max()))
-    ax.set_xlabel(name)
+    along_parameter(ax, values, name)
     ax.set_ylabel(
         r"exponents $\lambda$" if curves.texts is _SYMBOLS else r"largest exponent $\lambda_1$"
     )
@@ -199,12 +196,5 @@ def _mark_infinite(
 ) -> None:
     """Mark where an exponent is -inf along the bottom axis, in a row of its own."""
     if infinite.any():
-        marks = PolyCollection(
-            boxes(spans(values, infinite), row * _RUG_HEIGHT, (row + 1) * _RUG_HEIGHT),
-            facecolors=color,
-            edgecolors=color,
-            linewidths=0.4,
-            transform=ax.get_xaxis_transform(),
-        )
-        marks.set_gid(f"minus-infinity-{row}")
-        ax.add_collection(marks, autolim=False)
+        heights = (row * _RUG_HEIGHT, (row + 1) * _RUG_HEIGHT)
+        strip(ax, values, infinite, heights, color, gid=f"minus-infinity-{row}")

@@ -1,6 +1,8 @@
-"""Cells of a grid around its values, for maps over two axes."""
+"""Cells of a grid around its values: for maps over two axes, and for marks along one."""
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -33,3 +35,28 @@ def boxes(
 ) -> list[list[tuple[float, float]]]:
     """Corners of boxes over intervals of the first axis, between two heights."""
     return [[(left, low), (left, high), (right, high), (right, low)] for left, right in cells]
+
+
+def strip(
+    ax: Axes,
+    parameter: Array,
+    chosen: NDArray[np.bool_],
+    heights: tuple[float, float],
+    color: str,
+    *,
+    gid: str,
+    text: str = "",
+) -> PolyCollection:
+    """Mark the chosen values along the first axis, between two parts of the axes' height."""
+    marks = PolyCollection(
+        boxes(spans(parameter, chosen), *heights),
+        facecolors=color,
+        # The outline keeps a single value visible where its cell is narrower than a dot.
+        edgecolors=color,
+        linewidths=0.4,
+        transform=ax.get_xaxis_transform(),
+        label=text,
+    )
+    marks.set_gid(gid)
+    ax.add_collection(marks, autolim=False)
+    return marks

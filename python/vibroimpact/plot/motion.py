@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from ..arguments import naming
 from ..run import Run
 from ..scales import Units
-from .curve import Curve, is_driven, is_one_orbit, orbit_window, sample, tip_symbol
+from .curve import is_driven, is_one_orbit, orbit_window, sample, tip_symbol
 from .given import bodies_of, chosen, expected, regime_color
-from .marks import mark_contact_path, mark_contact_times, mark_regimes
+from .history import History
+from .marks import mark_contact_path, mark_regimes
 from .style import BLACK, BLUE, GREY, curve_legend, new_axes
 from .units import AxisUnits
 
@@ -98,45 +99,40 @@ def time_history(
     >>> vi.plot.time_history(run, periods=4).get_xlabel()
     '$t$'
     """
-    run = expected("run", run, Run)
     by_regime = regime_color(color)
     chosen("drive", drive, _DRIVES)
-    ax = new_axes(ax)
-    drawn = AxisUnits.of(units, run.system)
-    curve = sample(
-        run, window=drawn.window(window, run), periods=periods, points_per_period=points_per_period
+    history = History(
+        run,
+        window=window,
+        periods=periods,
+        points_per_period=points_per_period,
+        units=units,
+        ax=ax,
     )
-    time = curve.time * drawn.factor("time")
-    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]), drawn.factor("time"))
-    system = run.system
+    system, drawn, states = run.system, history.units, history.curve.state
     length = drawn.factor("x2")
-    face = (system.tip(curve.state[:, 0]) - system.gap) * length
-    body2 = curve.state[:, 2] * length
+    face = (system.tip(states[:, 0]) - system.gap) * length
+    body2 = states[:, 2] * length
     tip = rf"l\,{tip_symbol(system)}-\Delta" if drawn.is_si else rf"{tip_symbol(system)}-\delta"
     body = "X" if drawn.is_si else "x_2"
     if drive == "plain" or (drive == "auto" and is_driven(system)):
         motion = np.concatenate([face, body2])
-        _drive(ax, run, curve, motion, plain=drive == "plain", drawn=drawn)
-    ax.plot(time, body2, color=BLACK, lw=1.4, label=f"${body}$")
-    ax.plot(time, face, color=BLACK, lw=0.6, label=f"${tip}$")
+        _drive(history, motion, plain=drive == "plain")
+    history.axes.plot(history.time, body2, color=BLACK, lw=1.4, label=f"${body}$")
+    history.axes.plot(history.time, face, color=BLACK, lw=0.6, label=f"${tip}$")
     if by_regime:
-        hits = run.impacts[curve.impacts]
-        moments = hits["time"] * drawn.factor("time")
-        mark_regimes(ax, run, moments, hits["x2"] * length, curve.impacts)
-    ax.set_ylabel(drawn.label("x2", rf"${body},\ {tip}$"))
-    _time_axis(ax, time, legend, drawn)
-    return ax
+        history.mark_regimes(history.hits["x2"] * length)
+    return history.finish(drawn.label("x2", rf"${body},\ {tip}$"), legend=legend)
 
 
-def _drive(
-    ax: Axes, run: Run, curve: Curve, motion: Array, *, plain: bool, drawn: AxisUnits
-) -> None:
+def _drive(history: History, motion: Array, *, plain: bool) -> None:
     """Draw the drive; where it would flatten the motion, or be flattened, scaled and shifted."""
     # In SI a drive has another unit than a length: it is drawn as l cos(omega t + phi).
+    system, drawn = history.run.system, history.units
     length = drawn.factor("x2")
     low, high = float(motion.min()), float(motion.max())
     height, together = high - low, max(high, length) - min(low, -length)
-    drive = np.cos(run.system.drive_frequency * curve.time + run.system.phase)
+    drive = np.cos(system.drive_frequency * history.curve.time + system.phase)
     label = r"$l\,\cos\omega t$" if drawn.is_si else r"$\cos\omega t$"
     if not plain and height > 0.0 and not together / _FLATTENED <= height <= 10.0 * length:
         drive = 0.5 * (low + high) + _SCALED * height * drive
@@ -144,14 +140,7 @@ def _drive(
         label = r"$\cos\omega t$, scaled"
     else:
         drive = length * drive
-    time = curve.time * drawn.factor("time")
-    ax.plot(time, drive, color=GREY, lw=0.6, ls=(0, (4, 2)), label=label)
-
-
-def _time_axis(ax: Axes, time: Array, legend: bool, drawn: AxisUnits) -> None:
-    ax.set_xlim(time[0], time[-1])
-    ax.set_xlabel(drawn.label("time"))
-    curve_legend(ax, legend)
+    history.axes.plot(history.time, drive, color=GREY, lw=0.6, ls=(0, (4, 2)), label=label)
 
 
 @naming
@@ -309,27 +298,24 @@ def gap_history(
     >>> vi.plot.gap_history(run, periods=4).get_xlabel()
     '$t$'
     """
-    run = expected("run", run, Run)
     by_regime = regime_color(color)
-    ax = new_axes(ax)
-    drawn = AxisUnits.of(units, run.system)
-    curve = sample(
-        run, window=drawn.window(window, run), periods=periods, points_per_period=points_per_period
+    history = History(
+        run,
+        window=window,
+        periods=periods,
+        points_per_period=points_per_period,
+        units=units,
+        ax=ax,
     )
-    gap = run.system.gap_function(curve.state) * drawn.factor("x2")
-    time = curve.time * drawn.factor("time")
-    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]), drawn.factor("time"))
-    ax.axhline(0.0, color=GREY, lw=0.6)
-    ax.plot(time, gap, color=BLACK, lw=0.6)
+    drawn, states = history.units, history.curve.state
+    gap = run.system.gap_function(states) * drawn.factor("x2")
+    history.axes.axhline(0.0, color=GREY, lw=0.6)
+    history.axes.plot(history.time, gap, color=BLACK, lw=0.6)
     if by_regime:
-        hits = run.impacts[curve.impacts]
-        moments = hits["time"] * drawn.factor("time")
-        mark_regimes(ax, run, moments, np.zeros(len(hits)), curve.impacts)
+        history.mark_regimes(np.zeros(len(history.hits)))
     tip = tip_symbol(run.system)
     text = rf"$l\,{tip}-X-\Delta$" if drawn.is_si else rf"${tip}-x_2-\delta$"
-    ax.set_ylabel(drawn.label("x2", text))
-    _time_axis(ax, time, legend, drawn)
-    return ax
+    return history.finish(drawn.label("x2", text), legend=legend)
 
 
 @naming
@@ -389,22 +375,20 @@ def displacement_history(
     >>> vi.plot.displacement_history(run, periods=4).get_ylabel()
     '$x_1,\\ x_2$'
     """
-    run = expected("run", run, Run)
     by_regime = regime_color(color)
-    ax = new_axes(ax)
-    drawn = AxisUnits.of(units, run.system)
-    curve = sample(
-        run, window=drawn.window(window, run), periods=periods, points_per_period=points_per_period
+    history = History(
+        run,
+        window=window,
+        periods=periods,
+        points_per_period=points_per_period,
+        units=units,
+        ax=ax,
     )
-    time = curve.time * drawn.factor("time")
-    mark_contact_times(ax, run, (curve.time[0], curve.time[-1]), drawn.factor("time"))
-    x1, x2 = curve.state[:, 0], curve.state[:, 2] * drawn.factor("x2")
-    ax.plot(time, x1, color=GREY, lw=0.6, label=drawn.label("x1"))
-    ax.plot(time, x2, color=BLACK, lw=0.8, label=drawn.label("x2"))
+    drawn, states = history.units, history.curve.state
+    x1, x2 = states[:, 0], states[:, 2] * drawn.factor("x2")
+    history.axes.plot(history.time, x1, color=GREY, lw=0.6, label=drawn.label("x1"))
+    history.axes.plot(history.time, x2, color=BLACK, lw=0.8, label=drawn.label("x2"))
     if by_regime:
-        hits = run.impacts[curve.impacts]
-        moments = hits["time"] * drawn.factor("time")
-        mark_regimes(ax, run, moments, hits["x2"] * drawn.factor("x2"), curve.impacts)
-    ax.set_ylabel(f"{drawn.label('x1')}, {drawn.label('x2')}" if drawn.is_si else r"$x_1,\ x_2$")
-    _time_axis(ax, time, legend, drawn)
-    return ax
+        history.mark_regimes(history.hits["x2"] * drawn.factor("x2"))
+    text = f"{drawn.label('x1')}, {drawn.label('x2')}" if drawn.is_si else r"$x_1,\ x_2$"
+    return history.finish(text, legend=legend)

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 import numpy as np
+from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from ..made import made_from, value_of
@@ -134,6 +135,13 @@ def parameter_axis(name: str, system: System, *, is_si: bool) -> tuple[float, st
     if name == "force_amplitude":
         factor /= system.mass_ratio
     return factor, f"{symbol} ({sign})"
+
+
+def along_parameter(ax: Axes, values: Array, label: str) -> None:
+    """Let the first axis be that of the values of a parameter, and end with them."""
+    if len(values) > 1:
+        ax.set_xlim(float(values.min()), float(values.max()))
+    ax.set_xlabel(label)
 
 
 def point_factors(diagram: Diagram, column: str) -> Array:

@@ -21,6 +21,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from ..arguments import naming
+from .parameter_units import along_parameter
 from .style import ANGLE_TICKS, BLACK, BLUE, PARAMETER_SYMBOLS, VERMILLION, new_axes
 
 if TYPE_CHECKING:
@@ -147,9 +148,7 @@ def motion_branches(
             label=kind.text,
             **kind.marker,
         )
-    values = result.grid[name]
-    ax.set_xlim(float(values.min()), float(values.max()))
-    ax.set_xlabel(PARAMETER_SYMBOLS[name])
+    along_parameter(ax, result.grid[name], PARAMETER_SYMBOLS[name])
     ax.set_ylabel(X10)
     _angles(ax)
     return ax

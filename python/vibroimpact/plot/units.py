@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..run import Run
+from ..run_in_si import times_of_run
 from ..scales import COLUMN_UNITS, Scales, Units, chosen
 from ..system import System
 from .curve import shown_window
@@ -58,13 +59,8 @@ class AxisUnits:
         if window is None or self.scales is None:
             return window
         # In seconds it must be a window, too: the error names what was given.
-        start, end = (time / self.scales.time for time in shown_window(run, window))
-        # The ends of what is kept may have been rounded on their way through seconds.
-        for known in (run.kept_from, run.final_state.time):
-            near = 4.0 * np.spacing(abs(known))
-            start = known if abs(start - known) <= near else start
-            end = known if abs(end - known) <= near else end
-        return float(start), float(end)
+        start, end = times_of_run(run, shown_window(run, window), self.scales).tolist()
+        return start, end
 
     def label(self, column: str, text: str | None = None) -> str:
         """Return the label of an axis for a column, by default its symbol, with its unit in SI."""

@@ -6,7 +6,6 @@ a store compares them when it is resumed.
 
 from __future__ import annotations
 
-import inspect
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 from .._core import PARAMETERS
 from ..arguments import state, states
 from ..errors import ParameterError, StateError
-from ..made import called, check_names, in_words, is_maker, made, rows_of
+from ..made import called, check_names, in_words, is_maker, made, rows_of, takes
 from ..scales import Scales
 from ..system import System
 from .columns import COORDINATES
@@ -179,7 +178,7 @@ def made_cells(system: Any, initial: Any, axes: Mapping[str, Array]) -> tuple[Sy
     own = {
         name: values
         for name, values in axes.items()
-        if name not in COORDINATES or (is_maker(system) and _takes(system, name))
+        if name not in COORDINATES or (is_maker(system) and takes(system, name))
     }
     parts: dict[str, Array | None] = {}
     if is_maker(system):
@@ -194,10 +193,6 @@ def made_cells(system: Any, initial: Any, axes: Mapping[str, Array]) -> tuple[Sy
         count = math.prod(map(len, own.values()))
         parts["initials"] = np.tile(np.array(state(initial)), (count, 1))
     return system, initial, MadeCells(axes=own, **parts) if parts else None
-
-
-def _takes(function: Callable[..., Any], name: str) -> bool:
-    return name in inspect.signature(function).parameters
 
 
 def scales_at(row: Sequence[float]) -> Scales | None:

@@ -23,8 +23,7 @@ from ..reference.flight import State
 from ..reference.flight import System as ExactSystem
 from ..reference.impact import LAWS
 from ..run import EventKind
-from .motion import DEAD_ENDS, Entry, Pass, pairs
-from .result import (
+from .columns import (
     CONTACT_DTYPE,
     FINAL_DTYPE,
     FURTHER_NUMBERS,
@@ -33,9 +32,9 @@ from .result import (
     MOST_DIGITS,
     MOTION_NUMBERS,
     SECTION_DTYPE,
-    Disagreement,
-    Verification,
 )
+from .motion import DEAD_ENDS, Entry, Pass, pairs
+from .result import Disagreement, Verification
 from .sizes import Sizes
 from .stretches import Rows, Stretches
 

@@ -24,13 +24,6 @@ from ..verbs import verb
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Numbers of an impact that are verified, besides its regime: of the motion, and what follows.
-MOTION_NUMBERS = ("time", "x1", "v1_pre", "v1_post", "x2", "v2_pre", "v2_post")
-FURTHER_NUMBERS = ("phase", "impulse_normal", "impulse_tangential", "energy_loss")
-IMPACT_NUMBERS = MOTION_NUMBERS + FURTHER_NUMBERS
-#: Numbers of an event of sustained contact, and those of a section.
-CONTACT_NUMBERS = ("time", "x1", "v1", "x2", "v2")
-SECTION_NUMBERS = ("x1", "v1", "x2", "v2")
 #: Why a pass of the reference, or a verification, ends early: see `Verification.stopped`. Only a
 #: pass is ``unproved``: there enclosures end, and two passes are compared.
 Early = Literal[
@@ -44,44 +37,6 @@ Early = Literal[
     "unproved",
 ]
 Stopped = Literal["completed"] | Early
-#: A double has no more digits than these.
-MOST_DIGITS = 16.0
-
-_JUDGED = [("digits", "f8"), ("reference_error", "f8"), ("certified", "?")]
-IMPACT_DTYPE = np.dtype(
-    [
-        ("number", "i8"),
-        ("time", "f8"),
-        *((f"error_{name}", "f8") for name in IMPACT_NUMBERS),
-        ("regime", "i8"),
-        ("regime_agrees", "?"),
-        ("ambiguous", "?"),
-        *_JUDGED,
-        ("growth", "f8"),
-    ]
-)
-CONTACT_DTYPE = np.dtype(
-    [
-        ("row", "i8"),
-        ("kind", "i8"),
-        ("time", "f8"),
-        *((f"error_{name}", "f8") for name in CONTACT_NUMBERS),
-        *_JUDGED,
-        ("growth", "f8"),
-    ]
-)
-SECTION_DTYPE = np.dtype(
-    [
-        ("row", "i8"),
-        ("time", "f8"),
-        *((f"error_{name}", "f8") for name in SECTION_NUMBERS),
-        *_JUDGED,
-    ]
-)
-FINAL_DTYPE = np.dtype(
-    [("time", "f8"), *((f"error_{name}", "f8") for name in SECTION_NUMBERS), *_JUDGED]
-)
-MISSED_DTYPE = np.dtype([("time", "f8"), ("jump", "f8"), ("graze", "i8"), *_JUDGED])
 
 
 @interruptible

@@ -110,6 +110,9 @@ impl Following {
     /// Goes on until so many drive periods after the run.
     pub fn extend_to(&mut self, periods: u32) {
         let end = Clock { period: self.from.period + i64::from(periods), ..self.from };
+        let more = usize::try_from(end.period - self.simulation.clock().period).unwrap_or(0) + 1;
+        self.collector.reserve(more);
+        self.counts.reserve(more);
         self.end = None;
         self.simulation.extend_to(if end.time_in_period == 0.0 {
             Horizon::Periods(end.period)

@@ -208,6 +208,9 @@ impl<const N: usize> Perturbations<N> {
     /// Maps the perturbations through the leg that an event ends; `after`: the flight after an
     /// impact.
     pub fn take(&mut self, event: &Event, after: &Flight) -> Result<(), LyapunovError> {
+        if let (Event::Impact(impact), None) = (event, self.reader.mode) {
+            return self.take_impact(impact, after);
+        }
         if let Event::Chatter(_) = event {
             // The rounding of g, divided by so low a u, would spoil the times of these impacts.
             let series = std::mem::replace(&mut self.series, Series::None);
@@ -221,30 +224,14 @@ impl<const N: usize> Perturbations<N> {
         let mode = self.reader.mode;
         match self.reader.read(&self.model.system, event) {
             LegChange::Ends(leg, clock, state) => {
-                let mut departure = None;
-                if !self.paused && self.rank() > 0 {
-                    let finite = if let (Leg::Impact(kind, signs), Event::Impact(impact), None) =
-                        (leg, event, mode)
-                    {
-                        let (from, regime) = (self.here.departure(&self.model), (kind, signs));
-                        let (model, directions) = (&self.model, &mut self.here.directions);
-                        let struck = Struck { model, from, impact, after, regime, directions };
-                        let (next, finite) = narrow(struck);
-                        departure = Some(next);
-                        finite
-                    } else {
-                        let derivative = self.derivative_of(leg, mode, clock)?;
-                        self.here.directions.map(&derivative)
-                    };
-                    settle(&mut self.here.directions, finite, self.orthonormal)?;
+                if self.counts() {
+                    let derivative = self.derivative_of(leg, mode, clock)?;
+                    let directions = &mut self.here.directions;
+                    let finite = directions.map(&derivative);
+                    settle(directions, finite, self.orthonormal)?;
                 }
-                self.reduce_rank_by(leg);
-                self.impacts += u64::from(matches!(leg, Leg::Impact(..)));
-                let here = &mut self.here;
-                self.before = here.clock;
-                (here.state, here.clock, here.at_event) = (state, clock, true);
-                here.departure = departure;
-                self.paused = false;
+                self.here.departure = None;
+                self.arrive(leg, clock, state);
                 if !matches!(event, Event::Impact(_)) {
                     self.series = Series::None;
                 }
@@ -256,6 +243,39 @@ impl<const N: usize> Perturbations<N> {
             LegChange::Nothing | LegChange::Stops(_) => {}
         }
         Ok(())
+    }
+
+    /// As [`Self::take`], for an impact after a free flight: most legs are such.
+    fn take_impact(&mut self, impact: &ImpactEvent, after: &Flight) -> Result<(), LyapunovError> {
+        self.note_impact(impact.impact.approach_velocity);
+        let regime = Leg::regime_of(&self.model.system, impact);
+        if self.counts() {
+            let (model, orthonormal) = (&self.model, self.orthonormal);
+            let PerturbedState { state, clock, at_event, departure, directions } = &mut self.here;
+            // In place: what is copied at once after it was written in parts is waited for.
+            let departure = departure
+                .get_or_insert_with(|| Departure::new(model, state, *clock, *at_event));
+            narrow(Struck { model, departure, impact, after, regime, directions, orthonormal })?;
+        } else {
+            self.here.departure = None;
+        }
+        self.arrive(Leg::Impact(regime.0, regime.1), impact.clock, impact.post);
+        Ok(())
+    }
+
+    /// Whether there are perturbations to be mapped.
+    fn counts(&self) -> bool {
+        !self.paused && self.rank() > 0
+    }
+
+    /// At the end of a leg.
+    fn arrive(&mut self, leg: Leg, clock: Clock, state: State) {
+        self.reduce_rank_by(leg);
+        self.impacts += u64::from(matches!(leg, Leg::Impact(..)));
+        let here = &mut self.here;
+        self.before = here.clock;
+        (here.state, here.clock, here.at_event) = (state, clock, true);
+        self.paused = false;
     }
 
     /// Derivative of the node at the end of a leg, at this clock, by the present one.
@@ -427,23 +447,26 @@ impl<const N: usize> Perturbations<N> {
 /// multiplications where there are any.
 struct Struck<'a, const N: usize> {
     model: &'a Model,
-    from: Departure,
+    /// Where the flight begins, then where the next one does.
+    departure: &'a mut Departure,
     impact: &'a ImpactEvent,
     after: &'a Flight,
     regime: (RegimeKind, Signs),
     directions: &'a mut Directions<N>,
+    orthonormal: bool,
 }
 
 impl<const N: usize> pulp::NullaryFnOnce for Struck<'_, N> {
-    /// Where the next flight begins, and whether the images are finite.
-    type Output = (Departure, bool);
+    type Output = Result<(), LyapunovError>;
 
     #[inline(always)]
     #[allow(clippy::inline_always)]
     fn call(self) -> Self::Output {
-        let Self { model, from, impact, after, regime, directions } = self;
-        let strike = Strike::new(model, &from, impact, after, regime);
-        (strike.departure(), directions.map(&strike))
+        let Self { model, departure, impact, after, regime, directions, orthonormal } = self;
+        let strike = Strike::new(model, departure, impact, after, regime);
+        let finite = directions.map(&strike);
+        *departure = strike.departure();
+        settle(directions, finite, orthonormal)
     }
 }
 
@@ -467,6 +490,8 @@ impl<const N: usize> pulp::NullaryFnOnce for Flown<'_, N> {
 }
 
 /// Takes over the images of directions, if they are finite.
+#[inline(always)]
+#[allow(clippy::inline_always)] // one of them for each impact of a motion that is followed
 fn settle<const N: usize>(
     directions: &mut Directions<N>,
     finite: bool,

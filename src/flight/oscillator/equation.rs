@@ -69,6 +69,21 @@ lanes_of! {
     }
 }
 
+impl Equations {
+    /// [`Equation::amplitude_change`] of each. Exponentials are dear, and most systems are undamped:
+    /// without any damping none is computed.
+    #[inline(always)]
+    pub fn amplitude_changes(&self, times: &Lanes) -> Lanes {
+        let mut changes = [0.0; LANES];
+        if self.decay_rate != changes {
+            for j in 0..LANES {
+                changes[j] = self.get(j).amplitude_change(times[j]);
+            }
+        }
+        changes
+    }
+}
+
 impl Equation {
     /// Displacement and rate/omega of the steady response Re(P e^{i psi}) at the start of a flight.
     #[inline(always)]
@@ -129,12 +144,10 @@ impl Equation {
         self.decay_rate * s > DECAYED
     }
 
-    /// (C - 1, S) from (cos wd s - 1, sin wd s/wd).
+    /// e^{-c s} - 1, the relative change of the free oscillation's amplitude.
     #[inline(always)]
-    pub fn damped_basis(&self, s: f64, cos_minus_1: f64, sine: f64) -> (f64, f64) {
-        let shrink = decay_minus_1(-self.decay_rate * s);
-        let remaining = 1.0 + shrink;
-        (shrink + remaining * cos_minus_1, remaining * sine)
+    pub fn amplitude_change(&self, s: f64) -> f64 {
+        if self.decay_rate == 0.0 { 0.0 } else { decay_minus_1(-self.decay_rate * s) }
     }
 
     /// Increment of the displacement, and rate, of the free part by (C - 1, S).
@@ -156,10 +169,16 @@ impl Equation {
     }
 
     /// Increment of the displacement, and rate, at a local time `s` at which the free motion has
-    /// not decayed; `turned`: (cos wd s - 1, sin wd s).
+    /// not decayed; `change` of its amplitude, `turned`: (cos wd s - 1, sin wd s).
     #[inline(always)]
-    pub fn swung(&self, f: &BodyFlight, s: f64, turned: (f64, f64), turn: &Turn) -> (f64, f64) {
-        self.combine(f, self.swinging_basis(s, turned), turn)
+    pub fn swung(
+        &self,
+        f: &BodyFlight,
+        change: f64,
+        turned: (f64, f64),
+        turn: &Turn,
+    ) -> (f64, f64) {
+        self.combine(f, self.swinging_basis(change, turned), turn)
     }
 
     /// Displacement (not its increment) and rate at a local time `s` at which the free motion has
@@ -180,15 +199,12 @@ impl Equation {
         )
     }
 
-    /// (C - 1, S) of a body that swings, from (cos wd s - 1, sin wd s).
+    /// (C - 1, S) of a body that swings, from the change of its amplitude and
+    /// (cos wd s - 1, sin wd s).
     #[inline(always)]
-    pub fn swinging_basis(&self, s: f64, (cos_minus_1, sin): (f64, f64)) -> (f64, f64) {
-        let sine = sin / self.damped.hi;
-        if self.decay_rate == 0.0 {
-            (cos_minus_1, sine)
-        } else {
-            self.damped_basis(s, cos_minus_1, sine)
-        }
+    pub fn swinging_basis(&self, change: f64, (cos_minus_1, sin): (f64, f64)) -> (f64, f64) {
+        let remaining = 1.0 + change;
+        (change + remaining * cos_minus_1, remaining * (sin / self.damped.hi))
     }
 
     /// Derivatives of displacement and rate by those at the start, from (C - 1, S):
@@ -200,12 +216,13 @@ impl Equation {
     }
 
     /// These derivatives of a body that swings, after a time in which it turns by at most
-    /// [`MOST_TURNED`]. With fused operations: for what is compiled where these are instructions.
+    /// [`MOST_TURNED`] and its amplitude has this change. With fused operations: for what is compiled
+    /// where these are instructions.
     #[inline(always)]
-    pub fn swung_transition(&self, time: f64) -> [[f64; 2]; 2] {
+    pub fn swung_transition(&self, time: f64, change: f64) -> [[f64; 2]; 2] {
         // No double-double: what rounding changes is no more than it changes in the time.
         let (sin, cos) = fused_sin_cos(self.damped.hi * time);
-        self.transition_by(self.swinging_basis(time, (cos - 1.0, sin)))
+        self.transition_by(self.swinging_basis(change, (cos - 1.0, sin)))
     }
 
     /// Whether [`Equation::swung_transition`] holds for this time.

@@ -330,6 +330,21 @@ impl ImpactLanes {
         (self.systems.pendulums.get(j), self.systems.oscillators.get(j))
     }
 
+    /// Changes of the amplitudes of both bodies' free motions after these times.
+    #[inline(always)]
+    pub fn amplitude_changes(&self, times: &Lanes) -> [Lanes; 2] {
+        let Systems { pendulums, oscillators, .. } = &self.systems;
+        [pendulums.amplitude_changes(times), oscillators.amplitude_changes(times)]
+    }
+
+    /// Whether both bodies of lane `j` turn by so little in this time that
+    /// [`Equation::swung_transition`] holds.
+    #[inline(always)]
+    pub fn turns_within(&self, j: usize, time: f64) -> bool {
+        let Systems { pendulums, oscillators, .. } = &self.systems;
+        pendulums.get(j).turns_within(time) & oscillators.get(j).turns_within(time)
+    }
+
     /// mbar, mu and r in lane `j`.
     #[inline(always)]
     pub fn contact_numbers(&self, j: usize) -> [f64; 3] {
@@ -353,6 +368,12 @@ impl ImpactLanes {
     #[inline(always)]
     pub fn unswitched(&self, j: usize) -> (f64, bool) {
         (self.impacts.approach[j], self.impacts.unswitched[j] == 1)
+    }
+
+    /// The impact in lane `j`, if it is one of those that are resolved by themselves.
+    #[inline(always)]
+    pub fn switched(&self, j: usize) -> Option<&Impact> {
+        self.impacts.switched[j].as_ref()
     }
 
     /// Local times near the contacts.

@@ -72,13 +72,14 @@ impl Beating {
         equations: &Equations,
         flights: &BodyFlights,
         times: &Lanes,
+        changes: &Lanes,
         (cos_minus_1, sin): (&Lanes, &Lanes),
     ) -> [Lanes; 2] {
         let mut motions = [[0.0; LANES]; 2];
         if self.any() {
             for j in 0..LANES {
                 let (equation, f, s) = (equations.get(j), flights.get(j), times[j]);
-                let basis = equation.swinging_basis(s, (cos_minus_1[j], sin[j]));
+                let basis = equation.swinging_basis(changes[j], (cos_minus_1[j], sin[j]));
                 let free = Equation::free(&f, basis);
                 let forced = self.beats.get(j).near((f.p, f.q), s, basis);
                 (motions[0][j], motions[1][j]) = (free.0 + forced.0, free.1 + forced.1);
@@ -146,17 +147,23 @@ impl Motions {
                 (cos_minus_1[body][j], sin[body][j]) = turns[body];
             }
         }
+        let changes = [
+            systems.pendulums.amplitude_changes(times),
+            systems.oscillators.amplitude_changes(times),
+        ];
         let beating = [
             systems.beats[0].motions(
                 &systems.pendulums,
                 &flights.pendulums,
                 times,
+                &changes[0],
                 (&cos_minus_1[0], &sin[0]),
             ),
             systems.beats[1].motions(
                 &systems.oscillators,
                 &flights.oscillators,
                 times,
+                &changes[1],
                 (&cos_minus_1[1], &sin[1]),
             ),
         ];
@@ -166,6 +173,7 @@ impl Motions {
             let turn = Turn::new(flights.phases.get(j), cos_minus_1[2][j], sin[2][j]);
             let near_by = |body: usize| Near {
                 s: times[j],
+                change: changes[body][j],
                 turned: (cos_minus_1[body][j], sin[body][j]),
                 summed: (series[body].increment[j], series[body].rate[j]),
                 beats: systems.beats[body].which[j] == 1,
@@ -192,6 +200,8 @@ impl Motions {
 /// How far one body has come by local time `s`.
 struct Near {
     s: f64,
+    /// Of the amplitude of its free motion.
+    change: f64,
     /// (cos wd s - 1, sin wd s).
     turned: (f64, f64),
     /// Increment and rate by the Taylor series, for a short time.
@@ -205,7 +215,7 @@ struct Near {
 impl Near {
     #[inline(always)]
     fn motion(&self, equation: &Equation, flight: &BodyFlight) -> Motion {
-        let swung = equation.swung(flight, self.s, self.turned, &self.turn);
+        let swung = equation.swung(flight, self.change, self.turned, &self.turn);
         let swung = if self.beats { self.beating } else { swung };
         let (increment, rate) = if self.s <= equation.short { self.summed } else { swung };
         equation.motion_from(increment, rate, [flight.x, increment], &self.turn)

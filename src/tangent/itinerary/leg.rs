@@ -166,9 +166,15 @@ impl FromStr for Leg {
 impl Leg {
     /// The leg that an impact ends.
     pub(super) fn to_impact(system: &System, event: &ImpactEvent) -> Self {
+        let (kind, signs) = Self::regime_of(system, event);
+        Self::Impact(kind, signs)
+    }
+
+    /// The regime of an impact, and its signs.
+    pub(crate) fn regime_of(system: &System, event: &ImpactEvent) -> (RegimeKind, Signs) {
         let regime = event.impact.regime;
         if regime == Regime::Frictionless {
-            return Self::Impact(regime.kind(), Signs::NONE);
+            return (regime.kind(), Signs::NONE);
         }
         // The literal law has no |sin x1|. Up to a half turn the angle has the sign of its sine.
         let x1 = event.pre.x1;
@@ -179,6 +185,6 @@ impl Leg {
         } else {
             x1.sin()
         };
-        Self::Impact(regime.kind(), Signs::of(regime, event.pre.v1, sin))
+        (regime.kind(), Signs::of(regime, event.pre.v1, sin))
     }
 }

@@ -1,5 +1,6 @@
 //! One perturbation of each of several motions, mapped through the usual impacts in the lanes that
-//! the motions are in: those without friction, or whose slip keeps its direction.
+//! the motions are in: together those without friction or whose slip keeps its direction, the others
+//! one by one.
 //!
 //! A lane does what [`Perturbations::take`] does, by the same functions. Everything that is not usual
 //! (two low impacts in a row, which may lead into chatter; strong damping; a perturbation that leaves the
@@ -11,12 +12,14 @@
 
 use super::{Perturbations, PerturbedState, Series};
 use crate::analysis::tolerances::{LOW_APPROACH, MOST_CONTRACTION};
+use crate::model::parameters::ImpactLaw;
 use crate::model::state::{Clock, State};
 use crate::model::tip::Tip;
 use crate::numerics::lanes::{LANES, Lanes, lanes_of};
 use crate::simulate::ImpactLanes;
+use crate::tangent::itinerary::Signs;
 use crate::tangent::tolerances::LOW_BOUNCE;
-use crate::tangent::{Departure, ImpactPoint, Numbers, Rates, flown, scaled};
+use crate::tangent::{Columns, Departure, ImpactPoint, Numbers, Rates, flown, scaled};
 
 /// Squares of the lengths that a perturbation has in a lane, just inside those that are left as they are
 /// outside (`FACTORS`).
@@ -55,6 +58,63 @@ lanes_of! {
 }
 
 impl Node {
+    /// The motion after the impact of lane `j`, `time` after this one and with changes of the bodies'
+    /// amplitudes since, by this map of what has flown there; `moves`: 0 for a wall at rest, else 1.
+    #[inline(always)]
+    fn after_impact<G: Tip>(
+        &self,
+        j: usize,
+        impacts: &ImpactLanes,
+        (time, changes): (f64, [f64; 2]),
+        moves: f64,
+        map: impl FnOnce(&ImpactPoint, &Columns<1>) -> Columns<1>,
+    ) -> Self {
+        let (pendulum, oscillator) = impacts.equations(j);
+        let first = pendulum.swung_transition(time, changes[0]);
+        let second = scaled(oscillator.swung_transition(time, changes[1]), moves);
+        let columns = [[self.dx1], [self.dv1], [self.dv2], [self.dt]];
+        let columns = flown(&columns, &self.rates(), self.slope, &[first, second]);
+        let (clock, after) = impacts.start_after(j, 0);
+        let (angle, phase) = impacts.angles_after(j);
+        let before = impacts.state_before(j);
+        let [mass_ratio, friction, restitution] = impacts.contact_numbers(j);
+        let (approach_velocity, _) = impacts.unswitched(j);
+        let point = ImpactPoint {
+            angle,
+            turns: G::TURNS,
+            rates: Rates::at(&before, phase.cos, (&pendulum, &oscillator)),
+            approach_velocity,
+            numbers: Numbers { mass_ratio, friction, restitution, moves },
+        };
+        let [[dx1], [dv1], [dv2], [dt]] = map(&point, &columns);
+        let decay_rates = [pendulum.decay_rate, oscillator.decay_rate];
+        let rates = point.rates.after([after.v1, after.v2], decay_rates);
+        Self {
+            dx1,
+            dv1,
+            dv2,
+            dt,
+            x1: after.x1,
+            v1: after.v1,
+            a1: rates.accelerations[0],
+            x2: after.x2,
+            v2: after.v2,
+            a2: rates.accelerations[1],
+            slope: moves * angle.cos,
+            time_in_period: clock.time_in_period,
+            residual: clock.residual,
+            approach_velocity,
+            largest: self.largest.max(approach_velocity),
+        }
+    }
+
+    /// The square of the perturbation's length.
+    #[inline(always)]
+    fn square(&self) -> f64 {
+        let Self { dx1, dv1, dv2, dt, .. } = *self;
+        dx1 * dx1 + dv1 * dv1 + dv2 * dv2 + dt * dt
+    }
+
     fn rates(&self) -> Rates {
         Rates { velocities: [self.v1, self.v2], accelerations: [self.a1, self.a2] }
     }
@@ -71,6 +131,7 @@ pub(crate) struct PerturbationLanes {
     ahead: Lanes,
     moves: Lanes,
     fastest_decay: Lanes,
+    laws: [ImpactLaw; LANES],
     /// 1 where the lane has the perturbation of its job.
     held: [u64; LANES],
     /// 1 where the next impact is a usual one.
@@ -93,69 +154,48 @@ impl PerturbationLanes {
     /// The perturbations after the impacts of all lanes.
     #[inline(always)]
     pub fn map<G: Tip>(&mut self, impacts: &ImpactLanes) {
-        let Self { here, next, ahead, moves, fastest_decay, held, usual, low, next_low, .. } = self;
+        let Self {
+            here, next, ahead, moves, fastest_decay, laws, held, usual, low, next_low, ..
+        } = self;
         if *held == [0; LANES] {
             return;
         }
+        let mut times = [0.0; LANES];
         for j in 0..LANES {
-            let (pendulum, oscillator) = impacts.equations(j);
-            let (node, moves) = (here.get(j), moves[j]);
-            let time = impacts.roughly_since(j, node.time_in_period, node.residual, ahead[j]);
-            let second = scaled(oscillator.swung_transition(time), moves);
-            let transitions = [pendulum.swung_transition(time), second];
-            let columns = [[node.dx1], [node.dv1], [node.dv2], [node.dt]];
-            let columns = flown(&columns, &node.rates(), node.slope, &transitions);
-            let (clock, after) = impacts.start_after(j, 0);
-            let (angle, phase) = impacts.angles_after(j);
-            let before = impacts.state_before(j);
-            let [mass_ratio, friction, restitution] = impacts.contact_numbers(j);
+            times[j] = impacts.roughly_since(j, here.time_in_period[j], here.residual[j], ahead[j]);
+        }
+        let [first, second] = impacts.amplitude_changes(&times);
+        let mut may_hold = [0; LANES];
+        for j in 0..LANES {
             let (approach_velocity, unswitched) = impacts.unswitched(j);
-            let point = ImpactPoint {
-                angle,
-                turns: G::TURNS,
-                rates: Rates::at(&before, phase.cos, (&pendulum, &oscillator)),
-                approach_velocity,
-                numbers: Numbers { mass_ratio, friction, restitution, moves },
-            };
-            let [[dx1], [dv1], [dv2], [dt]] = point.map_in_slip(&columns);
-            let decay_rates = [pendulum.decay_rate, oscillator.decay_rate];
-            let rates = point.rates.after([after.v1, after.v2], decay_rates);
-            let largest = node.largest.max(approach_velocity);
+            let flight = (times[j], [first[j], second[j]]);
+            let map = |point: &ImpactPoint, flown: &_| point.map_in_slip(flown);
+            let after = here.get(j).after_impact::<G>(j, impacts, flight, moves[j], map);
             // As in `Perturbations::note_impact`.
-            let falls = (approach_velocity < LOW_BOUNCE * largest)
-                & ((approach_velocity < node.approach_velocity)
-                    | (approach_velocity < LOW_APPROACH * largest));
-            let square = dx1 * dx1 + dv1 * dv1 + dv2 * dv2 + dt * dt;
+            let falls = (approach_velocity < LOW_BOUNCE * after.largest)
+                & ((approach_velocity < here.approach_velocity[j])
+                    | (approach_velocity < LOW_APPROACH * after.largest));
             let holds = (held[j] == 1)
-                & unswitched
-                & pendulum.turns_within(time)
-                & oscillator.turns_within(time)
+                & impacts.turns_within(j, times[j])
                 // Well below where the way outside takes steps.
-                & (time * fastest_decay[j] < 0.5 * MOST_CONTRACTION)
-                & !(falls & (low[j] == 1))
-                & SQUARES.contains(&square);
-            usual[j] = u64::from(holds);
+                & (times[j] * fastest_decay[j] < 0.5 * MOST_CONTRACTION)
+                & !(falls & (low[j] == 1));
+            may_hold[j] = u64::from(holds);
+            usual[j] = u64::from(holds & unswitched & SQUARES.contains(&after.square()));
             next_low[j] = u64::from(falls);
-            next.set(
-                j,
-                &Node {
-                    dx1,
-                    dv1,
-                    dv2,
-                    dt,
-                    x1: after.x1,
-                    v1: after.v1,
-                    a1: rates.accelerations[0],
-                    x2: after.x2,
-                    v2: after.v2,
-                    a2: rates.accelerations[1],
-                    slope: moves * angle.cos,
-                    time_in_period: clock.time_in_period,
-                    residual: clock.residual,
-                    approach_velocity,
-                    largest,
-                },
-            );
+            next.set(j, &after);
+        }
+        for j in 0..LANES {
+            let Some(impact) = impacts.switched(j).filter(|_| may_hold[j] == 1) else { continue };
+            let flight = (times[j], [first[j], second[j]]);
+            let (law, kind) = (laws[j], impact.regime.kind());
+            let after =
+                here.get(j).after_impact::<G>(j, impacts, flight, moves[j], |point, flown| {
+                    let (slip, side) = (point.rates.velocities[0], point.angle.sin);
+                    point.map_in_regime(flown, law, kind, Signs::of(impact.regime, slip, side))
+                });
+            usual[j] = u64::from(SQUARES.contains(&after.square()));
+            next.set(j, &after);
         }
     }
 
@@ -242,6 +282,7 @@ impl Perturbations<1> {
         lanes.here.set(j, &node);
         lanes.moves[j] = if self.model.wall_at_rest { 0.0 } else { 1.0 };
         lanes.fastest_decay[j] = self.fastest_decay;
+        lanes.laws[j] = self.model.system.law;
         (lanes.periods[j], lanes.ahead[j]) = (departure.clock.period, 0.0);
         (lanes.held[j], lanes.usual[j], lanes.low[j], lanes.impacts[j]) = (1, 0, 0, 0);
     }
