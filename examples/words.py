@@ -12,6 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
+from vibroimpact import Regime
+from vibroimpact.plot import REGIME_STYLES
 from vibroimpact.plot.style import BLACK, BLUE, GREY, ORANGE, SKY_BLUE, VERMILLION
 
 FOLDER = Path(__file__).parents[1] / "docs" / "images" / "words"
@@ -85,14 +87,18 @@ def impact(ax: Axes) -> None:
 @sketch
 def regime(ax: Axes) -> None:
     """The contact point slips, reverses, or sticks."""
+    slip, reversal, stick = (
+        REGIME_STYLES[each].color
+        for each in (Regime.SLIP, Regime.REVERSAL_APPROACH, Regime.STICK_APPROACH)
+    )
     p = np.linspace(0, 1, 50)
-    ax.plot(p, 0.9 - 0.5 * p, color=BLUE)
-    ax.plot(p, 0.5 - 1.1 * p, color=ORANGE)
-    ax.plot(p, np.maximum(0.25 - 0.8 * p, 0), color=VERMILLION)
+    ax.plot(p, 0.9 - 0.5 * p, color=slip)
+    ax.plot(p, 0.5 - 1.1 * p, color=reversal)
+    ax.plot(p, np.maximum(0.25 - 0.8 * p, 0), color=stick)
     wall(ax)
-    for y, text, color in ((0.45, "slip", BLUE), (-0.6, "reversal", ORANGE)):
+    for y, text, color in ((0.45, "slip", slip), (-0.6, "reversal", reversal)):
         ax.text(1.03, y, text, color=color, va="center")
-    ax.text(1.03, 0.05, "stick", color=VERMILLION, va="center")
+    ax.text(1.03, 0.05, "stick", color=stick, va="center")
     ax.set_xlim(0, 1.5)
 
 

@@ -1,8 +1,10 @@
 """Colours, markers, symbols and print sizes shared by all figures.
 
-Colours are the palette of Okabe and Ito (Color Universal Design, 2008), which readers with any of
-the common colour vision deficiencies can distinguish; where markers are large enough to have a
-shape, the shape shows the regime as well. Symbols are those of the notation page.
+Impact regimes have colours of their own. Each two of them differ in lightness as well as in hue, so
+that they stay apart for readers with any of the common colour vision deficiencies and in grey
+print (a test measures by how much); where markers are large enough to have a shape, the shape shows
+the regime as well. All else is drawn in the palette of Okabe and Ito (Color Universal Design,
+2008). Symbols are those of the notation page.
 """
 
 import math
@@ -30,7 +32,7 @@ PURPLE = "#CC79A7"
 GREY = "0.55"
 
 CHATTER_COLOR = SKY_BLUE
-"""Points of motions with complete chatter: the one colour of the palette no regime has."""
+"""Points of motions with complete chatter: a colour no regime has."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +46,11 @@ class RegimeStyle:
 
 REGIME_STYLES: dict[int, RegimeStyle] = {
     Regime.FRICTIONLESS: RegimeStyle("frictionless", BLACK, "o"),
-    Regime.SLIP: RegimeStyle("slip", BLUE, "s"),
-    Regime.REVERSAL_APPROACH: RegimeStyle("reversal in approach", VERMILLION, "^"),
-    Regime.REVERSAL_RESTITUTION: RegimeStyle("reversal in restitution", ORANGE, "v"),
-    Regime.STICK_APPROACH: RegimeStyle("stick in approach", GREEN, "D"),
-    Regime.STICK_RESTITUTION: RegimeStyle("stick in restitution", PURPLE, "P"),
+    Regime.SLIP: RegimeStyle("slip", "#0062E0", "s"),
+    Regime.REVERSAL_APPROACH: RegimeStyle("reversal in approach", "#9B1A00", "^"),
+    Regime.REVERSAL_RESTITUTION: RegimeStyle("reversal in restitution", "#E5C100", "v"),
+    Regime.STICK_APPROACH: RegimeStyle("stick in approach", "#1ABC72", "D"),
+    Regime.STICK_RESTITUTION: RegimeStyle("stick in restitution", "#C766A4", "P"),
 }
 """Style of each impact regime, by `vibroimpact.Regime`."""
 
