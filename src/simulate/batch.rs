@@ -226,7 +226,7 @@ impl<T: Job> Batch<'_, T> {
             }
         }
         impacts.start_flights::<G>();
-        T::Beside::compute::<G>(beside, impacts);
+        T::Beside::look(beside, impacts);
         if T::Watch::SECTIONS {
             let mut among = ready;
             while !among.is_empty() {
@@ -238,8 +238,8 @@ impl<T: Job> Batch<'_, T> {
             leaving[j] = u64::from(self.end_flight(j));
         }
         let LaneData { impacts, in_lane, beside, .. } = &mut *self.lanes;
+        T::Beside::compute::<G>(beside, impacts);
         impacts.accept(&leaving);
-        T::Beside::accept(beside);
         *in_lane = leaving;
     }
 

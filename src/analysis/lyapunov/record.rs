@@ -227,8 +227,8 @@ impl Companion for GrowthRecord<1> {
     type Lanes = PerturbationLanes;
 
     #[inline(always)]
-    fn compute<G: Tip>(lanes: &mut PerturbationLanes, impacts: &ImpactLanes) {
-        lanes.map::<G>(impacts);
+    fn look(lanes: &mut PerturbationLanes, impacts: &ImpactLanes) {
+        lanes.look(impacts);
     }
 
     #[inline(always)]
@@ -244,8 +244,8 @@ impl Companion for GrowthRecord<1> {
     }
 
     #[inline(always)]
-    fn accept(lanes: &mut PerturbationLanes) {
-        lanes.accept();
+    fn compute<G: Tip>(lanes: &mut PerturbationLanes, impacts: &ImpactLanes) {
+        lanes.map::<G>(impacts);
     }
 
     fn enter(&mut self, j: usize, lanes: &mut PerturbationLanes) {

@@ -41,20 +41,20 @@ pub(crate) trait Job {
     }
 }
 
-/// What goes beside a motion in its lane, and is computed for the impacts of all lanes together.
+/// What goes beside a motion in its lane, and is computed for the impacts of several lanes together.
 pub(crate) trait Companion {
     /// The numbers of all lanes.
     type Lanes: Default;
 
-    /// Computes what belongs to the impacts of all lanes.
-    fn compute<G: Tip>(lanes: &mut Self::Lanes, impacts: &ImpactLanes);
+    /// Looks at the impacts of all lanes: which ones lanes can pass over.
+    fn look(lanes: &mut Self::Lanes, impacts: &ImpactLanes);
 
-    /// Whether the impact from which the present flight begins is passed over: what was computed
-    /// in lane `j` is all that is wanted of it.
+    /// Whether the impact from which the present flight begins is passed over: what is computed in
+    /// lane `j` is all that is wanted of it.
     fn passes(&mut self, j: usize, lanes: &mut Self::Lanes, simulation: &Simulation) -> bool;
 
-    /// Takes over what was computed in the lanes whose impacts were passed over.
-    fn accept(lanes: &mut Self::Lanes);
+    /// Computes what belongs to the impacts that were passed over.
+    fn compute<G: Tip>(lanes: &mut Self::Lanes, impacts: &ImpactLanes);
 
     /// From the flight that has just begun after an impact, the companion is in lane `j`,
     fn enter(&mut self, j: usize, lanes: &mut Self::Lanes);
@@ -71,7 +71,7 @@ impl Companion for () {
     type Lanes = ();
 
     #[inline(always)]
-    fn compute<G: Tip>((): &mut (), _: &ImpactLanes) {}
+    fn look((): &mut (), _: &ImpactLanes) {}
 
     #[inline(always)]
     fn passes(&mut self, _: usize, (): &mut (), _: &Simulation) -> bool {
@@ -79,7 +79,7 @@ impl Companion for () {
     }
 
     #[inline(always)]
-    fn accept((): &mut ()) {}
+    fn compute<G: Tip>((): &mut (), _: &ImpactLanes) {}
 
     fn enter(&mut self, _: usize, (): &mut ()) {}
 
