@@ -167,7 +167,7 @@ def branches(
         _marks(ax, found, shown, size)
     if legend:
         handles = branch_handles(many, names=True)
-        if diagram is not None and section == "impact":
+        if diagram is not None:
             handles += no_impact_handles(diagram)
         legend_above(ax, handles, columns=3)
     ax.autoscale_view()

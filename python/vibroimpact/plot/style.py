@@ -131,7 +131,7 @@ STATE_SYMBOLS = {
 
 SECTION_LABELS = {
     "impact": r"$x_1$ at impact",
-    "stroboscopic": r"$x_1$ at $\psi = 0$ (mod $2\pi$)",
+    "stroboscopic": r"$x_1$ once per drive period, at $\psi = 0$",
 }
 """The angle drawn in a bifurcation diagram, by its section; `at_drive_phase` for other phases."""
 
