@@ -1,9 +1,12 @@
 """Packages that only a part of vibroimpact needs, and the error where they are missing.
 
 The advice names these packages and not the extras of this one: pip would look for its name on an
-index, which may not have it, or has another package of that name.
+index, which may not have it, or has another package of that name. It names the interpreter that
+runs: the first pip of a shell may be that of another one.
 """
 
+import shlex
+import sys
 from typing import Literal
 
 Extra = Literal["verify", "xarray", "dask", "explore"]
@@ -23,4 +26,9 @@ def missing(extra: Extra, needed: str, *, module: str | None = None) -> ImportEr
     ``module`` is the one whose import failed, if it is not the usual one of this extra.
     """
     usual, packages = NEEDED[extra]
-    return ImportError(f"{needed}: pip install {packages}", name=module or usual)
+    return ImportError(f"{needed}: {install(packages)}", name=module or usual)
+
+
+def install(packages: str) -> str:
+    """Return the command that installs packages where this interpreter finds them."""
+    return f"{shlex.quote(sys.executable or 'python')} -m pip install {packages}"

@@ -81,6 +81,7 @@ class Changes(TypedDict, total=False):
     law: Law
     damping: tuple[float, float]
     scales: Any
+    units: Any
 
 
 def completing(names: type) -> Callable[[Function], Function]:

@@ -1,9 +1,10 @@
 """Systems that a function makes from numbers, such as a stiffness in N/m.
 
 Where a system is varied, a function ``f(name=value, ...) -> System`` may stand in its place. It is
-called once for each value, before anything is computed. For continuation a `MadeSystem` remembers
-its function and numbers: derivatives by such a number are those by the system's own parameters
-times the differences of the function.
+called once for each value, before anything is computed. With ``units="SI"`` that function is the
+`Machine` of the given system: its SI quantities, some of which are varied. For continuation a
+`MadeSystem` remembers its function and numbers: derivatives by such a number are those by the
+system's own parameters times the differences of the function.
 """
 
 import inspect
@@ -15,11 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import PARAMETERS
-from .arguments import close_to, reject
+from .arguments import close_to, reject, state, states, swept
 from .errors import ParameterError, StateError
+from .physical import QUANTITIES
+from .scales import in_si, needed
 from .system import System
 
 Maker = Callable[..., System]
+
+_COORDINATES = ("x1", "v1", "x2", "v2")
+# Quantities that change the units of a start, l and omega_2.
+_SCALING = {"length", "oscillator_mass", "stiffness"}
 
 # Step of the differences of a function, as part of the number's size: its cube is the rounding of a
 # double, which makes both errors of a central difference about equal.
@@ -101,6 +108,104 @@ def check_names(function: Callable[..., Any], names: Sequence[str], what: str = 
         )
 
 
+class Machine:
+    """The function of SI quantities that makes a system with scales, the others as they are.
+
+    It takes coordinates of a start, too, which have no influence on the system: so the start is
+    made beside it, in the units of each system.
+
+    Parameters
+    ----------
+    system
+        The system with its scales.
+
+    Raises
+    ------
+    ParameterError
+        If the system has no scales.
+    """
+
+    def __init__(self, system: System) -> None:
+        needed(system.scales)
+        self._system = system
+        kind = inspect.Parameter.KEYWORD_ONLY
+        self.__signature__ = inspect.Signature(
+            [inspect.Parameter(name, kind, default=None) for name in (*QUANTITIES, *_COORDINATES)]
+        )
+
+    def __call__(self, **values: float) -> System:
+        """Return the system with these quantities, in SI."""
+        own = {name: value for name, value in values.items() if name not in _COORDINATES}
+        return self._system.replace(**own, units="SI")
+
+    def starts(self, initial: Any) -> Callable[..., NDArray[np.float64]]:
+        """Return the function of the same numbers that gives a dimensionless start.
+
+        ``initial`` is one in SI, or a function that gives one.
+        """
+
+        def start(**values: float) -> NDArray[np.float64]:
+            given = state(initial(**values) if is_maker(initial) else initial)
+            at = [values.get(name, x) for name, x in zip(_COORDINATES, given, strict=True)]
+            system = self(**values) if {*values} & _SCALING else self._system
+            return needed(system.scales).from_si(at)
+
+        if is_maker(initial):
+            start.__signature__ = inspect.signature(initial)  # type: ignore[attr-defined]
+        return start
+
+
+def in_units(
+    function: Callable[..., Any],
+    units: Any,
+    system: Any,
+    initial: Any,
+    axes: Mapping[str, Any],
+    *,
+    coordinates: bool = False,
+) -> tuple[Any, Any]:
+    """Return what a sweep varies, and its start: as they are, or in SI as functions of the axes.
+
+    Parameters
+    ----------
+    function
+        The sweep, for messages.
+    units
+        None or ``"SI"``.
+    system, initial
+        As the sweep gets them.
+    axes
+        What is varied, by name.
+    coordinates
+        Whether coordinates of the start may be among the axes.
+
+    Raises
+    ------
+    ParameterError
+        For other units, for a system without scales, and for an axis that is no quantity.
+    """
+    if not in_si(units):
+        return system, initial
+    need_system(system, maker=True)
+    if is_maker(system):
+        reject("units", units, "None where a function makes the system, in units of its own")
+    machine = Machine(system)
+    for name in axes:
+        if name in PARAMETERS and name not in QUANTITIES:
+            raise ParameterError(
+                f"{name} is not allowed with units='SI'; allowed: the quantities of "
+                f"System.from_physical: {', '.join(QUANTITIES)}"
+            )
+    swept(function, axes, [*QUANTITIES, *(_COORDINATES if coordinates else ())])
+    several = not is_maker(initial) and states(initial).ndim == 2
+    moved = sorted({*axes} & _SCALING)
+    if several and moved:
+        reject("initial", initial, f"one start: the units of starts change with {moved[0]}")
+    if is_maker(initial) or moved or {*axes} & {*_COORDINATES}:
+        return machine, machine.starts(initial)
+    return (machine if axes else system), needed(system.scales).from_si(states(initial))
+
+
 class MadeSystem(System):
     """A system that remembers the function and the numbers that made it.
 
@@ -122,7 +227,7 @@ class MadeSystem(System):
 
     def replace(self, **changes: Any) -> System:  # type: ignore[override]
         """Return a system with some of its own parameters changed, which no function has made."""
-        return System(**self.to_dict()).replace(**changes)
+        return System(**self.to_dict()).replace(**changes)  # ``units`` is among them
 
     def at(self, numbers: Mapping[str, float]) -> Self:
         """Return the system that the function makes at other numbers."""

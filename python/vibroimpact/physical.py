@@ -1,4 +1,4 @@
-"""From SI quantities to the dimensionless parameters (theory page, section 1).
+"""From SI quantities to the dimensionless parameters, and back (theory page, section 1).
 
 Time is measured in 1/omega_2 and length in l, with the natural frequencies of the two bodies
 
@@ -8,10 +8,29 @@ Source: Han, Jin & Hu (2004), eq. (23).
 """
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
-from .arguments import not_negative, number, positive, reject
+from .arguments import close_to, not_negative, number, positive, reject
+from .errors import ParameterError
 from .scales import Scales
+
+# What `dimensionless` takes; the other arguments of `System.from_physical` are pure numbers.
+WITH_UNITS = (
+    "pendulum_mass",
+    "oscillator_mass",
+    "length",
+    "torsional_stiffness",
+    "stiffness",
+    "torsional_damping",
+    "damping",
+    "moment_amplitude",
+    "force_amplitude",
+    "drive_frequency",
+    "gap",
+)
+PURE = ("restitution", "friction", "phase")
+QUANTITIES = (*WITH_UNITS, *PURE)
 
 
 def dimensionless(
@@ -99,3 +118,66 @@ def dimensionless(
         "gap": delta / l,
         "scales": Scales(length=l, mass=m1, time=1.0 / omega_2),
     }
+
+
+def quantities(ratios: Mapping[str, Any], scales: Scales) -> dict[str, float]:
+    """Return the quantities in SI from which `dimensionless` makes these ratios, to rounding.
+
+    Parameters
+    ----------
+    ratios
+        The numeric parameters of a System by their names.
+    scales
+        Its scales.
+
+    Raises
+    ------
+    ParameterError
+        If ``mass_ratio`` is 0: a wall has no mass, spring and damper of its own.
+    """
+    if ratios["mass_ratio"] == 0.0:
+        reject("mass_ratio", 0.0, "a number > 0, for SI quantities: a wall has no mass")
+    m1, length, omega_2 = scales.mass, scales.length, scales.frequency
+    m2 = m1 / ratios["mass_ratio"]
+    omega_1 = ratios["frequency_ratio"] * omega_2
+    inertia = m1 * length * length
+    k2 = m2 * omega_2 * omega_2
+    return {
+        "pendulum_mass": m1,
+        "oscillator_mass": m2,
+        "length": length,
+        "torsional_stiffness": inertia * omega_1 * omega_1,
+        "stiffness": k2,
+        "torsional_damping": ratios["pendulum_damping"] * 2.0 * inertia * omega_1,
+        "damping": ratios["oscillator_damping"] * 2.0 * m2 * omega_2,
+        "moment_amplitude": ratios["moment_amplitude"] * inertia * omega_2 * omega_2,
+        "force_amplitude": ratios["force_amplitude"] * k2 * length,
+        "drive_frequency": ratios["drive_frequency"] * omega_2,
+        "gap": ratios["gap"] * length,
+    }
+
+
+def changed(
+    ratios: Mapping[str, Any], scales: Scales, changes: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return ratios and scales after some quantities have changed, given in SI.
+
+    A number that none of the changes touches stays the same to the last bit.
+
+    Raises
+    ------
+    ParameterError
+        Names a quantity that does not exist, or its value and range.
+    """
+    for name in changes:
+        if name not in QUANTITIES:
+            hint = close_to(name, QUANTITIES)
+            raise ParameterError(
+                f"unknown quantity {name}{hint}; with units='SI' the names are those of "
+                f"System.from_physical: {', '.join(QUANTITIES)}"
+            )
+    own = quantities(ratios, scales)
+    wanted = {name: changes[name] for name in changes if name in WITH_UNITS}
+    before, after = dimensionless(**own), dimensionless(**own | wanted)
+    there = {name: after[name] for name in after if after[name] != before[name]}
+    return there | {name: changes[name] for name in changes if name in PURE}

@@ -19,8 +19,8 @@ from .errors import ParameterError
 from .interruption import interruptible
 from .keyword_types import Changes, Contact, Law, completing
 from .mechanics import Mechanics
-from .physical import dimensionless
-from .scales import Scales
+from .physical import PURE, changed, dimensionless, quantities
+from .scales import Scales, in_si, needed
 from .showing import Facts, Shown
 from .verbs import verb
 
@@ -278,6 +278,32 @@ class System(Mechanics, Shown):
             law=law,
         )
 
+    def to_physical(self) -> dict[str, Any]:
+        """Return the SI quantities of the system; ``System.from_physical`` goes back, to rounding.
+
+        Returns
+        -------
+        dict
+            The arguments of ``from_physical`` by name, in its units.
+
+        Raises
+        ------
+        ParameterError
+            If the system has no ``scales``, or ``mass_ratio`` is 0.
+
+        Examples
+        --------
+        >>> machine = vi.System.from_physical(
+        ...     pendulum_mass=3, oscillator_mass=5, length=0.1, torsional_stiffness=500,
+        ...     stiffness=50e3, gap=0.05, restitution=0.8, drive_frequency=180,
+        ... )
+        >>> round(machine.to_physical()["torsional_stiffness"], 9)  # in N m/rad
+        500.0
+        """
+        fields = self.to_dict()
+        pure = {name: fields[name] for name in (*PURE, "contact", "law")}
+        return quantities(fields, needed(self.scales)) | pure
+
     @property
     def damping(self) -> tuple[float, float]:
         """Both damping ratios, (pendulum_damping, oscillator_damping)."""
@@ -307,12 +333,33 @@ class System(Mechanics, Shown):
     def replace(self, **changes: Any) -> Self:
         """Return a system with some parameters changed; ``damping=`` and ``scales=`` work too.
 
+        Parameters
+        ----------
+        **changes
+            New values by name. They are dimensionless, also where the system came from SI
+            quantities. With ``units="SI"`` they are quantities of ``from_physical`` in its units,
+            such as ``drive_frequency`` in rad/s or ``stiffness`` in N/m, and all other quantities
+            stay as they are; the system needs ``scales``.
+
+        Raises
+        ------
+        ParameterError
+            Names the parameter, its value and the allowed range.
+
         Examples
         --------
         >>> system.replace(restitution=0.6).restitution
         0.6
+        >>> machine = vi.System.from_physical(
+        ...     pendulum_mass=3, oscillator_mass=5, length=0.1, torsional_stiffness=500,
+        ...     stiffness=50e3, gap=0.05, restitution=0.8, drive_frequency=180,
+        ... )
+        >>> round(machine.replace(drive_frequency=150, units="SI").drive_frequency, 12)
+        1.5
         """
         fields = self.to_dict()
+        if in_si(changes.pop("units", None)):
+            changes = changed(fields, needed(self.scales), changes)
         if "damping" in changes:
             del fields["pendulum_damping"], fields["oscillator_damping"]
         return type(self)(**(fields | changes))

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._core import Regime
 from .arguments import close_to
+from .extras import install
 from .interruption import interruptible
 
 if TYPE_CHECKING:
@@ -150,7 +151,8 @@ def frame(columns: Mapping[str, ArrayLike | Sequence[Any]]) -> pandas.DataFrame:
     try:
         import pandas  # optional, and slow to import
     except ImportError as error:
-        raise ImportError("a data frame needs pandas: pip install pandas", name="pandas") from error
+        needed = f"a data frame needs pandas: {install('pandas')}"
+        raise ImportError(needed, name="pandas") from error
     return pandas.DataFrame({name: _words(name, values) for name, values in columns.items()})
 
 

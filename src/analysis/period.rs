@@ -5,49 +5,22 @@
 //! again later (near a saddle, or for a while in chaos): label.rs therefore follows the motion
 //! further, and labels one that does not return by the growth of a small perturbation.
 
+mod distances;
 mod evidence;
+mod report;
 
 pub(crate) use evidence::GrowthVerdict;
 pub use evidence::{Evidence, EvidenceKind, Growth, WhyUndecided};
+pub use report::{ImpactCount, Kind, PeriodReport};
 
+use self::distances::{Approach, Bounds, approach, distance, is_within, may_approach};
 use crate::analysis::tolerances::{
-    COME_BACK, EXTENT_DECREASE, NEAREST_TRIED, REMAINING_PART, RETURN_RTOL, SECTION_NOISE,
-    SHORT_PERIODS, SHORTEST_TAIL,
+    COME_BACK, NEAREST_TRIED, REMAINING_PART, RETURN_RTOL, SECTION_NOISE, SHORT_PERIODS,
+    SHORTEST_TAIL,
 };
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::EventKind;
 use crate::simulate::run::Run;
-
-/// What the stroboscopic section says of a motion.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PeriodReport {
-    /// Drive periods m and impacts n per orbit, if the motion repeats.
-    pub orbit: Option<(usize, ImpactCount)>,
-    /// Largest |X(k + m) - X(k)| over the last min(K - m, 3 m) sections; for m = 1 if none fits.
-    pub residual: f64,
-    /// What the verdict stands on.
-    pub evidence: Evidence,
-    /// The verdict where the motion does not repeat.
-    pub kind: Kind,
-}
-
-/// Impacts per orbit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ImpactCount {
-    /// So many.
-    Finite(usize),
-    /// Complete chatter.
-    Infinite,
-}
-
-impl std::fmt::Display for ImpactCount {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Finite(n) => write!(f, "{n}"),
-            Self::Infinite => write!(f, "inf"),
-        }
-    }
-}
 
 /// Periods tried between two checks of the cancellation token: a millisecond with ten thousand
 /// sections, a tenth of a second with a million.
@@ -55,90 +28,6 @@ const PERIODS_PER_LOOK: usize = 64;
 
 /// Impacts in a drive period with complete chatter.
 pub const CHATTERING: u32 = u32::MAX;
-
-/// Kind of a motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Kind {
-    /// None of the others is certain.
-    Unresolved = 0,
-    /// Repeats after m drive periods.
-    Periodic = 1,
-    /// Does not repeat; a perturbation does not grow.
-    QuasiPeriodic = 2,
-    /// Does not repeat; a perturbation grows.
-    Chaotic = 3,
-}
-
-impl Kind {
-    /// Names in the order of the numbers.
-    pub const NAMES: &'static [&'static str] =
-        &["unresolved", "periodic", "quasi-periodic", "chaotic"];
-
-    /// The name used in Python and in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
-    }
-}
-
-impl PeriodReport {
-    /// Whether the caller has cut it short: it then says nothing of the motion.
-    #[must_use]
-    pub fn is_interrupted(&self) -> bool {
-        self.evidence.why() == Some(WhyUndecided::Interrupted)
-    }
-
-    /// The report, or that it was cut short.
-    pub(crate) fn unless(self, cancel: &CancelToken) -> Self {
-        if !cancel.is_cancelled() {
-            return self;
-        }
-        self.undecided(WhyUndecided::Interrupted)
-    }
-
-    /// The report without its verdict.
-    pub(crate) fn unresolved(self) -> Self {
-        Self { orbit: None, kind: Kind::Unresolved, ..self }
-    }
-
-    /// The report without a verdict, for this reason.
-    pub(crate) fn undecided(self, why: WhyUndecided) -> Self {
-        Self { evidence: Evidence::undecided(why), ..self.unresolved() }
-    }
-
-    /// The report with the verdict on a motion that does not repeat.
-    pub(crate) fn decided(self, kind: Kind, evidence: Evidence) -> Self {
-        Self { evidence, kind, ..self }
-    }
-
-    /// Factor per drive period by which the distance of the sections from the orbit decreases.
-    pub(crate) fn convergence(&self) -> Option<f64> {
-        self.orbit.and(self.evidence.rate())
-    }
-
-    /// The label: `3-4`, `1-0`, `2-inf` (chatter), `quasi-periodic`, `chaotic`, `unresolved`.
-    #[must_use]
-    pub fn label(&self) -> String {
-        match (self.kind, self.orbit) {
-            (Kind::Periodic, Some((m, n))) => format!("{m}-{n}"),
-            (Kind::Periodic, None) => Kind::Unresolved.name().into(),
-            (kind, _) => kind.name().into(),
-        }
-    }
-}
-
-fn distance(a: &[f64; 4], b: &[f64; 4]) -> f64 {
-    largest(std::array::from_fn(|i| (a[i] - b[i]).abs()))
-}
-
-/// Whether the distance is at most this, told without a jump between the coordinates.
-#[inline(always)]
-#[allow(clippy::inline_always, clippy::needless_bitwise_bool)] // asked millions of times
-fn is_within(a: &[f64; 4], b: &[f64; 4], most: f64) -> bool {
-    let near = |i: usize| (a[i] - b[i]).abs() <= most;
-    (near(0) & near(1)) & (near(2) & near(3))
-}
 
 /// Whether the last section has come back close to one before, so that it is worth while to look for
 /// a period of no more than a quarter of the sections.
@@ -316,101 +205,6 @@ fn residual(sections: &[[f64; 4]], m: usize) -> f64 {
 /// Whether the residual of m is at most `most`; the first larger distance decides.
 fn returns(sections: &[[f64; 4]], m: usize, most: f64) -> bool {
     last_pairs(sections, m).all(|(a, b)| is_within(a, b, most))
-}
-
-/// Whether [`approach`] may succeed, for a motion of this extent and size: not if two neighbours in
-/// the last quarter of the window are further apart than convergence allows by then. If a motion
-/// does not converge, the first few sections rule out most m.
-fn may_approach(sections: &[[f64; 4]], m: usize, extent: f64, size: f64) -> bool {
-    let quarter = sections.len() / (4 * m) * m;
-    if quarter < 2 * m {
-        return false;
-    }
-    let most = (EXTENT_DECREASE * (EXTENT_DECREASE * (EXTENT_DECREASE * extent)))
-        .min(2.0 * REMAINING_PART * size);
-    let start = sections.len() - quarter;
-    let mut pairs = sections[start + m..].iter().zip(&sections[start..]).rev();
-    pairs.all(|(a, b)| is_within(a, b, most))
-}
-
-/// How the sections k, k + m, k + 2m ... draw together.
-struct Approach {
-    /// Factor per drive period by which their extent shrinks.
-    rate: f64,
-    /// How far they may still go: half their extent, and the drift of its middle by the geometric
-    /// series over quarters of the window.
-    remaining: f64,
-}
-
-/// Extent of the sections k, k + m, ... in each quarter of the window, if it shrinks through all
-/// four. The extent, unlike the distance of neighbours, does not mistake a slow spiral of m = 1 for
-/// a larger m whose turn happens to be nearly full.
-fn approach(sections: &[[f64; 4]], m: usize) -> Option<Approach> {
-    // Whole multiples of m, so that a residue class keeps its place from quarter to quarter.
-    let quarter = sections.len() / (4 * m) * m;
-    if quarter < 2 * m {
-        return None;
-    }
-    let start = sections.len() - 4 * quarter;
-    let boxes = |i: usize| {
-        let part = &sections[start + i * quarter..start + (i + 1) * quarter];
-        (0..m).map(move |residue| Bounds::of(part.iter().skip(residue).step_by(m)))
-    };
-    let mut extents = [0.0; 4];
-    for i in 0..4 {
-        let most = if i == 0 { f64::INFINITY } else { EXTENT_DECREASE * extents[i - 1] };
-        for bounds in boxes(i) {
-            let extent = bounds.extent();
-            if extent > most {
-                return None;
-            }
-            extents[i] = f64::max(extents[i], extent);
-        }
-    }
-    let drift =
-        boxes(2).zip(boxes(3)).map(|(a, b)| distance(&a.middle(), &b.middle())).fold(0.0, f64::max);
-    Some(Approach {
-        rate: (extents[3] / extents[0]).powf(1.0 / (3 * quarter) as f64),
-        remaining: 0.5 * extents[3] + drift / (1.0 - extents[3] / extents[2]),
-    })
-}
-
-/// Lowest and highest value of each coordinate.
-struct Bounds {
-    low: [f64; 4],
-    high: [f64; 4],
-}
-
-impl Bounds {
-    fn of<'a>(sections: impl Iterator<Item = &'a [f64; 4]>) -> Self {
-        let mut bounds = Self { low: [f64::MAX; 4], high: [f64::MIN; 4] };
-        let Self { low, high } = &mut bounds;
-        for section in sections {
-            // Not by f64::min, which looks after NaN: vector instructions know comparisons only.
-            *low = std::array::from_fn(|i| if section[i] < low[i] { section[i] } else { low[i] });
-            *high =
-                std::array::from_fn(|i| if section[i] > high[i] { section[i] } else { high[i] });
-        }
-        bounds
-    }
-
-    /// The largest of a coordinate.
-    fn extent(&self) -> f64 {
-        largest(std::array::from_fn(|i| self.high[i] - self.low[i]))
-    }
-
-    /// Of the motion: its largest extent or value of a coordinate.
-    fn size(&self) -> f64 {
-        largest(self.low.map(f64::abs)).max(largest(self.high.map(f64::abs))).max(self.extent())
-    }
-
-    fn middle(&self) -> [f64; 4] {
-        std::array::from_fn(|i| 0.5 * (self.low[i] + self.high[i]))
-    }
-}
-
-fn largest(values: [f64; 4]) -> f64 {
-    values.into_iter().fold(0.0, f64::max)
 }
 
 impl Run {

@@ -9,117 +9,30 @@
 #![allow(clippy::inline_always)] // a round is compiled for several instruction sets
 
 mod impacts;
+mod job;
 mod motions;
 mod sections;
+mod simulation;
 
 use std::marker::PhantomData;
 
 pub(crate) use self::impacts::ImpactLanes;
 use self::impacts::Nearby;
+pub(crate) use self::job::Job;
 use self::sections::pass_sections;
-use super::{Observer, Phase, Simulation};
+use super::Observer;
 use crate::flight::Flight;
-use crate::flight::gap::TipGap;
 use crate::flight::{Found, Point, States};
 use crate::impact::{self, Impact, ImpactFailure, PreImpact};
-use crate::model::error::SimulationError;
 use crate::model::parameters::{Contact, System};
 use crate::model::tip::{Direct, Oblique, Tip};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::lanes::{self, LANES};
 use crate::search::Start;
-use crate::search::first_contact::{FirstPass, careful_search};
+use crate::search::first_contact::FirstPass;
 use crate::search::scan::{Scan, Scanner, Stride};
 use crate::search::steps::SteppedGap;
-use crate::simulate::event::{Event, StopReason};
-
-/// A simulation for a lane, with its observer and with what takes its events.
-pub(crate) trait Job {
-    /// The observer, which gets the sections.
-    type Watch: Observer;
-    /// The simulation and its observer.
-    fn parts(&mut self) -> (&mut Simulation, &mut Self::Watch);
-    /// What is computed beside the motions of all lanes.
-    type Beside: Default;
-    /// Takes an event, the stop included.
-    fn take(&mut self, event: Result<Event, SimulationError>);
-
-    /// Computes, for the impacts of all lanes, what goes beside.
-    #[inline(always)]
-    fn compute_beside<G: Tip>(_: &mut Self::Beside, _: &ImpactLanes) {}
-
-    /// Whether the impact from which the present flight begins is passed over: what was computed
-    /// beside lane `j` is all that is wanted of it.
-    #[inline(always)]
-    fn passes(&mut self, _j: usize, _: &mut Self::Beside) -> bool {
-        false
-    }
-
-    /// Takes over what was computed beside the lanes whose impacts were passed over.
-    #[inline(always)]
-    fn accept_beside(_: &mut Self::Beside) {}
-
-    /// From the flight that has just begun after an impact, what goes beside is in lane `j`,
-    fn enter(&mut self, _j: usize, _: &mut Self::Beside) {}
-
-    /// also where a flight goes on from another instant,
-    fn go_on(&mut self, _j: usize, _: &mut Self::Beside) {}
-
-    /// until an event has to be taken.
-    fn leave(&mut self, _j: usize, _: &mut Self::Beside) {}
-
-    /// Runs to the end outside of the lanes.
-    fn finish(&mut self) {
-        loop {
-            let (simulation, watch) = self.parts();
-            match simulation.advance(watch) {
-                Some(event) => self.take(event),
-                None => return,
-            }
-        }
-    }
-}
-
-/// A job with its index.
-impl<T: Job> Job for (usize, T) {
-    type Watch = T::Watch;
-    type Beside = T::Beside;
-
-    fn parts(&mut self) -> (&mut Simulation, &mut T::Watch) {
-        self.1.parts()
-    }
-
-    fn take(&mut self, event: Result<Event, SimulationError>) {
-        self.1.take(event);
-    }
-
-    #[inline(always)]
-    fn compute_beside<G: Tip>(beside: &mut T::Beside, impacts: &ImpactLanes) {
-        T::compute_beside::<G>(beside, impacts);
-    }
-
-    #[inline(always)]
-    fn passes(&mut self, j: usize, beside: &mut T::Beside) -> bool {
-        self.1.passes(j, beside)
-    }
-
-    #[inline(always)]
-    fn accept_beside(beside: &mut T::Beside) {
-        T::accept_beside(beside);
-    }
-
-    fn enter(&mut self, j: usize, beside: &mut T::Beside) {
-        self.1.enter(j, beside);
-    }
-
-    fn go_on(&mut self, j: usize, beside: &mut T::Beside) {
-        self.1.go_on(j, beside);
-    }
-
-    fn leave(&mut self, j: usize, beside: &mut T::Beside) {
-        self.1.leave(j, beside);
-    }
-}
+use crate::simulate::event::StopReason;
 
 /// With fewer jobs than this, lanes save no time.
 const FEWEST: usize = 3;
@@ -506,67 +419,5 @@ impl<G: Tip, T: Job> pulp::NullaryFnOnce for Round<'_, '_, G, T> {
     #[inline(always)]
     fn call(self) {
         self.0.round::<G>();
-    }
-}
-
-impl Simulation {
-    /// Whether lanes can hold the usual flights and impacts of this system.
-    fn fits_a_lane(&self) -> bool {
-        self.motion.swings_or_beats() && self.system.law.is_coulomb()
-    }
-
-    #[inline(always)]
-    fn tip_gap<T: Tip>(&self) -> TipGap<'_, T> {
-        TipGap::new(&self.motion, &self.flight)
-    }
-
-    /// How the present flight starts, if a scan is its next step.
-    #[inline(always)]
-    fn scanned_from(&self) -> Option<Start> {
-        let Phase::Flight(began) = self.point.anchor.phase else { return None };
-        if self.found.is_some() || self.point.completion.is_some() {
-            return None;
-        }
-        Some(self.start(began)).filter(|start| matches!(start, Start::Apart | Start::Touching))
-    }
-
-    /// Stores the result of the first pass for the next turn. A contact ahead is not stored: the
-    /// turn finds it.
-    #[inline(never)]
-    fn store_first_pass<G: Tip>(&mut self, first_pass: FirstPass, evaluations: u64) {
-        let Phase::Flight(began) = self.point.anchor.phase else { return };
-        match first_pass {
-            FirstPass::Ahead { .. } => {}
-            FirstPass::Clear(time) => {
-                self.evaluations += evaluations;
-                self.found = Some(Found::Clear(time));
-            }
-            FirstPass::Unsure(clear) => {
-                let gap = self.tip_gap::<G>();
-                let (start, span) = (self.start(began), self.motion.span);
-                let report = careful_search(&gap, start, span, clear, evaluations);
-                self.evaluations += report.evaluations;
-                self.found = Some(self.checked_against_graze(report.found));
-            }
-        }
-    }
-
-    /// Begins the flight after the impact in lane `j`, the bodies' constants left in the lane;
-    /// whether chatter may have begun. Not inlined: wide loads of numbers that were just written
-    /// would wait.
-    #[inline(never)]
-    fn start_next_flight(&mut self, j: usize, impacts: &ImpactLanes) -> bool {
-        let (clock, state) = impacts.start_after(j, self.flight.clock.period);
-        let (angle, start) = impacts.angles_after(j);
-        (self.flight.clock, self.flight.state) = (clock, state);
-        (self.flight.angle, self.flight.start) = (angle, start);
-        let (regime, approach_velocity) = impacts.approach(j);
-        self.leave(clock, state, regime, approach_velocity)
-    }
-
-    /// Whether a wall leaves the bodies no room at the contact in lane `j`.
-    #[inline(always)]
-    fn has_no_room(&self, j: usize, impacts: &ImpactLanes) -> bool {
-        self.system.is_wall() && impacts.pre_impact(j).has_no_room(&self.system)
     }
 }

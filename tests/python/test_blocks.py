@@ -183,6 +183,15 @@ def plan(words: list[str]) -> None:
     assert done.returncode == 0, done.stderr
 
 
+def environment(words: list[str]) -> None:
+    assert words in (["python3", "-m", "venv", ".venv"], [".", ".venv/bin/activate"])
+
+
+def project(words: list[str]) -> None:
+    done = subprocess.run([*words[:2], "--help"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 def install(words: list[str]) -> None:
     (folder,) = words[2:]
     assert (ROOT / folder / "pyproject.toml").is_file()
@@ -241,6 +250,9 @@ LINES: dict[str, tuple[Callable[[list[str]], None], str]] = {
         "takes minutes; reproduction/tests/test_figures.py draws it reduced",
     ),
     "make ": (plan, "takes minutes; continuous integration runs the tests"),
+    "python3 -m venv ": (environment, "makes a folder; all tests run in such an environment"),
+    ". ": (environment, "changes the shell"),
+    "cargo new ": (project, "makes a folder; test_the_crate_is_found_as_a_dependency has one"),
     "pip install ": (install, "compiles the package, which `make wheel-test` does"),
     "python examples/errata ": (errata, "test_errata draws each, at reduced size"),
     "python examples/gallery/": (gallery, "test_gallery draws each, at reduced size"),

@@ -28,7 +28,7 @@ SEARCH = ORBITS + " --search 2"
         (SIMULATE.replace("--initial 0 0.5 0 0", ""), "initial is missing: give --initial"),
         (SIMULATE.replace("--gap 0.5", "--gap nan"), "gap = nan"),
         (SIMULATE.replace("--keep 100", "--keep 601"), "keep = 601"),
-        (SIMULATE.replace("--periods 600", ""), "exactly one of periods= and time="),
+        (SIMULATE.replace("--periods 600", ""), "exactly one of --periods and --time, got neither"),
         (SIMULATE + " --max-events 0", "max_events = 0"),
         (SIMULATE + " --chatter-tolerance inf", "chatter_tolerance = inf"),
         (SIMULATE + " --law wishful", "law"),
@@ -171,7 +171,8 @@ def test_a_missing_extra_gives_code_2(run_command, monkeypatch):
     monkeypatch.setattr(simulate, "simulate", without_zarr)
     code, _, err = run_command(SIMULATE)
     assert code == 2
-    assert err == 'vibroimpact: needs zarr: pip install "zarr>=3.1.3" xarray\n'
+    wanted = f'{sys.executable} -m pip install "zarr>=3.1.3" xarray'
+    assert err == f"vibroimpact: needs zarr: {wanted}\n"
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes end otherwise elsewhere")

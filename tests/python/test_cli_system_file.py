@@ -149,7 +149,7 @@ def test_a_swept_parameter_need_not_stand_in_the_file(run_command, tmp_path, mon
         (example_file().replace("gap = 0.5", "gap = true"), ["gap = True"]),
         (example_file().replace("periods = 600", "periods = 600.5"), ["periods = 600.5"]),
         (example_file().replace("0.5, 0.0, 0.0]", "0.5]"), ["initial of shape (2,)"]),
-        (example_file() + "time = 5.0", ["exactly one of periods= and time="]),
+        (example_file() + "time = 5.0", ["exactly one of --periods and --time, got both"]),
     ],
 )
 def test_slips_in_a_file_are_named(run_command, text, words, tmp_path):

@@ -3,6 +3,7 @@
 import csv
 import io
 import itertools
+import math
 
 import numpy as np
 import pytest
@@ -19,6 +20,9 @@ from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
 from vibroimpact.explorer.server import first_state
 from vibroimpact.explorer.state import MAPS, VALUES, Axis, State, from_query
+from vibroimpact.explorer.theme import PALETTES
+from vibroimpact.explorer.views.parts import with_error
+from vibroimpact.explorer.views.verdict import evidence_text
 
 SMALL = compute.Detail(columns=9, rows=5, periods=60, keep=20)
 
@@ -57,13 +61,16 @@ FINITE = st.floats(allow_nan=False, allow_infinity=False)
     high=st.floats(1e-300, 1e300),
     names=st.permutations([*PARAMETERS]),
     branch=st.booleans(),
+    origin=st.none() | st.tuples(FINITE, FINITE, FINITE, FINITE),
     drawn=st.sampled_from([*itertools.product(MAPS, VALUES)]),
 )
-def test_every_state_comes_back_bit_for_bit(gap, friction, x1, low, high, names, branch, drawn):
+def test_every_state_comes_back_bit_for_bit(
+    gap, friction, x1, low, high, names, branch, origin, drawn
+):
     axes = [Axis(name=name, low=low, high=high) for name in names[:3]]
     state = DEFAULT.replace(
         gap=gap, friction=friction, x1=x1, branch=branch, map=drawn[0], value=drawn[1]
-    ).replace(vary=axes[0], across=axes[1], upward=axes[2])
+    ).replace(vary=axes[0], across=axes[1], upward=axes[2], origin=origin)
     query = state.to_query()
     assert set(query) <= set("abcdefghijklmnopqrstuvwxyz_0123456789=&.-")
     assert from_query(arguments(query), PRESETS["Bouncing ball"]) == state
@@ -91,6 +98,7 @@ def test_every_state_comes_back_bit_for_bit(gap, friction, x1, low, high, names,
         ("vary_low=9", "drive_frequency"),
         ("across=friction&upward=friction", "upward"),
         ("right=v1", "up"),
+        ("origin_x1=0.1", "origin"),
         ("theme=../../etc", "theme"),
         ("branch=True", "branch"),
         ("system=1", "system"),
@@ -130,7 +138,11 @@ def test_the_presets_of_the_paper_are_its_figures():
 
 
 def test_where_a_page_begins():
-    assert first_state(None, None) == DEFAULT
+    first = first_state(None, None)
+    assert first in PRESETS.values()
+    # Its basins are of two motions.
+    basins = compute.basins_of(first.replace(map="basins"), compute.Detail(20, 16, 600, 100))
+    assert {found.label for found in basins.attractors} == {"4-5", "6-7"}
     state = first_state(ROUGH, (0.0, 0.1, 0.0, 0.0))
     assert (state.system, state.initial) == (ROUGH, (0.0, 0.1, 0.0, 0.0))
     assert state.vary.low < ROUGH.drive_frequency < state.vary.high
@@ -243,11 +255,17 @@ def test_the_code_runs_and_gives_the_numbers_of_the_page(name, coarse, drawn):
         made: dict[str, object] = {}
         exec(compile(python_code(state), shown, "exec"), made)
         assert made["system"] == state.system
+        # The pictures are those of the page: four views of a motion, three without a drive.
+        assert len(made["axes"].flat) == (4 if driven else 3)
+        texts = [text.get_text() for text in made["axes"].flat[2].figure.findobj(pyplot.Text)]
+        assert "approach velocity $u$" in texts
         assert np.array_equal(made["run"].impacts, compute.motion(state).run.impacts)
         if not driven:
             assert "diagram" not in made
         elif shown == "diagram":
             assert np.array_equal(made["diagram"].x1, compute.diagram(state, SMALL).x1)
+            colors = {tuple(color) for color in made["ax"].collections[0].get_facecolors()}
+            assert len(colors) == max(len(set(made["diagram"].regime.tolist())), 1)
         elif shown == "chart":
             assert np.array_equal(made["chart"].label, compute.chart_of(state, SMALL).label)
         else:
@@ -265,3 +283,39 @@ def test_the_code_of_a_branch_gives_that_branch(coarse, drawn):
     branch = compute.branch(state, verdict.periodic)
     for piece, same in zip(branch.pieces, made["branch"].pieces, strict=True):
         assert np.array_equal(piece.nodes, same.nodes)
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (0.0262256, 0.008, "0.026 ± 0.008"),
+        (0.0262256, 0.0096, "0.03 ± 0.01"),
+        (-0.0120808, 0.0, "-0.0120808"),
+        (-0.037806491731275, 1e-15, "-0.0378065"),
+        (12.3456, 1.7, "12 ± 2"),
+        (2.5e-9, 3e-11, "(2.50 ± 0.03)e-9"),
+        (1234.0, 56.0, "(1.23 ± 0.06)e3"),
+        (1e-12, 3e-8, "(0 ± 3)e-8"),
+        (0.5, math.nan, "0.5"),
+    ],
+)
+def test_a_number_has_the_digits_that_its_error_leaves(value, error, text):
+    assert with_error(value, error) == text
+
+
+def test_the_evidence_has_one_sign_for_an_error():
+    run = compute.motion(DEFAULT).run
+    evidence = run.period.evidence
+    text = evidence_text(evidence)
+    assert with_error(evidence.growth, evidence.growth_error) in text
+    assert text.replace(" ", "") not in str(evidence)
+    periodic = compute.motion(PRESETS["Paper, Fig. 5(b): 1-1"]).run.period.evidence
+    assert evidence_text(periodic) == str(periodic)
+
+
+@pytest.mark.parametrize("palette", PALETTES.values(), ids=PALETTES)
+def test_a_colour_of_a_regime_means_nothing_else(palette):
+    regimes = {palette.regime(each) for each in vi.Regime}
+    assert len(regimes) == len(vi.Regime)
+    assert regimes.isdisjoint((palette.first, palette.second, palette.mark, palette.error))
+    assert len({palette.first, palette.second, palette.mark}) == 3

@@ -10,11 +10,12 @@ import pytest
 
 import sizes
 import vibroimpact as vi
-from chromium import PATIENCE, Records, Window, serving, started
+from chromium import HEIGHT, PATIENCE, WIDTH, Records, Window, serving, started
 from vibroimpact.explorer import app, compute
 from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
 from vibroimpact.explorer.state import MAPS, VALUES, Axis
+from vibroimpact.explorer.views.parts import with_error
 
 By = pytest.importorskip("selenium.webdriver.common.by").By
 SMALL = {
@@ -86,10 +87,12 @@ def test_the_numbers_of_the_page_are_those_of_the_functions(window):
     first = diagram.x1[0].item()
     window.wait(f"Bokeh.documents[0].get_model_by_name('diagram').data.value[0] == {first!r}")
     assert window.data("diagram", "value") == diagram.x1.tolist()
-    exponent = compute.verdict(DEFAULT, motion.run).exponent
+    verdict = compute.verdict(DEFAULT, motion.run)
     text = window.get("verdict", "text")
     assert ">chaotic<" in text
-    assert f"{exponent:.6g}" in text
+    assert with_error(verdict.exponent, verdict.error) in text
+    assert text.count("±") == 2
+    assert "+-" not in text
 
 
 def test_the_machine_moves(window):
@@ -247,6 +250,36 @@ def test_the_branch_is_laid_over_the_diagram(browser):
     for lines in ("stable", "unstable"):
         browser.wait(f"Bokeh.documents[0].get_model_by_name('{lines}').data.xs.length > 0")
     assert browser.complaints() == []
+
+
+@pytest.mark.parametrize("width", [1000, 1250, 1440])
+def test_nothing_lies_over_anything_in_a_window_of_any_width(window, width):
+    try:
+        window.chrome.set_window_size(width, 1000)
+        window.wait(f"Math.abs(window.outerWidth - {width}) < 20")
+        window.wait(
+            """(() => {
+              const box = (name) => Bokeh.index.find_one_by_id(
+                Bokeh.documents[0].get_model_by_name(name).id).el.getBoundingClientRect()
+              const play = box("playing"), next = box("history-figure")
+              const tall = ["impact-figure", "stroboscopic-figure", "diagram-figure"]
+              return play.width > 40 && (play.right < next.left || play.bottom < next.top)
+                && tall.every((name) => box(name).height > 140 && box(name).width > 120)
+                && document.documentElement.scrollWidth <= window.innerWidth
+            })()"""
+        )
+    finally:
+        window.chrome.set_window_size(WIDTH, HEIGHT)
+
+
+def test_the_code_is_as_wide_as_the_page_and_the_button_says_what_it_does(window):
+    window.set("code", "active", True)
+    window.wait("Bokeh.documents[0].get_model_by_name('code-text').tags.length > 0")
+    text = element(window, "code-text").shadow_root.find_element(By.CSS_SELECTOR, "pre")
+    assert text.rect["width"] > 0.9 * WIDTH
+    assert window.get("playing", "label") == "pause"
+    window.set("playing", "active", False)
+    assert window.get("playing", "label") == "play"
 
 
 def test_dark_and_light(window):

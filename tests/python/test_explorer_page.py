@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from bokeh.document import Document
 from bokeh.events import RangesUpdate, Tap
+from matplotlib import pyplot
 from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
 
@@ -18,9 +19,15 @@ from vibroimpact.explorer.app import Page
 from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
 from vibroimpact.explorer.server import LocalServer
-from vibroimpact.explorer.state import Axis
+from vibroimpact.explorer.state import Axis, from_query
 
 SMALL = compute.Detail(columns=9, rows=5, periods=60, keep=20)
+
+
+def arguments(query):
+    """What a web server makes of a query."""
+    pairs = (part.partition("=") for part in query.split("&"))
+    return {name: [value.encode()] for name, _, value in pairs}
 
 
 @pytest.fixture
@@ -147,6 +154,66 @@ def test_clicks_choose_motions(desk):
     assert desk.page.state.initial == (0.125, 0.75, 0.0, 0.0)
 
 
+@pytest.mark.parametrize("start", ["forward", "backward"])
+def test_a_click_on_a_followed_column_shows_the_motion_of_the_column(monkeypatch, tmp_path, start):
+    # Chaotic on the way down; from the start of the page it is another motion.
+    detail = compute.Detail(columns=31, rows=0, periods=compute.PERIODS, keep=60)
+    monkeypatch.setattr(compute, "FINE", dict.fromkeys(compute.FINE, detail))
+    state = PRESETS["Paper, Fig. 9(3): 4-5"].replace(start=start)
+    desk = Desk(state)
+    diagram = compute.diagram(state, detail)
+    maps = desk.page.maps
+    before = desk.named("diagram").data["value"]
+    others = 0
+    for place in (4, 18, 20, 28):
+        value = float(diagram.values[place])
+        maps._tap_diagram(Tap(maps.diagram.figure, x=value, y=0.0))
+        desk.settle()
+        shown = desk.page.state
+        assert (shown.system.drive_frequency, shown.origin) == (value, state.initial)
+        assert shown.initial == diagram.run(place).initial
+        # The last 60 drive periods of the motion are those of the column, to the last bit.
+        column = diagram.x1[diagram.offset[place] : diagram.offset[place + 1]]
+        assert np.array_equal(desk.page.motion.run.impacts["x1"][-len(column) :], column)
+        others += not np.array_equal(
+            compute.motion(state.replace(drive_frequency=value)).run.impacts["x1"],
+            desk.page.motion.run.impacts["x1"],
+        )
+        # The diagram is the same: it begins where it began.
+        assert np.array_equal(desk.named("diagram").data["value"], before)
+    assert others
+    made = {}
+    monkeypatch.chdir(tmp_path)
+    exec(compile(python_code(desk.page.state), "code", "exec"), made)
+    assert np.array_equal(made["run"].impacts, desk.page.motion.run.impacts)
+    assert np.array_equal(made["diagram"].x1, diagram.x1)
+    assert from_query(arguments(desk.page.state.to_query()), DEFAULT) == desk.page.state
+    # A start by hand is that of the diagram, too.
+    desk.named("v1").value = "0.4"
+    assert desk.page.state.origin is None
+    pyplot.close("all")
+
+
+def test_a_motion_that_a_click_has_left_comes_back(desk):
+    maps, before = desk.page.maps, desk.named("motion-before")
+    assert before.disabled
+    maps._tap_diagram(Tap(maps.diagram.figure, x=1.62, y=0.0))
+    desk.settle()
+    second = desk.page.state
+    desk.named("map").active = 2
+    desk.settle()
+    maps._tap_basins(Tap(maps.basins.figure, x=0.12, y=0.8))
+    desk.settle()
+    for left in (second, DEFAULT):
+        assert not before.disabled
+        desk.page.go_back()
+        desk.settle()
+        assert desk.page.state == left.replace(map="basins")
+        motion = compute.motion(left)
+        assert np.array_equal(desk.page.motion.run.impacts, motion.run.impacts)
+    assert before.disabled
+
+
 def zoom(desk, x0, x1):
     desk.page.maps._zoomed(
         RangesUpdate(desk.page.maps.diagram.figure, x0=x0, x1=x1, y0=-0.5, y1=0.5)
@@ -184,6 +251,29 @@ def test_the_branch_lies_over_the_diagram(coarse):
     assert {*stable} <= {*drawn}
     assert len(desk.named("unstable").data["xs"])
     assert set(desk.named("marks").data["at"]) == {b.value for b in branch.bifurcations}
+    key = desk.named("diagram-key").text
+    for words in ("frictionless", "stable", "unstable", "Neimark-Sacker"):
+        assert f"{words}</span>" in key
+    assert set(desk.named("marks").data["marker"]) == {"star"}
+    desk.named("branch").active = False
+    assert "stable" not in desk.named("diagram-key").text
+
+
+def test_an_empty_map_says_that_it_is_computed(desk):
+    for shown, name in ((1, "chart"), (2, "basins"), (0, "diagram"), (1, "chart")):
+        desk.named("map").active = shown
+        # Not the picture of another system, either.
+        column = "at" if name == "diagram" else "image"
+        assert not len(desk.named(name).data[column])
+        assert desk.named(f"{name}-sign").visible
+        desk.settle()
+        assert len(desk.named(name).data[column])
+        assert not desk.named(f"{name}-sign").visible
+    desk.named("drive_frequency").value = "0"
+    desk.named("map").active = 0
+    desk.named("vary").value = "gap"
+    desk.settle()
+    assert not desk.named("diagram-sign").visible
 
 
 def test_a_system_without_drive_periods_has_no_map(desk):

@@ -226,16 +226,16 @@ def test_a_store_keeps_the_systems_and_compares_them(tmp_path):
     assert vi.load(tmp_path / "c.npz").system_at(3, 1) == make(45.0, 0.1)
 
 
-def test_pictures_are_labelled_with_the_argument():
+def test_pictures_are_labelled_with_the_quantity():
     def over(drive_frequency):
         return make(drive_frequency=drive_frequency)
 
     values = np.linspace(14.0, 18.0, 3)
     diagram = vi.bifurcation_diagram(over, initial=START, periods=30, drive_frequency=values)
-    assert vi.plot.bifurcation(diagram).get_xlabel() == "drive_frequency"
+    assert vi.plot.bifurcation(diagram).get_xlabel() == r"$\Omega$ (rad/s)"
     chart = vi.chart(make, initial=START, periods=30, stiffness=STIFFNESSES, damping=[0, 0.1])
     ax = vi.plot.chart(chart)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("stiffness", "damping")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$K_2$ (N/m)", "$C_2$ (N s/m)")
     plt.close("all")
 
 
@@ -269,7 +269,7 @@ def test_a_quantity_that_moves_several_parameters_can_be_followed(motion):
     start = found.motion.initial
     alone = vi.periodic_motion(make(found.value), initial=start, periods=1)
     assert np.abs(alone.multipliers[:2]) == pytest.approx(1.0, abs=1e-9)
-    assert vi.plot.branches(branch).get_xlabel() == "stiffness"
+    assert vi.plot.branches(branch).get_xlabel() == "$K_2$ (N/m)"
     plt.close("all")
 
 

@@ -113,7 +113,7 @@ print(*sorted({"asyncio", "difflib", "tempfile", "unittest", "zipfile"} & new))
     packages, modules, slow = _run(code, strip=False).splitlines()
     assert packages == "numpy vibroimpact"
     needed = (
-        "_core arguments errors impacts interruption keyword_types mechanics period_report "
+        "_core arguments errors extras impacts interruption keyword_types mechanics period_report "
         "physical run run_parts run_record scales showing simulation system tables verbs"
     )
     assert modules == needed

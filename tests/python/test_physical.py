@@ -1,12 +1,15 @@
 """From SI quantities to a System (docs/theory.md, section 1)."""
 
 import math
+import re
 
 import hypothesis.strategies as st
 import pytest
 from hypothesis import given
 
+import repository
 import vibroimpact as vi
+from vibroimpact._core import PARAMETERS
 
 QUANTITIES = {
     "pendulum_mass": 1.2,
@@ -113,3 +116,34 @@ def test_ratios_beyond_a_float_are_parameter_errors():
     for length in (1e-200, 1e200):
         with pytest.raises(vi.ParameterError):
             vi.System.from_physical(**QUANTITIES | {"length": length})
+
+
+README = (repository.root() / "README.md").read_text(encoding="utf-8")
+FORMULAS = dict(re.findall(r"^\| `(\w+)` \| `([^`]+)` \|", README, re.M))
+SYMBOLS = {
+    "M1": "pendulum_mass",
+    "M2": "oscillator_mass",
+    "l": "length",
+    "K1": "torsional_stiffness",
+    "K2": "stiffness",
+    "C1": "torsional_damping",
+    "C2": "damping",
+    "f10": "moment_amplitude",
+    "f20": "force_amplitude",
+    "Omega": "drive_frequency",
+    "Delta": "gap",
+}
+
+
+def test_the_readme_has_a_formula_for_every_parameter_that_is_no_pure_number():
+    assert {*FORMULAS} == {*PARAMETERS} - {"restitution", "friction", "phase"}
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_the_formulas_of_the_readme_are_those_of_from_physical(name):
+    names = {symbol: QUANTITIES[quantity] for symbol, quantity in SYMBOLS.items()}
+    names |= {"sqrt": math.sqrt, "omega_2": math.sqrt(names["K2"] / names["M2"])}
+    # A blank is a product, as in print.
+    text = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", FORMULAS[name]).replace("^", "**")
+    system = vi.System.from_physical(**QUANTITIES)
+    assert eval(text, names) == pytest.approx(getattr(system, name), rel=1e-14)

@@ -343,7 +343,9 @@ def test_motions_as_rows():
 
 def test_without_pandas_the_error_says_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(ImportError, match=r"^a data frame needs pandas: pip install pandas$"):
+    with pytest.raises(
+        ImportError, match=r"^a data frame needs pandas: \S+ -m pip install pandas$"
+    ):
         run().to_pandas()
 
 

@@ -156,14 +156,14 @@ def _keywords(function: object) -> set[str]:
 @pytest.mark.parametrize(
     ("function", "call", "apart"),
     [
-        (vibroimpact.sweep, call_types.SweepCall, {"initial"}),
-        (vibroimpact.chart, call_types.ChartCall, {"initial"}),
-        (vibroimpact.bifurcation_diagram, call_types.DiagramCall, {"initial"}),
-        (vibroimpact.lyapunov_spectrum, call_types.LyapunovCall, {"initial"}),
-        (vibroimpact.follow_motion, orbit_calls.FollowCall, {"system"}),
-        (vibroimpact.switch_branch, orbit_calls.SwitchCall, {"system"}),
-        (vibroimpact.bifurcation_curve, orbit_calls.CurveCall, {"system"}),
-        (vibroimpact.stability_region, orbit_calls.CurveCall, {"system"}),
+        (vibroimpact.sweep, call_types.SweepCall, {"initial", "units"}),
+        (vibroimpact.chart, call_types.ChartCall, {"initial", "units"}),
+        (vibroimpact.bifurcation_diagram, call_types.DiagramCall, {"initial", "units"}),
+        (vibroimpact.lyapunov_spectrum, call_types.LyapunovCall, {"initial", "units"}),
+        (vibroimpact.follow_motion, orbit_calls.FollowCall, {"system", "units"}),
+        (vibroimpact.switch_branch, orbit_calls.SwitchCall, {"system", "units"}),
+        (vibroimpact.bifurcation_curve, orbit_calls.CurveCall, {"system", "units"}),
+        (vibroimpact.stability_region, orbit_calls.CurveCall, {"system", "units"}),
     ],
 )
 def test_keywords_for_type_checkers_are_those_of_the_call(function, call, apart):

@@ -126,7 +126,7 @@ def test_a_diagram_over_a_physical_quantity_has_the_scales_of_each_system():
     assert speeds[0] != speeds[1]
     expected = plain[:, 1] * np.repeat(speeds, 20)
     assert np.allclose(ax.collections[0].get_offsets()[:, 1], expected, rtol=1e-12)
-    assert ax.get_xlabel() == "stiffness"
+    assert ax.get_xlabel() == "$K_2$ (N/m)"
     plt.close("all")
 
 

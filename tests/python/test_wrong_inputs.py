@@ -2,6 +2,7 @@
 
 import argparse
 import re
+import sys
 import tomllib
 from typing import get_args
 
@@ -181,7 +182,8 @@ def test_advice_installs_what_the_extra_has():
         told = [Requirement(text.strip('"')) for text in packages.split()]
         assert {one.name for one in told} == {one.name for one in wanted}
         error = missing(extra, "this needs it")
-        assert str(error) == f"this needs it: pip install {packages}"
+        # In the environment that runs, whatever pip the shell finds first.
+        assert str(error) == f"this needs it: {sys.executable} -m pip install {packages}"
         assert error.name == module
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from ..arguments import count
+from ..errors import ParameterError
 from ..run import Run
 from ..run_record import impacts_in_words
 from ..simulation import simulate
@@ -80,6 +81,12 @@ def run(options: argparse.Namespace) -> ExitCode:
     values = request.values(
         *("initial", "periods", "time", "keep", "max_events", "chatter_tolerance", "section_phase")
     )
+    if ("periods" in values) == ("time" in values):
+        given = "both" if "time" in values else "neither"
+        raise ParameterError(
+            f"give exactly one of --periods and --time, got {given} (in [run] of a system file: "
+            "periods and time)"
+        )
     outputs.check(options)
     if options.verify is not None:
         count("verify", options.verify, least=1, most=MOST_ASKED)

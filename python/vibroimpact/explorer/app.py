@@ -29,6 +29,8 @@ from .views.diagram import BranchLines, branch_lines
 REST = 250
 # Seconds to wait for the browser's word that it has drawn a picture, before the next one is begun.
 PATIENCE = 3.0
+# Motions that are remembered to go back to, but for the last.
+_MOST_LEFT = 99
 # What a page says; anything else is a fault, which the server's log gets.
 EXPECTED = (ParameterError, StateError, SimulationError)
 
@@ -67,12 +69,14 @@ class Page:
         self.motion: Motion | None = None
         self.verdict: Verdict | None = None
         self._turn, self._closed, self._map_key = 0, False, ("",)
+        # States whose motions clicks have left.
+        self._left: list[State] = []
         self._lanes = {name: Lane(self._post) for name in ("verdict", "branch")}
         for name in ("motion", "map"):
             self._pace(name)
         own = {"as given": state} if state not in PRESETS.values() else {}
         self._presets = own | PRESETS
-        self.controls, self.maps = Controls(self.change), MapsCard(self.change)
+        self.controls, self.maps = Controls(self.change), MapsCard(self.change, self.choose)
         self.frame = Frame(self.controls.root, self.maps.root, self._presets)
         self._wire()
         self.frame.enter(document, owns_address=owns_address)
@@ -106,6 +110,21 @@ class Page:
             simulate(state.system, initial=state.initial, time=1e-9, max_events=1)
         self._show(state)
 
+    def choose(self, **fields: Any) -> None:
+        """Change fields as `change` does, and remember the motion that is left."""
+        left = self.state
+        self.change(**fields)
+        if self.state != left:
+            self._left = [*self._left[-_MOST_LEFT:], left]
+            self.frame.before.disabled = False
+
+    def go_back(self) -> None:
+        """Show the motion before the last click again; maps and ranges stay."""
+        if self._left:
+            left = self._left.pop()
+            self.frame.before.disabled = not self._left
+            self.change(system=left.system, initial=left.initial, origin=left.origin)
+
     def refuse_address(self, error: Exception | None) -> None:
         """Say why the page does not show what its address asks for."""
         words = f"The address is not used: {error}"
@@ -129,6 +148,7 @@ class Page:
         frame.preset.on_change("value", self._preset)
         frame.code.on_change("active", self._show_code)
         frame.dark.on_change("active", self._themed)
+        frame.before.on_click(self.go_back)
         frame.motion_csv.on_click(self._download_motion)
         frame.map_csv.on_click(self._download_map)
 
@@ -182,7 +202,8 @@ class Page:
             self._show_value()
             return
         if key[:2] != self._map_key[:2]:
-            self.maps.result = None
+            # What is drawn has other axes, or is of a motion before.
+            self.maps.expect(state)
         self._map_key = key
         self._draw_branch(None)
         if not compute.has_periods(state):
@@ -246,7 +267,8 @@ class Page:
     def _preset(self, _name: str, _old: str, new: str) -> None:
         if new in self._presets:
             self.maps.forget()
-            self._map_key = ("",)
+            self._map_key, self._left = ("",), []
+            self.frame.before.disabled = True
             self._show(self._presets[new].replace(theme=self.state.theme))
 
     def _themed(self, _name: str, _old: bool, new: bool) -> None:

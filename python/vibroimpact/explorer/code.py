@@ -5,7 +5,7 @@ from __future__ import annotations
 from . import compute
 from .state import Axis, State
 
-_SECTION = {"stroboscopic": 'section="stroboscopic"'}
+_SECTION = {"stroboscopic": "section='stroboscopic'"}
 
 
 def python_code(state: State) -> str:
@@ -20,6 +20,7 @@ def python_code(state: State) -> str:
     options = compute.run_options(state.system)
     run = ", ".join(f"{name}={value!r}" for name, value in options.items())
     lines = [
+        "import matplotlib.pyplot as plt",
         "import numpy as np",
         "import vibroimpact as vi",
         "",
@@ -31,11 +32,19 @@ def python_code(state: State) -> str:
         f"    system, initial=initial, {run}, max_events={compute.MOST_EVENTS}",
         ")",
         "print(run.label)",
-        *_motion_picture(state),
+        "",
+        "# Its views, for print.",
+        *_in_print(_motion_pictures(state)),
     ]
     if state.system.drive_frequency > 0.0:
-        lines += ["", *_MAPS[state.map](state, detail)]
+        computed, drawn = _MAPS[state.map](state, detail)
+        lines += ["", *computed, *_in_print(drawn)]
     return "\n".join(lines) + "\n"
+
+
+def _in_print(lines: list[str]) -> list[str]:
+    """Return lines that draw, in the style for print."""
+    return ["with vi.plot.publication_style():", *(f"    {line}" for line in lines)]
 
 
 def _fields(state: State) -> str:
@@ -43,26 +52,43 @@ def _fields(state: State) -> str:
     return f"{rows}\n"
 
 
-def _motion_picture(state: State) -> list[str]:
-    if state.system.drive_frequency == 0.0:
-        window = "window=(run.kept_from, run.final_state.time)"
-        return [f"vi.plot.time_history(run, {window}).figure.savefig('motion.pdf')"]
-    return ["vi.plot.phase_portrait(run).figure.savefig('motion.pdf')"]
-
-
-def _diagram(state: State, detail: compute.Detail) -> list[str]:
+def _motion_pictures(state: State) -> list[str]:
+    driven = state.system.drive_frequency > 0.0
+    section = "x='phase', y='approach_velocity'" if driven else "x='time', y='approach_velocity'"
+    if driven:
+        part, size = f"periods={compute.SHOWN}", "2, 2, figsize=(7.1, 5.4)"
+    else:
+        part, size = "window=(run.kept_from, run.final_state.time)", "1, 3, figsize=(7.1, 2.7)"
     lines = [
-        "# The bifurcation diagram.",
+        f"figure, axes = plt.subplots({size}, layout='constrained')",
+        "panels = axes.flat",
+        f"vi.plot.time_history(run, {part}, color='regime', ax=panels[0])",
+        f"vi.plot.phase_portrait(run, {part}, ax=panels[1])",
+        f"vi.plot.impact_section(run, {section}, color='regime', ax=panels[2])",
+    ]
+    if driven:
+        lines += ["vi.plot.stroboscopic(run, ax=panels[3])"]
+    return [*lines, "figure.savefig('motion.pdf')"]
+
+
+def _diagram(state: State, detail: compute.Detail) -> tuple[list[str], list[str]]:
+    begin = "initial"
+    lines = ["# The bifurcation diagram."]
+    if state.origin is not None:
+        begin = repr(state.origin)
+        lines += ["# The motion above is that of a column, which starts where the one before ends."]
+    lines += [
         "diagram = vi.bifurcation_diagram(",
-        "    system, initial=initial,",
+        f"    system, initial={begin},",
         f"    periods={detail.periods}, keep={detail.keep}, start={state.start!r}, labels=False,",
         f"    max_events={compute.MOST_EVENTS},",
         f"    {_values(state.vary, detail.columns)},",
         ")",
     ]
-    drawn = _SECTION.get(state.value, f"value={state.value!r}")
+    shown = _SECTION.get(state.value, f"value={state.value!r}")
+    color = "" if state.value in _SECTION else ", color='regime'"
+    drawn = [f"ax = vi.plot.bifurcation(diagram, {shown}{color})"]
     if state.branch:
-        section = ", " + _SECTION["stroboscopic"] if state.value == "stroboscopic" else ""
         lines += [
             "",
             "# The branch of its periodic motion, stable and unstable.",
@@ -70,15 +96,22 @@ def _diagram(state: State, detail: compute.Detail) -> list[str]:
             f"    run.refine(), max_points={compute.MOST_POINTS},",
             f"    {state.vary.name}=({state.vary.low!r}, {state.vary.high!r}),",
             ")",
-            f"ax = vi.plot.branches(branch, diagram=diagram{section})",
         ]
-    else:
-        lines += [f"ax = vi.plot.bifurcation(diagram, {drawn})"]
-    return [*lines, "ax.figure.savefig('diagram.pdf')"]
+        rough = state.system.friction > 0.0 or state.vary.name == "friction"
+        if color and rough:
+            # The key of the branch stands above the picture, so that of the regimes is left out.
+            drawn = [
+                f"ax = vi.plot.bifurcation(diagram, {shown}{color}, legend=False)",
+                f"vi.plot.branches(branch, {shown}, ax=ax)",
+            ]
+        else:
+            # On black points no branch would be seen; these are grey.
+            drawn = [f"ax = vi.plot.branches(branch, diagram=diagram, {shown})"]
+    return lines, [*drawn, "ax.figure.savefig('diagram.pdf')"]
 
 
-def _chart(state: State, detail: compute.Detail) -> list[str]:
-    return [
+def _chart(state: State, detail: compute.Detail) -> tuple[list[str], list[str]]:
+    lines = [
         "# The chart.",
         "chart = vi.chart(",
         "    system, initial=initial,",
@@ -87,12 +120,12 @@ def _chart(state: State, detail: compute.Detail) -> list[str]:
         f"    {_values(state.across, detail.columns)},",
         f"    {_values(state.upward, detail.rows)},",
         ")",
-        "vi.plot.chart(chart).figure.savefig('chart.pdf')",
     ]
+    return lines, ["vi.plot.chart(chart).figure.savefig('chart.pdf')"]
 
 
-def _basins(state: State, detail: compute.Detail) -> list[str]:
-    return [
+def _basins(state: State, detail: compute.Detail) -> tuple[list[str], list[str]]:
+    lines = [
         "# The basins of attraction.",
         "basins = vi.basins(",
         "    system, initial=initial,",
@@ -101,8 +134,8 @@ def _basins(state: State, detail: compute.Detail) -> list[str]:
         f"    {_values(state.right, detail.columns)},",
         f"    {_values(state.up, detail.rows)},",
         ")",
-        "vi.plot.basins(basins).figure.savefig('basins.pdf')",
     ]
+    return lines, ["vi.plot.basins(basins).figure.savefig('basins.pdf')"]
 
 
 _MAPS = {"diagram": _diagram, "chart": _chart, "basins": _basins}

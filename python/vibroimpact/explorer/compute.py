@@ -43,14 +43,15 @@ class Detail:
     keep: int
 
 
-# While a slider moves, and when it rests.
+# While a slider moves, and when it rests. A column of the fine diagram is as long as the motion on
+# the page, which so has its points.
 COARSE = {
     "diagram": Detail(140, 0, 160, 32),
     "chart": Detail(24, 16, 160, 60),
     "basins": Detail(32, 24, 300, 60),
 }
 FINE = {
-    "diagram": Detail(600, 0, 400, 60),
+    "diagram": Detail(600, 0, PERIODS, 60),
     "chart": Detail(72, 48, 300, 100),
     "basins": Detail(120, 90, 600, 100),
 }
@@ -163,10 +164,10 @@ def diagram(state: State, detail: Detail) -> Diagram:
     """Compute the bifurcation diagram of a state."""
     return bifurcation_diagram(
         state.system,
-        initial=state.initial,
+        initial=state.diagram_initial,
         periods=detail.periods,
         keep=detail.keep,
-        start=state.start,  # type: ignore[arg-type]  # checked by State
+        start=state.start,  # checked by State
         labels=False,
         max_events=MOST_EVENTS,
         **axis_values((state.vary, detail.columns)),

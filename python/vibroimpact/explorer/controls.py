@@ -39,6 +39,7 @@ GROUPS = {
     "Impact": ("restitution", "friction"),
     "Drive": ("drive_frequency", "moment_amplitude", "force_amplitude", "phase"),
 }
+_TITLES = {"contact": "contact", "law": "law of restitution"}
 _STEPS = 1000
 
 
@@ -260,13 +261,18 @@ class Controls:
                 continue
             children.append(parts.text(f'<div class="group">{title}</div>'))
             if title == "Impact":
-                pair = [self.choices["contact"].root, Spacer(width=6), self.choices["law"].root]
+                pair = [self._titled("contact"), Spacer(width=6), self._titled("law")]
                 children += [Row(*pair, sizing_mode="stretch_width"), self.error]
             children += [self.numbers[name].root for name in names]
         # As high as its children, however low the window is.
         self.root = parts.card(
             *children, width=264, sizing_mode=None, height_policy="min", spacing=0
         )
+
+    def _titled(self, name: str) -> Column:
+        """Return a list with its title above it."""
+        title = parts.text(_TITLES[name], margin=(2, 0, 0, 0))
+        return Column(title, self.choices[name].root, sizing_mode="stretch_width")
 
     def show(self, state: State) -> None:
         """Show a state."""

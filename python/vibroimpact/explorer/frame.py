@@ -120,6 +120,9 @@ class Frame:
         self.code = Toggle(label="Python code", name="code", width=100, **usual)
         self.motion_csv = Button(label="motion CSV", name="motion-csv", width=98, **usual)
         self.map_csv = Button(label="map CSV", name="map-csv", width=82, **usual)
+        self.before = Button(
+            label="motion before", name="motion-before", width=112, disabled=True, **usual
+        )
         self.dark = Toggle(label="dark", name="dark", width=56, **usual)
         self.code_text = parts.text(name="code-text", sizing_mode="stretch_width")
         copy = Button(label="copy", name="copy", width=60, **usual)
@@ -143,7 +146,11 @@ class Frame:
         sections = self.sections
         wide: dict[str, Any] = {"sizing_mode": "stretch_width"}
         both: dict[str, Any] = {"sizing_mode": "stretch_both", "spacing": 10}
-        play = Row(machine.heading, Spacer(**wide), machine.playing, **wide)
+        play = Row(machine.heading, machine.playing, **wide)
+        for text in (machine.heading, history.heading, portrait.heading):
+            text.sizing_mode = "stretch_width"
+        for text in (sections.impact_heading, sections.stroboscopic_heading):
+            text.sizing_mode = "stretch_width"
         machine.playing.update(stylesheets=sheets(), height=26)
         above = Row(
             parts.card(play, machine.figure),
@@ -151,21 +158,28 @@ class Frame:
             parts.card(portrait.heading, portrait.figure),
             height=300,
             spacing=10,
-            stylesheets=_stacked("column", "280px"),
+            stylesheets=[
+                *_stacked("column", "280px"),
+                InlineStyleSheet(css=theme.PAIRS_SHEET),
+            ],
             **wide,
         )
         pair = Row(
             parts.card(sections.impact_heading, sections.impact_figure),
             parts.card(sections.stroboscopic_heading, sections.stroboscopic_figure),
             min_height=260,
-            stylesheets=_stacked("column", "280px"),
+            stylesheets=[
+                *_stacked("column", "280px"),
+                InlineStyleSheet(css=theme.PAIRS_SHEET),
+            ],
             **both,
         )
-        said = parts.card(self.what.text, min_height=150, **wide)
+        said = parts.card(Row(self.what.text, self.before, **wide), min_height=150, **wide)
         auto: dict[str, Any] = both | {"stylesheets": _stacked("column", "auto")}
-        below = Row(Column(said, pair, **auto), maps, **auto)
+        side_by_side = both | {"stylesheets": _stacked("column", "auto", theme.MEDIUM)}
+        below = Row(Column(said, pair, **auto), maps, **side_by_side)
         return Column(above, below, **auto)
 
 
-def _stacked(direction: str, height: str) -> list[InlineStyleSheet]:
-    return [InlineStyleSheet(css=theme.stacked_sheet(direction, height))]
+def _stacked(direction: str, height: str, width: int = theme.NARROW) -> list[InlineStyleSheet]:
+    return [InlineStyleSheet(css=theme.stacked_sheet(direction, height, width))]

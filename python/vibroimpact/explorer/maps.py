@@ -18,7 +18,7 @@ from bokeh.models import (
 )
 
 from .._core import PARAMETERS
-from ..errors import ParameterError, StateError
+from ..errors import ParameterError, SimulationError, StateError
 from ..sweeps import Basins, Chart, Diagram
 from . import theme
 from .controls import AxisControl, ChoiceControl, sheets
@@ -48,10 +48,12 @@ class MapsCard:
     ----------
     change
         Changes fields of the state by name; raises the package's error if it is refused.
+    choose
+        Does the same for a click that chooses a motion.
     """
 
-    def __init__(self, change: Change) -> None:
-        self._try = self._tried(change)
+    def __init__(self, change: Change, choose: Change) -> None:
+        self._try, self._choose = self._tried(change), self._tried(choose)
         self._state: State | None = None
         # Ranges to go back to: of the diagram's parameter, and of what it draws.
         self._before: list[tuple[Axis, tuple[float, float] | None]] = []
@@ -72,7 +74,7 @@ class MapsCard:
         self._quiet = False
         self._branch = Toggle(label="branch", name="branch", width=66, **button)
         self._branch.on_change("active", self._branched)
-        self._back = Button(label="back", name="back", width=54, disabled=True, **button)
+        self._back = Button(label="range before", name="back", width=100, disabled=True, **button)
         self._back.on_click(self.go_back)
         axis = {
             "vary": AxisControl("vary", tuple(PARAMETERS), self._axis(change), self.say),
@@ -146,6 +148,7 @@ class MapsCard:
         """Draw a result."""
         self.say(None)
         self.result = result
+        self._views()[state.map].sign.show(visible=False)
         if isinstance(result, Diagram):
             self.diagram.show(result, state, palette)
             self.diagram.fit(self._height)
@@ -159,6 +162,12 @@ class MapsCard:
         self.result = None
         for view in self._views().values():
             view.clear()
+            view.sign.show(visible=False)
+
+    def expect(self, state: State) -> None:
+        """Draw no map, and say that that of a state is computed."""
+        self.clear()
+        self._views()[state.map].sign.show(visible=True)
 
     def say(self, error: Exception | None) -> None:
         """Show an error, or none."""
@@ -228,17 +237,30 @@ class MapsCard:
         self._try(vary=Axis(name=old.name, low=low, high=high))
 
     def _tap_diagram(self, event: Tap) -> None:
-        if isinstance(self.result, Diagram) and event.x is not None:
-            value = _nearest(self.result.values, float(event.x))
-            self._try(**{self.result.parameter_name: value})
+        diagram, state = self.result, self._state
+        if not isinstance(diagram, Diagram) or event.x is None or state is None:
+            return
+        place = _place(diagram.values, float(event.x))
+        changes: dict[str, Any] = {
+            diagram.parameter_name: float(diagram.values[place]),
+            "initial": state.diagram_initial,
+        }
+        if state.start != "fresh":
+            # Where the column before has ended, so that the motion is that of the column.
+            try:
+                changes |= {"initial": diagram.run(place).initial, "origin": state.diagram_initial}
+            except (ParameterError, StateError, SimulationError) as error:
+                self.say(error)
+                return
+        self._choose(**changes)
 
     def _tap_chart(self, event: Tap) -> None:
         if isinstance(self.result, Chart):
-            self._try(**_cell(self.result, event))
+            self._choose(**_cell(self.result, event))
 
     def _tap_basins(self, event: Tap) -> None:
         if isinstance(self.result, Basins):
-            self._try(**_cell(self.result, event))
+            self._choose(**_cell(self.result, event))
 
 
 def _cell(result: Chart | Basins, event: Tap) -> dict[str, float]:
@@ -249,4 +271,8 @@ def _cell(result: Chart | Basins, event: Tap) -> dict[str, float]:
 
 
 def _nearest(values: Any, wanted: float) -> float:
-    return float(values[int(np.argmin(np.abs(np.asarray(values) - wanted)))])
+    return float(values[_place(values, wanted)])
+
+
+def _place(values: Any, wanted: float) -> int:
+    return int(np.argmin(np.abs(np.asarray(values) - wanted)))

@@ -32,7 +32,7 @@ def _damped(pendulum: float, force: float) -> dict[str, Any]:
 
 
 DEFAULT = _paper(drive_frequency=1.545, friction=0.5, vary=(1.4, 2.0))
-"""What the explorer shows if it is given nothing: a chaotic motion between two windows."""
+"""A chaotic motion between two windows; a system of the user begins with its kind of map."""
 
 PRESETS: dict[str, State] = {
     "Paper, Fig. 4": _paper(),
@@ -51,7 +51,9 @@ PRESETS: dict[str, State] = {
     "Paper, Fig. 9(1): 1-3": _paper(drive_frequency=0.75, **_damped(0.1, 1.5)),
     "Paper, Fig. 9(2): chaos": DEFAULT,
     "Paper, Fig. 9(3): 4-5": _paper(drive_frequency=1.5752, friction=0.5, vary=(1.5, 1.6)).replace(
-        x1=0.2
+        x1=0.2,
+        right=Axis(name="x1", low=-1.0, high=0.4),
+        up=Axis(name="v1", low=-1.0, high=1.0),
     ),
     "Impact oscillator (a wall)": State(
         system=System(
@@ -106,3 +108,6 @@ PRESETS: dict[str, State] = {
     ),
 }
 """State by name, in the order of the page's list."""
+
+FIRST = PRESETS["Paper, Fig. 9(3): 4-5"]
+"""What the explorer shows if it is given nothing: a 4-5 motion, beside which there is a 6-7."""

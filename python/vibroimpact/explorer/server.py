@@ -18,7 +18,7 @@ from ..extras import missing
 from ..interruption import interruptible
 from ..simulation import refuse_overlap
 from ..system import System
-from .presets import DEFAULT
+from .presets import DEFAULT, FIRST
 from .state import Axis, State, from_query
 
 ADDRESS = "127.0.0.1"
@@ -51,7 +51,7 @@ def explore(
     Parameters
     ----------
     system
-        Where the page begins; by default a system of the paper, whose motion is chaotic.
+        Where the page begins; by default a system of the paper with two coexisting motions.
     initial
         (x1, v1, x2, v2) at t = 0; by default at rest, or the paper's.
     port
@@ -98,7 +98,7 @@ def first_state(system: System | None, initial: Sequence[float] | None) -> State
         As for ``explore``.
     """
     if system is None:
-        state = DEFAULT
+        state = FIRST
     else:
         if not isinstance(system, System):
             reject("system", system, "a vibroimpact.System, or None")

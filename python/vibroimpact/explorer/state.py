@@ -79,6 +79,9 @@ class State:
     ----------
     system, initial
         The machine, and its state (x1, v1, x2, v2) at t = 0.
+    origin
+        Where a followed diagram begins, if the motion of the page is that of one of its columns,
+        which starts elsewhere: in ``initial``. None: the diagram begins there, too.
     map
         Which map of motions is shown: ``diagram``, ``chart`` or ``basins``.
     vary
@@ -100,6 +103,7 @@ class State:
 
     system: System
     initial: tuple[float, float, float, float]
+    origin: tuple[float, float, float, float] | None = None
     map: str = "diagram"
     vary: Axis = Axis(name="drive_frequency", low=0.5, high=3.0)
     value: str = "x1"
@@ -122,6 +126,8 @@ class State:
         if not isinstance(self.system, System):
             reject("system", self.system, "a vibroimpact.System")
         object.__setattr__(self, "initial", checked_state(self.initial))
+        if self.origin is not None:
+            object.__setattr__(self, "origin", checked_state(self.origin))
         for name in ("map", "value", "start", "theme"):
             if getattr(self, name) not in CHOICES[name]:
                 reject(name, getattr(self, name), ", ".join(CHOICES[name]))
@@ -133,8 +139,15 @@ class State:
             if getattr(self, one).name == getattr(self, other).name:
                 reject(other, getattr(self, other).name, f"another one than of {one}")
 
+    @property
+    def diagram_initial(self) -> tuple[float, float, float, float]:
+        """Where the diagram begins."""
+        return self.initial if self.origin is None else self.origin
+
     def replace(self, **changes: Any) -> State:
         """Return a state with some fields changed; parameters and coordinates by their names too.
+
+        A new start of the motion is that of the diagram, too, unless ``origin`` is given.
 
         Raises
         ------
@@ -153,6 +166,8 @@ class State:
             fields["system"] = fields.get("system", self.system).replace(**parameters)
         if set(changes) & set(COORDINATES):
             fields["initial"] = tuple(start)
+        if "initial" in fields:
+            fields = {"origin": None} | fields
         return dataclasses.replace(self, **fields)
 
     def to_query(self) -> str:
@@ -161,6 +176,8 @@ class State:
         fields: dict[str, str | float] = {name: system[name] for name in PARAMETERS}
         fields |= {name: system[name] for name in ("contact", "law")}
         fields |= zip(COORDINATES, self.initial, strict=True)
+        if self.origin is not None:
+            fields |= zip(_ORIGIN, self.origin, strict=True)
         fields |= {name: getattr(self, name) for name in ("map", "value", "start", "theme")}
         fields["branch"] = "on" if self.branch else "off"
         for name in _AXES:
@@ -173,7 +190,8 @@ class State:
 def map_key(state: State) -> tuple[Any, ...]:
     """Return all that the map of a state depends on, with its kind and axes first."""
     system = state.system.to_dict()
-    start: dict[str, float] = dict(zip(COORDINATES, state.initial, strict=True))
+    begin = state.diagram_initial if state.map == "diagram" else state.initial
+    start: dict[str, float] = dict(zip(COORDINATES, begin, strict=True))
     if state.map == "diagram":
         axes: tuple[Any, ...] = (state.vary,)
     elif state.map == "chart":
@@ -215,6 +233,11 @@ def from_query(arguments: Mapping[str, Sequence[bytes]], default: State) -> Stat
         parts = {part: fields.pop(key) for part, key in _parts(name) if key in fields}
         if parts:
             fields[name] = dataclasses.replace(getattr(default, name), **parts)
+    origin = [fields.pop(name) for name in _ORIGIN if name in fields]
+    if origin:
+        if len(origin) != len(_ORIGIN):
+            reject("origin", tuple(origin), f"{', '.join(_ORIGIN)}, all or none of them")
+        fields["origin"] = tuple(origin)
     if "branch" in fields:
         fields["branch"] = fields["branch"] == "on"
     return default.replace(**fields)
@@ -256,8 +279,14 @@ def _parts(name: str) -> tuple[tuple[str, str], ...]:
 
 def _names() -> dict[str, Any]:
     """Return how the value of each name in an address is read."""
-    numbers = (*PARAMETERS, *COORDINATES, *(f"{name}_{end}" for name in _AXES for end in _ENDS))
+    numbers = (
+        *PARAMETERS,
+        *COORDINATES,
+        *_ORIGIN,
+        *(f"{name}_{end}" for name in _AXES for end in _ENDS),
+    )
     return dict.fromkeys((*CHOICES, *_AXES), _choice) | dict.fromkeys(numbers, read_number)
 
 
 _ENDS = ("low", "high")
+_ORIGIN = tuple(f"origin_{name}" for name in COORDINATES)

@@ -3,6 +3,10 @@
 Colours of data are those of the package's figures (`plot.style`, `plot.labels`): readers with any
 of the common colour vision deficiencies can tell them apart. On a dark page black becomes white,
 and dark blue the light one of the same palette.
+
+One colour has one meaning in the views of a motion and in the diagram: that of the impact regime.
+So the bodies are grey, dark and light, an impulse has the colour of its impact's regime, and what
+belongs to the motion of the page in a map, its place and its branch, has a colour of its own.
 """
 
 from __future__ import annotations
@@ -13,7 +17,7 @@ import numpy as np
 from bokeh.themes import Theme
 from numpy.typing import NDArray
 
-from ..plot.style import BLACK, BLUE, ORANGE, REGIME_STYLES, SKY_BLUE, VERMILLION
+from ..plot.style import BLACK, BLUE, REGIME_STYLES, SKY_BLUE
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
 
@@ -31,7 +35,7 @@ class Palette:
     accent: str
     first: str
     second: str
-    impulse: str
+    mark: str
     error: str
 
     def data(self, color: str) -> str:
@@ -58,9 +62,9 @@ PALETTES = {
         line="#DDE2E7",
         field="#FFFFFF",
         accent=BLUE,
-        first=BLUE,
-        second=ORANGE,
-        impulse=VERMILLION,
+        first="#46566A",
+        second="#8E9BA8",
+        mark="#D6006C",
         error="#B3261E",
     ),
     "dark": Palette(
@@ -71,9 +75,9 @@ PALETTES = {
         line="#2F363E",
         field="#22272D",
         accent=SKY_BLUE,
-        first=SKY_BLUE,
-        second=ORANGE,
-        impulse="#FF8A5B",
+        first="#DCE3EA",
+        second="#7C8996",
+        mark="#FF5FA8",
         error="#FF8A80",
     ),
 }
@@ -166,14 +170,26 @@ WRAPPED_SHEET = ":host { flex-wrap: wrap !important; }"
 """The sheet of a row of fields, whose last ones may stand below the first."""
 
 
-def stacked_sheet(direction: str, height: str) -> str:
+NARROW, MEDIUM = 800, 1200
+"""Up to these widths in pixels the page has one column, and two of them beside the controls."""
+
+PAIRS_SHEET = f"""
+@media (min-width: {NARROW + 1}px) and (max-width: {MEDIUM}px) {{
+  :host {{ flex-wrap: wrap !important; height: auto !important; }}
+  :host > * {{ flex: 1 1 calc(50% - 10px) !important; height: 280px !important; }}
+}}
+"""
+"""The sheet of a row whose children stand in pairs where the window is not wide."""
+
+
+def stacked_sheet(direction: str, height: str, width: int = NARROW) -> str:
     """Return the sheet of a row or column that is as high as its children, or as the window.
 
-    On a narrow screen the children stand one below another.
+    In a window up to a width its children stand one below another.
     """
     return f"""
 :host {{ min-height: min-content !important; }}
-@media (max-width: 800px) {{
+@media (max-width: {width}px) {{
   :host {{ flex-direction: {direction} !important; height: auto !important; }}
   :host > * {{ width: 100% !important; flex: none !important; height: {height} !important; }}
 }}
@@ -198,6 +214,7 @@ h2 {{ font-size: 13px; font-weight: 600; margin: 0; display: inline; }}
   border-radius: 2px; outline: 1px solid var(--line); }}
 .muted {{ color: var(--muted); }}
 .error {{ color: var(--error); }}
+.bk-clearfix:has(pre) {{ display: block !important; width: 100%; }}
 pre {{ font: 12px ui-monospace, 'DejaVu Sans Mono', monospace; color: var(--ink);
   white-space: pre; margin: 0; max-height: 40vh; overflow: auto; }}
 .label {{ font-size: 24px; font-weight: 600; }}

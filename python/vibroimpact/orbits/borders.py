@@ -24,6 +24,7 @@ from ..errors import Interrupted
 from ..interruption import interruptible
 from ..keyword_types import Ranges, completing
 from ..made import Maker, made_from, value_of
+from ..scales import Units
 from .branch import Bifurcation
 from .call_types import CurveCall
 from .curve import BifurcationCurve, CodimensionTwo
@@ -79,6 +80,12 @@ def bifurcation_curve(
 
 @overload
 def bifurcation_curve(
+    bifurcation: Bifurcation | CodimensionTwo, *, units: Units, **keywords: Any
+) -> BifurcationCurve: ...
+
+
+@overload
+def bifurcation_curve(
     bifurcation: Bifurcation | CodimensionTwo, *, system: Maker, **keywords: Any
 ) -> BifurcationCurve: ...
 
@@ -89,6 +96,7 @@ def bifurcation_curve(
     bifurcation: Bifurcation | CodimensionTwo,
     *,
     system: Maker | None = None,
+    units: Units | None = None,
     step: float = 0.01,
     max_step: float = 0.05,
     max_points: int = 1000,
@@ -104,6 +112,8 @@ def bifurcation_curve(
         or a point of codimension two of one of these kinds, for the other curve through it.
     system
         A function that makes the system from the two numbers that vary, as in ``follow_motion``.
+    units
+        ``"SI"``: ranges are in SI, as in ``follow_motion``.
     step
         First step, as part of the ranges and of the motion's size, at most 1000.
     max_step
@@ -142,7 +152,7 @@ def bifurcation_curve(
         reject("bifurcation", bifurcation, "a Bifurcation or a CodimensionTwo")
     if bifurcation.kind not in KINDS:
         reject("bifurcation", bifurcation.kind, f"one of the kinds {', '.join(KINDS)}")
-    bifurcation, ranges = begin(bifurcation, system, parameters)
+    bifurcation, ranges = begin(bifurcation, system, parameters, units)
     names, bounds = two_ranges(bifurcation.motion.system, ranges)
     steps = CurveSteps.checked(step, max_step, max_points)
     problem, u = curve_problem(bifurcation, names)

@@ -17,6 +17,7 @@ from ..errors import Interrupted
 from ..interruption import interruptible
 from ..keyword_types import Ranges, completing
 from ..made import Maker, made_from, value_of
+from ..scales import Units
 from .branch import Bifurcation, Branch
 from .call_types import FollowCall, SwitchCall
 from .doubling import doubled
@@ -35,6 +36,10 @@ def follow_motion(
 
 
 @overload
+def follow_motion(motion: PeriodicMotion, *, units: Units, **keywords: Any) -> Branch: ...
+
+
+@overload
 def follow_motion(motion: PeriodicMotion, *, system: Maker, **keywords: Any) -> Branch: ...
 
 
@@ -44,6 +49,7 @@ def follow_motion(
     motion: PeriodicMotion,
     *,
     system: Maker | None = None,
+    units: Units | None = None,
     both: bool = True,
     direction: int = 1,
     step: float | None = None,
@@ -62,6 +68,9 @@ def follow_motion(
         A function that makes the system from the number that varies, such as a stiffness in N/m:
         ``lambda stiffness: vi.System.from_physical(..., stiffness=stiffness)``. Derivatives by that
         number are those by the system's own parameters times differences of the function.
+    units
+        ``"SI"``: what varies is a quantity of ``System.from_physical`` in its unit, such as
+        ``drive_frequency`` in rad/s, with a range (low, high); the system needs ``scales``.
     both
         Follow it both ways.
     direction
@@ -105,7 +114,7 @@ def follow_motion(
     """
     if not isinstance(motion, PeriodicMotion):
         reject("motion", motion, "a PeriodicMotion")
-    motion, ranges = begin(motion, system, parameter)
+    motion, ranges = begin(motion, system, parameter, units)
     name, bounds = one_range(motion.system, ranges)
     settings = Settings.checked(name, bounds, step, max_step, max_points, virtual)
     if isinstance(direction, bool) or not isinstance(direction, int) or direction not in (1, -1):
@@ -136,6 +145,10 @@ def switch_branch(
 
 
 @overload
+def switch_branch(bifurcation: Bifurcation, *, units: Units, **keywords: Any) -> Branch: ...
+
+
+@overload
 def switch_branch(bifurcation: Bifurcation, *, system: Maker, **keywords: Any) -> Branch: ...
 
 
@@ -145,6 +158,7 @@ def switch_branch(
     bifurcation: Bifurcation,
     *,
     system: Maker | None = None,
+    units: Units | None = None,
     step: float | None = None,
     max_step: float = 0.05,
     max_points: int = 2000,
@@ -158,6 +172,8 @@ def switch_branch(
         A ``period_doubling`` of a branch.
     system
         A function that makes the system, as in ``follow_motion``.
+    units
+        ``"SI"``: ranges are in SI, as in ``follow_motion``.
     step
         First step, as in ``follow_motion``.
     max_step
@@ -195,7 +211,7 @@ def switch_branch(
     wanted = BifurcationKind.PERIOD_DOUBLING
     if not isinstance(bifurcation, Bifurcation) or bifurcation.kind is not wanted:
         reject("bifurcation", bifurcation, f"a Bifurcation of the kind {wanted}")
-    bifurcation, ranges = begin(bifurcation, system, parameter)
+    bifurcation, ranges = begin(bifurcation, system, parameter, units)
     varies = bifurcation.motion.system
     name, bounds = one_range(varies, ranges)
     settings = Settings.checked(name, bounds, step, max_step, max_points)

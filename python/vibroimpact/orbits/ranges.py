@@ -7,7 +7,9 @@ from typing import Any, TypeVar
 from .._core import PARAMETERS
 from ..arguments import close_to, number, pair, reject, triple
 from ..errors import ParameterError
-from ..made import Maker, check_names, is_maker, made_from, started, value_of
+from ..made import Machine, Maker, check_names, is_maker, made_from, started, value_of
+from ..physical import QUANTITIES
+from ..scales import in_si
 from ..system import System
 from .branch import Bifurcation
 from .curve import CodimensionTwo
@@ -25,12 +27,13 @@ Bounds = tuple[Range, Range]
 
 
 def begin(
-    start: Start, function: Maker | None, parameters: Mapping[str, Any]
+    start: Start, function: Maker | None, parameters: Mapping[str, Any], units: Any = None
 ) -> tuple[Start, Mapping[str, Any]]:
     """Return where a continuation starts, and its ranges as pairs.
 
     Where a ``function`` makes the system, that of the result is a `MadeSystem`, and a range is
-    (low, value at the start, high).
+    (low, value at the start, high). With ``units="SI"`` the function is the system's own `Machine`,
+    which knows the value at the start.
 
     Raises
     ------
@@ -38,6 +41,18 @@ def begin(
         If the function, its arguments or its system do not fit.
     """
     motion = start if isinstance(start, PeriodicMotion) else start.motion
+    if in_si(units):
+        if function is not None:
+            reject("units", units, "None where a function makes the system, in units of its own")
+        function = Machine(motion.system)
+        own = motion.system.to_physical()
+        for name in parameters:
+            if name not in QUANTITIES:
+                known = ", ".join(QUANTITIES)
+                reject("parameter", name, f"one of {known}{close_to(name, QUANTITIES)}")
+        around = {name: f"a range (low, high) around {own[name]}" for name in parameters}
+        ends = {name: pair(name, given, around[name]) for name, given in parameters.items()}
+        parameters = {name: (low, own[name], high) for name, (low, high) in ends.items()}
     if function is None:
         return start, parameters
     if not is_maker(function):

@@ -25,6 +25,7 @@ from ..errors import Interrupted
 from ..interruption import interruptible
 from ..keyword_types import Ranges, completing
 from ..made import Maker
+from ..scales import Units
 from .border_walk import Walk
 from .borders import CurveSteps
 from .branch import Bifurcation
@@ -47,6 +48,12 @@ def stability_region(
 
 @overload
 def stability_region(
+    motion: PeriodicMotion, *, units: Units, **keywords: Any
+) -> StabilityRegion: ...
+
+
+@overload
+def stability_region(
     motion: PeriodicMotion, *, system: Maker, **keywords: Any
 ) -> StabilityRegion: ...
 
@@ -57,6 +64,7 @@ def stability_region(
     motion: PeriodicMotion,
     *,
     system: Maker | None = None,
+    units: Units | None = None,
     step: float = 0.01,
     max_step: float = 0.05,
     max_points: int = 1000,
@@ -70,6 +78,8 @@ def stability_region(
         A stable motion.
     system
         A function that makes the system from the two numbers that vary, as in ``follow_motion``.
+    units
+        ``"SI"``: ranges are in SI, as in ``follow_motion``.
     step
         First step, as part of the ranges and of the motion's size, at most 1000.
     max_step
@@ -105,7 +115,7 @@ def stability_region(
     """
     if not isinstance(motion, PeriodicMotion) or not (motion.admissible and motion.stable):
         reject("motion", motion, "an admissible and stable PeriodicMotion")
-    motion, ranges = begin(motion, system, parameters)
+    motion, ranges = begin(motion, system, parameters, units)
     names, bounds = two_ranges(motion.system, ranges)
     walk = Walk(motion, names, bounds, CurveSteps.checked(step, max_step, max_points))
     try:

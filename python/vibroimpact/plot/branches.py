@@ -19,7 +19,6 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from ..arguments import naming, positive, reject, several
-from ..made import made_from
 from ..orbits import Bifurcation, BifurcationCurve, Branch, Piece, StabilityRegion
 from ..orbits.branch import AT_IMPACTS, AT_SECTIONS
 from ..orbits.points import with_bifurcations
@@ -27,7 +26,7 @@ from ..scales import Units, in_si
 from ..sweeps import Diagram
 from .diagram import bifurcation, no_impact_handles, section_symbols
 from .given import chosen, expected, usual_value
-from .parameter_units import parameter_axis, piece_factors, with_unit
+from .parameter_units import piece_axis, piece_factors, piece_label, with_unit
 from .style import (
     BIFURCATION_STYLES,
     BLACK,
@@ -143,10 +142,9 @@ def branches(
             reject("diagram", diagram, f"a diagram over {name}, the parameter of the branches")
 
     is_si = in_si(units)
-    made = any(made_from(piece.system, [name]) for branch in many for piece in branch.pieces)
     held = [piece.system for branch in many for piece in branch.pieces]
     # Without a point there is nothing to scale.
-    factor, text = parameter_axis(name, held[0], made=made, is_si=is_si) if held else (1.0, name)
+    factor, text = piece_axis(name, held[0], is_si=is_si) if held else (1.0, name)
     shown = _Shown(section, value, factor, is_si)
     ax = new_axes(ax)
     if diagram is not None:
@@ -171,7 +169,7 @@ def branches(
             handles += no_impact_handles(diagram)
         legend_above(ax, handles, columns=3)
     ax.autoscale_view()
-    ax.set_xlabel(text if held else axis_name(name, made=made))
+    ax.set_xlabel(text if held else axis_name(name, made=False))
     label = section_symbols(section)[value]
     if section == "stroboscopic":
         label = at_drive_phase(label, _drive_phase(many))
@@ -280,10 +278,7 @@ def bifurcation_curves(
     if len(planes) > 1:
         reject("curves", sorted(planes), "curves over the same two parameters, in one order")
     size = positive("size", size)
-    symbols = [
-        axis_name(name, made=made_from(many[0].system, many[0].parameters) is not None)
-        for name in many[0].parameters
-    ]
+    symbols = [piece_label(name, many[0].system) for name in many[0].parameters]
     if ax is not None:
         there = [ax.get_xlabel(), ax.get_ylabel()]
         if set(there) <= set(PARAMETER_SYMBOLS.values()) and there != symbols:

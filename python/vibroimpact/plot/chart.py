@@ -18,7 +18,8 @@ from ..sweeps import Sweep
 from .given import expected
 from .labels import HATCH_GREY, LABEL_STYLES, UNRESOLVED, label_codes, label_handles, label_style
 from .mesh import edges
-from .style import axis_name, legend_above, new_axes
+from .parameter_units import grid_label
+from .style import legend_above, new_axes
 
 Array = NDArray[np.float64]
 
@@ -100,8 +101,8 @@ def chart(
     bottom, *_, top = edges(np.sort(y)).tolist()
     ax.set_xlim(left, right)
     ax.set_ylim(bottom, top)
-    ax.set_xlabel(axis_name(first, made=chart.is_made))
-    ax.set_ylabel(axis_name(second, made=chart.is_made))
+    ax.set_xlabel(grid_label(chart, first))
+    ax.set_ylabel(grid_label(chart, second))
     return ax
 
 

@@ -24,7 +24,13 @@ from ..sweeps import Diagram
 from .given import expected, usual_value
 from .labels import LABEL_STYLES, NO_LABEL_COLOR, UNRESOLVED, label_codes, label_handles
 from .mesh import strip
-from .parameter_units import along_parameter, parameter_axis, point_factors, with_unit
+from .parameter_units import (
+    along_parameter,
+    grid_label,
+    parameter_axis,
+    point_factors,
+    with_unit,
+)
 from .style import (
     BLACK,
     BLUE,
@@ -307,7 +313,9 @@ def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
 def _parameter(diagram: Diagram, *, is_si: bool) -> tuple[float, str]:
     """Return the factor and the label of the axis of the swept parameter."""
     name = diagram.parameter_name
-    return parameter_axis(name, diagram.system, made=diagram.is_made, is_si=is_si)
+    if diagram.is_made:
+        return 1.0, grid_label(diagram, name)
+    return parameter_axis(name, diagram.system, is_si=is_si)
 
 
 @naming

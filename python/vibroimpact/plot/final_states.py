@@ -8,7 +8,8 @@ from ..arguments import naming, reject
 from ..sweeps import Sweep
 from ..sweeps.columns import COORDINATES
 from .labels import LABEL_STYLES, NO_LABEL_COLOR, UNRESOLVED, label_codes, label_handles
-from .style import PARAMETER_SYMBOLS, STATE_SYMBOLS, legend_above, new_axes
+from .parameter_units import grid_label
+from .style import STATE_SYMBOLS, legend_above, new_axes
 
 
 @naming
@@ -67,6 +68,6 @@ def final_states(
     ax.scatter(values, heights, s=size, c=palette[np.minimum(codes, UNRESOLVED)], linewidths=0)
     if legend and len(codes):
         legend_above(ax, label_handles(np.unique(codes).tolist(), points=True), columns=4)
-    ax.set_xlabel((PARAMETER_SYMBOLS | STATE_SYMBOLS).get(name, name))
+    ax.set_xlabel(grid_label(sweep, name))
     ax.set_ylabel(f"{STATE_SYMBOLS[value]} at the end")
     return ax

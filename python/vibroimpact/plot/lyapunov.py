@@ -16,14 +16,13 @@ from ..arguments import naming, reject
 from ..sweeps import Diagram, GridResult, LyapunovSpectrum, LyapunovSweep
 from .diagram import branch_color, branch_names
 from .mesh import strip
-from .parameter_units import along_parameter
+from .parameter_units import along_parameter, grid_label
 from .style import (
     BLACK,
     BLUE,
     GREEN,
     GREY,
     VERMILLION,
-    axis_name,
     legend_above,
     new_axes,
 )
@@ -157,10 +156,10 @@ class _Curves:
     def of(cls, result: GridResult) -> "_Curves":
         if isinstance(result, LyapunovSweep):
             ((axis, values),) = result.axes.items()
-            name = axis_name(axis, made=result.is_made)
+            name = grid_label(result, axis)
             return cls(name, values, result.exponents.T, result.error.T, _SYMBOLS, _COLORS, _DASHES)
         axis, values = [*result.axes.items()][-1]
-        name = axis_name(axis, made=result.is_made)
+        name = grid_label(result, axis)
         exponents, errors = (
             result.columns[column].reshape(-1, len(values))
             for column in ("largest_exponent", "exponent_error")

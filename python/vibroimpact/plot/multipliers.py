@@ -13,8 +13,8 @@ from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
 from ..arguments import naming, number, positive, reject, several
-from ..made import made_from
 from ..orbits import Bifurcation, Branch, PeriodicMotion
+from .parameter_units import piece_label
 from .style import (
     BLACK,
     BLUE,
@@ -23,7 +23,6 @@ from .style import (
     ORANGE,
     PURPLE,
     VERMILLION,
-    axis_name,
     bifurcation_handles,
     bifurcation_marker,
     legend_above,
@@ -144,11 +143,11 @@ def _along(
         linewidths=0,
         zorder=2,
     )
-    made = any(made_from(piece.system, [branch.parameter]) for piece in branch.pieces)
     # Beside the frame, whose aspect is fixed, and of the same height.
     bar = ax.figure.colorbar(points, cax=ax.inset_axes((1.04, 0.0, 0.05, 1.0)))
     bar.ax.tick_params(direction="out", left=False)
-    bar.set_label(axis_name(branch.parameter, made=made))
+    held = [piece.system for piece in branch.pieces]
+    bar.set_label(piece_label(branch.parameter, held[0]) if held else branch.parameter)
     for kind in CROSSINGS:
         crossing = [_on_circle(found) for found in branch.of_kind(kind)]
         if crossing:

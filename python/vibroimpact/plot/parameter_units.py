@@ -2,24 +2,29 @@
 
 A parameter has the unit by which `System.from_physical` has divided it; theory page, section 1.
 Ratios, the friction and the phase are pure numbers. The number of a function that makes the system
-has the unit that the function gives it.
+has the unit that the function gives it: that of `System.from_physical`, or Hz, where it has the
+name of such a quantity and its value in all systems that are looked at.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from ..made import made_from
+from ..made import made_from, value_of
 from ..orbits.branch import Piece
 from ..scales import COLUMN_UNITS, Scales, needed
 from ..sweeps import Diagram
+from ..sweeps.columns import COORDINATES
+from ..sweeps.made_cells import START_FIELD
+from ..sweeps.results import GridResult
 from ..system import System
-from .style import axis_name
+from .style import PARAMETER_SYMBOLS, axis_name
 
 Array = NDArray[np.float64]
 
@@ -31,8 +36,90 @@ _IN_SI: Final[Mapping[str, tuple[str, str, str]]] = {
     "force_amplitude": (r"$f_{20}$", "force", "N"),
 }
 
+# Of each quantity of a function: symbol and sign in print, and its part of the quantity in SI.
+_QUANTITIES: Final[Mapping[str, tuple[tuple[str, str, float], ...]]] = {
+    "pendulum_mass": (("$M_1$", "kg", 1.0),),
+    "oscillator_mass": (("$M_2$", "kg", 1.0),),
+    "length": (("$l$", "m", 1.0),),
+    "torsional_stiffness": (("$K_1$", "N m/rad", 1.0),),
+    "stiffness": (("$K_2$", "N/m", 1.0),),
+    "torsional_damping": (("$C_1$", "N m s/rad", 1.0),),
+    "damping": (("$C_2$", "N s/m", 1.0),),
+    "moment_amplitude": (("$f_{10}$", "N m", 1.0),),
+    "force_amplitude": (("$f_{20}$", "N", 1.0),),
+    "drive_frequency": ((r"$\Omega$", "rad/s", 1.0), (r"$\Omega/2\pi$", "Hz", math.tau)),
+    "gap": ((r"$\Delta$", "m", 1.0),),
+    "restitution": ((PARAMETER_SYMBOLS["restitution"], "", 1.0),),
+    "friction": ((PARAMETER_SYMBOLS["friction"], "", 1.0),),
+    "phase": ((PARAMETER_SYMBOLS["phase"], "", 1.0),),
+}
+# A quantity that has gone through its dimensionless number differs by roundings.
+_SAME = 1e-9
 
-def parameter_axis(name: str, system: System, *, made: bool, is_si: bool) -> tuple[float, str]:
+
+def quantity_label(name: str, points: Iterable[tuple[float, System]]) -> str:
+    """Return the label of the axis of a function's number, with its unit where that is known.
+
+    Parameters
+    ----------
+    name
+        Of the number.
+    points
+        Some of its values, each with the system that the function makes.
+    """
+    pairs = [(value, _quantity(name, system)) for value, system in points]
+    for symbol, sign, factor in _QUANTITIES.get(name, ()):
+        if pairs and all(
+            math.isclose(factor * value, own, rel_tol=_SAME, abs_tol=1e-300) for value, own in pairs
+        ):
+            return f"{symbol} ({sign})" if sign else symbol
+    return axis_name(name, made=True)
+
+
+def _quantity(name: str, system: System) -> float:
+    """Return a quantity of a system in SI; NaN where it is not known."""
+    if system.scales is None or system.mass_ratio == 0.0 or name not in _QUANTITIES:
+        return math.nan
+    value: float = system.to_physical()[name]
+    return value
+
+
+def grid_label(result: GridResult, name: str) -> str:
+    """Return the label of an axis of a result."""
+    if not result.is_made:
+        return axis_name(name, made=False)
+    grid = result.columns.grid
+    place, values = [*grid.axes].index(name), grid.axes[name]
+    cells = [[0] * len(grid.shape) for _ in range(2)]
+    cells[1][place] = len(values) - 1
+    at = [(float(values[cell[place]]), result.system_at(*cell), tuple(cell)) for cell in cells]
+    if name not in COORDINATES:
+        return quantity_label(name, [point[:2] for point in at])
+    starts = result.columns[START_FIELD.name] if START_FIELD.name in result.columns else None  # noqa: SIM401
+    for value, system, cell in at:
+        if starts is None or system.scales is None:
+            return axis_name(name, made=True)
+        own = system.scales.to_si(starts[cell])[COORDINATES.index(name)]
+        if not math.isclose(value, own, rel_tol=_SAME, abs_tol=1e-300):
+            return axis_name(name, made=True)
+    return with_unit(axis_name(name, made=True), name, is_si=True)
+
+
+def piece_label(name: str, system: System) -> str:
+    """Return the label of the axis of what is varied along a branch or a curve."""
+    if made_from(system, [name]) is None:
+        return axis_name(name, made=False)
+    return quantity_label(name, [(value_of(system, name), system)])
+
+
+def piece_axis(name: str, system: System, *, is_si: bool) -> tuple[float, str]:
+    """Return the factor and the label of the axis of what is varied along a branch."""
+    if made_from(system, [name]) is not None:
+        return 1.0, piece_label(name, system)
+    return parameter_axis(name, system, is_si=is_si)
+
+
+def parameter_axis(name: str, system: System, *, is_si: bool) -> tuple[float, str]:
     """Return the factor and the label of the axis of a parameter.
 
     Raises
@@ -40,8 +127,8 @@ def parameter_axis(name: str, system: System, *, made: bool, is_si: bool) -> tup
     ParameterError
         In SI, if the system has no scales.
     """
-    if not is_si or made or name not in _IN_SI:
-        return 1.0, axis_name(name, made=made)
+    if not is_si or name not in _IN_SI:
+        return 1.0, axis_name(name, made=False)
     symbol, unit, sign = _IN_SI[name]
     factor: float = getattr(needed(system.scales), unit)
     # f2 = f20/(K2 l), and K2 l = M2 l omega_2^2: the unit of forces is that of M1.

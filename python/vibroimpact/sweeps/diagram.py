@@ -17,7 +17,8 @@ from ..arguments import count, optional_count, reject, state, states, threads
 from ..errors import ClusterError, Interrupted, StateError
 from ..interruption import interruptible
 from ..keyword_types import Parameters, completing
-from ..made import Maker
+from ..made import Maker, in_units
+from ..scales import Units
 from ..simulation import refuse_overlap
 from ..system import System
 from .call_types import DiagramCall
@@ -170,6 +171,16 @@ def bifurcation_diagram(
 
 @overload
 def bifurcation_diagram(
+    system: System,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    units: Units,
+    **keywords: Any,
+) -> Diagram: ...
+
+
+@overload
+def bifurcation_diagram(
     system: Maker,
     *,
     initial: ArrayLike | Callable[..., ArrayLike],
@@ -185,6 +196,7 @@ def bifurcation_diagram(
     initial: ArrayLike | Callable[..., ArrayLike],
     periods: int = 600,
     keep: int | None = None,
+    units: Units | None = None,
     start: Start | Sequence[Start] = "fresh",
     labels: bool = True,
     exponents: bool = False,
@@ -214,6 +226,11 @@ def bifurcation_diagram(
         Drive periods per run.
     keep
         How many of them at the end are kept: 100 by default, or all of fewer.
+    units
+        None: all numbers are dimensionless. ``"SI"``: what is varied are quantities of
+        ``System.from_physical`` in their units, such as ``drive_frequency`` in rad/s, and starts
+        are in rad, rad/s, m, m/s, as in ``simulate``; the results are dimensionless beside the
+        values of the axes. The system needs ``scales``.
     start
         ``"fresh"``: every run starts from ``initial``. ``"forward"``, ``"backward"``: each starts
         from the last state of the one before, in the given or the reverse order; the result is in
@@ -273,7 +290,21 @@ def bifurcation_diagram(
     ... )
     >>> diagram.label.tolist()
     ['1-1', '1-1', 'chaotic']
+
+    In SI, over the drive frequency in rad/s:
+
+    >>> machine = vi.System.from_physical(
+    ...     pendulum_mass=3, oscillator_mass=5, length=0.1, torsional_stiffness=2e3 * 0.6,
+    ...     stiffness=50e3, gap=0.05, restitution=0.8, drive_frequency=180, moment_amplitude=300,
+    ... )
+    >>> diagram = vi.bifurcation_diagram(
+    ...     machine, drive_frequency=[170, 180, 190], initial=(0, 50, 0, 0), units="SI",
+    ...     periods=200, keep=50,
+    ... )
+    >>> diagram.label.tolist()
+    ['1-1', '1-1', 'chaotic']
     """
+    system, initial = in_units(bifurcation_diagram, units, system, initial, parameter)
     axes = checked_axes(bifurcation_diagram, system, parameter, allowed=[*PARAMETERS], exactly=1)
     ((name, values),) = axes.items()
     kinds = _starts(start)

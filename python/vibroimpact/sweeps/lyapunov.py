@@ -19,7 +19,8 @@ from ..arguments import count, flag, kept_periods, positive, reject, state, thre
 from ..errors import Interrupted, SimulationError
 from ..interruption import interruptible
 from ..keyword_types import Axes, completing
-from ..made import Maker, need_system
+from ..made import Maker, in_units, need_system
+from ..scales import Units, in_si, needed
 from ..simulation import simulate
 from ..system import System
 from .call_types import LyapunovCall
@@ -46,6 +47,16 @@ def lyapunov_spectrum(
 
 @overload
 def lyapunov_spectrum(
+    system: System,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    units: Units,
+    **keywords: Any,
+) -> LyapunovSpectrum | LyapunovSweep: ...
+
+
+@overload
+def lyapunov_spectrum(
     system: Maker,
     *,
     initial: ArrayLike | Callable[..., ArrayLike],
@@ -62,6 +73,7 @@ def lyapunov_spectrum(
     periods: int | None = None,
     keep: int | None = None,
     time: float | None = None,
+    units: Units | None = None,
     max_events: int | None = None,
     chatter_tolerance: float = CHATTER_TOLERANCE,
     progress: bool = False,
@@ -88,6 +100,9 @@ def lyapunov_spectrum(
     time
         In place of periods, under a constant load (drive frequency 0) and without axes: time in
         all; the last three quarters are measured.
+    units
+        ``"SI"``: what is varied, and ``initial``, are in SI, as in ``bifurcation_diagram``, and
+        ``time`` is in s. Exponents are dimensionless.
     max_events
         Cap on the number of events of each run, as in ``simulate``.
     chatter_tolerance
@@ -131,6 +146,7 @@ def lyapunov_spectrum(
     ((4,), True)
     """
     need_system(system, maker=bool(axes))
+    system, initial = in_units(lyapunov_spectrum, units, system, initial, axes, coordinates=True)
     if not axes:
         threads(workers)
         flag("progress", progress)
@@ -146,9 +162,8 @@ def lyapunov_spectrum(
             or system.drive_frequency > 0.0
         ):
             reject("time", time, "None, but for a single motion under a constant load")
-        return _single(
-            system, initial, positive("time", time), None, 0, max_events, chatter_tolerance
-        )
+        time = positive("time", time) / (needed(system.scales).time if in_si(units) else 1.0)
+        return _single(system, initial, time, None, 0, max_events, chatter_tolerance)
     periods = count("periods", 2000 if periods is None else periods, least=_LEAST)
     usual = max(-(-3 * periods // 4), _LEAST)
     measured = kept_periods(keep, periods, usual=usual, least=_LEAST)

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from .._core import CHATTER_TOLERANCE, PARAMETERS
 from ..interruption import interruptible
 from ..keyword_types import Axes, Parameters, completing
-from ..made import Maker
+from ..made import Maker, in_units
+from ..scales import Units
 from ..system import System
 from .call_types import ChartCall, SweepCall
 from .cells import CellTask, Measure, RunSettings, checked_axes, measure_of
@@ -32,6 +33,16 @@ def sweep(
 
 @overload
 def sweep(
+    system: System,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    units: Units,
+    **keywords: Any,
+) -> Sweep: ...
+
+
+@overload
+def sweep(
     system: Maker,
     *,
     initial: ArrayLike | Callable[..., ArrayLike],
@@ -47,6 +58,7 @@ def sweep(
     initial: ArrayLike | Callable[..., ArrayLike],
     periods: int = 400,
     keep: int | None = None,
+    units: Units | None = None,
     labels: bool = True,
     exponents: bool = False,
     max_events: int | None = None,
@@ -74,6 +86,8 @@ def sweep(
         Drive periods per run.
     keep
         How many of them at the end are looked at for the label: 100 by default, or all of fewer.
+    units
+        ``"SI"``: what is varied, and ``initial``, are in SI, as in ``bifurcation_diagram``.
     labels
         Distinguish chaotic and quasi-periodic motions by the growth of perturbations. If False,
         which is faster, motions without a period are ``unresolved``.
@@ -125,6 +139,7 @@ def sweep(
     >>> states.final_states.shape
     (2, 4)
     """
+    system, initial = in_units(sweep, units, system, initial, axes, coordinates=True)
     grid = Grid(checked_axes(sweep, system, axes))
     first, start, made = made_cells(system, initial, grid.axes)
     run = RunSettings.checked(
@@ -159,6 +174,16 @@ def chart(
 
 @overload
 def chart(
+    system: System,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    units: Units,
+    **keywords: Any,
+) -> Chart: ...
+
+
+@overload
+def chart(
     system: Maker,
     *,
     initial: ArrayLike | Callable[..., ArrayLike],
@@ -174,6 +199,7 @@ def chart(
     initial: ArrayLike | Callable[..., ArrayLike],
     periods: int = 400,
     keep: int | None = None,
+    units: Units | None = None,
     labels: bool = True,
     exponents: bool | None = None,
     max_events: int | None = None,
@@ -198,6 +224,8 @@ def chart(
         Drive periods per run.
     keep
         How many of them at the end are looked at for the label: 100 by default, or all of fewer.
+    units
+        ``"SI"``: what is varied, and ``initial``, are in SI, as in ``bifurcation_diagram``.
     labels
         Distinguish chaotic and quasi-periodic motions, as in ``sweep``.
     exponents
@@ -246,6 +274,7 @@ def chart(
     >>> chart.label.shape
     (3, 2)
     """
+    system, initial = in_units(chart, units, system, initial, axes)
     grid = Grid(checked_axes(chart, system, axes, allowed=[*PARAMETERS], exactly=2))
     first, start, made = made_cells(system, initial, grid.axes)
     run = RunSettings.checked(

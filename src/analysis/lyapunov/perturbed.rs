@@ -13,16 +13,18 @@
 //! hide the loss.
 
 mod lanes;
+mod mapped;
 #[cfg(test)]
 mod tests;
 
 pub(crate) use self::lanes::PerturbationLanes;
 
-use crate::analysis::tolerances::{LOW_APPROACH, MOST_CONTRACTION, MOST_CONTRACTION_STEPS};
 use nalgebra::Matrix4;
 
+use self::mapped::{Flown, Struck, settle};
 use super::LyapunovError;
 use super::directions::Directions;
+use crate::analysis::tolerances::{LOW_APPROACH, MOST_CONTRACTION, MOST_CONTRACTION_STEPS};
 use crate::contact::sustained::ContactMode;
 use crate::flight::{Drive, Flight};
 use crate::impact::RegimeKind;
@@ -33,11 +35,11 @@ use crate::numerics::dual::Number;
 use crate::numerics::lanes::narrow;
 use crate::simulate::event::{Event, ImpactEvent};
 use crate::simulate::run::FinalState;
-use crate::tangent::itinerary::{Leg, LegChange, LegReader, Signs, with_wall_at_rest};
+use crate::tangent::itinerary::{Leg, LegChange, LegReader, with_wall_at_rest};
 use crate::tangent::tolerances::LOW_BOUNCE;
 use crate::tangent::{
-    Columns, Departure, Dual, DualState, END, Model, Moment, Strike, fly, on_contact, slide,
-    to_event, traverse,
+    Columns, Departure, Dual, DualState, END, Model, Moment, fly, on_contact, slide, to_event,
+    traverse,
 };
 
 /// The perturbations at one state of a motion.
@@ -253,8 +255,8 @@ impl<const N: usize> Perturbations<N> {
             let (model, orthonormal) = (&self.model, self.orthonormal);
             let PerturbedState { state, clock, at_event, departure, directions } = &mut self.here;
             // In place: what is copied at once after it was written in parts is waited for.
-            let departure = departure
-                .get_or_insert_with(|| Departure::new(model, state, *clock, *at_event));
+            let departure =
+                departure.get_or_insert_with(|| Departure::new(model, state, *clock, *at_event));
             narrow(Struck { model, departure, impact, after, regime, directions, orthonormal })?;
         } else {
             self.here.departure = None;
@@ -441,67 +443,4 @@ impl<const N: usize> Perturbations<N> {
             self.here.directions.reduce_rank(most);
         }
     }
-}
-
-/// Directions to be mapped through a flight and the impact at its end: compiled for fused
-/// multiplications where there are any.
-struct Struck<'a, const N: usize> {
-    model: &'a Model,
-    /// Where the flight begins, then where the next one does.
-    departure: &'a mut Departure,
-    impact: &'a ImpactEvent,
-    after: &'a Flight,
-    regime: (RegimeKind, Signs),
-    directions: &'a mut Directions<N>,
-    orthonormal: bool,
-}
-
-impl<const N: usize> pulp::NullaryFnOnce for Struck<'_, N> {
-    type Output = Result<(), LyapunovError>;
-
-    #[inline(always)]
-    #[allow(clippy::inline_always)]
-    fn call(self) -> Self::Output {
-        let Self { model, departure, impact, after, regime, directions, orthonormal } = self;
-        let strike = Strike::new(model, departure, impact, after, regime);
-        let finite = directions.map(&strike);
-        *departure = strike.departure();
-        settle(directions, finite, orthonormal)
-    }
-}
-
-/// Directions to be mapped through a flight to an instant before its end, compiled as [`Struck`].
-struct Flown<'a, const N: usize> {
-    model: &'a Model,
-    from: Departure,
-    clock: Clock,
-    directions: &'a mut Directions<N>,
-}
-
-impl<const N: usize> pulp::NullaryFnOnce for Flown<'_, N> {
-    /// Whether the images are finite.
-    type Output = bool;
-
-    #[inline(always)]
-    #[allow(clippy::inline_always)]
-    fn call(self) -> bool {
-        self.directions.map(&self.from.flight(self.model, self.clock))
-    }
-}
-
-/// Takes over the images of directions, if they are finite.
-#[inline(always)]
-#[allow(clippy::inline_always)] // one of them for each impact of a motion that is followed
-fn settle<const N: usize>(
-    directions: &mut Directions<N>,
-    finite: bool,
-    orthonormal: bool,
-) -> Result<(), LyapunovError> {
-    if !finite {
-        return Err(LyapunovError::NoDerivative);
-    }
-    if orthonormal {
-        directions.orthonormalise();
-    }
-    Ok(())
 }

@@ -70,15 +70,12 @@ lanes_of! {
 }
 
 impl Equations {
-    /// [`Equation::amplitude_change`] of each. Exponentials are dear, and most systems are undamped:
-    /// without any damping none is computed.
+    /// [`Equation::amplitude_change`] of each.
     #[inline(always)]
     pub fn amplitude_changes(&self, times: &Lanes) -> Lanes {
         let mut changes = [0.0; LANES];
-        if self.decay_rate != changes {
-            for j in 0..LANES {
-                changes[j] = self.get(j).amplitude_change(times[j]);
-            }
+        for j in 0..LANES {
+            changes[j] = self.get(j).amplitude_change(times[j]);
         }
         changes
     }

@@ -25,6 +25,8 @@ pub(super) struct Systems {
     pub mass_ratio: Lanes,
     pub restitution: Lanes,
     pub friction: Lanes,
+    /// Whether any body is damped.
+    damped: bool,
 }
 
 impl Systems {
@@ -40,6 +42,20 @@ impl Systems {
         self.mass_ratio[j] = system.mass_ratio;
         self.restitution[j] = system.restitution;
         self.friction[j] = system.friction;
+        let mut decay_rates = self.pendulums.decay_rate.iter().chain(&self.oscillators.decay_rate);
+        self.damped = decay_rates.any(|&rate| rate > 0.0);
+    }
+
+    /// Changes of the amplitudes of both bodies' free motions after these times. Exponentials are dear,
+    /// and most systems are undamped: without any damping none is computed.
+    #[inline(always)]
+    pub fn amplitude_changes(&self, times: impl FnOnce() -> Lanes) -> [Lanes; 2] {
+        if self.damped {
+            let times = &times();
+            [self.pendulums.amplitude_changes(times), self.oscillators.amplitude_changes(times)]
+        } else {
+            [[0.0; LANES]; 2]
+        }
     }
 }
 
@@ -147,10 +163,7 @@ impl Motions {
                 (cos_minus_1[body][j], sin[body][j]) = turns[body];
             }
         }
-        let changes = [
-            systems.pendulums.amplitude_changes(times),
-            systems.oscillators.amplitude_changes(times),
-        ];
+        let changes = systems.amplitude_changes(|| *times);
         let beating = [
             systems.beats[0].motions(
                 &systems.pendulums,

@@ -35,6 +35,7 @@ class CellsView:
             "x", "y", source=self.here, size=13, marker="circle_cross", line_width=2
         )
         self._cross.glyph.fill_color = None
+        self.sign = parts.Sign(self.figure, name)
 
     def frame(self, right: Axis, up: Axis, here: tuple[float, float]) -> None:
         """Show the ranges of two axes, and mark the motion of the page."""
@@ -76,7 +77,7 @@ class CellsView:
 
     def paint(self, palette: Palette) -> None:
         """Use the colours of a palette."""
-        self._cross.glyph.line_color = palette.impulse
+        self._cross.glyph.line_color = palette.mark
 
     def _image(
         self, codes: NDArray[np.int64], colors: list[str], axes: list[NDArray[np.float64]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -28,6 +29,17 @@ from . import parts
 
 Array = NDArray[np.float64]
 
+# The mark of each kind of bifurcation, as in the package's figures: for Bokeh, and in a text.
+_MARKERS = {
+    "saddle_node": ("circle", "○"),
+    "period_doubling": ("triangle", "△"),
+    "neimark_sacker": ("star", "☆"),
+    "branch_point": ("plus", "✛"),
+    "grazing": ("square", "□"),
+    "regime_border": ("diamond", "◇"),
+    "chatter_onset": ("x", "✕"),
+    "contact_border": ("inverted_triangle", "▽"),
+}
 _LABELS = {
     "x1": "x₁ at impact",
     "approach_velocity": "approach velocity u at impact",
@@ -75,8 +87,10 @@ class DiagramView:
         empty: dict[str, list[float]] = {"xs": [], "ys": []}
         self.stable = ColumnDataSource(data=empty, name="stable")
         self.unstable = ColumnDataSource(data=empty, name="unstable")
-        self.marks = ColumnDataSource(data={"at": [], "value": [], "color": []}, name="marks")
-        self.key = parts.text()
+        self.marks = ColumnDataSource(data={"at": [], "value": [], "marker": []}, name="marks")
+        # One text for the regimes and one for the branch.
+        self.key = parts.text(name="diagram-key")
+        self._keys = {"regimes": "", "branch": ""}
         self.figure = parts.plain(
             "diagram",
             tools=[BoxZoomTool(dimensions="auto"), WheelZoomTool()],
@@ -104,13 +118,14 @@ class DiagramView:
             ),
         ]
         self._dots = self.figure.scatter(
-            "at", "value", source=self.marks, size=8, color="color", marker="diamond"
+            "at", "value", source=self.marks, size=9, marker="marker", line_width=1.2
         )
         # On a layer of its own: the points are not drawn again when it moves.
         self.here = Span(
             dimension="height", location=0.0, line_width=1.2, name="here", level="overlay"
         )
         self.figure.add_layout(self.here)
+        self.sign = parts.Sign(self.figure, "diagram")
 
     def frame(self, state: State) -> None:
         """Show the range of a state, with the value of its motion."""
@@ -149,7 +164,7 @@ class DiagramView:
         key = [(palette.regime(each), REGIME_STYLES[each].text) for each in present]
         more = f'<span class="key">{stopped} of {len(diagram)} runs stopped early</span>'
         none = "" if len(at) else '<span class="key">no impacts in the last drive periods</span>'
-        self.key.text = parts.keys(key) + (more if stopped else "") + none
+        self._say("regimes", parts.keys(key) + (more if stopped else "") + none)
         self.paint(palette)
 
     def fit(self, height: tuple[float, float] | None) -> None:
@@ -165,7 +180,7 @@ class DiagramView:
     def clear(self) -> None:
         """Draw no diagram."""
         self.source.data = dict(_NOTHING)
-        self.key.text = ""
+        self._say("regimes", "")
 
     def show_branch(self, lines: BranchLines | None, palette: Palette) -> None:
         """Lay a branch over the diagram: stable solid, unstable dashed, bifurcations marked."""
@@ -178,9 +193,15 @@ class DiagramView:
         self.marks.data = {
             "at": [mark[0] for mark in marks],
             "value": [mark[1] for mark in marks],
-            "color": [_mark_color(mark[2], palette) for mark in marks],
+            "marker": [_MARKERS[mark[2]][0] for mark in marks],
         }
+        self._say("branch", _branch_key(lines, palette) if lines else "")
         self.paint(palette)
+
+    def _say(self, part: str, text: str) -> None:
+        """Write a part of the key."""
+        self._keys[part] = text
+        self.key.text = " ".join(filter(None, self._keys.values()))
 
     def _branch_columns(self) -> tuple[Any, ...]:
         return self.stable.data["xs"], self.unstable.data["xs"], self.marks.data["at"]
@@ -190,10 +211,11 @@ class DiagramView:
         for kind, dashes in enumerate(self._points):
             color = palette.ink if kind == _SECTION else palette.regime(kind)
             dashes.glyph.line_color = color
-        self.here.line_color = palette.impulse
+        self.here.line_color = palette.mark
         for line in self._lines:
-            line.glyph.line_color = palette.second
+            line.glyph.line_color = palette.mark
         self._dots.glyph.line_color = palette.ink
+        self._dots.glyph.fill_color = palette.card
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,15 +251,27 @@ def branch_lines(branch: Branch, value: str) -> BranchLines:
     marks = tuple(
         (found.value, float(height), found.kind)
         for found in branch.bifurcations
-        if found.kind in BIFURCATION_STYLES
+        if found.kind in _MARKERS
         for height in _motion_heights(found.motion, value)
     )
     return BranchLines(lines[True], lines[False], marks)
 
 
-def _mark_color(kind: str, palette: Palette) -> str:
-    color = BIFURCATION_STYLES[kind].color
-    return palette.card if color == "white" else palette.data(color)
+def _branch_key(lines: BranchLines, palette: Palette) -> str:
+    """Return what the lines of a branch and its marks mean; a colour would be that of a regime."""
+    style = f"color:{palette.mark};font-weight:700"
+    drawn = [("━", "stable", lines.stable), ("╍", "unstable", lines.unstable)]
+    signs = [(style, sign, words) for sign, words, columns in drawn if columns["xs"]]
+    kinds = {mark[2] for mark in lines.marks}
+    signs += [
+        (f"color:{palette.ink}", _MARKERS[kind][1], style.text)
+        for kind, style in BIFURCATION_STYLES.items()
+        if kind in kinds
+    ]
+    return "".join(
+        f'<span class="key"><span style="{css}">{sign}</span> {html.escape(words)}</span>'
+        for css, sign, words in signs
+    )
 
 
 def points(diagram: Diagram, value: str) -> tuple[Array, Array]:

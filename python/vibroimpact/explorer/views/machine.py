@@ -13,6 +13,7 @@ import numpy as np
 from bokeh.models import ColumnDataSource, CustomJS, DataRange1d, Label, Toggle
 from numpy.typing import NDArray
 
+from ...plot.style import BLACK, REGIME_STYLES
 from ...run import EventKind
 from ..compute import Motion
 from ..theme import Palette
@@ -40,8 +41,12 @@ _WORDS = (
     "impact: sticks in restitution",
 )
 _CONTACT = {EventKind.SLIDE_POSITIVE: 1, EventKind.SLIDE_NEGATIVE: 1, EventKind.STICK: 2}
-_NO_HIT = {"x0": [0.0, 0.0], "y0": [0.0, 0.0], "x1": [0.0, 0.0], "y1": [0.0, 0.0]}
+_NO_HIT = {
+    **dict.fromkeys(("x0", "y0", "x1", "y1"), (0.0, 0.0)),
+    "color": (BLACK, BLACK),
+}
 
+_SAYS = 'cb_obj.label = cb_obj.active ? "pause" : "play"'
 # Two samples in every frame, thirty frames a second: a drive period takes two seconds. A source is
 # changed in place and redrawn; nothing is sent back to the server. A new film shows its frame at
 # once, and stands still until none has come for a while: the browser has the time for the views.
@@ -73,9 +78,12 @@ const show = () => {
     ys.push(middle + (inside ? 0.06 * d * (k % 2 ? 1 : -1) : 0))
   }
   put(spring, {x: xs, y: ys})
-  const x = f.hit_x[i], y = f.hit_y[i], s = f.flash[i]
-  put(hit, {x0: [x, x], y0: [y, y], x1: [x - s * f.normal[i], x], y1: [y, y + s * f.tangent[i]]})
-  put(ring, {x: [x], y: [y], size: [s > 0 ? 8 + 34 * (1 - s) : 0], alpha: [s]})
+  const s = f.flash[i]
+  const x = s > 0 ? f.hit_x[i] : NaN, y = s > 0 ? f.hit_y[i] : NaN
+  const color = playing.tags[Math.max(f.says[i] - first, 0)]
+  const left = x - s * f.normal[i], up = y + s * f.tangent[i]
+  put(hit, {x0: [x, x], y0: [y, y], x1: [left, x], y1: [y, up], color: [color, color]})
+  put(ring, {x: [x], y: [y], size: [s > 0 ? 8 + 34 * (1 - s) : 0], alpha: [s], color: [color]})
   if (says.text != words[f.says[i]]) says.text = words[f.says[i]]
   const h = history.data, p = portrait.data
   put(now_1, {x: [h.at[i]], y: [h.tip[i]]})
@@ -114,12 +122,16 @@ class MachineView:
             data={"left": [0.5], "right": [0.9], "bottom": [-1.0], "top": [0.0], "alpha": [0.25]}
         )
         self._spring = source(data={"x": [0.0] * _ZIGZAG, "y": [0.0] * _ZIGZAG})
-        self._hit = source(data=_NO_HIT)
-        self._ring = source(data={"x": [0.0], "y": [0.0], "size": [0.0], "alpha": [0.0]})
+        self._hit = source(data={name: [*values] for name, values in _NO_HIT.items()})
+        self._ring = source(
+            data={"x": [0.0], "y": [0.0], "size": [0.0], "alpha": [0.0], "color": [BLACK]}
+        )
         self._frame = source(data={"x0": [], "y0": [], "x1": [], "y1": []})
         self._extent = source(data={"x": [-1.0, 1.0], "y": [-1.0, 1.0]})
         self.heading = parts.text()
-        self.playing = Toggle(label="play", active=True, width=52, name="playing", margin=0)
+        self.playing = Toggle(label="pause", active=True, width=60, name="playing", margin=0)
+        # A button says what it does.
+        self.playing.js_on_change("active", CustomJS(code=_SAYS))
         self._draw()
 
     def _draw(self) -> None:
@@ -141,10 +153,19 @@ class MachineView:
         self._arm = self.figure.line("x", "y", source=self._rod, line_width=4, line_cap="round")
         self._tip = self.figure.scatter("x", "y", source=self._bob, size=14, line_color=None)
         self._impulses = self.figure.segment(
-            "x0", "y0", "x1", "y1", source=self._hit, line_width=3.5, line_cap="round"
+            *("x0", "y0", "x1", "y1"),
+            source=self._hit,
+            line_color="color",
+            line_width=3.5,
+            line_cap="round",
         )
         self._wave = self.figure.scatter(
-            *("x", "y"), size="size", source=self._ring, line_width=2, fill_color=None
+            *("x", "y"),
+            size="size",
+            source=self._ring,
+            line_color="color",
+            line_width=2,
+            fill_color=None,
         )
         self._wave.glyph.line_alpha = "alpha"
         # What no glyph draws is sent if a figure has it.
@@ -166,6 +187,7 @@ class MachineView:
             "ring": self._ring,
         }
         own = {"playing": self.playing, "says": self.says, "zigzag": _ZIGZAG}
+        own["first"] = _FIRST_REGIME
         return CustomJS(args=sources | others | own | {"words": _WORDS}, code=_PLAY)
 
     def show(self, motion: Motion, palette: Palette) -> None:
@@ -190,8 +212,9 @@ class MachineView:
         self._block.glyph.line_color = self._block.glyph.fill_color = palette.second
         self._block.glyph.hatch_color = palette.second
         self._arm.glyph.line_color = self._tip.glyph.fill_color = palette.first
-        self._impulses.glyph.line_color = self._wave.glyph.line_color = palette.impulse
-        key = [(palette.first, "body 1"), (palette.second, "body 2"), (palette.impulse, "impulse")]
+        # The impulse of an impact has the colour of its regime.
+        self.playing.tags = [palette.regime(each) for each in REGIME_STYLES]
+        key = [(palette.first, "body 1"), (palette.second, "body 2")]
         self.heading.text = parts.heading("Machine", key)
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import html
+import math
 from collections.abc import Iterable
 from typing import Any
 
-from bokeh.models import Column, Div, InlineStyleSheet
+from bokeh.models import Column, Div, InlineStyleSheet, Label
 from bokeh.plotting import figure
 
 from .. import theme
@@ -58,6 +59,31 @@ def plain(name: str, **options: Any) -> Any:
     return figure(**(usual | options))
 
 
+class Sign:
+    """A word in the middle of an empty figure."""
+
+    def __init__(self, drawn_in: Any, name: str) -> None:
+        self.label = Label(
+            x=0.0,
+            y=0.0,
+            text="computing …",
+            visible=False,
+            name=f"{name}-sign",
+            text_font_size="15px",
+        )
+        self.label.text_align, self.label.text_baseline = "center", "middle"
+        self._figure = drawn_in
+        drawn_in.add_layout(self.label)
+
+    def show(self, *, visible: bool) -> None:
+        """Show it in the middle of the ranges of its figure, or hide it."""
+        if visible:
+            x, y = self._figure.x_range, self._figure.y_range
+            self.label.update(x=0.5 * (x.start + x.end), y=0.5 * (y.start + y.end))
+        if self.label.visible != visible:
+            self.label.visible = visible
+
+
 # Parts of what is drawn that are left free at each end; a range longer than so many times what is
 # drawn is made anew; values that differ by less are one value.
 _EDGE, _ROOM, _FLAT = 0.05, 1.5, 1e-9
@@ -74,6 +100,27 @@ def fit(shown: Any, low: float, high: float) -> None:
     if shown.start <= low and high <= shown.end and shown.end - shown.start <= _ROOM * size:
         return
     shown.update(start=low - margin, end=high + margin)
+
+
+# More decimals than these are written as a power of ten.
+_DECIMALS = 6
+_UNSEEN = 1e-6
+
+
+def with_error(value: float, error: float) -> str:
+    """Return a number with the digits that its error leaves, and the error with one digit.
+
+    Without an error it has six digits, and so it has if its error is smaller than these show.
+    """
+    if not 0.0 < error < math.inf or error < _UNSEEN * abs(value):
+        return f"{value:.6g}"
+    decimals = -math.floor(math.log10(float(f"{error:.0e}")))
+    if 0 <= decimals <= _DECIMALS:
+        return f"{value:.{decimals}f} ± {error:.{decimals}f}"
+    # As a power of ten: that of the larger number, so that both can be compared.
+    power = math.floor(math.log10(max(abs(value), error)))
+    shown, digits = 10.0**power, max(power + decimals, 0)
+    return f"({value / shown:.{digits}f} ± {error / shown:.{digits}f})e{power}"
 
 
 def card(*children: Any, **options: Any) -> Column:

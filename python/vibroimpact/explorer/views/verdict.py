@@ -5,6 +5,8 @@ from __future__ import annotations
 import html
 import math
 
+from ..._core import EvidenceKind
+from ...run import Evidence
 from ..compute import Motion, Verdict
 from . import parts
 
@@ -28,12 +30,13 @@ class VerdictView:
             driven = run.system.drive_frequency > 0.0
             # Without a drive period there is nothing that a label could count.
             label = verdict.label if driven else run.stop_reason
-            rows += [("evidence", verdict.evidence)] if driven else []
+            rows += [("evidence", evidence_text(run.period.evidence))] if driven else []
             if not math.isnan(verdict.exponent):
-                rows += [("largest exponent", f"{verdict.exponent:.6g} ± {verdict.error:.1g}")]
+                rows += [("largest exponent", parts.with_error(verdict.exponent, verdict.error))]
             if verdict.periodic is not None:
                 stable = "stable" if verdict.periodic.stable else "unstable"
-                numbers = ", ".join(complex_text(one) for one in verdict.periodic.multipliers)
+                texts = [complex_text(one) for one in verdict.periodic.multipliers]
+                numbers = ", ".join(one.replace(" ", "\N{NO-BREAK SPACE}") for one in texts)
                 rows += [("multipliers", f"{numbers} ({stable})")]
         lines = "".join(
             f"<tr><td>{html.escape(name)}</td><td>{html.escape(value)}</td></tr>"
@@ -41,6 +44,26 @@ class VerdictView:
         )
         shown = html.escape(label).replace("-inf", "-∞")
         self.text.text = f'<div class="label">{shown}</div><table>{lines}</table>'
+
+
+_GROWTH = {
+    EvidenceKind.GROWTH_BOUNDED: "no return; perturbations do not grow",
+    EvidenceKind.GROWTH_EXPONENTIAL: "no return; perturbations grow exponentially",
+}
+
+
+def evidence_text(evidence: Evidence) -> str:
+    """Return what a label stands on in words; a growth with the digits that its error leaves."""
+    growth, error = evidence.growth, evidence.growth_error
+    if (
+        evidence.kind not in _GROWTH
+        or growth is None
+        or error is None
+        or not evidence.growth_periods
+    ):
+        return str(evidence)
+    measured = f"{parts.with_error(growth, error)} per drive period over {evidence.growth_periods}"
+    return f"{_GROWTH[evidence.kind]}: {measured}"
 
 
 def complex_text(value: complex) -> str:

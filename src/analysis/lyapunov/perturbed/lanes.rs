@@ -160,15 +160,14 @@ impl PerturbationLanes {
         if *held == [0; LANES] {
             return;
         }
-        let mut times = [0.0; LANES];
-        for j in 0..LANES {
-            times[j] = impacts.roughly_since(j, here.time_in_period[j], here.residual[j], ahead[j]);
-        }
-        let [first, second] = impacts.amplitude_changes(&times);
+        let time_of =
+            |j: usize| impacts.roughly_since(j, here.time_in_period[j], here.residual[j], ahead[j]);
+        let [first, second] = impacts.amplitude_changes(|| std::array::from_fn(time_of));
         let mut may_hold = [0; LANES];
         for j in 0..LANES {
             let (approach_velocity, unswitched) = impacts.unswitched(j);
-            let flight = (times[j], [first[j], second[j]]);
+            let time = time_of(j);
+            let flight = (time, [first[j], second[j]]);
             let map = |point: &ImpactPoint, flown: &_| point.map_in_slip(flown);
             let after = here.get(j).after_impact::<G>(j, impacts, flight, moves[j], map);
             // As in `Perturbations::note_impact`.
@@ -176,9 +175,9 @@ impl PerturbationLanes {
                 & ((approach_velocity < here.approach_velocity[j])
                     | (approach_velocity < LOW_APPROACH * after.largest));
             let holds = (held[j] == 1)
-                & impacts.turns_within(j, times[j])
+                & impacts.turns_within(j, time)
                 // Well below where the way outside takes steps.
-                & (times[j] * fastest_decay[j] < 0.5 * MOST_CONTRACTION)
+                & (time * fastest_decay[j] < 0.5 * MOST_CONTRACTION)
                 & !(falls & (low[j] == 1));
             may_hold[j] = u64::from(holds);
             usual[j] = u64::from(holds & unswitched & SQUARES.contains(&after.square()));
@@ -187,7 +186,7 @@ impl PerturbationLanes {
         }
         for j in 0..LANES {
             let Some(impact) = impacts.switched(j).filter(|_| may_hold[j] == 1) else { continue };
-            let flight = (times[j], [first[j], second[j]]);
+            let flight = (time_of(j), [first[j], second[j]]);
             let (law, kind) = (laws[j], impact.regime.kind());
             let after =
                 here.get(j).after_impact::<G>(j, impacts, flight, moves[j], |point, flown| {

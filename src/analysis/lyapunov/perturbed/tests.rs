@@ -1,6 +1,7 @@
 use super::*;
 use crate::model::parameters::{Contact, ImpactLaw, SystemBuilder};
 use crate::simulate::run::{RunOptions, run};
+use crate::tangent::Strike;
 use crate::{CancelToken, Horizon};
 
 /// Largest difference between what an impact maps perturbations to and the derivative of its

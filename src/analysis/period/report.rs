@@ -1,0 +1,107 @@
+//! What the sections of a motion say of it: its orbit, what the verdict stands on, and its label.
+
+use super::evidence::{Evidence, WhyUndecided};
+use crate::numerics::cancel::CancelToken;
+
+/// What the stroboscopic section says of a motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeriodReport {
+    /// Drive periods m and impacts n per orbit, if the motion repeats.
+    pub orbit: Option<(usize, ImpactCount)>,
+    /// Largest |X(k + m) - X(k)| over the last min(K - m, 3 m) sections; for m = 1 if none fits.
+    pub residual: f64,
+    /// What the verdict stands on.
+    pub evidence: Evidence,
+    /// The verdict where the motion does not repeat.
+    pub kind: Kind,
+}
+
+/// Impacts per orbit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ImpactCount {
+    /// So many.
+    Finite(usize),
+    /// Complete chatter.
+    Infinite,
+}
+
+impl std::fmt::Display for ImpactCount {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Finite(n) => write!(f, "{n}"),
+            Self::Infinite => write!(f, "inf"),
+        }
+    }
+}
+
+/// Kind of a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Kind {
+    /// None of the others is certain.
+    Unresolved = 0,
+    /// Repeats after m drive periods.
+    Periodic = 1,
+    /// Does not repeat; a perturbation does not grow.
+    QuasiPeriodic = 2,
+    /// Does not repeat; a perturbation grows.
+    Chaotic = 3,
+}
+
+impl Kind {
+    /// Names in the order of the numbers.
+    pub const NAMES: &'static [&'static str] =
+        &["unresolved", "periodic", "quasi-periodic", "chaotic"];
+
+    /// The name used in Python and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+}
+
+impl PeriodReport {
+    /// Whether the caller has cut it short: it then says nothing of the motion.
+    #[must_use]
+    pub fn is_interrupted(&self) -> bool {
+        self.evidence.why() == Some(WhyUndecided::Interrupted)
+    }
+
+    /// The report, or that it was cut short.
+    pub(crate) fn unless(self, cancel: &CancelToken) -> Self {
+        if !cancel.is_cancelled() {
+            return self;
+        }
+        self.undecided(WhyUndecided::Interrupted)
+    }
+
+    /// The report without its verdict.
+    pub(crate) fn unresolved(self) -> Self {
+        Self { orbit: None, kind: Kind::Unresolved, ..self }
+    }
+
+    /// The report without a verdict, for this reason.
+    pub(crate) fn undecided(self, why: WhyUndecided) -> Self {
+        Self { evidence: Evidence::undecided(why), ..self.unresolved() }
+    }
+
+    /// The report with the verdict on a motion that does not repeat.
+    pub(crate) fn decided(self, kind: Kind, evidence: Evidence) -> Self {
+        Self { evidence, kind, ..self }
+    }
+
+    /// Factor per drive period by which the distance of the sections from the orbit decreases.
+    pub(crate) fn convergence(&self) -> Option<f64> {
+        self.orbit.and(self.evidence.rate())
+    }
+
+    /// The label: `3-4`, `1-0`, `2-inf` (chatter), `quasi-periodic`, `chaotic`, `unresolved`.
+    #[must_use]
+    pub fn label(&self) -> String {
+        match (self.kind, self.orbit) {
+            (Kind::Periodic, Some((m, n))) => format!("{m}-{n}"),
+            (Kind::Periodic, None) => Kind::Unresolved.name().into(),
+            (kind, _) => kind.name().into(),
+        }
+    }
+}
