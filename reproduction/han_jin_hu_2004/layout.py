@@ -1,5 +1,6 @@
 """Pages of 180 mm width: rows with a heading, panels, one legend at the foot."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -112,6 +113,15 @@ class Page:
             with whole_file(path) as file:
                 self.figure.savefig(file, format=suffix)
         return paths
+
+
+def in_drive_periods(ax: Axes, system: System) -> None:
+    """Let the axis of time, which stays as it is, have its ticks at whole drive periods."""
+    start, end = (time / system.drive_period for time in ax.get_xlim())
+    # Rounding must not leave out the ends.
+    numbers = range(math.ceil(start - 1e-6), math.floor(end + 1e-6) + 1)
+    ax.set_xticks([number * system.drive_period for number in numbers], [f"{n:,}" for n in numbers])
+    ax.set_xlabel(r"drive periods $\omega t/2\pi$")
 
 
 def square(color: str, text: str) -> Line2D:

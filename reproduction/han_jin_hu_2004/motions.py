@@ -9,19 +9,23 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 
 from vibroimpact import Run, plot, simulate
 from vibroimpact.plot import label_text
 
 from .evidence import HORIZONS, Coexistence, coexisting, coexisting_chaos, drive_periods
-from .layout import BLACK, GREY, Page, fixed_parameters, row_parameters
+from .layout import BLACK, GREY, Page, fixed_parameters, in_drive_periods, row_parameters
 from .parameters import INITIAL, KEEP, PERIODS, Motion
 
 Color = Literal["regime"] | None
 
 _SHOWN_PERIODS = 8
 _SPORADIC_END = 400.0
+# What either body is in a history and in a portrait, where it is the same line.
+_SYMBOLS = {
+    "oscillator": ("$x_2$", r"$x_2,\ \dot x_2$"),
+    "pendulum": (r"$\sin x_1-\delta$", r"$x_1,\ \dot x_1$"),
+}
 # Area of a large mark of an impact section in square points, and the colour of the small ones.
 _LARGE = 7.0
 _LATER_COLOR = "0.6"
@@ -100,6 +104,8 @@ def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:
             start = ", ".join(f"{value:.3f}" for value in item.other.run.initial)
             same = f"{panel[:-1]}\u2032)  same parameters, from $({start})$"
             heading = f"{same}. found: {label_text(item.other.run.label)}"
+            if motion.id in _ENLARGED:
+                heading += f".\nCompare the enlarged parts: in {panel} single points, here bands"
             left, right = page.row(heading, widths=(1.5, 1.0))
             beside = item.beside or Shown(motion, item.other.run)
             _row(left, right, beside, beside.run, color)
@@ -124,7 +130,9 @@ def _later(item: Shown) -> str:
 def _row(left: Axes, right: Axes, item: Shown, run: Run, color: Color) -> None:
     options: dict[str, Any] = {"color": color, "legend": False}
     plot.time_history(run, periods=_SHOWN_PERIODS, drive="plain", ax=left, **options)
-    left.xaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 2, 5, 10]))
+    in_drive_periods(left, run.system)
+    if color is None:
+        _mark_touches(left, run)
     if item.motion.right == "section":
         _section(right, item, run, color)
     else:
@@ -132,11 +140,28 @@ def _row(left: Axes, right: Axes, item: Shown, run: Run, color: Color) -> None:
         # A closed orbit is drawn once: a second pass would fill the gaps of the dashes.
         periods = min(run.period.m or _SHOWN_PERIODS, _SHOWN_PERIODS)
         plot.phase_portrait(run, bodies=bodies, periods=periods, ax=right, **options)
-    for side, ax in (("left", left), ("right", right)):
-        for line in ax.get_lines():
-            # Symbols; regimes and contact look the same on both sides.
-            if (symbol := str(line.get_label())).startswith("$"):
-                line.set_label(f"{side}: {symbol}")
+    for line in (*left.get_lines(), *right.get_lines()):
+        for body, symbols in _SYMBOLS.items():
+            if line.get_label() in symbols:
+                line.set_label(f"{body}: left {symbols[0]}, right {symbols[1]}")
+
+
+def _mark_touches(ax: Axes, run: Run) -> None:
+    """Mark the impacts in view by a ring where the curves touch."""
+    start, end = ax.get_xlim()
+    hits = run.impacts[(run.impacts["time"] >= start) & (run.impacts["time"] <= end)]
+    ax.plot(
+        hits["time"],
+        hits["x2"],
+        linestyle="none",
+        marker="o",
+        markersize=4.0,
+        markerfacecolor="white",
+        markeredgecolor=BLACK,
+        markeredgewidth=0.7,
+        label="impact",
+        zorder=3,
+    )
 
 
 def _section(ax: Axes, item: Shown, run: Run, color: Color) -> None:
@@ -212,7 +237,10 @@ def draw_sporadic(shown: Shown, color: Color) -> Page:
         rows=3,
         row_height=52.0,
     )
-    left, right = page.row("(a)", widths=(2.0, 1.0))
+    left, right = page.row(
+        "(a)  gap between the bodies: most of the times when it is almost zero are near misses",
+        widths=(2.0, 1.0),
+    )
     plot.gap_history(run, window=window, color=color, legend=False, ax=left)
     times = run.impacts["time"]
     centre = float(times[0]) if len(times) else 0.5 * _SPORADIC_END
@@ -221,13 +249,14 @@ def draw_sporadic(shown: Shown, color: Color) -> Page:
     plot.gap_history(run, window=zoom, color=color, legend=False, ax=right)
     right.set_title("around the first impact", loc="left", pad=3)
     drawn = [left, right]
-    (ax,) = page.row("(b)", columns=1)
+    (ax,) = page.row("(b)  displacements of both bodies", columns=1)
     plot.displacement_history(run, window=window, color=color, legend=False, ax=ax)
     drawn.append(ax)
     if color is None:
         _mark_impacts((left, ax), times[times <= _SPORADIC_END])
     (ax,) = page.row(
-        f"(c)  not in the paper: {len(times)} impacts within {drive_periods(run)} drive periods",
+        f"(c)  not in the paper: {len(times):,} impacts within {drive_periods(run):,} drive "
+        "periods",
         columns=1,
     )
     plot.impact_count(run, ax=ax)
@@ -267,7 +296,8 @@ def _handles(*axes: Axes) -> list[Artist]:
     """Return the legend entries of lines, then of regimes, whose markers get one size."""
     lines: dict[str, Artist] = {}
     for ax in axes:
-        lines |= {str(handle.get_label()): handle for handle in ax.get_legend_handles_labels()[0]}
+        for handle in ax.get_legend_handles_labels()[0]:
+            lines.setdefault(str(handle.get_label()), handle)
     regimes = [
         number for number, style in plot.REGIME_STYLES.items() if lines.pop(style.text, None)
     ]

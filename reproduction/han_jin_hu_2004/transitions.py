@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from vibroimpact import Diagram, Run, bifurcation_diagram, plot, simulate
 from vibroimpact.plot import label_text
 
-from .layout import BLACK, Page, fixed_parameters, row_parameters, square
+from .layout import BLACK, Page, fixed_parameters, in_drive_periods, row_parameters, square
 from .parameters import (
     ENLARGED_RANGE,
     FREQUENCY_RANGE,
@@ -207,6 +207,7 @@ def _windows_heading(figure: str, windows: Sequence[Enlargement]) -> str:
 
 def _example(ax: Axes, run: Run) -> None:
     plot.time_history(run, periods=2, drive="plain", legend=False, ax=ax)
+    in_drive_periods(ax, run.system)
     share = run.time_in_contact / (run.final_state.time - run.kept_from)
     frequency = rf"$\omega = {run.system.drive_frequency:g}$"
     text = f"{frequency}: {label_text(run.label)}, {share:.1%} of the time in contact"

@@ -26,7 +26,7 @@ from .given import bodies_of, expected
 from .machine import Hit, Stage
 from .marks import contact_spans
 from .motion import phase_portrait, time_history
-from .style import BLACK, BLUE, REGIME_STYLES, SLIDE_STYLE, STICK_STYLE, VERMILLION
+from .style import BODY_COLORS, REGIME_STYLES, SLIDE_STYLE, STICK_STYLE, VERMILLION
 
 Array = NDArray[np.float64]
 
@@ -90,7 +90,7 @@ class _Scene:
         self._largest = float(hits["impulse_normal"].max(initial=0.0)) or 1.0
         mark: dict[str, Any] = {"marker": "o", "markersize": 5.0, "ls": "none", "zorder": 5}
         self._dots = {
-            body: parts["portrait"].plot([], [], color=BLACK if body == 1 else BLUE, **mark)[0]
+            body: parts["portrait"].plot([], [], color=BODY_COLORS[body], **mark)[0]
             for body in bodies
         }
         self._now = parts["history"].axvline(window[0], color=VERMILLION, lw=1.0, zorder=4)

@@ -35,6 +35,10 @@ CHATTER_COLOR = SKY_BLUE
 """Points of motions with complete chatter: a colour no regime has."""
 
 
+BODY_COLORS = {1: BLACK, 2: "0.6"}
+"""Of the curves of either body: black the pendulum, grey the oscillator, in every picture."""
+
+
 @dataclass(frozen=True)
 class RegimeStyle:
     """How one impact regime is drawn and named."""
