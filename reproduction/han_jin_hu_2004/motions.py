@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from vibroimpact import Run, plot, simulate
 from vibroimpact.plot import label_text
@@ -16,6 +17,7 @@ from vibroimpact.plot import label_text
 from .evidence import HORIZONS, Coexistence, coexisting, coexisting_chaos, drive_periods
 from .layout import BLACK, GREY, Page, fixed_parameters, in_drive_periods, row_parameters
 from .parameters import INITIAL, KEEP, PERIODS, Motion
+from .told_apart import RETURN, SETTLING, draw_growth, draw_returns
 
 Color = Literal["regime"] | None
 
@@ -32,6 +34,8 @@ _LATER_COLOR = "0.6"
 # Sections of which a part is enlarged, x1 and x1': there a 154-77 motion has single points, and the
 # chaotic one beside it narrow bands (errata, E10). The inset stands in the empty middle.
 _ENLARGED = {"9(4)": ((0.055, 0.130), (1.490, 1.600))}
+# Height in mm of the row that tells them apart. It comes last: none of Fig. 9 follows.
+_TOLD_APART = 62.0
 _INSET = (0.30, 0.32, 0.36, 0.42)
 
 
@@ -82,11 +86,15 @@ def _long(shown: Shown) -> Run:
 def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:
     """Draw a page with one row for each motion: time history left, portrait or section right."""
     others = [item for item in shown if item.other is not None and item.other.run is not None]
+    alike = [item for item in others if item.motion.id in _ENLARGED]
+    heights = [47.0 if len(shown) > 3 else 58.0] * (len(shown) + len(others))
+    heights += [_TOLD_APART] * len(alike)
     page = Page(
         f"Fig. {figure}: {fixed_parameters(shown[0].run.system)}; last {_SHOWN_PERIODS} drive "
         "periods shown",
-        rows=len(shown) + len(others),
-        row_height=47.0 if len(shown) > 3 else 58.0,
+        rows=len(heights),
+        row_height=0.0,
+        heights=heights,
     )
     drawn: list[Axes] = []
     sections: list[Artist] = []
@@ -105,11 +113,13 @@ def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:
             same = f"{panel[:-1]}\u2032)  same parameters, from $({start})$"
             heading = f"{same}. found: {label_text(item.other.run.label)}"
             if motion.id in _ENLARGED:
-                heading += f".\nCompare the enlarged parts: in {panel} single points, here bands"
+                heading += f". Where {panel} has single points it has bands"
             left, right = page.row(heading, widths=(1.5, 1.0))
             beside = item.beside or Shown(motion, item.other.run)
             _row(left, right, beside, beside.run, color)
             drawn += [left, right]
+            if item in alike:
+                _tell_apart(page, item)
     page.legend([*_handles(*drawn), *sections])
     return page
 
@@ -191,6 +201,24 @@ def _enlarge(
     ax.indicate_inset_zoom(inset, edgecolor=GREY)
 
 
+def _tell_apart(page: Page, item: Shown) -> None:
+    """Draw what shows that of two motions with like sections one is periodic, the other chaotic."""
+    if item.other is None or item.other.run is None:
+        return
+    panel, system, start = item.motion.panel, item.motion.system, item.other.run.initial
+    this, that = f"({panel})", f"({panel}\u2032)"
+    left, right = page.row(
+        f"{this} and {that} told apart. Left: neighbours of {this} come back to it, those of "
+        f"{that} leave it exponentially.\nRight: {that} in its widest band, each impact against "
+        f"the one {RETURN} before: a map with two branches",
+        widths=(1.5, 1.0),
+    )
+    texts = (f"{this}  from the paper's start", f"{that}  from the other start")
+    draw_growth(left, system, [(INITIAL, texts[0]), (start, texts[1])])
+    run: Run = simulate(system, initial=start, periods=6 * SETTLING, keep=5 * SETTLING)
+    draw_returns(right, run.impacts["v1_pre"])
+
+
 def _section_handles(item: Shown, color: Color) -> list[Artist]:
     """Return the legend entries of the impacts of the run and of those that come after it."""
     handles: list[Artist] = []
@@ -247,13 +275,14 @@ def draw_sporadic(shown: Shown, color: Color) -> Page:
     width = 0.15 * run.system.drive_period
     zoom = (max(centre - width, 0.0), centre + width)
     plot.gap_history(run, window=zoom, color=color, legend=False, ax=right)
-    right.set_title("around the first impact", loc="left", pad=3)
+    # Above the mark.
+    right.set_title("around the first impact", loc="left", pad=3 if color else 8)
     drawn = [left, right]
     (ax,) = page.row("(b)  displacements of both bodies", columns=1)
     plot.displacement_history(run, window=window, color=color, legend=False, ax=ax)
     drawn.append(ax)
     if color is None:
-        _mark_impacts((left, ax), times[times <= _SPORADIC_END])
+        _mark_impacts(drawn, times)
     (ax,) = page.row(
         f"(c)  not in the paper: {len(times):,} impacts within {drive_periods(run):,} drive "
         "periods",
@@ -275,12 +304,14 @@ def draw_sporadic(shown: Shown, color: Color) -> Page:
     return page
 
 
-def _mark_impacts(axes: Sequence[Axes], times: Sequence[float]) -> None:
-    """Mark impacts above the axes: in the curves themselves they cannot be seen."""
+def _mark_impacts(axes: Sequence[Axes], times: NDArray[np.float64]) -> None:
+    """Mark impacts in view above the axes: in the curves themselves they cannot be seen."""
     for ax in axes:
+        start, end = ax.get_xlim()
+        shown = times[(times >= start) & (times <= end)]
         ax.plot(
-            times,
-            [1.03] * len(times),
+            shown,
+            np.full(len(shown), 1.03),
             linestyle="none",
             marker="v",
             markersize=4.0,

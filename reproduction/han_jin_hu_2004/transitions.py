@@ -157,8 +157,8 @@ def draw_enlargements(transition: Transition, parts: Sequence[Enlargement], colo
     ranges = [part for part in parts if part.window is None]
     windows = [part for part in parts if part.window is not None]
     heights = [_HEIGHT if part.example is None else _DOUBLE_HEIGHT for part in ranges]
-    rows = math.ceil(len(windows) / _COLUMNS)
-    heights += [rows * _WINDOW_HEIGHT] if windows else []
+    lines = _lines(len(windows))
+    heights += [len(lines) * _WINDOW_HEIGHT] if windows else []
     figure = f"Fig. {transition.figure}{transition.panel and f'({transition.panel})'}"
     page = Page(
         f"{figure} enlarged: {fixed_parameters(transition.system)},\n"
@@ -184,14 +184,18 @@ def draw_enlargements(transition: Transition, parts: Sequence[Enlargement], colo
             examples += motion.get_legend_handles_labels()[0]
         _pair(left, right, part.diagram, color, 0.4, _OPACITY_ENLARGED)
     if windows:
-        axes = page.grid(_windows_heading(figure, windows), rows, _COLUMNS)
+        axes = page.lines(_windows_heading(figure, windows), lines)
         for ax, numeral, part in zip(axes, _NUMERALS, windows, strict=False):
             _window(ax, numeral, part, color)
-        for ax in axes[len(windows) :]:
-            ax.set_axis_off()
     diagrams = [part.diagram for part in parts]
     page.legend([*_entries(diagrams, color, stroboscopic=bool(ranges)), *examples])
     return page
+
+
+def _lines(panels: int) -> list[int]:
+    """Return how many panels each line of them has, so that the last one has no hole."""
+    lines = math.ceil(panels / _COLUMNS)
+    return [math.ceil((panels - line) / lines) for line in range(lines)]
 
 
 def _windows_heading(figure: str, windows: Sequence[Enlargement]) -> str:

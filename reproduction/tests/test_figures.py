@@ -253,7 +253,7 @@ def test_coexisting_chaos_is_drawn_over_the_same_times():
     page = motions.draw(9, [item], None)
     assert "paper: chaotic; found: 154-77" in texts(page)
     assert "found: chaotic" in texts(page)
-    first, second = (part.get_axes() for part in page.figure.subfigs)
+    first, second, third = (part.get_axes() for part in page.figure.subfigs)
     assert first[0].get_xlim() == second[0].get_xlim()
     for section, drawn in ((first[1], item), (second[1], item.beside)):
         small, large = (len(dots.get_offsets()) for dots in section.collections[:2])
@@ -265,6 +265,13 @@ def test_coexisting_chaos_is_drawn_over_the_same_times():
     ]
     assert distinct[0] < 160
     assert distinct[1] > 1000
+    # Neighbours of the periodic one come nearer, those of the chaotic one go away.
+    periodic, chaotic = (np.log10(line.get_ydata()) for line in third[0].lines)
+    assert periodic[-1] < -4
+    assert chaotic[-1] > 4
+    # A return map that is not one of a periodic motion, which would have a single point.
+    returns = third[1].collections[0].get_offsets()
+    assert len(np.unique(np.round(returns, 6), axis=0)) > 100
 
 
 def legend_of(page):
