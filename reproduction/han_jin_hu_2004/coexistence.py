@@ -41,6 +41,7 @@ _STEP = 0.01
 _MARGIN = 0.25
 # In the panel of shares: another motion, then each motion with its doublings.
 _FAMILY_COLORS = ("white", "0.8", "#F4BE96")
+_FAMILY_NAMES = ("grey", "orange")
 # A larger share has its name inside.
 _NAMED_INSIDE = 0.12
 _FIXED = ("mass_ratio", "frequency_ratio", "restitution", "gap")
@@ -149,11 +150,13 @@ def draw_branches(computed: Coexistence) -> Page:
     (ax,) = page.row("(b)  the shaded range of (a), around their stable parts", columns=1)
     plot.branches(computed.windows, diagram=computed.zoom, legend=False, ax=ax)
     ax.set_xlim(*computed.window)
-    first, second = (label_text(motion.label) for motion in computed.motions[:2])
+    families = ", ".join(
+        f"{color}: {label_text(motion.label)} and its period doublings"
+        for color, motion in zip(_FAMILY_NAMES, computed.motions, strict=False)
+    )
     (ax,) = page.row(
         f"(c)  the motions on which {STARTS:,} random starts are after {SETTLING:,} drive "
-        f"periods;\ngrey: {first} and its period doublings, orange: {second} and its, "
-        "white: others",
+        f"periods;\n{families}, white: others",
         columns=1,
     )
     _draw_shares(ax, computed)
@@ -195,7 +198,7 @@ def _draw_shares(ax: Axes, computed: Coexistence) -> None:
             share,
             0.9 * float(np.diff(grid).min(initial=math.inf)) if len(grid) > 1 else 1e-3,
             bottom,
-            color=_FAMILY_COLORS[families[label] % len(_FAMILY_COLORS)],
+            color=_FAMILY_COLORS[min(families[label], len(_FAMILY_NAMES))],
             edgecolor=BLACK,
             lw=0.4,
             label=label,

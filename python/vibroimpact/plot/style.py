@@ -128,7 +128,7 @@ STATE_SYMBOLS = {
     "phase": r"$\psi$ at impact",
     "time": r"$t$",
     "approach_velocity": r"approach velocity $u$",
-    "energy_loss": r"energy loss $E - E_+$",
+    "energy_loss": r"energy loss $E - E_{+}$",
     "impulse_normal": r"normal impulse $P$",
     "impulse_tangential": "tangential impulse",
 }
