@@ -160,6 +160,8 @@ def draw_branches(computed: Coexistence) -> Page:
         columns=1,
     )
     _draw_shares(ax, computed)
+    for part in page.figure.subfigs:
+        part.get_axes()[0].set_xlabel(r"drive frequency $\omega$")
     handles = plot.branch_handles(computed.branches, names=True)
     for handle, motion, branch in zip(handles, computed.motions, computed.branches, strict=False):
         handle.set_label(_branch_text(motion, branch))
@@ -213,7 +215,6 @@ def _draw_shares(ax: Axes, computed: Coexistence) -> None:
     ax.set_xlim(*computed.window)
     ax.set_ylim(0.0, 1.17)
     ax.tick_params(axis="x", top=False)
-    ax.set_xlabel(r"$\omega$")
     ax.set_ylabel("part of the starts")
 
 

@@ -105,6 +105,16 @@ BIFURCATION_STYLES = {
 White ones have a black outline; a curve of grazings is black.
 """
 
+POINT_TEXTS = {kind: f"meets {style.text}" for kind, style in BIFURCATION_STYLES.items()} | {
+    "cusp": "cusp: two saddle-nodes end",
+    "resonance_1_1": "two multipliers 1 (1:1)",
+    "resonance_1_2": r"two multipliers $-1$ (1:2)",
+    "resonance_1_3": r"multipliers e$^{\pm 2\pi\mathrm{i}/3}$ (1:3)",
+    "resonance_1_4": r"multipliers $\pm$i (1:4)",
+}
+"""What is met at a point of codimension two of a curve; resonances are told by their multipliers,
+with the name that books give them in brackets."""
+
 PARAMETER_SYMBOLS = {name: f"${parameter.latex}$" for name, parameter in PARAMETERS.items()}
 
 
