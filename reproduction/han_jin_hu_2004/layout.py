@@ -16,7 +16,7 @@ from .parameters import INITIAL
 from .whole_file import whole_file
 
 WIDTH_MM = 180.0
-BLACK, GREY = "#000000", "0.55"
+BLACK, GREY, VERMILLION = "#000000", "0.55", "#D55E00"
 _INCH_MM = 25.4
 # Columns of a legend where all of them fit.
 _MOST_COLUMNS = 6

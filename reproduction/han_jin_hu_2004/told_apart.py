@@ -11,9 +11,9 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from vibroimpact import System
-from vibroimpact.plot.style import BLACK, GREY, VERMILLION
 
 from .evidence import amplification
+from .layout import BLACK, GREY, VERMILLION
 
 RETURN = 154
 """Impacts of the chaotic motion of Fig. 9(4') from a band back to it; the orbit of the other motion

@@ -355,7 +355,12 @@ def test_reproduce_writes_pages_of_print_size_and_the_claims(tmp_path, capsys):
     # Without friction every impact is of one regime: nothing to colour.
     pages = ["fig4", "fig5"]
     written = [f"{page}.{suffix}" for page in pages for suffix in ("png", "pdf")]
-    assert [path.name for path in result.files] == [*written, "claims.json", "claims.md"]
+    assert [path.name for path in result.files] == [
+        *written,
+        "claims.json",
+        "claims.md",
+        "index.md",
+    ]
     assert all(path.is_file() for path in result.files)
     assert imread(out / "fig5.png").shape[1] == pytest.approx(180 / 25.4 * 300, abs=1)
     assert (out / "fig5.pdf").read_bytes().startswith(b"%PDF")
@@ -371,7 +376,7 @@ def test_reproduce_writes_pages_of_print_size_and_the_claims(tmp_path, capsys):
 def test_figure_7_comes_with_the_claim_of_its_low_frequencies(tmp_path):
     result = reproduce(tmp_path, figures=[7], frequencies=8, progress=False)
     pages = ["fig7", "fig7c-enlarged"]
-    assert [path.stem for path in result.files] == [*pages, "claims", "claims"]
+    assert [path.stem for path in result.files] == [*pages, "claims", "claims", "index"]
     (claim,) = result.claims
     assert (claim.id, claim.verdict) == ("7c-low", "refuted")
     assert claim.decided_by.startswith("drive periods in which a complete chatter ends: 100 of 100")
@@ -382,6 +387,12 @@ def test_a_figure_with_several_regimes_is_also_coloured_by_them(tmp_path):
     result = reproduce(tmp_path, figures=[8, 9], frequencies=8, progress=False)
     names = {path.stem for path in result.files}
     assert {"fig8", "fig8-regimes", "fig9", "fig9-regimes"} <= names
+    index = (tmp_path / "index.md").read_text(encoding="utf-8")
+    assert "| [fig9](fig9.png) | [fig9-regimes](fig9-regimes.png) | four motions" in index
+    assert {stem for stem in names if f"[{stem}]({stem}.png)" in index} == names - {
+        "claims",
+        "index",
+    }
 
 
 def test_reproduce_can_be_silent(tmp_path, capsys):
