@@ -74,8 +74,8 @@ def draw(rows: Sequence[Row], path: Path, *, columns: int) -> None:
         for index in range(max(0, len(scenes) - columns), len(scenes)):
             # The lowest panel of each column, also where the last line is not full.
             panels[index].tick_params(labelbottom=True)
-        figure.supxlabel(ERROR)
-        figure.supylabel("run time per drive period (s)")
+        figure.supxlabel(ERROR, fontsize=9)
+        figure.supylabel("run time per drive period (s)", fontsize=9)
         figure.legend(handles=_legend(), loc="outside upper center", ncols=4)
         figure.savefig(path, dpi=DOTS_PER_INCH)
         plt.close(figure)
