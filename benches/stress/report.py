@@ -15,7 +15,7 @@ from exact import ALLOWED, EPS, Outcome
 from ranges import Range
 
 Row = dict[str, Any]
-DOTS_PER_INCH = 200
+DOTS_PER_INCH = 130
 
 
 def draw(path: Path, plot: Callable[[Axes], None]) -> None:
