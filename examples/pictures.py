@@ -57,8 +57,7 @@ def basins(quick: bool) -> Image.Image:
     )
     with vi.plot.publication_style():
         figure = Figure(figsize=(6.0, 5.1), layout="constrained")
-        # The attractors lie elsewhere, at other x2 and v2: marks would seem to be in wrong colours.
-        ax = vi.plot.basins(found, sections=False, ax=figure.subplots())
+        ax = vi.plot.basins(found, ax=figure.subplots())
         ax.plot(*START[:2], "X", color="black", markeredgecolor="white", markersize=7)
         ax.annotate(
             "the paper's start",

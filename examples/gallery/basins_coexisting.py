@@ -23,7 +23,7 @@ def draw(quick: bool) -> Figure:
         progress=not quick,
     )
     figure = new_figure(4.6)
-    ax = vi.plot.basins(basins, sections=False, ax=figure.subplots())
+    ax = vi.plot.basins(basins, ax=figure.subplots())
     ax.plot(*START[:2], "X", color="black", markeredgecolor="white", markersize=7)
     ax.annotate(
         "the paper's start",
