@@ -226,6 +226,39 @@ def test_a_store_keeps_the_systems_and_compares_them(tmp_path):
     assert vi.load(tmp_path / "c.npz").system_at(3, 1) == make(45.0, 0.1)
 
 
+def test_a_store_calls_functions_once_chunk_by_chunk(tmp_path):
+    pytest.importorskip("zarr")
+    calls = []
+
+    def fails_late(stiffness):
+        calls.append(stiffness)
+        if stiffness == STIFFNESSES[-1] and len(calls) < 10:
+            raise ValueError("not yet")
+        return make(stiffness)
+
+    asked = {"initial": START, "periods": 20, "chunk": 2, "store": tmp_path / "s"}
+    with pytest.raises(ValueError, match="not yet") as caught:
+        vi.sweep(fails_late, **asked, stiffness=STIFFNESSES)
+    assert caught.value.__notes__ == ["at stiffness = 50.0"]
+    assert calls == STIFFNESSES.tolist()
+    kept = vi.load(tmp_path / "s")
+    assert (kept.status[:2] == "completed").all()
+    assert kept.status[-1] == "pending"
+    assert kept.system_at(1) == make(STIFFNESSES[1])
+    calls[:] = [0.0] * 10
+    whole = vi.sweep(fails_late, **asked, stiffness=STIFFNESSES)
+    assert (whole.status == "completed").all()
+    # Those of finished chunks are made again, to be compared.
+    assert calls[10:] == STIFFNESSES.tolist()
+
+    calls.clear()
+    both = {"stiffness": STIFFNESSES[:3], "v1": [0.1, 0.2, 0.3]}
+    stored = vi.sweep(fails_late, **{**asked, "store": tmp_path / "both"}, **both)
+    assert calls == STIFFNESSES[:3].tolist()
+    memory = vi.sweep(over_stiffness, initial=START, periods=20, **both)
+    assert np.array_equal(stored.final_states, memory.final_states)
+
+
 def test_pictures_are_labelled_with_the_quantity():
     def over(drive_frequency):
         return make(drive_frequency=drive_frequency)

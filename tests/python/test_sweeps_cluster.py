@@ -187,6 +187,28 @@ def test_few_chunks_are_under_way_at_a_time(client):
     assert submitted.count("_compute") == 77
 
 
+def test_functions_that_make_systems_stay_with_the_caller(client, tmp_path):
+    system = vi.System(
+        mass_ratio=0.6,
+        frequency_ratio=2.0,
+        restitution=0.8,
+        gap=0.5,
+        drive_frequency=1.8,
+        moment_amplitude=1.0,
+    )
+    lock = threading.Lock()  # which cannot be sent
+
+    def closer(by):
+        with lock:
+            return system.replace(gap=0.5 - by)
+
+    asked = {"initial": (0.0, 0.5, 0.0, 0.0), "periods": 20, "by": [0.0, 0.1, 0.2, 0.3, 0.4]}
+    here = vi.sweep(closer, **asked)
+    there = vi.sweep(closer, **asked, client=client, chunk=2, store=tmp_path / "s")
+    assert np.array_equal(there.final_states, here.final_states)
+    assert there.system_at(3) == closer(0.3)
+
+
 def test_a_branch_that_cannot_be_divided_is_one_chunk(client, expected):
     task = Toy(divisible=False, trouble="half", at=76)
     with pytest.raises(vi.Interrupted, match="after 38 of 77"):

@@ -64,6 +64,9 @@ class Toy:
     def settings(self) -> dict[str, Any]:
         return {"system": {"name": "logistic", "start": 0.3}, "steps": self.steps, **self.extra}
 
+    def within(self, _first: int, _last: int) -> "Toy":
+        return self
+
     def compute(
         self, first: int, last: int, *, workers: int | None, progress: Callable[[int], bool] | None
     ) -> ChunkResult:

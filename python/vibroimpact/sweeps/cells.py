@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,7 +27,7 @@ from ..system import System
 from .columns import COORDINATES
 from .fields import STATUS, ChunkResult, Field, RowGroup
 from .grid import Grid
-from .made_cells import MadeCells
+from .made_cells import CellsToMake, Made
 
 # Periods that are kept of each run unless given, or all if there are fewer.
 USUAL_KEEP = 100
@@ -168,7 +168,7 @@ class CellTask:
     # Drive periods over which a spectrum is measured.
     measured: int = 0
     # Systems and starts that functions made for the cells.
-    made: MadeCells | None = None
+    made: Made | None = None
 
     divisible = True
     rows: ClassVar[tuple[RowGroup, ...]] = ()
@@ -217,6 +217,12 @@ class CellTask:
         )
         columns = label_columns(sweep, self.measure) | self.known(first, last)
         return ChunkResult(columns, interrupted=sweep.interrupted)
+
+    def within(self, first: int, last: int) -> Self:
+        """Return the task for these cells, with what functions make for them."""
+        if not isinstance(self.made, CellsToMake):
+            return self
+        return dataclasses.replace(self, made=self.made.within(self.grid, first, last))
 
     def cell_values(self, first: int, last: int) -> dict[str, NDArray[np.float64]]:
         """Return what is set in the cells first ... last - 1: parameters and coordinates."""

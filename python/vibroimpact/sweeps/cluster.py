@@ -67,7 +67,8 @@ def on_cluster(
 
     # The task is sent once, as the result of a computation, so that it can be computed again; data
     # could not.
-    remote = client.submit(_same, task, pure=False)
+    whole = task.within(0, 0) is task
+    remote = client.submit(_same, task, pure=False) if whole else None
     left, order = iter(todo), iter(todo)
     awaited = next(order, None)
     running: dict[Any, int] = {}
@@ -81,8 +82,11 @@ def on_cluster(
             # Chunks that wait for an earlier one count as well, so that memory is bounded.
             room = _AHEAD * threads(client) - len(running) - len(waiting)
             for _, index in zip(range(room), left, strict=False):
-                where = (*tiling.cells(index), 1 if workers is None else workers)
-                future = client.submit(_compute, remote, _core.__version__, *where, pure=False)
+                cells = tiling.cells(index)
+                # What functions make for a chunk is sent with it.
+                here = remote if whole else task.within(*cells)
+                where = (*cells, 1 if workers is None else workers)
+                future = client.submit(_compute, here, _core.__version__, *where, pure=False)
                 running[future] = index
                 arrivals.add(future)
             if not running:
@@ -108,7 +112,7 @@ def on_cluster(
     finally:
         if client.status == "running":
             with suppress(Exception):  # it may be gone by now
-                client.cancel([remote, *running])
+                client.cancel([*([] if remote is None else [remote]), *running])
 
 
 def _same(task: Task) -> Task:

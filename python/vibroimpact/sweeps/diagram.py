@@ -37,7 +37,7 @@ from .diagram_results import Diagram, Start
 from .engine import compute
 from .fields import ChunkResult
 from .grid import Grid
-from .made_cells import MadeCells, made_cells
+from .made_cells import Made, made_cells
 from .merge import LEVELS, merged
 from .store import folder_of_stores, store_in
 
@@ -332,7 +332,7 @@ def bifurcation_diagram(
     branches = [(one, kind) for kind in kinds for one in initials]
     measure = measure_of(labels, exponents)
 
-    def task(values: NDArray[np.float64], base: System, cells: MadeCells | None) -> DiagramTask:
+    def task(values: NDArray[np.float64], base: System, cells: Made | None) -> DiagramTask:
         axes = {name: values}
         if len(branches) > 1:
             axes = {"branch": np.arange(float(len(branches))), **axes}
@@ -408,7 +408,7 @@ def _check_made_overlap(
     name: str,
     values: NDArray[np.float64],
     initials: Sequence[Any],
-    made: MadeCells,
+    made: Made,
 ) -> None:
     own = made.values(Grid({name: values}), 0, len(values))
     for place, value in enumerate(values.tolist()):

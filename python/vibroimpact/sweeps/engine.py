@@ -165,7 +165,8 @@ def _one_by_one(
     for index in todo:
         first, last = tiling.cells(index)
         advance = None if bar is None else partial(_advance, bar, bar.n)
-        yield index, task.compute(first, last, workers=workers, progress=advance)
+        here = task.within(first, last)
+        yield index, here.compute(first, last, workers=workers, progress=advance)
 
 
 def _advance(bar: Any, before: int, done: int) -> None:

@@ -168,6 +168,13 @@ class Task(Protocol):
         """
         ...
 
+    def within(self, first: int, last: int) -> "Task":
+        """Return the task for the cells first ... last - 1, with what the caller makes for them.
+
+        It is this one, unless functions of the user make something: these stay with the caller.
+        """
+        ...
+
     def compute(
         self,
         first: int,

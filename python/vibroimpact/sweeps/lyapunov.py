@@ -173,7 +173,7 @@ def lyapunov_spectrum(
         return _single(system, initial, None, periods, measured, max_events, chatter_tolerance)
     before = periods - measured
     grid = Grid(checked_axes(lyapunov_spectrum, system, axes))
-    first, start, made = made_cells(system, initial, grid.axes)
+    first, start, made = made_cells(system, initial, grid.axes, stored=store is not None)
     run = RunSettings.checked(
         initial=start,
         periods=max(before, 1),

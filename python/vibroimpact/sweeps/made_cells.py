@@ -1,15 +1,16 @@
-"""The systems and starts that functions made for the cells of a grid, before anything is computed.
+"""The systems and starts that functions make for the cells of a grid.
 
-The columns ``system_parameters``, ``system_scales`` and ``initial_state`` of the result keep them;
-a store compares them when it is resumed.
+They are made in the caller, before anything is computed; for a store chunk by chunk, since its grid
+may be larger than the memory. The columns ``system_parameters``, ``system_scales`` and
+``initial_state`` of the result keep them; a store compares them when it is resumed.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -50,11 +51,14 @@ class MadeCells:
     ----------
     axes
         The axes on which the functions depend.
+    places
+        The numbers of the k combinations, ascending; None for all of them.
     parameters, scales, initials
         Of each combination, shapes (k, parameters), (k, 3), (k, 4); None where no function made it.
     """
 
     axes: Mapping[str, Array]
+    places: NDArray[np.intp] | None = None
     parameters: Array | None = None
     scales: Array | None = None
     initials: Array | None = None
@@ -63,6 +67,10 @@ class MadeCells:
     def fields(self) -> tuple[Field, ...]:
         """The columns in which they are kept."""
         return tuple(entry for entry, rows in self._columns() if rows is not None)
+
+    def within(self, _grid: Grid, _first: int, _last: int) -> MadeCells:
+        """Return what some cells need; here everything is made already."""
+        return self
 
     def _columns(self) -> tuple[tuple[Field, Array | None], ...]:
         return (
@@ -73,7 +81,9 @@ class MadeCells:
 
     def columns(self, grid: Grid, first: int, last: int) -> dict[str, Array]:
         """Return the columns of the cells first ... last - 1."""
-        place = self._places(grid, first, last)
+        place = combination_of(self.axes, grid, first, last)
+        if self.places is not None:
+            place = np.searchsorted(self.places, place)
         columns = {entry.name: rows[place] for entry, rows in self._columns() if rows is not None}
         if self.initials is not None:
             # What is varied beside the functions takes the place of what they gave.
@@ -96,48 +106,127 @@ class MadeCells:
             values |= dict(zip(COORDINATES, columns[START_FIELD.name].T, strict=True))
         return values
 
-    def _places(self, grid: Grid, first: int, last: int) -> NDArray[np.intp]:
-        """Return the combination that each cell has."""
-        places = np.unravel_index(np.arange(first, last), grid.shape or (1,))
-        names = [*grid.axes]
-        own = tuple(places[names.index(name)] for name in self.axes)
-        shape = tuple(len(values) for values in self.axes.values())
-        if not own:
-            return np.zeros(last - first, np.intp)
-        return np.ravel_multi_index(own, shape)
 
+class CellsToMake:
+    """Functions that make systems, starts or both for the combinations of values along some axes.
 
-def combinations(axes: Mapping[str, Array]) -> Iterator[dict[str, float]]:
-    """Yield the numbers of each combination, as keywords."""
-    for numbers in itertools.product(*axes.values()):
-        yield dict(zip(axes, map(float, numbers), strict=True))
+    Each combination is made once, when a cell first needs it. Of the systems the numbers alone are
+    kept: a grid may have a million of them.
 
-
-def systems_of(
-    function: Callable[..., System], axes: Mapping[str, Array]
-) -> tuple[System, Array, Array | None]:
-    """Make the systems of all combinations; return the first, all parameters and all scales.
-
-    Of the others the numbers alone are kept: a grid may have a million of them.
+    Parameters
+    ----------
+    axes
+        The axes on which the functions depend.
+    system, initial
+        The functions; None where a system or a start is given.
+    shared
+        Whether cells of several chunks have the same combination: then all are remembered.
 
     Raises
     ------
-    ParameterError
-        Names the values for which the function fails, or makes a system that does not fit: runs are
-        counted in drive periods, and contact and law are the same in all cells.
+    ParameterError, StateError
+        Names the values for which a function fails, or gives what does not fit.
     """
-    check_names(function, [*axes])
-    count = math.prod(map(len, axes.values()))
-    parameters, scales = np.empty((count, len(PARAMETERS))), np.full((count, 3), math.nan)
-    first: System | None = None
-    for place, values in enumerate(combinations(axes)):
-        system = made(function, values)
+
+    def __init__(
+        self,
+        axes: Mapping[str, Array],
+        *,
+        system: Callable[..., System] | None,
+        initial: Callable[..., Any] | None,
+        shared: bool,
+    ) -> None:
+        """Check the names of the arguments; make the first combination."""
+        self.axes = axes
+        self._system, self._initial, self._shared = system, initial, shared
+        self._first: System | None = None
+        if system is not None:
+            check_names(system, [*axes])
+        if initial is not None:
+            check_names(initial, [*axes], "initial")
+        self._known = {0: self._make(0)}
+        self.initial = self._known[0].get(START_FIELD.name)
+
+    @property
+    def first(self) -> System | None:
+        """The system of the first combination; None if no function makes systems."""
+        return self._first
+
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """The columns in which the numbers are kept."""
+        scaled = self._first is not None and self._first.scales is not None
+        return (
+            *((PARAMETER_FIELD,) if self._system is not None else ()),
+            *((SCALES_FIELD,) if scaled else ()),
+            *((START_FIELD,) if self._initial is not None else ()),
+        )
+
+    def all(self) -> MadeCells:
+        """Make all combinations."""
+        return self._made(None, range(math.prod(map(len, self.axes.values()))))
+
+    def within(self, grid: Grid, first: int, last: int) -> MadeCells:
+        """Make what the cells first ... last - 1 need."""
+        places = np.unique(combination_of(self.axes, grid, first, last))
+        return self._made(places, places.tolist())
+
+    def columns(self, grid: Grid, first: int, last: int) -> dict[str, Array]:
+        """Return the columns of the cells first ... last - 1."""
+        return self.within(grid, first, last).columns(grid, first, last)
+
+    def values(self, grid: Grid, first: int, last: int) -> dict[str, Array]:
+        """Return what is set in each cell: parameters of the system, and coordinates."""
+        return self.within(grid, first, last).values(grid, first, last)
+
+    def _made(self, places: NDArray[np.intp] | None, numbers: Sequence[int]) -> MadeCells:
+        columns = {
+            entry.name: np.full((len(numbers), *entry.shape), math.nan) for entry in self.fields
+        }
+        for row, place in enumerate(numbers):
+            made_here = self._known.pop(place, None) or self._make(place)
+            for name, column in columns.items():
+                column[row] = made_here[name]
+            if self._shared and places is not None:
+                self._known[place] = made_here
+        return MadeCells(
+            axes=self.axes,
+            places=places,
+            parameters=columns.get(PARAMETER_FIELD.name),
+            scales=columns.get(SCALES_FIELD.name),
+            initials=columns.get(START_FIELD.name),
+        )
+
+    def _make(self, place: int) -> dict[str, Any]:
+        """Call the functions for a combination."""
+        values = combination(self.axes, place)
+        rows: dict[str, Any] = {}
+        if self._system is not None:
+            system = self._checked(made(self._system, values), values)
+            rows[PARAMETER_FIELD.name] = rows_of([system])[0]
+            scales = system.scales
+            rows[SCALES_FIELD.name] = (
+                (math.nan,) * 3 if scales is None else (scales.length, scales.mass, scales.time)
+            )
+        if self._initial is not None:
+            start = called(self._initial, values)
+            try:
+                rows[START_FIELD.name] = state(start)
+            except StateError as error:
+                raise StateError(f"at {in_words(values)}: {error}") from error
+        return rows
+
+    def _checked(self, system: System, values: Mapping[str, float]) -> System:
+        """Return a system that a function made, if it fits.
+
+        Runs are counted in drive periods, and contact and law are the same in all cells.
+        """
         if system.drive_frequency == 0.0:
             raise ParameterError(
                 f"at {in_words(values)}: drive_frequency = 0.0 is not allowed; allowed: a number "
                 "> 0: runs are counted in drive periods"
             )
-        first = first or system
+        first = self._first = self._first or system
         for name in ("contact", "law"):
             found, allowed = getattr(system, name), getattr(first, name)
             if found != allowed:
@@ -145,54 +234,85 @@ def systems_of(
                     f"at {in_words(values)}: {name} = {found!r} is not allowed; allowed: "
                     f"{allowed!r}, as for the first values"
                 )
-        parameters[place] = rows_of([system])
-        if (known := system.scales) is not None:
-            scales[place] = known.length, known.mass, known.time
-    assert first is not None  # every axis has values
-    return first, parameters, None if np.isnan(scales).all() else scales
+        if first.scales is None and system.scales is not None:
+            raise ParameterError(
+                f"at {in_words(values)}: scales = {system.scales!r} is not allowed; allowed: None, "
+                "as for the first values"
+            )
+        return system
 
 
-def starts_of(function: Callable[..., Any], axes: Mapping[str, Array]) -> Array:
-    """Return the starts of all combinations, shape (k, 4).
+# What functions made for cells, or will make.
+Made = MadeCells | CellsToMake
+
+
+def combination_of(
+    axes: Mapping[str, Array], grid: Grid, first: int, last: int
+) -> NDArray[np.intp]:
+    """Return which combination of the values along some axes each of the cells has."""
+    places = np.unravel_index(np.arange(first, last), grid.shape or (1,))
+    names = [*grid.axes]
+    own = tuple(places[names.index(name)] for name in axes)
+    if not own:
+        return np.zeros(last - first, np.intp)
+    return np.ravel_multi_index(own, tuple(map(len, axes.values())))
+
+
+def combination(axes: Mapping[str, Array], place: int) -> dict[str, float]:
+    """Return the numbers of a combination, as keywords."""
+    places = np.unravel_index(place, tuple(map(len, axes.values()))) if axes else ()
+    return {
+        name: float(values[at]) for (name, values), at in zip(axes.items(), places, strict=True)
+    }
+
+
+def made_cells(
+    system: Any, initial: Any, axes: Mapping[str, Array], *, stored: bool = False
+) -> tuple[System, Any, Made | None]:
+    """Return a system, a start and what functions make for a grid; None if no function is given.
+
+    The system and the start are those of the first combination where a function makes them.
+
+    Parameters
+    ----------
+    system, initial
+        As the user gave them.
+    axes
+        All axes of the grid.
+    stored
+        Whether the results go to a store: then the functions are called chunk by chunk.
 
     Raises
     ------
     ParameterError, StateError
-        Names the values for which the function fails, or gives what is no start.
-    """
-    check_names(function, [*axes], "initial")
-    rows = []
-    for values in combinations(axes):
-        start = called(function, values)
-        try:
-            rows.append(state(start))
-        except StateError as error:
-            raise StateError(f"at {in_words(values)}: {error}") from error
-    return np.array(rows)
-
-
-def made_cells(system: Any, initial: Any, axes: Mapping[str, Array]) -> tuple[System, Any, Any]:
-    """Return a system, a start and the `MadeCells` of a grid; None if no function is given.
-
-    The system and the start are those of the first combination where a function makes them.
+        Names the values for which a function fails, or gives what does not fit.
     """
     own = {
         name: values
         for name, values in axes.items()
         if name not in COORDINATES or (is_maker(system) and takes(system, name))
     }
-    parts: dict[str, Array | None] = {}
-    if is_maker(system):
-        system, parts["parameters"], parts["scales"] = systems_of(system, own)
-    if is_maker(initial):
-        starts = parts["initials"] = starts_of(initial, own)
-        initial = tuple(starts[0].tolist())
-    elif not own.keys().isdisjoint(COORDINATES) and states(initial).ndim < 2:
-        # A number of the function has the name of a coordinate. The axis alone does not say that
-        # the start stays the same, so the starts are kept.
-        count = math.prod(map(len, own.values()))
-        parts["initials"] = np.tile(np.array(state(initial)), (count, 1))
-    return system, initial, MadeCells(axes=own, **parts) if parts else None
+    # A number of the function may have the name of a coordinate. The axis alone does not say that
+    # the start stays the same, so the starts are kept.
+    keeps_start = not own.keys().isdisjoint(COORDINATES) and not is_maker(initial)
+    if not (is_maker(system) or is_maker(initial) or keeps_start):
+        return system, initial, None
+    starts: Callable[..., Any] | None = initial if is_maker(initial) else None
+    if keeps_start and states(initial).ndim < 2:
+        start = state(initial)
+        starts = partial(_the_same, start)
+    making = CellsToMake(
+        own,
+        system=system if is_maker(system) else None,
+        initial=starts,
+        shared=len(own) < len(axes),
+    )
+    first = system if making.first is None else making.first
+    return first, making.initial or initial, making if stored else making.all()
+
+
+def _the_same(start: tuple[float, float, float, float], **_: float) -> tuple[float, ...]:
+    return start
 
 
 def scales_at(row: Sequence[float]) -> Scales | None:

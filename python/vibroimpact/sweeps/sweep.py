@@ -18,7 +18,7 @@ from .call_types import ChartCall, SweepCall
 from .cells import CellTask, Measure, RunSettings, checked_axes, measure_of
 from .engine import compute
 from .grid import Grid
-from .made_cells import MadeCells, made_cells
+from .made_cells import Made, made_cells
 from .sweep_results import Chart, Sweep
 
 
@@ -77,9 +77,9 @@ def sweep(
     ----------
     system
         The system; its own values of what is varied have no influence. Or a function that makes
-        one from the values, called once for each combination before anything is computed:
-        ``lambda stiffness, damping: vi.System.from_physical(..., stiffness=stiffness,
-        damping=damping)``.
+        one from the values, called once for each combination before anything is computed, with a
+        store before each chunk: ``lambda stiffness, damping: vi.System.from_physical(...,
+        stiffness=stiffness, damping=damping)``.
     initial
         (x1, v1, x2, v2) at t = 0; or a function of the same values that gives it.
     periods
@@ -141,7 +141,7 @@ def sweep(
     """
     system, initial = in_units(sweep, units, system, initial, axes, coordinates=True)
     grid = Grid(checked_axes(sweep, system, axes))
-    first, start, made = made_cells(system, initial, grid.axes)
+    first, start, made = made_cells(system, initial, grid.axes, stored=store is not None)
     run = RunSettings.checked(
         initial=start,
         periods=periods,
@@ -276,7 +276,7 @@ def chart(
     """
     system, initial = in_units(chart, units, system, initial, axes)
     grid = Grid(checked_axes(chart, system, axes, allowed=[*PARAMETERS], exactly=2))
-    first, start, made = made_cells(system, initial, grid.axes)
+    first, start, made = made_cells(system, initial, grid.axes, stored=store is not None)
     run = RunSettings.checked(
         initial=start,
         periods=periods,
@@ -305,6 +305,6 @@ def _task(
     grid: Grid,
     run: RunSettings,
     measure: Measure,
-    made: MadeCells | None,
+    made: Made | None,
 ) -> CellTask:
     return CellTask(kind=result.kind, system=system, grid=grid, run=run, measure=measure, made=made)

@@ -16,7 +16,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any, Self, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -118,6 +118,10 @@ class ArrivalTask:
         for (name, values), place in zip(self.plane.axes.items(), places, strict=True):
             result[:, COORDINATES.index(name)] = values[place]
         return result
+
+    def within(self, _first: int, _last: int) -> Self:
+        """Return this task: functions of the user make nothing for it."""
+        return self
 
     def compute(
         self,
