@@ -3,8 +3,8 @@
 Where a system is varied, a function ``f(name=value, ...) -> System`` may stand in its place. It is
 called once for each value, before anything is computed (sweeps with a store: chunk by chunk). With
 ``units="SI"`` that function is the `Machine` of the given system: its SI quantities, some of which
-are varied. For continuation a `MadeSystem` remembers its function and numbers: derivatives by such a number are those by the
-system's own parameters times the differences of the function.
+are varied. For continuation a `MadeSystem` remembers its function and numbers: derivatives by such
+a number are those by the system's own parameters times the differences of the function.
 """
 
 import inspect
