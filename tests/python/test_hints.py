@@ -149,3 +149,12 @@ def test_hints_do_not_change_what_a_call_gives():
     again = vi.simulate(SYSTEM, initial=START, periods=6)
     assert np.array_equal(again.impacts, RUN.impacts)
     assert re.fullmatch(r"[\d-]+|unresolved", RUN.label)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["impact_agreement", "impact_regimes", "motion_branches", "motion_space", "stability_map"],
+)
+def test_a_drawing_of_another_kind_of_result_names_what_draws_it(name):
+    with pytest.raises(vi.ParameterError, match=r"what draws a Run in vibroimpact\.plot: time_h"):
+        getattr(vi.plot, name)(RUN)
