@@ -64,8 +64,9 @@ smartquotes_action = "D"
 
 # Pages whose blocks of Python are run; what each prints and draws stands below it.
 EXECUTED = (
-    *("start", "tutorial", "special-systems", "cheat-sheet", "drawing", "basins"),
+    *("start", "tutorial", "special-systems", "cheat-sheet", "drawing", "basins", "orbits"),
     *("howto/machine", "howto/diagram", "howto/real-orbit", "howto/basins"),
+    "howto/from-a-picture",
 )
 sys.path.insert(0, str(Path(__file__).parent))
 nb_custom_formats = {f"docs/{page}.md": ["executed.read", {}] for page in EXECUTED}

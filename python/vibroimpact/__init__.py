@@ -115,14 +115,17 @@ else:
         if name in _ON_FIRST_USE:
             return importlib.import_module(f".{name}", __name__)
         if name not in _HOMES:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+            from .arguments import meant_in_package
+
+            hint = "" if name[:1] == "_" else meant_in_package(name, __all__)
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}")
         found = getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)
         globals()[name] = found
         return found
 
     def __dir__():
-        """Return all names, also those that are imported on first use."""
-        return sorted({*globals(), *_HOMES, *_ON_FIRST_USE})
+        """Return the public names, for completion: the modules in which they live are none."""
+        return sorted({*__all__, *(name for name in globals() if name[:2] == "__")})
 
 
 __all__ = [

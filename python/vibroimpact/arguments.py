@@ -165,6 +165,27 @@ def close_to(name: str, known: Iterable[str]) -> str:
     return f", did you mean {meant}?" if meant else ""
 
 
+# What the verbs of other packages are called here.
+_OTHER_VERBS: dict[str, str] = {
+    **dict.fromkeys(("solve", "solve_ivp", "integrate"), "simulate"),
+    **dict.fromkeys(("poincare", "poincare_section"), "plot.impact_section or plot.stroboscopic"),
+    **dict.fromkeys(("lyapunov", "lyapunov_exponents"), "lyapunov_spectrum"),
+    **dict.fromkeys(("basins_of_attraction", "attractors"), "basins"),
+    **dict.fromkeys(("follow", "continue_motion"), "follow_motion"),
+    **dict.fromkeys(("find_periodic_orbit", "periodic_orbit", "orbit"), "periodic_motion"),
+    **dict.fromkeys(("animate", "animation"), "plot.animation, or run.animate()"),
+    **dict.fromkeys(("bifurcation", "diagram"), "bifurcation_diagram"),
+    **dict.fromkeys(("ImpactOscillator", "Oscillator", "BouncingBall", "Parameters"), "System"),
+}
+
+
+def meant_in_package(name: str, public: Iterable[str]) -> str:
+    """Return a hint for the error about a name that the package does not have."""
+    if name in _OTHER_VERBS:
+        return f", did you mean {_OTHER_VERBS[name]}?"
+    return close_to(name, public)
+
+
 def unexpected(function: Callable[..., Any], given: Iterable[str]) -> TypeError | None:
     """Return the error about a keyword that a function does not take, None if it takes all."""
     parameters = inspect.signature(function).parameters.values()

@@ -1,6 +1,7 @@
 //! What happens in a run: events, and why a run stopped. The records that are kept of events are in
 //! `event/records.rs`.
 
+mod display;
 mod records;
 
 pub use records::{ContactRecord, EventKind, EventRecord, GrazeRecord, ImpactRecord};

@@ -1,6 +1,7 @@
 """Animations show the run: its states, its impacts at their instants, and files of all formats."""
 
 import math
+import re
 import runpy
 from types import SimpleNamespace
 
@@ -155,6 +156,13 @@ def test_html_holds_the_frames(run, tmp_path):
     moving = run.animate(frames=3)
     page = moving._repr_html_()
     assert page.count("data:image/png;base64") == 3
+    # Nothing from another host, and a sign on each button.
+    assert "http" not in page.replace("http://www.w3.org", "")
+    assert "<link" not in page
+    assert "fa fa-" not in page
+    buttons = re.findall(r"<button[^>]*>\s*(.*?)\s*</button>", page, re.DOTALL)
+    assert len(buttons) == 9
+    assert all(buttons)
     out = tmp_path / "machine.html"
     moving.save(out)
     assert out.read_text(encoding="utf-8").count("data:image/png;base64") == 3

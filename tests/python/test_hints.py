@@ -149,3 +149,44 @@ def test_hints_do_not_change_what_a_call_gives():
     again = vi.simulate(SYSTEM, initial=START, periods=6)
     assert np.array_equal(again.impacts, RUN.impacts)
     assert re.fullmatch(r"[\d-]+|unresolved", RUN.label)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["impact_agreement", "impact_regimes", "motion_branches", "motion_space", "stability_map"],
+)
+def test_a_drawing_of_another_kind_of_result_names_what_draws_it(name):
+    with pytest.raises(vi.ParameterError, match=r"what draws a Run in vibroimpact\.plot: time_h"):
+        getattr(vi.plot, name)(RUN)
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        ("solve", "simulate"),
+        ("lyapunov", "lyapunov_spectrum"),
+        ("basins_of_attraction", "basins"),
+        ("find_periodic_orbit", "periodic_motion"),
+        ("animate", "plot.animation, or run.animate()"),
+        ("poincare", "plot.impact_section or plot.stroboscopic"),
+        ("ImpactOscillator", "System"),
+        ("bifurcation_diagramm", "bifurcation_diagram"),
+    ],
+)
+def test_a_name_that_the_package_does_not_have_is_answered_by_one_that_it_has(name, meant):
+    with pytest.raises(AttributeError, match=re.escape(f"{name!r}, did you mean {meant}?")):
+        getattr(vi, name)
+    for each in re.findall(r"(?:plot\.)?[a-zA-Z_]+", meant.split(",")[0].replace(" or ", " ")):
+        found = vi
+        for part in each.split("."):
+            found = getattr(found, part)
+
+
+def test_a_name_that_means_nothing_gets_no_hint():
+    with pytest.raises(AttributeError, match=r"has no attribute 'zzz'$"):
+        _ = vi.zzz
+    assert not hasattr(vi, "__wrapped__")
+
+
+def test_completion_shows_public_names_only():
+    assert {name for name in dir(vi) if name[:2] != "__"} == set(vi.__all__) - {"__version__"}

@@ -150,11 +150,21 @@ def test_at_the_points_of_a_branch_stand_their_motions():
         )
 
 
+def test_the_value_alone_says_where_on_the_branch():
+    named = branch().at(drive_frequency=1.513)
+    for one, other in zip(branch().at(1.513), named, strict=True):
+        assert same_orbit(one, other)
+    with pytest.raises(vi.ParameterError, match="or the value alone"):
+        branch().at(1.513, drive_frequency=1.513)
+    with pytest.raises(vi.ParameterError, match=r"drive_frequency = '1\.6'"):
+        branch().at("1.6")
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [
         ({"gap": 0.5}, "parameter = .* allowed: drive_frequency with its value"),
-        ({}, "drive_frequency with its value"),
+        ({}, "drive_frequency with its value, or the value alone"),
         ({"drive_frequency": 1.9}, "drive_frequency = 1.9 .* a value of the branch, from 1.5.* to"),
         ({"drive_frequency": math.nan}, "drive_frequency = nan"),
     ],

@@ -187,3 +187,18 @@ def test_the_elastic_undamped_system_has_motions_of_phase_0_and_pi():
     for motion in found:
         assert abs(math.sin(motion.state[3])) <= 1e-13
         assert abs(motion.determinant - 1.0) <= 1e-12 * np.abs(motion.return_map).max() ** 2
+
+
+@pytest.mark.parametrize(("gap", "place"), [(0.0, "x1 = 0:"), (0.3, "x1 in [-0.3, 0.3]:")])
+def test_where_x1_was_searched_is_told_without_the_smallest_floats(gap, place):
+    wall = vi.System(
+        mass_ratio=0,
+        frequency_ratio=1,
+        restitution=0.8,
+        gap=gap,
+        drive_frequency=2.6,
+        moment_amplitude=1,
+        contact="direct",
+    )
+    found = vi.periodic_motions(wall)
+    assert repr(found).startswith(f"<PeriodicMotions with {place} {len(found)} solutions, ")

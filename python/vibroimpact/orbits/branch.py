@@ -314,15 +314,17 @@ class Branch(Shown):
         """Return True, whether or not the branch has points."""
         return True
 
-    def at(self, **parameter: float) -> tuple[PeriodicMotion, ...]:
+    def at(self, value: float | None = None, /, **parameter: float) -> tuple[PeriodicMotion, ...]:
         """Return the motions of the branch at one value of its parameter, stable and unstable.
 
         Each is found to rounding by Newton's method, from the points of the branch beside it.
 
         Parameters
         ----------
+        value
+            The value: ``branch.at(1.545)``.
         **parameter
-            The parameter of the branch with its value: ``drive_frequency=1.545``.
+            Or the parameter of the branch with its value: ``drive_frequency=1.545``.
 
         Returns
         -------
@@ -347,9 +349,9 @@ class Branch(Shown):
         >>> branch.at(drive_frequency=1.84)
         (<PeriodicMotion 1-1, admissible, unstable, |lambda| = 1.12931>,)
         """
-        if [*parameter] != [self.parameter]:
-            reject("parameter", parameter, f"{self.parameter} with its value")
-        given = parameter[self.parameter]
+        given = value if value is not None else parameter.get(self.parameter)
+        if [*parameter] != ([self.parameter] if value is None else []):
+            reject("parameter", parameter, f"{self.parameter} with its value, or the value alone")
         value = number(self.parameter, given)
         values = np.append(self.values, [found.value for found in self.bifurcations])
         if not len(self):

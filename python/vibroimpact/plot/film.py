@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -39,6 +40,20 @@ Array = NDArray[np.float64]
 # Bits of each of red, green and blue by which the colours of a GIF are looked up.
 _BITS = 5
 _ENDINGS = ".gif, .mp4, .html"
+# The signs on the buttons of matplotlib's player are a font from another host: text instead.
+_FONT = re.compile(r"<link\b[^>]*>\s*")
+_ICON = re.compile(r'<i class="fa fa-([a-z- ]+)"></i>')
+_SIGNS = {
+    "minus": "&minus;",
+    "fast-backward": "|&#9664;&#9664;",
+    "step-backward": "|&#9664;",
+    "play fa-flip-horizontal": "&#9664;",
+    "pause": "||",
+    "play": "&#9654;",
+    "step-forward": "&#9654;|",
+    "fast-forward": "&#9654;&#9654;|",
+    "plus": "+",
+}
 
 
 @interruptible
@@ -128,6 +143,8 @@ class Animation:
     def to_html(self) -> str:
         """Return a player of the animation, as HTML with the frames in it.
 
+        Nothing in it is loaded from elsewhere.
+
         Examples
         --------
         >>> "<img" in moving.to_html()
@@ -137,7 +154,7 @@ class Animation:
         with matplotlib.rc_context({"animation.embed_limit": 2.0**20}):
             player = self._matplotlib()
             html: str = player.to_jshtml(fps=self.frames_per_second, default_mode="loop")
-        return html
+        return _ICON.sub(lambda icon: _SIGNS[icon[1]], _FONT.sub("", html))
 
     def _matplotlib(self) -> Any:
         from matplotlib.animation import FuncAnimation

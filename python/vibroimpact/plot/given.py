@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from ..arguments import close_to, reject
 from ..errors import ParameterError
+from ..impact_results import ImpactAgreement, ImpactRegimes
 from ..orbits import Branch, PeriodicMotion
 from ..run import Run
+from ..single_impact import MotionMap
 from ..sweeps import Diagram, LyapunovSpectrum, LyapunovSweep, Sweep
 from ..sweeps.basins.results import Basins
 from ..system import System
@@ -32,6 +34,9 @@ _DRAWN_BY: Final[tuple[tuple[type, str], ...]] = (
     (LyapunovSpectrum, "lyapunov"),
     (LyapunovSweep, "lyapunov"),
     (Sweep, "chart"),
+    (MotionMap, "motion_branches, motion_space, stability_map"),
+    (ImpactRegimes, "impact_regimes"),
+    (ImpactAgreement, "impact_agreement"),
 )
 # A wall that moves less than this part of body 1, by their velocities at impact, is at rest.
 _AT_REST = 1e-9

@@ -7,7 +7,7 @@ impact, since every law is homogeneous; theory page, section 4.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,10 +16,9 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from ..arguments import naming
+from ..impact_results import ImpactAgreement, ImpactRegimes
+from .given import expected
 from .style import ANGLE_TICKS, BLACK, GREY, REGIME_STYLES, regime_handles
-
-if TYPE_CHECKING:
-    from ..impact_results import ImpactAgreement, ImpactRegimes
 
 _NO_OUTCOME = "0.85"
 
@@ -48,6 +47,8 @@ def impact_regimes(
 
     Raises
     ------
+    ParameterError
+        If the result is of another kind.
     ValueError
         If not three axes are given.
 
@@ -60,6 +61,7 @@ def impact_regimes(
     >>> len(vi.plot.impact_regimes(regimes))
     3
     """
+    expected("result", result, ImpactRegimes)
     axes = _new_axes(axes, 3, (7.1, 3.1), shared=False)
     regimes, restitution, energy = axes
     palette = ListedColormap([_NO_OUTCOME, *(style.color for style in REGIME_STYLES.values())])
@@ -160,6 +162,8 @@ def impact_agreement(
 
     Raises
     ------
+    ParameterError
+        If the result is of another kind.
     ValueError
         If there are not as many axes as laws.
 
@@ -172,6 +176,7 @@ def impact_agreement(
     >>> len(vi.plot.impact_agreement(agreement))
     3
     """
+    expected("result", result, ImpactAgreement)
     axes = _new_axes(axes, len(result.laws), (7.1, 2.9), shared=True)
     order = np.argsort(result.steps)
     step = 1.0 / result.steps[order]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -21,11 +21,10 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from ..arguments import naming
+from ..single_impact import MotionMap
+from .given import expected
 from .parameter_units import along_parameter
 from .style import ANGLE_TICKS, BLACK, BLUE, PARAMETER_SYMBOLS, VERMILLION, new_axes
-
-if TYPE_CHECKING:
-    from ..single_impact import MotionMap
 
 _PALE = "0.62"
 _NOTHING = "1.0"
@@ -127,6 +126,8 @@ def motion_branches(
 
     Raises
     ------
+    ParameterError
+        If the result is of another kind.
     ValueError
         If two parameters vary.
 
@@ -192,6 +193,8 @@ def motion_space(
 
     Raises
     ------
+    ParameterError
+        If the result is of another kind.
     ValueError
         If only one parameter varies.
 
@@ -260,6 +263,8 @@ def stability_map(
 
     Raises
     ------
+    ParameterError
+        If the result is of another kind.
     ValueError
         If only one parameter varies.
 
@@ -315,7 +320,7 @@ def stability_handles(*, criterion: str = "") -> list[Artist]:
 
 
 def _names(result: MotionMap, wanted: int) -> list[str]:
-    names = list(result.grid)
+    names = list(expected("result", result, MotionMap).grid)
     if len(names) != wanted:
         counts = {1: "one varied parameter is", 2: "two varied parameters are"}
         raise ValueError(f"{counts[wanted]} needed, not {', '.join(names)}")

@@ -147,8 +147,7 @@ class PeriodicMotions(Shown, Sequence[PeriodicMotion]):
         return frame(columns_of(self.motions))
 
     def _facts(self) -> Facts:
-        low, high = self.within
-        facts: Facts = {"x1 searched": f"{low:.6g} to {high:.6g}", "solutions": len(self)}
+        facts: Facts = {"x1 searched": self._place(), "solutions": len(self)}
         for place, motion in enumerate(self.motions, 1):
             facts[f"solution {place}"] = (
                 f"{motion.label}, {motion.stability}, x1 = {motion.state[0]:.6g}"
@@ -157,13 +156,18 @@ class PeriodicMotions(Shown, Sequence[PeriodicMotion]):
             facts | {"undecided": len(self.undecided)} | ({"note": self.note} if self.note else {})
         )
 
+    def _place(self) -> str:
+        """Say where x1 was searched: where the interval is as narrow as rounding, the number."""
+        # A wall at x1 = 0 has an interval of the smallest floats.
+        low, high = (f"{0.0 if abs(end) < 1e-300 else end:.6g}" for end in self.within)
+        return f"= {low}" if low == high else f"in [{low}, {high}]"
+
     def __repr__(self) -> str:
         """Count solutions and motions, and say where they were searched."""
         admissible = [motion for motion in self.motions if motion.admissible]
         stable = sum(motion.stable for motion in admissible)
-        low, high = self.within
         return (
-            f"<PeriodicMotions with x1 in [{low:.6g}, {high:.6g}]: {len(self)} solutions, "
+            f"<PeriodicMotions with x1 {self._place()}: {len(self)} solutions, "
             f"{len(admissible)} admissible, {stable} of these stable; "
             f"{len(self.undecided)} intervals undecided>"
         )
