@@ -73,7 +73,7 @@ def desk(coarse):
 
 def test_a_page_shows_the_numbers_of_its_state(desk):
     motion = compute.motion(DEFAULT)
-    assert np.array_equal(desk.named("portrait").data["v1"], motion.states[:, 1])
+    assert np.array_equal(desk.named("film").data["v1"], motion.states[:, 1])
     assert np.array_equal(desk.named("impact").data["phase"], motion.run.impacts["phase"])
     assert np.array_equal(desk.named("stroboscopic").data["x1"], motion.run.stroboscopic[:, 0])
     diagram = compute.diagram(DEFAULT, SMALL)
