@@ -3,6 +3,7 @@
 import asyncio
 import queue
 import threading
+from functools import partial
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from tornado.websocket import websocket_connect
 
 import vibroimpact as vi
 from han_jin_hu_2004.parameters import INITIAL
-from vibroimpact.explorer import compute, tables
+from vibroimpact.explorer import app, compute, tables
 from vibroimpact.explorer.app import Page
 from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
@@ -114,6 +115,49 @@ def test_slider_field_and_state_are_one(desk):
     assert desk.named("moment_amplitude-slider").end == 10.0
     desk.named("law").value = "newton"
     assert desk.page.state.system.law == "newton"
+
+
+def changed_by(desk, action):
+    """Return the names of the models that an action changes, each change being a message."""
+    changes = []
+    desk.document.on_change(lambda event: changes.append(event))
+    action()
+    models = [event.model for event in changes if hasattr(event, "model")]
+    return [model.name or type(model).__name__ for model in models]
+
+
+def test_a_move_sends_field_and_address_and_a_motion_each_source_once(desk, monkeypatch):
+    monkeypatch.setattr(app, "BETWEEN", 0.0)
+    move = partial(desk.named("friction-slider").update, value=0.2500000001)
+    assert changed_by(desk, move) == ["friction", "address", "friction-slider"]
+    assert desk.page.state.system.friction == 0.25
+    # What a slider gives is rounded, but not sent back: it may have moved on.
+    assert desk.named("friction-slider").value == 0.2500000001
+    names = changed_by(desk, desk.settle)
+    for name in ("film", "impact", "stroboscopic", "scene"):
+        assert names.count(name) == 1
+    assert not {"history", "portrait", "ColumnDataSource", "GlyphRenderer"} & {*names}
+
+
+def test_quick_moves_are_written_once_with_the_newest_value(desk, monkeypatch):
+    monkeypatch.setattr(app, "BETWEEN", 60.0)
+    slider, field = desk.named("friction-slider"), desk.named("friction")
+    before = desk.named("address").tags
+    for friction in (0.25, 0.3, 0.35):
+        slider.value = friction
+        assert desk.page.state.system.friction == friction
+    assert desk.named("address").tags == before
+    desk.settle()
+    assert field.value == "0.35"
+    assert desk.named("address").tags == [desk.page.state.to_query()]
+    # A refusal is told at once, and nothing that is written later hides it.
+    slider.value = 0.4
+    desk.named("gap-slider").value = 0.6
+    slider.value = -0.5
+    assert field.value == "0.4"
+    desk.settle()
+    assert "friction = -0.5" in desk.named("friction-error").text
+    assert desk.named("gap").value == "0.6"
 
 
 @pytest.mark.parametrize(
