@@ -37,6 +37,7 @@ SETTLING = Field(
 )
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True)
 class BasinSettings:
     """The arguments that basins were computed with; meanings as in ``basins``."""
