@@ -255,6 +255,11 @@ class Page:
         self._after_rest(self._show_fine)
 
     def _show_fine(self) -> None:
+        if any(self._lanes[name].busy for name in ("motion", "map")):
+            # It would take the processors from what the slider has moved last, and the place of a
+            # coarse map that still waits.
+            self._after_rest(self._show_fine)
+            return
         state = self.state
         work = partial(_MAPS[state.map], state, compute.FINE[state.map])
         show = partial(self._show_result, state)
