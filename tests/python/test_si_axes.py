@@ -161,7 +161,7 @@ def test_basins_take_starts_in_si(system, tmp_path):
     other = vi.basins(
         system, units="SI", **options, x2=np.linspace(0.0, 0.05, 4), v2=np.linspace(-1.0, 1.0, 4)
     )
-    ax = vi.plot.basins(other)
+    ax = vi.plot.basins(other, sections=True)
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$x_2$ (m)", r"$\dot x_2$ (m/s)")
     assert "0 rad, " in ax.get_legend().get_title().get_text()
     marks = [line for line in ax.lines if len(line.get_xdata())]
