@@ -32,7 +32,7 @@ INSTALLED := $(VENV)/.installed
 SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
-.PHONY: help figures claims gallery errata schematic words notebook animation test reference lint bench instructions instructions-update stress docs ci audit clean
+.PHONY: help figures claims gallery errata schematic words pictures notebook animation test reference lint bench instructions instructions-update stress docs ci audit clean
 .PHONY: test-browser quick quick-update thorough wheel wheel-test audit-deps fuzz fuzz-python
 
 help:
@@ -42,6 +42,7 @@ help:
 	@echo 'make errata   draw the figures of docs/errata.md'
 	@echo 'make schematic  draw the machine, into docs/images'
 	@echo 'make words    draw the sketches of docs/words.md'
+	@echo 'make pictures  draw the other pictures of the documentation: basins, two pages of figures, the explorer'
 	@echo 'make notebook  write docs/tutorial.ipynb from docs/tutorial.md'
 	@echo 'make animation  draw a motion that moves, into docs/images'
 	@echo 'make test     all tests: Rust, documentation, Python'
@@ -90,6 +91,14 @@ schematic: $(PACKAGE)
 
 words: $(PACKAGE)
 	$(BIN)/python examples/words.py --out docs/images/words
+
+# That of the explorer needs Debian's packages chromium and chromium-driver.
+PICTURES := basins fig7c-contact fig8-regimes explorer
+
+pictures: $(INSTALLED)
+	@for name in $(PICTURES); do \
+		$(BIN)/python examples/pictures.py $$name --out docs/images/$$name.png; \
+	done
 
 notebook: $(TOOLS)
 	$(BIN)/python docs/executed.py

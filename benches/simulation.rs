@@ -145,8 +145,11 @@ fn tangent_in_lanes(c: &mut Criterion) {
         run(&cell.system, cell.initial, RunOptions::periods(1).keep(0), &never).unwrap()
     });
     let measure = || largest_lyapunov_exponents(black_box(&runs), further, None, &workers, &never);
+    let measured = measure().unwrap();
+    // Of a motion that repeats the sweep alone would skip the rest.
+    assert!(measured.iter().flatten().all(|found| found.exponents[0] > 0.0));
     // A tenth of the periods only aligns the perturbation.
-    let counted: u64 = measure().unwrap().iter().flatten().map(|found| found.impacts).sum();
+    let counted: u64 = measured.iter().flatten().map(|found| found.impacts).sum();
     group.throughput(Throughput::Elements(counted * 10 / 9));
     let alone =
         SweepOptions { rows: false, ..RunOptions::periods(i64::from(further) + 1).keep(1).into() };

@@ -24,8 +24,9 @@ INITIAL = (0.0, 0.0, 0.0, 0.0)
 
 
 def motion() -> vi.Run:
-    """Return a run that has settled on the motion."""
-    return vi.simulate(SYSTEM, initial=INITIAL, periods=3000, keep=100)
+    """Return a run on the motion, whose time begins when it has settled."""
+    settled = vi.simulate(SYSTEM, initial=INITIAL, periods=3000, keep=1)
+    return vi.simulate(SYSTEM, initial=settled.stroboscopic[-1], periods=20)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -39,7 +40,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--frames", type=int, help="number of frames (48 in a drive period)")
     given = parser.parse_args(arguments)
-    motion().animate(given.out, frames=given.frames)
+    with vi.plot.publication_style():
+        motion().animate(given.out, frames=given.frames)
     print(given.out)
 
 

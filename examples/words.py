@@ -8,12 +8,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
 from vibroimpact import Regime
-from vibroimpact.plot import REGIME_STYLES
+from vibroimpact.plot import REGIME_STYLES, publication_style
 from vibroimpact.plot.style import BLACK, BLUE, GREY, ORANGE, SKY_BLUE, VERMILLION
 
 FOLDER = Path(__file__).parents[1] / "docs" / "images" / "words"
@@ -164,7 +165,7 @@ def m_n(ax: Axes) -> None:
     for k in range(5):
         ax.axvline(k / 4, color=SKY_BLUE, lw=0.8, zorder=0)
     ax.annotate("", (0.5, 0.25), (0, 0.25), arrowprops={"arrowstyle": "<->", "color": BLUE})
-    ax.text(0.25, 0.35, "2-3", ha="center", color=BLUE)
+    ax.text(0.125, 0.35, "2-3", ha="center", color=BLUE)
     ax.set_ylim(-1.05, 0.7)
 
 
@@ -275,10 +276,11 @@ def quasi_periodic(ax: Axes) -> None:
 
 def figure(name: str) -> Figure:
     """Return one sketch."""
-    made = Figure(figsize=SIZE, layout="constrained")
-    ax = made.subplots()
-    SKETCHES[name](ax)
-    ax.axis("off")
+    with publication_style(), rc_context({"font.size": 11}):
+        made = Figure(figsize=SIZE, layout="constrained")
+        ax = made.subplots()
+        SKETCHES[name](ax)
+        ax.axis("off")
     return made
 
 

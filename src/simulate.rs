@@ -16,7 +16,7 @@ mod sections;
 mod stop;
 pub(crate) mod tolerances;
 
-pub(crate) use batch::{ImpactLanes, Job, run_batch};
+pub(crate) use batch::{Companion, ImpactLanes, Job, run_batch};
 pub(crate) use checkpoint::{Anchor, Checkpoint, Completion, FlightStart, Phase};
 pub(crate) use flight::{hops, impacts_hop_by_hop};
 pub(crate) use recurrence::Cycle;

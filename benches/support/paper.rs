@@ -17,7 +17,7 @@ pub fn paper(drive_frequency: f64) -> SystemBuilder {
 /// computed.
 #[allow(dead_code)] // not every benchmark has chaotic motions
 pub const CHAOTIC: [f64; 16] = [
-    1.55, 1.575, 1.775, 1.875, 1.9, 1.925, 1.95, 1.975, 2.5, 2.525, 2.6, 2.85, 2.9, 2.925, 2.95,
+    1.55, 1.575, 1.585, 1.875, 1.9, 1.925, 1.95, 1.975, 2.5, 2.525, 2.6, 2.61, 2.9, 2.925, 2.95,
     2.975,
 ];
 

@@ -13,7 +13,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from measure import CORE, SOLVERS, Row, by_scene
+from vibroimpact.plot import publication_style
+from vibroimpact.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILLION
 
+DOTS_PER_INCH = 250
 # An error of exactly zero has no place on a logarithmic axis.
 SMALLEST_ERROR = 1e-17
 # Where runs without an error stand, and what parts them from the others.
@@ -26,17 +29,17 @@ TICKS = {
     1.0: "1",
     GIVEN_UP: "given\nup",
 }
-# Okabe and Ito's colours, which colour-blind readers tell apart; symbols differ as well.
+# Symbols differ as well as colours.
 STYLES = dict(
     zip(
         SOLVERS,
         (
-            ("#000000", "*"),
-            ("#0072B2", "D"),
-            ("#E69F00", "P"),
-            ("#009E73", "o"),
-            ("#D55E00", "s"),
-            ("#CC79A7", "^"),
+            (BLACK, "*"),
+            (BLUE, "D"),
+            (ORANGE, "P"),
+            (GREEN, "o"),
+            (VERMILLION, "s"),
+            (PURPLE, "^"),
         ),
         strict=True,
     )
@@ -45,16 +48,6 @@ ERROR = (
     r"error of the final state $y = (x_1, \dot x_1, x_2, \dot x_2)$ against the reference "
     r"$\hat y$, $\max_i\, |y_i - \hat y_i| \,/\, \max(1, |\hat y_i|)$"
 )
-TEXT = {
-    "font.size": 8,
-    "axes.titlesize": 8,
-    "axes.labelsize": 8,
-    "xtick.labelsize": 7,
-    "ytick.labelsize": 7,
-    "legend.fontsize": 7.5,
-}
-
-
 HOLLOW = {"linestyle": "none", "markerfacecolor": "white", "markeredgewidth": 0.8}
 
 
@@ -63,7 +56,7 @@ def draw(rows: Sequence[Row], path: Path, *, columns: int) -> None:
     scenes = by_scene(rows)
     columns = min(columns, len(scenes))
     lines = math.ceil(len(scenes) / columns)
-    with plt.rc_context(TEXT):
+    with publication_style():
         figure, axes = plt.subplots(
             lines,
             columns,
@@ -81,10 +74,10 @@ def draw(rows: Sequence[Row], path: Path, *, columns: int) -> None:
         for index in range(max(0, len(scenes) - columns), len(scenes)):
             # The lowest panel of each column, also where the last line is not full.
             panels[index].tick_params(labelbottom=True)
-        figure.supxlabel(ERROR, fontsize=8)
-        figure.supylabel("run time per drive period (s)", fontsize=8)
-        figure.legend(handles=_legend(), loc="outside upper center", ncols=4, frameon=False)
-        figure.savefig(path, dpi=200)
+        figure.supxlabel(ERROR, fontsize=9)
+        figure.supylabel("run time per drive period (s)", fontsize=9)
+        figure.legend(handles=_legend(), loc="outside upper center", ncols=4)
+        figure.savefig(path, dpi=DOTS_PER_INCH)
         plt.close(figure)
 
 

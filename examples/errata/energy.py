@@ -85,7 +85,7 @@ def draw_run(ax: Axes) -> None:
     )
     ax.set_yscale("log")
     ax.set_xlabel("impact")
-    ax.set_ylabel(r"$E_+$")
+    ax.set_ylabel(r"$E_{+}$")
     ax.legend(loc="upper left")
 
 
@@ -101,6 +101,6 @@ def draw(quick: bool) -> Figure:
         maps[0].annotate(text, (x1, ratio), ha="center", va="center", fontsize=11)
     maps[0].set_ylabel(r"$\dot x_1/u$")
     bar = figure.colorbar(mesh, ax=maps, extend="both", aspect=22)
-    bar.set_label(r"$(E-E_+)/E$, negative: gain")
+    bar.set_label(r"$(E-E_{+})/E$, negative: gain")
     draw_run(panels["run"])
     return figure

@@ -12,13 +12,11 @@ from numpy.typing import NDArray
 
 import vibroimpact as vi
 from han_jin_hu_2004 import INITIAL, MOTIONS
-from han_jin_hu_2004.evidence import PERTURBATION, amplification, coexisting_chaos
+from han_jin_hu_2004.evidence import coexisting_chaos
+from han_jin_hu_2004.told_apart import SETTLING, draw_growth, draw_returns
 from vibroimpact.plot.style import BLACK, GREY, VERMILLION
 
 SYSTEM = next(motion.system for motion in MOTIONS if motion.id == "9(4)")
-# Impacts from a band of the chaotic motion back to it; the orbit of the other has as many sections.
-RETURN = 154
-SETTLING = 20_000
 # A part of both sections, enlarged: x1, x1'.
 WINDOW = ((0.055, 0.130), (1.490, 1.600))
 
@@ -34,29 +32,16 @@ def draw(quick: bool) -> Figure:
         (ordered, INITIAL, BLACK, "(a) from the paper's start: 154-77", "paper's start"),
         (chaotic, chaos.initial, VERMILLION, "(b) from another start: chaotic", "other start"),
     )
-    for ax, start, color, title, short in cases:
+    for ax, start, color, title, _ in cases:
         keep = 2_000 if quick else 200_000
         run = vi.simulate(SYSTEM, initial=start, periods=SETTLING + keep, keep=keep)
         impacts = run.impacts
         section(ax, impacts, color, title)
-        values = amplification(SYSTEM, initial=start, periods=1_540 if quick else 10_780)
-        # Over an orbit it swings by two orders of magnitude.
-        middle = np.median(values.reshape(-1, RETURN), axis=1)
-        growth.plot(RETURN * np.arange(1, len(middle) + 1), middle, color=color, lw=1.1)
-        growth.annotate(
-            short,
-            (RETURN * len(middle), middle[-1]),
-            xytext=(-4, -10 if color == VERMILLION else 10),
-            textcoords="offset points",
-            ha="right",
-            va="top" if color == VERMILLION else "bottom",
-            color=color,
-        )
-    growth.set_yscale("log")
-    growth.set_xlabel("drive periods")
-    growth.set_ylabel(rf"distance / $10^{{{round(np.log10(PERTURBATION))}}}$")
+    starts = [(start, short) for _, start, _, _, short in cases]
+    draw_growth(growth, SYSTEM, starts, orbits=10 if quick else 70)
     growth.set_title("(c) growth of a perturbation", loc="left")
-    return_map(returns, impacts["v1_pre"])
+    draw_returns(returns, impacts["v1_pre"])
+    returns.set_title("(d) return map in a band of (b)", loc="left")
     return figure
 
 
@@ -72,15 +57,3 @@ def section(ax: Axes, impacts: NDArray[np.void], color: str, title: str) -> None
     ax.set_xlabel("$x_1$")
     ax.set_ylabel(r"$\dot x_1$ before impact")
     ax.set_title(title, loc="left")
-
-
-def return_map(ax: Axes, velocity: NDArray[np.float64]) -> None:
-    """Draw the velocity before an impact against that 154 impacts before, in the widest band."""
-    bands = velocity[: len(velocity) // RETURN * RETURN].reshape(-1, RETURN)
-    band = bands[:, np.ptp(bands, axis=0).argmax()]
-    ends = (band.min(), band.max())
-    ax.plot(ends, ends, color=GREY, lw=0.8, ls=(0, (4, 2)))
-    ax.scatter(band[:-1], band[1:], s=2.0, color=VERMILLION, lw=0, rasterized=True)
-    ax.set_xlabel(r"$\dot x_1$ before impact $n$")
-    ax.set_ylabel(rf"$\dot x_1$ before impact $n + {RETURN}$")
-    ax.set_title("(d) return map in a band of (b)", loc="left")

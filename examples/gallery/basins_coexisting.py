@@ -5,6 +5,7 @@ Run ``python examples/gallery/basins_coexisting.py [--quick] [--out basins_coexi
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 
 import vibroimpact as vi
 from picture import START, SYSTEM, main, new_figure
@@ -12,7 +13,7 @@ from picture import START, SYSTEM, main, new_figure
 
 def draw(quick: bool) -> Figure:
     """Draw which start leads to which motion, the oscillator at rest at first."""
-    cells, scouts = (20, 16) if quick else (400, 400)
+    cells, scouts = (20, 16) if quick else (800, 400)
     basins = vi.basins(
         SYSTEM.replace(drive_frequency=1.5752, friction=0.5),
         x1=np.linspace(-0.9, 0.55, cells),
@@ -22,8 +23,15 @@ def draw(quick: bool) -> Figure:
         progress=not quick,
     )
     figure = new_figure(4.6)
-    ax = vi.plot.basins(basins, sections=False, ax=figure.subplots())
+    ax = vi.plot.basins(basins, ax=figure.subplots())
     ax.plot(*START[:2], "X", color="black", markeredgecolor="white", markersize=7)
+    ax.annotate(
+        "the paper's start",
+        START[:2],
+        xytext=(8, -15),
+        textcoords="offset points",
+        path_effects=[withStroke(linewidth=2.5, foreground="white")],
+    )
     return figure
 
 

@@ -5,6 +5,7 @@ these is followed until it ends, so that the figure shows at which bifurcations 
 (docs/coexistence.md, docs/theory.md, E9).
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -38,7 +39,11 @@ FREQUENCIES = 17
 _STEP = 0.01
 # The window of stability is shown with this part of its width on either side.
 _MARGIN = 0.25
-_SHAPES = "osD^vPXp*h"
+# In the panel of shares: another motion, then each motion with its doublings.
+_FAMILY_COLORS = ("white", "0.8", "#F4BE96")
+_FAMILY_NAMES = ("grey", "orange")
+# A larger share has its name inside.
+_NAMED_INSIDE = 0.12
 _FIXED = ("mass_ratio", "frequency_ratio", "restitution", "gap")
 
 
@@ -133,7 +138,7 @@ def _shares(
 
 def draw_branches(computed: Coexistence) -> Page:
     """Draw the branches from end to end, around their stable parts, and the basins' shares."""
-    page = _page("branches", computed, heights=(72.0, 78.0, 50.0))
+    page = _page("branches", computed, heights=(72.0, 78.0, 56.0))
     (ax,) = page.row(
         "(a)  both branches from end to end; grey: simulated from the paper's start "
         f"$({', '.join(f'{value:g}' for value in INITIAL)})$;\n"
@@ -142,15 +147,21 @@ def draw_branches(computed: Coexistence) -> Page:
     )
     plot.branches(computed.branches, diagram=computed.diagram, size=3.5, legend=False, ax=ax)
     _leave_to_the_window(ax, computed)
-    (ax,) = page.row("(b)  around their stable parts", columns=1)
-    plot.branches(
-        computed.windows, diagram=computed.zoom, section="stroboscopic", legend=False, ax=ax
-    )
+    (ax,) = page.row("(b)  the shaded range of (a), around their stable parts", columns=1)
+    plot.branches(computed.windows, diagram=computed.zoom, legend=False, ax=ax)
     ax.set_xlim(*computed.window)
+    families = ", ".join(
+        f"{color}: {label_text(motion.label)} and its period doublings"
+        for color, motion in zip(_FAMILY_NAMES, computed.motions, strict=False)
+    )
     (ax,) = page.row(
-        f"(c)  where {STARTS} random starts are after {SETTLING} drive periods", columns=1
+        f"(c)  the motions on which {STARTS:,} random starts are after {SETTLING:,} drive "
+        f"periods;\n{families}, white: others",
+        columns=1,
     )
     _draw_shares(ax, computed)
+    for part in page.figure.subfigs:
+        part.get_axes()[0].set_xlabel(r"drive frequency $\omega$")
     handles = plot.branch_handles(computed.branches, names=True)
     for handle, motion, branch in zip(handles, computed.motions, computed.branches, strict=False):
         handle.set_label(_branch_text(motion, branch))
@@ -177,39 +188,46 @@ def _branch_text(motion: PeriodicMotion, branch: Branch) -> str:
 
 
 def _draw_shares(ax: Axes, computed: Coexistence) -> None:
-    """Draw the shares that exceed a few starts somewhere; the others are one line."""
-    large = [label for label, share in computed.shares.items() if share.max() > 0.04]
-    rest = [share for label, share in computed.shares.items() if label not in large]
-    lines = {label: computed.shares[label] for label in large}
-    if rest:
-        lines["others"] = np.sum(rest, axis=0)
-    for number, (label, share) in enumerate(lines.items()):
-        # No mark where there is nothing: the zeros of all lines would lie on top of one another.
-        seen = np.where(share > 0.0, share, np.nan)
-        ax.plot(
-            computed.frequencies,
-            seen,
-            color=BLACK,
-            marker=_SHAPES[number % len(_SHAPES)],
-            markersize=3.5,
-            lw=0.8,
+    """Draw the shares as stacked bars, and name each label where it begins to be seen."""
+    grid = computed.frequencies
+    bottom = np.zeros(len(grid))
+    # Small shares on top, where there is room for their names.
+    families = {label: _family(label, computed.motions) for label in computed.shares}
+    for label in sorted(computed.shares, key=lambda label: (families[label], label)):
+        share = computed.shares[label]
+        ax.bar(
+            grid,
+            share,
+            0.9 * float(np.diff(grid).min(initial=math.inf)) if len(grid) > 1 else 1e-3,
+            bottom,
+            color=_FAMILY_COLORS[min(families[label], len(_FAMILY_NAMES))],
+            edgecolor=BLACK,
+            lw=0.4,
             label=label,
         )
         places = np.flatnonzero(share > 0.0)
-        middle = int(places[len(places) // 2])
-        ax.annotate(
-            label,
-            (float(computed.frequencies[middle]), float(share[middle])),
-            xytext=(0, 4),
-            textcoords="offset points",
-            ha="center",
-            fontsize=8,
-        )
+        for run in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1):
+            place = int(run[len(run) // 2])
+            inside = share[place] > _NAMED_INSIDE
+            height = bottom[place] + 0.5 * share[place] if inside else 1.08
+            ax.text(grid[place], height, label_text(label), ha="center", va="center", fontsize=8)
+        bottom = bottom + share
     ax.set_xlim(*computed.window)
-    ax.set_yscale("log")
-    ax.set_ylim(0.6 / STARTS, 3.0)
-    ax.set_xlabel(r"$\omega$")
+    ax.set_ylim(0.0, 1.17)
+    ax.tick_params(axis="x", top=False)
     ax.set_ylabel("part of the starts")
+
+
+def _family(label: str, motions: Sequence[PeriodicMotion]) -> int:
+    """Return the place of the motion of which a label is a period doubling, from 1; 0 if none."""
+    m, _, n = label.partition("-")
+    for place, motion in enumerate(motions, start=1):
+        if not (m.isdecimal() and n.isdecimal()):
+            break
+        times = int(m) // motion.m
+        if times * motion.m == int(m) and times * motion.n == int(n) and times.bit_count() == 1:
+            return place
+    return 0
 
 
 def draw_multipliers(computed: Coexistence) -> Page:

@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
 from vibroimpact import (
@@ -49,6 +50,11 @@ _CLEAR = 0.01
 # Largest step of x10 along a branch, and how many steps the grid has instead of a larger one.
 _RISE = 0.03
 _FINER = 20
+_SPACE_HEADING = (
+    "(a)  angle $x_{10}$ at the impact of all solutions, over drive frequency $\\omega$ and moment "
+    "amplitude $f_1$"
+)
+_TICKS = (0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0)
 _SHOWN = ("mass_ratio", "frequency_ratio", "restitution", "gap")
 
 
@@ -353,7 +359,7 @@ def draw(computed: Existence, claims: Sequence[Claim]) -> Page:
         f"The paper: {claims[0].paper_says}. Found: {claims[0].found}.",
         rows=2 + len(slices),
         row_height=0.0,
-        heights=[68.0, 50.0, *[40.0] * len(slices)],
+        heights=[74.0, 50.0, *[46.0] * len(slices)],
     )
     # Every twentieth of a unit of omega, every fifth of one of f1, or fewer on a coarser grid.
     every = tuple(
@@ -361,23 +367,25 @@ def draw(computed: Existence, claims: Sequence[Claim]) -> Page:
         for size, most in zip(computed.map.shape, (141, 13), strict=True)
     )
     by_45 = (criterion.NAME, computed.stable_by_45)
-    for ax, verdicts in zip(page.row("(a)", projection="3d"), (by_45, None), strict=True):
+    for ax, verdicts in zip(page.row(_SPACE_HEADING, projection="3d"), (by_45, None), strict=True):
         plot.motion_space(computed.map, criterion=verdicts, every=every, ax=ax)
     for ax, verdicts in zip(
         page.row(
-            "(b)  coloured: a stable one; grey: unstable ones only; white: none"
-            f"{_without_isolated(computed.map)}"
+            "(b)  $\\omega$ on a logarithmic scale; coloured: a stable one; grey: unstable ones "
+            f"only; white: none{_without_isolated(computed.map)}"
         ),
         (by_45, None),
         strict=True,
     ):
         plot.stability_map(computed.map, criterion=verdicts, ax=ax)
+        _spread_low_frequencies(ax)
     for letter, moment in zip("cdefg", slices, strict=False):
         part = _closed_at_folds(computed.map.at(moment_amplitude=moment), moment)
         axes = page.row(f"({letter})  $f_1 = {moment:g}$")
         stable = criterion.is_stable(criterion.map_eigenvalues(part))
         for ax, verdicts in zip(axes, ((criterion.NAME, stable), None), strict=True):
             plot.motion_branches(part, criterion=verdicts, ax=ax)
+            _spread_low_frequencies(ax)
         _mark_named(computed, moment, axes)
     handles: list[Artist] = []
     for side, verdicts in (("left", by_45), ("right", None)):
@@ -386,6 +394,15 @@ def draw(computed: Existence, claims: Sequence[Claim]) -> Page:
             handles.append(handle)
     page.legend(handles)
     return page
+
+
+def _spread_low_frequencies(ax: Axes) -> None:
+    """Make the frequency axis logarithmic: towards 0 branches come ever closer, as 1/omega does."""
+    low, high = ax.get_xlim()
+    ax.set_xscale("log")
+    ax.set_xlim(low, high)
+    ax.set_xticks(_TICKS, [f"{tick:g}" for tick in _TICKS])
+    ax.xaxis.set_minor_locator(NullLocator())
 
 
 def _without_isolated(found: MotionMap) -> str:
@@ -437,16 +454,20 @@ def _mark_named(computed: Existence, moment: float, axes: Sequence[Axes]) -> Non
         for ax in axes:
             # Where there is room beside the branches.
             above, to_left = place < -math.pi / 8, place < 0.0
-            # The quoted one lies below the upper ticks, and nothing is beside it.
-            height = 2 if text == "quoted" else 14 if above else -20
+            height = 14 if above else -28 if text == "quoted" else -20
             ax.annotate(
                 text,
                 (system.drive_frequency, place),
-                xytext=(-10 if to_left else 16 if text == "quoted" else 10, height),
+                xytext=(-10 if to_left else 10, height),
                 textcoords="offset points",
                 ha="right" if to_left else "left",
                 fontsize=8,
-                arrowprops={"arrowstyle": "-|>", "linewidth": 0.6, "shrinkB": 3.0},
+                arrowprops={
+                    "arrowstyle": "-|>",
+                    "color": "black",
+                    "linewidth": 0.6,
+                    "shrinkB": 3.0,
+                },
             )
             # The ring lies around the point.
             ax.plot(

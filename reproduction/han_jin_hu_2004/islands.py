@@ -148,14 +148,17 @@ def draw(islands: Islands) -> Page:
     page = Page(heading, 2, 0.0, heights=(128.0, 92.0))
     (whole,) = page.row(
         "(a)  Inside a border a periodic motion $m$-$n$ is stable (shaded where the border is "
-        "known all round);\nlines: the bifurcation at which it ends; marks: points of "
-        "codimension two, where a line meets a second condition",
+        "known all round); lines: the bifurcation\nat which it ends; marks: where a line meets a "
+        "second condition, those in the rectangle in (b) only; resonances by their multipliers",
         columns=1,
     )
     (x0, x1), (y0, y1) = _CROWDED
     (part,) = page.row("(b)  the rectangle of (a) enlarged", columns=1)
     handles = _draw_plane(whole, islands)
+    _leave_to_the_part(whole)
     _draw_plane(part, islands)
+    for ax in (whole, part):
+        ax.set(xlabel=r"drive frequency $\omega$", ylabel="moment amplitude $f_1$")
     whole.set_xlim(*FREQUENCY_RANGE)
     whole.set_ylim(0.0, MOMENT_RANGE[1])
     whole.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, ec="0.3", lw=0.5, zorder=4.5))
@@ -199,6 +202,16 @@ def _draw_plane(ax: Axes, islands: Islands) -> list[Artist]:
         )
         handles.append(marks)
     return [*handles, path]
+
+
+def _leave_to_the_part(ax: Axes) -> None:
+    """Take away the marks in the range that has its own panel: here they cover each other."""
+    (x0, x1), (y0, y1) = _CROWDED
+    for line in ax.get_lines():
+        if str(line.get_gid()).startswith("codimension-two-"):
+            x, y = np.array(line.get_data())
+            away = (x < x0) | (x > x1) | (y < y0) | (y > y1)
+            line.set_data(x[away], y[away])
 
 
 def _name(ax: Axes, regions: Sequence[StabilityRegion]) -> None:

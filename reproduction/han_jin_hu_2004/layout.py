@@ -1,5 +1,6 @@
 """Pages of 180 mm width: rows with a heading, panels, one legend at the foot."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from .parameters import INITIAL
 from .whole_file import whole_file
 
 WIDTH_MM = 180.0
-BLACK, GREY = "#000000", "0.55"
+BLACK, GREY, VERMILLION = "#000000", "0.55", "#D55E00"
 _INCH_MM = 25.4
 # Columns of a legend where all of them fit.
 _MOST_COLUMNS = 6
@@ -80,12 +81,18 @@ class Page:
         part.suptitle(heading, x=0.012, ha="left")
         return list(part.subplots(2, 2, height_ratios=heights).flat)
 
-    def grid(self, heading: str, rows: int, columns: int) -> list[Axes]:
-        """Return the axes of the next row, which is a grid of aligned panels of one size."""
+    def lines(self, heading: str, panels: Sequence[int]) -> list[Axes]:
+        """Return the axes of the next row: lines with so many panels each, all of full width."""
         part = self._rows[self._used]
         self._used += 1
         part.suptitle(heading, x=0.012, ha="left")
-        return list(part.subplots(rows, columns, squeeze=False).flat)
+        columns = math.lcm(*panels)
+        grid = part.add_gridspec(len(panels), columns)
+        return [
+            part.add_subplot(grid[line, k * columns // count : (k + 1) * columns // count])
+            for line, count in enumerate(panels)
+            for k in range(count)
+        ]
 
     def legend(self, handles: Sequence[Artist]) -> None:
         """Put one legend at the foot of the page, in as many columns as its width has room for.
@@ -112,6 +119,17 @@ class Page:
             with whole_file(path) as file:
                 self.figure.savefig(file, format=suffix)
         return paths
+
+
+def in_drive_periods(ax: Axes, system: System) -> None:
+    """Let the axis of time, which stays as it is, have its ticks at whole drive periods."""
+    start, end = ax.get_xlim()
+    period = system.drive_period
+    # Rounding must not leave out the ends.
+    numbers = range(math.ceil(start / period - 1e-6), math.floor(end / period + 1e-6) + 1)
+    places = [min(max(number * period, start), end) for number in numbers]
+    ax.set_xticks(places, [f"{number:,}" for number in numbers])
+    ax.set_xlabel(r"drive periods $\omega t/2\pi$")
 
 
 def square(color: str, text: str) -> Line2D:

@@ -9,25 +9,33 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from vibroimpact import Run, plot, simulate
 from vibroimpact.plot import label_text
 
 from .evidence import HORIZONS, Coexistence, coexisting, coexisting_chaos, drive_periods
-from .layout import BLACK, GREY, Page, fixed_parameters, row_parameters
+from .layout import BLACK, GREY, Page, fixed_parameters, in_drive_periods, row_parameters
 from .parameters import INITIAL, KEEP, PERIODS, Motion
+from .told_apart import RETURN, SETTLING, draw_growth, draw_returns
 
 Color = Literal["regime"] | None
 
 _SHOWN_PERIODS = 8
 _SPORADIC_END = 400.0
+# What either body is in a history and in a portrait, where it is the same line.
+_SYMBOLS = {
+    "oscillator": ("$x_2$", r"$x_2,\ \dot x_2$"),
+    "pendulum": (r"$\sin x_1-\delta$", r"$x_1,\ \dot x_1$"),
+}
 # Area of a large mark of an impact section in square points, and the colour of the small ones.
 _LARGE = 7.0
 _LATER_COLOR = "0.6"
 # Sections of which a part is enlarged, x1 and x1': there a 154-77 motion has single points, and the
 # chaotic one beside it narrow bands (errata, E10). The inset stands in the empty middle.
 _ENLARGED = {"9(4)": ((0.055, 0.130), (1.490, 1.600))}
+# Height in mm of the row that tells them apart. It comes last: none of Fig. 9 follows.
+_TOLD_APART = 62.0
 _INSET = (0.30, 0.32, 0.36, 0.42)
 
 
@@ -78,11 +86,15 @@ def _long(shown: Shown) -> Run:
 def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:
     """Draw a page with one row for each motion: time history left, portrait or section right."""
     others = [item for item in shown if item.other is not None and item.other.run is not None]
+    alike = [item for item in others if item.motion.id in _ENLARGED]
+    heights = [47.0 if len(shown) > 3 else 58.0] * (len(shown) + len(others))
+    heights += [_TOLD_APART] * len(alike)
     page = Page(
         f"Fig. {figure}: {fixed_parameters(shown[0].run.system)}; last {_SHOWN_PERIODS} drive "
         "periods shown",
-        rows=len(shown) + len(others),
-        row_height=47.0 if len(shown) > 3 else 58.0,
+        rows=len(heights),
+        row_height=0.0,
+        heights=heights,
     )
     drawn: list[Axes] = []
     sections: list[Artist] = []
@@ -100,10 +112,14 @@ def draw(figure: int, shown: Sequence[Shown], color: Color) -> Page:
             start = ", ".join(f"{value:.3f}" for value in item.other.run.initial)
             same = f"{panel[:-1]}\u2032)  same parameters, from $({start})$"
             heading = f"{same}. found: {label_text(item.other.run.label)}"
+            if motion.id in _ENLARGED:
+                heading += f". Where {panel} has single points it has bands"
             left, right = page.row(heading, widths=(1.5, 1.0))
             beside = item.beside or Shown(motion, item.other.run)
             _row(left, right, beside, beside.run, color)
             drawn += [left, right]
+            if item in alike:
+                _tell_apart(page, item)
     page.legend([*_handles(*drawn), *sections])
     return page
 
@@ -124,7 +140,9 @@ def _later(item: Shown) -> str:
 def _row(left: Axes, right: Axes, item: Shown, run: Run, color: Color) -> None:
     options: dict[str, Any] = {"color": color, "legend": False}
     plot.time_history(run, periods=_SHOWN_PERIODS, drive="plain", ax=left, **options)
-    left.xaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 2, 5, 10]))
+    in_drive_periods(left, run.system)
+    if color is None:
+        _mark_touches(left, run)
     if item.motion.right == "section":
         _section(right, item, run, color)
     else:
@@ -132,11 +150,28 @@ def _row(left: Axes, right: Axes, item: Shown, run: Run, color: Color) -> None:
         # A closed orbit is drawn once: a second pass would fill the gaps of the dashes.
         periods = min(run.period.m or _SHOWN_PERIODS, _SHOWN_PERIODS)
         plot.phase_portrait(run, bodies=bodies, periods=periods, ax=right, **options)
-    for side, ax in (("left", left), ("right", right)):
-        for line in ax.get_lines():
-            # Symbols; regimes and contact look the same on both sides.
-            if (symbol := str(line.get_label())).startswith("$"):
-                line.set_label(f"{side}: {symbol}")
+    for line in (*left.get_lines(), *right.get_lines()):
+        for body, symbols in _SYMBOLS.items():
+            if line.get_label() in symbols:
+                line.set_label(f"{body}: left {symbols[0]}, right {symbols[1]}")
+
+
+def _mark_touches(ax: Axes, run: Run) -> None:
+    """Mark the impacts in view by a ring where the curves touch."""
+    start, end = ax.get_xlim()
+    hits = run.impacts[(run.impacts["time"] >= start) & (run.impacts["time"] <= end)]
+    ax.plot(
+        hits["time"],
+        hits["x2"],
+        linestyle="none",
+        marker="o",
+        markersize=4.0,
+        markerfacecolor="white",
+        markeredgecolor=BLACK,
+        markeredgewidth=0.7,
+        label="impact",
+        zorder=3,
+    )
 
 
 def _section(ax: Axes, item: Shown, run: Run, color: Color) -> None:
@@ -164,6 +199,24 @@ def _enlarge(
     inset.set(xlim=window[0], ylim=window[1], xlabel="", ylabel="")
     inset.tick_params(labelsize=6, length=2)
     ax.indicate_inset_zoom(inset, edgecolor=GREY)
+
+
+def _tell_apart(page: Page, item: Shown) -> None:
+    """Draw what shows that of two motions with like sections one is periodic, the other chaotic."""
+    if item.other is None or item.other.run is None:
+        return
+    panel, system, start = item.motion.panel, item.motion.system, item.other.run.initial
+    this, that = f"({panel})", f"({panel}\u2032)"
+    left, right = page.row(
+        f"{this} and {that} told apart. Left: neighbours of {this} come back to it, those of "
+        f"{that} leave it exponentially.\nRight: {that} in its widest band, each impact against "
+        f"the one {RETURN} before: a map with two branches",
+        widths=(1.5, 1.0),
+    )
+    texts = (f"{this}  from the paper's start", f"{that}  from the other start")
+    draw_growth(left, system, [(INITIAL, texts[0]), (start, texts[1])])
+    run: Run = simulate(system, initial=start, periods=6 * SETTLING, keep=5 * SETTLING)
+    draw_returns(right, run.impacts["v1_pre"])
 
 
 def _section_handles(item: Shown, color: Color) -> list[Artist]:
@@ -212,22 +265,27 @@ def draw_sporadic(shown: Shown, color: Color) -> Page:
         rows=3,
         row_height=52.0,
     )
-    left, right = page.row("(a)", widths=(2.0, 1.0))
+    left, right = page.row(
+        "(a)  gap between the bodies: most of the times when it is almost zero are near misses",
+        widths=(2.0, 1.0),
+    )
     plot.gap_history(run, window=window, color=color, legend=False, ax=left)
     times = run.impacts["time"]
     centre = float(times[0]) if len(times) else 0.5 * _SPORADIC_END
     width = 0.15 * run.system.drive_period
     zoom = (max(centre - width, 0.0), centre + width)
     plot.gap_history(run, window=zoom, color=color, legend=False, ax=right)
-    right.set_title("around the first impact", loc="left", pad=3)
+    # Above the mark.
+    right.set_title("around the first impact", loc="left", pad=3 if color else 8)
     drawn = [left, right]
-    (ax,) = page.row("(b)", columns=1)
+    (ax,) = page.row("(b)  displacements of both bodies", columns=1)
     plot.displacement_history(run, window=window, color=color, legend=False, ax=ax)
     drawn.append(ax)
     if color is None:
-        _mark_impacts((left, ax), times[times <= _SPORADIC_END])
+        _mark_impacts(drawn, times)
     (ax,) = page.row(
-        f"(c)  not in the paper: {len(times)} impacts within {drive_periods(run)} drive periods",
+        f"(c)  not in the paper: {len(times):,} impacts within {drive_periods(run):,} drive "
+        "periods",
         columns=1,
     )
     plot.impact_count(run, ax=ax)
@@ -246,12 +304,14 @@ def draw_sporadic(shown: Shown, color: Color) -> Page:
     return page
 
 
-def _mark_impacts(axes: Sequence[Axes], times: Sequence[float]) -> None:
-    """Mark impacts above the axes: in the curves themselves they cannot be seen."""
+def _mark_impacts(axes: Sequence[Axes], times: NDArray[np.float64]) -> None:
+    """Mark impacts in view above the axes: in the curves themselves they cannot be seen."""
     for ax in axes:
+        start, end = ax.get_xlim()
+        shown = times[(times >= start) & (times <= end)]
         ax.plot(
-            times,
-            [1.03] * len(times),
+            shown,
+            np.full(len(shown), 1.03),
             linestyle="none",
             marker="v",
             markersize=4.0,
@@ -267,7 +327,8 @@ def _handles(*axes: Axes) -> list[Artist]:
     """Return the legend entries of lines, then of regimes, whose markers get one size."""
     lines: dict[str, Artist] = {}
     for ax in axes:
-        lines |= {str(handle.get_label()): handle for handle in ax.get_legend_handles_labels()[0]}
+        for handle in ax.get_legend_handles_labels()[0]:
+            lines.setdefault(str(handle.get_label()), handle)
     regimes = [
         number for number, style in plot.REGIME_STYLES.items() if lines.pop(style.text, None)
     ]

@@ -20,6 +20,7 @@ from vibroimpact.plot import publication_style
 from . import (
     claims,
     coexistence,
+    contents,
     existence,
     islands,
     motions,
@@ -60,6 +61,8 @@ def reproduce(
     progress: bool = True,
 ) -> Reproduction:
     """Draw the paper's simulated figures and write its claims with a verdict on each.
+
+    Beside them index.md says what each file shows.
 
     Parameters
     ----------
@@ -124,10 +127,11 @@ def reproduce(
             holds="them and their claims",
         ) from None
     for name, text in (
-        ("json", claims.to_json(job.claims)),
-        ("md", claims.to_markdown(job.claims)),
+        ("claims.json", claims.to_json(job.claims)),
+        ("claims.md", claims.to_markdown(job.claims)),
+        (contents.NAME, contents.contents(job.files)),
     ):
-        path = job.out / f"claims.{name}"
+        path = job.out / name
         with whole_file(path) as file:
             file.write(text.encode())
         job.files.append(path)

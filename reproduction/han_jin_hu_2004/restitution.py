@@ -113,7 +113,7 @@ def draw(computed: Restitution, claim: Claim) -> Page:
     result = computed.regimes
     page = Page(
         f"The paper: {claim.paper_says} in oblique impacts. {claim.verdict.capitalize()}: "
-        f"$-u_+\\!/u$ {_range(result)}.",
+        f"$-u_{{+}}/u$ {_range(result)}.",
         rows=1,
         row_height=76.0,
     )
@@ -152,6 +152,6 @@ def agreement() -> ImpactAgreement:
 def _parameters(result: ImpactRegimes) -> str:
     system = result.system
     return (
-        f"{values(system, _SHOWN)}, law {system.law}; "
-        r"$u = \dot x_1\cos x_1 - \dot x_2$ before, $u_+$ after the impact, $E$ kinetic energy"
+        f"{values(system, _SHOWN)}, law of {system.law.capitalize()}; "
+        r"$u = \dot x_1\cos x_1 - \dot x_2$ before, $u_{+}$ after the impact, $E$ kinetic energy"
     )

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from string import ascii_lowercase
 from typing import Literal
 
 import numpy as np
@@ -13,7 +12,7 @@ from matplotlib.axes import Axes
 from vibroimpact import Diagram, Run, bifurcation_diagram, plot, simulate
 from vibroimpact.plot import label_text
 
-from .layout import BLACK, Page, fixed_parameters, row_parameters, square
+from .layout import BLACK, Page, fixed_parameters, in_drive_periods, row_parameters, square
 from .parameters import (
     ENLARGED_RANGE,
     FREQUENCY_RANGE,
@@ -38,6 +37,11 @@ _CHATTERING = 0.01
 _RATIO = (1.0, 0.55)
 _COLUMNS = 3
 _WINDOW_HEIGHT = 60.0
+# Panels inside of "Fig. 8(a)", whose own panels have letters.
+_NUMERALS = ("i", "ii", "iii", "iv", "v", "vi")
+_FREQUENCY = r"drive frequency $\omega = \Omega/\omega_2$"
+_AT_IMPACT = r"angle $x_1$ at each impact"
+_ONCE_A_PERIOD = r"angle $x_1$ at drive phase 0"
 # How dark a point is, in the impact and in the stroboscopic section: where many lie on one another
 # their density is seen, and a hundred points of a periodic motion are black nevertheless.
 _OPACITY = (0.35, 0.06)
@@ -129,11 +133,14 @@ def draw(figure: int, panels: Sequence[tuple[Transition, Diagram]], color: Color
             left, right, whole, low = page.double_row(heading, _RATIO)
             plot.contact_fraction(diagram, ax=whole)
             plot.contact_fraction(diagram, ax=low)
+            _name_axes(whole, low)
             whole.set_title("time in sustained contact", loc="left", pad=3)
             low.set_title("the same, low frequencies", loc="left", pad=3)
             low.set_xlim(diagram.parameter[0], 1.25 * diagram.parameter[diagram.n == -1].max())
         _pair(left, right, diagram, color, 0.25, _OPACITY)
-    page.legend(_entries([diagram for _, diagram in panels], color))
+    letters = [transition.panel for transition, _ in panels if transition.panel]
+    of = f" of ({letters[0]})-({letters[-1]})" if len(letters) > 1 else ""
+    page.legend(_entries([diagram for _, diagram in panels], color, of=of))
     return page
 
 
@@ -150,8 +157,8 @@ def draw_enlargements(transition: Transition, parts: Sequence[Enlargement], colo
     ranges = [part for part in parts if part.window is None]
     windows = [part for part in parts if part.window is not None]
     heights = [_HEIGHT if part.example is None else _DOUBLE_HEIGHT for part in ranges]
-    rows = math.ceil(len(windows) / _COLUMNS)
-    heights += [rows * _WINDOW_HEIGHT] if windows else []
+    lines = _lines(len(windows))
+    heights += [len(lines) * _WINDOW_HEIGHT] if windows else []
     figure = f"Fig. {transition.figure}{transition.panel and f'({transition.panel})'}"
     page = Page(
         f"{figure} enlarged: {fixed_parameters(transition.system)},\n"
@@ -171,19 +178,24 @@ def draw_enlargements(transition: Transition, parts: Sequence[Enlargement], colo
         else:
             left, right, beneath, motion = page.double_row(heading, _RATIO)
             plot.contact_fraction(part.diagram, ax=beneath)
+            _name_axes(beneath)
             beneath.set_title("time in sustained contact", loc="left", pad=3)
             _example(motion, part.example)
             examples += motion.get_legend_handles_labels()[0]
         _pair(left, right, part.diagram, color, 0.4, _OPACITY_ENLARGED)
     if windows:
-        axes = page.grid(_windows_heading(figure, windows), rows, _COLUMNS)
-        for ax, letter, part in zip(axes, ascii_lowercase, windows, strict=False):
-            _window(ax, letter, part, color)
-        for ax in axes[len(windows) :]:
-            ax.set_axis_off()
+        axes = page.lines(_windows_heading(figure, windows), lines)
+        for ax, numeral, part in zip(axes, _NUMERALS, windows, strict=False):
+            _window(ax, numeral, part, color)
     diagrams = [part.diagram for part in parts]
     page.legend([*_entries(diagrams, color, stroboscopic=bool(ranges)), *examples])
     return page
+
+
+def _lines(panels: int) -> list[int]:
+    """Return how many panels each line of them has, so that the last one has no hole."""
+    lines = math.ceil(panels / _COLUMNS)
+    return [math.ceil((panels - line) / lines) for line in range(lines)]
 
 
 def _windows_heading(figure: str, windows: Sequence[Enlargement]) -> str:
@@ -199,6 +211,7 @@ def _windows_heading(figure: str, windows: Sequence[Enlargement]) -> str:
 
 def _example(ax: Axes, run: Run) -> None:
     plot.time_history(run, periods=2, drive="plain", legend=False, ax=ax)
+    in_drive_periods(ax, run.system)
     share = run.time_in_contact / (run.final_state.time - run.kept_from)
     frequency = rf"$\omega = {run.system.drive_frequency:g}$"
     text = f"{frequency}: {label_text(run.label)}, {share:.1%} of the time in contact"
@@ -219,17 +232,26 @@ def _pair(
     if color is None:
         left.collections[0].set_alpha(opacity[0])
     right.collections[0].set_alpha(opacity[1])
+    _name_axes(left, right)
+    left.set_ylabel(_AT_IMPACT)
+    right.set_ylabel(_ONCE_A_PERIOD)
 
 
-def _window(ax: Axes, letter: str, part: Enlargement, color: Color) -> None:
+def _name_axes(*axes: Axes) -> None:
+    for ax in axes:
+        ax.set_xlabel(_FREQUENCY)
+
+
+def _window(ax: Axes, numeral: str, part: Enlargement, color: Color) -> None:
     if part.window is None:
         return
     plot.bifurcation(part.diagram, color=color, size=0.6, legend=False, ax=ax)
     beyond = _fit(ax, part.diagram, part.window)
     for edge in (part.window.low, part.window.high):
         ax.axvline(edge, color="0.6", lw=0.5, ls=(0, (3, 2)), zorder=0)
-    more = f" ({beyond:,} of {len(part.diagram.x1):,} impacts beyond)" if beyond else ""
-    ax.set_title(f"({letter}) {part.window.m}-{part.window.n}{more}", loc="left", pad=3)
+    more = f"; {beyond:,} impacts outside the frame" if beyond else ""
+    ax.set_title(f"({numeral}) {part.window.m}-{part.window.n}{more}", loc="left", pad=3)
+    ax.set_ylabel(_AT_IMPACT)
     ax.locator_params(axis="x", nbins=4)
 
 
@@ -271,11 +293,12 @@ def _stopped(diagram: Diagram) -> str:
 
 
 def _entries(
-    diagrams: Sequence[Diagram], color: Color, *, stroboscopic: bool = True
+    diagrams: Sequence[Diagram], color: Color, *, stroboscopic: bool = True, of: str = ""
 ) -> list[Artist]:
     """Return the legend entries of a page: strips, and regimes where they are shown.
 
-    With `stroboscopic` the page shows that section, too, whose points have no regime.
+    With `stroboscopic` the page shows that section, too, whose points have no regime. `of` says
+    of which panels the shares of the regimes are.
     """
     strips = [
         handle
@@ -284,7 +307,7 @@ def _entries(
         for handle in named(diagram)
     ]
     if color is None:
-        return strips
+        return [*_density("points"), *strips] if stroboscopic else strips
     regimes = np.concatenate([np.asarray(diagram.regime) for diagram in diagrams])
     present, counts = np.unique(regimes, return_counts=True)
     handles = plot.regime_handles(present.tolist(), shapes=False)
@@ -292,10 +315,15 @@ def _entries(
         # Some are too rare to be seen.
         share = count / len(regimes)
         text = f"{share:.0%}" if share >= 0.01 else f"{share:.1%}" if share >= 1e-3 else "< 0.1%"
-        handle.set_label(f"{handle.get_label()} ({text} of impacts)")
+        handle.set_label(f"{handle.get_label()} ({text} of the impacts{of})")
     if stroboscopic:
-        handles.append(square(BLACK, "right: once per drive period, no regime"))
+        handles += _density("right, once per drive period, no regime")
     return [*handles, *strips]
+
+
+def _density(points: str) -> list[Artist]:
+    """Return the legend entry of black points, which are grey where they are few."""
+    return [square(BLACK, f"{points}: the darker, the more")]
 
 
 def regimes_of(diagrams: Sequence[Diagram]) -> set[int]:

@@ -272,9 +272,24 @@ def test_the_page_of_branches_holds_branches_diagram_and_shares(computed):
     (legend,) = page.figure.legends
     names = [text.get_text() for text in legend.get_texts()]
     assert names[:2] == ["4-5 (beyond a grazing 4-6)", "6-7 (beyond a grazing 6-8)"]
-    lines = {line.get_label(): line.get_ydata() for line in shares.lines}
-    share = computed.shares["4-5"]
-    assert np.array_equal(lines["4-5"][share > 0], share[share > 0])
+    bars = {part.get_label(): [bar.get_height() for bar in part] for part in shares.containers}
+    assert {label: list(share) for label, share in computed.shares.items()} == bars
+    # Each label has its name, and no mark means one thing in a panel and another in the next.
+    assert set(computed.shares) <= {text.get_text() for text in shares.texts}
+    assert not shares.lines
+
+
+@pytest.mark.parametrize(
+    ("label", "family"),
+    [("4-5", 1), ("8-10", 1), ("12-14", 2), ("96-112", 2), ("2-2", 0), ("12-15", 0), ("4-6", 0)],
+)
+def test_a_doubling_belongs_to_its_motion(computed, label, family):
+    assert coexistence._family(label, computed.motions) == family
+
+
+@pytest.mark.parametrize("label", ["chaotic", "quasi-periodic", "4-inf", "unresolved"])
+def test_other_labels_are_doublings_of_none(computed, label):
+    assert coexistence._family(label, computed.motions) == 0
 
 
 def test_the_pages_of_multipliers_and_portraits_have_both_motions_side_by_side(computed):

@@ -129,7 +129,12 @@ def test_the_commands_give_the_numbers_again(computed, judged):
 
 def test_reproduce_draws_figures_2_and_3(tmp_path):
     made = reproduce(tmp_path, figures=[3], frequencies=8, progress=False)
-    assert [path.name for path in made.files] == ["fig3.png", "claims.json", "claims.md"]
+    assert [path.name for path in made.files] == [
+        "fig3.png",
+        "claims.json",
+        "claims.md",
+        "index.md",
+    ]
     assert [claim.id for claim in made.claims] == ["3", "3 quoted", "5c by (45)"]
     assert all(claim.decided_by for claim in made.claims)
 

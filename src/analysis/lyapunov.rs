@@ -12,7 +12,6 @@ mod perturbed;
 mod record;
 
 pub(crate) use self::orbit::{PerturbedMotion, exponent_of_orbit, largest_multiplier};
-pub(crate) use self::perturbed::PerturbationLanes;
 pub(crate) use self::record::GrowthRecord;
 use self::record::{Recorded, Step, end_of_step};
 use crate::analysis::tolerances::{
@@ -20,11 +19,10 @@ use crate::analysis::tolerances::{
 };
 use crate::analysis::workers::{Workers, side_by_side};
 use crate::model::error::{ParameterError, SimulationError};
-use crate::model::tip::Tip;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{Event, StopReason};
 use crate::simulate::run::Run;
-use crate::simulate::{Horizon, ImpactLanes, Job, Simulation, run_batch};
+use crate::simulate::{Horizon, Job, Simulation, run_batch};
 
 /// Points of the history, at most.
 const HISTORY: usize = 200;
@@ -219,7 +217,7 @@ impl<const N: usize> Measurement<N> {
 
 impl Job for Measurement<1> {
     type Watch = ();
-    type Beside = PerturbationLanes;
+    type Beside = GrowthRecord<1>;
 
     fn parts(&mut self) -> (&mut Simulation, &mut ()) {
         (&mut self.simulation, &mut self.watch)
@@ -230,33 +228,9 @@ impl Job for Measurement<1> {
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
-    fn compute_beside<G: Tip>(beside: &mut PerturbationLanes, impacts: &ImpactLanes) {
-        beside.map::<G>(impacts);
-    }
-
-    #[inline(always)]
-    #[allow(clippy::inline_always)]
-    fn passes(&mut self, j: usize, beside: &mut PerturbationLanes) -> bool {
-        self.record.passes(j, beside, &self.simulation)
-    }
-
-    #[inline(always)]
-    #[allow(clippy::inline_always)]
-    fn accept_beside(beside: &mut PerturbationLanes) {
-        beside.accept();
-    }
-
-    fn enter(&mut self, j: usize, beside: &mut PerturbationLanes) {
-        self.record.enter(j, beside);
-    }
-
-    fn go_on(&mut self, j: usize, beside: &mut PerturbationLanes) {
-        beside.go_on(j, self.simulation.present_flight().clock);
-    }
-
-    fn leave(&mut self, j: usize, beside: &mut PerturbationLanes) {
-        self.record.leave(j, beside);
+    #[allow(clippy::inline_always)] // a round is compiled for several instruction sets
+    fn companion(&mut self) -> Option<(&mut GrowthRecord<1>, &Simulation)> {
+        Some((&mut self.record, &self.simulation))
     }
 }
 

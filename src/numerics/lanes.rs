@@ -31,12 +31,17 @@ pub(crate) fn narrow<W: pulp::NullaryFnOnce>(work: W) -> W::Output {
 #[inline(always)]
 #[allow(clippy::inline_always)]
 pub(crate) fn take(ours: &mut Lanes, others: &Lanes, which: &[u64; LANES]) {
-    // By masks, which compilers surely turn into vector instructions.
     let old = *ours;
-    *ours = std::array::from_fn(|j| {
-        let mask = which[j].wrapping_neg();
-        f64::from_bits((others[j].to_bits() & mask) | (old[j].to_bits() & !mask))
-    });
+    *ours = std::array::from_fn(|j| either(which[j], others[j], old[j]));
+}
+
+/// The first number if `which` is 1, the second if it is 0: by masks, which compilers surely turn into
+/// vector instructions.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+pub(crate) fn either(which: u64, first: f64, second: f64) -> f64 {
+    let mask = which.wrapping_neg();
+    f64::from_bits((first.to_bits() & mask) | (second.to_bits() & !mask))
 }
 
 /// Defines the lanes of a type: each of the named numbers of eight values of it, which are read and
@@ -63,6 +68,14 @@ macro_rules! lanes_of {
             #[allow(clippy::inline_always)]
             pub fn set(&mut self, j: usize, one: &$single) {
                 $(self.$lane[j] = one.$($path).+;)*
+            }
+
+            /// Sets lane `j` if `which` is 1, by masks.
+            #[inline(always)]
+            #[allow(clippy::inline_always, dead_code)]
+            pub fn set_if(&mut self, j: usize, which: u64, one: &$single) {
+                $(self.$lane[j] =
+                    crate::numerics::lanes::either(which, one.$($path).+, self.$lane[j]);)*
             }
 
             /// Takes over those of other lanes for which `which` is 1.

@@ -18,7 +18,7 @@ use std::marker::PhantomData;
 
 pub(crate) use self::impacts::ImpactLanes;
 use self::impacts::Nearby;
-pub(crate) use self::job::Job;
+pub(crate) use self::job::{Companion, Job};
 use self::sections::pass_sections;
 use super::Observer;
 use crate::flight::Flight;
@@ -61,7 +61,7 @@ pub(crate) fn run_batch<T: Job>(
     for j in 0..LANES {
         batch.lanes.write_back(j, &mut batch.jobs[j]);
         if let Some(mut job) = batch.jobs[j].take() {
-            job.leave(j, &mut batch.lanes.beside);
+            leave(&mut job, j, &mut batch.lanes.beside);
             job.finish();
             (batch.done)(job);
         }
@@ -75,8 +75,11 @@ struct Batch<'a, T: Job> {
     contact: Contact,
     /// Of each lane, its job.
     jobs: [Option<T>; LANES],
-    lanes: Box<LaneData<T::Beside>>,
+    lanes: Box<LaneData<LanesBeside<T>>>,
 }
+
+/// What goes beside the motions of these jobs, in all lanes.
+type LanesBeside<T> = <<T as Job>::Beside as Companion>::Lanes;
 
 /// The numbers of all lanes.
 #[derive(Default)]
@@ -90,11 +93,11 @@ struct LaneData<B> {
     beside: B,
 }
 
-impl<B: Default> LaneData<B> {
+impl<B> LaneData<B> {
     /// Writes what the lane alone has into the simulation, which can then go on outside of the
     /// lane.
     #[inline(always)]
-    fn write_back<T: Job<Beside = B>>(&mut self, j: usize, job: &mut Option<T>) {
+    fn write_back<T: Job>(&mut self, j: usize, job: &mut Option<T>) {
         if let (1, Some(job)) = (std::mem::take(&mut self.in_lane[j]), job) {
             let (pendulum, oscillator) = self.impacts.bodies(j);
             let flight = &mut job.parts().0.flight;
@@ -173,7 +176,7 @@ impl<T: Job> Batch<'_, T> {
     fn retire(&mut self, j: usize, reason: Option<StopReason>) {
         self.lanes.write_back(j, &mut self.jobs[j]);
         if let Some(mut job) = self.jobs[j].take() {
-            job.leave(j, &mut self.lanes.beside);
+            leave(&mut job, j, &mut self.lanes.beside);
             if let Some(reason) = reason {
                 let (simulation, _) = job.parts();
                 let stop = simulation.stop_here(reason);
@@ -223,7 +226,7 @@ impl<T: Job> Batch<'_, T> {
             }
         }
         impacts.start_flights::<G>();
-        T::compute_beside::<G>(beside, impacts);
+        T::Beside::look(beside, impacts);
         if T::Watch::SECTIONS {
             let mut among = ready;
             while !among.is_empty() {
@@ -235,8 +238,8 @@ impl<T: Job> Batch<'_, T> {
             leaving[j] = u64::from(self.end_flight(j));
         }
         let LaneData { impacts, in_lane, beside, .. } = &mut *self.lanes;
+        T::Beside::compute::<G>(beside, impacts);
         impacts.accept(&leaving);
-        T::accept_beside(beside);
         *in_lane = leaving;
     }
 
@@ -264,13 +267,13 @@ impl<T: Job> Batch<'_, T> {
                     simulation.complete_chatter_if_certain(&impacts.impact(j));
                 }
                 let Flight { clock, state, .. } = simulation.flight;
-                if !watch.skips(clock, &state) && (chatters || !job.passes(j, beside)) {
+                if !watch.skips(clock, &state) && (chatters || !passes(job, j, beside)) {
                     let (simulation, _) = job.parts();
                     let event = simulation.record(impacts.state_before(j), impacts.impact(j));
-                    job.leave(j, beside);
+                    leave(job, j, beside);
                     job.take(Ok(event));
-                    if !chatters {
-                        job.enter(j, beside);
+                    if !chatters && let Some((companion, _)) = job.companion() {
+                        companion.enter(j, beside);
                     }
                 }
                 return steady;
@@ -295,7 +298,7 @@ impl<T: Job> Batch<'_, T> {
             simulation.turn(watch)
         };
         if let Some(event) = event {
-            job.leave(j, &mut self.lanes.beside);
+            leave(job, j, &mut self.lanes.beside);
             job.take(event);
         }
     }
@@ -306,8 +309,10 @@ impl<T: Job> Batch<'_, T> {
     fn begin_flight<G: Tip>(&mut self, j: usize, scanning: &mut LaneSet, ready: &mut LaneSet) {
         loop {
             let Some(job) = &mut self.jobs[j] else { return };
-            if self.lanes.in_lane[j] == 0 {
-                job.go_on(j, &mut self.lanes.beside);
+            if self.lanes.in_lane[j] == 0
+                && let Some((companion, simulation)) = job.companion()
+            {
+                companion.go_on(j, &mut self.lanes.beside, simulation);
             }
             let (simulation, _) = job.parts();
             let stopped = simulation.point.stopped.is_some();
@@ -373,9 +378,26 @@ impl<T: Job> Batch<'_, T> {
             simulation.store_first_pass::<G>(first_pass, self.lanes.scanners[j].evaluations);
         }
         if let Some(event) = simulation.turn(watch) {
-            job.leave(j, &mut self.lanes.beside);
+            leave(job, j, &mut self.lanes.beside);
             job.take(event);
         }
+    }
+}
+
+/// Whether the impact from which the present flight of lane `j` begins is passed over.
+#[inline(always)]
+fn passes<T: Job>(job: &mut T, j: usize, lanes: &mut LanesBeside<T>) -> bool {
+    let passes = job.companion().is_some_and(|(companion, of)| companion.passes(j, lanes, of));
+    if passes {
+        job.passed();
+    }
+    passes
+}
+
+/// Takes what goes beside the motion of a job out of lane `j`.
+fn leave<T: Job>(job: &mut T, j: usize, lanes: &mut LanesBeside<T>) {
+    if let Some((companion, _)) = job.companion() {
+        companion.leave(j, lanes);
     }
 }
 

@@ -64,7 +64,7 @@ def test_every_cell_has_the_colour_of_its_attractor(basins, ax):
 
 
 def test_the_legend_names_attractors_with_shares_and_reasons(basins, ax):
-    vi.plot.basins(basins, ax=ax)
+    vi.plot.basins(basins, sections=True, ax=ax)
     shares = [f"{100 * share:.3g} %" for share in basins.shares]
     assert texts(ax) == [f"4-5, {shares[0]}", f"6-7, {shares[1]}", "bodies overlap"]
     assert ax.patch.get_hatch()
@@ -72,13 +72,13 @@ def test_the_legend_names_attractors_with_shares_and_reasons(basins, ax):
 
 
 def test_sections_are_marked_where_they_are(basins, ax):
-    vi.plot.basins(basins, ax=ax)
+    vi.plot.basins(basins, sections=True, ax=ax)
     marked = [np.column_stack(line.get_data()) for line in ax.lines]
     for points, attractor in zip(marked, basins.attractors, strict=True):
         assert np.array_equal(points, attractor.sections[:, :2])
     assert len({line.get_marker() for line in ax.lines}) == 2
     without = Figure().subplots()
-    vi.plot.basins(basins, sections=False, ax=without)
+    vi.plot.basins(basins, ax=without)
     assert not without.lines
     # The axes show the grid, wherever the sections lie.
     assert without.get_xlim() == ax.get_xlim()
@@ -92,10 +92,10 @@ def title(ax) -> list[str]:
 def test_the_legend_says_what_the_marks_are(basins, ax):
     starts = r"starts with $x_2$ = 0, $\dot x_2$ = 0"
     marks = r"marks: the attractors once per drive period, whatever their $x_2$, $\dot x_2$"
-    vi.plot.basins(basins, ax=ax)
+    vi.plot.basins(basins, sections=True, ax=ax)
     assert title(ax) == [starts, marks]
     without = Figure().subplots()
-    vi.plot.basins(basins, sections=False, ax=without)
+    vi.plot.basins(basins, ax=without)
     assert title(without) == [starts]
 
 
@@ -104,7 +104,7 @@ def test_the_legend_is_silent_on_marks_that_lie_outside(basins, ax):
         dataclasses.replace(each, sections=each.sections + np.array((10.0, 0, 0, 0)))
         for each in basins.attractors
     ]
-    vi.plot.basins(dataclasses.replace(basins, attractors=tuple(far)), ax=ax)
+    vi.plot.basins(dataclasses.replace(basins, attractors=tuple(far)), sections=True, ax=ax)
     assert ax.lines
     assert len(title(ax)) == 1
 
@@ -142,9 +142,9 @@ def test_axes_in_any_order_and_of_one_value(basins, ax):
         attractor=basins.attractor[::-1].copy(),
         status_code=basins.status_code[::-1].copy(),
     )
-    vi.plot.basins(basins, ax=ax)
+    vi.plot.basins(basins, sections=True, ax=ax)
     other = Figure().subplots()
-    vi.plot.basins(falling, ax=other)
+    vi.plot.basins(falling, sections=True, ax=other)
     shape = basins.attractor.shape
     assert np.array_equal(colors(other, shape), colors(ax, shape))
     single = dataclasses.replace(
@@ -154,7 +154,7 @@ def test_axes_in_any_order_and_of_one_value(basins, ax):
         status_code=basins.status_code[:, :1].copy(),
     )
     third = Figure().subplots()
-    vi.plot.basins(single, ax=third)
+    vi.plot.basins(single, sections=True, ax=third)
     assert third.get_ylim() == (0.0, 1.0)
 
 

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 import vibroimpact as vi
 from systems import PAPER, ROUGH, STICKY
 from vibroimpact.plot.curve import sample, shown_window
+from vibroimpact.plot.style import BODY_COLORS
 
 # Shaw and Holmes: x'' + x = cos wt, a wall at 0.
 WALL = vi.System(
@@ -318,11 +319,23 @@ def test_a_periodic_motion_is_drawn_once_and_others_longer(rough, ax):
     (impact,) = run.impacts[-1:]
     x1 = np.asarray(ax.lines[0].get_xdata())
     assert np.count_nonzero(np.abs(x1 - impact["x1"]) < 1e-6) == 2  # before and after one impact
-    assert ax.lines[1].is_dashed()
     other = Figure().subplots()
     assert rough.period.m is None
     vi.plot.phase_portrait(rough, ax=other)
-    assert not other.lines[1].is_dashed()
+    assert len(other.lines[0].get_xdata()) > 5 * len(x1)
+
+
+def test_a_body_has_one_colour_in_every_picture(rough):
+    run = vi.simulate(PAPER, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+    for draw, first, second in (
+        (vi.plot.time_history, r"$\sin x_1-\delta$", "$x_2$"),
+        (vi.plot.displacement_history, "$x_1$", "$x_2$"),
+        (vi.plot.phase_portrait, r"$x_1,\ \dot x_1$", r"$x_2,\ \dot x_2$"),
+    ):
+        lines = {line.get_label(): line for line in draw(run, ax=Figure().subplots()).lines}
+        assert lines[first].get_color() == BODY_COLORS[1]
+        assert lines[second].get_color() == BODY_COLORS[2]
+        assert lines[first].get_linewidth() < lines[second].get_linewidth()
 
 
 def test_counts_over_less_than_a_decade_have_linear_axes(rough, ax):

@@ -173,7 +173,7 @@ def test_the_stroboscopic_section_names_its_drive_phase(ax, diagram, phase, sect
         drive_frequency=[1.4, 1.5],
     )
     vi.plot.bifurcation(shifted, section="stroboscopic", ax=ax)
-    assert ax.get_ylabel() == rf"$x_1$ at $\psi = {text}$ (mod $2\pi$)"
+    assert ax.get_ylabel() == rf"$x_1$ once per drive period, at $\psi = {text}$"
 
 
 def test_a_section_over_the_phase_itself_is_named_by_its_symbol(ax, diagram):
@@ -182,7 +182,7 @@ def test_a_section_over_the_phase_itself_is_named_by_its_symbol(ax, diagram):
         diagram.system, initial=start, periods=4, keep=2, phase=[0.0, 1.0]
     )
     vi.plot.bifurcation(over, section="stroboscopic", value="v2", ax=ax)
-    assert ax.get_ylabel() == r"$\dot x_2$ at $\psi = \varphi$ (mod $2\pi$)"
+    assert ax.get_ylabel() == r"$\dot x_2$ once per drive period, at $\psi = \varphi$"
 
 
 def test_styles_are_those_of_the_regimes_and_all_differ():

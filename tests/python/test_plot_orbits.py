@@ -13,7 +13,12 @@ from matplotlib.patches import Circle
 import vibroimpact as vi
 from systems import COEXISTING, LOW
 from vibroimpact._core import Regime
-from vibroimpact.plot.style import BIFURCATION_STYLES, CHATTER_STYLE, SLIDE_STYLE
+from vibroimpact.plot.style import (
+    BIFURCATION_STYLES,
+    CHATTER_STYLE,
+    POINT_TEXTS,
+    SLIDE_STYLE,
+)
 
 RANGE = (1.5, 1.6)
 SECTIONS = ("impact", "stroboscopic")
@@ -373,7 +378,11 @@ def test_curves_lie_in_the_plane_of_their_parameters(branches, ax):
         assert [tuple(point) for point in drawn] == wanted
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert texts[:2] == ["saddle-node", "grazing"]
-    assert all(text.startswith("meets ") for text in texts[2:])
+    kinds = [kind for kind in POINT_TEXTS if kind in {point.kind for point in points}]
+    assert texts[2:] == [POINT_TEXTS[kind] for kind in kinds]
+    assert POINT_TEXTS["grazing"] == "meets grazing"
+    # A resonance is told by its multipliers.
+    assert "multipliers" in POINT_TEXTS["resonance_1_1"]
     assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\omega$", "$f_1$")
 
 

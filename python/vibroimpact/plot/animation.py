@@ -26,7 +26,7 @@ from .given import bodies_of, expected
 from .machine import Hit, Stage
 from .marks import contact_spans
 from .motion import phase_portrait, time_history
-from .style import BLACK, BLUE, REGIME_STYLES, SLIDE_STYLE, STICK_STYLE, VERMILLION
+from .style import BODY_COLORS, REGIME_STYLES, SLIDE_STYLE, STICK_STYLE, VERMILLION
 
 Array = NDArray[np.float64]
 
@@ -39,11 +39,11 @@ _IN_PERIOD, _IN_UNIT, _FEWEST, _USUALLY_MOST = 48, 12, 48, 360
 _FLASH = 7
 _SIZE, _DOTS_PER_INCH = (7.2, 3.6), 100.0
 _SETTINGS: Final[Any] = {
-    "font.size": 8,
-    "axes.labelsize": 8,
-    "xtick.labelsize": 7,
-    "ytick.labelsize": 7,
-    "legend.fontsize": 7,
+    "font.size": 9,
+    "axes.labelsize": 9,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "legend.fontsize": 8,
     "legend.frameon": False,
 }
 _TEXTS = {"slide": SLIDE_STYLE.text, "stick": STICK_STYLE.text}
@@ -90,12 +90,12 @@ class _Scene:
         self._largest = float(hits["impulse_normal"].max(initial=0.0)) or 1.0
         mark: dict[str, Any] = {"marker": "o", "markersize": 5.0, "ls": "none", "zorder": 5}
         self._dots = {
-            body: parts["portrait"].plot([], [], color=BLACK if body == 1 else BLUE, **mark)[0]
+            body: parts["portrait"].plot([], [], color=BODY_COLORS[body], **mark)[0]
             for body in bodies
         }
         self._now = parts["history"].axvline(window[0], color=VERMILLION, lw=1.0, zorder=4)
         self._text = parts["machine"].text(
-            0.0, 1.0, "", transform=parts["machine"].transAxes, ha="left", va="bottom", fontsize=9
+            0.0, 1.0, "", transform=parts["machine"].transAxes, ha="left", va="bottom", fontsize=10
         )
 
     def draw(self, frame: int) -> list[Artist]:

@@ -44,20 +44,20 @@ _MOST_DOTS = 500
 
 @naming
 def basins(
-    basins: Basins, *, sections: bool = True, legend: bool = True, ax: Axes | None = None
+    basins: Basins, *, sections: bool = False, legend: bool = True, ax: Axes | None = None
 ) -> Axes:
     """Draw basins of attraction, the first axis of the grid along the horizontal.
 
-    Each attractor has a colour. The sections of the attractors are marked, projected onto the two
-    coordinates: they lie in the plane only by chance. Hatched: the bodies overlap; grey: no
-    attractor is known, and the legend says why.
+    Each attractor has a colour. Hatched: the bodies overlap; grey: no attractor is known, and the
+    legend says why.
 
     Parameters
     ----------
     basins : Basins
         As computed by ``vi.basins``.
     sections : bool
-        Mark the sections of the attractors that lie within the axes.
+        Mark the sections of the attractors that lie within the axes, projected onto the two
+        coordinates: they lie in the plane only by chance, so a mark may lie in another basin.
     legend : bool
         Put a legend above the axes, with the part of the cells of each attractor, the
         coordinates that all starts share, and what the marks are.
@@ -155,7 +155,7 @@ def _marks(basins: Basins) -> str:
 
 
 @naming
-def basin_handles(basins: Basins, *, sections: bool = True) -> list[Artist]:
+def basin_handles(basins: Basins, *, sections: bool = False) -> list[Artist]:
     """Return one legend entry for each attractor: its label, and its part of the cells.
 
     Parameters

@@ -34,6 +34,7 @@ from .style import (
     GREEN,
     ORANGE,
     PARAMETER_SYMBOLS,
+    POINT_TEXTS,
     PURPLE,
     SECTION_LABELS,
     VERMILLION,
@@ -165,7 +166,7 @@ def branches(
         _marks(ax, found, shown, size)
     if legend:
         handles = branch_handles(many, names=True)
-        if diagram is not None and section == "impact":
+        if diagram is not None:
             handles += no_impact_handles(diagram)
         legend_above(ax, handles, columns=3)
     ax.autoscale_view()
@@ -347,8 +348,12 @@ def curve_handles(curves: Curves) -> list[Artist]:
             color = BLACK if style.color == "white" else style.color
             dashes = (0.0, style.dashes) if style.dashes else "-"
             handles.append(Line2D([], [], color=color, lw=1.2, ls=dashes, label=style.text))
-    kinds = (point.kind for curve in curves for point in curve.points)
-    return [*handles, *bifurcation_handles(kinds, prefix="meets ")]
+    kinds = {point.kind for curve in curves for point in curve.points}
+    for kind in BIFURCATION_STYLES:
+        for handle in bifurcation_handles(kinds & {kind}):
+            handle.set_label(POINT_TEXTS[kind])
+            handles.append(handle)
+    return handles
 
 
 class _Shown(NamedTuple):

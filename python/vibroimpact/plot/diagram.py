@@ -65,9 +65,9 @@ IMPACT_VALUES = {
 
 STROBOSCOPIC_VALUES = {
     "x1": SECTION_LABELS["stroboscopic"],
-    "v1": r"$\dot x_1$ at $\psi = 0$ (mod $2\pi$)",
-    "x2": r"$x_2$ at $\psi = 0$ (mod $2\pi$)",
-    "v2": r"$\dot x_2$ at $\psi = 0$ (mod $2\pi$)",
+    "v1": r"$\dot x_1$ once per drive period, at $\psi = 0$",
+    "x2": r"$x_2$ once per drive period, at $\psi = 0$",
+    "v2": r"$\dot x_2$ once per drive period, at $\psi = 0$",
 }
 """What can be drawn of the stroboscopic section, with its name on the axis where psi = 0."""
 
@@ -101,9 +101,9 @@ def bifurcation(
     whose motion has complete chatter in every orbit (`Diagram.n` = -1) have a strip of their own
     colour along the top, and black points take that colour too: only the impacts before the
     completion of the chatter are drawn there, and the infinitely many others lie at the tip of the
-    column. With several branches, strip and rug mark what occurs on any of them. On the impact
-    section a grey strip there marks the empty columns of runs that came to their end: none of the
-    kept drive periods has an impact.
+    column. With several branches, strip and rug mark what occurs on any of them. A grey strip there
+    marks the runs that came to their end and have no impact in the kept drive periods: their
+    columns of the impact section are empty.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def bifurcation(
     ...     system, drive_frequency=[1.7, 1.8, 1.9], initial=(0, 0.5, 0, 0), periods=200, keep=50,
     ... )
     >>> vi.plot.bifurcation(diagram, section="stroboscopic", value="v1").get_ylabel()
-    '$\\dot x_1$ at $\\psi = 0$ (mod $2\\pi$)'
+    '$\\dot x_1$ once per drive period, at $\\psi = 0$'
     """
     diagram = expected("diagram", diagram, Diagram)
     if section not in SECTION_LABELS:
@@ -187,9 +187,9 @@ def bifurcation(
         parameter, heights, colors = parameter[order], heights[order], colors[order]
     ax.scatter(parameter, heights, s=size, c=colors, marker="s", linewidths=0, rasterized=True)
 
-    # With colours by label, chatter has a colour already.
+    # With colours by label, chatter has a colour already, and so have points without impact.
     handles += _chatter_strip(ax, diagram, values) if color != "label" else []
-    if section == "impact":
+    if section == "impact" or color != "label":
         handles += _no_impact_strip(ax, diagram, values)
     handles += _status_rug(ax, diagram, values)
     if legend and handles:

@@ -70,7 +70,7 @@ def impact_regimes(
     r, (low, high) = result.system.restitution, result.spread
     norm = CenteredNorm(r, halfrange=max(r - low, high - r, 0.01))
     mesh = _map(restitution, result, result.restitution, cmap="RdBu_r", norm=norm)
-    bar = _scale(mesh, restitution, rf"$-u_+\!/u$ (white: $r = {r:g}$)")
+    bar = _scale(mesh, restitution, rf"$-u_{{+}}/u$ (white: $r = {r:g}$)")
     bar.set_xlim(min(low, r - 0.01), max(high, r + 0.01))
     restitution.set_title("(b) effective restitution", pad=4)
 
@@ -83,7 +83,7 @@ def impact_regimes(
             widest = max(-float(found.min()), float(found.max()))
             options = {"cmap": "PuOr", "norm": CenteredNorm(0.0, halfrange=widest)}
         mesh = _map(energy, result, loss, **options)
-        _scale(mesh, energy, r"$(E-E_+)/E$" + (", negative: gain" if gains else ""))
+        _scale(mesh, energy, r"$(E-E_{+})/E$" + (", negative: gain" if gains else ""))
     else:
         _map(energy, result, loss, cmap="viridis", vmin=0.0, vmax=1.0)
         energy.annotate(

@@ -21,7 +21,7 @@ from .curve import is_driven, is_one_orbit, orbit_window, sample, tip_symbol
 from .given import bodies_of, chosen, expected, regime_color
 from .history import History
 from .marks import mark_contact_path, mark_regimes
-from .style import BLACK, BLUE, GREY, curve_legend, new_axes
+from .style import BLACK, BODY_COLORS, GREY, curve_legend, new_axes
 from .units import AxisUnits
 
 Array = NDArray[np.float64]
@@ -51,8 +51,9 @@ def time_history(
 ) -> Axes:
     r"""Draw the contact faces of both bodies and the drive against time.
 
-    The thick curve is `x2`, the thin one `sin x1 - delta` (they touch at an impact), the dashed
-    one `cos(omega t + phi)`, as in the paper's Figs. 5, 6 and 9. Bands mark sustained contact.
+    The thick grey curve is `x2`, the thin black one `sin x1 - delta` (they touch at an impact), the
+    dotted one `cos(omega t + phi)`: the curves of the paper's Figs. 5, 6 and 9. Bands mark
+    sustained contact.
 
     Parameters
     ----------
@@ -118,8 +119,8 @@ def time_history(
     if drive == "plain" or (drive == "auto" and is_driven(system)):
         motion = np.concatenate([face, body2])
         _drive(history, motion, plain=drive == "plain")
-    history.axes.plot(history.time, body2, color=BLACK, lw=1.4, label=f"${body}$")
-    history.axes.plot(history.time, face, color=BLACK, lw=0.6, label=f"${tip}$")
+    history.axes.plot(history.time, body2, color=BODY_COLORS[2], lw=1.8, label=f"${body}$")
+    history.axes.plot(history.time, face, color=BODY_COLORS[1], lw=0.7, label=f"${tip}$")
     if by_regime:
         history.mark_regimes(history.hits["x2"] * length)
     return history.finish(drawn.label("x2", rf"${body},\ {tip}$"), legend=legend)
@@ -140,7 +141,7 @@ def _drive(history: History, motion: Array, *, plain: bool) -> None:
         label = r"$\cos\omega t$, scaled"
     else:
         drive = length * drive
-    history.axes.plot(history.time, drive, color=GREY, lw=0.6, ls=(0, (4, 2)), label=label)
+    history.axes.plot(history.time, drive, color=BLACK, lw=0.5, ls=(0, (1, 3)), label=label)
 
 
 @naming
@@ -158,8 +159,8 @@ def phase_portrait(
 ) -> Axes:
     """Draw velocity against position, impacts as vertical jumps.
 
-    Body 1 is a solid line. So is body 2, thin and blue, but for a periodic motion drawn once, which
-    leaves room for dashes. A broad light line marks sliding in sustained contact, a dot sticking.
+    Body 1 is black, body 2 grey and broader. A broad blue line under them marks sliding in
+    sustained contact, a dot sticking.
 
     Parameters
     ----------
@@ -218,14 +219,14 @@ def phase_portrait(
     for body in shown:
         by_x, by_v = drawn.factor(f"x{body}"), drawn.factor(f"v{body}")
         x, v = curve.state[:, 2 * body - 2] * by_x, curve.state[:, 2 * body - 1] * by_v
-        first = body == 1
         mark_contact_path(ax, run, curve, x, v, named=body == shown[0])
         ax.plot(
             x,
             v,
-            color=BLACK if first else BLUE,
-            lw=0.4 if many else 0.8,
-            ls="-" if first or not once else (0, (5, 1.2, 1, 1.2)),
+            color=BODY_COLORS[body],
+            lw=(0.4 if many else 0.8) * (1.0 if body == 1 else 1.6),
+            # Lines with many turns may not hide those of body 1.
+            zorder=2.0 if body == 1 else 1.9,
             label=rf"$x_{body},\ \dot x_{body}$",
         )
         if by_regime:
@@ -330,7 +331,7 @@ def displacement_history(
     units: Units | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    r"""Draw x1 (grey) and x2 (black) against time, as in the paper's Fig. 10(b).
+    r"""Draw x1 (black) and x2 (grey) against time, as in the paper's Fig. 10(b).
 
     Bands mark sustained contact.
 
@@ -386,8 +387,8 @@ def displacement_history(
     )
     drawn, states = history.units, history.curve.state
     x1, x2 = states[:, 0], states[:, 2] * drawn.factor("x2")
-    history.axes.plot(history.time, x1, color=GREY, lw=0.6, label=drawn.label("x1"))
-    history.axes.plot(history.time, x2, color=BLACK, lw=0.8, label=drawn.label("x2"))
+    history.axes.plot(history.time, x1, color=BODY_COLORS[1], lw=0.6, label=drawn.label("x1"))
+    history.axes.plot(history.time, x2, color=BODY_COLORS[2], lw=1.4, label=drawn.label("x2"))
     if by_regime:
         history.mark_regimes(history.hits["x2"] * drawn.factor("x2"))
     text = f"{drawn.label('x1')}, {drawn.label('x2')}" if drawn.is_si else r"$x_1,\ x_2$"

@@ -23,7 +23,7 @@ from ..sweeps.columns import COORDINATES
 from .curve import tip_symbol
 from .given import expected
 from .marks import ContactSpan, Mode, draw_bands, draw_path, draw_regimes
-from .style import BLACK, GREY, VERMILLION
+from .style import BLACK, BODY_COLORS, GREY, VERMILLION
 from .units import AxisUnits
 
 Array = NDArray[np.float64]
@@ -62,11 +62,11 @@ def orbit(
 ) -> list[Axes]:
     r"""Draw a periodic motion: the phase portrait of either body, and its time history.
 
-    The history has `x2` (thick) and `sin x1 - delta` (thin), which touch at an impact. Impacts have
-    colour and shape of their regime, in the portraits at the state before; dotted lines are the
-    jumps. Bands mark chatter and sustained contact. A solution that is not admissible has a title
-    that says why; where the bodies overlap the curves are red and the space between them filled,
-    and a cross marks an impact of bodies that are separating.
+    The history has `x2` (grey, thick) and `sin x1 - delta` (black, thin), which touch at an impact.
+    Impacts have colour and shape of their regime, in the portraits at the state before; dotted
+    lines are the jumps. Bands mark chatter and sustained contact. A solution that is not admissible
+    has a title that says why; where the bodies overlap the curves are red and the space between
+    them filled, and a cross marks an impact of bodies that are separating.
 
     Parameters
     ----------
@@ -109,7 +109,9 @@ def orbit(
     for body, ax in ((1, axes[0]), (2, axes[1])):
         x, v = curve.state[:, 2 * body - 2], curve.state[:, 2 * body - 1]
         draw_path(ax, curve.spans, curve.time, x, v, named=False)
-        ax.plot(x, v, color=BLACK, lw=0.8, label=rf"$x_{body},\ \dot x_{body}$")
+        ax.plot(
+            x, v, color=BODY_COLORS[body], lw=0.2 + 0.6 * body, label=rf"$x_{body},\ \dot x_{body}$"
+        )
         jumps = np.column_stack([hits[f"v{body}_pre"], hits[f"v{body}_post"]])
         _jumps(ax, hits[f"x{body}"], jumps)
         _overlap(ax, curve, x, v)
@@ -139,8 +141,8 @@ def _history(
     if drawn.is_si:
         body, face = "X", rf"l\,{tip}-\Delta"
     draw_bands(ax, curve.spans)
-    ax.plot(curve.time, curve.state[:, 2], color=BLACK, lw=1.4, label=f"${body}$")
-    ax.plot(curve.time, curve.face, color=BLACK, lw=0.6, label=f"${face}$")
+    ax.plot(curve.time, curve.state[:, 2], color=BODY_COLORS[2], lw=1.8, label=f"${body}$")
+    ax.plot(curve.time, curve.face, color=BODY_COLORS[1], lw=0.7, label=f"${face}$")
     overlap = curve.overlap
     if overlap.any():
         ax.fill_between(

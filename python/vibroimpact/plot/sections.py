@@ -275,5 +275,5 @@ def impact_count(run: Run, *, ax: Axes | None = None) -> Axes:
         for one in (ax.xaxis, ax.yaxis):
             one.set_major_formatter(ScalarFormatter(useOffset=False))
     ax.set_xlabel(STATE_SYMBOLS["time"] if timed else "drive periods")
-    ax.set_ylabel("impacts")
+    ax.set_ylabel("impacts so far")
     return ax

@@ -32,6 +32,8 @@ _NOTHING = "1.0"
 _UNSTABLE = "0.72"
 # How much larger marks are in a legend.
 _LEGEND_SCALE = 1.8
+# How much smaller they are in three dimensions, where many lie on one another.
+_SPACE_SCALE = 0.8
 X10 = r"$x_{10}$"
 # A criterion's name, and for each solution whether it calls it stable.
 Criterion = tuple[str, NDArray[np.bool_]]
@@ -210,7 +212,7 @@ def motion_space(
     places = np.unravel_index(result.solutions["point"], result.shape)
     shown = (places[0] % every[0] == 0) & (places[1] % every[1] == 0)
     x, y = (result.parameter(name) for name in names)
-    for kind in _kinds(result, criterion, 0.5):
+    for kind in _kinds(result, criterion, _SPACE_SCALE):
         if criterion is None and kind.marker.get("color") == _PALE:
             continue
         chosen = kind.chosen & shown

@@ -35,6 +35,10 @@ CHATTER_COLOR = SKY_BLUE
 """Points of motions with complete chatter: a colour no regime has."""
 
 
+BODY_COLORS = {1: BLACK, 2: "0.6"}
+"""Of the curves of either body: black the pendulum, grey the oscillator, in every picture."""
+
+
 @dataclass(frozen=True)
 class RegimeStyle:
     """How one impact regime is drawn and named."""
@@ -101,6 +105,16 @@ BIFURCATION_STYLES = {
 White ones have a black outline; a curve of grazings is black.
 """
 
+POINT_TEXTS = {kind: f"meets {style.text}" for kind, style in BIFURCATION_STYLES.items()} | {
+    "cusp": "cusp: two saddle-nodes end",
+    "resonance_1_1": "two multipliers 1 (1:1)",
+    "resonance_1_2": r"two multipliers $-1$ (1:2)",
+    "resonance_1_3": r"multipliers e$^{\pm 2\pi\mathrm{i}/3}$ (1:3)",
+    "resonance_1_4": r"multipliers $\pm$i (1:4)",
+}
+"""What is met at a point of codimension two of a curve; resonances are told by their multipliers,
+with the name that books give them in brackets."""
+
 PARAMETER_SYMBOLS = {name: f"${parameter.latex}$" for name, parameter in PARAMETERS.items()}
 
 
@@ -124,14 +138,14 @@ STATE_SYMBOLS = {
     "phase": r"$\psi$ at impact",
     "time": r"$t$",
     "approach_velocity": r"approach velocity $u$",
-    "energy_loss": r"energy loss $E - E_+$",
+    "energy_loss": r"energy loss $E - E_{+}$",
     "impulse_normal": r"normal impulse $P$",
     "impulse_tangential": "tangential impulse",
 }
 
 SECTION_LABELS = {
     "impact": r"$x_1$ at impact",
-    "stroboscopic": r"$x_1$ at $\psi = 0$ (mod $2\pi$)",
+    "stroboscopic": r"$x_1$ once per drive period, at $\psi = 0$",
 }
 """The angle drawn in a bifurcation diagram, by its section; `at_drive_phase` for other phases."""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -107,18 +107,18 @@ class MadeCells:
         return np.ravel_multi_index(own, shape)
 
 
-def combinations(axes: Mapping[str, Array]) -> list[dict[str, float]]:
-    """Return the numbers of each combination, as keywords."""
-    return [
-        dict(zip(axes, map(float, numbers), strict=True))
-        for numbers in itertools.product(*axes.values())
-    ]
+def combinations(axes: Mapping[str, Array]) -> Iterator[dict[str, float]]:
+    """Yield the numbers of each combination, as keywords."""
+    for numbers in itertools.product(*axes.values()):
+        yield dict(zip(axes, map(float, numbers), strict=True))
 
 
 def systems_of(
     function: Callable[..., System], axes: Mapping[str, Array]
-) -> tuple[list[System], Array, Array | None]:
-    """Make the systems of all combinations; return them, their parameters and their scales.
+) -> tuple[System, Array, Array | None]:
+    """Make the systems of all combinations; return the first, all parameters and all scales.
+
+    Of the others the numbers alone are kept: a grid may have a million of them.
 
     Raises
     ------
@@ -127,28 +127,29 @@ def systems_of(
         counted in drive periods, and contact and law are the same in all cells.
     """
     check_names(function, [*axes])
-    systems: list[System] = []
-    for values in combinations(axes):
+    count = math.prod(map(len, axes.values()))
+    parameters, scales = np.empty((count, len(PARAMETERS))), np.full((count, 3), math.nan)
+    first: System | None = None
+    for place, values in enumerate(combinations(axes)):
         system = made(function, values)
         if system.drive_frequency == 0.0:
             raise ParameterError(
                 f"at {in_words(values)}: drive_frequency = 0.0 is not allowed; allowed: a number "
                 "> 0: runs are counted in drive periods"
             )
+        first = first or system
         for name in ("contact", "law"):
-            found, first = getattr(system, name), getattr((systems or [system])[0], name)
-            if found != first:
+            found, allowed = getattr(system, name), getattr(first, name)
+            if found != allowed:
                 raise ParameterError(
                     f"at {in_words(values)}: {name} = {found!r} is not allowed; allowed: "
-                    f"{first!r}, as for the first values"
+                    f"{allowed!r}, as for the first values"
                 )
-        systems.append(system)
-    scales = [system.scales for system in systems]
-    if all(one is None for one in scales):
-        return systems, rows_of(systems), None
-    none = (math.nan,) * 3
-    known = [none if one is None else (one.length, one.mass, one.time) for one in scales]
-    return systems, rows_of(systems), np.array(known)
+        parameters[place] = rows_of([system])
+        if (known := system.scales) is not None:
+            scales[place] = known.length, known.mass, known.time
+    assert first is not None  # every axis has values
+    return first, parameters, None if np.isnan(scales).all() else scales
 
 
 def starts_of(function: Callable[..., Any], axes: Mapping[str, Array]) -> Array:
@@ -182,8 +183,7 @@ def made_cells(system: Any, initial: Any, axes: Mapping[str, Array]) -> tuple[Sy
     }
     parts: dict[str, Array | None] = {}
     if is_maker(system):
-        systems, parts["parameters"], parts["scales"] = systems_of(system, own)
-        system = systems[0]
+        system, parts["parameters"], parts["scales"] = systems_of(system, own)
     if is_maker(initial):
         starts = parts["initials"] = starts_of(initial, own)
         initial = tuple(starts[0].tolist())

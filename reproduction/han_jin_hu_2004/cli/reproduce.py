@@ -11,7 +11,8 @@ from .command import add_command
 
 ABOUT = """\
 Draw Figs. 2 to 10 of Han, Jin & Hu (2004) from their parameters, in black and
-coloured by impact regime; write claims.md and claims.json; print the claims."""
+coloured by impact regime; write index.md, which says what each shows, and
+claims.md and claims.json; print the claims."""
 MORE = """\
 printed, one row per claim:
   motion    figure and panel of the paper

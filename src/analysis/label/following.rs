@@ -3,16 +3,15 @@
 
 #![allow(clippy::inline_always)] // a round is compiled for several instruction sets
 
-use crate::analysis::lyapunov::{GrowthRecord, PerturbationLanes};
+use crate::analysis::lyapunov::GrowthRecord;
 use crate::analysis::period::{CHATTERING, Growth, PeriodReport, comes_back, detect_nearest};
 use crate::analysis::tolerances::{QUIET_PERIODS, RETURN_WINDOW};
 use crate::model::error::SimulationError;
 use crate::model::state::Clock;
-use crate::model::tip::Tip;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{Event, StopEvent};
 use crate::simulate::run::{Collector, Run};
-use crate::simulate::{Horizon, ImpactLanes, Job, Simulation};
+use crate::simulate::{Horizon, Job, Simulation};
 
 /// A motion after the end of its run.
 pub(crate) struct Following {
@@ -30,7 +29,7 @@ pub(crate) struct Following {
 
 impl Job for Following {
     type Watch = Collector;
-    type Beside = PerturbationLanes;
+    type Beside = GrowthRecord<1>;
 
     fn parts(&mut self) -> (&mut Simulation, &mut Collector) {
         (&mut self.simulation, &mut self.collector)
@@ -50,34 +49,13 @@ impl Job for Following {
     }
 
     #[inline(always)]
-    fn compute_beside<G: Tip>(beside: &mut PerturbationLanes, impacts: &ImpactLanes) {
-        beside.map::<G>(impacts);
+    fn companion(&mut self) -> Option<(&mut GrowthRecord<1>, &Simulation)> {
+        Some((&mut self.growth, &self.simulation))
     }
 
     #[inline(always)]
-    fn passes(&mut self, j: usize, beside: &mut PerturbationLanes) -> bool {
-        let passes = self.growth.passes(j, beside, &self.simulation);
-        if passes {
-            self.count(|count| count.saturating_add(1));
-        }
-        passes
-    }
-
-    #[inline(always)]
-    fn accept_beside(beside: &mut PerturbationLanes) {
-        beside.accept();
-    }
-
-    fn enter(&mut self, j: usize, beside: &mut PerturbationLanes) {
-        self.growth.enter(j, beside);
-    }
-
-    fn go_on(&mut self, j: usize, beside: &mut PerturbationLanes) {
-        beside.go_on(j, self.simulation.present_flight().clock);
-    }
-
-    fn leave(&mut self, j: usize, beside: &mut PerturbationLanes) {
-        self.growth.leave(j, beside);
+    fn passed(&mut self) {
+        self.count(|count| count.saturating_add(1));
     }
 }
 

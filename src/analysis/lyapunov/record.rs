@@ -6,9 +6,10 @@ use crate::analysis::period::Growth;
 use crate::analysis::tolerances::{ALIGNING_STEPS, ERROR_BLOCKS, GROWTH_STEP, STATED_BLOCKS};
 use crate::flight::Drive;
 use crate::model::state::Clock;
-use crate::simulate::Simulation;
+use crate::model::tip::Tip;
 use crate::simulate::event::Event;
 use crate::simulate::run::Run;
+use crate::simulate::{Companion, ImpactLanes, Simulation};
 
 /// Length of a step.
 #[derive(Clone, Copy)]
@@ -220,29 +221,18 @@ pub(super) fn end_of_step(drive: &Drive, from: Clock, step: Step, k: u32) -> Clo
     }
 }
 
-impl GrowthRecord<1> {
-    /// The perturbation is in lane `j` from the impact that was taken last,
-    pub fn enter(&mut self, j: usize, lanes: &mut PerturbationLanes) {
-        if self.error.is_none() {
-            self.perturbations.enter(j, lanes);
-        }
-    }
+/// One perturbation goes beside its motion.
+#[allow(clippy::inline_always)] // a round is compiled for several instruction sets
+impl Companion for GrowthRecord<1> {
+    type Lanes = PerturbationLanes;
 
-    /// until here.
-    pub fn leave(&mut self, j: usize, lanes: &mut PerturbationLanes) {
-        self.perturbations.leave(j, lanes);
-    }
-
-    /// Whether lane `j` has all of the impact from which the present flight of the simulation
-    /// begins.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
-    pub fn passes(
-        &mut self,
-        j: usize,
-        lanes: &mut PerturbationLanes,
-        simulation: &Simulation,
-    ) -> bool {
+    fn look(lanes: &mut PerturbationLanes, impacts: &ImpactLanes) {
+        lanes.look(impacts);
+    }
+
+    #[inline(always)]
+    fn passes(&mut self, j: usize, lanes: &mut PerturbationLanes, simulation: &Simulation) -> bool {
         let clock = simulation.present_flight().clock;
         let passes = lanes.is_usual(j)
             && clock <= simulation.horizon_clock()
@@ -253,6 +243,27 @@ impl GrowthRecord<1> {
         passes
     }
 
+    #[inline(always)]
+    fn compute<G: Tip>(lanes: &mut PerturbationLanes, impacts: &ImpactLanes) {
+        lanes.map::<G>(impacts);
+    }
+
+    fn enter(&mut self, j: usize, lanes: &mut PerturbationLanes) {
+        if self.error.is_none() {
+            self.perturbations.enter(j, lanes);
+        }
+    }
+
+    fn go_on(&mut self, j: usize, lanes: &mut PerturbationLanes, simulation: &Simulation) {
+        lanes.go_on(j, simulation.present_flight().clock);
+    }
+
+    fn leave(&mut self, j: usize, lanes: &mut PerturbationLanes) {
+        self.perturbations.leave(j, lanes);
+    }
+}
+
+impl GrowthRecord<1> {
     /// Ends the steps that end before an impact at this instant; whether they could be.
     #[inline(never)]
     fn end_steps(&mut self, j: usize, lanes: &mut PerturbationLanes, clock: Clock) -> bool {

@@ -9,13 +9,12 @@ use std::ops::ControlFlow::{self, Break, Continue};
 
 use super::{Cell, Measure, PointStatus, SweepOptions, SweepPoint};
 use crate::analysis::label::{Following, Labelling};
-use crate::analysis::lyapunov::{LyapunovError, PerturbationLanes, lyapunov_spectrum};
+use crate::analysis::lyapunov::{GrowthRecord, LyapunovError, lyapunov_spectrum};
 use crate::model::error::SimulationError;
-use crate::model::tip::Tip;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{Event, StopReason};
 use crate::simulate::run::{Collection, Collector, Run, RunError};
-use crate::simulate::{ImpactLanes, Job, Simulation, run_batch};
+use crate::simulate::{Job, Simulation, run_batch};
 
 /// A run with its label.
 pub(super) struct LabelledRun {
@@ -59,7 +58,7 @@ enum PointJob {
 
 impl Job for PointJob {
     type Watch = Collector;
-    type Beside = PerturbationLanes;
+    type Beside = GrowthRecord<1>;
 
     #[inline]
     fn parts(&mut self) -> (&mut Simulation, &mut Collector) {
@@ -78,38 +77,17 @@ impl Job for PointJob {
     }
 
     #[inline(always)]
-    fn compute_beside<G: Tip>(beside: &mut PerturbationLanes, impacts: &ImpactLanes) {
-        Following::compute_beside::<G>(beside, impacts);
-    }
-
-    #[inline(always)]
-    fn passes(&mut self, j: usize, beside: &mut PerturbationLanes) -> bool {
+    fn companion(&mut self) -> Option<(&mut GrowthRecord<1>, &Simulation)> {
         match self {
-            Self::Run(..) => false,
-            Self::Label(_, _, following) => following.passes(j, beside),
+            Self::Run(..) => None,
+            Self::Label(_, _, following) => following.companion(),
         }
     }
 
     #[inline(always)]
-    fn accept_beside(beside: &mut PerturbationLanes) {
-        Following::accept_beside(beside);
-    }
-
-    fn enter(&mut self, j: usize, beside: &mut PerturbationLanes) {
+    fn passed(&mut self) {
         if let Self::Label(_, _, following) = self {
-            following.enter(j, beside);
-        }
-    }
-
-    fn go_on(&mut self, j: usize, beside: &mut PerturbationLanes) {
-        if let Self::Label(_, _, following) = self {
-            following.go_on(j, beside);
-        }
-    }
-
-    fn leave(&mut self, j: usize, beside: &mut PerturbationLanes) {
-        if let Self::Label(_, _, following) = self {
-            following.leave(j, beside);
+            following.passed();
         }
     }
 }

@@ -1,4 +1,4 @@
-//! A simulation for a lane.
+//! A simulation for a lane, and what goes beside it there.
 
 #![allow(clippy::inline_always)] // a round is compiled for several instruction sets
 
@@ -12,36 +12,22 @@ use crate::simulate::{Observer, Simulation};
 pub(crate) trait Job {
     /// The observer, which gets the sections.
     type Watch: Observer;
+    /// What goes beside the motion in the lane: `()` for nothing.
+    type Beside: Companion;
     /// The simulation and its observer.
     fn parts(&mut self) -> (&mut Simulation, &mut Self::Watch);
-    /// What is computed beside the motions of all lanes.
-    type Beside: Default;
     /// Takes an event, the stop included.
     fn take(&mut self, event: Result<Event, SimulationError>);
 
-    /// Computes, for the impacts of all lanes, what goes beside.
+    /// What goes beside the motion, if anything does, and the simulation.
     #[inline(always)]
-    fn compute_beside<G: Tip>(_: &mut Self::Beside, _: &ImpactLanes) {}
-
-    /// Whether the impact from which the present flight begins is passed over: what was computed
-    /// beside lane `j` is all that is wanted of it.
-    #[inline(always)]
-    fn passes(&mut self, _j: usize, _: &mut Self::Beside) -> bool {
-        false
+    fn companion(&mut self) -> Option<(&mut Self::Beside, &Simulation)> {
+        None
     }
 
-    /// Takes over what was computed beside the lanes whose impacts were passed over.
+    /// Takes note of an impact that is passed over.
     #[inline(always)]
-    fn accept_beside(_: &mut Self::Beside) {}
-
-    /// From the flight that has just begun after an impact, what goes beside is in lane `j`,
-    fn enter(&mut self, _j: usize, _: &mut Self::Beside) {}
-
-    /// also where a flight goes on from another instant,
-    fn go_on(&mut self, _j: usize, _: &mut Self::Beside) {}
-
-    /// until an event has to be taken.
-    fn leave(&mut self, _j: usize, _: &mut Self::Beside) {}
+    fn passed(&mut self) {}
 
     /// Runs to the end outside of the lanes.
     fn finish(&mut self) {
@@ -53,6 +39,53 @@ pub(crate) trait Job {
             }
         }
     }
+}
+
+/// What goes beside a motion in its lane, and is computed for the impacts of several lanes together.
+pub(crate) trait Companion {
+    /// The numbers of all lanes.
+    type Lanes: Default;
+
+    /// Looks at the impacts of all lanes: which ones lanes can pass over.
+    fn look(lanes: &mut Self::Lanes, impacts: &ImpactLanes);
+
+    /// Whether the impact from which the present flight begins is passed over: what is computed in
+    /// lane `j` is all that is wanted of it.
+    fn passes(&mut self, j: usize, lanes: &mut Self::Lanes, simulation: &Simulation) -> bool;
+
+    /// Computes what belongs to the impacts that were passed over.
+    fn compute<G: Tip>(lanes: &mut Self::Lanes, impacts: &ImpactLanes);
+
+    /// From the flight that has just begun after an impact, the companion is in lane `j`,
+    fn enter(&mut self, j: usize, lanes: &mut Self::Lanes);
+
+    /// also where a flight goes on from another instant,
+    fn go_on(&mut self, j: usize, lanes: &mut Self::Lanes, simulation: &Simulation);
+
+    /// until an event has to be taken.
+    fn leave(&mut self, j: usize, lanes: &mut Self::Lanes);
+}
+
+/// Nothing.
+impl Companion for () {
+    type Lanes = ();
+
+    #[inline(always)]
+    fn look((): &mut (), _: &ImpactLanes) {}
+
+    #[inline(always)]
+    fn passes(&mut self, _: usize, (): &mut (), _: &Simulation) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn compute<G: Tip>((): &mut (), _: &ImpactLanes) {}
+
+    fn enter(&mut self, _: usize, (): &mut ()) {}
+
+    fn go_on(&mut self, _: usize, (): &mut (), _: &Simulation) {}
+
+    fn leave(&mut self, _: usize, (): &mut ()) {}
 }
 
 /// A job with its index.
@@ -69,29 +102,12 @@ impl<T: Job> Job for (usize, T) {
     }
 
     #[inline(always)]
-    fn compute_beside<G: Tip>(beside: &mut T::Beside, impacts: &ImpactLanes) {
-        T::compute_beside::<G>(beside, impacts);
+    fn companion(&mut self) -> Option<(&mut T::Beside, &Simulation)> {
+        self.1.companion()
     }
 
     #[inline(always)]
-    fn passes(&mut self, j: usize, beside: &mut T::Beside) -> bool {
-        self.1.passes(j, beside)
-    }
-
-    #[inline(always)]
-    fn accept_beside(beside: &mut T::Beside) {
-        T::accept_beside(beside);
-    }
-
-    fn enter(&mut self, j: usize, beside: &mut T::Beside) {
-        self.1.enter(j, beside);
-    }
-
-    fn go_on(&mut self, j: usize, beside: &mut T::Beside) {
-        self.1.go_on(j, beside);
-    }
-
-    fn leave(&mut self, j: usize, beside: &mut T::Beside) {
-        self.1.leave(j, beside);
+    fn passed(&mut self) {
+        self.1.passed();
     }
 }

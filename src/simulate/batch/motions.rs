@@ -49,9 +49,8 @@ impl Systems {
     /// Changes of the amplitudes of both bodies' free motions after these times. Exponentials are dear,
     /// and most systems are undamped: without any damping none is computed.
     #[inline(always)]
-    pub fn amplitude_changes(&self, times: impl FnOnce() -> Lanes) -> [Lanes; 2] {
+    pub fn amplitude_changes(&self, times: &Lanes) -> [Lanes; 2] {
         if self.damped {
-            let times = &times();
             [self.pendulums.amplitude_changes(times), self.oscillators.amplitude_changes(times)]
         } else {
             [[0.0; LANES]; 2]
@@ -163,7 +162,7 @@ impl Motions {
                 (cos_minus_1[body][j], sin[body][j]) = turns[body];
             }
         }
-        let changes = systems.amplitude_changes(|| *times);
+        let changes = systems.amplitude_changes(times);
         let beating = [
             systems.beats[0].motions(
                 &systems.pendulums,

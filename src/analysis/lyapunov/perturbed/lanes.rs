@@ -78,7 +78,7 @@ impl Node {
         let (angle, phase) = impacts.angles_after(j);
         let before = impacts.state_before(j);
         let [mass_ratio, friction, restitution] = impacts.contact_numbers(j);
-        let (approach_velocity, _) = impacts.unswitched(j);
+        let approach_velocity = impacts.approach_velocity(j);
         let point = ImpactPoint {
             angle,
             turns: G::TURNS,
@@ -124,9 +124,10 @@ impl Node {
 #[derive(Debug, Clone, Default)]
 #[repr(C, align(64))]
 pub(crate) struct PerturbationLanes {
-    /// After the last impact, and after the next one.
+    /// After the last impact.
     here: Nodes,
-    next: Nodes,
+    /// From the last impact to the next one.
+    times: Lanes,
     /// Drive periods from the last impact's to the one in which the present flight began.
     ahead: Lanes,
     moves: Lanes,
@@ -143,7 +144,7 @@ pub(crate) struct PerturbationLanes {
     /// After the impact before a low one, and its drive period.
     before: Nodes,
     before_periods: [i64; LANES],
-    /// 1 where the next impact has been passed over.
+    /// 1 where the next impact is passed over.
     passed: [u64; LANES],
     /// Impacts passed over, and the drive period of the last impact.
     impacts: [u64; LANES],
@@ -151,51 +152,61 @@ pub(crate) struct PerturbationLanes {
 }
 
 impl PerturbationLanes {
-    /// The perturbations after the impacts of all lanes.
+    /// Looks at the impacts that come next: which are usual ones.
     #[inline(always)]
-    pub fn map<G: Tip>(&mut self, impacts: &ImpactLanes) {
-        let Self {
-            here, next, ahead, moves, fastest_decay, laws, held, usual, low, next_low, ..
-        } = self;
+    pub fn look(&mut self, impacts: &ImpactLanes) {
+        let Self { here, times, ahead, fastest_decay, held, usual, low, next_low, .. } = self;
         if *held == [0; LANES] {
             return;
         }
-        let time_of =
-            |j: usize| impacts.roughly_since(j, here.time_in_period[j], here.residual[j], ahead[j]);
-        let [first, second] = impacts.amplitude_changes(|| std::array::from_fn(time_of));
-        let mut may_hold = [0; LANES];
         for j in 0..LANES {
-            let (approach_velocity, unswitched) = impacts.unswitched(j);
-            let time = time_of(j);
-            let flight = (time, [first[j], second[j]]);
-            let map = |point: &ImpactPoint, flown: &_| point.map_in_slip(flown);
-            let after = here.get(j).after_impact::<G>(j, impacts, flight, moves[j], map);
+            let node = here.get(j);
+            let time = impacts.roughly_since(j, node.time_in_period, node.residual, ahead[j]);
+            let approach_velocity = impacts.approach_velocity(j);
+            let largest = node.largest.max(approach_velocity);
             // As in `Perturbations::note_impact`.
-            let falls = (approach_velocity < LOW_BOUNCE * after.largest)
-                & ((approach_velocity < here.approach_velocity[j])
-                    | (approach_velocity < LOW_APPROACH * after.largest));
+            let falls = (approach_velocity < LOW_BOUNCE * largest)
+                & ((approach_velocity < node.approach_velocity)
+                    | (approach_velocity < LOW_APPROACH * largest));
             let holds = (held[j] == 1)
                 & impacts.turns_within(j, time)
                 // Well below where the way outside takes steps.
                 & (time * fastest_decay[j] < 0.5 * MOST_CONTRACTION)
-                & !(falls & (low[j] == 1));
-            may_hold[j] = u64::from(holds);
-            usual[j] = u64::from(holds & unswitched & SQUARES.contains(&after.square()));
+                & !(falls & (low[j] == 1))
+                & SQUARES.contains(&node.square());
+            times[j] = time;
+            usual[j] = u64::from(holds);
             next_low[j] = u64::from(falls);
-            next.set(j, &after);
         }
+    }
+
+    /// The perturbations after the impacts that have been passed over.
+    #[inline(always)]
+    pub fn map<G: Tip>(&mut self, impacts: &ImpactLanes) {
+        let Self { here, times, moves, laws, passed, .. } = self;
+        if *passed == [0; LANES] {
+            return;
+        }
+        let [first, second] = impacts.amplitude_changes(times);
         for j in 0..LANES {
-            let Some(impact) = impacts.switched(j).filter(|_| may_hold[j] == 1) else { continue };
-            let flight = (time_of(j), [first[j], second[j]]);
+            let Some(impact) = impacts.switched(j).filter(|_| passed[j] == 1) else { continue };
+            let flight = (times[j], [first[j], second[j]]);
             let (law, kind) = (laws[j], impact.regime.kind());
             let after =
                 here.get(j).after_impact::<G>(j, impacts, flight, moves[j], |point, flown| {
                     let (slip, side) = (point.rates.velocities[0], point.angle.sin);
                     point.map_in_regime(flown, law, kind, Signs::of(impact.regime, slip, side))
                 });
-            usual[j] = u64::from(SQUARES.contains(&after.square()));
-            next.set(j, &after);
+            here.set(j, &after);
+            passed[j] = 0;
         }
+        for j in 0..LANES {
+            let flight = (times[j], [first[j], second[j]]);
+            let map = |point: &ImpactPoint, flown: &_| point.map_in_slip(flown);
+            let after = here.get(j).after_impact::<G>(j, impacts, flight, moves[j], map);
+            here.set_if(j, passed[j], &after);
+        }
+        *passed = [0; LANES];
     }
 
     /// Whether the next impact in lane `j` is a usual one.
@@ -216,7 +227,7 @@ impl PerturbationLanes {
         self.low[j] == 1
     }
 
-    /// Passes over the next impact in lane `j`, at this instant.
+    /// Passes over the next impact in lane `j`, at this instant; [`Self::map`] follows.
     #[inline(always)]
     pub fn pass(&mut self, j: usize, clock: Clock) {
         self.passed[j] = 1;
@@ -227,16 +238,6 @@ impl PerturbationLanes {
         }
         self.impacts[j] += 1;
         (self.periods[j], self.ahead[j]) = (clock.period, 0.0);
-    }
-
-    /// Goes on to the impacts that have been passed over.
-    #[inline(always)]
-    pub fn accept(&mut self) {
-        let Self { here, next, passed, .. } = self;
-        if *passed != [0; LANES] {
-            here.take(next, passed);
-            *passed = [0; LANES];
-        }
     }
 }
 
@@ -297,6 +298,8 @@ impl Perturbations<1> {
             self.before = before.clock;
             self.series = Series::Decreasing(Box::new(before), node.approach_velocity);
         }
+        // As after each impact outside of the lanes; before the last one the length was not extreme.
+        self.here.directions.orthonormalise();
     }
 
     /// Takes over what lane `j` has, if it has a perturbation.
@@ -320,5 +323,52 @@ impl PerturbedState<1> {
         let (rates, slope) = (node.rates(), Some(node.slope));
         self.departure = Some(Departure { clock: self.clock, rates, slope });
         self.directions.set([[node.dx1], [node.dv1], [node.dv2], [node.dt]]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::parameters::System;
+    use crate::numerics::cancel::CancelToken;
+    use crate::simulate::run::{RunOptions, run};
+
+    #[test]
+    fn a_perturbation_that_a_low_impact_makes_very_long_is_shortened_once() {
+        let system = System::builder()
+            .mass_ratio(0.6)
+            .frequency_ratio(2.0)
+            .restitution(0.8)
+            .gap(0.5)
+            .drive_frequency(1.55)
+            .moment_amplitude(1.0)
+            .build()
+            .unwrap();
+        let start = State { x1: 0.0, v1: 0.5, x2: 0.0, v2: 0.0 };
+        let options = RunOptions::periods(10);
+        let end = run(&system, start, options, &CancelToken::never()).unwrap().final_state;
+        let mut perturbations = Perturbations::<1>::new(&system, &end, false, true);
+        perturbations.series = Series::High;
+        let (model, here) = (&perturbations.model, &mut perturbations.here);
+        here.at_event = true;
+        here.departure = Some(Departure::new(model, &here.state, here.clock, true));
+        let [log] = here.directions.logs();
+
+        let mut lanes = PerturbationLanes::default();
+        perturbations.enter(0, &mut lanes);
+        let node = lanes.here.get(0);
+        lanes.before.set(0, &node);
+        let [dx1, dv1, dv2, dt] = [node.dx1, node.dv1, node.dv2, node.dt].map(|d| 1e30 * d);
+        lanes.here.set(0, &Node { dx1, dv1, dv2, dt, ..node });
+        (lanes.low[0], lanes.impacts[0]) = (1, 1);
+        perturbations.leave(0, &mut lanes);
+
+        let [longer] = perturbations.here.directions.logs();
+        assert!((longer - log - 1e30_f64.ln()).abs() < 1e-12, "{log} {longer}");
+        assert!(perturbations.columns().iter().all(|[component]| component.abs() <= 1.0));
+        let Series::Decreasing(before, _) = &perturbations.series else {
+            panic!("the last impact was low")
+        };
+        assert_eq!(before.directions.logs(), [log]);
     }
 }

@@ -19,7 +19,7 @@ impl ImpactLanes {
 
     /// Changes of the amplitudes of both bodies' free motions after these times.
     #[inline(always)]
-    pub fn amplitude_changes(&self, times: impl FnOnce() -> Lanes) -> [Lanes; 2] {
+    pub fn amplitude_changes(&self, times: &Lanes) -> [Lanes; 2] {
         self.systems.amplitude_changes(times)
     }
 
@@ -50,10 +50,10 @@ impl ImpactLanes {
         if whole == 0.0 { within } else { whole * self.systems.drives.period[j] + within }
     }
 
-    /// Approach velocity in lane `j`, and whether the impact is without a switch.
+    /// Approach velocity in lane `j`.
     #[inline(always)]
-    pub fn unswitched(&self, j: usize) -> (f64, bool) {
-        (self.impacts.approach[j], self.impacts.unswitched[j] == 1)
+    pub fn approach_velocity(&self, j: usize) -> f64 {
+        self.impacts.approach[j]
     }
 
     /// The impact in lane `j`, if it is one of those that are resolved by themselves.
