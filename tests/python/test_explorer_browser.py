@@ -81,7 +81,7 @@ def own(url, window):
 def test_the_numbers_of_the_page_are_those_of_the_functions(window):
     window.settled()
     motion = compute.motion(DEFAULT)
-    assert window.data("portrait", "v1") == motion.states[:, 1].tolist()
+    assert window.data("film", "v1") == motion.states[:, 1].tolist()
     assert window.data("stroboscopic", "x1") == motion.run.stroboscopic[:, 0].tolist()
     diagram = compute.diagram(DEFAULT, SMALL["diagram"])
     first = diagram.x1[0].item()
@@ -118,7 +118,7 @@ def test_a_slider_redraws_and_the_address_follows(window):
     window.wait("window.location.search.includes('friction=0.125&')")
     motion = compute.motion(state)
     speed = motion.states[5, 1].item()
-    window.wait(f"Bokeh.documents[0].get_model_by_name('portrait').data.v1[5] == {speed!r}")
+    window.wait(f"Bokeh.documents[0].get_model_by_name('film').data.v1[5] == {speed!r}")
     # The address alone leads back to the state.
     window.chrome.refresh()
     window.wait("Bokeh.documents[0].get_model_by_name('friction').value == '0.125'")

@@ -3,6 +3,7 @@
 import asyncio
 import queue
 import threading
+from functools import partial
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from tornado.websocket import websocket_connect
 
 import vibroimpact as vi
 from han_jin_hu_2004.parameters import INITIAL
-from vibroimpact.explorer import compute, tables
+from vibroimpact.explorer import app, compute, tables
 from vibroimpact.explorer.app import Page
 from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
@@ -43,7 +44,7 @@ class Desk:
     """A page whose callbacks wait until they are run."""
 
     def __init__(self, state=DEFAULT):
-        self.document, self.waiting = Document(), []
+        self.document, self.waiting, self.answers = Document(), [], True
         self.document.add_next_tick_callback = self.waiting.append
         self.document.add_timeout_callback = lambda call, _time: self.waiting.append(call)
         self.document.on_session_destroyed = lambda _call: None
@@ -53,8 +54,13 @@ class Desk:
         self.settle()
 
     def acknowledge(self, name):
-        """Answer as a browser does that draws at once."""
-        return lambda _name, _old, new: self.named(f"{name}-drawn").update(tags=new)
+        """Answer as a browser does that draws at once, or not at all."""
+
+        def answer(_name, _old, new):
+            if self.answers:
+                self.named(f"{name}-drawn").tags = new
+
+        return answer
 
     def settle(self):
         """Run what waits until nothing is computed any more."""
@@ -73,7 +79,7 @@ def desk(coarse):
 
 def test_a_page_shows_the_numbers_of_its_state(desk):
     motion = compute.motion(DEFAULT)
-    assert np.array_equal(desk.named("portrait").data["v1"], motion.states[:, 1])
+    assert np.array_equal(desk.named("film").data["v1"], motion.states[:, 1])
     assert np.array_equal(desk.named("impact").data["phase"], motion.run.impacts["phase"])
     assert np.array_equal(desk.named("stroboscopic").data["x1"], motion.run.stroboscopic[:, 0])
     diagram = compute.diagram(DEFAULT, SMALL)
@@ -90,6 +96,36 @@ def test_the_machine_has_the_film_of_the_newest_motion(desk):
         assert np.array_equal(
             desk.named("film").data["tip_x"], motion.run.system.tip(motion.states[:, 0])
         )
+
+
+def test_a_fine_map_begins_when_the_newest_pictures_are_drawn(coarse, monkeypatch):
+    details = []
+
+    def diagram(state, detail):
+        details.append(detail)
+        return compute.diagram(state, detail)
+
+    monkeypatch.setitem(app._MAPS, "diagram", diagram)
+    # An acknowledgement that is late on a busy machine is not taken for lost.
+    monkeypatch.setattr(app, "PATIENCE", 300.0)
+    desk = Desk()
+    details.clear()
+    sent = {name: desk.named(f"{name}-sent").tags for name in ("motion", "map")}
+    desk.answers = False
+    desk.named("friction-slider").value = 0.25
+    while any(desk.named(f"{name}-sent").tags == tags for name, tags in sent.items()):
+        for call in [*desk.waiting]:
+            desk.waiting.remove(call)
+            call()
+    for call in [*desk.waiting]:
+        desk.waiting.remove(call)
+        call()
+    assert details == [compute.COARSE["diagram"]]
+    desk.answers = True
+    for name in sent:
+        desk.named(f"{name}-drawn").tags = desk.named(f"{name}-sent").tags
+    desk.settle()
+    assert details == [compute.COARSE["diagram"], SMALL]
 
 
 def test_only_its_own_thread_touches_a_document(coarse):
@@ -114,6 +150,49 @@ def test_slider_field_and_state_are_one(desk):
     assert desk.named("moment_amplitude-slider").end == 10.0
     desk.named("law").value = "newton"
     assert desk.page.state.system.law == "newton"
+
+
+def changed_by(desk, action):
+    """Return the names of the models that an action changes, each change being a message."""
+    changes = []
+    desk.document.on_change(lambda event: changes.append(event))
+    action()
+    models = [event.model for event in changes if hasattr(event, "model")]
+    return [model.name or type(model).__name__ for model in models]
+
+
+def test_a_move_sends_field_and_address_and_a_motion_each_source_once(desk, monkeypatch):
+    monkeypatch.setattr(app, "BETWEEN", 0.0)
+    move = partial(desk.named("friction-slider").update, value=0.2500000001)
+    assert changed_by(desk, move) == ["friction", "address", "friction-slider"]
+    assert desk.page.state.system.friction == 0.25
+    # What a slider gives is rounded, but not sent back: it may have moved on.
+    assert desk.named("friction-slider").value == 0.2500000001
+    names = changed_by(desk, desk.settle)
+    for name in ("film", "impact", "stroboscopic", "scene"):
+        assert names.count(name) == 1
+    assert not {"history", "portrait", "ColumnDataSource", "GlyphRenderer"} & {*names}
+
+
+def test_quick_moves_are_written_once_with_the_newest_value(desk, monkeypatch):
+    monkeypatch.setattr(app, "BETWEEN", 60.0)
+    slider, field = desk.named("friction-slider"), desk.named("friction")
+    before = desk.named("address").tags
+    for friction in (0.25, 0.3, 0.35):
+        slider.value = friction
+        assert desk.page.state.system.friction == friction
+    assert desk.named("address").tags == before
+    desk.settle()
+    assert field.value == "0.35"
+    assert desk.named("address").tags == [desk.page.state.to_query()]
+    # A refusal is told at once, and nothing that is written later hides it.
+    slider.value = 0.4
+    desk.named("gap-slider").value = 0.6
+    slider.value = -0.5
+    assert field.value == "0.4"
+    desk.settle()
+    assert "friction = -0.5" in desk.named("friction-error").text
+    assert desk.named("gap").value == "0.6"
 
 
 @pytest.mark.parametrize(

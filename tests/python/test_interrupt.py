@@ -16,7 +16,7 @@ from vibroimpact.interruption import is_covered
 from vibroimpact.sweeps import engine
 
 # What has public names.
-PARTS = (vi, vi.orbits)
+PARTS = (vi, vi.orbits, vi.sweeps)
 # Much more work than is done before Ctrl-C comes.
 LONG = {"periods": 5_000_000, "keep": 1, "max_events": 10**9}
 

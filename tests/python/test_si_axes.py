@@ -132,6 +132,46 @@ def test_charts_and_exponents_take_si(system):
     assert np.array_equal(seconds.exponents, plain.exponents)
 
 
+def test_basins_take_starts_in_si(system, tmp_path):
+    axes = {"x1": np.linspace(-0.4, 0.2, 5), "v1": np.linspace(-3.0, 3.0, 4)}
+    options = {"periods": 100, "scouts": 9, "rounds": 1}
+    found = vi.basins(system, initial=START, units="SI", **options, **axes)
+    plain = vi.basins(
+        system,
+        initial=system.scales.from_si(START),
+        **options,
+        x1=axes["x1"],
+        v1=axes["v1"] * system.scales.time,
+    )
+    assert {name: values.tolist() for name, values in found.axes.items()} == {
+        name: values.tolist() for name, values in axes.items()
+    }
+    assert found.settings.initial == START
+    assert np.array_equal(found.status_code, plain.status_code)
+    assert np.array_equal(found.attractor, plain.attractor)
+    assert np.array_equal(found.settling, plain.settling)
+    run = found.run(3, 1)
+    assert run.in_si().initial == pytest.approx((0.05, -1.0, -0.02, 0.1))
+    found.save(tmp_path / "found.npz")
+    back = vi.load(tmp_path / "found.npz")
+    assert back.settings == found.settings
+    assert np.array_equal(back.axes["v1"], axes["v1"])
+    assert back.to_xarray()["v1"].attrs == {"units": "rad/s"}
+    assert plain.to_xarray()["v1"].attrs == {"units": "dimensionless"}
+    other = vi.basins(
+        system, units="SI", **options, x2=np.linspace(0.0, 0.05, 4), v2=np.linspace(-1.0, 1.0, 4)
+    )
+    ax = vi.plot.basins(other, sections=True)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$x_2$ (m)", r"$\dot x_2$ (m/s)")
+    assert "0 rad, " in ax.get_legend().get_title().get_text()
+    marks = [line for line in ax.lines if len(line.get_xdata())]
+    sections = next(each.sections for each in other.attractors if each.kind == "periodic")
+    assert marks[0].get_xdata() == pytest.approx(system.scales.to_si(sections)[:, 2])
+    plt.close("all")
+    with pytest.raises(vi.ParameterError, match="from_physical"):
+        vi.basins(system.replace(scales=None), units="SI", **axes)
+
+
 def test_a_branch_is_followed_over_a_quantity(system):
     motion = vi.simulate(system, initial=START, units="SI", periods=600).refine()
     assert motion

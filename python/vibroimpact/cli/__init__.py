@@ -64,7 +64,8 @@ file, or both: flags win. The file of the examples, fig5b.toml:
 
 [run] may also hold time, max_events, chatter_tolerance, section_phase; each
 command takes what it has a use for. Instead of [system], a table [physical]
-takes SI units, by the names of vibroimpact.System.from_physical.
+takes SI units, by the names of vibroimpact.System.from_physical; with
+--units SI the options and results of a command are in SI, too.
 
 {exit_codes.table()}"""
 

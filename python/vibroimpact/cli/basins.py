@@ -21,7 +21,8 @@ Basins of attraction over a plane of initial states: the attractors are found
 without being told their number, periodic ones confirmed as orbits, and every
 cell of the plane is followed until it has arrived at one of them.
 
-{shared.UNITS}"""
+{shared.UNITS}
+{shared.SI}"""
 MORE = f"""\
 printed, one row per attractor:
   attractor       its number
@@ -97,7 +98,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     outputs.check(options)
     with engine(options) as computing:
         result, interrupted = outputs.partial_on_interrupt(
-            lambda: basins(system, **values, **computing, **plane)
+            lambda: basins(system, **values, **computing, **request.units, **plane)
         )
     write = outputs.Writing()
     if options.csv:

@@ -14,7 +14,8 @@ ABOUT = f"""\
 Two-parameter chart: for each cell of a grid the label of the motion that a run
 from --initial settles on, and its largest Lyapunov exponent.
 
-{shared.UNITS}"""
+{shared.UNITS}
+{shared.SI}"""
 MORE = f"""\
 printed: how many cells have each status, and the most frequent labels; exit
 code 3 where a run stopped early.
@@ -69,7 +70,7 @@ def add(subparsers: Any) -> None:
 def run(options: argparse.Namespace) -> ExitCode:
     """Fill the grid; after Ctrl-C write what is done, then raise Interrupted."""
     request = shared.Request.of(options)
-    swept = shared.grid(options.vary, axes=2)
+    swept = shared.grid(options.vary, axes=2, names=request.names)
     system = request.system(**{name: float(values[0]) for name, values in swept.items()})
     values = request.values(
         *("initial", "periods", "keep", "max_events", "chatter_tolerance", "section_phase")
@@ -83,12 +84,13 @@ def run(options: argparse.Namespace) -> ExitCode:
                 exponents=not (options.no_exponents or options.no_labels),
                 **values,
                 **computing,
+                **request.units,
                 **swept,
             )
         )
     write = outputs.Writing()
     if options.csv:
-        write(_write_csv, result, options.csv)
+        write(_write_csv, result, options.csv, options.units)
     if options.save:
         write(result.save, options.save)
     if options.plot:
@@ -100,12 +102,12 @@ def run(options: argparse.Namespace) -> ExitCode:
     return cells.exit_code(result.status)
 
 
-def _write_csv(result: Chart, path: str) -> None:
+def _write_csv(result: Chart, path: str, units: str | None) -> None:
     names = ["label", "m", "n", "residual", "status", "contact_fraction"]
     if "largest_exponent" in result.columns:
         names += ["largest_exponent", "exponent_error"]
     axes = result.columns.grid.values(0, len(result))
-    outputs.write_columns(path, axes | cells.columns_of(result, names))
+    outputs.write_columns(path, axes | cells.columns_of(result, names, units))
 
 
 def _plot(result: Chart, path: Path) -> None:

@@ -17,7 +17,8 @@ ABOUT = f"""\
 Bifurcation diagram: simulate one motion for each value of a parameter; print
 which motions occur and where runs stopped early.
 
-{shared.UNITS}"""
+{shared.UNITS}
+{shared.SI}"""
 MORE = f"""\
 printed: how many values have each status, and the most frequent labels; exit
 code 3 where a run stopped early.
@@ -29,7 +30,7 @@ columns of --csv, one row per kept impact:
   phase             drive phase, 0 to 2 pi
   regime            frictionless, slip, reversal_approach, ...
   approach_velocity u just before the impact
-  energy_loss       in M1 l^2 omega_2^2
+  energy_loss       in M1 l^2 omega_2^2, or J
 
 columns of --points, one row per value and branch:
   (parameter), branch    as above
@@ -101,7 +102,7 @@ def add(subparsers: Any) -> None:
 def run(options: argparse.Namespace) -> ExitCode:
     """Sweep one parameter; after Ctrl-C write what is done, then raise Interrupted."""
     request = shared.Request.of(options)
-    swept = shared.grid(options.vary, axes=1)
+    swept = shared.grid(options.vary, axes=1, names=request.names)
     system = request.system(**{name: float(values[0]) for name, values in swept.items()})
     values = request.values(
         *(
@@ -124,17 +125,17 @@ def run(options: argparse.Namespace) -> ExitCode:
     }
     with engine(options) as computing:
         result, interrupted = outputs.partial_on_interrupt(
-            lambda: bifurcation_diagram(system, **values, **computing, **swept)
+            lambda: bifurcation_diagram(system, **values, **computing, **request.units, **swept)
         )
     write = outputs.Writing()
     if options.csv:
-        write(_write_section, result, options.csv)
+        write(_write_section, result, options.csv, options.units)
     if options.points:
-        write(_write_points, result, options.points)
+        write(_write_points, result, options.points, options.units)
     if options.save:
         write(result.save, options.save)
     if options.plot:
-        write(_plot, result, options.plot, options.value)
+        write(_plot, result, options.plot, options.value, request.units)
     outputs.print_summary(cells.describe(result.status, result.label), options)
     write.end()
     if interrupted is not None:
@@ -142,29 +143,32 @@ def run(options: argparse.Namespace) -> ExitCode:
     return cells.exit_code(result.status)
 
 
-def _write_section(result: Diagram, path: str) -> None:
+def _write_section(result: Diagram, path: str, units: str | None) -> None:
+    counts = np.diff(result.offset)
     columns = {
-        result.parameter_name: result.impact_parameter,
-        "branch": np.repeat(result.branch, np.diff(result.offset)),
         **{name: getattr(result, name) for name in ("x1", "v1", "v2", "phase")},
         "regime": outputs.regime_names(result.regime),
         **{name: getattr(result, name) for name in ("approach_velocity", "energy_loss")},
     }
-    outputs.write_columns(path, columns)
+    first = {
+        result.parameter_name: result.impact_parameter,
+        "branch": np.repeat(result.branch, counts),
+    }
+    outputs.write_columns(path, first | cells.in_units(result, columns, units, counts))
 
 
-def _write_points(result: Diagram, path: str) -> None:
+def _write_points(result: Diagram, path: str, units: str | None) -> None:
     names = ["branch", "label", "m", "n", "residual", "status", "contact_fraction"]
     if "largest_exponent" in result.columns:
         names += ["largest_exponent", "exponent_error"]
-    columns = cells.columns_of(result, names)
+    columns = cells.columns_of(result, names, units)
     outputs.write_columns(path, {result.parameter_name: result.parameter, **columns})
 
 
-def _plot(result: Diagram, path: Path, value: str | None) -> None:
+def _plot(result: Diagram, path: Path, value: str | None, units: dict[str, Any]) -> None:
     from .. import plot
 
     with outputs.figure(path, 7.1, 2.8) as figure:
         left, right = figure.subplots(1, 2)
-        plot.bifurcation(result, value=value, color="regime", ax=left)
-        plot.bifurcation(result, section="stroboscopic", legend=False, ax=right)
+        plot.bifurcation(result, value=value, color="regime", ax=left, **units)
+        plot.bifurcation(result, section="stroboscopic", legend=False, ax=right, **units)

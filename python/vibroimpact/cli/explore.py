@@ -41,7 +41,7 @@ def add(subparsers: Any) -> None:
     command.add_argument(
         "file", type=Path, nargs="?", metavar="SYSTEM.toml", help="as --system FILE.toml"
     )
-    shared.add_system(command)
+    shared.add_system(command, units=False)
     group = command.add_argument_group("page")
     group.add_argument(
         "--port", type=int, default=0, metavar="N", help="port on 127.0.0.1 (default: a free one)"

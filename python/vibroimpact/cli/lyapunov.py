@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ParameterError
+from ..scales import Scales, chosen
 from ..sweeps import LyapunovSpectrum, LyapunovSweep, lyapunov_spectrum
 from . import cells, outputs
 from . import options as shared
@@ -19,7 +20,8 @@ natural logarithm, each with its standard error; or, with --vary, of one motion
 for each value of a parameter. They are those of the state at fixed time, by
 exact derivatives through flights, impacts, chatter and contact.
 
-{shared.UNITS}"""
+{shared.UNITS}
+{shared.SI}"""
 MORE = f"""\
 printed for one motion:
   label            what the motion is
@@ -88,7 +90,7 @@ def run(options: argparse.Namespace) -> ExitCode:
         if getattr(options, name) is not None:
             raise ParameterError(f"--{name} goes with --vary only")
     request = shared.Request.of(options)
-    swept = shared.grid(options.vary, axes=1) if options.vary else {}
+    swept = shared.grid(options.vary, axes=1, names=request.names) if options.vary else {}
     system = request.system(**{name: float(values[0]) for name, values in swept.items()})
     values = request.values(
         "initial", "time", "max_events", "chatter_tolerance", own=("periods", "keep")
@@ -96,12 +98,13 @@ def run(options: argparse.Namespace) -> ExitCode:
     outputs.check(options)
     with engine(options) as computing:
         result, interrupted = outputs.partial_on_interrupt(
-            lambda: lyapunov_spectrum(system, **values, **computing, **swept)
+            lambda: lyapunov_spectrum(system, **values, **computing, **request.units, **swept)
         )
     if isinstance(result, LyapunovSpectrum):
-        columns, lines, code = _history(result), _describe(result), ExitCode.DONE
+        scales = chosen(options.units, result.system.scales)
+        columns, lines, code = _history(result, scales), _describe(result, scales), ExitCode.DONE
     else:
-        columns, lines = _spectra(result), _describe_all(result)
+        columns, lines = _spectra(result, options.units), _describe_all(result)
         code = cells.exit_code(result.status)
     write = outputs.Writing()
     if options.csv:
@@ -122,17 +125,19 @@ def _plot(result: LyapunovSpectrum | LyapunovSweep, path: Path) -> None:
         plot.lyapunov(result, ax=figure.subplots())
 
 
-def _describe(result: LyapunovSpectrum) -> list[tuple[str, str]]:
+def _describe(result: LyapunovSpectrum, scales: Scales | None) -> list[tuple[str, str]]:
     lines = [("label", result.label)]
-    for number, (value, error) in enumerate(zip(result.exponents, result.error, strict=True)):
+    rate, unit = (1.0, 1.0) if scales is None else (scales.frequency, scales.time)
+    pairs = zip(rate * result.exponents, rate * result.error, strict=True)
+    for number, (value, error) in enumerate(pairs):
         if np.isnan(value):
             lines.append((f"exponent {number + 1}", "(wall at rest: no exponent)"))
             continue
         text = f"{value:.6g} +- {error:.1g}" if np.isfinite(value) else f"{value}"
         flow = " (that of the flow)" if number == result.flow else ""
         lines.append((f"exponent {number + 1}", text + flow))
-    lines.append(("sum", f"{result.sum:.9g}"))
-    lines.append(("measured", f"time {result.time:.6g}, {result.impacts} impacts"))
+    lines.append(("sum", f"{rate * result.sum:.9g}"))
+    lines.append(("measured", f"time {unit * result.time:.6g}, {result.impacts} impacts"))
     return lines
 
 
@@ -142,15 +147,16 @@ def _describe_all(result: LyapunovSweep) -> list[tuple[str, str]]:
     return [*cells.statuses(result.status), ("exponent 1 > 0", text)]
 
 
-def _history(result: LyapunovSpectrum) -> dict[str, Any]:
-    return {"time": result.history_time} | _numbered("exponent", result.history)
+def _history(result: LyapunovSpectrum, scales: Scales | None) -> dict[str, Any]:
+    rate, unit = (1.0, 1.0) if scales is None else (scales.frequency, scales.time)
+    return {"time": unit * result.history_time} | _numbered("exponent", rate * result.history)
 
 
-def _spectra(result: LyapunovSweep) -> dict[str, Any]:
+def _spectra(result: LyapunovSweep, units: str | None) -> dict[str, Any]:
+    rates = _numbered("exponent", result.exponents) | _numbered("error", result.error)
     return {
         **result.axes,
-        **_numbered("exponent", result.exponents),
-        **_numbered("error", result.error),
+        **cells.in_units(result, rates, units),
         **cells.columns_of(result, ("label", "m", "n", "residual", "status")),
     }
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..orbits import PeriodicMotion
+from ..scales import Units, chosen
 
 _MOST_MULTIPLIERS = 4
 CSV_NAMES = (
@@ -34,24 +35,41 @@ COLUMNS = """\
   residual, error  of the conditions of periodicity, and of the solution"""
 
 
-def csv_row(motion: PeriodicMotion) -> list[Any]:
+def csv_row(motion: PeriodicMotion, units: Units | None = None) -> list[Any]:
     """Return the columns `CSV_NAMES` of a motion."""
     parts = [part for value in motion.multipliers.tolist() for part in (value.real, value.imag)]
     parts += [""] * (2 * _MOST_MULTIPLIERS - len(parts))
     verdict = (int(motion.admissible), int(motion.stable), motion.why_not)
     return [
         *(motion.label, motion.m, motion.n, *verdict),
-        *motion.state,
-        *motion.initial,
+        *_state(motion, units),
+        *_initial(motion, units),
         *parts,
         *(motion.residual, motion.error),
     ]
 
 
-def printed_row(motion: PeriodicMotion) -> list[str]:
+def _state(motion: PeriodicMotion, units: Units | None) -> list[float]:
+    """Return x1, v1, v2 and phase just before the first impact."""
+    x1, v1, v2, phase = motion.state
+    scales = chosen(units, motion.system.scales)
+    rows = [x1, v1, 0.0, v2] if scales is None else scales.to_si([x1, v1, 0.0, v2]).tolist()
+    return [rows[0], rows[1], rows[3], phase]
+
+
+def _initial(motion: PeriodicMotion, units: Units | None) -> list[float]:
+    scales = chosen(units, motion.system.scales)
+    return [*motion.initial] if scales is None else scales.to_si(motion.initial).tolist()
+
+
+def printed_row(motion: PeriodicMotion, units: Units | None = None) -> list[str]:
     """Return the columns `PRINTED_NAMES` of a motion."""
     size = abs(motion.multipliers[0])
-    return [motion.label, *(f"{value:.9g}" for value in (*motion.state, size)), verdict(motion)]
+    return [
+        motion.label,
+        *(f"{value:.9g}" for value in (*_state(motion, units), size)),
+        verdict(motion),
+    ]
 
 
 def verdict(motion: PeriodicMotion) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from .._core import CHATTER_TOLERANCE, CONTACTS, LAWS, PARAMETERS, Parameter
 from ..arguments import close_to
 from ..errors import ParameterError
+from ..physical import QUANTITIES
 from ..system import System
 from .system_file import SystemFile, read
 
@@ -20,6 +21,12 @@ UNITS = """\
 All quantities are dimensionless: time in 1/omega_2, length in the pendulum's
 length l, mass in M1, angles in radians (notation page). omega_2 is the
 natural frequency of body 2; a drive period is 2 pi/(drive frequency)."""
+SI = """\
+
+With --units SI, for a system file with a table [physical], they are in SI:
+parameters are the quantities of [physical] by name and unit, states are in
+rad, rad/s, m, m/s, times in s, and so is what is printed and written.
+Residuals and errors of states stay dimensionless."""
 
 HelpFormatter = functools.partial(argparse.RawDescriptionHelpFormatter, max_help_position=28)
 _NAMES = (*PARAMETERS, "contact", "law")
@@ -58,8 +65,8 @@ def command(
     )
 
 
-def add_system(command: argparse.ArgumentParser) -> None:
-    """Add the system file, a flag for every parameter, and the initial state."""
+def add_system(command: argparse.ArgumentParser, *, units: bool = True) -> None:
+    """Add the system file, a flag for every parameter, and the initial state; and units."""
     group = command.add_argument_group("system", "from a file, from flags, or both: flags win")
     group.add_argument(
         "--system", type=Path, metavar="FILE.toml", help="system file; see vibroimpact --help"
@@ -76,6 +83,10 @@ def add_system(command: argparse.ArgumentParser) -> None:
         metavar=("X1", "V1", "X2", "V2"),
         help="state at t = 0: angle, its rate, displacement, its rate",
     )
+    if units:
+        group.add_argument(
+            "--units", choices=("SI",), help="numbers in SI, for a file with [physical]"
+        )
 
 
 def add_run(
@@ -189,12 +200,29 @@ class Request:
         """Read the system file, if there is one."""
         return cls(options, SystemFile() if options.system is None else read(options.system))
 
+    @property
+    def units(self) -> dict[str, Any]:
+        """The argument ``units`` of the Python functions, where it is given."""
+        given = getattr(self.options, "units", None)
+        return {} if given is None else {"units": given}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What can be varied: parameters, or quantities in SI."""
+        return QUANTITIES if self.units else tuple(PARAMETERS)
+
     def system(self, **unless_given: float) -> System:
         """Return the system; `unless_given` are values for parameters that vary anyway."""
         flags = {name: getattr(self.options, name) for name in _NAMES}
         flags = {name: value for name, value in flags.items() if value is not None}
         if self.file.physical is not None:
-            return self.file.physical.replace(**flags)
+            words = {name: flags.pop(name) for name in ("contact", "law") if name in flags}
+            return self.file.physical.replace(**words).replace(**flags, **self.units)
+        if self.units:
+            raise ParameterError(
+                "--units SI is not allowed here; allowed: with a system file that has a table "
+                "[physical], quantities in SI"
+            )
         return System.from_dict(unless_given | self.file.fields | flags)
 
     def values(self, *names: str, own: Collection[str] = (), **defaults: Any) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from ..errors import ParameterError
 from ..orbits import Branch, NotFound, PeriodicMotion, follow_motion, search_motions
 from ..orbits.ranges import range_around
 from ..run import Run
+from ..scales import Units
 from ..simulation import simulate
 from ..single_impact import periodic_motions
 from ..system import System
@@ -34,7 +35,8 @@ and the verdict whether it is one. Which ones:
                   the motion settled on, followed over a parameter, with its
                   bifurcations
 
-{shared.UNITS}"""
+{shared.UNITS}
+{shared.SI}"""
 MORE = f"""\
 printed, one row per motion: its label, the state just before its first
 impact, the largest |multiplier|, and the verdict; of a search the part of the
@@ -183,7 +185,7 @@ def _settled(request: shared.Request, system: System) -> ExitCode:
 
 
 def _motion(request: shared.Request, system: System) -> PeriodicMotion | NotFound:
-    settled: Run = simulate(system, **request.values("initial", periods=600))
+    settled: Run = simulate(system, **request.values("initial", periods=600), **request.units)
     return settled.refine()
 
 
@@ -196,19 +198,20 @@ def _no_motion(request: shared.Request, found: NotFound) -> ExitCode:
 def _follow(request: shared.Request, system: System) -> ExitCode:
     options = request.options
     word, *ends = options.follow
-    name = shared.chosen_name("--follow", word)
+    name = shared.chosen_name("--follow", word, request.names)
     try:
         first, last = map(float, ends)
     except ValueError as error:
         raise ParameterError(f"--follow {word}: {error}") from error
-    range_around(system, name, (first, last))
+    if not request.units:
+        range_around(system, name, (first, last))
     motion = _motion(request, system)
     if isinstance(motion, NotFound):
         return _no_motion(request, motion)
     steps = {} if options.max_step is None else {"max_step": options.max_step}
     parameter: dict[str, Any] = {name: (first, last)}
     branch, interrupted = outputs.partial_on_interrupt(
-        lambda: follow_motion(motion, **steps, **parameter)
+        lambda: follow_motion(motion, **steps, **request.units, **parameter)
     )
     _write_branch(options, branch)
     if interrupted is not None:
@@ -228,14 +231,14 @@ def _write(
     write = outputs.Writing()
     if options.csv:
         rows = (
-            [*share, *table.csv_row(motion)]
+            [*share, *table.csv_row(motion, options.units)]
             for share, motion in zip(share_of, motions, strict=True)
         )
         write(outputs.write_csv, options.csv, [*share_name, *table.CSV_NAMES], rows)
     if options.plot and motions:
-        write(_plot, motions, options.plot)
+        write(_plot, motions, options.plot, options.units)
     printed = [
-        [*(f"{part:.4g}" for part in share), *table.printed_row(motion)]
+        [*(f"{part:.4g}" for part in share), *table.printed_row(motion, options.units)]
         for share, motion in zip(share_of, motions, strict=True)
     ]
     heads = [*share_name, *table.PRINTED_NAMES]
@@ -244,7 +247,7 @@ def _write(
     return ExitCode.INCOMPLETE if options.plot and not motions else ExitCode.DONE
 
 
-def _plot(motions: Sequence[PeriodicMotion], path: Path) -> None:
+def _plot(motions: Sequence[PeriodicMotion], path: Path, units: Units | None) -> None:
     from .. import plot
 
     drawn = table.shown(motions, MOST_DRAWN)
@@ -252,7 +255,7 @@ def _plot(motions: Sequence[PeriodicMotion], path: Path) -> None:
         print(f"{path} shows {len(drawn)} of {len(motions)} motions", file=sys.stderr)
     with outputs.figure(path, 7.1, 2.4 * len(drawn)) as figure:
         for motion, row in zip(drawn, np.atleast_2d(figure.subplots(len(drawn), 3)), strict=True):
-            plot.orbit(motion, legend=False, axes=row)
+            plot.orbit(motion, legend=False, axes=row, units=units)
             row[0].set_title(f"{motion.label}, {table.verdict(motion)}", loc="left")
             row[2].set_title("", loc="left")
 
@@ -268,12 +271,12 @@ def _write_branch(options: argparse.Namespace, branch: Branch) -> None:
         )
         special = ((found.kind, found.value, found.motion) for found in branch.bifurcations)
         rows = (
-            [kind, value, *table.csv_row(motion)]
+            [kind, value, *table.csv_row(motion, options.units)]
             for kind, value, motion in itertools.chain(points, special)
         )
         write(outputs.write_csv, options.csv, ["kind", branch.parameter, *table.CSV_NAMES], rows)
     if options.plot and branch.pieces:
-        write(_plot_branch, branch, options.plot, options.value)
+        write(_plot_branch, branch, options.plot, options.value, options.units)
     stream = outputs.summary_stream(options)
     heads = ["bifurcation", branch.parameter, "motion", "goes on as"]
     printed = [
@@ -298,8 +301,8 @@ def _legs(legs: Iterable[Leg]) -> str:
     return ", ".join(text if number == 1 else f"{number} x {text}" for number, text in counted)
 
 
-def _plot_branch(branch: Branch, path: Path, value: str | None) -> None:
+def _plot_branch(branch: Branch, path: Path, value: str | None, units: Units | None) -> None:
     from .. import plot
 
     with outputs.figure(path, 7.1, 4.0) as figure:
-        plot.branches(branch, value=value, ax=figure.subplots())
+        plot.branches(branch, value=value, ax=figure.subplots(), units=units)

@@ -7,6 +7,7 @@ from typing import Any
 from ..arguments import count
 from ..errors import ParameterError
 from ..run import Run
+from ..run_in_si import RunInSI
 from ..run_record import impacts_in_words
 from ..simulation import simulate
 from ..verification import verify
@@ -20,7 +21,8 @@ Simulate one motion; print its label m-n (m drive periods, n impacts per
 orbit; m-inf with complete chatter), `chaotic` or `quasi-periodic`, with the
 evidence for it.
 
-{shared.UNITS}"""
+{shared.UNITS}
+{shared.SI}"""
 MORE = """\
 printed:
   label     what the motion is
@@ -44,8 +46,8 @@ columns of the CSV, one row per kept impact:
   approach_velocity              at which the bodies meet, > 0
   phase                          drive phase, 0 to 2 pi
   regime                         frictionless, slip, reversal_approach, ...
-  impulse_normal, impulse_tangential     in M1 l omega_2
-  energy_loss                    in M1 l^2 omega_2^2
+  impulse_normal, impulse_tangential     in M1 l omega_2, or N s
+  energy_loss                    in M1 l^2 omega_2^2, or J
 
 example:
   vibroimpact simulate --mass-ratio 0.6 --frequency-ratio 2 \\
@@ -91,15 +93,18 @@ def run(options: argparse.Namespace) -> ExitCode:
     if options.verify is not None:
         count("verify", options.verify, least=1, most=MOST_ASKED)
         need_flint()
-    result, interrupted = outputs.partial_on_interrupt(lambda: simulate(system, **values))
+    result, interrupted = outputs.partial_on_interrupt(
+        lambda: simulate(system, **values, **request.units)
+    )
+    shown = result.in_si() if request.units else result
     write = outputs.Writing()
     if options.csv:
-        write(_write_csv, result, options.csv)
+        write(_write_csv, shown, options.csv)
     if options.save:
         write(result.save, options.save)
     if options.plot:
-        write(_plot, result, options.plot)
-    outputs.print_summary(_describe(result), options)
+        write(_plot, result, options.plot, request.units)
+    outputs.print_summary(_describe(result, shown), options)
     write.end()
     if interrupted is not None:
         raise interrupted
@@ -116,31 +121,31 @@ def run(options: argparse.Namespace) -> ExitCode:
     return ExitCode.DONE if complete else ExitCode.INCOMPLETE
 
 
-def _write_csv(result: Run, path: str) -> None:
+def _write_csv(result: Run | RunInSI, path: str) -> None:
     impacts = result.impacts
     columns = {name: impacts[name] for name in impacts.dtype.names or ()}
     outputs.write_columns(path, columns | {"regime": outputs.regime_names(impacts["regime"])})
 
 
-def _describe(result: Run) -> list[tuple[str, str]]:
-    period, end = result.period, result.final_state
+def _describe(result: Run, shown: Run | RunInSI) -> list[tuple[str, str]]:
+    period, end = result.period, shown.final_state
     lines = [("label", result.label)]
     if period.m is not None:
         lines.append(("residual", f"{period.residual:.3g}"))
     lines.append(("evidence", str(period.evidence)))
     lines.append(("impacts", impacts_in_words(result)))
-    if result.time_in_contact:
-        lines.append(("contact", f"{result.time_in_contact:.6g} of the kept time"))
+    if shown.time_in_contact:
+        lines.append(("contact", f"{shown.time_in_contact:.6g} of the kept time"))
     lines.append(("stopped", result.stop_reason))
     state = ", ".join(f"{name} = {getattr(end, name)!r}" for name in ("x1", "v1", "x2", "v2"))
     lines.append(("state", f"{state} at t = {end.time!r}"))
     return lines
 
 
-def _plot(result: Run, path: Path) -> None:
+def _plot(result: Run, path: Path, units: dict[str, Any]) -> None:
     from .. import plot
 
     with outputs.figure(path, 7.1, 2.6) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
-        plot.time_history(result, color="regime", ax=left)
-        plot.phase_portrait(result, color="regime", ax=right)
+        plot.time_history(result, color="regime", ax=left, **units)
+        plot.phase_portrait(result, color="regime", ax=right, **units)

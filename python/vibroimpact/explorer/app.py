@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import html
 import logging
+import math
+import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -27,6 +29,8 @@ from .views.diagram import BranchLines, branch_lines
 
 # Milliseconds without a change after which verdict and fine maps are computed.
 REST = 250
+# Seconds between two changes of the controls and the address while a slider moves.
+BETWEEN = 0.06
 # Seconds to wait for the browser's word that it has drawn a picture, before the next one is begun.
 PATIENCE = 3.0
 # Motions that are remembered to go back to, but for the last.
@@ -69,6 +73,8 @@ class Page:
         self.motion: Motion | None = None
         self.verdict: Verdict | None = None
         self._turn, self._closed, self._map_key = 0, False, ("",)
+        # When controls and address have last been changed, and whether they will be.
+        self._described, self._will_describe = -BETWEEN, False
         # States whose motions clicks have left.
         self._left: list[State] = []
         self._lanes = {name: Lane(self._post) for name in ("verdict", "branch")}
@@ -76,7 +82,8 @@ class Page:
             self._pace(name)
         own = {"as given": state} if state not in PRESETS.values() else {}
         self._presets = own | PRESETS
-        self.controls, self.maps = Controls(self.change), MapsCard(self.change, self.choose)
+        self.controls = Controls(self.change, self.move)
+        self.maps = MapsCard(self.change, self.choose)
         self.frame = Frame(self.controls.root, self.maps.root, self._presets)
         self._wire()
         self.frame.enter(document, owns_address=owns_address)
@@ -102,13 +109,25 @@ class Page:
         ParameterError, StateError
             If the new state is refused; then nothing changes.
         """
-        state = self.state.replace(**fields)
-        if state == self.state:
-            return
-        if (state.system, state.initial) != (self.state.system, self.state.initial):
-            # Refuses bodies that overlap at the start; there is no shorter run.
-            simulate(state.system, initial=state.initial, time=1e-9, max_events=1)
-        self._show(state)
+        self._change(fields, self._describe)
+
+    def move(self, **fields: Any) -> None:
+        """Change fields as `change` does, for a slider, which changes them many times a second."""
+        self._change(fields, self._describe_soon)
+
+    def _change(self, fields: dict[str, Any], describe: Callable[[], None]) -> None:
+        try:
+            state = self.state.replace(**fields)
+            if (state.system, state.initial) != (self.state.system, self.state.initial):
+                # Refuses bodies that overlap at the start; there is no shorter run.
+                simulate(state.system, initial=state.initial, time=1e-9, max_events=1)
+        except (ParameterError, StateError):
+            # What is still to be shown of moves before would hide the words beside the field.
+            if self._will_describe:
+                self._describe()
+            raise
+        if state != self.state:
+            self._show(state, describe)
 
     def choose(self, **fields: Any) -> None:
         """Change fields as `change` does, and remember the motion that is left."""
@@ -154,9 +173,10 @@ class Page:
 
     # What a change causes.
 
-    def _show(self, state: State) -> None:
-        old, self.state = self.state, state
-        self._turn += 1
+    def _describe(self) -> None:
+        """Show the state in controls, ranges, address and code."""
+        state = self.state
+        self._will_describe = False
         self.frame.root.css_classes = [state.theme]
         self.controls.show(state)
         self.maps.show_state(state)
@@ -164,6 +184,25 @@ class Page:
         self.frame.address.tags = [state.to_query()]
         if self.frame.code_card.visible:
             self._write_code()
+        self._described = time.monotonic()
+
+    def _describe_soon(self) -> None:
+        """Do so now, or as soon as the last time is long enough ago: then with the newest state."""
+        wait = BETWEEN - (time.monotonic() - self._described)
+        if wait <= 0.0:
+            self._describe()
+        elif not self._will_describe:
+            self._will_describe = True
+            self.document.add_timeout_callback(self._describe_late, math.ceil(1e3 * wait))
+
+    def _describe_late(self) -> None:
+        if self._will_describe and not self._closed:
+            self._describe()
+
+    def _show(self, state: State, describe: Callable[[], None] | None = None) -> None:
+        old, self.state = self.state, state
+        self._turn += 1
+        (describe or self._describe)()
         if self.motion is None or old.theme != state.theme:
             self.document.theme = theme.figure_theme(self.palette)
             self._paint()
@@ -216,6 +255,11 @@ class Page:
         self._after_rest(self._show_fine)
 
     def _show_fine(self) -> None:
+        if any(self._lanes[name].busy for name in ("motion", "map")):
+            # It would take the processors from what the slider has moved last, and the place of a
+            # coarse map that still waits.
+            self._after_rest(self._show_fine)
+            return
         state = self.state
         work = partial(_MAPS[state.map], state, compute.FINE[state.map])
         show = partial(self._show_result, state)

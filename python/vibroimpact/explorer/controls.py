@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from bokeh.models import Column, Div, InlineStyleSheet, Row, Select, Slider, Spacer, TextInput
+from bokeh.models import Column, Div, Row, Select, Slider, Spacer, TextInput
 
 from .._core import CONTACTS, LAWS, PARAMETERS
 from ..errors import ParameterError, StateError
@@ -43,9 +43,14 @@ _TITLES = {"contact": "contact", "law": "law of restitution"}
 _STEPS = 1000
 
 
-def sheets() -> list[InlineStyleSheet]:
+def sheets() -> list[str]:
     """Return the style sheets of a widget."""
-    return [InlineStyleSheet(css=theme.WIDGET_SHEET)]
+    return [theme.WIDGET_SHEET]
+
+
+def rounded(value: float) -> float:
+    """Return what a slider means: of what it gives, the digits beyond its step are rounding."""
+    return float(f"{value:.6g}")
 
 
 class NumberControl:
@@ -57,10 +62,17 @@ class NumberControl:
         Of the number.
     change
         Tries a new value; raises the package's error if it is refused.
+    move
+        Does so for the slider.
     """
 
-    def __init__(self, name: str, change: Callable[[str, float], None]) -> None:
-        self._name, self._change, self._quiet = name, change, False
+    def __init__(
+        self,
+        name: str,
+        change: Callable[[str, float], None],
+        move: Callable[[str, float], None],
+    ) -> None:
+        self._name, self._change, self._move, self._quiet = name, change, move, False
         low, high = RANGES.get(name, USUAL)
         step = (high - low) / _STEPS
         self.slider = Slider(
@@ -90,21 +102,24 @@ class NumberControl:
 
     def show(self, value: float) -> None:
         """Show a value that was accepted."""
+        slider, text = self.slider, write_number(value)
+        if self.field.value == text and rounded(slider.value) == value and not self.error.visible:
+            return
         self._quiet = True
-        slider = self.slider
         if value < slider.start:
             slider.start = value
         if value > slider.end:
             slider.end = value
-        slider.value = value
-        self.field.value = write_number(value)
+        # What a slider gives is rounded: it stands there already, and may have moved on since.
+        if rounded(slider.value) != value:
+            slider.value = value
+        self.field.value = text
         self._quiet = False
         self._say("")
 
     def _moved(self, _name: str, _old: float, new: float) -> None:
         if not self._quiet:
-            # Of what a slider gives, the digits beyond its step are rounding.
-            self._try(float(f"{new:.6g}"))
+            self._try(rounded(new), self._move)
 
     def _typed(self, _name: str, _old: str, new: str) -> None:
         if self._quiet:
@@ -114,11 +129,11 @@ class NumberControl:
         except ParameterError as error:
             self._say(str(error))
         else:
-            self._try(value)
+            self._try(value, self._change)
 
-    def _try(self, value: float) -> None:
+    def _try(self, value: float, change: Callable[[str, float], None]) -> None:
         try:
-            self._change(self._name, value)
+            change(self._name, value)
         except (ParameterError, StateError) as error:
             self._say(str(error))
 
@@ -234,11 +249,16 @@ class Controls:
     ----------
     change
         Tries to change fields of the state by name; raises the package's error if it is refused.
+    move
+        Does so for sliders.
     """
 
-    def __init__(self, change: Callable[..., None]) -> None:
-        def one(name: str, value: Any) -> None:
+    def __init__(self, change: Callable[..., None], move: Callable[..., None]) -> None:
+        def one(name: str, value: float) -> None:
             change(**{name: value})
+
+        def moved(name: str, value: float) -> None:
+            move(**{name: value})
 
         def tried(name: str, value: str) -> None:
             try:
@@ -247,7 +267,9 @@ class Controls:
                 self.error.text = f'<span class="error">{html.escape(str(error))}</span>'
                 self.error.visible = True
 
-        self.numbers = {name: NumberControl(name, one) for name in (*PARAMETERS, *COORDINATES)}
+        self.numbers = {
+            name: NumberControl(name, one, moved) for name in (*PARAMETERS, *COORDINATES)
+        }
         self.choices = {
             "contact": ChoiceControl("contact", CONTACTS, tried),
             "law": ChoiceControl("law", LAWS, tried),

@@ -11,7 +11,7 @@ from bokeh.models import (
     Column,
     CustomJS,
     Div,
-    InlineStyleSheet,
+    GlyphRenderer,
     Row,
     Select,
     Spacer,
@@ -23,6 +23,7 @@ from . import theme
 from .controls import sheets
 from .state import MAPS
 from .views import parts
+from .views.columns import Sources
 from .views.history import HistoryView
 from .views.machine import MachineView
 from .views.portrait import PortraitView
@@ -63,8 +64,10 @@ class Frame:
     """
 
     def __init__(self, controls: Any, maps: Any, presets: Iterable[str]) -> None:
-        self.machine, self.history, self.portrait = MachineView(), HistoryView(), PortraitView()
-        self.sections, self.what = SectionViews(), VerdictView()
+        sources = Sources()
+        self.machine, self.history = MachineView(sources), HistoryView(sources)
+        self.portrait, self.sections = PortraitView(sources), SectionViews(sources)
+        self.what = VerdictView()
         # The machine comes last, since it reads and moves the others.
         self.views = (self.history, self.portrait, self.sections, self.machine)
         self._buttons(presets)
@@ -85,10 +88,10 @@ class Frame:
                 *(controls, self._places(maps)),
                 spacing=10,
                 sizing_mode="stretch_both",
-                stylesheets=[*_stacked("column-reverse", "auto"), InlineStyleSheet(css=_GROWS)],
+                stylesheets=[*_stacked("column-reverse", "auto"), _GROWS],
             ),
             *(self.address, *self.files.values()),
-            stylesheets=[InlineStyleSheet(css=theme.ROOT_SHEET)],
+            stylesheets=[theme.ROOT_SHEET],
             name="page",
             **wide,
         )
@@ -96,8 +99,6 @@ class Frame:
     def enter(self, document: Document, *, owns_address: bool) -> None:
         """Put the page into a document."""
         others = {
-            "history": self.history.source,
-            "portrait": self.portrait.source,
             "now_1": self.history.now_1,
             "now_2": self.history.now_2,
             "here_1": self.portrait.here_1,
@@ -110,6 +111,7 @@ class Frame:
             document.js_on_event("document_ready", prefers)
         document.title = "vibroimpact explorer"
         document.template = Template(theme.PAGE)
+        parts.lean(self.root.select({"type": GlyphRenderer}))
         document.add_root(self.root)
 
     def _buttons(self, presets: Iterable[str]) -> None:
@@ -137,7 +139,7 @@ class Frame:
             *(title, self.preset, Spacer(sizing_mode="stretch_width")),
             *(self.code, self.motion_csv, self.map_csv, self.dark),
             spacing=8,
-            stylesheets=[InlineStyleSheet(css=theme.WRAPPED_SHEET)],
+            stylesheets=[theme.WRAPPED_SHEET],
             sizing_mode="stretch_width",
         )
 
@@ -160,7 +162,7 @@ class Frame:
             spacing=10,
             stylesheets=[
                 *_stacked("column", "280px"),
-                InlineStyleSheet(css=theme.PAIRS_SHEET),
+                theme.PAIRS_SHEET,
             ],
             **wide,
         )
@@ -170,7 +172,7 @@ class Frame:
             min_height=260,
             stylesheets=[
                 *_stacked("column", "280px"),
-                InlineStyleSheet(css=theme.PAIRS_SHEET),
+                theme.PAIRS_SHEET,
             ],
             **both,
         )
@@ -181,5 +183,5 @@ class Frame:
         return Column(above, below, **auto)
 
 
-def _stacked(direction: str, height: str, width: int = theme.NARROW) -> list[InlineStyleSheet]:
-    return [InlineStyleSheet(css=theme.stacked_sheet(direction, height, width))]
+def _stacked(direction: str, height: str, width: int = theme.NARROW) -> list[str]:
+    return [theme.stacked_sheet(direction, height, width)]

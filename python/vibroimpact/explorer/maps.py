@@ -11,7 +11,6 @@ from bokeh.events import DoubleTap, RangesUpdate, Tap
 from bokeh.models import (
     Button,
     Column,
-    InlineStyleSheet,
     RadioButtonGroup,
     Row,
     Toggle,
@@ -91,7 +90,7 @@ class MapsCard:
         self._start = ChoiceControl(
             "start", [(s, _STARTS[s]) for s in STARTS], self._named, width=160, **wide
         )
-        wrapped = [InlineStyleSheet(css=theme.WRAPPED_SHEET)]
+        wrapped = [theme.WRAPPED_SHEET]
         gap: dict[str, Any] = {
             "spacing": 6,
             "sizing_mode": "stretch_width",
@@ -132,13 +131,20 @@ class MapsCard:
         self._start.show(state.start)
         for name, body in self._bodies.items():
             body.visible = name == state.map
-        self.diagram.frame(state)
-        system, start = state.system, dict(zip(COORDINATES, state.initial, strict=True))
-        across, upward, right, up = state.across, state.upward, state.right, state.up
-        at = (getattr(system, across.name), getattr(system, upward.name))
-        self.chart.frame(across, upward, at)
-        self.basins.frame(right, up, (start[right.name], start[up.name]))
+        self._frame(state)
         self._back.disabled = not self._before
+
+    def _frame(self, state: State) -> None:
+        """Show the ranges of the map that is seen, and mark the motion of the page in it."""
+        if state.map == "diagram":
+            self.diagram.frame(state)
+        elif state.map == "chart":
+            at = [getattr(state.system, axis.name) for axis in (state.across, state.upward)]
+            self.chart.frame(state.across, state.upward, (at[0], at[1]))
+        else:
+            start = dict(zip(COORDINATES, state.initial, strict=True))
+            here = (start[state.right.name], start[state.up.name])
+            self.basins.frame(state.right, state.up, here)
 
     def forget(self) -> None:
         """Forget the ranges to go back to, for another system."""

@@ -1,8 +1,9 @@
 """Colours, type and style sheets of the page, light and dark.
 
 Colours of data are those of the package's figures (`plot.style`, `plot.labels`): readers with any
-of the common colour vision deficiencies can tell them apart. On a dark page black becomes white,
-and dark blue the light one of the same palette.
+of the common colour vision deficiencies can tell them apart. On a dark page impact regimes
+have brighter variants of their colours, which stay apart for the same readers; a test measures
+this, and the contrast with the page.
 
 One colour has one meaning in the views of a motion and in the diagram: that of the impact regime.
 So the bodies are grey, dark and light, an impulse has the colour of its impact's regime, and what
@@ -11,13 +12,26 @@ belongs to the motion of the page in a map, its place and its branch, has a colo
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from bokeh.themes import Theme
 from numpy.typing import NDArray
 
-from ..plot.style import BLACK, BLUE, REGIME_STYLES, SKY_BLUE
+from .._core import Regime
+from ..plot.style import BLUE, REGIME_STYLES, SKY_BLUE
+
+_ON_LIGHT: Mapping[int, str] = {regime: style.color for regime, style in REGIME_STYLES.items()}
+# The figures' blue and red are too dim on a dark page.
+_ON_DARK: Mapping[int, str] = {
+    Regime.FRICTIONLESS: "#FFFFFF",
+    Regime.SLIP: "#4293FF",
+    Regime.REVERSAL_APPROACH: "#FA323E",
+    Regime.REVERSAL_RESTITUTION: "#E3C809",
+    Regime.STICK_APPROACH: "#3BFA98",
+    Regime.STICK_RESTITUTION: "#EC7FBD",
+}
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
 
@@ -37,14 +51,11 @@ class Palette:
     second: str
     mark: str
     error: str
-
-    def data(self, color: str) -> str:
-        """Return a colour of the package's figures as this theme shows it."""
-        return {BLACK: self.ink, BLUE: self.accent}.get(color, color)
+    regimes: Mapping[int, str]
 
     def regime(self, regime: int) -> str:
         """Return the colour of an impact regime."""
-        return self.data(REGIME_STYLES[regime].color)
+        return self.regimes[regime]
 
     @property
     def numbers(self) -> NDArray[np.uint32]:
@@ -66,6 +77,7 @@ PALETTES = {
         second="#8E9BA8",
         mark="#D6006C",
         error="#B3261E",
+        regimes=_ON_LIGHT,
     ),
     "dark": Palette(
         page="#101316",
@@ -77,8 +89,9 @@ PALETTES = {
         accent=SKY_BLUE,
         first="#DCE3EA",
         second="#7C8996",
-        mark="#FF5FA8",
+        mark="#FF40E8",
         error="#FF8A80",
+        regimes=_ON_DARK,
     ),
 }
 

@@ -10,11 +10,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ..arguments import naming
+from ..scales import COLUMN_UNITS, chosen, in_si
 from ..sweeps.basins.results import Basins
 from ..sweeps.columns import COORDINATES
 from ..sweeps.fields import STATUS_NAMES
 from .given import expected
 from .mesh import edges
+from .parameter_units import with_unit
 from .style import (
     BLACK,
     BLUE,
@@ -108,8 +110,9 @@ def basins(
     marked = sections and _mark_sections(ax, basins, first, second)
     ax.set_xlim(limits[0])
     ax.set_ylim(limits[1])
-    ax.set_xlabel(STATE_SYMBOLS[first])
-    ax.set_ylabel(STATE_SYMBOLS[second])
+    is_si = in_si(basins.settings.units)
+    ax.set_xlabel(with_unit(STATE_SYMBOLS[first], first, is_si=is_si))
+    ax.set_ylabel(with_unit(STATE_SYMBOLS[second], second, is_si=is_si))
     if legend:
         handles = basin_handles(basins, sections=sections)
         handles += [
@@ -136,8 +139,11 @@ def basins(
 def _plane(basins: Basins) -> str:
     """Return the coordinates that all starts share, as text."""
     initial = zip(COORDINATES, basins.settings.initial, strict=True)
+    is_si = in_si(basins.settings.units)
     shared = [
-        f"{STATE_SYMBOLS[name]} = {value:g}" for name, value in initial if name not in basins.axes
+        f"{STATE_SYMBOLS[name]} = {value:g}{f' {COLUMN_UNITS[name][1]}' if is_si else ''}"
+        for name, value in initial
+        if name not in basins.axes
     ]
     return "starts with " + ", ".join(shared)
 
@@ -192,9 +198,11 @@ def _mark_sections(ax: Axes, basins: Basins, first: str, second: str) -> bool:
     """Mark the sections of the attractors; return whether there are any within the axes."""
     columns = [COORDINATES.index(name) for name in (first, second)]
     (left, right), (low, high) = sorted(ax.get_xlim()), sorted(ax.get_ylim())
+    scales = chosen(basins.settings.units, basins.system.scales)
     within = False
     for k, found in enumerate(basins.attractors):
-        points = found.sections[:, columns]
+        points = found.sections if scales is None else scales.to_si(found.sections)
+        points = points[:, columns]
         if found.kind == "periodic":
             style: dict[str, Any] = {"marker": _MARKERS[k % len(_MARKERS)], "markersize": 4.5}
             style |= {"markerfacecolor": "white", "markeredgewidth": 0.7}

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..errors import ParameterError
 from ..extras import missing
+from ..interruption import interruptible
 from .fields import ChunkResult, Field, Layout
 from .grid import Grid, Tiling
 
@@ -25,6 +26,7 @@ COORDINATES = ("x1", "v1", "x2", "v2")
 _MANY = 2**22
 
 
+@interruptible
 class Columns:
     """The arrays of a computation over a grid, by name; read-only.
 

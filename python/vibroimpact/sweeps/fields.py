@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..arguments import reject
+from ..interruption import interruptible
 from .grid import Grid
 
 # Attributes of every data set.
@@ -23,6 +24,7 @@ FORMAT_VERSION = 2
 STATUS_NAMES = _core.STATUS_NAMES
 
 
+@interruptible
 @dataclass(frozen=True)
 class Field:
     """One number, or one small array of them, per cell or per row.
@@ -76,6 +78,7 @@ class Field:
 STATUS = Field("status", "int8", "how the computation of the cell ended", flags=STATUS_NAMES)
 
 
+@interruptible
 @dataclass(frozen=True)
 class RowGroup:
     """Any number of rows per cell, in cell order.
@@ -191,6 +194,7 @@ class Task(Protocol):
         ...
 
 
+@interruptible
 @dataclass(frozen=True, eq=False)
 class Layout:
     """What a computation is, and which arrays it has: a task without its code.

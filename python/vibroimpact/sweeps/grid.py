@@ -16,8 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import reject, vector
 from ..fixed_arrays import FixedArrays
+from ..interruption import interruptible
 
 
+@interruptible
 @dataclass(frozen=True, eq=False)
 class Grid(FixedArrays):
     """All combinations of the values of named axes.

@@ -43,7 +43,9 @@ class CellsView:
             shown.update(start=axis.low, end=axis.high)
         self.figure.xaxis.axis_label = parts.name_of(right.name)
         self.figure.yaxis.axis_label = parts.name_of(up.name)
-        self.here.data = {"x": [here[0]], "y": [here[1]]}
+        place = {"x": [here[0]], "y": [here[1]]}
+        if self.here.data != place:
+            self.here.data = place
 
     def clear(self) -> None:
         """Draw no cells."""

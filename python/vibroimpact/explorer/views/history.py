@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import numpy as np
 from bokeh.models import ColumnDataSource, Range1d
 
 from ..compute import Motion
 from ..theme import Palette
 from . import parts
+from .columns import Sources, sample_columns
 
 
 class HistoryView:
     """Displacements over time; they meet where the bodies touch."""
 
-    def __init__(self) -> None:
-        self.source = ColumnDataSource(data={"at": [], "tip": [], "x2": []}, name="history")
-        self.impacts = ColumnDataSource(data={"at": [], "x2": [], "color": []})
+    def __init__(self, sources: Sources) -> None:
         self.now_1 = ColumnDataSource(data={"x": [0.0], "y": [0.0]})
         self.now_2 = ColumnDataSource(data={"x": [0.0], "y": [0.0]})
         self.heading = parts.text()
@@ -23,10 +21,10 @@ class HistoryView:
             "history", y_axis_label="displacement", x_range=Range1d(), y_range=Range1d()
         )
         self.figure.xaxis.ticker.desired_num_ticks = 4
-        self._tip = self.figure.line("at", "tip", source=self.source, line_width=1.6)
-        self._body = self.figure.line("at", "x2", source=self.source, line_width=1.6)
+        self._tip = self.figure.line("at", "tip", source=sources.film, line_width=1.6)
+        self._body = self.figure.line("at", "x2", source=sources.film, line_width=1.6)
         self._hits = self.figure.scatter(
-            "at", "x2", source=self.impacts, size=5, color="color", line_color=None
+            "at", "x2", source=sources.impacts, size=5, color="color", line_color=None
         )
         self._dots = [
             self.figure.scatter("x", "y", source=dot, size=9, line_width=1.5, level="overlay")
@@ -34,25 +32,16 @@ class HistoryView:
         ]
 
     def show(self, motion: Motion, palette: Palette) -> None:
-        """Draw a motion."""
-        run, system = motion.run, motion.run.system
-        driven = system.drive_frequency > 0.0
-        unit = system.drive_period if driven else 1.0
+        """Show the samples of a motion."""
+        driven = motion.run.system.drive_frequency > 0.0
         self.figure.xaxis.axis_label = "time in drive periods" if driven else "time"
-        impacts = run.impacts[run.impacts["time"] >= motion.time[0]]
-        tip = np.asarray(system.tip(motion.states[:, 0])) - system.gap
-        at, x2 = motion.time / unit, motion.states[:, 2]
+        columns = sample_columns(motion)
+        at, tip, x2 = (columns[name] for name in ("at", "tip", "x2"))
         begin, end = float(at[0]), float(at[-1])
         # A run may have ended where it began.
         self.figure.x_range.update(start=begin, end=end if end > begin else begin + 1.0)
         lowest, highest = min(tip.min(), x2.min()), max(tip.max(), x2.max())
         parts.fit(self.figure.y_range, float(lowest), float(highest))
-        self.source.data = {"at": at, "tip": tip, "x2": x2}
-        self.impacts.data = {
-            "at": impacts["time"] / unit,
-            "x2": impacts["x2"],
-            "color": palette.numbers[impacts["regime"]],
-        }
         self.paint(palette)
 
     def paint(self, palette: Palette) -> None:

@@ -7,6 +7,7 @@ contact body 1 moves along the line of the impacts.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from ...run import EventKind
 from ..compute import Motion
 from ..theme import Palette
 from . import parts
+from .columns import Sources, sample_columns
 
 Array = NDArray[np.float64]
 
@@ -41,6 +43,9 @@ _WORDS = (
     "impact: sticks in restitution",
 )
 _CONTACT = {EventKind.SLIDE_POSITIVE: 1, EventKind.SLIDE_NEGATIVE: 1, EventKind.STICK: 2}
+_SCENE = ("value", "x", "y", "x0", "y0", "x1", "y1")
+# The columns of a source are equally long; the longest of the scene has its six lengths.
+_ROWS = 6
 _NO_HIT = {
     **dict.fromkeys(("x0", "y0", "x1", "y1"), (0.0, 0.0)),
     "color": (BLACK, BLACK),
@@ -85,11 +90,10 @@ const show = () => {
   put(hit, {x0: [x, x], y0: [y, y], x1: [left, x], y1: [y, up], color: [color, color]})
   put(ring, {x: [x], y: [y], size: [s > 0 ? 8 + 34 * (1 - s) : 0], alpha: [s], color: [color]})
   if (says.text != words[f.says[i]]) says.text = words[f.says[i]]
-  const h = history.data, p = portrait.data
-  put(now_1, {x: [h.at[i]], y: [h.tip[i]]})
-  put(now_2, {x: [h.at[i]], y: [h.x2[i]]})
-  put(here_1, {x: [p.x1[i]], y: [p.v1[i]]})
-  put(here_2, {x: [p.x2[i]], y: [p.v2[i]]})
+  put(now_1, {x: [f.at[i]], y: [f.tip[i]]})
+  put(now_2, {x: [f.at[i]], y: [f.x2[i]]})
+  put(here_1, {x: [f.x1[i]], y: [f.v1[i]]})
+  put(here_2, {x: [f.x2[i]], y: [f.v2[i]]})
 }
 film.properties.data.change.connect(() => {
   rest = performance.now() + 300
@@ -112,10 +116,11 @@ window.requestAnimationFrame(step)
 class MachineView:
     """The drawing of the machine."""
 
-    def __init__(self) -> None:
+    def __init__(self, sources: Sources) -> None:
         source = ColumnDataSource
-        self.film = source(data={}, name="film")
-        self._scene = source(data={"value": []}, name="scene")
+        self.film = sources.film
+        # Lengths of the drawing, corners of what has to be seen, and what does not move.
+        self._scene = source(data=dict.fromkeys(_SCENE, [np.nan] * _ROWS), name="scene")
         self._rod = source(data={"x": [0.0, 0.0], "y": [0.0, -1.0]}, name="rod")
         self._bob = source(data={"x": [0.0], "y": [-1.0]})
         self._body = source(
@@ -126,8 +131,6 @@ class MachineView:
         self._ring = source(
             data={"x": [0.0], "y": [0.0], "size": [0.0], "alpha": [0.0], "color": [BLACK]}
         )
-        self._frame = source(data={"x0": [], "y0": [], "x1": [], "y1": []})
-        self._extent = source(data={"x": [-1.0, 1.0], "y": [-1.0, 1.0]})
         self.heading = parts.text()
         self.playing = Toggle(label="pause", active=True, width=60, name="playing", margin=0)
         # A button says what it does.
@@ -140,11 +143,11 @@ class MachineView:
         )
         self.figure.axis.visible = False
         self.figure.grid.visible = False
-        extent = self.figure.scatter("x", "y", source=self._extent, size=1, alpha=0.0)
+        extent = self.figure.scatter("x", "y", source=self._scene, size=1, alpha=0.0)
         for axis in (self.figure.x_range, self.figure.y_range):
             axis.renderers = [extent]
         self._lines = [
-            self.figure.segment("x0", "y0", "x1", "y1", source=self._frame, line_width=3),
+            self.figure.segment("x0", "y0", "x1", "y1", source=self._scene, line_width=3),
             self.figure.line("x", "y", source=self._spring, line_width=1.4),
         ]
         self._block = self.figure.quad(
@@ -168,14 +171,12 @@ class MachineView:
             fill_color=None,
         )
         self._wave.glyph.line_alpha = "alpha"
-        # What no glyph draws is sent if a figure has it.
-        self.figure.tags = [self.film, self._scene]
         self.says = Label(x=8, y=6, x_units="screen", y_units="screen", text="", name="says")
         self.says.text_font_size = "13px"
         self.figure.add_layout(self.says)
 
     def player(self, others: dict[str, ColumnDataSource]) -> CustomJS:
-        """Return what plays the film; it reads histories of `others`, and moves their markers."""
+        """Return what plays the film; it moves the markers of `others`, too."""
         sources = {
             "film": self.film,
             "scene": self._scene,
@@ -198,12 +199,12 @@ class MachineView:
         film, scene, extent = _film(motion)
         still = not np.ptp(film["face"])
         self._block.glyph.hatch_pattern = "right_diagonal_line" if still else None
-        self._frame.data = _fixtures(film, scene, still=still)
-        self._extent.data = extent
+        fixtures = _fixtures(film, scene, still=still)
         self._lines[1].visible = not still
         self.paint(palette)
-        self._scene.data = {"value": [*scene.values()]}
-        self.film.data = film
+        columns = {"value": [*scene.values()]} | extent | fixtures
+        self._scene.data = {name: _filled(values) for name, values in columns.items()}
+        self.film.data = sample_columns(motion) | film
 
     def paint(self, palette: Palette) -> None:
         """Use the colours of a palette."""
@@ -288,6 +289,13 @@ def _small(columns: dict[str, Array]) -> dict[str, Any]:
     """Return columns in half the bytes, which are enough for a drawing."""
     with np.errstate(over="ignore"):
         return {name: column.astype(np.float32) for name, column in columns.items()}
+
+
+def _filled(values: Sequence[float]) -> Array:
+    """Return a column of the scene, with NaN at its end, which is not drawn."""
+    column = np.full(_ROWS, np.nan)
+    column[: len(values)] = values
+    return column
 
 
 def _fixtures(

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-from bokeh.models import Column, Div, InlineStyleSheet, Label
+from bokeh.models import Column, Div, GlyphRenderer, Label
 from bokeh.plotting import figure
 
 from .. import theme
@@ -43,8 +43,7 @@ def name_of(name: str) -> str:
 
 def text(content: str = "", **options: Any) -> Div:
     """Return a text in the style of the page."""
-    sheets = [InlineStyleSheet(css=theme.TEXT_SHEET)]
-    return Div(text=content, stylesheets=sheets, **({"margin": 0} | options))
+    return Div(text=content, stylesheets=[theme.TEXT_SHEET], **({"margin": 0} | options))
 
 
 def plain(name: str, **options: Any) -> Any:
@@ -52,11 +51,21 @@ def plain(name: str, **options: Any) -> Any:
     usual: dict[str, Any] = {
         "tools": "",
         "toolbar_location": None,
+        "title": None,
         "name": f"{name}-figure",
         "sizing_mode": "stretch_both",
         "min_height": 120,
     }
     return figure(**(usual | options))
+
+
+def lean(models: Iterable[GlyphRenderer]) -> None:
+    """Let points that nobody selects or mutes have one look, and the page fewer models.
+
+    The server goes through all models of a page for each message that it sends.
+    """
+    for each in models:
+        each.update(nonselection_glyph=None, muted_glyph=None)
 
 
 class Sign:
@@ -125,9 +134,8 @@ def with_error(value: float, error: float) -> str:
 
 def card(*children: Any, **options: Any) -> Column:
     """Return a card around a view."""
-    sheets = [InlineStyleSheet(css=theme.CARD_SHEET)]
     usual = {"sizing_mode": "stretch_both", "spacing": 4}
-    return Column(*children, stylesheets=sheets, **(usual | options))
+    return Column(*children, stylesheets=[theme.CARD_SHEET], **(usual | options))
 
 
 def heading(title: str, key: Iterable[tuple[str, str]] = ()) -> str:

@@ -7,14 +7,13 @@ from bokeh.models import ColumnDataSource, Range1d
 from ..compute import Motion
 from ..theme import Palette
 from . import parts
+from .columns import Sources
 
 
 class PortraitView:
     """Velocity over displacement; an impact is a jump, drawn as a straight line."""
 
-    def __init__(self) -> None:
-        empty: dict[str, list[float]] = {"x1": [], "v1": [], "x2": [], "v2": []}
-        self.source = ColumnDataSource(data=empty, name="portrait")
+    def __init__(self, sources: Sources) -> None:
         self.here_1 = ColumnDataSource(data={"x": [0.0], "y": [0.0]})
         self.here_2 = ColumnDataSource(data={"x": [0.0], "y": [0.0]})
         self.heading = parts.text()
@@ -26,7 +25,7 @@ class PortraitView:
             y_range=Range1d(),
         )
         self._lines = [
-            self.figure.line(f"x{body}", f"v{body}", source=self.source, line_width=1.4)
+            self.figure.line(f"x{body}", f"v{body}", source=sources.film, line_width=1.4)
             for body in (1, 2)
         ]
         self._dots = [
@@ -35,12 +34,10 @@ class PortraitView:
         ]
 
     def show(self, motion: Motion, palette: Palette) -> None:
-        """Draw a motion."""
-        names = ("x1", "v1", "x2", "v2")
+        """Show the samples of a motion."""
         places, speeds = motion.states[:, ::2], motion.states[:, 1::2]
         parts.fit(self.figure.x_range, float(places.min()), float(places.max()))
         parts.fit(self.figure.y_range, float(speeds.min()), float(speeds.max()))
-        self.source.data = dict(zip(names, motion.states.T, strict=True))
         self.paint(palette)
 
     def paint(self, palette: Palette) -> None:

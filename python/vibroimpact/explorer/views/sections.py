@@ -15,6 +15,7 @@ from ...plot.style import REGIME_STYLES
 from ..compute import Motion
 from ..theme import Palette
 from . import parts
+from .columns import Sources, impact_columns
 
 _TICKS = {0.0: "0", 0.5 * math.pi: "π/2", math.pi: "π", 1.5 * math.pi: "3π/2", math.tau: "2π"}
 # Beyond 0 and 2 pi, so that points there are seen whole.
@@ -24,8 +25,8 @@ _EDGE = 0.12
 class SectionViews:
     """Both sections of the kept drive periods."""
 
-    def __init__(self) -> None:
-        self.impact = ColumnDataSource(data={"phase": [], "u": [], "color": []}, name="impact")
+    def __init__(self, sources: Sources) -> None:
+        self.impact = sources.impacts
         self.stroboscopic = ColumnDataSource(data={"x1": [], "v1": []}, name="stroboscopic")
         self._regimes: list[int] = []
         self._driven: bool | None = None
@@ -61,11 +62,7 @@ class SectionViews:
         if not driven:
             end = run.final_state.time
             self.impact_figure.x_range.update(start=run.kept_from, end=end)
-        self.impact.data = {
-            "phase": impacts["phase"] if driven else impacts["time"],
-            "u": approach_velocity(motion),
-            "color": palette.numbers[impacts["regime"]],
-        }
+        self.impact.data = impact_columns(motion, palette)
         sections = run.stroboscopic
         self.stroboscopic.data = {"x1": sections[:, 0], "v1": sections[:, 1]}
         # The window of the whole motion: that of few equal points would show their rounding.
@@ -103,11 +100,3 @@ class SectionViews:
         self.impact_heading.text = parts.heading("Impact section", key)
         none = "" if self._driven else '<span class="key">there is no drive</span>'
         self.stroboscopic_heading.text = parts.heading("Stroboscopic section") + none
-
-
-def approach_velocity(motion: Motion) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """Return the approach velocity u of each kept impact: the rate of the gap just before it."""
-    impacts = motion.run.impacts
-    before = [impacts[name] for name in ("x1", "v1_pre", "x2", "v2_pre")]
-    rates = motion.run.system.gap_rate(np.column_stack(before))
-    return np.asarray(rates, dtype=np.float64).reshape(-1)

@@ -36,6 +36,7 @@ from ...arguments import (
 from ...errors import Interrupted
 from ...interruption import interruptible
 from ...keyword_types import Coordinates, completing
+from ...scales import Scales, Units, chosen
 from ...system import System
 from ..cluster import check_client
 from ..columns import COORDINATES, Columns
@@ -170,6 +171,7 @@ def basins(
     initial: ArrayLike = (0.0, 0.0, 0.0, 0.0),
     periods: int = 2000,
     keep: int | None = None,
+    units: Units | None = None,
     scouts: int = 1000,
     rounds: int = 2,
     max_events: int | None = None,
@@ -199,6 +201,9 @@ def basins(
     keep
         Number of sections at the end by which a cell is judged if it has arrived nowhere: 200 by
         default, or all of fewer.
+    units
+        ``"SI"``: ``initial`` and the starts that vary are in rad, rad/s, m, m/s, and so are the
+        ``axes`` of the result; for a system of ``System.from_physical``.
     scouts
         About so many cells, evenly spread, are searched for attractors beforehand.
     rounds
@@ -248,6 +253,7 @@ def basins(
         reject("system", system, "a vibroimpact.System")
     if system.drive_frequency == 0.0:
         reject("drive_frequency", 0.0, "a number > 0: basins are told on the stroboscopic section")
+    scales = chosen(units, system.scales)
     plane = _plane(dict(axes))
     periods = count("periods", periods, least=8)
     settings = BasinSettings(
@@ -258,6 +264,7 @@ def basins(
         rounds=count("rounds", rounds, least=0, most=20),
         max_events=optional_count("max_events", max_events, least=1),
         chatter_tolerance=positive("chatter_tolerance", chatter_tolerance),
+        units=units,
     )
     workers = threads(workers)
     chunk = optional_count("chunk", chunk, least=1)
@@ -267,12 +274,26 @@ def basins(
         check_client(client)
     options = {"progress": progress, "workers": workers, "chunk": chunk, "client": client}
     folder = folder_of_stores(store, _PASSES, "basins")
-    return _Computation(system, plane, settings, options, folder).run()
+    return _Computation(system, plane, settings, options, folder, scales).run()
 
 
 def _plane(axes: dict[str, Any]) -> Grid:
     swept(basins, axes, COORDINATES, exactly=2)
     return Grid({name: axis(name, given) for name, given in axes.items()})
+
+
+def _dimensionless(
+    initial: tuple[float, float, float, float], plane: Grid, scales: Scales | None
+) -> tuple[tuple[float, float, float, float], Grid]:
+    """Return a start and a plane of starts without their units, which they may have."""
+    if scales is None:
+        return initial, plane
+    axes = {}
+    for name, values in plane.axes.items():
+        starts = np.zeros((len(values), 4))
+        starts[:, COORDINATES.index(name)] = values
+        axes[name] = scales.from_si(starts)[:, COORDINATES.index(name)]
+    return state(scales.from_si(initial)), Grid(axes)
 
 
 class _Computation:
@@ -285,9 +306,12 @@ class _Computation:
         settings: BasinSettings,
         options: dict[str, Any],
         store: Path | None,
+        scales: Scales | None,
     ) -> None:
-        self.task = ArrivalTask(system, settings.initial, settings.follow, (), plane)
+        initial, own = _dimensionless(settings.initial, plane, scales)
+        self.task = ArrivalTask(system, initial, settings.follow, (), own)
         self.settings = settings
+        self.axes = dict(plane.axes)
         self.options = options
         self.store = store
         self.columns = {
@@ -357,7 +381,7 @@ class _Computation:
         }
         return Basins(
             system=task.system,
-            axes=dict(task.plane.axes),
+            axes=self.axes,
             attractors=task.attractors,
             settings=self.settings,
             attractor=shaped["attractor"],

@@ -28,5 +28,6 @@ def run_of_start(basins: Basins, *indices: int) -> Run:
         keep=settings.keep,
         max_events=settings.max_events,
         chatter_tolerance=settings.chatter_tolerance,
+        units=settings.units,
     )
     return run

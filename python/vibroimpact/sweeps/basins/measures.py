@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...arguments import array_of, count, reject
+from ...interruption import interruptible
 
 Labels = NDArray[np.integer]
 
@@ -26,6 +27,7 @@ _FEWEST = 10
 _EVEN = 1e-6
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UncertaintyExponent:
     """How the part f of uncertain cells falls with the distance: f ~ distance^exponent.
@@ -68,6 +70,7 @@ class UncertaintyExponent:
         return f"<UncertaintyExponent {self.exponent:.3f} +- {self.error:.3f}>"
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True)
 class BasinEntropy:
     """Mean entropy of the attractors in boxes of cells, natural logarithm.
@@ -100,6 +103,7 @@ class BasinEntropy:
         return self.boundary_entropy - 2.0 * self.boundary_error > math.log(2.0)
 
 
+@interruptible
 def uncertainty_exponent(
     labels: Labels,
     *,
@@ -200,6 +204,7 @@ def _slope(steps: NDArray[np.integer], uncertain: NDArray[np.int64]) -> tuple[fl
     return slope, math.sqrt(float((residuals**2).sum()) / free / float((x * x).sum()))
 
 
+@interruptible
 def basin_entropy(labels: Labels, *, box: int = 5) -> BasinEntropy:
     """Return the basin entropy of a grid of labels.
 

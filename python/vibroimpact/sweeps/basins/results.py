@@ -15,11 +15,12 @@ from numpy.typing import ArrayLike, NDArray
 from ...fixed_arrays import FixedArrays
 from ...interruption import interruptible
 from ...run import Run, read_only
+from ...scales import COLUMN_UNITS, Units
 from ...showing import Facts, Shown
 from ...system import System
 from ...tables import frame
 from ...verbs import verb
-from ..columns import need_xarray
+from ..columns import axis_attributes, need_xarray
 from ..fields import STATUS, STATUS_NAMES, Field
 from .attractors import Attractor
 from .measures import BasinEntropy, UncertaintyExponent, basin_entropy, uncertainty_exponent
@@ -36,6 +37,7 @@ SETTLING = Field(
 )
 
 
+@interruptible
 @dataclass(frozen=True, kw_only=True)
 class BasinSettings:
     """The arguments that basins were computed with; meanings as in ``basins``."""
@@ -47,6 +49,7 @@ class BasinSettings:
     rounds: int
     max_events: int | None
     chatter_tolerance: float
+    units: Units | None = None
 
     @property
     def follow(self) -> Follow:
@@ -64,7 +67,8 @@ class Basins(FixedArrays, Shown):
     system
         The system.
     axes
-        Names and values of the two coordinates that vary, shapes (a,) and (b,).
+        Names and values of the two coordinates that vary, shapes (a,) and (b,), in SI with
+        ``units="SI"``.
     attractors
         What was found, in the order of finding.
     attractor
@@ -314,7 +318,7 @@ class Basins(FixedArrays, Shown):
         ]
         return xarray.Dataset(
             columns,
-            {name: (name, values) for name, values in self.axes.items()},
+            {name: (name, values, self._attributes(name)) for name, values in self.axes.items()},
             {
                 "kind": "basins",
                 "system": json.dumps(self.system.to_dict()),
@@ -322,6 +326,11 @@ class Basins(FixedArrays, Shown):
                 "attractors": json.dumps(described),
             },
         )
+
+    def _attributes(self, name: str) -> dict[str, Any]:
+        """Return the attributes of an axis of a data set."""
+        sign = COLUMN_UNITS[name][1]
+        return {"units": sign} if self.settings.units else axis_attributes()
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the basins to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it.
