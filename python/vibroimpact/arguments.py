@@ -186,6 +186,30 @@ def meant_in_package(name: str, public: Iterable[str]) -> str:
     return close_to(name, public)
 
 
+# What attributes of results are called elsewhere; the first that an object has is meant.
+_OTHER_ATTRIBUTES: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("t", "times", "y"), ("trajectory",)),
+    "states": ("trajectory", "final_states"),
+    **dict.fromkeys(("eigenvalues", "floquet_multipliers"), ("multipliers",)),
+    "to_csv": ("to_pandas",),
+    "at": ("run",),
+    "poincare": ("stroboscopic",),
+    "energy": ("energy_audit",),
+    **dict.fromkeys(("lyapunov", "lyapunov_exponent"), ("largest_exponent", "largest")),
+}
+# How they are written, where the name alone does not say it.
+_IN_FULL = {"trajectory": "trajectory(times)", "to_pandas": "to_pandas().to_csv(path)"}
+
+
+def meant_of_object(name: str, known: Iterable[str]) -> str:
+    """Return a hint for the error about an attribute that an object does not have."""
+    names = [other for other in known if other[:1] != "_"]
+    for meant in _OTHER_ATTRIBUTES.get(name, ()):
+        if meant in names:
+            return f", did you mean {_IN_FULL.get(meant, meant)}?"
+    return close_to(name, names)
+
+
 def unexpected(function: Callable[..., Any], given: Iterable[str]) -> TypeError | None:
     """Return the error about a keyword that a function does not take, None if it takes all."""
     parameters = inspect.signature(function).parameters.values()

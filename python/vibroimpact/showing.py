@@ -1,7 +1,10 @@
-"""What results show of themselves in a notebook: a table of facts and a small picture."""
+"""What results show of themselves: a table, a picture in a notebook, and hints at their names."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
+from .arguments import meant_of_object
 from .interruption import interruptible
 from .verbs import verb
 
@@ -11,7 +14,27 @@ Facts = dict[str, object]
 
 @interruptible
 class Shown:
-    """A result that a notebook shows as a table with a picture."""
+    """A result that a notebook shows as a table with a picture; wrong names of it get a hint."""
+
+    # Not for type checkers: they know the names.
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Say which name was meant.
+
+            Raises
+            ------
+            AttributeError
+                Always; that of a property which fails is its own.
+            """
+            try:
+                return object.__getattribute__(self, name)
+            except AttributeError as error:
+                if name[:1] == "_" or hasattr(type(self), name):
+                    raise
+                hint = meant_of_object(name, dir(self))
+                # With an object Python would add a hint of its own.
+                raise AttributeError(f"{error}{hint}", name=name) from None
 
     def _facts(self) -> Facts:
         """Return what the table says, in its order."""

@@ -9,6 +9,7 @@ symbols on the notation page.
 
 import dataclasses
 import json
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Self
@@ -245,6 +246,12 @@ class System(Mechanics, Shown):
         ParameterError
             Names the quantity, its value and the allowed range.
 
+        Warns
+        -----
+        UserWarning
+            If the gap is larger than the length in oblique contact: then the tip cannot reach body
+            2 where it rests, as when one of them is in millimetres.
+
         Examples
         --------
         >>> import vibroimpact as vi
@@ -269,7 +276,7 @@ class System(Mechanics, Shown):
             drive_frequency=drive_frequency,
             gap=gap,
         )
-        return cls(
+        system = cls(
             **ratios,
             restitution=restitution,
             friction=friction,
@@ -277,6 +284,14 @@ class System(Mechanics, Shown):
             contact=contact,
             law=law,
         )
+        # The tip is at sin x1 <= 1; body 2 rests at the gap.
+        if system.contact == "oblique" and system.gap > 1.0:
+            warnings.warn(
+                f"gap = {float(gap)} m is larger than length = {float(length)} m: the tip cannot "
+                "reach body 2 where it rests; both are in metres",
+                stacklevel=4,  # who called the method, which has two decorators
+            )
+        return system
 
     def to_physical(self) -> dict[str, Any]:
         """Return the SI quantities of the system; ``System.from_physical`` goes back, to rounding.

@@ -73,6 +73,7 @@ PYTHON = [
     "explorer",
     "__init__",
     "cli",
+    "__main__",
 ]
 RUST = [
     "numerics",

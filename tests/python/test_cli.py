@@ -188,6 +188,13 @@ def test_a_reader_that_has_gone_gives_code_141():
     assert (done.returncode, done.stderr) == (141, "")
 
 
+@pytest.mark.parametrize("line", [SIMULATE, SIMULATE + " --max-events 50"])
+def test_the_package_runs_as_the_command(run_command, line):
+    words = [sys.executable, "-m", "vibroimpact", *shlex.split(line)]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == run_command(line)
+
+
 def test_the_table_of_exit_codes_names_all():
     for code in ExitCode:
         assert f"  {code:>3}  {exit_codes.MEANINGS[code].splitlines()[0]}" in exit_codes.table()

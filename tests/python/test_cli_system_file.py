@@ -90,6 +90,16 @@ def test_physical_quantities_and_flags_on_top(saved):
     assert saved(PHYSICAL + RUN, "--friction 0.3").system == system.replace(friction=0.3)
 
 
+def test_a_gap_in_millimetres_is_one_line_on_the_error_stream(run_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = (PHYSICAL + RUN).replace("gap = 0.1", "gap = 100")
+    (tmp_path / "rig.toml").write_text(text, encoding="utf-8")
+    code, _, err = run_command("simulate --system rig.toml")
+    assert code == 0
+    assert err.startswith("vibroimpact: rig.toml: gap = 100.0 m is larger than length = 0.2 m: ")
+    assert err.count("\n") == 1
+
+
 def test_all_options_of_a_run_can_stand_in_the_file(saved):
     text = example_file() + "max_events = 90\nchatter_tolerance = 1e-10\nsection_phase = 0.5\n"
     initial = (0.0, 0.5, 0.0, 0.0)

@@ -18,7 +18,9 @@ from systems import PAPER, ROUGH
 from vibroimpact._core import PARAMETERS
 
 # Of huge numbers, which are drawn too.
-pytestmark = pytest.mark.filterwarnings("ignore:Generating overly large repr")
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:Generating overly large repr", "ignore:gap = .* the tip cannot reach:UserWarning"
+)
 
 # To make it smaller takes long where a run takes long.
 QUICK = settings(

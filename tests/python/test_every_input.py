@@ -19,6 +19,9 @@ from valid_calls import Call, calls, public_callables
 from vibroimpact import _core
 from vibroimpact.keyword_types import Axes, Changes
 
+# Of the numbers some are such gaps.
+pytestmark = pytest.mark.filterwarnings("ignore:gap = .* the tip cannot reach:UserWarning")
+
 CALLS = calls()
 # Functions that are not called here, and why.
 ELSEWHERE = {

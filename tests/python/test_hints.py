@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from small_results import motion
 from vibroimpact import arguments
 from vibroimpact.cli import main
 from vibroimpact.system import SYMBOLS
@@ -190,3 +191,49 @@ def test_a_name_that_means_nothing_gets_no_hint():
 
 def test_completion_shows_public_names_only():
     assert {name for name in dir(vi) if name[:2] != "__"} == set(vi.__all__) - {"__version__"}
+
+
+def diagram():
+    return vi.bifurcation_diagram(SYSTEM, initial=START, periods=20, gap=[0.5, 0.6])
+
+
+@pytest.mark.parametrize(
+    ("name", "attribute", "meant"),
+    [
+        ("run", "t", "trajectory(times)"),
+        ("run", "states", "trajectory(times)"),
+        ("run", "imapcts", "impacts"),
+        ("motion", "eigenvalues", "multipliers"),
+        ("diagram", "to_csv", "to_pandas().to_csv(path)"),
+        ("diagram", "at", "run"),
+        ("diagram", "states", "final_states"),
+        ("system", "omega", "drive_frequency"),
+    ],
+)
+def test_an_attribute_that_an_object_does_not_have_is_answered_by_one_that_it_has(
+    name, attribute, meant
+):
+    made = {"run": lambda: RUN, "motion": motion, "diagram": diagram, "system": lambda: SYSTEM}
+    thing = made[name]()
+    kind = type(thing).__name__
+    said = f"{kind!r} object has no attribute {attribute!r}, did you mean {meant}?"
+    with pytest.raises(AttributeError, match=f"^{re.escape(said)}$"):
+        getattr(thing, attribute)
+    assert not hasattr(thing, attribute)
+    assert hasattr(thing, meant.partition("(")[0])
+
+
+def test_an_attribute_that_means_nothing_gets_no_hint():
+    for name in ("zzz", "_impacts_", "__array__"):
+        with pytest.raises(AttributeError, match=f"no attribute '{name}'$"):
+            getattr(RUN, name)
+
+
+def test_a_property_that_fails_keeps_its_own_error():
+    class Broken(type(RUN)):
+        @property
+        def lable(self):
+            raise AttributeError("of the inside")
+
+    with pytest.raises(AttributeError, match=r"^of the inside$"):
+        getattr(Broken.__new__(Broken), "lable")  # noqa: B009

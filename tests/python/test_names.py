@@ -72,6 +72,25 @@ def test_what_is_asked_of_a_missing_motion_says_why_it_is_missing():
         assert getattr(missing, name, None) is None
 
 
+@pytest.mark.parametrize(
+    ("asked", "what"),
+    [
+        (lambda missing: missing[0], "element 0"),
+        (lambda missing: missing["label"], "element 'label'"),
+        (iter, "elements"),
+        (lambda missing: [*missing], "elements"),
+        (lambda missing: "1-1" in missing, "elements"),
+    ],
+)
+def test_a_missing_motion_has_no_elements_for_its_reason(asked, what):
+    missing = vi.NotFound(reason="the run is chaotic, not periodic")
+    with pytest.raises(vi.NoMotionError, match=f"no {what}: the run is chaotic, not") as caught:
+        asked(missing)
+    assert caught.value.reason == missing.reason
+    assert np.array([missing, missing]).shape == (2,)  # a thing, not a sequence
+    assert [motion for motion in (missing,) if motion] == []
+
+
 def test_a_missing_motion_is_copied_compared_and_hashed():
     missing = vi.NotFound(reason="none")
     for again in (copy.copy(missing), copy.deepcopy(missing), pickle.loads(pickle.dumps(missing))):

@@ -112,6 +112,20 @@ def test_what_is_no_finite_number_is_named_in_physical_words(name, value):
         vi.System.from_physical(**QUANTITIES | {name: value})
 
 
+def test_a_gap_that_the_tip_cannot_cross_is_warned_of():
+    wide = QUANTITIES | {"gap": 20.0}
+    said = r"^gap = 20\.0 m is larger than length = 0\.5 m: the tip cannot reach body 2 .* metres$"
+    with pytest.warns(UserWarning, match=said) as caught:
+        system = vi.System.from_physical(**wide)
+    assert [warning.filename for warning in caught] == [__file__]
+    # Nothing else warns: neither what has no such bound, nor a change of what is there.
+    vi.System.from_physical(**QUANTITIES | {"gap": 0.5})
+    vi.System.from_physical(**QUANTITIES | {"gap": -20.0})
+    vi.System.from_physical(**wide | {"contact": "direct", "friction": 0.0})
+    assert system.replace(gap=21.0, units="SI").gap == 42.0
+    assert vi.System.from_json(system.to_json()) == system
+
+
 def test_ratios_beyond_a_float_are_parameter_errors():
     for length in (1e-200, 1e200):
         with pytest.raises(vi.ParameterError):

@@ -52,3 +52,11 @@ def test_the_explorer_is_shown(script, tmp_path):
     script["main"](["explorer", "--quick", "--out", str(out)])
     with Image.open(out) as drawn:
         assert len(drawn.convert("RGB").getcolors(1_000_000)) > 100
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/index.md"])
+def test_the_first_pages_name_the_explorer(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    for part in ("`vi.explore(system)`", "`vibroimpact explore`", "explorer.md)"):
+        assert part in text
+    assert page == "README.md" or "(images/explorer.png)" in text

@@ -95,6 +95,21 @@ def test_one_bad_start_among_many_is_named_by_its_place():
         vi.simulate(PAPER, initial=starts, periods=1)
 
 
+@pytest.mark.parametrize(
+    ("place", "bad", "message"),
+    [
+        (1, (1.5, 0, 0, 0), r"^starts\[1\]: the initial state is penetrating: "),
+        (2, (np.nan, 0, 0, 0), r"^starts\[2\] = \(nan, 0\.0, 0\.0, 0\.0\) is not"),
+        (None, (1.5, 0, 0, 0), r"^starts: the initial state is penetrating: "),
+    ],
+)
+def test_a_bad_start_of_a_search_is_named_by_its_place(place, bad, message):
+    starts = np.tile(START, (3, 1)).astype(float)
+    starts[place] = bad
+    with pytest.raises(vi.StateError, match=message):
+        vi.search_motions(PAPER, starts=bad if place is None else starts, periods=8)
+
+
 def test_all_starts_are_looked_at_before_anything_runs():
     starts = np.tile(START, (3, 1))
     starts[2, 0] = 1.5

@@ -7,7 +7,9 @@
 
 import inspect
 import re
+import sys
 import tomllib
+import warnings
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -82,10 +84,20 @@ def read(path: Path) -> SystemFile:
         missing = _required(System.from_physical) - set(physical)
         if missing:
             raise ParameterError(f"{path}, [physical]: missing: {', '.join(sorted(missing))}")
-        return SystemFile(physical=System.from_physical(**physical), run=run)
+        return SystemFile(physical=_machine(path, physical), run=run)
     fields = tables.get("system", {})
     _check_names(f"{path}, [system]", fields, _keywords(System))
     return SystemFile(fields=_without_shorthand(path, fields), run=run)
+
+
+def _machine(path: Path, quantities: dict[str, Any]) -> System:
+    """Return the system of a table [physical]; a warning is a line like that of an error."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        system = System.from_physical(**quantities)
+    for warning in said:
+        print(f"vibroimpact: {path}: {warning.message}", file=sys.stderr)
+    return system
 
 
 def _unquoted(text: str) -> str:

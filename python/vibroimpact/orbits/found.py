@@ -28,7 +28,7 @@ class NotFound(Shown):
     """No periodic motion was found; counts as False.
 
     What is asked of it as of a motion, such as its multipliers, raises ``NoMotionError``, an
-    AttributeError that says why there is no motion.
+    AttributeError that says why there is no motion. So do an index and a loop.
 
     Attributes
     ----------
@@ -68,12 +68,23 @@ class NotFound(Shown):
             """
             if name[:1] == "_" or "reason" not in vars(self):
                 raise AttributeError(f"'NotFound' object has no attribute {name!r}")
-            raise NoMotionError(
-                f"no periodic motion was found, so it has no {name!r}: {self.reason}",
-                self.reason,
-                name=name,
-                obj=self,
-            )
+            raise self._missing(repr(name), name)
+
+        def __getitem__(self, index: object) -> Any:
+            """Say why there is no motion, to those who expect a list of motions."""
+            raise self._missing(f"element {index!r}")
+
+        def __iter__(self) -> Any:
+            """Say why there is no motion, to those who expect a list of motions."""
+            raise self._missing("elements")
+
+    def _missing(self, what: str, name: str | None = None) -> NoMotionError:
+        return NoMotionError(
+            f"no periodic motion was found, so it has no {what}: {self.reason}",
+            self.reason,
+            name=name,
+            obj=self,
+        )
 
     def _facts(self) -> Facts:
         return {"reason": self.reason}

@@ -17,7 +17,7 @@ from .. import _core
 from .._core import Leg
 from ..arguments import count, reject, state, states
 from ..continuation.newton import solve
-from ..errors import Interrupted
+from ..errors import Interrupted, StateError
 from ..interruption import interruptible
 from ..run import Run
 from ..simulation import refuse_overlap, simulate
@@ -189,11 +189,16 @@ def search_motions(
         number = count("starts", starts, least=1, most=1_000_000)
         begins = _random_starts(system, number, count("seed", seed, least=0))
     else:
-        begins = np.atleast_2d(states(starts, "starts"))
+        given = states(starts, "starts")
+        begins = np.atleast_2d(given)
         if not len(begins):
             reject("starts", starts, "at least one initial state")
-        for begin in begins.tolist():
-            refuse_overlap(system, begin)
+        for row, begin in enumerate(begins.tolist()):
+            try:
+                refuse_overlap(system, begin)
+            except StateError as error:
+                where = f"starts[{row}]" if given.ndim == 2 else "starts"
+                raise StateError(f"{where}: {error}") from None
     motions: list[PeriodicMotion] = []
     # For each start, in order: the number of its motion, or why it has none.
     ends: list[int | str] = []
