@@ -128,6 +128,29 @@ def test_a_fine_map_begins_when_the_newest_pictures_are_drawn(coarse, monkeypatc
     assert details == [compute.COARSE["diagram"], SMALL]
 
 
+def test_what_waits_for_rest_is_not_lost_by_another_change(coarse):
+    desk = Desk()
+    before = desk.page.motion
+    desk.named("friction-slider").value = 0.25
+    # Timers stay; only what has been computed is shown.
+    timers = []
+    desk.document.add_timeout_callback = lambda call, _time: timers.append(call)
+    while desk.page.motion is before or desk.page.busy:
+        while desk.waiting:
+            desk.waiting.pop(0)()
+    assert desk.named("verdict").text.count("largest exponent") == 0
+    desk.page.change(theme="dark")
+    desk.page.change(branch=True)
+    desk.waiting.extend(timers)
+    desk.document.add_timeout_callback = lambda call, _time: desk.waiting.append(call)
+    desk.settle()
+    state = DEFAULT.replace(friction=0.25)
+    fine = compute.diagram(state, SMALL)
+    assert np.array_equal(desk.named("diagram").data["value"], fine.x1)
+    assert desk.page.verdict is not None
+    assert "largest exponent" in desk.named("verdict").text
+
+
 def test_only_its_own_thread_touches_a_document(coarse):
     calls, threads, document = queue.SimpleQueue(), [], Document()
     document.add_next_tick_callback = lambda _show: threads.append(threading.current_thread())

@@ -73,6 +73,8 @@ class Page:
         self.motion: Motion | None = None
         self.verdict: Verdict | None = None
         self._turn, self._closed, self._map_key = 0, False, ("",)
+        # What begins by name once the page has been left alone for a while.
+        self._resting: dict[str, Callable[[], None]] = {}
         # When controls and address have last been changed, and whether they will be.
         self._described, self._will_describe = -BETWEEN, False
         # States whose motions clicks have left.
@@ -210,16 +212,18 @@ class Page:
         if self.motion is None or moved:
             self.verdict = None
             self._lanes["verdict"].cancel()
+            self._resting.pop("verdict", None)
             show = partial(self._show_motion, state)
             self._submit("motion", partial(compute.motion, state), show)
         self._show_map()
+        self._rest()
 
     def _show_motion(self, state: State, motion: Motion) -> None:
         self.say(None)
         self.motion = motion
         self._draw_motion(motion)
         if (state.system, state.initial) == (self.state.system, self.state.initial):
-            self._after_rest(partial(self._judge, state, motion))
+            self._after_rest("verdict", partial(self._judge, state, motion))
 
     def _draw_motion(self, motion: Motion) -> None:
         for view in self.frame.views:
@@ -247,18 +251,19 @@ class Page:
         self._draw_branch(None)
         if not compute.has_periods(state):
             self._lanes["map"].cancel()
+            self._resting.pop("fine map", None)
             self.maps.clear()
             self.maps.note("A map counts drive periods. This system has no drive frequency.")
             return
         work = partial(_MAPS[state.map], state, compute.COARSE[state.map])
         self._submit("map", work, partial(self._show_result, state), self._refuse_map)
-        self._after_rest(self._show_fine)
+        self._after_rest("fine map", self._show_fine)
 
     def _show_fine(self) -> None:
         if any(self._lanes[name].busy for name in ("motion", "map")):
             # It would take the processors from what the slider has moved last, and the place of a
             # coarse map that still waits.
-            self._after_rest(self._show_fine)
+            self._after_rest("fine map", self._show_fine)
             return
         state = self.state
         work = partial(_MAPS[state.map], state, compute.FINE[state.map])
@@ -366,15 +371,23 @@ class Page:
         self.frame.error.text = f'<span class="error">{words}</span>'
         self.frame.error.visible = bool(words)
 
-    def _after_rest(self, work: Callable[[], None]) -> None:
-        """Do something if nothing has changed until then."""
+    def _after_rest(self, name: str, work: Callable[[], None]) -> None:
+        """Do something, in place of what has this name, once nothing has changed for a while."""
+        self._resting[name] = work
+        self._rest()
+
+    def _rest(self) -> None:
+        """Begin what waits for it if nothing changes for a while; each change calls this again."""
         turn = self._turn
 
         def start() -> None:
             if turn == self._turn and not self._closed:
-                work()
+                waiting, self._resting = self._resting, {}
+                for work in waiting.values():
+                    work()
 
-        self.document.add_timeout_callback(start, REST)
+        if self._resting:
+            self.document.add_timeout_callback(start, REST)
 
     def _post(self, show: Callable[[], None]) -> None:
         def post() -> None:
