@@ -202,6 +202,24 @@ def test_a_box_zooms_and_the_way_back(window):
 
 
 @pytest.mark.parametrize("shown", [1, 2])
+def test_a_box_zooms_cells_and_the_way_back(window, shown):
+    name, low, box = (
+        ("chart", "across_low", ((1.6, 1.2), (1.8, 0.8))),
+        ("basins", "right_low", ((-0.2, 0.4), (0.2, -0.4))),
+    )[shown - 1]
+    window.set("map", "active", shown)
+    window.wait(f"Bokeh.documents[0].get_model_by_name('{name}').data.image.length > 0")
+    before = window.get(low, "value")
+    window.drag(f"{name}-figure", *box)
+    window.wait(f"Bokeh.documents[0].get_model_by_name('{low}').value != '{before}'")
+    assert abs(float(window.get(low, "value")) - box[0][0]) < 0.02
+    left = f"Bokeh.documents[0].get_model_by_name('{name}').data.x[0]"
+    window.wait(f"Math.abs({left} - {window.get(low, 'value')}) < 0.02")
+    element(window, "back").shadow_root.find_element(By.CSS_SELECTOR, "button").click()
+    window.wait(f"Bokeh.documents[0].get_model_by_name('{low}').value == '{before}'")
+
+
+@pytest.mark.parametrize("shown", [1, 2])
 def test_a_click_on_a_cell_shows_its_motion(window, shown):
     name = MAPS[shown]
     window.set("map", "active", shown)
@@ -329,7 +347,7 @@ def actions(window, draw):
         place = [(draw.uniform(left, right), draw.uniform(bottom, top)) for _ in range(2)]
         if kind == "click":
             window.click(figure, *place[0])
-        elif figure == "diagram-figure":
+        else:
             window.drag(figure, *place)
     elif kind == "preset":
         window.set("preset", "value", draw.choice([*PRESETS]))

@@ -316,10 +316,10 @@ def test_a_motion_that_a_click_has_left_comes_back(desk):
     assert before.disabled
 
 
-def zoom(desk, x0, x1):
-    desk.page.maps._zoomed(
-        RangesUpdate(desk.page.maps.diagram.figure, x0=x0, x1=x1, y0=-0.5, y1=0.5)
-    )
+def zoom(desk, x0, x1, y0=-0.5, y1=0.5):
+    maps = desk.page.maps
+    name = desk.page.state.map
+    maps._zoomed(name, RangesUpdate(maps._views()[name].figure, x0=x0, x1=x1, y0=y0, y1=y1))
     desk.settle()
 
 
@@ -335,6 +335,38 @@ def test_a_zoom_computes_anew_and_goes_back(desk):
     desk.page.maps.go_back()
     desk.settle()
     assert desk.page.state == DEFAULT
+    assert desk.named("back").disabled
+
+
+@pytest.mark.parametrize("name", ["chart", "basins"])
+def test_a_box_in_cells_gives_both_axes_a_range(desk, name):
+    first, second = {"chart": ("across", "upward"), "basins": ("right", "up")}[name]
+    desk.page.change(map=name)
+    desk.settle()
+    before = desk.page.state
+    assert desk.named("back").disabled
+    zoom(desk, 0.21, 0.33, 0.4, 0.45)
+    state = desk.page.state
+    assert (getattr(state, first).low, getattr(state, first).high) == (0.21, 0.33)
+    assert (getattr(state, second).low, getattr(state, second).high) == (0.4, 0.45)
+    image = desk.named(name).data
+    assert image["x"][0] == pytest.approx(0.21, abs=0.02)
+    assert image["y"][0] == pytest.approx(0.4, abs=0.02)
+    desk.page.change(map="diagram")
+    assert desk.named("back").disabled
+    desk.page.change(map=name)
+    assert not desk.named("back").disabled
+    desk.page.maps.go_back()
+    desk.settle()
+    assert desk.page.state == before
+
+
+def test_a_box_without_width_changes_nothing(desk):
+    desk.page.change(map="chart")
+    desk.settle()
+    before = desk.page.state
+    zoom(desk, 0.6, 0.6, 0.4, 0.45)
+    assert desk.page.state == before
     assert desk.named("back").disabled
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,8 @@ _VALUES = {
     "stroboscopic": "x₁ once per period",
 }
 _STARTS = {"fresh": "each from the start", "forward": "followed up", "backward": "followed down"}
+# What a box in a map gives a new range, rightward and upward.
+_ZOOMED = {"diagram": ("vary",), "chart": ("across", "upward"), "basins": ("right", "up")}
 # Two ranges this close, as parts of their length, are the same.
 _SAME = 1e-9
 
@@ -54,8 +57,8 @@ class MapsCard:
     def __init__(self, change: Change, choose: Change) -> None:
         self._try, self._choose = self._tried(change), self._tried(choose)
         self._state: State | None = None
-        # Ranges to go back to: of the diagram's parameter, and of what it draws.
-        self._before: list[tuple[Axis, tuple[float, float] | None]] = []
+        # Of each map, the ranges to go back to: of its axes, and of what a diagram draws.
+        self._before: dict[str, list[tuple[dict[str, Axis], tuple[float, float] | None]]] = {}
         self._height: tuple[float, float] | None = None
         self.result: Diagram | Chart | Basins | None = None
         self.diagram, self.chart, self.basins = (
@@ -76,11 +79,14 @@ class MapsCard:
         self._back = Button(label="range before", name="back", width=100, disabled=True, **button)
         self._back.on_click(self.go_back)
         axis = {
-            "vary": AxisControl("vary", tuple(PARAMETERS), self._axis(change), self.say),
-            "across": AxisControl("across", tuple(PARAMETERS), change, self.say),
-            "upward": AxisControl("upward", tuple(PARAMETERS), change, self.say),
-            "right": AxisControl("right", COORDINATES, change, self.say),
-            "up": AxisControl("up", COORDINATES, change, self.say),
+            field: AxisControl(
+                field,
+                COORDINATES if name == "basins" else tuple(PARAMETERS),
+                self._axis(name, change),
+                self.say,
+            )
+            for name, fields in _ZOOMED.items()
+            for field in fields
         }
         self._axes = axis
         wide = {"sizing_mode": "fixed"}
@@ -98,7 +104,7 @@ class MapsCard:
         }
         self._rows = {
             "diagram": [
-                Row(*axis["vary"].children, self._back, self._branch, **gap),
+                Row(*axis["vary"].children, self._branch, **gap),
                 Row(self._value.root, self._start.root, **gap),
             ],
             "chart": [Row(*axis["across"].children, **gap), Row(*axis["upward"].children, **gap)],
@@ -108,12 +114,14 @@ class MapsCard:
             name: Column(*self._rows[name], view.figure, view.key, sizing_mode="stretch_both")
             for name, view in self._views().items()
         }
-        self.root = parts.card(self._tabs, self.message, *self._bodies.values(), min_height=380)
+        top = Row(self._tabs, self._back, **gap)
+        self.root = parts.card(top, self.message, *self._bodies.values(), min_height=380)
         self.diagram.figure.on_event(Tap, self._tap_diagram)
-        self.diagram.figure.on_event(RangesUpdate, self._zoomed)
-        self.diagram.figure.on_event(DoubleTap, lambda _event: self.go_back())
         self.chart.figure.on_event(Tap, self._tap_chart)
         self.basins.figure.on_event(Tap, self._tap_basins)
+        for name, view in self._views().items():
+            view.figure.on_event(RangesUpdate, partial(self._zoomed, name))
+            view.figure.on_event(DoubleTap, lambda _event: self.go_back())
 
     def _views(self) -> dict[str, Any]:
         return {"diagram": self.diagram, "chart": self.chart, "basins": self.basins}
@@ -132,7 +140,7 @@ class MapsCard:
         for name, body in self._bodies.items():
             body.visible = name == state.map
         self._frame(state)
-        self._back.disabled = not self._before
+        self._back.disabled = not self._before.get(state.map)
 
     def _frame(self, state: State) -> None:
         """Show the ranges of the map that is seen, and mark the motion of the page in it."""
@@ -148,7 +156,7 @@ class MapsCard:
 
     def forget(self) -> None:
         """Forget the ranges to go back to, for another system."""
-        self._before, self._height = [], None
+        self._before, self._height = {}, None
 
     def show(self, result: Diagram | Chart | Basins, state: State, palette: Palette) -> None:
         """Draw a result."""
@@ -194,10 +202,11 @@ class MapsCard:
             self.show(self.result, state, palette)
 
     def go_back(self) -> None:
-        """Show the range before the last zoom."""
-        if self._before:
-            axis, self._height = self._before.pop()
-            self._try(vary=axis)
+        """Show the ranges before the last zoom."""
+        before = None if self._state is None else self._before.get(self._state.map)
+        if before:
+            axes, self._height = before.pop()
+            self._try(**axes)
 
     def _tried(self, change: Change) -> Change:
         def tried(**fields: Any) -> None:
@@ -208,9 +217,11 @@ class MapsCard:
 
         return tried
 
-    def _axis(self, change: Change) -> Change:
+    def _axis(self, name: str, change: Change) -> Change:
         def changed(**fields: Any) -> None:
-            self.forget()
+            self._before.pop(name, None)
+            if name == "diagram":
+                self._height = None
             change(**fields)
 
         return changed
@@ -228,19 +239,24 @@ class MapsCard:
         if not self._quiet:
             self._try(branch=bool(new))
 
-    def _zoomed(self, event: RangesUpdate) -> None:
+    def _zoomed(self, name: str, event: RangesUpdate) -> None:
         state = self._state
-        if state is None or event.x0 is None or event.x1 is None:
+        if state is None or state.map != name or event.x0 is None or event.y0 is None:
             return
-        low, high = sorted((float(event.x0), float(event.x1)))
-        old = state.vary
-        size = old.high - old.low
-        if abs(low - old.low) < _SAME * size and abs(high - old.high) < _SAME * size:
+        across, upward = sorted((event.x0, event.x1)), sorted((event.y0, event.y1))
+        if across[0] == across[1] or upward[0] == upward[1]:
             return
-        self._before.append((old, self._height))
-        bottom, top = sorted((float(event.y0), float(event.y1)))
-        self._height = (bottom, top)
-        self._try(vary=Axis(name=old.name, low=low, high=high))
+        old: dict[str, Axis] = {field: getattr(state, field) for field in _ZOOMED[name]}
+        axes = {
+            field: Axis(name=axis.name, low=float(low), high=float(high))
+            for (field, axis), (low, high) in zip(old.items(), (across, upward), strict=False)
+        }
+        if all(_same(axes[field], axis) for field, axis in old.items()):
+            return
+        self._before.setdefault(name, []).append((old, self._height))
+        if name == "diagram":
+            self._height = (float(upward[0]), float(upward[1]))
+        self._try(**axes)
 
     def _tap_diagram(self, event: Tap) -> None:
         diagram, state = self.result, self._state
@@ -267,6 +283,11 @@ class MapsCard:
     def _tap_basins(self, event: Tap) -> None:
         if isinstance(self.result, Basins):
             self._choose(**_cell(self.result, event))
+
+
+def _same(one: Axis, other: Axis) -> bool:
+    within = _SAME * (other.high - other.low)
+    return abs(one.low - other.low) < within and abs(one.high - other.high) < within
 
 
 def _cell(result: Chart | Basins, event: Tap) -> dict[str, float]:

@@ -19,7 +19,7 @@ _NO_LABEL, _NO_ATTRACTOR = "#B4B9BF", "#B4B9BF"
 
 
 class CellsView:
-    """An image of cells; a click chooses one."""
+    """An image of cells; a click chooses one, a box a range of both axes."""
 
     def __init__(self, name: str) -> None:
         self.source = ColumnDataSource(
@@ -27,8 +27,9 @@ class CellsView:
         )
         self.here = ColumnDataSource(data={"x": [], "y": []})
         self.key = parts.text()
-        self.figure = parts.plain(name, x_range=Range1d(0.0, 1.0), y_range=Range1d(0.0, 1.0))
-        self.figure.min_height = 200
+        self.figure = parts.zoomable(
+            name, x_range=Range1d(0.0, 1.0), y_range=Range1d(0.0, 1.0), min_height=200
+        )
         self.figure.grid.visible = False
         self.figure.image_rgba("image", "x", "y", "dw", "dh", source=self.source)
         self._cross = self.figure.scatter(

@@ -10,13 +10,11 @@ from typing import Any
 import numpy as np
 from bokeh.models import (
     BasicTicker,
-    BoxZoomTool,
     ColumnDataSource,
     CustomJS,
     FixedTicker,
     Range1d,
     Span,
-    WheelZoomTool,
 )
 from numpy.typing import NDArray
 
@@ -91,15 +89,10 @@ class DiagramView:
         # One text for the regimes and one for the branch.
         self.key = parts.text(name="diagram-key")
         self._keys = {"regimes": "", "branch": ""}
-        self.figure = parts.plain(
-            "diagram",
-            tools=[BoxZoomTool(dimensions="auto"), WheelZoomTool()],
-            x_range=Range1d(0.0, 1.0),
-            y_range=Range1d(0.0, 1.0),
-            min_height=200,
+        self.figure = parts.zoomable(
+            "diagram", x_range=Range1d(0.0, 1.0), y_range=Range1d(0.0, 1.0), min_height=200
         )
-        self.figure.toolbar.active_scroll = None
-        # Or a line would lose its points while the wheel turns.
+        # Or a line might lose its points while ranges change.
         self.figure.lod_threshold = None
         dashes = [ColumnDataSource(data={"x": [], "y": []}) for _ in range(_SECTION + 1)]
         self._points = [

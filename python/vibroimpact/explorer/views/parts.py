@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-from bokeh.models import Column, Div, GlyphRenderer, Label
+from bokeh.models import BoxZoomTool, Column, Div, GlyphRenderer, Label
 from bokeh.plotting import figure
 
 from .. import theme
@@ -57,6 +57,11 @@ def plain(name: str, **options: Any) -> Any:
         "min_height": 120,
     }
     return figure(**(usual | options))
+
+
+def zoomable(name: str, **options: Any) -> Any:
+    """Return a figure of a name in which a box gives new ranges."""
+    return plain(name, tools=[BoxZoomTool(dimensions="auto")], **options)
 
 
 def lean(models: Iterable[GlyphRenderer]) -> None:
