@@ -130,6 +130,23 @@ def test_files_bring_a_run_back_bit_for_bit(run, tmp_path, reader):
         back.impacts["x1"] = 0.0
 
 
+def test_equal_runs_have_the_same_numbers(run, system, initial, tmp_path):
+    again = vi.simulate(system, initial=initial, periods=40, keep=30)
+    run.save(tmp_path / "run.npz")
+    for other in (again, pickle.loads(pickle.dumps(run)), vi.Run.load(tmp_path / "run.npz")):
+        assert other == run
+        assert hash(other) == hash(run)
+    closer = vi.simulate(system, initial=(0.0, np.nextafter(0.5, 1.0), 0.0, 0.0), periods=40)
+    others = [
+        vi.simulate(system, initial=initial, periods=40, keep=29),
+        vi.simulate(system, initial=initial, periods=40, keep=30, section_phase=0.1),
+        run.resume(periods=1),
+        closer,
+        "a run",
+    ]
+    assert run not in others
+
+
 def test_pickles_bring_a_run_back_bit_for_bit(run):
     back = pickle.loads(pickle.dumps(run))
     assert_same_bits(back, run)
