@@ -134,7 +134,19 @@ macro_rules! enumerated {
 
 enumerated! {
     RegimeKind, RegimeKind::ALL, RegimeKind::name, |_| None,
-        "Regime", "What the contact point did during an impact (theory page, section 4).";
+        "Regime", "What the contact point did during an impact (theory page, section 4).
+
+Examples
+--------
+>>> import vibroimpact as vi
+>>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+...                    drive_frequency=1.8, moment_amplitude=1, friction=0.3)
+>>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
+>>> vi.Regime(run.impacts['regime'][-1])
+<Regime.REVERSAL_RESTITUTION: 3>
+>>> int((run.impacts['regime'] == vi.Regime.SLIP).sum())
+0
+";
     Border, Border::ALL, Border::name, |border: Border| Some(border.text()),
         "Border", "The conditions that vanish where a leg changes its kind.";
     BorderKind, BorderKind::ALL, BorderKind::name, |kind: BorderKind| Some(kind.name()),
@@ -144,7 +156,17 @@ enumerated! {
     WhyUndecided, WhyUndecided::ALL, WhyUndecided::name, |why: WhyUndecided| Some(why.name()),
         "WhyUndecided", "Why a motion is not judged.";
     BouncesEnd, BouncesEnd::ALL, BouncesEnd::name, |end: BouncesEnd| Some(end.name()),
-        "BouncesEnd", "Why the list of the skipped impacts of one chatter ends.";
+        "BouncesEnd", "Why the list of the skipped impacts of one chatter ends.
+
+Examples
+--------
+>>> import vibroimpact as vi
+>>> ball = vi.System(mass_ratio=0, frequency_ratio=0, restitution=0.5, gap=1,
+...                  drive_frequency=0, moment_amplitude=9.8, contact='direct')
+>>> run = vi.simulate(ball, initial=(0, 0, 0, 0), time=2)
+>>> run.bounces(down_to=1e-3).ends
+(<BouncesEnd.APPROACH_VELOCITY: 'approach_velocity'>,)
+";
     LegKind,
         &[LegKind::Impact, LegKind::Chatter, LegKind::Slide, LegKind::Stick, LegKind::Circuit],
         |kind| ["impact", "chatter", "slide", "stick", "circuit"][kind as usize],

@@ -37,9 +37,6 @@ def _public():
             if not callable(found):
                 continue
             own = inspect.getdoc(found) or ""
-            # Enumerations that the compiled core makes are lists of names, without more to show.
-            if inspect.isclass(found) and found.__module__ == "vibroimpact._core":
-                continue
             yield f"{prefix}.{name}", ("", own)
             if inspect.isclass(found):
                 for method, function in _methods(found):
