@@ -1,6 +1,5 @@
-"""A page of the explorer on a document without a browser; its server."""
+"""A page of the explorer on a document without a browser."""
 
-import asyncio
 import queue
 import threading
 from functools import partial
@@ -10,8 +9,6 @@ import pytest
 from bokeh.document import Document
 from bokeh.events import RangesUpdate, Tap
 from matplotlib import pyplot
-from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
-from tornado.websocket import websocket_connect
 
 import vibroimpact as vi
 from han_jin_hu_2004.parameters import INITIAL
@@ -19,7 +16,6 @@ from vibroimpact.explorer import app, compute, tables
 from vibroimpact.explorer.app import Page
 from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
-from vibroimpact.explorer.server import LocalServer
 from vibroimpact.explorer.state import Axis, from_query
 
 SMALL = compute.Detail(columns=9, rows=5, periods=60, keep=20)
@@ -35,9 +31,6 @@ def arguments(query):
 def coarse(monkeypatch):
     """Make every fine map a small one."""
     monkeypatch.setattr(compute, "FINE", dict.fromkeys(compute.FINE, SMALL))
-
-
-# The page, on a document without a session
 
 
 class Desk:
@@ -131,10 +124,10 @@ def test_a_fine_map_begins_when_the_newest_pictures_are_drawn(coarse, monkeypatc
 def test_what_waits_for_rest_is_not_lost_by_another_change(coarse):
     desk = Desk()
     before = desk.page.motion
-    desk.named("friction-slider").value = 0.25
     # Timers stay; only what has been computed is shown.
     timers = []
     desk.document.add_timeout_callback = lambda call, _time: timers.append(call)
+    desk.named("friction-slider").value = 0.25
     while desk.page.motion is before or desk.page.busy:
         while desk.waiting:
             desk.waiting.pop(0)()
@@ -444,73 +437,3 @@ def test_presets_theme_code_and_files(desk):
     assert desk.named("code-text").tags == [python_code(desk.page.state)]
     desk.page._download_motion()
     assert desk.named("motion-file").text == tables.of_run(desk.page.motion.run)
-
-
-# The server
-
-
-@pytest.fixture(scope="module")
-def server():
-    """A server on a thread of its own."""
-    ready, made = threading.Event(), []
-
-    def serve():
-        made.append(LocalServer(DEFAULT))
-        ready.set()
-        made[0].run()
-
-    thread = threading.Thread(target=serve)
-    thread.start()
-    ready.wait()
-    yield made[0]
-    made[0].stop()
-    thread.join()
-
-
-def fetch(server, path="", host=None):
-    async def get():
-        headers = {"Host": host} if host else {}
-        return await AsyncHTTPClient().fetch(
-            HTTPRequest(server.url + path, headers=headers), raise_error=False
-        )
-
-    return asyncio.run(get())
-
-
-def test_the_page_and_its_files_come_from_the_server_alone(server):
-    answer = fetch(server)
-    assert answer.code == 200
-    text = answer.body.decode()
-    assert "vibroimpact explorer" in text
-    assert "http://" not in text
-    assert "https://" not in text
-    assert fetch(server, "static/js/bokeh.min.js").code == 200
-
-
-def test_another_host_is_refused(server):
-    own = f"localhost:{server.port}"
-    assert fetch(server, host=own).code == 200
-    for host in ("example.org", f"example.org:{server.port}", "127.0.0.1:1", "localhost"):
-        assert fetch(server, host=host).code == 403
-
-
-def test_a_connection_from_another_origin_is_refused(server):
-    async def connect(origin):
-        request = HTTPRequest(server.url.replace("http", "ws") + "ws", headers={"Origin": origin})
-        try:
-            connection = await websocket_connect(request, subprotocols=["bokeh", "no-token"])
-            connection.close()
-            await connection.read_message()
-        except HTTPClientError as error:
-            return error.code
-        return 101
-
-    for origin in ("http://example.org", f"http://example.org:{server.port}", "null"):
-        assert asyncio.run(connect(origin)) == 403
-    # From its own page it is the token that is missing.
-    assert asyncio.run(connect(f"http://127.0.0.1:{server.port}")) != 403
-
-
-def test_the_server_listens_on_this_machine_only(server):
-    sockets = server._server._http._sockets.values()
-    assert {each.getsockname()[0] for each in sockets} == {"127.0.0.1"}

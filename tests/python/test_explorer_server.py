@@ -1,0 +1,78 @@
+"""The server of the explorer: its page and files, and who is refused."""
+
+import asyncio
+import threading
+
+import pytest
+from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
+from tornado.websocket import websocket_connect
+
+from vibroimpact.explorer.presets import DEFAULT
+from vibroimpact.explorer.server import LocalServer
+
+
+@pytest.fixture(scope="module")
+def server():
+    """A server on a thread of its own."""
+    ready, made = threading.Event(), []
+
+    def serve():
+        made.append(LocalServer(DEFAULT))
+        ready.set()
+        made[0].run()
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    ready.wait()
+    yield made[0]
+    made[0].stop()
+    thread.join()
+
+
+def fetch(server, path="", host=None):
+    async def get():
+        headers = {"Host": host} if host else {}
+        return await AsyncHTTPClient().fetch(
+            HTTPRequest(server.url + path, headers=headers), raise_error=False
+        )
+
+    return asyncio.run(get())
+
+
+def test_the_page_and_its_files_come_from_the_server_alone(server):
+    answer = fetch(server)
+    assert answer.code == 200
+    text = answer.body.decode()
+    assert "vibroimpact explorer" in text
+    assert "http://" not in text
+    assert "https://" not in text
+    assert fetch(server, "static/js/bokeh.min.js").code == 200
+
+
+def test_another_host_is_refused(server):
+    own = f"localhost:{server.port}"
+    assert fetch(server, host=own).code == 200
+    for host in ("example.org", f"example.org:{server.port}", "127.0.0.1:1", "localhost"):
+        assert fetch(server, host=host).code == 403
+
+
+def test_a_connection_from_another_origin_is_refused(server):
+    async def connect(origin):
+        request = HTTPRequest(server.url.replace("http", "ws") + "ws", headers={"Origin": origin})
+        try:
+            connection = await websocket_connect(request, subprotocols=["bokeh", "no-token"])
+            connection.close()
+            await connection.read_message()
+        except HTTPClientError as error:
+            return error.code
+        return 101
+
+    for origin in ("http://example.org", f"http://example.org:{server.port}", "null"):
+        assert asyncio.run(connect(origin)) == 403
+    # From its own page it is the token that is missing.
+    assert asyncio.run(connect(f"http://127.0.0.1:{server.port}")) != 403
+
+
+def test_the_server_listens_on_this_machine_only(server):
+    sockets = server._server._http._sockets.values()
+    assert {each.getsockname()[0] for each in sockets} == {"127.0.0.1"}
