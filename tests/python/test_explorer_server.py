@@ -1,32 +1,18 @@
 """The server of the explorer: its page and files, and who is refused."""
 
 import asyncio
-import threading
 
 import pytest
 from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
 
-from vibroimpact.explorer.presets import DEFAULT
-from vibroimpact.explorer.server import LocalServer
+from chromium import serving
 
 
 @pytest.fixture(scope="module")
 def server():
-    """A server on a thread of its own."""
-    ready, made = threading.Event(), []
-
-    def serve():
-        made.append(LocalServer(DEFAULT))
-        ready.set()
-        made[0].run()
-
-    thread = threading.Thread(target=serve)
-    thread.start()
-    ready.wait()
-    yield made[0]
-    made[0].stop()
-    thread.join()
+    with serving() as made:
+        yield made
 
 
 def fetch(server, path="", host=None):
