@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 import vibroimpact as vi
 from han_jin_hu_2004 import criterion, existence
-from vibroimpact.single_impact.motions import motion_at
 
 # How far off a motion a simulation starts, in (x1, v1, x2, v2): 1e-8 where it nearly grazes
 # and its multipliers do not hold for 1e-6; and for an unstable one another direction, where next to
@@ -33,7 +32,6 @@ SHRINKS, GROWS = 1e4, 1e6
 RETURNED, LEFT = 0.1, 100.0
 # Multipliers this close to the unit circle take too long to tell from it.
 NEUTRAL = 2e-4
-STATE = ("x1", "v1", "v2", "phase")
 
 
 @dataclass
@@ -81,22 +79,21 @@ def confirm(found: vi.MotionMap, *, stable: bool, every: int) -> Count:
     """Simulate every so manyth motion of one verdict."""
     rows, result = found.solutions, Count()
     chosen = np.flatnonzero(rows["admissible"] & (rows["stable"] == stable))[::every]
-    values = {name: found.parameter(name) for name in found.grid}
     by_45 = criterion.is_stable(criterion.map_eigenvalues(found))
     for k in chosen:
         size = float(rows["largest_multiplier"][k])
         if abs(size - 1.0) < NEUTRAL:
             result.neutral += 1
             continue
-        system = found.system.replace(**{name: float(column[k]) for name, column in values.items()})
-        x1, v1, v2, phase = (float(rows[name][k]) for name in STATE)
+        motion = found.motion(int(k))
         result.simulated += 1
-        if is_confirmed(motion_at(system, found.n, (x1, v1, v2, phase)), stable, size):
+        if is_confirmed(motion, stable, size):
             result.denied_by_45 += int(by_45[k] != stable)
         else:
             result.failed.append(
-                f"omega = {system.drive_frequency:g}, f1 = {system.moment_amplitude:g}, "
-                f"x10 = {x1:.10f}, |lambda| = {size:.10f}"
+                f"omega = {motion.system.drive_frequency:g}, "
+                f"f1 = {motion.system.moment_amplitude:g}, "
+                f"x10 = {motion.state[0]:.10f}, |lambda| = {size:.10f}"
             )
     return result
 

@@ -6,6 +6,7 @@ is a motion only if it is admissible, and its stability is that of its Floquet m
 simulations that start a little off them.
 """
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,7 +31,7 @@ from vibroimpact import (
 from . import criterion
 from .claims import Claim, Verdict
 from .layout import Page, values
-from .parameters import MOTIONS, paper_system
+from .parameters import MOTIONS, Motion, paper_system
 
 PERIODS_PER_ORBIT = {2: 1, 3: 2}
 """n of each figure."""
@@ -151,21 +152,13 @@ def _trials(found: MotionMap, chosen: NDArray[np.bool_]) -> tuple[Trial, ...]:
     """Simulate from beside a random sample of the chosen motions."""
     numbers = np.flatnonzero(chosen)
     picked = np.random.default_rng(0).permutation(numbers)[:SAMPLE]
-    frequency, moment = (found.parameter(name)[picked] for name in found.grid)
-    trials = []
-    for number, omega, amplitude in zip(picked, frequency, moment, strict=True):
-        system = found.system.replace(
-            drive_frequency=float(omega), moment_amplitude=float(amplitude)
-        )
-        x10 = float(found.solutions["x1"][number])
-        trials.append(trial(nearest(system, found.n, x10, off=1e-6)))
-    return tuple(trials)
+    return tuple(trial(found.motion(int(number))) for number in picked)
 
 
-def nearest(system: System, n: int, x10: float, *, off: float = 0.05) -> PeriodicMotion:
-    """Return the solution whose angle at the impact is closest to x10, at most so far off."""
+def nearest(system: System, n: int, x10: float) -> PeriodicMotion:
+    """Return the solution whose angle at the impact is closest to x10."""
     return min(
-        periodic_motions(system, n, within=(x10 - off, x10 + off)),
+        periodic_motions(system, n, within=(x10 - 0.05, x10 + 0.05)),
         key=lambda motion: abs(motion.state[0] - x10),
     )
 
@@ -196,10 +189,21 @@ def judge(computed: Existence) -> list[Claim]:
     quoted = [judge_quoted(item) for item in QUOTED if item.figure == computed.figure]
     shown = [
         _judge_shown(computed.figure, motion.id, motion.system, motion.paper_says)
-        for motion in MOTIONS
-        if motion.figure == 5 and motion.paper_says == f"{computed.n}-1"
+        for motion in _shown_in_figure_5(computed.n)
     ]
     return [_judge_counts(computed), *quoted, *shown]
+
+
+def _shown_in_figure_5(n: int) -> list[Motion]:
+    """Return the motions of n drive periods per orbit that the paper's Fig. 5 shows."""
+    return [motion for motion in MOTIONS if motion.figure == 5 and motion.paper_says == f"{n}-1"]
+
+
+# Judged and then marked in the figure.
+@functools.cache
+def _stable(system: System, n: int) -> PeriodicMotion:
+    """Return the stable motion of n drive periods and one impact."""
+    return next(motion for motion in periodic_motions(system, n) if motion.stable)
 
 
 def _judge_counts(computed: Existence) -> Claim:
@@ -297,7 +301,7 @@ def judge_quoted(item: Quoted) -> Claim:
 def _judge_shown(figure: int, panel: str, system: System, label: str) -> Claim:
     """Apply the paper's criterion to a motion that its Fig. 5 shows as the long-term one."""
     n = PERIODS_PER_ORBIT[figure]
-    motion = next(motion for motion in periodic_motions(system, n) if motion.stable)
+    motion = _stable(system, n)
     made = trial(motion)
     paper, size = criterion.verdict(motion)
     returned = made.last < 0.1 * PERTURBATION
@@ -443,11 +447,10 @@ def _closed_at_folds(part: MotionMap, moment: float) -> MotionMap:
 def _mark_named(computed: Existence, moment: float, axes: Sequence[Axes]) -> None:
     """Point at the quoted solution and at the motions of Fig. 5."""
     named = [(item.system, item.x10, "quoted") for item in QUOTED if item.figure == computed.figure]
-    for motion in MOTIONS:
-        if motion.figure == 5 and motion.paper_says == f"{computed.n}-1":
-            found = periodic_motions(motion.system, computed.n)
-            place = next(m.state[0] for m in found if m.stable)
-            named.append((motion.system, place, f"Fig. {motion.id}"))
+    named += [
+        (motion.system, _stable(motion.system, computed.n).state[0], f"Fig. {motion.id}")
+        for motion in _shown_in_figure_5(computed.n)
+    ]
     for system, place, text in named:
         if system.moment_amplitude != moment:
             continue

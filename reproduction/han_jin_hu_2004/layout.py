@@ -18,6 +18,8 @@ from .whole_file import whole_file
 WIDTH_MM = 180.0
 BLACK, GREY, VERMILLION = "#000000", "0.55", "#D55E00"
 _INCH_MM = 25.4
+# Dots per inch of pages and, so that the layout is that of what is written, of their texts.
+_DPI = 300
 # Columns of a legend where all of them fit.
 _MOST_COLUMNS = 6
 _FIXED = ("mass_ratio", "frequency_ratio", "restitution", "gap")
@@ -45,7 +47,9 @@ class Page:
     ) -> None:
         heights = heights or [row_height] * rows
         height = sum(heights) + 14.0
-        self.figure = Figure(figsize=(WIDTH_MM / _INCH_MM, height / _INCH_MM), layout="constrained")
+        self.figure = Figure(
+            figsize=(WIDTH_MM / _INCH_MM, height / _INCH_MM), dpi=_DPI, layout="constrained"
+        )
         self.figure.suptitle(heading, x=0.012, ha="left")
         self._rows: list[SubFigure] = list(
             self.figure.subfigures(rows, 1, squeeze=False, height_ratios=heights)[:, 0]
@@ -115,9 +119,14 @@ class Page:
     def save(self, out: Path, name: str, formats: Sequence[str]) -> list[Path]:
         """Write the page in each format and return the paths."""
         paths = [out / f"{name}.{suffix}" for suffix in formats]
+        # Laid out once. Left to savefig, the page would be drawn twice in each format: to be laid
+        # out, and to be written.
+        if (engine := self.figure.get_layout_engine()) is not None:
+            engine.execute(self.figure)
+            self.figure.set_layout_engine("none")
         for path, suffix in zip(paths, formats, strict=True):
             with whole_file(path) as file:
-                self.figure.savefig(file, format=suffix)
+                self.figure.savefig(file, format=suffix, dpi="figure")
         return paths
 
 

@@ -109,6 +109,7 @@ TAKES: dict[str, set[str]] = {
     "phase": _NOT_NEGATIVE - {"huge"},
     "whole number": _WHOLE,
     "whole number > 2": set(),
+    "index": {*_WHOLE, "minus", "whole, minus"},
     "whole number or none": {*_WHOLE, "none"},
     "whole number > 2 or none": {"none"},
     "true or false": {"true", "numpy true"},

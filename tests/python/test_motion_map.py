@@ -8,7 +8,6 @@ import pytest
 
 import vibroimpact as vi
 from systems import PAPER
-from vibroimpact.single_impact.motions import motion_at
 from vibroimpact.single_impact.results import SOLUTION_DTYPE
 
 mpl.use("Agg")
@@ -74,9 +73,13 @@ def test_solutions_of_a_batch_are_judged_like_single_ones(contact, n):
     found = vi.motion_map(system, n, within=(-1.5, 1.5), **varied)
     assert len(found.solutions) > 20
     for i, row in enumerate(found.solutions):
-        changes = {name: float(found.parameter(name)[i]) for name in varied}
-        state = tuple(float(row[name]) for name in ("x1", "v1", "v2", "phase"))
-        motion = motion_at(system.replace(**changes), n, state)
+        motion = found.motion(i)
+        assert motion.system == system.replace(
+            **{name: float(found.parameter(name)[i]) for name in varied}
+        )
+        state = tuple(row[name] for name in ("x1", "v1", "v2", "phase"))
+        # The state of a motion is that after the impact, mapped back.
+        assert motion.state == pytest.approx(state, rel=1e-12, abs=1e-12)
         assert (row["admissible"], row["stable"]) == (motion.admissible, motion.stable)
         # The same eigenvalues; the modulus of an array may be rounded otherwise.
         size = abs(motion.multipliers[0])

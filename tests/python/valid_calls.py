@@ -323,6 +323,7 @@ def calls() -> dict[str, Call]:
             },
         ),
         "MotionMap.at": Call(motions().at, {"gap": 0.5}, {"gap": "grid value"}),
+        "MotionMap.motion": Call(motions().motion, {"row": 0}, {"row": "index"}),
         "MotionMap.parameter": Call(
             motions().parameter, {"name": "gap"}, {"name": "a word of a list"}
         ),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import number, reject
+from ..arguments import count, number, reject
 from ..errors import ParameterError
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
@@ -298,6 +298,29 @@ class MotionMap(FixedArrays, Shown):
             empty=self.empty.reshape(self.shape)[tuple(point)],
             pending=self.pending.reshape(self.shape)[tuple(point)],
         )
+
+    def motion(self, row: int) -> PeriodicMotion:
+        """Return the motion of a row of ``solutions``, with its multipliers and verdict.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such row.
+
+        Examples
+        --------
+        >>> solutions.motion(0)
+        <PeriodicMotion 1-1, admissible, stable, |lambda| = 0.935389>
+        """
+        size = len(self.solutions)
+        row = count("row", row, least=-size, most=size - 1)
+        chosen = self.solutions[row]
+        system = self.system.replace(
+            **{name: float(self.parameter(name)[row]) for name in self.grid}
+        )
+        state = tuple(float(chosen[name]) for name in STATE[:4])
+        motion: PeriodicMotion = verb("motion_at")(system, self.n, state)
+        return motion
 
     def plot(self, **options: Any) -> Axes:
         r"""Draw the solutions over one parameter, or where over two there are stable ones.
