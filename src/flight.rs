@@ -65,9 +65,7 @@ impl FreeMotion {
         let span = CHUNK_TURNS * std::f64::consts::TAU / system.highest_frequency();
         // The first pass looks a little further.
         let longest = SCAN_STEPS * span;
-        let body = |Body { natural, damping, amplitude }: Body<f64>| {
-            Oscillator::new(natural, damping, amplitude, omega, longest)
-        };
+        let body = |body: Body<f64>| Oscillator::new(&body, omega, longest);
         let (pendulum, oscillator) = (body(system.pendulum()), body(system.oscillator()));
         let plain_from = pendulum.swings_from().max(oscillator.swings_from());
         let tables = table::Tables::new(span);

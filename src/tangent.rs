@@ -118,9 +118,14 @@ impl Model {
         self.tip(state.x1) - state.x2 - self.parameters.gap
     }
 
+    /// x2 of a wall at rest: its equilibrium under the constant force.
+    pub fn wall_place(&self) -> Dual {
+        self.parameters.static_force
+    }
+
     /// x2 on the contact.
     pub fn contact_place(&self, x1: Dual) -> Dual {
-        if self.wall_at_rest { Dual::constant(0.0) } else { self.tip(x1) - self.parameters.gap }
+        if self.wall_at_rest { self.wall_place() } else { self.tip(x1) - self.parameters.gap }
     }
 
     /// u = g'.

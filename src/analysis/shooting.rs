@@ -258,7 +258,7 @@ impl<'a> Orbit<'a> {
         let still = model.wall_at_rest;
         let v2 = if still { rest } else { variable(v2, 2) };
         if self.is_circuit() {
-            let x2 = if still { rest } else { variable(last, 3) };
+            let x2 = if still { model.wall_place() } else { variable(last, 3) };
             return (DualState { x1, v1, x2, v2 }, Moment { period, time: rest });
         }
         let state = DualState { x1, v1, x2: model.contact_place(x1), v2 };

@@ -44,7 +44,7 @@ impl System {
         let State { x1, v1, x2, v2 } = *state;
         let moment = self.pendulum().terms(x1, v1, phase.cos);
         let force = self.oscillator().terms(x2, v2, phase.cos);
-        let sum = |terms: [f64; 3]| terms[0] + terms[1] + terms[2];
+        let sum = |terms: [f64; 4]| terms[0] + terms[1] + terms[2] + terms[3];
         // The load has the rounding of its phase.
         let shift = phase.sin.abs();
         let size1 = sum(moment.map(f64::abs)) + self.moment_amplitude.abs() * shift;
@@ -197,6 +197,8 @@ impl<T: Number> Sliding<T> for TipSlide<'_, T> {
         let place = if n == 0 { tip - parameters.gap } else { tip };
         a1[n] = pendulum.acceleration(x[n], v[n], load[0]);
         let a2 = oscillator.acceleration(place, tip_rate, load[0]);
+        // A constant load has no other coefficient.
+        (pendulum.constant, oscillator.constant) = (T::constant(0.0), T::constant(0.0));
         square[n] = product(v, v, n);
         let (pull, turn) = (product(a1, cos, n), product(square, sin, n));
         // Coefficients of cos psi by (cos psi)'' = -omega^2 cos psi.

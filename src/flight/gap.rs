@@ -152,16 +152,20 @@ impl<T: Tip> SteppedGap for TipGap<'_, T> {
         !T::TURNS || self.flight.state.x1.abs() + moved <= MOST_TURNED
     }
 
-    /// By the amplitudes of all parts of the motion: those of the steady responses each by itself,
-    /// or as they go together.
+    /// By the amplitudes of all parts of the motion about the equilibria: those of the steady
+    /// responses each by itself, or as they go together.
     #[inline(always)]
     fn never_meets(&self, slack: f64) -> bool {
         let FreeMotion { pendulum, oscillator, gap, .. } = self.motion;
         let (free1, steady1) = pendulum.amplitudes(&self.flight.pendulum);
         let (free2, steady2) = oscillator.amplitudes(&self.flight.oscillator);
-        let (highest, ahead) = T::reach(free1 + steady1);
-        let together = pendulum.steady_difference(oscillator) + free1 + free2 + ahead;
-        (highest + free2 + steady2).min(together) * BOUND_MARGIN < gap - slack
+        let (rest1, rest2) = (pendulum.equation.equilibrium, oscillator.equation.equilibrium);
+        let (highest, ahead) = T::reach(rest1, free1 + steady1);
+        let together =
+            (rest1 - rest2) + pendulum.steady_difference(oscillator) + free1 + free2 + ahead;
+        let nearest = (highest - rest2 + free2 + steady2).min(together);
+        let size = (rest1.abs() + rest2.abs()) * (BOUND_MARGIN - 1.0);
+        nearest * BOUND_MARGIN + size < gap - slack
     }
 
     #[inline(always)]

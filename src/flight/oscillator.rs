@@ -1,5 +1,8 @@
-//! One forced, damped linear oscillator, x'' + 2 c x' + w^2 x = f cos psi, c = zeta w, in closed
-//! form for every damping, with the bounds on its derivatives that the contact search needs.
+//! One forced, damped linear oscillator, x'' + 2 c x' + w^2 x = f cos psi + load, c = zeta w, in
+//! closed form for every damping, with the bounds on its derivatives that the contact search needs.
+//!
+//! The constant load moves the equilibrium to load/w^2, about which the free motion is written. Where
+//! the spring is too weak for that, or there is none, the motion from rest under the load is added.
 //!
 //! Homogeneous part: x_h = a C + b S with C = e^{-cs} cos(wd s), S = e^{-cs} sin(wd s)/wd and
 //! b = v + c a (Han, Jin & Hu (2004), (A.1), (A.2)); C and S stay finite through critical damping.
@@ -18,7 +21,8 @@ use nalgebra::Complex;
 
 use super::drive::{Trig, Turn, turn};
 use super::resonance::{Beat, RestResponse};
-use crate::flight::tolerances::{LEAST_DAMPING, RESONANCE_LOSS, SHORT_ANGLE};
+use crate::flight::tolerances::{LEAST_DAMPING, LEAST_SPRING_ANGLE, RESONANCE_LOSS, SHORT_ANGLE};
+use crate::model::oblique::Body;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary::{self, decay_minus_1};
 use crate::numerics::lanes::lanes_of;
@@ -54,6 +58,9 @@ pub(crate) struct Oscillator {
     pub equation: Equation,
     decay: Decay,
     response: Response,
+    /// The motion from rest under a constant load of 1, where it is not written about its
+    /// equilibrium.
+    under_load: Option<RestResponse>,
     span: f64,
 }
 
@@ -114,7 +121,9 @@ impl Motion {
 }
 
 impl Oscillator {
-    pub fn new(natural: f64, damping: f64, forcing: f64, omega: f64, span: f64) -> Self {
+    /// Of a body driven at `omega`, for local flights of at most `span`.
+    pub fn new(body: &Body<f64>, omega: f64, span: f64) -> Self {
+        let &Body { natural, damping, amplitude: forcing, constant: load } = body;
         // Squares of less underflow; no run is long enough to see the difference.
         let damping = if damping < LEAST_DAMPING { 0.0 } else { damping };
         let decay_rate = damping * natural;
@@ -141,25 +150,26 @@ impl Oscillator {
         if let Decay::Overdamped { kappa, .. } = decay {
             reach = reach.min(span / (2.0 * kappa));
         }
+        let exponents = match decay {
+            Decay::Overdamped { kappa, slow } => {
+                [(-slow, DoubleDouble::ZERO), (-slow - 2.0 * kappa, DoubleDouble::ZERO)]
+            }
+            _ => [(-decay_rate, damped), (-decay_rate, -damped)],
+        };
         let response = if forcing == 0.0 {
             Response::Unforced
         } else if inverse <= RESONANCE_LOSS * reach {
             Response::Steady
         } else {
             match decay {
-                Decay::Overdamped { kappa, slow } => Response::FromRest(RestResponse::new(
-                    omega,
-                    [(-slow, DoubleDouble::ZERO), (-slow - 2.0 * kappa, DoubleDouble::ZERO)],
-                )),
                 Decay::Undamped { wd } | Decay::Underdamped { wd } if (omega + wd) * span > 1.0 => {
                     Response::Beat(Beat::new(forcing, omega, decay_rate, damped))
                 }
-                _ => Response::FromRest(RestResponse::new(
-                    omega,
-                    [(-decay_rate, damped), (-decay_rate, -damped)],
-                )),
+                _ => Response::FromRest(RestResponse::new(omega, exponents)),
             }
         };
+        let turn = natural * span;
+        let has_equilibrium = turn >= LEAST_SPRING_ANGLE && turn >= 2.0 * damping;
         let steady = if forcing == 0.0 {
             Complex::new(0.0, 0.0)
         } else {
@@ -171,6 +181,8 @@ impl Oscillator {
                 natural_squared: natural * natural,
                 decay_rate,
                 forcing,
+                load,
+                equilibrium: if has_equilibrium { load / (natural * natural) } else { 0.0 },
                 omega,
                 damped,
                 steady_re: steady.re,
@@ -182,14 +194,38 @@ impl Oscillator {
             },
             decay,
             response,
+            under_load: (load != 0.0 && !has_equilibrium)
+                .then(|| RestResponse::new(0.0, exponents)),
             span,
         }
     }
 
-    /// Whether the forced motion is the steady response.
+    /// Whether all motion is a free oscillation about an equilibrium and the steady response.
     #[inline(always)]
     pub fn is_steady(&self) -> bool {
-        matches!(self.response, Response::Unforced | Response::Steady)
+        matches!(self.response, Response::Unforced | Response::Steady) && self.under_load.is_none()
+    }
+
+    /// What `work` makes of this body without its constant load.
+    pub fn without_constant<R>(&self, work: impl FnOnce(&Self) -> R) -> R {
+        if self.has_constant() {
+            let equation = Equation { load: 0.0, equilibrium: 0.0, ..self.equation };
+            work(&Self { equation, under_load: None, ..*self })
+        } else {
+            work(self)
+        }
+    }
+
+    /// This body without its drive.
+    pub fn without_drive(&self) -> Self {
+        let equation = Equation {
+            forcing: 0.0,
+            steady_re: 0.0,
+            steady_im: 0.0,
+            steady_size: 0.0,
+            ..self.equation
+        };
+        Self { equation, response: Response::Unforced, ..*self }
     }
 
     /// The slowest rate at which a free motion decays.
@@ -200,8 +236,14 @@ impl Oscillator {
         }
     }
 
+    /// Whether the drive acts on the body.
     pub fn is_forced(&self) -> bool {
         self.equation.forcing != 0.0
+    }
+
+    /// Whether a constant load acts on the body.
+    pub fn has_constant(&self) -> bool {
+        self.equation.load != 0.0
     }
 
     #[inline(always)]
@@ -210,7 +252,9 @@ impl Oscillator {
         match self.response {
             Response::Unforced | Response::Steady => equation.steady_flight(x, v, start),
             Response::Beat(beat) => equation.beating_flight(&beat, x, v, start),
-            Response::FromRest(_) => equation.flight((x, v), (x, v), (0.0, 0.0)),
+            Response::FromRest(_) => {
+                equation.flight((x, v), (x - equation.equilibrium, v), (0.0, 0.0))
+            }
         }
     }
 
@@ -258,7 +302,7 @@ impl Oscillator {
     }
 
     /// Displacement (not its increment) and rate without the start's rounding, the forced motion
-    /// only if it is steady.
+    /// only if it is steady, that under the load only if it is about an equilibrium.
     #[inline(never)]
     fn remainder(&self, f: &BodyFlight, elapsed: DoubleDouble, turn: &Turn) -> (f64, f64) {
         let s = elapsed.hi;
@@ -285,12 +329,25 @@ impl Oscillator {
                 }
             }
         };
+        let x = x + self.equation.equilibrium;
         match self.response {
             Response::Steady => (
                 x + (f.p + (f.p * turn.cos_minus_1 + f.q * turn.sin)),
                 v + self.equation.steady_rate(f, turn),
             ),
             _ => (x, v),
+        }
+    }
+
+    /// Motion and rate that the load adds where it is not about an equilibrium; S of the free motion
+    /// then.
+    fn loaded(&self, elapsed: DoubleDouble, sine: f64) -> (f64, f64) {
+        match &self.under_load {
+            Some(response) => {
+                let load = self.equation.load;
+                (load * response.at(elapsed).re, load * sine)
+            }
+            None => (0.0, 0.0),
         }
     }
 
@@ -322,10 +379,11 @@ impl Oscillator {
         }
     }
 
-    /// Whether a body swings, and answers the drive with its steady response or with a beat.
+    /// Whether a body swings about an equilibrium, and answers the drive with its steady response or
+    /// with a beat.
     pub fn swings_or_beats(&self) -> bool {
         let swings = matches!(self.decay, Decay::Undamped { .. } | Decay::Underdamped { .. });
-        swings && !matches!(self.response, Response::FromRest(_))
+        swings && !matches!(self.response, Response::FromRest(_)) && self.under_load.is_none()
     }
 
     /// Local time from which on [`Oscillator::swung`] holds: infinite for a body that creeps or is
@@ -402,6 +460,8 @@ impl Oscillator {
             Response::Beat(beat) => beat.near((f.p, f.q), s, basis),
             _ => self.resonant(f, elapsed, basis, turn.start).unwrap_or((0.0, 0.0)),
         };
+        let loaded = self.loaded(elapsed, basis.1);
+        let forced = (forced.0 + loaded.0, forced.1 + loaded.1);
         if self.equation.decayed(s) {
             let (x, v) = self.remainder(f, elapsed, turn);
             let x = x + forced.0;
@@ -421,6 +481,8 @@ impl Oscillator {
         }
         let basis = self.basis_far(elapsed);
         let forced = self.resonant(f, elapsed, basis, turn.start).unwrap_or((0.0, 0.0));
+        let loaded = self.loaded(elapsed, basis.1);
+        let forced = (forced.0 + loaded.0, forced.1 + loaded.1);
         if self.equation.decayed(elapsed.hi) {
             let (x, v) = self.remainder(f, elapsed, turn);
             return (x + forced.0, v + forced.1);

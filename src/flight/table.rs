@@ -23,7 +23,8 @@ pub(crate) struct Point {
     pub psi: Trig,
 }
 
-/// Motion of one body as a linear function of its state and of the forcing phase.
+/// Motion of one body as a function of its state and of the forcing phase: linear, and a constant of
+/// a loaded body.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 struct Response {
@@ -36,6 +37,22 @@ struct Response {
     v_of_cos: Lanes,
     x_of_sin: Lanes,
     v_of_sin: Lanes,
+    /// Displacement and rate of a loaded body from rest.
+    x_from_rest: Lanes,
+    v_from_rest: Lanes,
+}
+
+/// Whether a body is driven, and whether it has a constant load.
+#[derive(Debug, Clone, Copy)]
+struct Loads {
+    driven: bool,
+    constant: bool,
+}
+
+impl Loads {
+    fn of(body: &Oscillator) -> Self {
+        Self { driven: body.is_forced(), constant: body.has_constant() }
+    }
 }
 
 /// The table of one step length h. No lanes of it lie on two cache lines.
@@ -48,8 +65,8 @@ pub(crate) struct Table {
     cos: Lanes,
     sin: Lanes,
     pub weights: Weights,
-    /// Whether pendulum and oscillator are forced.
-    forced: [bool; 2],
+    /// What moves pendulum and oscillator.
+    loads: [Loads; 2],
 }
 
 /// States of both bodies and the forcing phase at h ... 8h.
@@ -97,14 +114,14 @@ impl Table {
             oscillator: Response::new(oscillator, &times, &turns),
             cos: turns.map(|turn| turn.phase.cos),
             sin: turns.map(|turn| turn.phase.sin),
-            forced: [pendulum.is_forced(), oscillator.is_forced()],
+            loads: [Loads::of(pendulum), Loads::of(oscillator)],
         }
     }
 
     #[inline(always)]
     pub fn states(&self, from: &Point) -> States {
-        let (x1, v1) = self.pendulum.motion(from.x1, from.v1, from.psi, self.forced[0]);
-        let (x2, v2) = self.oscillator.motion(from.x2, from.v2, from.psi, self.forced[1]);
+        let (x1, v1) = self.pendulum.motion(from.x1, from.v1, from.psi, self.loads[0]);
+        let (x2, v2) = self.oscillator.motion(from.x2, from.v2, from.psi, self.loads[1]);
         let Trig { cos, sin } = from.psi;
         let (mut cos_psi, mut sin_psi) = ([0.0; LANES], [0.0; LANES]);
         for j in 0..LANES {
@@ -129,10 +146,7 @@ impl Response {
     fn new(body: &Oscillator, times: &Lanes, turns: &[Turn; LANES]) -> Self {
         let bases = times.map(|s| body.basis(s));
         let free = bases.map(|basis| body.equation.transition_by(basis));
-        let response = |start: Trig| {
-            if !body.is_forced() {
-                return [[0.0; LANES]; 2];
-            }
+        let response = |body: &Oscillator, start: Trig| {
             let from_rest = body.flight(0.0, 0.0, start);
             let motions: [_; LANES] = std::array::from_fn(|j| {
                 let turn = Turn::new(start, turns[j].cos_minus_1, turns[j].sin);
@@ -140,8 +154,15 @@ impl Response {
             });
             [motions.map(|m| m.increment), motions.map(|m| m.rate)]
         };
-        let [x_of_cos, v_of_cos] = response(Trig::ONE);
-        let [x_of_sin, v_of_sin] = response(Trig { cos: 0.0, sin: 1.0 });
+        let none = [[0.0; LANES]; 2];
+        let [[x_of_cos, v_of_cos], [x_of_sin, v_of_sin]] = if body.is_forced() {
+            let starts = [Trig::ONE, Trig { cos: 0.0, sin: 1.0 }];
+            body.without_constant(|driven| starts.map(|start| response(driven, start)))
+        } else {
+            [none; 2]
+        };
+        let [x_from_rest, v_from_rest] =
+            if body.has_constant() { response(&body.without_drive(), Trig::ONE) } else { none };
         Self {
             x_of_x: free.map(|t| t[0][0]),
             x_of_v: free.map(|t| t[0][1]),
@@ -151,17 +172,25 @@ impl Response {
             v_of_cos,
             x_of_sin,
             v_of_sin,
+            x_from_rest,
+            v_from_rest,
         }
     }
 
     #[inline(always)]
-    fn motion(&self, x: f64, v: f64, psi: Trig, forced: bool) -> (Lanes, Lanes) {
+    fn motion(&self, x: f64, v: f64, psi: Trig, loads: Loads) -> (Lanes, Lanes) {
         let (mut xs, mut vs) = ([0.0; LANES], [0.0; LANES]);
         for j in 0..LANES {
             xs[j] = self.x_of_x[j].mul_add(x, self.x_of_v[j] * v);
             vs[j] = self.v_of_x[j].mul_add(x, self.v_of_v[j] * v);
         }
-        if forced {
+        if loads.constant {
+            for j in 0..LANES {
+                xs[j] += self.x_from_rest[j];
+                vs[j] += self.v_from_rest[j];
+            }
+        }
+        if loads.driven {
             let Trig { cos, sin } = psi;
             for j in 0..LANES {
                 xs[j] = self.x_of_cos[j].mul_add(cos, self.x_of_sin[j].mul_add(sin, xs[j]));

@@ -10,6 +10,10 @@ pub const CHUNK_TURNS: f64 = 2.0;
 /// most by this factor, else one that stays finite (more work per evaluation).
 pub const RESONANCE_LOSS: f64 = 1.0;
 
+/// The free motion is written about the equilibrium under a constant load if it turns by at least
+/// this angle in a local flight: bounds from its energy are then at most four times too large.
+pub const LEAST_SPRING_ANGLE: f64 = 0.25;
+
 /// After a decay by exp(-this) a free motion is no longer computed as an increment from its start,
 /// whose rounding would then exceed its own twentyfold.
 pub const DECAYED: f64 = 3.0;

@@ -3,7 +3,8 @@
 //! pendulum:
 //!
 //! ```text
-//! x1'' = f1 cos psi - 2 zeta1 omega0 x1' - omega0^2 x1      x2'' = f2 cos psi - 2 zeta2 x2' - x2
+//! x1'' = f1 cos psi + c1 - 2 zeta1 omega0 x1' - omega0^2 x1
+//! x2'' = f2 cos psi + c2 - 2 zeta2 x2' - x2
 //! g = tip(x1) - x2 - delta,    tip(x1) = sin x1 (oblique), x1 (direct)
 //! ```
 //!
@@ -16,7 +17,7 @@ use crate::model::state::State;
 use crate::model::tolerances::{LAST_IMPULSES, WALL_SLOPE};
 use crate::numerics::dual::Number;
 
-/// One body between contacts: x'' = f cos psi - 2 zeta w x' - w^2 x.
+/// One body between contacts: x'' = f cos psi + c - 2 zeta w x' - w^2 x.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Body<T> {
     /// w.
@@ -25,27 +26,35 @@ pub(crate) struct Body<T> {
     pub damping: T,
     /// f.
     pub amplitude: T,
+    /// c.
+    pub constant: T,
 }
 
 impl<T: Number> Body<T> {
-    /// The three terms of x'': load, damping, stiffness.
+    /// The four terms of x'': drive, constant load, damping, stiffness.
     #[inline]
-    pub fn terms(&self, x: T, v: T, cos_psi: T) -> [T; 3] {
-        let &Self { natural, damping, amplitude } = self;
-        [amplitude * cos_psi, -(damping * 2.0 * natural * v), -(natural * natural * x)]
+    pub fn terms(&self, x: T, v: T, cos_psi: T) -> [T; 4] {
+        let &Self { natural, damping, amplitude, constant } = self;
+        [amplitude * cos_psi, constant, -(damping * 2.0 * natural * v), -(natural * natural * x)]
     }
 
     /// x''.
     #[inline]
     pub fn acceleration(&self, x: T, v: T, cos_psi: T) -> T {
-        let [load, damping, stiffness] = self.terms(x, v, cos_psi);
-        load + damping + stiffness
+        let [drive, constant, damping, stiffness] = self.terms(x, v, cos_psi);
+        drive + constant + damping + stiffness
     }
 
     /// The body in time over `unit`, a power of two so that no digit is lost.
     pub fn in_units_of(&self, unit: f64) -> Self {
-        let Self { natural, damping, amplitude } = *self;
-        Self { natural: natural * unit, damping, amplitude: amplitude * (unit * unit) }
+        let Self { natural, damping, amplitude, constant } = *self;
+        let square = unit * unit;
+        Self {
+            natural: natural * unit,
+            damping,
+            amplitude: amplitude * square,
+            constant: constant * square,
+        }
     }
 }
 
@@ -70,6 +79,7 @@ impl<T: Number> Parameters<T> {
             natural: self.frequency_ratio,
             damping: self.pendulum_damping,
             amplitude: self.moment_amplitude,
+            constant: self.static_moment,
         }
     }
 
@@ -79,6 +89,7 @@ impl<T: Number> Parameters<T> {
             natural: T::constant(1.0),
             damping: self.oscillator_damping,
             amplitude: self.force_amplitude,
+            constant: self.static_force,
         }
     }
 }
@@ -99,12 +110,18 @@ impl System {
             natural: self.frequency_ratio,
             damping: self.pendulum_damping,
             amplitude: self.moment_amplitude,
+            constant: self.static_moment,
         }
     }
 
     /// The oscillator between contacts.
     pub(crate) fn oscillator(&self) -> Body<f64> {
-        Body { natural: 1.0, damping: self.oscillator_damping, amplitude: self.force_amplitude }
+        Body {
+            natural: 1.0,
+            damping: self.oscillator_damping,
+            amplitude: self.force_amplitude,
+            constant: self.static_force,
+        }
     }
 
     /// x1'' and x2'' without contact.
@@ -132,7 +149,8 @@ impl System {
 
     /// Whether body 2 is a wall that rests in `state` and will never move.
     pub(crate) fn is_wall_at_rest(&self, state: &State) -> bool {
-        self.is_wall() && self.force_amplitude == 0.0 && state.x2 == 0.0 && state.v2 == 0.0
+        let rests = state.x2 == self.static_force && state.v2 == 0.0;
+        self.is_wall() && self.force_amplitude == 0.0 && rests
     }
 
     /// Whether the pendulum is a free rotor, whose angle counts modulo a turn.

@@ -143,6 +143,10 @@ pub struct System {
     pub(crate) oscillator_damping: f64,
     pub(crate) moment_amplitude: f64,
     pub(crate) force_amplitude: f64,
+    #[serde(default)]
+    pub(crate) static_moment: f64,
+    #[serde(default)]
+    pub(crate) static_force: f64,
     pub(crate) friction: f64,
     pub(crate) phase: f64,
     pub(crate) contact: Contact,
@@ -344,6 +348,10 @@ numeric_parameters! {
     moment_amplitude ("f1", "f_1"): Any = 0.0;
     /// f20/(K2 l), amplitude of the force on body 2
     force_amplitude ("f2", "f_2"): Any = 0.0;
+    /// C10/(M1 l^2 omega_2^2), constant moment on body 1
+    static_moment ("c1", "c_1"): Any = 0.0;
+    /// F20/(K2 l), constant force on body 2
+    static_force ("c2", "c_2"): Any = 0.0;
     /// Coulomb's coefficient; 0 with direct contact
     friction ("mu", r"\mu"): NotNegative = 0.0;
     /// phase of the drive at t = 0, in radians

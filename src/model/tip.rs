@@ -26,8 +26,8 @@ pub(crate) trait Tip {
     /// Position, rate and acceleration of the tip for the first pass of the contact search: a sine
     /// of few operations, exact enough up to [`elementary::MOST_TURNED`].
     fn fast(x1: f64, v1: f64, a1: f64) -> [f64; 3];
-    /// For |x1| <= r: bounds of the tip's position, and of how far it is ahead of x1.
-    fn reach(r: f64) -> (f64, f64);
+    /// For x1 at most r from `middle`: bounds of the tip's position, and of how far it is ahead of x1.
+    fn reach(middle: f64, r: f64) -> (f64, f64);
     /// Bound of the fourth derivative of the tip's position, from bounds of x1', ..., x1''''.
     fn fourth_bound(bounds: &[f64; 4]) -> f64;
     /// Bounds of the derivatives 4 to 6 of the tip's position, from those of x1.
@@ -82,7 +82,9 @@ impl Tip for Oblique {
     }
 
     #[inline(always)]
-    fn reach(r: f64) -> (f64, f64) {
+    fn reach(middle: f64, r: f64) -> (f64, f64) {
+        // All of it lies within that range about 0.
+        let r = middle.abs() + r;
         // Partial sums of the alternating series.
         let (r2, cubic) = (r * r, r * r * r / 6.0);
         let highest = if r < FRAC_PI_2 { (r - cubic * (1.0 - r2 / 20.0)).min(1.0) } else { 1.0 };
@@ -145,8 +147,8 @@ impl Tip for Direct {
     }
 
     #[inline(always)]
-    fn reach(r: f64) -> (f64, f64) {
-        (r, 0.0)
+    fn reach(middle: f64, r: f64) -> (f64, f64) {
+        (middle + r, 0.0)
     }
 
     fn fourth_bound(&[.., fourth]: &[f64; 4]) -> f64 {

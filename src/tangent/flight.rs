@@ -2,11 +2,11 @@
 //!
 //! With respect to the state at its start they are the matrix of the free oscillation, with respect
 //! to the phase the forced response a quarter turn later. With respect to a parameter q of
-//! x'' + 2 zeta w x' + w^2 x = f cos psi they solve the same equation from rest, forced by what the
+//! x'' + 2 zeta w x' + w^2 x = f cos psi + c they solve the same equation from rest, forced by what the
 //! parameter changes,
 //!
 //! ```text
-//! w: -2 zeta x' - 2 w x      zeta: -2 w x'      f: cos psi      omega: -f s sin psi,
+//! w: -2 zeta x' - 2 w x      zeta: -2 w x'      f: cos psi      c: 1      omega: -f s sin psi,
 //! ```
 //!
 //! which is integrated against the response to an impulse by Gauss-Legendre quadrature: the same
@@ -30,7 +30,7 @@ pub(crate) fn fly(model: &Model, state: &DualState, moment: &Moment, s: Dual) ->
     let (x1, v1) =
         fly_body(model, &motion.pendulum, &p.pendulum(), (state.x1, state.v1), &forcing, s);
     let (x2, v2) = if model.wall_at_rest {
-        (Dual::constant(0.0), Dual::constant(0.0))
+        (model.wall_place(), Dual::constant(0.0))
     } else {
         fly_body(model, &motion.oscillator, &p.oscillator(), (state.x2, state.v2), &forcing, s)
     };
@@ -62,18 +62,20 @@ fn fly_body(
     let values = values(body);
     let acceleration = values.acceleration(end, rate, turn.phase.cos);
     let [[xx, xv], [vx, vv]] = oscillator.transition(elapsed);
-    // The steady response to -f sin psi, from rest.
+    // The response to -f sin psi alone, from rest.
     let (shift, shift_rate) = if angle.is_constant() || values.amplitude == 0.0 {
         (0.0, 0.0)
     } else {
         let ahead = Trig { cos: -start.sin, sin: start.cos };
-        let from_rest = oscillator.flight(0.0, 0.0, ahead);
-        oscillator.after(&from_rest, 0.0, elapsed, &drive.turned_far(ahead, elapsed))
+        let turn = drive.turned_far(ahead, elapsed);
+        oscillator.without_constant(|driven| {
+            driven.after(&driven.flight(0.0, 0.0, ahead), 0.0, elapsed, &turn)
+        })
     };
     let omega = model.parameters.drive_frequency;
-    let varied = [body.natural, body.damping, body.amplitude, omega];
-    let [of_w, of_zeta, of_f, of_omega] = if varied.iter().all(Dual::is_constant) {
-        [[0.0; 2]; 4]
+    let varied = [body.natural, body.damping, body.amplitude, body.constant, omega];
+    let [of_w, of_zeta, of_f, of_c, of_omega] = if varied.iter().all(Dual::is_constant) {
+        [[0.0; 2]; 5]
     } else {
         parameter_derivatives(model, oscillator, &values, &flight, (x.value, start), s.value)
     };
@@ -88,6 +90,7 @@ fn fly_body(
                 (of_w[i], body.natural),
                 (of_zeta[i], body.damping),
                 (of_f[i], body.amplitude),
+                (of_c[i], body.constant),
                 (of_omega[i], omega),
             ],
         )
@@ -96,11 +99,16 @@ fn fly_body(
 }
 
 fn values(body: &Body<Dual>) -> Body<f64> {
-    let &Body { natural, damping, amplitude } = body;
-    Body { natural: natural.value, damping: damping.value, amplitude: amplitude.value }
+    let &Body { natural, damping, amplitude, constant } = body;
+    Body {
+        natural: natural.value,
+        damping: damping.value,
+        amplitude: amplitude.value,
+        constant: constant.value,
+    }
 }
 
-/// Derivatives of displacement and rate after `time` with respect to w, zeta, f, omega.
+/// Derivatives of displacement and rate after `time` with respect to w, zeta, f, c, omega.
 fn parameter_derivatives(
     model: &Model,
     oscillator: &Oscillator,
@@ -108,28 +116,33 @@ fn parameter_derivatives(
     flight: &BodyFlight,
     (x, start): (f64, Trig),
     time: f64,
-) -> [[f64; 2]; 4] {
+) -> [[f64; 2]; 5] {
     let drive = &model.motion.drive;
-    let &Body { natural: w, damping: zeta, amplitude: f } = body;
+    let &Body { natural: w, damping: zeta, amplitude: f, .. } = body;
     let fastest = drive.omega.max(body.fastest_rate()).max(1.0);
     let panels = (time * fastest / PANEL_ANGLE).ceil().max(1.0);
     if panels > MOST_PANELS {
-        return [[f64::NAN; 2]; 4];
+        return [[f64::NAN; 2]; 5];
     }
     #[allow(clippy::cast_sign_loss)] // at least 1
     let panels = panels as usize;
     let length = time / panels as f64;
     let short = time * fastest <= PANEL_ANGLE / 6.0;
     let quadrature: &[(f64, f64)] = if short { &*SHORT_PANEL } else { &*PANEL };
-    let mut sums = [[0.0; 2]; 4];
+    let mut sums = [[0.0; 2]; 5];
     for panel in 0..panels {
         for &(node, weight) in quadrature {
             let s = (panel as f64 + node) * length;
             let turn = drive.turned_far(start, DoubleDouble::new(s));
             let (x, v) = oscillator.after(flight, x, DoubleDouble::new(s), &turn);
             let [[_, response], [_, rate]] = oscillator.transition(DoubleDouble::new(time - s));
-            let sources =
-                [-2.0 * (zeta * v + w * x), -2.0 * w * v, turn.phase.cos, -f * s * turn.phase.sin];
+            let sources = [
+                -2.0 * (zeta * v + w * x),
+                -2.0 * w * v,
+                turn.phase.cos,
+                1.0,
+                -f * s * turn.phase.sin,
+            ];
             for (sum, source) in sums.iter_mut().zip(sources) {
                 sum[0] += weight * length * source * response;
                 sum[1] += weight * length * source * rate;

@@ -205,14 +205,15 @@ impl Itinerary {
     }
 }
 
-/// A wall (mbar = 0) that nothing drives comes to rest, if it is damped: what is left of its motion
+/// A wall (mbar = 0) that no drive moves comes to rest, if it is damped: what is left of its motion
 /// must not decide between contact that slides and contact that sticks.
 pub(crate) fn with_wall_at_rest(system: &System, state: State) -> State {
+    let place = system.static_force;
     let decays = system.is_wall()
         && system.force_amplitude == 0.0
         && system.oscillator_damping > 0.0
-        && state.x2.abs().max(state.v2.abs()) <= STILL_WALL;
-    let still = State { x2: 0.0, v2: 0.0, ..state };
+        && (state.x2 - place).abs().max(state.v2.abs()) <= STILL_WALL;
+    let still = State { x2: place, v2: 0.0, ..state };
     if decays && system.gap_function(&still) <= 0.0 { still } else { state }
 }
 

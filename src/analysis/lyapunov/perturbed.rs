@@ -397,17 +397,16 @@ impl<const N: usize> Perturbations<N> {
         let (model, period) = (&self.model, self.here.clock.period);
         let rest = Dual::constant(0.0);
         let still = model.wall_at_rest;
-        let variable = |value, direction| {
-            if still && direction >= 2 { rest } else { Dual::variable(value, direction) }
-        };
-        let (x1, v1, v2) = (Dual::variable(x1, 0), Dual::variable(v1, 1), variable(v2, 2));
+        let (x1, v1) = (Dual::variable(x1, 0), Dual::variable(v1, 1));
+        let v2 = if still { rest } else { Dual::variable(v2, 2) };
         if self.here.at_event {
             let time = Dual::variable(self.here.clock.time_in_period, 3);
             let x2 = model.contact_place(x1);
             return (DualState { x1, v1, x2, v2 }, Moment { period, time });
         }
         let state = match mode {
-            None => DualState { x1, v1, x2: variable(x2, 3), v2 },
+            None if still => DualState { x1, v1, x2: model.wall_place(), v2 },
+            None => DualState { x1, v1, x2: Dual::variable(x2, 3), v2 },
             Some(ContactMode::Stick) => on_contact(model, x1, rest),
             Some(_) => on_contact(model, x1, v1),
         };

@@ -2,7 +2,7 @@
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
-use super::{BodyFlight, Oscillator, Response};
+use super::{BodyFlight, Oscillator};
 use crate::flight::Trig;
 
 /// Bounds of |x'|, |x''|, |x'''|, |x''''| during a local flight.
@@ -32,9 +32,9 @@ impl Oscillator {
         (re * re + im * im).sqrt()
     }
 
-    /// Bounds of the derivatives 1 to 6 over a local flight. Where the steady response is not used,
-    /// the load adds at most |f| per unit time, and the equation of motion gives the higher
-    /// derivatives.
+    /// Bounds of the derivatives 1 to 6 over a local flight. Where the steady response or the
+    /// equilibrium is not used, drive and load add at most |f| + |load| per unit time, and the equation
+    /// of motion gives the higher derivatives.
     #[inline(always)]
     pub fn derivative_bounds(&self, f: &BodyFlight) -> [f64; 6] {
         if self.is_steady() {
@@ -42,13 +42,14 @@ impl Oscillator {
         }
         let (w2, c2) = (self.equation.natural_squared, 2.0 * self.equation.decay_rate);
         let mut bounds = [0.0; 6];
-        let mut load = self.equation.forcing.abs();
+        let mut drive = self.equation.forcing.abs();
+        let load = drive + self.equation.load.abs();
         let energy = (f.v * f.v + w2 * f.x * f.x).sqrt() + load * self.span;
         bounds[0] = energy;
         bounds[1] = load + c2 * energy + w2.sqrt() * energy;
         for n in 2..6 {
-            load *= self.equation.omega;
-            bounds[n] = load + c2 * bounds[n - 1] + w2 * bounds[n - 2];
+            drive *= self.equation.omega;
+            bounds[n] = drive + c2 * bounds[n - 1] + w2 * bounds[n - 2];
         }
         bounds
     }
@@ -56,29 +57,36 @@ impl Oscillator {
     /// Bounds over a local flight. Every derivative of a free oscillation is a free oscillation,
     /// whose energy does not grow: |x_h^(n+1)| <= sqrt(x_h^(n+1)(0)^2 + w^2 x_h^(n)(0)^2), and the
     /// steady response adds |P| omega^(n+1). Near resonance, where that may be huge, the same
-    /// holds for the whole motion with |f| omega^n per unit time; the smaller bound is taken.
+    /// holds for the whole motion with |f| omega^n per unit time, and |load| without an equilibrium;
+    /// the smaller bound is taken.
     pub fn bounds(&self, f: &BodyFlight, start: Trig) -> Bounds {
-        let omega = self.equation.omega;
-        if let Response::Unforced | Response::Steady = self.response {
-            return self.energy_bounds(f.a, f.rate, [0.0; 3], self.equation.steady_size * omega);
+        let equation = &self.equation;
+        let omega = equation.omega;
+        if self.is_steady() {
+            return self.energy_bounds(f.a, f.rate, [0.0; 3], equation.steady_size * omega, 0.0);
         }
-        let (x, v) = (f.x, f.v);
-        let load = [
-            self.equation.forcing * start.cos,
-            -self.equation.forcing * omega * start.sin,
-            -self.equation.forcing * omega * omega * start.cos,
+        // About the equilibrium, if there is one, there is no load.
+        let x = f.x - equation.equilibrium;
+        let load = equation.load - equation.natural_squared * equation.equilibrium;
+        let loads = [
+            equation.forcing * start.cos + load,
+            -equation.forcing * omega * start.sin,
+            -equation.forcing * omega * omega * start.cos,
         ];
-        let driven = self.energy_bounds(x, v, load, self.equation.forcing.abs() * self.span);
-        let (p, q) = self.equation.steady_start(start);
-        let free =
-            self.energy_bounds(x - p, v - omega * q, [0.0; 3], self.equation.steady_size * omega);
+        let (extra, loaded) = (equation.forcing.abs() * self.span, load.abs() * self.span);
+        let driven = self.energy_bounds(x, f.v, loads, extra, loaded);
+        let (p, q) = equation.steady_start(start);
+        let loads = [load, 0.0, 0.0];
+        let extra = equation.steady_size * omega;
+        let free = self.energy_bounds(x - p, f.v - omega * q, loads, extra, loaded);
         // f64::min passes over the NaN of an infinite steady response.
         Bounds(std::array::from_fn(|n| driven.0[n].min(free.0[n])))
     }
 
-    /// sqrt(x^(n+1)^2 + w^2 x^(n)^2) + extra omega^n for n = 0 ... 3, the derivatives at the start
-    /// from the equation of motion under `load` (f cos psi and its derivatives).
-    fn energy_bounds(&self, x: f64, v: f64, load: [f64; 3], mut extra: f64) -> Bounds {
+    /// sqrt(x^(n+1)^2 + w^2 x^(n)^2) + extra omega^n for n = 0 ... 3, and `loaded` more for n = 0, the
+    /// derivatives at the start from the equation of motion under `load` (f cos psi + load and its
+    /// derivatives).
+    fn energy_bounds(&self, x: f64, v: f64, load: [f64; 3], mut extra: f64, loaded: f64) -> Bounds {
         let (w2, c2) = (self.equation.natural_squared, 2.0 * self.equation.decay_rate);
         let mut bounds = [0.0; 4];
         let (mut lower, mut upper) = (x, v);
@@ -89,6 +97,7 @@ impl Oscillator {
                 (lower, upper) = (upper, load[n] - c2 * upper - w2 * lower);
             }
         }
+        bounds[0] += loaded;
         Bounds(bounds)
     }
 }

@@ -1,5 +1,6 @@
-//! The equation of motion of one body, x'' + 2 c x' + w^2 x = f cos psi, and its usual solution: a
-//! body that swings, and answers the drive with its steady response. No branch in it needs a jump,
+//! The equation of motion of one body, x'' + 2 c x' + w^2 x = f cos psi + load, and its usual
+//! solution: a body that swings about its equilibrium, and answers the drive with its steady
+//! response. No branch in it needs a jump,
 //! so that it can be evaluated for one body or for several in the lanes of a register.
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
@@ -36,6 +37,10 @@ pub(crate) struct Equation {
     /// c = zeta w.
     pub decay_rate: f64,
     pub forcing: f64,
+    /// Constant load.
+    pub load: f64,
+    /// The equilibrium load/w^2 about which the free motion is written; 0 where it is not.
+    pub equilibrium: f64,
     pub omega: f64,
     /// Damped frequency (or kappa) to 32 digits.
     pub damped: DoubleDouble,
@@ -58,6 +63,8 @@ lanes_of! {
         natural_squared: natural_squared,
         decay_rate: decay_rate,
         forcing: forcing,
+        load: load,
+        equilibrium: equilibrium,
         omega: omega,
         damped: damped.hi,
         damped_rest: damped.lo,
@@ -93,14 +100,14 @@ impl Equation {
     #[inline(always)]
     pub fn steady_flight(&self, x: f64, v: f64, start: Trig) -> BodyFlight {
         let (p, q) = self.steady_start(start);
-        self.flight((x, v), (x - p, v - self.omega * q), (p, q))
+        self.flight((x, v), (x - self.equilibrium - p, v - self.omega * q), (p, q))
     }
 
     /// A flight with a beat.
     #[inline(always)]
     pub fn beating_flight(&self, beat: &Beat, x: f64, v: f64, start: Trig) -> BodyFlight {
         let (p, q) = beat.factor(start);
-        self.flight((x, v), (x, v - p), (p, q))
+        self.flight((x, v), (x - self.equilibrium, v - p), (p, q))
     }
 
     /// A flight from its state, its free part's displacement and rate, and its forced part's
@@ -191,7 +198,9 @@ impl Equation {
         let left = decay(-self.decay_rate * s);
         let (cosine, sine) = (left * (1.0 + cos_minus_1), left * (sin / self.damped.hi));
         (
-            (f.a * cosine + f.b * sine) + (f.p + (f.p * turn.cos_minus_1 + f.q * turn.sin)),
+            (f.a * cosine + f.b * sine)
+                + (f.p + (f.p * turn.cos_minus_1 + f.q * turn.sin))
+                + self.equilibrium,
             (f.rate * cosine - f.k * sine) + self.steady_rate(f, turn),
         )
     }
@@ -240,6 +249,7 @@ impl Equation {
             natural_squared: self.natural_squared * s * s,
             decay_rate: self.decay_rate * s,
             forcing: self.forcing * s * s,
+            load: self.load * s * s,
             omega: self.omega * s,
             short: self.short / s,
             ..*self
@@ -251,7 +261,7 @@ impl Equation {
     pub fn motion_from(&self, increment: f64, rate: f64, place: [f64; 2], turn: &Turn) -> Motion {
         let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
         let x = place[0] + place[1];
-        let acceleration = self.forcing * turn.phase.cos - c2 * rate - w2 * x;
+        let acceleration = self.forcing * turn.phase.cos - c2 * rate - w2 * x + self.load;
         let jerk = -self.forcing * self.omega * turn.phase.sin - c2 * acceleration - w2 * rate;
         Motion { increment, place, rate, acceleration, jerk }
     }
@@ -262,11 +272,11 @@ impl Equation {
     pub fn higher(&self, m: &Motion) -> [f64; 3] {
         let (w2, c2) = (self.natural_squared, 2.0 * self.decay_rate);
         let omega2 = self.omega * self.omega;
-        let load = m.acceleration + c2 * m.rate + w2 * m.displacement();
-        let load_rate = m.jerk + c2 * m.acceleration + w2 * m.rate;
-        let fourth = -omega2 * load - c2 * m.jerk - w2 * m.acceleration;
-        let fifth = -omega2 * load_rate - c2 * fourth - w2 * m.jerk;
-        [fourth, fifth, omega2 * omega2 * load - c2 * fifth - w2 * fourth]
+        let drive = m.acceleration + c2 * m.rate + w2 * m.displacement() - self.load;
+        let drive_rate = m.jerk + c2 * m.acceleration + w2 * m.rate;
+        let fourth = -omega2 * drive - c2 * m.jerk - w2 * m.acceleration;
+        let fifth = -omega2 * drive_rate - c2 * fourth - w2 * m.jerk;
+        [fourth, fifth, omega2 * omega2 * drive - c2 * fifth - w2 * fourth]
     }
 
     /// Displacement and rate a short time `h` after a motion, by Taylor polynomials up to the sixth
@@ -286,7 +296,8 @@ impl Equation {
     /// From the equation of motion.
     #[inline(always)]
     pub fn acceleration(&self, x: f64, v: f64, cos_psi: f64) -> f64 {
-        let free = self.natural_squared.mul_add(x, 2.0 * self.decay_rate * v);
+        let c2 = 2.0 * self.decay_rate;
+        let free = self.natural_squared.mul_add(x, c2.mul_add(v, -self.load));
         self.forcing.mul_add(cos_psi, -free)
     }
 }
@@ -389,7 +400,9 @@ impl Series {
         self.rate += order * upper * self.power;
         self.power *= s;
         self.increment += upper * self.power;
-        let next = (cos - c2 * order * upper - w2 * lower) * (part * next_part);
+        // The constant load has no other coefficient.
+        let load = if n == 1 { cos + equation.load } else { cos };
+        let next = (load - c2 * order * upper - w2 * lower) * (part * next_part);
         (self.lower, self.upper) = (upper, next);
         (self.cos, self.sin) = (-equation.omega * sin * part, equation.omega * cos * part);
     }

@@ -218,8 +218,8 @@ impl Auditor<'_> {
                     SecondBody::Wall => 0.0,
                 };
                 let powers = [
-                    system.moment_amplitude() * load * v1,
-                    part(system.force_amplitude() * load * v2),
+                    (system.moment_amplitude() * load + system.static_moment()) * v1,
+                    part((system.force_amplitude() * load + system.static_force()) * v2),
                     -2.0 * system.pendulum_damping() * w * v1 * v1
                         - part(2.0 * system.oscillator_damping() * v2 * v2),
                     0.0,
