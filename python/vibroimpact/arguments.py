@@ -139,6 +139,7 @@ _OTHER_NAMES: dict[str, tuple[str, ...]] = {
     **{"K1": ("torsional_stiffness",), "K2": ("stiffness",), "k": ("stiffness",)},
     **{"C1": ("torsional_damping",), "C2": ("damping",), "c": ("damping",)},
     **{"f10": ("moment_amplitude",), "f20": ("force_amplitude",), "Delta": ("gap",)},
+    **{"C10": ("static_moment",), "F20": ("static_force",)},
     **{"Omega": ("drive_frequency",), "frequency": ("drive_frequency",), "e": ("restitution",)},
     **dict.fromkeys(("zeta", "zetas"), ("damping", "pendulum_damping")),
     **dict.fromkeys(("x0", "y0", "X0", "state", "start", "initial_state", "ic"), ("initial",)),

@@ -30,6 +30,8 @@ class Parameters(TypedDict, total=False):
     oscillator_damping: ArrayLike
     moment_amplitude: ArrayLike
     force_amplitude: ArrayLike
+    static_moment: ArrayLike
+    static_force: ArrayLike
     friction: ArrayLike
     phase: ArrayLike
 
@@ -59,6 +61,8 @@ class Ranges(TypedDict, total=False):
     oscillator_damping: tuple[float, float]
     moment_amplitude: tuple[float, float]
     force_amplitude: tuple[float, float]
+    static_moment: tuple[float, float]
+    static_force: tuple[float, float]
     friction: tuple[float, float]
     phase: tuple[float, float]
 
@@ -75,6 +79,8 @@ class Changes(TypedDict, total=False):
     oscillator_damping: float
     moment_amplitude: float
     force_amplitude: float
+    static_moment: float
+    static_force: float
     friction: float
     phase: float
     contact: Contact

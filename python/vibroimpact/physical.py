@@ -26,6 +26,8 @@ WITH_UNITS = (
     "damping",
     "moment_amplitude",
     "force_amplitude",
+    "static_moment",
+    "static_force",
     "drive_frequency",
     "gap",
 )
@@ -44,6 +46,8 @@ def dimensionless(
     damping: float,
     moment_amplitude: float,
     force_amplitude: float,
+    static_moment: float,
+    static_force: float,
     drive_frequency: float,
     gap: float,
 ) -> dict[str, Any]:
@@ -69,6 +73,10 @@ def dimensionless(
         f10 in N m.
     force_amplitude
         f20 in N.
+    static_moment
+        C10 in N m.
+    static_force
+        F20 in N.
     drive_frequency
         Omega in rad/s, >= 0.
     gap
@@ -91,6 +99,8 @@ def dimensionless(
 
     f1 = number("moment_amplitude", moment_amplitude)
     f2 = number("force_amplitude", force_amplitude)
+    static_1 = number("static_moment", static_moment)
+    static_2 = number("static_force", static_force)
     omega = not_negative("drive_frequency", drive_frequency)
     delta = number("gap", gap)
 
@@ -114,6 +124,8 @@ def dimensionless(
         # f1 = f10 / (M1 l^2 omega_2^2), f2 = f20 / (K2 l)
         "moment_amplitude": f1 / moment_unit,
         "force_amplitude": f2 / (k2 * l),
+        "static_moment": static_1 / moment_unit,
+        "static_force": static_2 / (k2 * l),
         "drive_frequency": omega / omega_2,
         "gap": delta / l,
         "scales": Scales(length=l, mass=m1, time=1.0 / omega_2),
@@ -142,6 +154,7 @@ def quantities(ratios: Mapping[str, Any], scales: Scales) -> dict[str, float]:
     omega_1 = ratios["frequency_ratio"] * omega_2
     inertia = m1 * length * length
     k2 = m2 * omega_2 * omega_2
+    moment_unit = inertia * omega_2 * omega_2
     return {
         "pendulum_mass": m1,
         "oscillator_mass": m2,
@@ -150,8 +163,10 @@ def quantities(ratios: Mapping[str, Any], scales: Scales) -> dict[str, float]:
         "stiffness": k2,
         "torsional_damping": ratios["pendulum_damping"] * 2.0 * inertia * omega_1,
         "damping": ratios["oscillator_damping"] * 2.0 * m2 * omega_2,
-        "moment_amplitude": ratios["moment_amplitude"] * inertia * omega_2 * omega_2,
+        "moment_amplitude": ratios["moment_amplitude"] * moment_unit,
         "force_amplitude": ratios["force_amplitude"] * k2 * length,
+        "static_moment": ratios["static_moment"] * moment_unit,
+        "static_force": ratios["static_force"] * k2 * length,
         "drive_frequency": ratios["drive_frequency"] * omega_2,
         "gap": ratios["gap"] * length,
     }

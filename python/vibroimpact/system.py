@@ -63,7 +63,7 @@ class System(Mechanics, Shown):
     gap
         Delta/l, any value with a reachable free region.
     drive_frequency
-        Omega/omega_2 in [0, 1e50]; 0 is a constant load, without drive period.
+        Omega/omega_2 in [0, 1e50]; 0 is a drive that stands still, without drive period.
     pendulum_damping
         Damping ratio zeta1 = C1/(2 sqrt(M1 K1 l^2)) of the pendulum, >= 0.
     oscillator_damping
@@ -72,6 +72,10 @@ class System(Mechanics, Shown):
         Of the moment on the pendulum, f10/(M1 l^2 omega_2^2), any value.
     force_amplitude
         Of the force on the oscillator, f20/(K2 l), any value.
+    static_moment
+        Constant moment on the pendulum, C10/(M1 l^2 omega_2^2), any value.
+    static_force
+        Constant force on the oscillator, F20/(K2 l), any value.
     friction
         Coulomb's coefficient >= 0; must be 0 for ``contact="direct"``.
     phase
@@ -117,6 +121,8 @@ class System(Mechanics, Shown):
     oscillator_damping: float
     moment_amplitude: float
     force_amplitude: float
+    static_moment: float
+    static_force: float
     friction: float
     phase: float
     contact: Contact
@@ -138,6 +144,8 @@ class System(Mechanics, Shown):
         oscillator_damping: float = 0.0,
         moment_amplitude: float = 0.0,
         force_amplitude: float = 0.0,
+        static_moment: float = 0.0,
+        static_force: float = 0.0,
         friction: float = 0.0,
         phase: float = 0.0,
         contact: Contact = "oblique",
@@ -164,6 +172,8 @@ class System(Mechanics, Shown):
             "oscillator_damping": oscillator_damping,
             "moment_amplitude": moment_amplitude,
             "force_amplitude": force_amplitude,
+            "static_moment": static_moment,
+            "static_force": static_force,
             "friction": friction,
             "phase": phase,
         }
@@ -197,6 +207,8 @@ class System(Mechanics, Shown):
         damping: float = 0.0,
         moment_amplitude: float = 0.0,
         force_amplitude: float = 0.0,
+        static_moment: float = 0.0,
+        static_force: float = 0.0,
         friction: float = 0.0,
         phase: float = 0.0,
         contact: Contact = "oblique",
@@ -232,6 +244,10 @@ class System(Mechanics, Shown):
             f10 in N m.
         force_amplitude
             f20 in N.
+        static_moment
+            Constant moment C10 on the pendulum, in N m.
+        static_force
+            Constant force F20 on the oscillator, in N.
         friction
             Coulomb's coefficient >= 0; must be 0 for ``contact="direct"``.
         phase
@@ -273,6 +289,8 @@ class System(Mechanics, Shown):
             damping=damping,
             moment_amplitude=moment_amplitude,
             force_amplitude=force_amplitude,
+            static_moment=static_moment,
+            static_force=static_force,
             drive_frequency=drive_frequency,
             gap=gap,
         )
