@@ -120,7 +120,7 @@ def find(
     strobe = StroboscopicMap(system, m, phase=phase, law=law, settings=settings)
     with ctx.workprec(settings.precision):
         state = [exact(value) for value in start]
-        if system.mbar == 0 and system.f2 == 0 and state[2:] == [0, 0]:
+        if system.wall_rests(*state[2:]):
             strobe.size = 2
         smooth = not strobe.run(state).phases
         # h^2, and the errors of the runs (none, 1e-60, 1e-45) divided by h

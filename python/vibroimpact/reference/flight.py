@@ -1,8 +1,8 @@
 """Exact free motion of both bodies in ball arithmetic, at any precision.
 
-One body (theory page, section 1): x'' + 2 zeta omega0 x' + omega0^2 x = f cos psi,
+One body (theory page, section 1): x'' + 2 zeta omega0 x' + omega0^2 x = f cos psi + c,
 psi(t) = psi0 + omega t, with t = 0 at the start of the flight. The motion is the matrix
-exponential of the linear system in (x, v, f cos psi, f sin psi), which has no special cases
+exponential of the linear system in (x, v, f cos psi, f sin psi, c), which has no special cases
 (section 2); `Body.state_closed` is the textbook closed form, with all of them, as a check;
 `Body.state_quick` takes the entries of that matrix from the closed form where it loses nothing.
 Parameters and initial values are exact rationals; every result encloses the exact value.
@@ -57,38 +57,42 @@ SHORT, CLEAR = fmpq(1, 64), fmpq(1, 1024)
 
 @dataclass(frozen=True)
 class Body:
-    """One forced linear oscillator: any omega0, zeta, omega >= 0 and any f, all exact."""
+    """One forced linear oscillator: any omega0, zeta, omega >= 0 and any f, c, all exact."""
 
     omega0: fmpq
     zeta: fmpq
     f: fmpq
     omega: fmpq
+    c: fmpq = field(default_factory=fmpq)
     _cache: dict[int, tuple[arb, ...]] = field(default_factory=dict, compare=False, repr=False)
 
     def _balls(self) -> tuple[arb, ...]:
-        """Damping 2 zeta omega0, stiffness omega0^2, f and omega at the current precision."""
+        """Damping 2 zeta omega0, stiffness omega0^2, f, omega and c at the current precision."""
         found = self._cache.get(ctx.prec)
         if found is None:
             damping, stiffness = 2 * self.zeta * self.omega0, self.omega0**2
-            found = tuple(arb(q) for q in (damping, stiffness, self.f, self.omega))
+            found = tuple(arb(q) for q in (damping, stiffness, self.f, self.omega, self.c))
             self._cache[ctx.prec] = found
         return found
 
     def state(self, t: Value, x: Value, v: Value, psi: Value) -> tuple[arb, arb]:
         """Position and velocity at time `t` from (x, v) and forcing phase `psi` at time 0."""
-        damping, stiffness, f, omega = self._balls()
+        damping, stiffness, f, omega, c = self._balls()
         tau, phase = ball(t), ball(psi)
         turn, zero = omega * tau, arb(0)
-        flow = arb_mat(
-            [
-                [zero, tau, zero, zero],
-                [-stiffness * tau, -damping * tau, tau, zero],
-                [zero, zero, zero, -turn],
-                [zero, zero, turn, zero],
-            ]
-        ).exp()
-        start = (ball(x), ball(v), f * phase.cos(), f * phase.sin())
-        rows = [sum((flow[i, j] * start[j] for j in range(4)), arb(0)) for i in range(2)]
+        start = [ball(x), ball(v), f * phase.cos(), f * phase.sin()]
+        rates = [
+            [zero, tau, zero, zero, zero],
+            [-stiffness * tau, -damping * tau, tau, zero, tau],
+            [zero, zero, zero, -turn, zero],
+            [zero, zero, turn, zero, zero],
+            [zero, zero, zero, zero, zero],
+        ]
+        if not c.is_zero():
+            start.append(c)
+        size = len(start)
+        flow = arb_mat([row[:size] for row in rates[:size]]).exp()
+        rows = [sum((flow[i, j] * start[j] for j in range(size)), arb(0)) for i in range(2)]
         return rows[0], rows[1]
 
     def state_quick(self, t: Value, x: Value, v: Value, psi: Value) -> tuple[arb, arb]:
@@ -101,7 +105,8 @@ class Body:
         balls = self._quick_balls()
         if balls is None or not tau > SHORT:
             return self.state(t, x, v, psi)
-        damping, stiffness, f, omega = self._balls()
+        damping, stiffness, f, omega, c = self._balls()
+        equilibrium = c / stiffness
         turn_free, real, imag = balls
         sine, even = (turn_free * tau).sin_cos()
         odd = sine / turn_free
@@ -112,8 +117,8 @@ class Body:
             even, odd = damp * even, damp * odd
             xx, vv = even + decay * odd, even - decay * odd
         xv, vx = odd, -stiffness * odd
-        here, there = ball(x), ball(v)
-        first, second = xx * here + xv * there, vx * here + vv * there
+        here, there = ball(x) - equilibrium, ball(v)
+        first, second = equilibrium + xx * here + xv * there, vx * here + vv * there
         if not f.is_zero():
             sin, cos = (omega * tau).sin_cos()
             # responses R e^{i turn} to e^{i turn}, and i R e^{i turn} to i e^{i turn}, from rest
@@ -161,7 +166,17 @@ class Body:
         )
 
     def _particular(self, t: arb, psi0: arb) -> tuple[arb, arb]:
-        """A particular solution and its velocity: steady, secular or parabolic."""
+        """A particular solution and its velocity."""
+        driven, loaded = self._driven(t, psi0), self._loaded(t)
+        return driven[0] + loaded[0], driven[1] + loaded[1]
+
+    def _loaded(self, t: arb) -> tuple[arb, arb]:
+        """That under c: an equilibrium, or a parabola."""
+        c = arb(self.c)
+        return (c / arb(self.omega0**2), arb(0)) if self.omega0 != 0 else (c * t**2 / 2, c * t)
+
+    def _driven(self, t: arb, psi0: arb) -> tuple[arb, arb]:
+        """That under the drive: steady, secular or parabolic."""
         f, omega = arb(self.f), arb(self.omega)
         psi = psi0 + omega * t
         detuning = self.omega0**2 - self.omega**2
@@ -185,19 +200,19 @@ class Body:
     def spread(self, x: arb, v: arb, h: arb) -> tuple[arb, arb]:
         """Enclosures of position and velocity for all times within `h` of the state (x, v).
 
-        For y = (s x, v), |y'| <= b |y| + |f| in the maximum norm, so |y(t) - y| is at most
-        (exp(b h) - 1) (|y| + |f|/b) (Gronwall).
+        For y = (s x, v), |y'| <= b |y| + |f| + |c| in the maximum norm, so |y(t) - y| is at most
+        (exp(b h) - 1) (|y| + (|f| + |c|)/b) (Gronwall).
         """
-        damping, stiffness, f, _ = self._balls()
+        damping, stiffness, f, _, c = self._balls()
         scale = arb(max(float(self.omega0), 0.25))
         bound = scale.max(stiffness / scale + damping)
         size = (scale * x).abs_upper().max(v.abs_upper())
-        reach = ((bound * h).expm1() * (size + abs(f) / bound)).abs_upper()
+        reach = ((bound * h).expm1() * (size + (abs(f) + abs(c)) / bound)).abs_upper()
         return x + arb(0, reach / scale), v + arb(0, reach)
 
     def taylor(self, x: arb, v: arb, psi: arb, order: int) -> list[arb]:
         """Taylor coefficients 0 ... order of the position about a state with phase `psi`."""
-        damping, stiffness, f, omega = self._balls()
+        damping, stiffness, f, omega, c = self._balls()
         damped, forced = not damping.is_zero(), not f.is_zero()
         if forced:
             even, odd = f * psi.cos(), -f * omega * psi.sin()
@@ -205,6 +220,8 @@ class Body:
         series = [x, v]
         for j in range(order - 1):
             force = -stiffness * series[j]
+            if j == 0:
+                force += c
             if damped:
                 force -= damping * (j + 1) * series[j + 1]
             if forced:
@@ -228,20 +245,28 @@ class System:
     f2: fmpq
     omega: fmpq
     mu: fmpq
+    c1: fmpq = field(default_factory=fmpq)
+    c2: fmpq = field(default_factory=fmpq)
     oblique: bool = True
 
     @classmethod
     def parse(cls, values: Mapping[str, Number], contact: str = "oblique") -> System:
-        """From a mapping that has the ten symbols; other keys are ignored."""
+        """From a mapping with the symbols, c1 and c2 where there are loads; others are ignored."""
         if contact not in ("oblique", "direct"):
             raise ValueError(f"contact is {contact!r}, not oblique or direct")
         names = ("mbar", "omega0", "r", "delta", "zeta1", "zeta2", "f1", "f2", "omega", "mu")
-        return cls(**{name: exact(values[name]) for name in names}, oblique=contact == "oblique")
+        needed = {name: exact(values[name]) for name in names}
+        loads = {name: exact(values.get(name, 0)) for name in ("c1", "c2")}
+        return cls(**needed, **loads, oblique=contact == "oblique")
 
     def bodies(self) -> tuple[Body, Body]:
         """Pendulum and oscillator; the oscillator's own frequency is 1."""
-        first = Body(self.omega0, self.zeta1, self.f1, self.omega)
-        return first, Body(fmpq(1), self.zeta2, self.f2, self.omega)
+        first = Body(self.omega0, self.zeta1, self.f1, self.omega, self.c1)
+        return first, Body(fmpq(1), self.zeta2, self.f2, self.omega, self.c2)
+
+    def wall_rests(self, x2: fmpq, v2: fmpq) -> bool:
+        """Whether body 2 is a wall (mbar = 0) that rests in this state and will never move."""
+        return bool(self.mbar == 0 and self.f2 == 0 and x2 == self.c2 and v2 == 0)
 
     def tip(self, x1: arb) -> arb:
         """Position of the pendulum's tip along the contact normal: sin x1, or x1 if direct."""

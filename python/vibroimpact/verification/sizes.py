@@ -39,12 +39,13 @@ class Sizes:
         omega, omega0 = float(system.omega), float(system.omega0)
         self.time = min(OWN_PERIOD, OWN_PERIOD / omega) if omega else OWN_PERIOD
         self.window = window(system)
-        #: Of each body: own rate, slowest and fastest rate, amplitude of the drive.
+        #: Of each body: own rate, slowest and fastest rate, largest load.
         self.bodies = []
-        for own, drive in ((omega0, system.f1), (1.0, system.f2)):
+        for own, drive, load in ((omega0, system.f1, system.c1), (1.0, system.f2, system.c2)):
             slow = min(rate for rate in (own, omega, 1.0) if rate > 0.0)
             fast = max(own, omega, 1.0)
-            self.bodies.append((own, max(slow, 1.0 / LONGEST_WINDOW), fast, abs(float(drive))))
+            most = abs(float(drive)) + abs(float(load))
+            self.bodies.append((own, max(slow, 1.0 / LONGEST_WINDOW), fast, most))
         rows = [np.array(exact.looks).reshape(-1, 5)]
         for entry in exact.entries:
             time, x1, v1, v1_, x2, v2, v2_ = map(float, entry.values)
