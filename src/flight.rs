@@ -33,7 +33,7 @@ use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary;
 use crate::numerics::lanes::{self, LANES, Lanes};
 use crate::search::steps::sextic_remainder;
-use crate::search::tolerances::{FREE_SPANS, SCAN_SPANS, SCAN_STEPS};
+use crate::search::tolerances::{BOUND_MARGIN, FREE_SPANS, SCAN_SPANS, SCAN_STEPS};
 
 /// What a system's flights have in common, worked out once.
 #[derive(Debug, Clone)]
@@ -47,6 +47,10 @@ pub struct FreeMotion {
     remainder_factor: f64,
     pub(crate) contact: Contact,
     pub(crate) gap: f64,
+    /// Equilibria of pendulum and body 2 under constant loads, and what they take from the margin of
+    /// a bound.
+    pub(crate) equilibria: [f64; 2],
+    pub(crate) equilibria_margin: f64,
     /// Longest time after its start at which a contact of a local flight is met.
     pub(crate) reach: f64,
     /// Longest time after its start for which a local flight is evaluated without reducing angles.
@@ -69,6 +73,7 @@ impl FreeMotion {
         let (pendulum, oscillator) = (body(system.pendulum()), body(system.oscillator()));
         let plain_from = pendulum.swings_from().max(oscillator.swings_from());
         let tables = table::Tables::new(span);
+        let equilibria = [pendulum.equation.equilibrium, oscillator.equation.equilibrium];
         Self {
             drive: Drive::of(system),
             pendulum,
@@ -80,6 +85,8 @@ impl FreeMotion {
             remainder_factor: sextic_remainder(tables.steps[0]),
             contact: system.contact,
             gap: system.gap,
+            equilibria,
+            equilibria_margin: (BOUND_MARGIN - 1.0) * (equilibria[0].abs() + equilibria[1].abs()),
             tables,
         }
     }

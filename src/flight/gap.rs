@@ -157,15 +157,13 @@ impl<T: Tip> SteppedGap for TipGap<'_, T> {
     #[inline(always)]
     fn never_meets(&self, slack: f64) -> bool {
         let FreeMotion { pendulum, oscillator, gap, .. } = self.motion;
+        let &FreeMotion { equilibria: [first, second], equilibria_margin, .. } = self.motion;
         let (free1, steady1) = pendulum.amplitudes(&self.flight.pendulum);
         let (free2, steady2) = oscillator.amplitudes(&self.flight.oscillator);
-        let (rest1, rest2) = (pendulum.equation.equilibrium, oscillator.equation.equilibrium);
-        let (highest, ahead) = T::reach(rest1, free1 + steady1);
-        let together =
-            (rest1 - rest2) + pendulum.steady_difference(oscillator) + free1 + free2 + ahead;
-        let nearest = (highest - rest2 + free2 + steady2).min(together);
-        let size = (rest1.abs() + rest2.abs()) * (BOUND_MARGIN - 1.0);
-        nearest * BOUND_MARGIN + size < gap - slack
+        let (highest, ahead) = T::reach(first, free1 + steady1);
+        let together = pendulum.steady_difference(oscillator) + free1 + free2 + ahead + first;
+        let nearest = (highest + free2 + steady2).min(together) * BOUND_MARGIN - second;
+        nearest < gap - slack - equilibria_margin
     }
 
     #[inline(always)]

@@ -61,6 +61,8 @@ pub(crate) struct Oscillator {
     /// The motion from rest under a constant load of 1, where it is not written about its
     /// equilibrium.
     under_load: Option<RestResponse>,
+    /// Whether all motion is a free oscillation about an equilibrium and the steady response.
+    steady: bool,
     span: f64,
 }
 
@@ -150,11 +152,14 @@ impl Oscillator {
         if let Decay::Overdamped { kappa, .. } = decay {
             reach = reach.min(span / (2.0 * kappa));
         }
-        let exponents = match decay {
-            Decay::Overdamped { kappa, slow } => {
-                [(-slow, DoubleDouble::ZERO), (-slow - 2.0 * kappa, DoubleDouble::ZERO)]
-            }
-            _ => [(-decay_rate, damped), (-decay_rate, -damped)],
+        let from_rest = |frequency: f64| {
+            let exponents = match decay {
+                Decay::Overdamped { kappa, slow } => {
+                    [(-slow, DoubleDouble::ZERO), (-slow - 2.0 * kappa, DoubleDouble::ZERO)]
+                }
+                _ => [(-decay_rate, damped), (-decay_rate, -damped)],
+            };
+            RestResponse::new(frequency, exponents)
         };
         let response = if forcing == 0.0 {
             Response::Unforced
@@ -165,11 +170,12 @@ impl Oscillator {
                 Decay::Undamped { wd } | Decay::Underdamped { wd } if (omega + wd) * span > 1.0 => {
                     Response::Beat(Beat::new(forcing, omega, decay_rate, damped))
                 }
-                _ => Response::FromRest(RestResponse::new(omega, exponents)),
+                _ => Response::FromRest(from_rest(omega)),
             }
         };
         let turn = natural * span;
         let has_equilibrium = turn >= LEAST_SPRING_ANGLE && turn >= 2.0 * damping;
+        let under_load = (load != 0.0 && !has_equilibrium).then(|| from_rest(0.0));
         let steady = if forcing == 0.0 {
             Complex::new(0.0, 0.0)
         } else {
@@ -182,7 +188,11 @@ impl Oscillator {
                 decay_rate,
                 forcing,
                 load,
-                equilibrium: if has_equilibrium { load / (natural * natural) } else { 0.0 },
+                equilibrium: if load != 0.0 && has_equilibrium {
+                    load / (natural * natural)
+                } else {
+                    0.0
+                },
                 omega,
                 damped,
                 steady_re: steady.re,
@@ -194,8 +204,9 @@ impl Oscillator {
             },
             decay,
             response,
-            under_load: (load != 0.0 && !has_equilibrium)
-                .then(|| RestResponse::new(0.0, exponents)),
+            steady: matches!(response, Response::Unforced | Response::Steady)
+                && under_load.is_none(),
+            under_load,
             span,
         }
     }
@@ -203,14 +214,15 @@ impl Oscillator {
     /// Whether all motion is a free oscillation about an equilibrium and the steady response.
     #[inline(always)]
     pub fn is_steady(&self) -> bool {
-        matches!(self.response, Response::Unforced | Response::Steady) && self.under_load.is_none()
+        self.steady
     }
 
     /// What `work` makes of this body without its constant load.
     pub fn without_constant<R>(&self, work: impl FnOnce(&Self) -> R) -> R {
         if self.has_constant() {
             let equation = Equation { load: 0.0, equilibrium: 0.0, ..self.equation };
-            work(&Self { equation, under_load: None, ..*self })
+            let steady = matches!(self.response, Response::Unforced | Response::Steady);
+            work(&Self { equation, under_load: None, steady, ..*self })
         } else {
             work(self)
         }
@@ -225,7 +237,8 @@ impl Oscillator {
             steady_size: 0.0,
             ..self.equation
         };
-        Self { equation, response: Response::Unforced, ..*self }
+        let steady = self.under_load.is_none();
+        Self { equation, response: Response::Unforced, steady, ..*self }
     }
 
     /// The slowest rate at which a free motion decays.

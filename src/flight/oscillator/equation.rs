@@ -312,6 +312,8 @@ pub(crate) struct Series {
     /// Those of f cos psi and f sin psi, by (cos)' = -omega sin.
     cos: f64,
     sin: f64,
+    /// The constant load, which has one coefficient; then 0.
+    load: f64,
     pub power: f64,
     pub increment: f64,
     pub rate: f64,
@@ -324,6 +326,7 @@ lanes_of! {
         upper: upper,
         cos: cos,
         sin: sin,
+        load: load,
         power: power,
         increment: increment,
         rate: rate,
@@ -374,6 +377,7 @@ impl Series {
             upper: f.v,
             cos: equation.forcing * start.cos,
             sin: equation.forcing * start.sin,
+            load: equation.load,
             power: 1.0,
             increment: 0.0,
             rate: 0.0,
@@ -400,10 +404,8 @@ impl Series {
         self.rate += order * upper * self.power;
         self.power *= s;
         self.increment += upper * self.power;
-        // The constant load has no other coefficient.
-        let load = if n == 1 { cos + equation.load } else { cos };
-        let next = (load - c2 * order * upper - w2 * lower) * (part * next_part);
-        (self.lower, self.upper) = (upper, next);
+        let next = (cos - c2 * order * upper - w2 * lower + self.load) * (part * next_part);
+        (self.lower, self.upper, self.load) = (upper, next, 0.0);
         (self.cos, self.sin) = (-equation.omega * sin * part, equation.omega * cos * part);
     }
 }
