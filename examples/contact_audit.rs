@@ -1,9 +1,9 @@
 //! The contact audit (docs/contact-audit.md): random flights, the library's first contact against
 //! an independent dense search in double-double arithmetic.
 //!
-//! `cargo run --release --example contact_audit -- [--flights N] [--seed S] [--csv FILE]`
+//! `cargo run --release --example contact_audit -- [--flights N] [--seed S] [--loads yes] [--csv FILE]`
 //!
-//! FILE receives all disagreements and 10,000 flights at equal distances, for the referee in ball
+//! With `--loads yes` bodies may have constant loads. FILE receives all disagreements and 10,000 flights at equal distances, for the referee in ball
 //! arithmetic: `cd tests && python -m reference.certify FILE`. Ends with status 1 if any flight
 //! disagrees.
 
@@ -19,19 +19,20 @@ use std::process::ExitCode;
 const ROWS: u64 = 10_000;
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
-    let (mut flights, mut seed, mut csv) = (1_000_000, 1, None);
+    let (mut flights, mut seed, mut loads, mut csv) = (1_000_000, 1, false, None);
     let mut arguments = std::env::args().skip(1);
     while let Some(flag) = arguments.next() {
         let value = arguments.next().ok_or_else(|| format!("{flag} needs a value"))?;
         match flag.as_str() {
             "--flights" => flights = value.parse()?,
             "--seed" => seed = value.parse()?,
+            "--loads" => loads = value == "yes",
             "--csv" => csv = Some(value),
             _ => return Err(format!("unknown argument {flag}").into()),
         }
     }
-    let tally = audit::audit(seed, flights, ROWS);
-    println!("seed {seed}\n{tally}");
+    let tally = audit::audit(audit::Flights { seed, loads }, flights, ROWS);
+    println!("seed {seed}{}\n{tally}", if loads { ", with constant loads" } else { "" });
     if let Some(path) = csv {
         let mut file = BufWriter::new(File::create(path)?);
         writeln!(file, "{}", audit::HEADER)?;

@@ -1,7 +1,7 @@
 //! A sample of the contact audit (docs/contact-audit.md): random flights, the library's first
 //! contact against an independent dense search in double-double arithmetic.
 
-use crate::support::audit::{HEADER, Outcome, audit, judge};
+use crate::support::audit::{Flights, HEADER, Outcome, audit, judge};
 use crate::support::draws;
 
 /// Not the seed of the large run.
@@ -9,8 +9,17 @@ const SEED: u64 = 2;
 
 #[test]
 fn no_contact_is_missed_or_invented() {
+    holds(Flights { seed: SEED, loads: false });
+}
+
+#[test]
+fn no_contact_is_missed_or_invented_under_constant_loads() {
+    holds(Flights { seed: SEED, loads: true });
+}
+
+fn holds(from: Flights) {
     let flights = draws(2_500, 20_000) as u64;
-    let tally = audit(SEED, flights, 10);
+    let tally = audit(from, flights, 10);
     println!("{tally}");
     assert!(tally.disagreements.is_empty(), "{tally}");
     // The sample has to reach what it is for.
@@ -27,7 +36,7 @@ fn no_contact_is_missed_or_invented() {
 #[test]
 fn flights_once_told_wrongly() {
     for index in [33_975, 243_456, 739_869, 95_370] {
-        let judged = judge(1, index);
+        let judged = judge(Flights { seed: 1, loads: false }, index);
         assert!(!judged.outcome.is_disagreement(), "flight {index}: {:?}", judged.outcome);
     }
 }

@@ -43,7 +43,7 @@ struct Case {
 
 impl Case {
     /// Of a quarter each: direct; oblique without friction; the other half with friction. Every
-    /// second one is damped. Friction stays away from Painleve points, mu < 2 sqrt(mbar (1 +
+    /// second one is damped, every third one has constant loads. Friction stays away from Painleve points, mu < 2 sqrt(mbar (1 +
     /// mbar)).
     fn draw(rng: &mut ChaCha8Rng, index: usize) -> Self {
         let mut uniform = |low: f64, high: f64| rng.random_range(low..high);
@@ -71,6 +71,14 @@ impl Case {
             .build()
             .unwrap();
         let (x1, v1) = (uniform(-2.5, 2.5), uniform(-1.5, 1.5));
+        let system = if index % 3 == 2 {
+            system
+                .with("static_moment", uniform(-1.0, 1.0))
+                .and_then(|system| system.with("static_force", uniform(-1.0, 1.0)))
+                .unwrap()
+        } else {
+            system
+        };
         Self { system, x1, v1: if index % 16 > 13 { 0.0 } else { v1 } }
     }
 

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
-use crate::support::audit::{self, Draw, Kind, Outcome, judge_flight};
+use crate::support::audit::{self, Draw, Flights, Kind, Outcome, judge_flight};
 use crate::support::{draws, random_systems};
 use rayon::prelude::*;
 use vibroimpact::impact::{PreImpact, resolve};
@@ -46,7 +46,7 @@ fn changed(system: System, changes: &[(&str, f64)]) -> System {
 
 /// Start number `index` of a family; `None` if it is not apart.
 fn start(family: Family, index: u64) -> Option<Draw> {
-    let drawn = audit::draw(SEED, index);
+    let drawn = audit::draw(Flights { seed: SEED, loads: index % 2 == 1 }, index);
     let loss = (index % 7) as f64 / 7.0;
     let bounces = [("restitution", 1.0 - 0.5 * loss), ("mass_ratio", 3f64.powi(index as i32 % 5))];
     let audited = Draw { system: changed(drawn.system, &bounces), ..drawn };

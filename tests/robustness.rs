@@ -83,7 +83,10 @@ fn changed() -> impl Strategy<Value = System> {
 /// seconds.
 fn is_hectic(system: &System, [x1, v1, x2, v2]: [f64; 4]) -> bool {
     let natural = system.frequency_ratio();
-    let loads = system.moment_amplitude().abs() + system.force_amplitude().abs();
+    let loads = system.moment_amplitude().abs()
+        + system.force_amplitude().abs()
+        + system.static_moment().abs()
+        + system.static_force().abs();
     let speed = v1.abs() + v2.abs() + x2.abs() + natural * x1.abs() + 20.0 * loads;
     (100.0..1e80).contains(&speed)
 }
@@ -93,7 +96,7 @@ proptest! {
 
     #[test]
     fn every_number_makes_a_system_in_range_or_a_named_error(
-        values in prop::array::uniform11(number()),
+        values in prop::array::uniform13(number()),
         contact in contact(),
     ) {
         let built = System::builder()
@@ -108,6 +111,8 @@ proptest! {
             .force_amplitude(values[8])
             .friction(values[9])
             .phase(values[10])
+            .static_moment(values[11])
+            .static_force(values[12])
             .contact(contact)
             .build();
         match built {

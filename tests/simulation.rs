@@ -7,6 +7,7 @@ mod energy;
 mod invariants;
 mod kept;
 mod labels;
+mod loads;
 mod repeats;
 mod stops;
 

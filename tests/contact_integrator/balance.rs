@@ -101,9 +101,12 @@ fn rates(system: &System, time: f64, state: &[f64; 4], normal: f64, tangential: 
     let [x1, v1, x2, v2] = *state;
     let load = (system.drive_frequency() * time + system.phase()).cos();
     let w = system.frequency_ratio();
-    let a1 =
-        system.moment_amplitude() * load - 2.0 * system.pendulum_damping() * w * v1 - w * w * x1;
-    let a2 = system.force_amplitude() * load - 2.0 * system.oscillator_damping() * v2 - x2;
+    let a1 = system.moment_amplitude() * load + system.static_moment()
+        - 2.0 * system.pendulum_damping() * w * v1
+        - w * w * x1;
+    let a2 = system.force_amplitude() * load + system.static_force()
+        - 2.0 * system.oscillator_damping() * v2
+        - x2;
     let (sin, cos) = match system.contact() {
         Contact::Direct => (0.0, 1.0),
         _ => x1.sin_cos(),

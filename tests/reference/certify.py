@@ -33,7 +33,9 @@ from flint import arb, arb_poly, ctx, fmpq
 from vibroimpact.reference.contact import ORDER, Contact, first_contact, top_near
 from vibroimpact.reference.flight import Flight, System, as_float, ball, exact, rational
 
-PARAMETERS = ("mbar", "omega0", "r", "delta", "zeta1", "zeta2", "f1", "f2", "omega", "mu")
+PARAMETERS = (
+    *("mbar", "omega0", "r", "delta", "zeta1", "zeta2", "f1", "f2", "c1", "c2", "omega", "mu"),
+)
 START = ("x1", "v1", "x2", "v2", "phase0")
 COLUMNS = ("id", *PARAMETERS, "contact", "touching", *START, "t_end", "found")
 EPS = 2.0**-52
@@ -196,7 +198,8 @@ def _rate_bound(flight: Flight) -> float:
 
     For each body the lesser of two bounds, since the energy of a free oscillation does not grow
     and a load adds |f| per unit time: |(v, w x)| + |f| T of the motion itself, and that of the
-    motion about the steady response P e^{i psi}, plus |P| omega.
+    motion about the steady response P e^{i psi}, plus |P| omega. A constant load c adds |c| T, or
+    the motion is about its equilibrium.
     """
     system, phase = flight.system, float(ball(flight.phase))
     omega = float(system.omega)
@@ -204,14 +207,16 @@ def _rate_bound(flight: Flight) -> float:
     x1, v1, x2, v2 = (float(value) for value in flight.start())
     total = 0.0
     for body, x, v in zip(system.bodies(), (x1, x2), (v1, v2), strict=True):
-        w, zeta, f = float(body.omega0), float(body.zeta), float(body.f)
-        bound = math.hypot(v, w * x) + abs(f) * span
+        w, zeta, f, c = (float(value) for value in (body.omega0, body.zeta, body.f, body.c))
         stiffness = complex((w - omega) * (w + omega), 2 * zeta * w * omega)
-        if f != 0 and stiffness != 0:
-            steady = f / stiffness * cmath.exp(1j * phase)
-            free = math.hypot(v + omega * steady.imag, w * (x - steady.real))
-            bound = min(bound, free + abs(steady) * omega)
-        total += bound
+        bounds = []
+        for place, extra in ((x, abs(c) * span), *(((x - c / w**2, 0.0),) if w > 0 else ())):
+            bounds.append(math.hypot(v, w * place) + abs(f) * span + extra)
+            if f != 0 and stiffness != 0:
+                steady = f / stiffness * cmath.exp(1j * phase)
+                free = math.hypot(v + omega * steady.imag, w * (place - steady.real))
+                bounds.append(free + abs(steady) * omega + extra)
+        total += min(bounds)
     return total
 
 

@@ -10,7 +10,7 @@ pub mod rounding;
 mod tally;
 
 #[allow(unused_imports)] // each test its own
-pub use draw::{Draw, Kind, draw};
+pub use draw::{Draw, Flights, Kind, draw};
 use exact_motion::DenseFlight;
 pub use judge::{Errors, Outcome};
 use judge::{Judge, Last, Searched, Told};
@@ -58,9 +58,9 @@ fn search(draw: &Draw, motion: &FreeMotion) -> Searched<State> {
     }
 }
 
-/// Judges flight number `index` of a seed.
-pub fn judge(seed: u64, index: u64) -> Judged {
-    judge_flight(index, draw(seed, index))
+/// Judges flight number `index`.
+pub fn judge(flights: Flights, index: u64) -> Judged {
+    judge_flight(index, draw(flights, index))
 }
 
 /// Judges any flight.
@@ -82,14 +82,14 @@ pub fn judge_flight(index: u64, draw: Draw) -> Judged {
     Judged { index, draw, outcome, errors, grazes, evaluations, span, found, samples }
 }
 
-/// Judges flights 0 ... `flights` - 1 of a seed and keeps the rows of all disagreements and of
-/// about `rows` others.
-pub fn audit(seed: u64, flights: u64, rows: u64) -> Tally {
-    let every = if rows == 0 { u64::MAX } else { flights.div_ceil(rows) };
-    (0..flights)
+/// Judges flights 0 ... `count` - 1 and keeps the rows of all disagreements and of about `rows`
+/// others.
+pub fn audit(flights: Flights, count: u64, rows: u64) -> Tally {
+    let every = if rows == 0 { u64::MAX } else { count.div_ceil(rows) };
+    (0..count)
         .into_par_iter()
         .fold(Tally::default, |mut tally, index| {
-            tally.add(&judge(seed, index), every);
+            tally.add(&judge(flights, index), every);
             tally
         })
         .reduce(Tally::default, Tally::merge)

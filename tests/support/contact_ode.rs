@@ -67,8 +67,10 @@ fn forces(system: &System, t: f64, [x, v]: [f64; 2]) -> Forces {
         Contact::Direct => (0.0, 1.0, x),
         _ => (x.sin(), x.cos(), x.sin()),
     };
-    let a1 = system.moment_amplitude() * load - 2.0 * system.pendulum_damping() * w * v - w * w * x;
-    let a2 = system.force_amplitude() * load
+    let a1 = system.moment_amplitude() * load + system.static_moment()
+        - 2.0 * system.pendulum_damping() * w * v
+        - w * w * x;
+    let a2 = system.force_amplitude() * load + system.static_force()
         - 2.0 * system.oscillator_damping() * v * cos
         - (tip - system.gap());
     Forces { a1, a2, sin, cos, free: a1 * cos - v * v * sin - a2 }

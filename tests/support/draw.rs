@@ -62,8 +62,16 @@ pub struct Draw {
     pub state: State,
 }
 
-/// Flight number `index` of a seed.
-pub fn draw(seed: u64, index: u64) -> Draw {
+/// Random flights.
+#[derive(Debug, Clone, Copy)]
+pub struct Flights {
+    pub seed: u64,
+    /// Whether bodies may have constant loads.
+    pub loads: bool,
+}
+
+/// Flight number `index`.
+pub fn draw(Flights { seed, loads }: Flights, index: u64) -> Draw {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(index);
     let kind = match rng.random_range(0..100) {
@@ -76,7 +84,7 @@ pub fn draw(seed: u64, index: u64) -> Draw {
         _ => Kind::ImpactNearGraze,
     };
     loop {
-        match Drawer(&mut rng).draw(kind) {
+        match (Drawer { rng: &mut rng, loads }).draw(kind) {
             Some(drawn) if admissible(&drawn) => return drawn,
             _ => {}
         }
@@ -94,11 +102,14 @@ fn admissible(draw: &Draw) -> bool {
     system.gap_function(state) < -noise
 }
 
-struct Drawer<'a>(&'a mut ChaCha8Rng);
+struct Drawer<'a> {
+    rng: &'a mut ChaCha8Rng,
+    loads: bool,
+}
 
 impl Drawer<'_> {
     fn uniform(&mut self, from: f64, to: f64) -> f64 {
-        self.0.random_range(from..to)
+        self.rng.random_range(from..to)
     }
 
     /// 10^u, u uniform.
@@ -107,7 +118,7 @@ impl Drawer<'_> {
     }
 
     fn sign(&mut self) -> f64 {
-        if self.0.random_bool(0.5) { 1.0 } else { -1.0 }
+        if self.rng.random_bool(0.5) { 1.0 } else { -1.0 }
     }
 
     /// A number next to `value`, 1e-15 ... 0.1 away, relatively.
@@ -116,7 +127,7 @@ impl Drawer<'_> {
     }
 
     fn frequency_ratio(&mut self) -> f64 {
-        match self.0.random_range(0..10) {
+        match self.rng.random_range(0..10) {
             0 => 0.0,
             1 => 1.0,
             2 => self.power(-6.0, 0.0),
@@ -125,7 +136,7 @@ impl Drawer<'_> {
     }
 
     fn damping(&mut self) -> f64 {
-        match self.0.random_range(0..10) {
+        match self.rng.random_range(0..10) {
             0..3 => 0.0,
             3 => 1.0,
             4 => self.next_to(1.0),
@@ -135,8 +146,8 @@ impl Drawer<'_> {
     }
 
     fn drive_frequency(&mut self, frequency_ratio: f64) -> f64 {
-        let own = if self.0.random_bool(0.5) { frequency_ratio } else { 1.0 };
-        match self.0.random_range(0..12) {
+        let own = if self.rng.random_bool(0.5) { frequency_ratio } else { 1.0 };
+        match self.rng.random_range(0..12) {
             0 => 0.0,
             1 => own,
             2..5 => self.next_to(own),
@@ -146,7 +157,7 @@ impl Drawer<'_> {
     }
 
     fn amplitude(&mut self) -> f64 {
-        let size = match self.0.random_range(0..8) {
+        let size = match self.rng.random_range(0..8) {
             0 | 1 => 0.0,
             2 => self.power(-6.0, 0.0),
             _ => self.uniform(0.0, 10.0),
@@ -156,8 +167,14 @@ impl Drawer<'_> {
 
     fn system(&mut self) -> System {
         let frequency_ratio = self.frequency_ratio();
-        let contact = if self.0.random_bool(0.3) { Contact::Direct } else { Contact::Oblique };
-        System::builder()
+        let contact = if self.rng.random_bool(0.3) { Contact::Direct } else { Contact::Oblique };
+        let builder = if self.loads {
+            let loads = (self.amplitude(), self.amplitude());
+            System::builder().static_moment(loads.0).static_force(loads.1)
+        } else {
+            System::builder()
+        };
+        builder
             .mass_ratio(1.0)
             .restitution(1.0)
             .frequency_ratio(frequency_ratio)
@@ -203,7 +220,7 @@ impl Drawer<'_> {
 
     fn some_hump(&mut self, draw: &Draw) -> Option<Place<Point>> {
         let humps = humps(draw);
-        (!humps.is_empty()).then(|| humps[self.0.random_range(0..humps.len())])
+        (!humps.is_empty()).then(|| humps[self.rng.random_range(0..humps.len())])
     }
 
     /// The flight with its gap parameter such that one of its humps is `target` high.

@@ -38,15 +38,17 @@ pub struct DenseFlight {
     stiffness: [Dd; 2],
     damping: [Dd; 2],
     forcing: [Dd; 2],
+    /// Constant loads.
+    loads: [Dd; 2],
     start: Point,
     span: f64,
     propagators: [Option<Propagator>; LEVELS],
 }
 
-/// Maps of (x, v) and (cos, sin) over one step: x' = a x + b v + c cos + d sin, the same for v.
+/// Maps of (x, v) and (cos, sin) over one step: x' = a x + b v + c cos + d sin + e, the same for v.
 #[derive(Debug, Clone, Copy)]
 struct Propagator {
-    rows: [[[Dd; 4]; 2]; 2],
+    rows: [[[Dd; 5]; 2]; 2],
     turn: [Dd; 2],
 }
 
@@ -72,6 +74,7 @@ impl DenseFlight {
                 dd(system.oscillator_damping()).scale(2.0),
             ],
             forcing: [dd(system.moment_amplitude()), dd(system.force_amplitude())],
+            loads: [dd(system.static_moment()), dd(system.static_force())],
             start: Point { x: [x1, x2], v: [dd(state.v1), dd(state.v2)], cos, sin },
             span,
             propagators: [None; LEVELS],
@@ -84,12 +87,13 @@ impl DenseFlight {
         }
         let h = Dd::new(self.step(level));
         let (zero, one) = ([Dd::ZERO; 2], [Dd::ONE; 2]);
-        let unit = |x, v, cos, sin| self.later(&Point { x, v, cos, sin }, h);
+        let unit = |x, v, cos, sin| self.under(zero, &Point { x, v, cos, sin }, h);
         let columns = [
             unit(one, zero, Dd::ZERO, Dd::ZERO),
             unit(zero, one, Dd::ZERO, Dd::ZERO),
             unit(zero, zero, Dd::ONE, Dd::ZERO),
             unit(zero, zero, Dd::ZERO, Dd::ONE),
+            self.later(&Point { x: zero, v: zero, cos: Dd::ZERO, sin: Dd::ZERO }, h),
         ];
         let rows = std::array::from_fn(|i| [columns.map(|c| c.x[i]), columns.map(|c| c.v[i])]);
         let made = Propagator { rows, turn: [columns[2].cos, columns[2].sin] };
@@ -97,28 +101,8 @@ impl DenseFlight {
         made
     }
 
-    fn step(&self, level: usize) -> f64 {
-        self.span / STEPS / f64::from(1u32 << level)
-    }
-}
-
-impl ExactMotion for DenseFlight {
-    type Point = Point;
-
-    fn touching(&self) -> bool {
-        self.touching
-    }
-
-    fn start(&self) -> Point {
-        self.start
-    }
-
-    fn first_step(&self) -> f64 {
-        self.step(0)
-    }
-
-    /// By its Taylor series.
-    fn later(&self, point: &Point, h: Dd) -> Point {
+    /// The point a time `h` later under these constant loads, by its Taylor series.
+    fn under(&self, mut loads: [Dd; 2], point: &Point, h: Dd) -> Point {
         let mut term = *point;
         let mut sum = *point;
         let mut small = 0;
@@ -126,10 +110,12 @@ impl ExactMotion for DenseFlight {
             let k = h.over(f64::from(n));
             let Point { x, v, cos, sin } = term;
             for i in 0..2 {
-                let force = self.forcing[i] * cos - self.damping[i] * v[i];
+                let force = self.forcing[i] * cos + loads[i] - self.damping[i] * v[i];
                 term.x[i] = k * v[i];
                 term.v[i] = k * (force - self.stiffness[i] * x[i]);
             }
+            // A constant load has one coefficient.
+            loads = [Dd::ZERO; 2];
             let turn = k * self.omega;
             (term.cos, term.sin) = (-(turn * sin), turn * cos);
             let mut size = [0.0, 0.0];
@@ -153,10 +139,36 @@ impl ExactMotion for DenseFlight {
         sum
     }
 
+    fn step(&self, level: usize) -> f64 {
+        self.span / STEPS / f64::from(1u32 << level)
+    }
+}
+
+impl ExactMotion for DenseFlight {
+    type Point = Point;
+
+    fn touching(&self) -> bool {
+        self.touching
+    }
+
+    fn start(&self) -> Point {
+        self.start
+    }
+
+    fn first_step(&self) -> f64 {
+        self.step(0)
+    }
+
+    fn later(&self, point: &Point, h: Dd) -> Point {
+        self.under(self.loads, point, h)
+    }
+
     fn gap(&self, point: &Point) -> Gap {
         let Point { x, v, cos, .. } = *point;
         let a: [Dd; 2] = std::array::from_fn(|i| {
-            self.forcing[i] * cos - self.damping[i] * v[i] - self.stiffness[i] * x[i]
+            self.forcing[i] * cos + self.loads[i]
+                - self.damping[i] * v[i]
+                - self.stiffness[i] * x[i]
         });
         let [value, rate, second] = if self.direct {
             [x[0], v[0], a[0]]
@@ -170,7 +182,7 @@ impl ExactMotion for DenseFlight {
     fn sample(&self, time: Dd, point: Point) -> Sample<Point> {
         let Point { x, v, cos, .. } = point;
         let a: [f64; 2] = std::array::from_fn(|i| {
-            self.forcing[i].hi * cos.hi
+            self.forcing[i].hi * cos.hi + self.loads[i].hi
                 - self.damping[i].hi * v[i].hi
                 - self.stiffness[i].hi * x[i].hi
         });
@@ -202,8 +214,8 @@ impl ExactMotion for DenseFlight {
         }
         let Propagator { rows, turn } = self.propagator(level);
         let Point { x, v, cos, sin } = from.point;
-        let map = |i: usize, [a, b, c, d]: [Dd; 4]| {
-            let free = a * x[i] + b * v[i];
+        let map = |i: usize, [a, b, c, d, e]: [Dd; 5]| {
+            let free = a * x[i] + b * v[i] + e;
             if self.forcing[i].hi == 0.0 { free } else { free + (c * cos + d * sin) }
         };
         let point = Point {

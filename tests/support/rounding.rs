@@ -18,7 +18,7 @@ pub fn size(system: &System, state: &State) -> f64 {
 /// `system.phase()`.
 pub fn rate_bound(system: &System, state: &State, span: f64) -> f64 {
     let (omega, phase) = (system.drive_frequency(), system.phase());
-    let body = |w: f64, zeta: f64, f: f64, x: f64, v: f64| {
+    let motion = |w: f64, zeta: f64, f: f64, x: f64, v: f64| {
         // Free oscillation about the steady response of amplitude |P|, or the driven energy.
         let (re, im) = ((w - omega) * (w + omega), 2.0 * zeta * w * omega);
         let norm = re * re + im * im;
@@ -32,13 +32,15 @@ pub fn rate_bound(system: &System, state: &State, span: f64) -> f64 {
         let free = (v - steady_rate).hypot(w * (x - steady)) + p.hypot(q) * omega;
         if f == 0.0 { free } else { free.min(driven) }
     };
-    body(
-        system.frequency_ratio(),
-        system.pendulum_damping(),
-        system.moment_amplitude(),
-        state.x1,
-        state.v1,
-    ) + body(1.0, system.oscillator_damping(), system.force_amplitude(), state.x2, state.v2)
+    // About the equilibrium under a constant load, or with the load added.
+    let body = |w: f64, zeta: f64, f: f64, load: f64, x: f64, v: f64| {
+        let about = if w > 0.0 { x - load / (w * w) } else { f64::INFINITY };
+        motion(w, zeta, f, about, v).min(motion(w, zeta, f, x, v) + load.abs() * span)
+    };
+    let (f1, f2) = (system.moment_amplitude(), system.force_amplitude());
+    let (c1, c2) = (system.static_moment(), system.static_force());
+    body(system.frequency_ratio(), system.pendulum_damping(), f1, c1, state.x1, state.v1)
+        + body(1.0, system.oscillator_damping(), f2, c2, state.x2, state.v2)
 }
 
 /// Rounding level of a flight of at most `span`.

@@ -7,7 +7,7 @@ use super::draw::Kind;
 use super::{Judged, Outcome};
 
 /// Columns of the rows.
-pub const HEADER: &str = "id,mbar,omega0,r,delta,zeta1,zeta2,f1,f2,omega,mu,contact,touching,\
+pub const HEADER: &str = "id,mbar,omega0,r,delta,zeta1,zeta2,f1,f2,c1,c2,omega,mu,contact,touching,\
                           x1,v1,x2,v2,phase0,t_end,found";
 
 /// Decades of the histogram of time errors: up to 1, 10, 100, 1000 units, and beyond.
@@ -142,6 +142,8 @@ fn row(judged: &Judged) -> String {
         p.oscillator_damping(),
         p.moment_amplitude(),
         p.force_amplitude(),
+        p.static_moment(),
+        p.static_force(),
         p.drive_frequency(),
         p.friction(),
     ];
