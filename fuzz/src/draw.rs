@@ -137,6 +137,11 @@ impl<'a> Draw<'a> {
             .phase(next(-7.0, 7.0, self))
             .contact(contact)
             .law(self.law());
+        let builder = if odd & 32 == 0 {
+            builder
+        } else {
+            builder.static_moment(next(-2.0, 2.0, self)).static_force(next(-2.0, 2.0, self))
+        };
         // Friction in direct contact is refused: seldom worth a try.
         if contact == Contact::Direct && self.below(8) != 7 {
             return builder;

@@ -10,7 +10,8 @@ pub use memory::execution;
 use std::sync::LazyLock;
 
 use vibroimpact::{
-    CancelToken, Event, EventRecord, ImpactLaw, Observer, Run, RunError, SimulationError, State, System,
+    CancelToken, Event, EventRecord, ImpactLaw, Observer, Run, RunError, SimulationError, State,
+    System,
 };
 
 /// Most events of a run, so that an execution takes about a millisecond.
@@ -60,7 +61,7 @@ impl Observer for Limited {
 }
 
 /// All numbers of a motion: those of the system that may grow beyond bounds, and the state.
-pub fn numbers(system: &System, state: &State) -> [f64; 11] {
+pub fn numbers(system: &System, state: &State) -> [f64; 13] {
     [
         system.mass_ratio(),
         system.frequency_ratio(),
@@ -69,6 +70,8 @@ pub fn numbers(system: &System, state: &State) -> [f64; 11] {
         system.oscillator_damping(),
         system.moment_amplitude(),
         system.force_amplitude(),
+        system.static_moment(),
+        system.static_force(),
         state.x1,
         state.v1,
         state.x2,
@@ -81,7 +84,10 @@ pub fn numbers(system: &System, state: &State) -> [f64; 11] {
 pub fn is_hectic(system: &System, start: &State) -> bool {
     let fastest = system.frequency_ratio().max(system.drive_frequency()).max(1.0);
     let span = 4.0 * std::f64::consts::PI / fastest;
-    let loads = system.moment_amplitude().abs() + system.force_amplitude().abs();
+    let loads = system.moment_amplitude().abs()
+        + system.force_amplitude().abs()
+        + system.static_moment().abs()
+        + system.static_force().abs();
     let tip = start.v1.abs()
         + system.frequency_ratio() * start.x1.abs()
         + loads * span.max(1.0)

@@ -7,7 +7,7 @@ use libfuzzer_sys::fuzz_target;
 use vibroimpact::{Contact, ImpactLaw, RunOptions, State, System, Workers};
 use vibroimpact_fuzz::{Draw, assert_finite, execution};
 
-fn numbers(system: &System) -> [f64; 11] {
+fn numbers(system: &System) -> [f64; 13] {
     [
         system.mass_ratio(),
         system.frequency_ratio(),
@@ -20,6 +20,8 @@ fn numbers(system: &System) -> [f64; 11] {
         system.force_amplitude(),
         system.friction(),
         system.phase(),
+        system.static_moment(),
+        system.static_force(),
     ]
 }
 
