@@ -1,0 +1,184 @@
+"""Constant loads: exact identities with systems that have none, in everything that takes a system.
+
+In direct contact a load of each body moves its equilibrium, by c1/omega0^2 and c2: the motions are
+those of the system without loads whose gap is smaller by c1/omega0^2 - c2, about the equilibria.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+from vibroimpact.plot.given import bodies_of
+from vibroimpact.sweeps.basins.free_motion import never_strike
+
+# Powers of two: the shifts add no roundings to the numbers of the system.
+MOMENT, FORCE = 0.5, -0.25
+PLAIN = vi.System(
+    mass_ratio=0.6,
+    frequency_ratio=2.0,
+    restitution=0.8,
+    gap=0.25,
+    drive_frequency=1.8,
+    damping=(0.02, 0.05),
+    moment_amplitude=1.0,
+    force_amplitude=0.3,
+    contact="direct",
+)
+EQUILIBRIUM = np.array([MOMENT / 4.0, 0.0, FORCE, 0.0])
+LOADED = PLAIN.replace(
+    static_moment=MOMENT, static_force=FORCE, gap=PLAIN.gap + MOMENT / 4.0 - FORCE
+)
+START = np.array([0.0, 0.5, 0.0, 0.0])
+
+
+def test_a_run_is_the_one_without_loads_about_the_equilibrium():
+    plain = vi.simulate(PLAIN, initial=START, periods=6)
+    loaded = vi.simulate(LOADED, initial=START + EQUILIBRIUM, periods=6)
+    assert len(plain.impacts) == len(loaded.impacts) > 4
+    shift = loaded.stroboscopic - plain.stroboscopic
+    assert np.abs(shift - EQUILIBRIUM).max() < 1e-12
+    audit = loaded.energy_audit()
+    assert audit.residual < 1e-12
+    # It misses the work of the loads if they are left out.
+    x1, _, x2, _ = (loaded.stroboscopic[-1] - loaded.initial).tolist()
+    assert abs(MOMENT * x1 + FORCE * x2 / PLAIN.mass_ratio) > 1e-3
+
+
+def test_without_a_drive_frequency_drive_and_load_add():
+    still = PLAIN.replace(drive_frequency=0.0, phase=0.4)
+    drive = still.replace(moment_amplitude=0.7, force_amplitude=-0.2)
+    load = still.replace(
+        moment_amplitude=0.0,
+        force_amplitude=0.0,
+        static_moment=0.7 * np.cos(0.4),
+        static_force=-0.2 * np.cos(0.4),
+    )
+    one, other = (vi.simulate(each, initial=START, time=20.0) for each in (drive, load))
+    assert len(one.impacts) == len(other.impacts) > 3
+    assert np.abs(one.impacts["time"] - other.impacts["time"]).max() < 1e-11
+
+
+@pytest.fixture(scope="module")
+def found():
+    """The searches with and without loads."""
+    return [vi.search_motions(system, starts=32, periods=600) for system in (PLAIN, LOADED)]
+
+
+def test_a_search_starts_about_the_equilibrium(found):
+    plain, loaded = found
+    assert np.abs(loaded.starts - plain.starts - EQUILIBRIUM).max() < 1e-15
+    assert [m.label for m in loaded.motions] == [m.label for m in plain.motions] != []
+    assert np.array_equal(loaded.shares, plain.shares)
+
+
+def test_a_search_has_starts_under_a_load_that_presses_the_bodies_together():
+    pressed = PLAIN.replace(gap=0.3, static_moment=8.0)
+    assert pressed.gap_function([2.0, 0.0, 0.0, 0.0]) > 1.0
+    search = vi.search_motions(pressed, starts=8, periods=50)
+    assert (np.abs(search.starts) <= [0.3, 1.0, 0.2, 1.0]).all()
+
+
+def test_motions_and_their_multipliers_are_those_without_loads(found):
+    plain, loaded = (search.motions[0] for search in found)
+    assert np.abs(loaded.sections - plain.sections - EQUILIBRIUM).max() < 1e-12
+    assert np.abs(loaded.multipliers - plain.multipliers).max() < 1e-11
+    assert loaded.admissible
+
+
+@pytest.mark.parametrize("name", ["static_moment", "static_force"])
+def test_a_branch_over_a_load_is_one_over_the_gap(found, name):
+    plain, loaded = (search.motions[0] for search in found)
+    per_load = {"static_moment": 0.25, "static_force": -1.0}[name]
+    start, end = getattr(LOADED, name), getattr(LOADED, name) + 0.05 / per_load
+    branch = loaded.follow(**{name: tuple(sorted((start, end)))})
+    assert branch.ends
+    (one,) = branch.at(**{name: start + 0.03 / per_load})
+    (other,) = plain.follow(gap=(PLAIN.gap - 0.05, PLAIN.gap)).at(gap=PLAIN.gap - 0.03)
+    assert one.label == other.label
+    assert np.abs(one.multipliers - other.multipliers).max() < 1e-10
+
+
+def test_the_unstable_direction_of_a_saddle_is_that_without_loads(found):
+    directions = []
+    for search in found:
+        branch = search.motions[0].follow(drive_frequency=(1.5, 1.8))
+        (saddle,) = branch.at(drive_frequency=1.55)
+        manifold = vi.unstable_manifold(saddle, length=0.2, settle=300, section_phase=0.7)
+        directions.append(manifold.direction)
+    assert np.abs(directions[0] - directions[1]).max() < 1e-9
+
+
+@pytest.mark.parametrize("contact", ["direct", "oblique"])
+def test_what_never_strikes_under_loads_does_not(contact):
+    generator = np.random.default_rng(5)
+    system = LOADED.replace(
+        **{"contact": contact, "gap": 0.85, "drive_frequency": 3.1, "damping": (0.0, 1.5)},
+        **{"moment_amplitude": 0.3, "force_amplitude": 0.05},
+    )
+    starts = generator.uniform(-0.5, 0.5, (200, 4)) * [0.5, 1.0, 0.3, 0.3]
+    starts = starts[system.gap_function(starts) < 0.0]
+    bounded = never_strike(system, starts)
+    assert 20 < np.count_nonzero(bounded) < len(starts) - 20
+    for start in starts[bounded][:30]:
+        assert vi.simulate(system, initial=start, periods=2000, keep=1).impact_count == 0
+
+
+def test_the_bound_of_free_motions_is_that_without_loads():
+    generator = np.random.default_rng(6)
+    starts = generator.uniform(-0.5, 0.5, (300, 4)) * [0.5, 1.0, 0.3, 0.3]
+    fast = {"drive_frequency": 3.1, "moment_amplitude": 0.3, "force_amplitude": 0.1}
+    plain = PLAIN.replace(gap=0.4, **fast)
+    loaded = LOADED.replace(gap=0.4 + MOMENT / 4 - FORCE, **fast)
+    bounded = never_strike(plain, starts)
+    assert 20 < np.count_nonzero(bounded) < 280
+    assert np.array_equal(never_strike(loaded, starts + EQUILIBRIUM), bounded)
+
+
+def test_a_tip_that_passes_a_quarter_turn_is_bounded_by_its_length():
+    # The pendulum hangs about pi/2 + 0.1: sin has its largest value inside its range.
+    still = PLAIN.replace(
+        contact="oblique", moment_amplitude=0.0, force_amplitude=0.0, static_moment=4 * (np.pi / 2)
+    )
+    start = np.array([[np.pi / 2 + 0.2, 0.0, 0.0, 0.0]])
+    assert never_strike(still.replace(gap=1.0 + 1e-9), start).all()
+    assert not never_strike(still.replace(gap=1.0 - 1e-9), start).any()
+
+
+def test_a_wall_under_a_constant_force_rests_at_its_equilibrium():
+    wall = PLAIN.replace(mass_ratio=0.0, force_amplitude=0.0, static_force=0.5, gap=-0.4)
+    run = vi.simulate(wall, initial=(-0.2, 0.5, 0.5, 0.0), periods=100, keep=20)
+    assert set(run.impacts["x2"]) == {0.5}
+    assert bodies_of(None, run) == (1,)
+    assert run.refine().wall_at_rest
+    moved = vi.simulate(wall, initial=(-0.8, 0.5, 0.0, 0.0), periods=3, keep=3)
+    assert bodies_of(None, moved) == (1, 2)
+
+
+def test_constant_loads_have_arrows_of_their_own_colour():
+    system = PLAIN.replace(contact="oblique", moment_amplitude=0.0, force_amplitude=0.0)
+    bare = vi.plot.machine(system, START, phase=0.0)
+    counts = [len(bare.texts)]
+    for changes in ({"static_moment": -0.3}, {"static_force": 0.2}, {"contact": "direct"}):
+        changes = changes if "contact" not in changes else changes | {"static_moment": 1.0}
+        counts.append(len(vi.plot.machine(system.replace(**changes), START).texts))
+    assert counts == [0, 1, 1, 1]
+    one = vi.plot.machine(system.replace(static_force=0.2), START)
+    other = vi.plot.machine(system.replace(force_amplitude=0.2), START, phase=0.0)
+    colors = [ax.texts[0].arrow_patch.get_edgecolor() for ax in (one, other)]
+    assert colors[0] != colors[1]
+    wall = system.replace(mass_ratio=0.0, static_force=0.2)
+    assert not vi.plot.machine(wall, START).texts
+    plt.close("all")
+
+
+@pytest.mark.parametrize("name", ["static_moment", "static_force"])
+def test_single_impact_solutions_are_those_without_loads(name):
+    system = PLAIN.replace(**{name: 0.25})
+    for call in (
+        lambda: vi.periodic_motions(system, n=1),
+        lambda: vi.motion_map(system, n=1, drive_frequency=[1.5]),
+        lambda: vi.motion_map(PLAIN, n=1, **{name: [0.0, 0.25]}),
+    ):
+        with pytest.raises(vi.ParameterError, match=rf"^{name} = 0\.25 .*search_motions"):
+            call()
