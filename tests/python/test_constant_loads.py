@@ -4,12 +4,16 @@ In direct contact a load of each body moves its equilibrium, by c1/omega0^2 and 
 those of the system without loads whose gap is smaller by c1/omega0^2 - c2, about the equilibria.
 """
 
+import random
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from flint import ctx, fmpq
 
 import vibroimpact as vi
 from vibroimpact.plot.given import bodies_of
+from vibroimpact.reference.flight import Body, exact
 from vibroimpact.sweeps.basins.free_motion import never_strike
 
 # Powers of two: the shifts add no roundings to the numbers of the system.
@@ -182,3 +186,56 @@ def test_single_impact_solutions_are_those_without_loads(name):
     ):
         with pytest.raises(vi.ParameterError, match=rf"^{name} = 0\.25 .*search_motions"):
             call()
+
+
+def test_three_ways_give_the_exact_flight_of_the_reference():
+    draw = random.Random(3)
+
+    def between(low, high):
+        return exact(draw.uniform(low, high))
+
+    with ctx.workprec(200):
+        for _ in range(60):
+            body = Body(
+                omega0=draw.choice([fmpq(0), exact(1e-3), between(0, 3)]),
+                zeta=draw.choice([fmpq(0), fmpq(1), between(0, 2)]),
+                f=draw.choice([fmpq(0), between(-1, 1)]),
+                omega=draw.choice([fmpq(0), between(0, 3)]),
+                c=between(-2, 2),
+            )
+            at = (between(0.1, 20), between(-1, 1), between(-1, 1), between(0, 6))
+            ways = [way(*at) for way in (body.state, body.state_closed, body.state_quick)]
+            assert max(float(value.rad()) for way in ways for value in way) < 1e-40
+            for other in ways[1:]:
+                assert all(one.overlaps(two) for one, two in zip(ways[0], other, strict=True))
+
+
+TABLE = vi.System(
+    **{"mass_ratio": 0, "frequency_ratio": 0, "restitution": 0.8, "gap": 0, "contact": "direct"},
+    **{"drive_frequency": 2, "force_amplitude": 2, "oscillator_damping": 0.05},
+    static_moment=9.81,
+)
+OBLIQUE = PLAIN.replace(contact="oblique", gap=0.5, static_moment=1.5, static_force=-0.1)
+VERIFIED = {
+    "free": OBLIQUE.replace(static_moment=0.7),
+    "rotor": OBLIQUE.replace(frequency_ratio=0.0, pendulum_damping=0.0, static_moment=0.05),
+    "slides": OBLIQUE.replace(drive_frequency=0.3, restitution=0.3),
+    "sticks": OBLIQUE.replace(drive_frequency=0.4, restitution=0.3, friction=0.6),
+    "wall": OBLIQUE.replace(
+        **{"mass_ratio": 0.0, "force_amplitude": 0.0, "static_force": 0.25, "restitution": 0.3}
+    ),
+    "table": TABLE,
+}
+
+
+@pytest.mark.parametrize("name", VERIFIED)
+def test_runs_are_verified_by_the_reference(name):
+    system = VERIFIED[name]
+    start = (-1.0, 0.0, 0.0, 0.0) if name == "table" else (0.0, 0.5, system.static_force, 0.0)
+    lasting = name in ("slides", "sticks", "table")
+    run = vi.simulate(system, initial=start, periods=3 if lasting else 6)
+    assert len(run.impacts) > 1
+    assert (len(run.contacts) > 1) == lasting
+    check = vi.verify(run, digits=11)
+    assert check.horizon is None
+    assert check.stopped == "completed"

@@ -1,10 +1,12 @@
 """Exact free motion of both bodies in ball arithmetic, at any precision.
 
-One body (theory page, section 1): x'' + 2 zeta omega0 x' + omega0^2 x = f cos psi,
+One body (theory page, section 1): x'' + 2 zeta omega0 x' + omega0^2 x = f cos psi + c,
 psi(t) = psi0 + omega t, with t = 0 at the start of the flight. The motion is the matrix
 exponential of the linear system in (x, v, f cos psi, f sin psi), which has no special cases
 (section 2); `Body.state_closed` is the textbook closed form, with all of them, as a check;
 `Body.state_quick` takes the entries of that matrix from the closed form where it loses nothing.
+A constant load c moves the equilibrium of a body with a spring; where that is too weak, c is one
+more coordinate of the linear system.
 Parameters and initial values are exact rationals; every result encloses the exact value.
 All quantities are dimensionless. The precision is python-flint's `ctx.prec`, in bits.
 """
@@ -53,16 +55,18 @@ def rational(point: arb) -> fmpq:
 #: What `Body.state_quick` leaves to the matrix exponential: times up to SHORT, and squared
 #: frequencies of vibration or distances from resonance below CLEAR.
 SHORT, CLEAR = fmpq(1, 64), fmpq(1, 1024)
+_NOTHING = fmpq(0)
 
 
 @dataclass(frozen=True)
 class Body:
-    """One forced linear oscillator: any omega0, zeta, omega >= 0 and any f, all exact."""
+    """One forced linear oscillator: any omega0, zeta, omega >= 0 and any f and c, all exact."""
 
     omega0: fmpq
     zeta: fmpq
     f: fmpq
     omega: fmpq
+    c: fmpq = _NOTHING
     _cache: dict[int, tuple[arb, ...]] = field(default_factory=dict, compare=False, repr=False)
 
     def _balls(self) -> tuple[arb, ...]:
@@ -74,22 +78,28 @@ class Body:
             self._cache[ctx.prec] = found
         return found
 
+    def _equilibrium(self) -> arb:
+        """The place of rest under c; a body at it does not move, exactly."""
+        return arb(self.c / self.omega0**2) if self.c != 0 else arb(0)
+
     def state(self, t: Value, x: Value, v: Value, psi: Value) -> tuple[arb, arb]:
         """Position and velocity at time `t` from (x, v) and forcing phase `psi` at time 0."""
         damping, stiffness, f, omega = self._balls()
         tau, phase = ball(t), ball(psi)
         turn, zero = omega * tau, arb(0)
-        flow = arb_mat(
-            [
-                [zero, tau, zero, zero],
-                [-stiffness * tau, -damping * tau, tau, zero],
-                [zero, zero, zero, -turn],
-                [zero, zero, turn, zero],
-            ]
-        ).exp()
-        start = (ball(x), ball(v), f * phase.cos(), f * phase.sin())
-        rows = [sum((flow[i, j] * start[j] for j in range(4)), arb(0)) for i in range(2)]
-        return rows[0], rows[1]
+        sprung = self.c == 0 or self.omega0**2 >= CLEAR
+        middle, size = (self._equilibrium(), 4) if sprung else (zero, 5)
+        rows = [
+            [zero, tau, zero, zero, zero],
+            [-stiffness * tau, -damping * tau, tau, zero, tau],
+            [zero, zero, zero, -turn, zero],
+            [zero, zero, turn, zero, zero],
+            [zero, zero, zero, zero, zero],
+        ]
+        flow = arb_mat([row[:size] for row in rows[:size]]).exp()
+        start = (ball(x) - middle, ball(v), f * phase.cos(), f * phase.sin(), arb(self.c))
+        end = [sum((flow[i, j] * start[j] for j in range(size)), arb(0)) for i in range(2)]
+        return middle + end[0], end[1]
 
     def state_quick(self, t: Value, x: Value, v: Value, psi: Value) -> tuple[arb, arb]:
         """Position and velocity as by `state`, as tight and faster, if the body vibrates.
@@ -112,7 +122,8 @@ class Body:
             even, odd = damp * even, damp * odd
             xx, vv = even + decay * odd, even - decay * odd
         xv, vx = odd, -stiffness * odd
-        here, there = ball(x), ball(v)
+        middle = self._equilibrium()
+        here, there = ball(x) - middle, ball(v)
         first, second = xx * here + xv * there, vx * here + vv * there
         if not f.is_zero():
             sin, cos = (omega * tau).sin_cos()
@@ -125,7 +136,7 @@ class Body:
             ):
                 first += drive * (p - xx * start - xv * rate)
                 second += drive * (q - vx * start - vv * rate)
-        return first, second
+        return middle + first, second
 
     def _quick_balls(self) -> tuple[arb, arb, arb] | None:
         """Angular velocity of the free vibration, and R; None where `state_quick` is not used."""
@@ -152,8 +163,11 @@ class Body:
             root = acb(arb(discriminant)).sqrt()
             even, odd = (root * tau).cosh().real, ((root * tau).sinh() / root).real
         damp = (-decay * tau).exp()
-        xp0, vp0 = self._particular(arb(0), phase)
-        xp, vp = self._particular(tau, phase)
+        (xp0, vp0), (xp, vp) = (self._particular(s, phase) for s in (arb(0), tau))
+        if self.omega0 != 0:
+            xp0, xp = xp0 + self._equilibrium(), xp + self._equilibrium()
+        else:
+            xp, vp = xp + arb(self.c) * tau**2 / 2, vp + arb(self.c) * tau
         xh, vh = ball(x) - xp0, ball(v) - vp0
         return (
             xp + damp * (even * xh + odd * (vh + decay * xh)),
@@ -185,14 +199,14 @@ class Body:
     def spread(self, x: arb, v: arb, h: arb) -> tuple[arb, arb]:
         """Enclosures of position and velocity for all times within `h` of the state (x, v).
 
-        For y = (s x, v), |y'| <= b |y| + |f| in the maximum norm, so |y(t) - y| is at most
-        (exp(b h) - 1) (|y| + |f|/b) (Gronwall).
+        For y = (s x, v), |y'| <= b |y| + |f| + |c| in the maximum norm, so |y(t) - y| is at most
+        (exp(b h) - 1) (|y| + (|f| + |c|)/b) (Gronwall).
         """
         damping, stiffness, f, _ = self._balls()
         scale = arb(max(float(self.omega0), 0.25))
         bound = scale.max(stiffness / scale + damping)
         size = (scale * x).abs_upper().max(v.abs_upper())
-        reach = ((bound * h).expm1() * (size + abs(f) / bound)).abs_upper()
+        reach = ((bound * h).expm1() * (size + (abs(f) + abs(arb(self.c))) / bound)).abs_upper()
         return x + arb(0, reach / scale), v + arb(0, reach)
 
     def taylor(self, x: arb, v: arb, psi: arb, order: int) -> list[arb]:
@@ -205,6 +219,8 @@ class Body:
         series = [x, v]
         for j in range(order - 1):
             force = -stiffness * series[j]
+            if j == 0 and self.c != 0:
+                force += arb(self.c)
             if damped:
                 force -= damping * (j + 1) * series[j + 1]
             if forced:
@@ -228,20 +244,24 @@ class System:
     f2: fmpq
     omega: fmpq
     mu: fmpq
+    c1: fmpq = _NOTHING
+    c2: fmpq = _NOTHING
     oblique: bool = True
 
     @classmethod
     def parse(cls, values: Mapping[str, Number], contact: str = "oblique") -> System:
-        """From a mapping that has the ten symbols; other keys are ignored."""
+        """From a mapping that has the ten symbols, and perhaps c1 and c2; others are ignored."""
         if contact not in ("oblique", "direct"):
             raise ValueError(f"contact is {contact!r}, not oblique or direct")
         names = ("mbar", "omega0", "r", "delta", "zeta1", "zeta2", "f1", "f2", "omega", "mu")
-        return cls(**{name: exact(values[name]) for name in names}, oblique=contact == "oblique")
+        given = {name: exact(values[name]) for name in names}
+        given |= {name: exact(values.get(name, 0)) for name in ("c1", "c2")}
+        return cls(**given, oblique=contact == "oblique")
 
     def bodies(self) -> tuple[Body, Body]:
         """Pendulum and oscillator; the oscillator's own frequency is 1."""
-        first = Body(self.omega0, self.zeta1, self.f1, self.omega)
-        return first, Body(fmpq(1), self.zeta2, self.f2, self.omega)
+        first = Body(self.omega0, self.zeta1, self.f1, self.omega, self.c1)
+        return first, Body(fmpq(1), self.zeta2, self.f2, self.omega, self.c2)
 
     def tip(self, x1: arb) -> arb:
         """Position of the pendulum's tip along the contact normal: sin x1, or x1 if direct."""

@@ -169,8 +169,8 @@ class Hold:
         load = (self.phase + arb(system.omega) * touch.time).cos()
         x2 = system.tip(touch.x1) - arb(system.delta)
         return (
-            arb(system.f1) * load - arb(system.omega0**2) * touch.x1,
-            arb(system.f2) * load - x2,
+            arb(system.f1) * load + arb(system.c1) - arb(system.omega0**2) * touch.x1,
+            arb(system.f2) * load + arb(system.c2) - x2,
         )
 
     def _grip(self, touch: Touch) -> tuple[arb, arb]:
@@ -186,14 +186,15 @@ class Hold:
         """What follows a stick, and when (None: never)."""
         system = self.system
         f1, f2, mu = arb(system.f1), arb(system.f2), arb(system.mu)
-        spring = arb(system.omega0**2) * touch.x1
+        spring = arb(system.omega0**2) * touch.x1 - arb(system.c1)
         cos = system.slope(touch.x1)
         margins: list[tuple[Mode, arb, arb]] = []
         if self.at_rest:
             margins.append(("separate", f1 * sign(cos), -spring * sign(cos)))
         else:
             mbar, slope = arb(system.mbar), mu * abs(touch.x1.sin())
-            push, offset = -f2 / mbar, (system.tip(touch.x1) - arb(system.delta)) / mbar
+            pull = system.tip(touch.x1) - arb(system.delta) - arb(system.c2)
+            push, offset = -f2 / mbar, pull / mbar
             margins.append(("separate", push, offset))
             for s in (1, -1):
                 grip = slope + s * cos

@@ -134,7 +134,7 @@ class Motion:
         self.law, self.most_impacts = LAWS[law], most_impacts
         self.samples, self.end = samples, samples.times[-1]
         self.start = [exact(value) for value in initial]
-        self.at_rest = system.mbar == 0 and system.f2 == 0 and self.start[2:] == [0, 0]
+        self.at_rest = system.mbar == 0 and system.f2 == 0 and self.start[2:] == [system.c2, 0]
         self.hold = Hold(system, self.phase, self.at_rest, settings)
         self.tail = Tail(arb(settings.tolerance))
         self.story: list[Event | Phase] = []
@@ -290,7 +290,7 @@ class Motion:
     def _state(self) -> State:
         """The present state on g = g' = 0; the wall at rest stays where it is, exactly."""
         if self.at_rest:
-            return self.x1, self.v1, arb(0), arb(0)
+            return self.x1, self.v1, arb(self.system.c2), arb(0)
         return Slide(self.system, self.phase, 1, 1).state(self.x1, self.v1)
 
 

@@ -122,6 +122,9 @@ class Slide:
             odd.append(omega * even[j] / (j + 1))
             a1.append(arb(system.f1) * even[j] - damping1 * v[j] - stiffness * x[j])
             a2 = arb(system.f2) * even[j] - damping2 * (j + 1) * tip[j + 1] - tip[j]
+            if j == 0:
+                a1[0] += arb(system.c1)
+                a2 += arb(system.c2)
             k.append(cosine[j] + friction * sine[j])
             square.append(_dot(v, v, j))
             top.append(_dot(a1, cosine, j) - _dot(square, sine, j) - a2)
