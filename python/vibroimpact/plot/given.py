@@ -124,6 +124,6 @@ def sectioned(run: Run) -> None:
     """Refuse a run without a stroboscopic section."""
     if run.system.drive_frequency == 0.0:
         raise ParameterError(
-            "run.system.drive_frequency = 0.0 is not allowed; allowed: a number > 0: a constant "
-            "load has no drive period, and the run no stroboscopic section"
+            "run.system.drive_frequency = 0.0 is not allowed; allowed: a number > 0: without "
+            "drive period the run has no stroboscopic section"
         )

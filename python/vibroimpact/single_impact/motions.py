@@ -65,7 +65,8 @@ def periodic_motions(
     Raises
     ------
     ParameterError
-        For bad input: friction (use ``search_motions`` or ``run.refine`` there), no drive.
+        For bad input: friction or constant loads (use ``search_motions`` or ``run.refine`` there),
+        no drive.
     Interrupted
         After Ctrl-C; ``.result`` holds the solutions found so far, its ``undecided`` the intervals
         that were not examined.
