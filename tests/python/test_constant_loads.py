@@ -35,6 +35,13 @@ LOADED = PLAIN.replace(
 )
 START = np.array([0.0, 0.5, 0.0, 0.0])
 
+TABLE = vi.System(
+    **{"mass_ratio": 0, "frequency_ratio": 0, "restitution": 0.8, "gap": 0, "contact": "direct"},
+    **{"drive_frequency": 2, "force_amplitude": 2, "oscillator_damping": 0.05},
+    static_moment=9.81,
+)
+OBLIQUE = PLAIN.replace(contact="oblique", gap=0.5, static_moment=1.5, static_force=-0.1)
+
 
 def test_a_run_is_the_one_without_loads_about_the_equilibrium():
     plain = vi.simulate(PLAIN, initial=START, periods=6)
@@ -47,6 +54,82 @@ def test_a_run_is_the_one_without_loads_about_the_equilibrium():
     # It misses the work of the loads if they are left out.
     x1, _, x2, _ = (loaded.stroboscopic[-1] - loaded.initial).tolist()
     assert abs(MOMENT * x1 + FORCE * x2 / PLAIN.mass_ratio) > 1e-3
+
+
+def test_a_diagram_over_a_load_is_one_over_the_gap():
+    gaps = PLAIN.gap - np.linspace(0.0, 0.5, 9)
+    options = {"periods": 400, "keep": 60}
+    start = (-0.75, 0.5, 0.0, 0.0)
+    plain = vi.bifurcation_diagram(PLAIN, initial=start, gap=gaps, **options)
+    forces = FORCE - (PLAIN.gap - gaps)
+    loaded = [
+        vi.bifurcation_diagram(
+            LOADED,
+            initial=start + EQUILIBRIUM + [0, 0, force - FORCE, 0],
+            static_force=[force],
+            **options,
+        ).label[0]
+        for force in forces
+    ]
+    assert plain.label.tolist() == loaded
+    assert len(set(loaded)) > 1
+
+
+def test_a_chart_over_both_loads_is_stored_resumed_and_compared(tmp_path):
+    axes = {"static_moment": [-0.25, 0.0, 0.5], "static_force": [-0.125, 0.25]}
+    options = {"initial": START - [0, 0, 0.25, 0], "periods": 60, "keep": 20}
+    system = LOADED.replace(gap=0.5)
+    chart = vi.chart(system, store=tmp_path / "chart", **axes, **options)
+    for i, moment in enumerate(axes["static_moment"]):
+        for j, force in enumerate(axes["static_force"]):
+            run = vi.simulate(system.replace(static_moment=moment, static_force=force), **options)
+            assert chart.label[i, j] == run.label
+            assert chart.run(i, j).system == run.system
+    again = vi.chart(system, store=tmp_path / "chart", **axes, **options)
+    assert np.array_equal(again.label, chart.label)
+    other = system.replace(gap=0.5 + 1e-9)
+    with pytest.raises(ValueError, match="gap"):
+        vi.chart(other, store=tmp_path / "chart", **axes, **options)
+    assert chart.to_xarray()["largest_exponent"].dims == ("static_moment", "static_force")
+
+
+def test_basins_are_those_without_loads():
+    axes = {"x1": np.linspace(-0.75, 0.25, 9), "v1": np.linspace(-1.0, 1.0, 9)}
+    plain = vi.basins(PLAIN, periods=400, **axes)
+    shifted = axes | {"x1": axes["x1"] + MOMENT / 4}
+    loaded = vi.basins(LOADED, initial=EQUILIBRIUM, periods=400, **shifted)
+    assert np.array_equal(loaded.attractor, plain.attractor)
+    assert (plain.attractor >= 0).any()
+    assert [a.label for a in loaded.attractors] == [a.label for a in plain.attractors]
+
+
+def test_exponents_are_those_without_loads():
+    options = {"periods": 400}
+    plain = vi.lyapunov_spectrum(PLAIN, initial=START, **options)
+    loaded = vi.lyapunov_spectrum(LOADED, initial=START + EQUILIBRIUM, **options)
+    assert np.abs(plain.exponents - loaded.exponents).max() < 1e-10
+    # Constant loads are no drive: without one, a perturbation along the flow stays.
+    still = LOADED.replace(
+        moment_amplitude=0.0, force_amplitude=0.0, restitution=1.0, damping=(0, 0)
+    )
+    spectrum = vi.lyapunov_spectrum(still, initial=START + EQUILIBRIUM, periods=60)
+    assert spectrum.flow is not None
+
+
+def test_loads_are_saved_with_systems_runs_motions_and_branches(found, tmp_path):
+    motion = found[1].motions[0]
+    branch = motion.follow(static_force=(FORCE, FORCE + 0.02))
+    run = vi.simulate(LOADED, initial=START + EQUILIBRIUM, periods=5)
+    for result in (run, motion, branch):
+        path = tmp_path / f"{type(result).__name__}.npz"
+        result.save(path)
+        back = vi.load(path)
+        system = back.pieces[0].system if result is branch else back.system
+        assert (system.static_moment, system.static_force) == (MOMENT, FORCE)
+    assert vi.System.from_json(LOADED.to_json()) == LOADED
+    assert vi.load(tmp_path / "Run.npz").resume(periods=2).stroboscopic.tobytes() == (
+        run.resume(periods=2).stroboscopic.tobytes()
+    )
 
 
 def test_without_a_drive_frequency_drive_and_load_add():
@@ -111,6 +194,34 @@ def test_the_unstable_direction_of_a_saddle_is_that_without_loads(found):
         manifold = vi.unstable_manifold(saddle, length=0.2, settle=300, section_phase=0.7)
         directions.append(manifold.direction)
     assert np.abs(directions[0] - directions[1]).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", ["static_moment", "static_force"])
+@pytest.mark.parametrize("wall", [False, True])
+def test_a_branch_of_oblique_impacts_meets_the_runs_on_its_way(name, wall):
+    system = OBLIQUE.replace(static_moment=0.4, friction=0.2)
+    if wall:
+        system = system.replace(mass_ratio=0.0, force_amplitude=0.0, static_force=0.25)
+    value = getattr(system, name)
+    start = (0.0, 0.5, system.static_force, 0.0)
+    motion = vi.simulate(system, initial=start, periods=600, keep=100).refine()
+    assert (motion.stable, motion.wall_at_rest) == (True, wall)
+    (met,) = motion.follow(**{name: (value, value + 0.01)}).at(**{name: value + 0.01})
+    there = system.replace(**{name: value + 0.01})
+    near = np.array(met.initial) - [1e-4, 0, 0, 0]
+    run = vi.simulate(there, initial=near, periods=1500 * met.m, keep=100)
+    assert met.label == run.label
+    assert np.abs(run.stroboscopic[-1] - met.initial).max() < 1e-9
+    h = 1e-6
+    # A wall at rest has no state that could be changed.
+    vary = np.eye(4)[: 2 if wall else 4]
+
+    def later(shift):
+        state = np.array(met.initial) + h * shift
+        return np.array(vi.simulate(there, initial=state, periods=met.m).final_state.state)
+
+    matrix = np.array([(later(unit) - later(-unit)) / (2 * h) for unit in vary])[:, : len(vary)]
+    assert np.abs(np.poly(matrix) - np.poly(met.multipliers)).max() < 1e-6
 
 
 @pytest.mark.parametrize("contact", ["direct", "oblique"])
@@ -210,12 +321,6 @@ def test_three_ways_give_the_exact_flight_of_the_reference():
                 assert all(one.overlaps(two) for one, two in zip(ways[0], other, strict=True))
 
 
-TABLE = vi.System(
-    **{"mass_ratio": 0, "frequency_ratio": 0, "restitution": 0.8, "gap": 0, "contact": "direct"},
-    **{"drive_frequency": 2, "force_amplitude": 2, "oscillator_damping": 0.05},
-    static_moment=9.81,
-)
-OBLIQUE = PLAIN.replace(contact="oblique", gap=0.5, static_moment=1.5, static_force=-0.1)
 VERIFIED = {
     "free": OBLIQUE.replace(static_moment=0.7),
     "rotor": OBLIQUE.replace(frequency_ratio=0.0, pendulum_damping=0.0, static_moment=0.05),
