@@ -116,7 +116,7 @@ class System:
     def __new__(cls, *, contact: str, law: str, **numbers: float) -> Self: ...
     @property
     def drive_period(self) -> float:
-        """2 pi / drive_frequency; infinite for a constant load."""
+        """2 pi / drive_frequency; infinite for drive_frequency = 0."""
 
     @property
     def is_wall(self) -> bool:
@@ -654,7 +654,7 @@ class Spectrum:
 def lyapunov_spectrum(run: Run, steps: int, step: float | None = None) -> Spectrum:
     """The spectrum of the motion that continues from the end of ``run``.
 
-    Over so many drive periods, or steps of this time under a constant load.
+    Over so many drive periods, or steps of this time without drive period.
     """
 
 def enclosed_sin_cos(lo: NDArray[np.float64], hi: NDArray[np.float64]) -> tuple[_Ends, _Ends]:

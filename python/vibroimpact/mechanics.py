@@ -36,7 +36,7 @@ class Mechanics(ABC):
 
     @property
     def drive_period(self) -> float:
-        """Drive period 2 pi/drive_frequency; infinite for a constant load."""
+        """Drive period 2 pi/drive_frequency; infinite for ``drive_frequency = 0``."""
         return self._compiled.drive_period
 
     @property

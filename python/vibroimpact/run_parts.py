@@ -73,7 +73,7 @@ class EnergyAudit:
     energy_start, energy_end
         E at both ends of the window.
     moment, force
-        Work of the forcing on pendulum and oscillator.
+        Work of the drive and the constant loads on pendulum and oscillator.
     damping
         Work of both dampers, <= 0.
     restitution, impact_friction

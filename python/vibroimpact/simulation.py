@@ -115,8 +115,8 @@ def simulate(
     periods
         Number of drive periods; or else ``time``.
     time
-        Length in time; or else ``periods``. A constant load (``drive_frequency = 0``) has no period
-        and needs ``time``.
+        Length in time; or else ``periods``. With ``drive_frequency = 0`` there is no period,
+        and ``time`` is needed.
     keep
         Keep impacts, events and sections of the last so many periods only; default all.
     max_events

@@ -26,7 +26,8 @@ SPECIAL = (
     *(0.0, -0.0, 5e-324, 2.2e-308, 1e-160, 1e-16, 1e-9, 1e-3, 1.0, -1.0, math.pi, 1e3, 1e9, 1e16),
     *(1e154, 1.7e308, -5e-324, -1e16, -1.7e308, math.nan, math.inf, -math.inf),
 )
-SIGNED = ("gap", "moment_amplitude", "force_amplitude", "phase")
+LOADS = ("moment_amplitude", "force_amplitude", "static_moment", "static_force")
+SIGNED = ("gap", *LOADS, "phase")
 # Turns and times of decay of the bodies that a call may ask for, and events.
 MOST_TURNS = 1e3
 MOST_EVENTS = 100
@@ -90,7 +91,7 @@ def is_short(system: vi.System, periods: float = 4.0) -> bool:
     """Whether so many drive periods are few turns, and times of decay, of both bodies."""
     first = system.frequency_ratio * (1 + 2 * system.pendulum_damping)
     second = 1 + 2 * system.oscillator_damping
-    speed = abs(system.moment_amplitude) + abs(system.force_amplitude)
+    speed = sum(abs(getattr(system, name)) for name in LOADS)
     return periods * system.drive_period * (first + second + speed) < MOST_TURNS
 
 

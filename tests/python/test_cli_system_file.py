@@ -49,6 +49,16 @@ def test_a_file_gives_what_flags_give(saved, run_command):
     assert from_file.impacts.tobytes() == from_flags.impacts.tobytes()
 
 
+def test_constant_loads_in_files_and_flags(saved):
+    text = example_file().replace("moment_amplitude", "static_moment = 0.25\nmoment_amplitude")
+    run = saved(text, "--static-force -0.125")
+    assert (run.system.static_moment, run.system.static_force) == (0.25, -0.125)
+    text = PHYSICAL + "static_moment = 0.3\nstatic_force = -2.0\n" + RUN
+    system = saved(text).system
+    assert system.static_moment == pytest.approx(0.3 / (0.3 * 0.2**2 * 80), rel=1e-15)
+    assert system.static_force == pytest.approx(-2.0 / (40 * 0.2), rel=1e-15)
+
+
 def test_flags_come_before_the_file(saved):
     run = saved(example_file(), "--gap 0.25 --initial 0 0.1 0 0 --periods 30 --keep 10")
     assert run.system.gap == 0.25

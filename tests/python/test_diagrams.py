@@ -182,6 +182,8 @@ def test_a_followed_state_that_does_not_fit_restarts(system):
         ("oscillator_damping", [0.0, 1.5]),
         ("moment_amplitude", [-1.0, 1.0]),
         ("force_amplitude", [0.0, 0.4]),
+        ("static_moment", [-0.4, 0.3]),
+        ("static_force", [-0.1, 0.2]),
         ("friction", [0.0, 0.3]),
         ("phase", [0.0, 4.0]),
     ],

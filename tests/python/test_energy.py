@@ -28,9 +28,16 @@ def energy(run: vi.Run, state: np.ndarray) -> float:
     return 0.5 * (first + (v2**2 + x2**2) / system.mass_ratio)
 
 
+# One that presses the bodies together, one that leaves them more room.
+LOADS = [(0.0, 0.0), (0.5, 0.0), (-0.3, 0.2)]
+
+
+@pytest.mark.parametrize("loads", LOADS)
 @pytest.mark.parametrize("law", ["poisson", "newton", "energetic"])
-def test_works_sum_to_the_change_of_energy(law: str) -> None:
-    run = vi.simulate(CHATTERING.replace(law=law), initial=(0, 0.5, 0, 0), periods=6, keep=4)
+def test_works_sum_to_the_change_of_energy(law: str, loads: tuple[float, float]) -> None:
+    moment, force = loads
+    system = CHATTERING.replace(law=law, static_moment=moment, static_force=force)
+    run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=6, keep=4)
     audit = run.energy_audit()
     works = (
         audit.moment
@@ -53,6 +60,17 @@ def test_works_sum_to_the_change_of_energy(law: str) -> None:
         assert getattr(audit, name) < 0, name
     assert audit.moment > 0
     assert audit.wall == 0
+
+
+def test_constant_loads_alone_do_the_work_of_a_potential() -> None:
+    changes = {"moment_amplitude": 0.0, "force_amplitude": 0.0, "damping": (0.0, 0.0)}
+    system = CHATTERING.replace(**changes, static_moment=1.5, static_force=-0.4)
+    run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=2)
+    assert len(run.impacts) > 10
+    audit = run.energy_audit()
+    x1, _, x2, _ = run.final_state.state
+    assert math.isclose(audit.moment, 1.5 * x1, rel_tol=1e-11)
+    assert math.isclose(audit.force, -0.4 * x2 / 0.6, rel_tol=1e-11)
 
 
 def test_work_of_impacts_is_what_they_took() -> None:

@@ -16,6 +16,8 @@ PARAMETERS = {
     "oscillator_damping": 0.05,
     "moment_amplitude": 0.7,
     "force_amplitude": -0.3,
+    "static_moment": 0.4,
+    "static_force": -0.2,
     "phase": 0.9,
 }
 STATES = np.array([[0.9, -1.3, 0.2, 0.5], [-2.0, 0.4, -0.1, 0.0], [0.0, 0.0, 0.0, 1.0]])

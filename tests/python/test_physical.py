@@ -21,6 +21,8 @@ QUANTITIES = {
     "damping": 0.4,
     "moment_amplitude": 7.0,
     "force_amplitude": 3.0,
+    "static_moment": 5.0,
+    "static_force": -2.0,
     "drive_frequency": 9.0,
     "gap": 0.02,
     "restitution": 0.8,
@@ -37,14 +39,24 @@ _scale = st.floats(1e-3, 1e3)
     frequency_ratio=_scale,
     damping=st.tuples(st.floats(0.0, 2.0), st.floats(0.0, 2.0)),
     amplitudes=st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0)),
+    loads=st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0)),
     drive_frequency=st.floats(0.0, 9.0),
     gap=st.floats(-1.0, 1.0),
 )
 def test_dimensionless_numbers_survive_the_way_through_si_units(
-    length, mass, stiffness, mass_ratio, frequency_ratio, damping, amplitudes, drive_frequency, gap
+    length,
+    mass,
+    stiffness,
+    mass_ratio,
+    frequency_ratio,
+    damping,
+    amplitudes,
+    loads,
+    drive_frequency,
+    gap,
 ):
-    # The equations of motion read backwards: M1 l^2 theta'' + C1 theta' + K1 theta = f10 cos,
-    # M2 X'' + C2 X' + K2 X = f20 cos, each divided by its inertia, in time 1/omega_2.
+    # The equations of motion read backwards: M1 l^2 theta'' + C1 theta' + K1 theta = f10 cos + C10,
+    # M2 X'' + C2 X' + K2 X = f20 cos + F20, each divided by its inertia, in time 1/omega_2.
     omega_2 = math.sqrt(stiffness / mass)
     inertia = mass_ratio * mass * length**2
     omega_1 = frequency_ratio * omega_2
@@ -58,6 +70,8 @@ def test_dimensionless_numbers_survive_the_way_through_si_units(
         damping=2.0 * damping[1] * omega_2 * mass,
         moment_amplitude=amplitudes[0] * inertia * omega_2**2,
         force_amplitude=amplitudes[1] * mass * omega_2**2 * length,
+        static_moment=loads[0] * inertia * omega_2**2,
+        static_force=loads[1] * mass * omega_2**2 * length,
         drive_frequency=drive_frequency * omega_2,
         gap=gap * length,
         restitution=0.8,
@@ -74,6 +88,8 @@ def test_dimensionless_numbers_survive_the_way_through_si_units(
         "oscillator_damping": damping[1],
         "moment_amplitude": amplitudes[0],
         "force_amplitude": amplitudes[1],
+        "static_moment": loads[0],
+        "static_force": loads[1],
         "drive_frequency": drive_frequency,
         "gap": gap,
     }
@@ -144,6 +160,8 @@ SYMBOLS = {
     "C2": "damping",
     "f10": "moment_amplitude",
     "f20": "force_amplitude",
+    "C10": "static_moment",
+    "F20": "static_force",
     "Omega": "drive_frequency",
     "Delta": "gap",
 }

@@ -41,8 +41,9 @@ PHYSICAL = {
 # How the right panel writes the coordinates, their velocities and the impulses.
 IMPACT = ["$x_1$", r"$\sin x_1$", "$x_2$", r"$\delta$", "$P$", r"$\mu P$"]
 IMPACT += [r"$\dot x_1$", r"$\dot x_1\, \cos x_1$", r"$\dot x_1\, \sin x_1$", r"$\dot x_2$"]
-# Arguments that choose a model, and are nothing that could be drawn.
-NOT_DRAWN = {"contact", "law"}
+# Arguments that choose a model, and are nothing that could be drawn; loads that act where the drive
+# does.
+NOT_DRAWN = {"contact", "law", "static_moment", "static_force"}
 
 
 @pytest.fixture(scope="module")

@@ -18,6 +18,8 @@ MACHINE = {
     "damping": 0.05,
     "moment_amplitude": 0.4,
     "force_amplitude": 0.2,
+    "static_moment": 0.05,
+    "static_force": -0.1,
     "drive_frequency": 12.0,
     "gap": 0.1,
     "restitution": 0.8,

@@ -28,6 +28,8 @@ DEFAULTS = {
     "oscillator_damping": 0.0,
     "moment_amplitude": 0.0,
     "force_amplitude": 0.0,
+    "static_moment": 0.0,
+    "static_force": 0.0,
     "friction": 0.0,
     "phase": 0.0,
     "contact": "oblique",

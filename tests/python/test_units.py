@@ -83,6 +83,8 @@ AXES = {
     "gap": ((0.09, 0.1), "length", r"$\Delta$ (m)"),
     "restitution": ((0.4, 0.5), None, "$r$"),
     "force_amplitude": ((0.0, 0.1), "force", "$f_{20}$ (N)"),
+    "static_moment": ((-0.1, 0.0), "energy", "$C_{10}$ (N m)"),
+    "static_force": ((0.0, 0.1), "force", "$F_{20}$ (N)"),
 }
 
 
@@ -101,8 +103,8 @@ def test_a_diagram_is_drawn_in_si(system, name, section, value, unit):
     plain = vi.plot.bifurcation(diagram, **options).collections[0].get_offsets()
     ax = vi.plot.bifurcation(diagram, **options, units="SI")
     factor = 1.0 if of_axis is None else getattr(scales, of_axis)
-    if name == "force_amplitude":
-        # The number is f20/(K2 l).
+    if name in ("force_amplitude", "static_force"):
+        # The number is f20/(K2 l), or F20/(K2 l).
         factor = STIFFNESS * LENGTH
     expected = plain * [factor, getattr(scales, unit)]
     assert np.allclose(ax.collections[0].get_offsets(), expected, rtol=1e-12)

@@ -58,6 +58,7 @@ _CELLS = {
 _FIELDS = {
     **dict.fromkeys(PARAMETERS, "number >= 0"),
     **dict.fromkeys(("gap", "moment_amplitude", "force_amplitude", "phase"), "number"),
+    **dict.fromkeys(("static_moment", "static_force"), "number"),
     "restitution": "part of 1",
     "contact": "a word of a list",
     "law": "law",

@@ -68,7 +68,7 @@ def add(subparsers: Any) -> None:
     shared.add_system(command)
     group = command.add_argument_group("run")
     length = group.add_mutually_exclusive_group()
-    length.add_argument("--time", type=float, metavar="T", help="time, for a constant load")
+    length.add_argument("--time", type=float, metavar="T", help="time, without drive period")
     length.add_argument(
         "--periods", type=shared.whole, metavar="N", help="drive periods (default: 2000)"
     )

@@ -101,7 +101,7 @@ def add_run(
     length: Any = group
     if periods is None:
         length = group.add_mutually_exclusive_group()
-        length.add_argument("--time", type=float, metavar="T", help="time, for a constant load")
+        length.add_argument("--time", type=float, metavar="T", help="time, without drive period")
     length.add_argument(
         "--periods", type=whole, metavar="N", help=_counted("drive periods", periods)
     )

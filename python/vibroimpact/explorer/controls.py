@@ -30,6 +30,8 @@ RANGES: dict[str, tuple[float, float]] = {
     "oscillator_damping": (0.0, 0.5),
     "moment_amplitude": (0.0, 3.0),
     "force_amplitude": (0.0, 3.0),
+    "static_moment": (-1.0, 1.0),
+    "static_force": (-1.0, 1.0),
     "friction": (0.0, 1.5),
     "phase": (0.0, math.tau),
 }
@@ -38,6 +40,7 @@ GROUPS = {
     "Machine": ("mass_ratio", "frequency_ratio", "gap", "pendulum_damping", "oscillator_damping"),
     "Impact": ("restitution", "friction"),
     "Drive": ("drive_frequency", "moment_amplitude", "force_amplitude", "phase"),
+    "Loads": ("static_moment", "static_force"),
 }
 _TITLES = {"contact": "contact", "law": "law of restitution"}
 _STEPS = 1000
@@ -275,12 +278,8 @@ class Controls:
             "law": ChoiceControl("law", LAWS, tried),
         }
         self.error = parts.text(visible=False, sizing_mode="stretch_width", name="choice-error")
-        grouped = {name for names in GROUPS.values() for name in names}
-        rest = tuple(name for name in PARAMETERS if name not in grouped)
         children: list[Any] = []
-        for title, names in (*GROUPS.items(), ("Loads", rest), ("Start", COORDINATES)):
-            if not names:
-                continue
+        for title, names in (*GROUPS.items(), ("Start", COORDINATES)):
             children.append(parts.text(f'<div class="group">{title}</div>'))
             if title == "Impact":
                 pair = [self._titled("contact"), Spacer(width=6), self._titled("law")]

@@ -3,7 +3,8 @@
 The parameters of the paper's figures are those of the captions of Han, Jin & Hu (2004). The ranges
 of the diagrams are ours, and so is the drive frequency of the motion beside a diagram. From the
 paper's start the motion of Fig. 9(3) settles on a 6-7, so that its start is ours, too. The impact
-oscillator is that of Shaw & Holmes (1983), with its stop at the equilibrium.
+oscillator is that of Shaw & Holmes (1983), with its stop at the equilibrium. The ball on a
+vibrating table is that of Holmes (1982).
 """
 
 from __future__ import annotations
@@ -97,7 +98,7 @@ PRESETS: dict[str, State] = {
             restitution=0.9,
             gap=0.0,
             drive_frequency=0.0,
-            moment_amplitude=1.0,
+            static_moment=1.0,
             contact="direct",
         ),
         initial=(-1.0, 0.0, 0.0, 0.0),
@@ -105,6 +106,25 @@ PRESETS: dict[str, State] = {
         value="approach_velocity",
         across=Axis(name="restitution", low=0.0, high=1.0),
         right=Axis(name="x1", low=-2.0, high=0.0),
+    ),
+    "Ball on a vibrating table: 2-2": State(
+        system=System(
+            mass_ratio=0.0,
+            frequency_ratio=0.0,
+            restitution=0.8,
+            gap=0.0,
+            drive_frequency=2.0,
+            oscillator_damping=0.05,
+            force_amplitude=0.84,
+            static_moment=1.0,
+            contact="direct",
+        ),
+        initial=(-1.2, 0.0, 0.0, 0.0),
+        vary=Axis(name="force_amplitude", low=0.4, high=1.1),
+        value="approach_velocity",
+        across=Axis(name="force_amplitude", low=0.4, high=1.1),
+        upward=Axis(name="restitution", low=0.4, high=1.0),
+        right=Axis(name="x1", low=-3.0, high=0.0),
     ),
 }
 """State by name, in the order of the page's list."""

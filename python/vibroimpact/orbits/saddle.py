@@ -87,6 +87,7 @@ def _leg_at(motion: PeriodicMotion, time: float) -> tuple[int, float]:
 
 def _free_flow(system: System, time: float) -> Array:
     """Return the derivative of a free flight of this time, shape (4, 4)."""
-    # Without load it is the flow itself, which is linear.
-    free = system.replace(moment_amplitude=0.0, force_amplitude=0.0)
+    # Without loads it is the flow itself, which is linear.
+    loads = ("moment_amplitude", "force_amplitude", "static_moment", "static_force")
+    free = system.replace(**dict.fromkeys(loads, 0.0))
     return np.column_stack([free.free_flight(unit, [time])[0] for unit in np.eye(4)])

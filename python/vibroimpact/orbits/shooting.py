@@ -7,6 +7,7 @@ or not.
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 
@@ -152,7 +153,8 @@ def search_motions(
     system
         The system; drive_frequency > 0.
     starts
-        Number of random starts, uniform in x1 +-0.3, x1' +-1, x2 +-0.2, x2' +-1 (those in
+        Number of random starts, uniform in x1 +-0.3, x1' +-1, x2 +-0.2, x2' +-1 about the
+        equilibrium under the constant loads (about 0 where the bodies have no room there; those in
         which the bodies overlap are drawn anew), or initial states, shape (k, 4).
     periods
         Drive periods that each start is given to settle.
@@ -276,14 +278,24 @@ def _known(run: Run, motions: Sequence[PeriodicMotion]) -> int | None:
 
 def _random_starts(system: System, number: int, seed: int) -> Array:
     """Uniform states of the box in which the bodies do not overlap."""
-    random = np.random.default_rng(seed)
-    kept = np.empty((0, 4))
-    for _ in range(1000):
-        drawn = random.uniform(-1.0, 1.0, (2 * number, 4)) * START_BOX
-        kept = np.concatenate([kept, drawn[system.gap_function(drawn) < 0.0]])
-        if len(kept) >= number:
-            return kept[:number]
+    # A load that presses the bodies together has its equilibrium where they overlap.
+    for middle in dict.fromkeys((_equilibrium(system), (0.0, 0.0, 0.0, 0.0))):
+        random = np.random.default_rng(seed)
+        kept = np.empty((0, 4))
+        for _ in range(1000):
+            drawn = middle + random.uniform(-1.0, 1.0, (2 * number, 4)) * START_BOX
+            kept = np.concatenate([kept, drawn[system.gap_function(drawn) < 0.0]])
+            if len(kept) >= number:
+                return kept[:number]
     reject("gap", system.gap, "a gap that leaves room for the bodies around x1 = x2 = 0")
+
+
+def _equilibrium(system: System) -> tuple[float, float, float, float]:
+    """Return the state of rest under the constant loads; x1 = 0 of a body 1 that has none."""
+    stiffness, x1 = system.frequency_ratio**2, 0.0
+    if stiffness > 0.0 and math.isfinite(system.static_moment / stiffness):
+        x1 = system.static_moment / stiffness
+    return x1, 0.0, system.static_force, 0.0
 
 
 def _driven(system: System) -> None:

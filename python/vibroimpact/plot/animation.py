@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 MOST_FRAMES: Final = 2000
 """The largest number of frames of an animation."""
 
-# By default: frames in a drive period, of a constant load in a unit of time, and their limits.
+# By default: frames in a drive period, without one in a unit of time, and their limits.
 _IN_PERIOD, _IN_UNIT, _FEWEST, _USUALLY_MOST = 48, 12, 48, 360
 # The impulses of an impact are seen for so many frames.
 _FLASH = 7

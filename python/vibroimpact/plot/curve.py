@@ -67,14 +67,14 @@ def sample(
         Length of the window in drive periods, in place of `window`: the last ones, or what is kept
         of them.
     points_per_period : int, optional
-        Samples in a drive period; of a constant load, samples in the window. By default so many
-        that every flight and every oscillation is smooth.
+        Samples in a drive period; without one, in the window. By default so many that
+        every flight and every oscillation is smooth.
 
     Raises
     ------
     ParameterError
         If an argument is of the wrong kind or out of range, the window lies outside the kept part
-        of the run, or `periods` is given for a constant load, which has no period.
+        of the run, or `periods` is given for a system without drive period.
     """
     start, end = span = shown_window(run, window, periods)
     grid = _grid(run, span, points_per_period)
@@ -103,7 +103,7 @@ def shown_window(run: Run, window: Any = None, periods: Any = None) -> tuple[flo
     if periods is not None:
         length = positive("periods", periods) * run.system.drive_period
         if not np.isfinite(length):
-            allowed = "None: a constant load has no drive period: give window=(start, end)"
+            allowed = "None: drive_frequency = 0 has no drive period: give window=(start, end)"
             reject("periods", periods, allowed)
         return max(first, last - length), last
     return _readable(run, first, last)

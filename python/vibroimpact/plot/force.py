@@ -46,8 +46,8 @@ def contact_force(
         Length of the window in drive periods, in place of `window`: the last ones, or what is kept
         of them.
     points_per_period : int, optional
-        Samples in a drive period; of a constant load, samples in the window. By default so many
-        that every flight and every oscillation is smooth.
+        Samples in a drive period; without one, in the window. By default so many that
+        every flight and every oscillation is smooth.
     legend : bool
         Name forces and bands above the axes.
     units : "SI", optional

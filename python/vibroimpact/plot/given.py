@@ -77,9 +77,11 @@ def wall_at_rest(system: System, v1: NDArray[np.float64], v2: NDArray[np.float64
 
 def run_hits_wall_at_rest(run: Run) -> bool:
     """Return whether body 2 of a run is a wall at rest."""
-    still = run.system.is_wall and run.system.force_amplitude == 0.0 and not any(run.initial[2:])
+    system, (_, _, x2, v2) = run.system, run.initial
+    equilibrium = x2 == system.static_force and v2 == 0.0
+    still = system.is_wall and system.force_amplitude == 0.0 and equilibrium
     hits = run.impacts
-    return still or (len(hits) > 0 and wall_at_rest(run.system, hits["v1_pre"], hits["v2_pre"]))
+    return still or (len(hits) > 0 and wall_at_rest(system, hits["v1_pre"], hits["v2_pre"]))
 
 
 def usual_value(section: str, result: Diagram | Branch) -> str:
@@ -122,6 +124,6 @@ def sectioned(run: Run) -> None:
     """Refuse a run without a stroboscopic section."""
     if run.system.drive_frequency == 0.0:
         raise ParameterError(
-            "run.system.drive_frequency = 0.0 is not allowed; allowed: a number > 0: a constant "
-            "load has no drive period, and the run no stroboscopic section"
+            "run.system.drive_frequency = 0.0 is not allowed; allowed: a number > 0: without "
+            "drive period the run has no stroboscopic section"
         )

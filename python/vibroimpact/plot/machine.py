@@ -3,7 +3,8 @@
 Oblique contact is drawn to scale, with the pendulum's length as unit and the pivot as origin. In
 direct contact both bodies move on one line; there the way that they need has the length 1. A wall
 (mass_ratio = 0) is a plate. In an impact arrows show the impulses on body 1, in sustained contact
-the tip has the colour of the bands in a time history.
+the tip has the colour of the bands in a time history. The arrows of constant loads have another
+colour than those of the drive, and always the same length.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from .marks import Mode
 from .style import (
     BLACK,
     GREEN,
+    ORANGE,
     REGIME_STYLES,
     SLIDE_STYLE,
     STICK_STYLE,
@@ -40,7 +42,8 @@ _LOW, _HIGH = -1.13, -0.53
 _IMPULSE, _DRIVE = 0.55, 0.3
 # A drive smaller than this part of its amplitude has no arrow.
 _NO_DRIVE = 0.12
-_ARC_RADIUS, _ARC_TURN = 0.31, math.radians(75)
+_ARC_RADIUS, _INNER_RADIUS, _ARC_TURN = 0.31, 0.22, math.radians(75)
+_LOAD_LOOK: dict[str, Any] = {"lw": 1.4, "mutation_scale": 9}
 _CONTACT = {"slide": SLIDE_STYLE, "stick": STICK_STYLE}
 
 
@@ -71,7 +74,8 @@ def machine(
     state : (x1, v1, x2, v2)
         The state; only the positions are drawn.
     phase : float, optional
-        Phase of the drive in radians; arrows show moment and force then.
+        Phase of the drive in radians; arrows show its moment and force then. Those of the constant
+        loads are always shown.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None. Its axes are switched off.
 
@@ -192,6 +196,7 @@ class Stage:
         self._moving = [
             *self._second(face),
             *self._first(x1, style.color if style else BLACK),
+            *self._constant(face, self._tip(x1)),
         ]
         if phase is not None:
             self._moving += self._drive(face, self._tip(x1), math.cos(phase))
@@ -257,26 +262,46 @@ class Stage:
         """Draw moment and force of the drive, as long as they are large at this instant."""
         if abs(drive) < _NO_DRIVE:
             return []
-        ax, system = self._ax, self._system
+        system = self._system
         drawn: parts.Drawn = []
-        look: dict[str, Any] = {"lw": 1.4, "mutation_scale": 9}
         if system.moment_amplitude != 0.0:
             sense = math.copysign(1.0, system.moment_amplitude) * drive
-            if self._oblique:
-                turn = np.linspace(0.0, _ARC_TURN * sense, 40) - math.pi / 2
-                x, y = _ARC_RADIUS * np.cos(turn), _ARC_RADIUS * np.sin(turn)
-                drawn += ax.plot(x[:-4], y[:-4], color=GREEN, lw=1.4, zorder=2)
-                drawn += parts.arrow(ax, (x[-6], y[-6]), (x[-1], y[-1]), GREEN, **look)
-            else:
-                start = (tip[0] - 0.5 * _WIDTH, self._top + 0.2)
-                drawn += parts.arrow(
-                    ax, start, (start[0] + _DRIVE * sense, start[1]), GREEN, **look
-                )
+            drawn += self._moment(tip, sense, _ARC_RADIUS, 0.2, GREEN)
         if system.force_amplitude != 0.0 and not self._plate:
             sense = math.copysign(1.0, system.force_amplitude) * drive
-            start = (face + 0.5 * _WIDTH, self._top + 0.14)
-            drawn += parts.arrow(ax, start, (start[0] + _DRIVE * sense, start[1]), GREEN, **look)
+            drawn += self._force(face, sense, 0.14, GREEN)
         return drawn
+
+    def _constant(self, face: float, tip: parts.Point) -> parts.Drawn:
+        """Draw the constant moment and force."""
+        system = self._system
+        drawn: parts.Drawn = []
+        if system.static_moment != 0.0:
+            sense = math.copysign(1.0, system.static_moment)
+            drawn += self._moment(tip, sense, _INNER_RADIUS, 0.28, ORANGE)
+        if system.static_force != 0.0 and not self._plate:
+            drawn += self._force(face, math.copysign(1.0, system.static_force), 0.22, ORANGE)
+        return drawn
+
+    def _moment(
+        self, tip: parts.Point, sense: float, radius: float, height: float, color: str
+    ) -> parts.Drawn:
+        """Draw a moment about the pivot, or a force on body 1 at a height above it."""
+        ax = self._ax
+        if not self._oblique:
+            start = (tip[0] - 0.5 * _WIDTH, self._top + height)
+            end = (start[0] + _DRIVE * sense, start[1])
+            return parts.arrow(ax, start, end, color, **_LOAD_LOOK)
+        turn = np.linspace(0.0, _ARC_TURN * sense, 40) - math.pi / 2
+        x, y = radius * np.cos(turn), radius * np.sin(turn)
+        drawn: parts.Drawn = [*ax.plot(x[:-4], y[:-4], color=color, lw=1.4, zorder=2)]
+        return drawn + parts.arrow(ax, (x[-6], y[-6]), (x[-1], y[-1]), color, **_LOAD_LOOK)
+
+    def _force(self, face: float, sense: float, height: float, color: str) -> parts.Drawn:
+        """Draw a force on body 2 at a height above it."""
+        start = (face + 0.5 * _WIDTH, self._top + height)
+        end = (start[0] + _DRIVE * sense, start[1])
+        return parts.arrow(self._ax, start, end, color, **_LOAD_LOOK)
 
     def _impact(self, tip: parts.Point, hit: Hit) -> parts.Drawn:
         """Draw the impulses on body 1 and the mark of the regime, paler the older they are."""

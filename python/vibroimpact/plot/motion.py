@@ -67,8 +67,8 @@ def time_history(
         Length of the window in drive periods, in place of `window`: the last ones, or what is kept
         of them.
     points_per_period : int, optional
-        Samples in a drive period; of a constant load, samples in the window. By default so many
-        that every flight and every oscillation is smooth.
+        Samples in a drive period; without one, in the window. By default so many that
+        every flight and every oscillation is smooth.
     color : "regime" or None
         Mark the impacts by their regime.
     drive : {"auto", "plain", "none"}
@@ -89,7 +89,7 @@ def time_history(
     ------
     ParameterError
         If an argument is of the wrong kind or out of range, the window lies outside the kept part
-        of the run, or `periods` is given for a constant load.
+        of the run, or `periods` is given for `drive_frequency` = 0.
 
     Examples
     --------
@@ -175,8 +175,8 @@ def phase_portrait(
     periods : float, optional
         Length of the window in drive periods, in place of `window`.
     points_per_period : int, optional
-        Samples in a drive period; of a constant load, samples in the window. By default so many
-        that every flight and every oscillation is smooth.
+        Samples in a drive period; without one, in the window. By default so many that
+        every flight and every oscillation is smooth.
     color : "regime" or None
         Mark the state before each impact by its regime.
     legend : bool
@@ -270,8 +270,8 @@ def gap_history(
         Length of the window in drive periods, in place of `window`: the last ones, or what is kept
         of them.
     points_per_period : int, optional
-        Samples in a drive period; of a constant load, samples in the window. By default so many
-        that every flight and every oscillation is smooth.
+        Samples in a drive period; without one, in the window. By default so many that
+        every flight and every oscillation is smooth.
     color : "regime" or None
         Mark the impacts by their regime.
     legend : bool
@@ -347,8 +347,8 @@ def displacement_history(
         Length of the window in drive periods, in place of `window`: the last ones, or what is kept
         of them.
     points_per_period : int, optional
-        Samples in a drive period; of a constant load, samples in the window. By default so many
-        that every flight and every oscillation is smooth.
+        Samples in a drive period; without one, in the window. By default so many that
+        every flight and every oscillation is smooth.
     color : "regime" or None
         Mark the impacts by their regime.
     legend : bool

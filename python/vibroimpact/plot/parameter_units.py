@@ -34,6 +34,8 @@ _IN_SI: Final[Mapping[str, tuple[str, str, str]]] = {
     "gap": (r"$\Delta$", "length", "m"),
     "moment_amplitude": (r"$f_{10}$", "energy", "N m"),
     "force_amplitude": (r"$f_{20}$", "force", "N"),
+    "static_moment": (r"$C_{10}$", "energy", "N m"),
+    "static_force": (r"$F_{20}$", "force", "N"),
 }
 
 # Of each quantity of a function: symbol and sign in print, and its part of the quantity in SI.
@@ -47,6 +49,8 @@ _QUANTITIES: Final[Mapping[str, tuple[tuple[str, str, float], ...]]] = {
     "damping": (("$C_2$", "N s/m", 1.0),),
     "moment_amplitude": (("$f_{10}$", "N m", 1.0),),
     "force_amplitude": (("$f_{20}$", "N", 1.0),),
+    "static_moment": (("$C_{10}$", "N m", 1.0),),
+    "static_force": (("$F_{20}$", "N", 1.0),),
     "drive_frequency": ((r"$\Omega$", "rad/s", 1.0), (r"$\Omega/2\pi$", "Hz", math.tau)),
     "gap": ((r"$\Delta$", "m", 1.0),),
     "restitution": ((PARAMETER_SYMBOLS["restitution"], "", 1.0),),
@@ -131,8 +135,8 @@ def parameter_axis(name: str, system: System, *, is_si: bool) -> tuple[float, st
         return 1.0, axis_name(name, made=False)
     symbol, unit, sign = _IN_SI[name]
     factor: float = getattr(needed(system.scales), unit)
-    # f2 = f20/(K2 l), and K2 l = M2 l omega_2^2: the unit of forces is that of M1.
-    if name == "force_amplitude":
+    # f2 = f20/(K2 l), c2 = F20/(K2 l), and K2 l = M2 l omega_2^2: the unit of forces is that of M1.
+    if name in ("force_amplitude", "static_force"):
         factor /= system.mass_ratio
     return factor, f"{symbol} ({sign})"
 

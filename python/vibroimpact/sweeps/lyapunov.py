@@ -32,7 +32,7 @@ from .made_cells import made_cells
 
 # Drive periods that a measurement takes at least: two for each block of its error. Users see it.
 _LEAST = 20
-# Steps of a measurement under a constant load.
+# Steps of a measurement without drive period.
 _STEPS = 1000
 
 
@@ -98,8 +98,8 @@ def lyapunov_spectrum(
         quarters, or 20 if that is more). A motion that has not come to its periodic orbit before is
         followed until it has, and measured then.
     time
-        In place of periods, under a constant load (drive frequency 0) and without axes: time in
-        all; the last three quarters are measured.
+        In place of periods, for ``drive_frequency = 0`` and without axes: time in all; the last
+        three quarters are measured.
     units
         ``"SI"``: what is varied, and ``initial``, are in SI, as in ``bifurcation_diagram``, and
         ``time`` is in s. Exponents are dimensionless.
@@ -161,7 +161,7 @@ def lyapunov_spectrum(
             or keep is not None
             or system.drive_frequency > 0.0
         ):
-            reject("time", time, "None, but for a single motion under a constant load")
+            reject("time", time, "None, but for a single motion with drive_frequency = 0")
         time = positive("time", time) / (needed(system.scales).time if in_si(units) else 1.0)
         return _single(system, initial, time, None, 0, max_events, chatter_tolerance)
     periods = count("periods", 2000 if periods is None else periods, least=_LEAST)

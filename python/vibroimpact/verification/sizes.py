@@ -4,11 +4,11 @@ x1, v1, x2, v2 vanish twice in each period, and no digit is lost there. So an er
 units of the largest value over the last period, up to the row. The period is the longest of drive
 and bodies, within ten times that of body 2. If the motion was much larger just before, as after an
 impact or with a slow drive, the size is limited to what the present state can lead to: a velocity,
-times the slowest of the three periods over 2 pi; a position, over the fastest; or the amplitude of
-the drive. A position at which a motion begins or turns counts as the velocity there over the
-fastest. A velocity next to 0 at a position that hardly changes, as at rest under a constant load,
-counts as _STEADY of the position, anything next to 0 as _STILL of the largest of the four. Times
-count in drive periods, or in 2 pi if that is less.
+times the slowest of the three periods over 2 pi; a position, over the fastest; or the loads. A
+position at which a motion begins or turns counts as the velocity there over the fastest. A velocity
+next to 0 at a position that hardly changes, as at rest under a constant load, counts as _STEADY of
+the position, anything next to 0 as _STILL of the largest of the four. Times count in drive periods,
+or in 2 pi if that is less.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ class Sizes:
         omega, omega0 = float(system.omega), float(system.omega0)
         self.time = min(OWN_PERIOD, OWN_PERIOD / omega) if omega else OWN_PERIOD
         self.window = window(system)
-        #: Of each body: own rate, slowest and fastest rate, largest load.
+        #: Of each body: own rate, slowest and fastest rate, amplitude of the loads.
         self.bodies = []
-        for own, drive, load in ((omega0, system.f1, system.c1), (1.0, system.f2, system.c2)):
+        loads = ((omega0, abs(system.f1) + abs(system.c1)), (1.0, abs(system.f2) + abs(system.c2)))
+        for own, drive in loads:
             slow = min(rate for rate in (own, omega, 1.0) if rate > 0.0)
             fast = max(own, omega, 1.0)
-            most = abs(float(drive)) + abs(float(load))
-            self.bodies.append((own, max(slow, 1.0 / LONGEST_WINDOW), fast, most))
+            self.bodies.append((own, max(slow, 1.0 / LONGEST_WINDOW), fast, float(drive)))
         rows = [np.array(exact.looks).reshape(-1, 5)]
         for entry in exact.entries:
             time, x1, v1, v1_, x2, v2, v2_ = map(float, entry.values)

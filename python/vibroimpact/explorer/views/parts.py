@@ -23,6 +23,8 @@ SYMBOLS = {
     "oscillator_damping": "ζ₂",
     "moment_amplitude": "f₁",
     "force_amplitude": "f₂",
+    "static_moment": "c₁",
+    "static_force": "c₂",
     "friction": "μ",
     "phase": "φ",
     "x1": "x₁",

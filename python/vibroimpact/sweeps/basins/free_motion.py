@@ -1,10 +1,11 @@
 """Motions that never strike again: a bound of the gap over all times of a free motion.
 
-Without contact each body is a sum of its steady response, of amplitude
-|f|/|w^2 - omega^2 + 2 i zeta w omega|, and of its free oscillation, whose energy does not grow. So
-|x1| <= X1 and |x2| <= X2 for ever, and where sin X1 + X2 stays below the gap (X1 + X2 in direct
-contact) the bodies never meet. If the bound is not below the gap, contact may occur after any time:
-with frequencies without a common period every combination of phases comes up.
+Without contact each body is a sum of its equilibrium c/w^2, its steady response, of amplitude
+|f|/|w^2 - omega^2 + 2 i zeta w omega|, and its free oscillation, whose energy does not grow. So
+each stays within a distance X of its equilibrium for ever. Where the highest place of the tip, less
+the lowest of body 2, stays below the gap, the bodies never meet. If the bound is not below the gap,
+contact may occur after any time: with frequencies without a common period every combination of
+phases comes up.
 """
 
 import numpy as np
@@ -29,20 +30,31 @@ def never_strike(system: System, sections: NDArray[np.float64]) -> NDArray[np.bo
         True is proved; False means that contact is not excluded.
     """
     omega, turn = system.drive_frequency, np.exp(1j * system.phase)
-    reaches = []
-    for place, w, zeta, f in (
-        (0, system.frequency_ratio, system.pendulum_damping, system.moment_amplitude),
-        (2, 1.0, system.oscillator_damping, system.force_amplitude),
+    ranges = []
+    for place, w, zeta, f, c in (
+        (
+            0,
+            system.frequency_ratio,
+            system.pendulum_damping,
+            system.moment_amplitude,
+            system.static_moment,
+        ),
+        (2, 1.0, system.oscillator_damping, system.force_amplitude, system.static_force),
     ):
         stiffness = w * w - omega * omega + 2j * zeta * w * omega
-        if w == 0.0 or (stiffness == 0.0 and f != 0.0):
+        if w == 0.0 or (stiffness == 0.0 and f != 0.0) or (w * w == 0.0 and c != 0.0):
             # The angle of a free rotor, and a motion at resonance, are not bounded.
             return np.zeros(len(sections), dtype=bool)
         steady = f * turn / stiffness if f != 0.0 else 0.0
-        x = sections[:, place] - np.real(steady)
+        middle = c / (w * w) if c != 0.0 else 0.0
+        x = sections[:, place] - middle - np.real(steady)
         v = sections[:, place + 1] - np.real(1j * omega * steady)
-        reaches.append(np.abs(steady) + np.hypot(x, v / w))
-    # The tip of the pendulum is farthest at a quarter turn; in direct contact it has no limit.
-    crest = 0.5 * np.pi if system.contact == "oblique" else np.inf
-    tip = system.tip(np.minimum(reaches[0], crest))
-    return np.asarray(tip + reaches[1] < system.gap)
+        reach = np.abs(steady) + np.hypot(x, v / w)
+        ranges.append((middle - reach, middle + reach))
+    (lowest, highest), (low_2, _) = ranges
+    tip = np.maximum(system.tip(lowest), system.tip(highest))
+    if system.contact == "oblique":
+        # Some angle of the range is a quarter turn, where the tip is farthest.
+        first, last = ((end / np.pi - 0.5) / 2.0 for end in (lowest, highest))
+        tip[np.floor(last) >= np.ceil(first)] = 1.0
+    return np.asarray(tip - low_2 < system.gap)
