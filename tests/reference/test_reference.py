@@ -394,7 +394,8 @@ def csv_row(row: Row, found: str) -> dict[str, str]:
     """A row of near_grazes.json as a line of the CSV that certify reads."""
     values = {key: row[key] for key in ("x1", "v1", "x2", "v2", "t_end", "contact")}
     values |= {"id": row["ladder"] + row["rung"], "phase0": float(row["phase"]).hex()}
-    values |= row["parameters"] | {"touching": str(int(row["touching"])), "found": found}
+    values |= {"c1": "0", "c2": "0"} | row["parameters"]
+    values |= {"touching": str(int(row["touching"])), "found": found}
     assert set(values) == set(COLUMNS)
     return values
 
