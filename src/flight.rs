@@ -11,6 +11,7 @@ mod drive;
 pub(crate) mod gap;
 mod oscillator;
 mod resonance;
+pub(crate) mod structure;
 mod table;
 pub(crate) mod tolerances;
 
@@ -22,6 +23,7 @@ pub(crate) use oscillator::{
     SeriesLanes,
 };
 pub(crate) use resonance::{Beat, Beats};
+pub use structure::{StopContact, StructureFlight, StructureMotion};
 pub(crate) use table::{Point, States, Table};
 
 use crate::flight::tolerances::CHUNK_TURNS;

@@ -71,10 +71,13 @@ pub use analysis::{
     largest_lyapunov_exponents, lyapunov_spectrum, run_many, sweep,
 };
 pub use contact::{ContactForce, ContactMode};
-pub use flight::{ContactReport, Flight, Found, FreeMotion, Touch, next_contact};
+pub use flight::{
+    ContactReport, Flight, Found, FreeMotion, StopContact, StructureFlight, StructureMotion, Touch,
+    next_contact,
+};
 pub use model::{
-    Clock, Contact, ImpactLaw, Parameter, ParameterError, SimulationError, State, StateError,
-    System, SystemBuilder,
+    Clock, Contact, ImpactLaw, Parameter, ParameterError, SimulationError, State, StateError, Stop,
+    Structure, StructureBuilder, System, SystemBuilder,
 };
 pub use numerics::cancel::CancelToken;
 pub use search::{GapPoint, Start};

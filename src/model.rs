@@ -6,9 +6,11 @@ pub(crate) mod error;
 pub(crate) mod oblique;
 pub(crate) mod parameters;
 pub(crate) mod state;
+pub(crate) mod structure;
 pub(crate) mod tip;
 pub(crate) mod tolerances;
 
 pub use error::{ParameterError, SimulationError, StateError};
 pub use parameters::{Contact, ImpactLaw, Parameter, System, SystemBuilder};
 pub use state::{Clock, State};
+pub use structure::{Stop, Structure, StructureBuilder};

@@ -19,6 +19,15 @@ pub(crate) struct Trig {
 impl Trig {
     /// psi = 0.
     pub const ONE: Self = Self { cos: 1.0, sin: 0.0 };
+
+    /// This angle and another together.
+    #[inline(always)]
+    pub fn turned_by(self, other: Self) -> Self {
+        Self {
+            cos: self.cos * other.cos - self.sin * other.sin,
+            sin: self.sin * other.cos + self.cos * other.sin,
+        }
+    }
 }
 
 /// The forcing phase after some time: the turn made since the start, and where it led.
@@ -97,7 +106,7 @@ impl Drive {
         Self::new(system.drive_frequency, system.phase)
     }
 
-    fn new(omega: f64, phase: f64) -> Self {
+    pub fn new(omega: f64, phase: f64) -> Self {
         let period = if omega > 0.0 {
             TWO_PI.divide(DoubleDouble::new(omega))
         } else {

@@ -122,18 +122,27 @@ impl Motion {
     }
 }
 
-impl Oscillator {
-    /// Of a body driven at `omega`, for local flights of at most `span`.
-    pub fn new(body: &Body<f64>, omega: f64, span: f64) -> Self {
-        let &Body { natural, damping, amplitude: forcing, constant: load } = body;
+/// How a body moves without any load.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FreeBody {
+    natural: f64,
+    decay_rate: f64,
+    damped: DoubleDouble,
+    decay: Decay,
+    growth: f64,
+}
+
+impl FreeBody {
+    /// On a spring, of this natural frequency and damping ratio; 0: nothing holds the body.
+    pub fn on_spring(natural: DoubleDouble, damping: f64) -> Self {
         // Squares of less underflow; no run is long enough to see the difference.
         let damping = if damping < LEAST_DAMPING { 0.0 } else { damping };
-        let decay_rate = damping * natural;
         let one = DoubleDouble::new(1.0);
         let zeta = DoubleDouble::new(damping);
         let radicand = (one - zeta) * (one + zeta);
-        let damped = DoubleDouble::new(natural)
-            * if radicand.hi < 0.0 { (-radicand).sqrt() } else { radicand.sqrt() };
+        let damped = natural * if radicand.hi < 0.0 { (-radicand).sqrt() } else { radicand.sqrt() };
+        let natural = natural.value();
+        let decay_rate = damping * natural;
         let wd = damped.value();
         let decay = if wd == 0.0 {
             Decay::Critical
@@ -144,6 +153,32 @@ impl Oscillator {
         } else {
             Decay::Overdamped { kappa: wd, slow: natural * (natural / (decay_rate + wd)) }
         };
+        let growth = natural * (damping + damping.hypot(1.0));
+        Self { natural, decay_rate, damped, decay, growth }
+    }
+
+    /// On a damper alone: x'' + 2 c x' = 0.
+    pub fn on_damper(decay_rate: f64) -> Self {
+        Self {
+            natural: 0.0,
+            decay_rate,
+            damped: DoubleDouble::new(decay_rate),
+            decay: Decay::Overdamped { kappa: decay_rate, slow: 0.0 },
+            growth: 2.0 * decay_rate,
+        }
+    }
+}
+
+impl Oscillator {
+    /// Of a body driven at `omega`, for local flights of at most `span`.
+    pub fn new(body: &Body<f64>, omega: f64, span: f64) -> Self {
+        let free = FreeBody::on_spring(DoubleDouble::new(body.natural), body.damping);
+        Self::under(free, body.amplitude, body.constant, omega, span)
+    }
+
+    /// Of a body under a drive of amplitude `forcing` and a constant load.
+    pub fn under(free: FreeBody, forcing: f64, load: f64, omega: f64, span: f64) -> Self {
+        let FreeBody { natural, decay_rate, damped, decay, growth } = free;
         let stiffness =
             Complex::new((natural - omega) * (natural + omega), 2.0 * decay_rate * omega);
         let inverse = 1.0 / stiffness.norm();
@@ -174,7 +209,7 @@ impl Oscillator {
             }
         };
         let turn = natural * span;
-        let has_equilibrium = turn >= LEAST_SPRING_ANGLE && turn >= 2.0 * damping;
+        let has_equilibrium = turn >= LEAST_SPRING_ANGLE && natural * turn >= 2.0 * decay_rate;
         let under_load = (load != 0.0 && !has_equilibrium).then(|| from_rest(0.0));
         let steady = if forcing == 0.0 {
             Complex::new(0.0, 0.0)
@@ -197,7 +232,7 @@ impl Oscillator {
                 damped,
                 steady_re: steady.re,
                 steady_im: steady.im,
-                growth: natural * (damping + damping.hypot(1.0)),
+                growth,
                 steady_size: steady.norm(),
                 // Infinite where nothing turns or decays: the series is then finite.
                 short: SHORT_ANGLE / natural.max(omega).max(2.0 * decay_rate),

@@ -27,7 +27,7 @@ pub(crate) struct Point {
 /// a loaded body.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
-struct Response {
+pub(super) struct Response {
     x_of_x: Lanes,
     x_of_v: Lanes,
     v_of_x: Lanes,
@@ -44,13 +44,13 @@ struct Response {
 
 /// Whether a body is driven, and whether it has a constant load.
 #[derive(Debug, Clone, Copy)]
-struct Loads {
+pub(super) struct Loads {
     driven: bool,
     constant: bool,
 }
 
 impl Loads {
-    fn of(body: &Oscillator) -> Self {
+    pub fn of(body: &Oscillator) -> Self {
         Self { driven: body.is_forced(), constant: body.has_constant() }
     }
 }
@@ -143,7 +143,7 @@ impl States {
 
 impl Response {
     /// `turns`: of the forcing, from the phase 0 on.
-    fn new(body: &Oscillator, times: &Lanes, turns: &[Turn; LANES]) -> Self {
+    pub fn new(body: &Oscillator, times: &Lanes, turns: &[Turn; LANES]) -> Self {
         let bases = times.map(|s| body.basis(s));
         let free = bases.map(|basis| body.equation.transition_by(basis));
         let response = |body: &Oscillator, start: Trig| {
@@ -178,7 +178,7 @@ impl Response {
     }
 
     #[inline(always)]
-    fn motion(&self, x: f64, v: f64, psi: Trig, loads: Loads) -> (Lanes, Lanes) {
+    pub fn motion(&self, x: f64, v: f64, psi: Trig, loads: Loads) -> (Lanes, Lanes) {
         let (mut xs, mut vs) = ([0.0; LANES], [0.0; LANES]);
         for j in 0..LANES {
             xs[j] = self.x_of_x[j].mul_add(x, self.x_of_v[j] * v);

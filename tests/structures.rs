@@ -1,0 +1,179 @@
+//! Flights of linear structures and the contacts that end them, against 25-digit reference data
+//! (tests/data/README.md): 40 random structures with moving stops, rigid-body modes and loads.
+
+use nalgebra::Complex;
+use serde_json::Value;
+use vibroimpact::{Clock, Stop, StopContact, Structure, StructureMotion};
+
+fn data() -> Vec<Value> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/structures.json");
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn number(value: &Value) -> f64 {
+    match value {
+        Value::String(text) => text.parse().unwrap(),
+        other => other.as_f64().unwrap(),
+    }
+}
+
+fn vector(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(number).collect()
+}
+
+fn matrix(value: &Value) -> Vec<Vec<f64>> {
+    value.as_array().unwrap().iter().map(vector).collect()
+}
+
+/// Real, or a pair of real and imaginary part.
+fn complex(value: &Value) -> Complex<f64> {
+    match value {
+        Value::Array(parts) => Complex::new(number(&parts[0]), number(&parts[1])),
+        other => Complex::new(number(other), 0.0),
+    }
+}
+
+fn structure(scene: &Value) -> Structure {
+    let drive: Vec<_> = scene["drive_amplitude"].as_array().unwrap().iter().map(complex).collect();
+    let builder = Structure::builder(matrix(&scene["mass"]), matrix(&scene["stiffness"]))
+        .damping_ratios(vector(&scene["damping_ratios"]))
+        .static_load(vector(&scene["load"]))
+        .drive(drive, number(&scene["drive_frequency"]), number(&scene["phase"]));
+    let stops = scene["stops"].as_array().unwrap().iter();
+    stops
+        .map(|stop| {
+            let [gap, r, amplitude, phase] =
+                ["gap", "restitution", "amplitude", "phase"].map(|name| number(&stop[name]));
+            Stop::new(vector(&stop["normal"]), gap, r).moving(amplitude, phase)
+        })
+        .fold(builder, vibroimpact::StructureBuilder::stop)
+        .build()
+        .unwrap()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// M^-1 n, by the modes.
+fn mobility(structure: &Structure, normal: &[f64]) -> Vec<f64> {
+    let mut row = vec![0.0; normal.len()];
+    for shape in structure.shapes() {
+        let part = dot(&shape, normal);
+        for (entry, &s) in row.iter_mut().zip(&shape) {
+            *entry += part * s;
+        }
+    }
+    row
+}
+
+/// An impact: clock, stop, q, velocities before and after, approach velocity.
+struct Impact {
+    clock: Clock,
+    stop: usize,
+    q: Vec<f64>,
+    pre: Vec<f64>,
+    post: Vec<f64>,
+    u: f64,
+}
+
+/// Impacts without friction, and the states after each period.
+fn simulated(scene: &Value) -> (Vec<Impact>, Vec<[Vec<f64>; 2]>) {
+    let structure = structure(scene);
+    let motion = StructureMotion::new(&structure);
+    let [mut q, mut v] = [0, 1].map(|i| vector(&scene["initial"][i]));
+    let periods = scene["periods"].as_i64().unwrap();
+    let period = std::f64::consts::TAU / structure.drive_frequency();
+    let (mut clock, mut touching) = (Clock::START, Vec::new());
+    let (mut impacts, mut sections): (Vec<Impact>, Vec<[Vec<f64>; 2]>) = Default::default();
+    loop {
+        let flight = motion.flight(clock, &q, &v);
+        let found = motion.next_contact(&flight, &touching);
+        let (time, offset, met) = match found {
+            StopContact::Met { stop, time, offset } => (time, offset, Some(stop)),
+            StopContact::Clear(_) => (motion.span(), 0.0, None),
+            other => panic!("{other:?}"),
+        };
+        let next = motion.clock_after(&flight, time, offset);
+        // Sections on the way.
+        for k in clock.period + 1..=next.period.min(periods) {
+            let until = (k - clock.period) as f64 * period - clock.time_in_period;
+            let (q, v) = motion.state_after(&flight, until, 0.0);
+            sections.push([q, v]);
+        }
+        if next.period >= periods {
+            return (impacts, sections);
+        }
+        (q, v) = motion.state_after(&flight, time, offset);
+        clock = next;
+        touching.clear();
+        if let Some(stop) = met {
+            let normal = structure.stops()[stop].normal();
+            let row = mobility(&structure, normal);
+            let (gap, u) = motion.gap(stop, clock, &q, &v);
+            let a = dot(normal, &row);
+            let impulse = (1.0 + structure.stops()[stop].restitution()) * u / a;
+            for (place, m) in q.iter_mut().zip(&row) {
+                *place -= gap / a * m;
+            }
+            let pre = v.clone();
+            for (rate, m) in v.iter_mut().zip(&row) {
+                *rate -= impulse * m;
+            }
+            impacts.push(Impact { clock, stop, q: q.clone(), pre, post: v.clone(), u });
+            touching.push(stop);
+        }
+    }
+}
+
+/// As tests/data/README.md says: 100 eps times the amplification and the size; times and velocities
+/// over min(1, u) too.
+#[test]
+fn random_structures_meet_their_stops_as_the_reference_says() {
+    let (mut worst, mut count): (f64, usize) = (0.0, 0);
+    for (number_of_scene, scene) in data().iter().enumerate() {
+        let (impacts, sections) = simulated(scene);
+        let wanted = scene["impacts"].as_array().unwrap();
+        assert_eq!(impacts.len(), wanted.len(), "scene {number_of_scene}");
+        let period = std::f64::consts::TAU / number(&scene["drive_frequency"]);
+        let mut most = 1.0f64;
+        for (found, wanted) in impacts.iter().zip(wanted) {
+            let place = format!("scene {number_of_scene}, t = {}", wanted["time"]);
+            assert_eq!(found.stop as u64, wanted["stop"].as_u64().unwrap(), "{place}");
+            let amplification = number(&wanted["amplification"]).max(1.0);
+            most = most.max(amplification);
+            let mut check = |what: &str, found: f64, wanted: f64, over: f64| {
+                let level = f64::EPSILON * amplification * wanted.abs().max(1.0) / over;
+                let error = (found - wanted).abs() / level;
+                worst = worst.max(error);
+                assert!(error <= 100.0, "{place}: {what} {found} {wanted}: {error}");
+            };
+            let slow = found.u.min(1.0);
+            let time = found.clock.period as f64 * period + found.clock.time_in_period;
+            check("time", time, number(&wanted["time"]), slow);
+            for (what, found, name, over) in [
+                ("q", &found.q, "q", 1.0),
+                ("v before", &found.pre, "v_pre", slow),
+                ("v after", &found.post, "v_post", slow),
+            ] {
+                for (&found, wanted) in found.iter().zip(vector(&wanted[name])) {
+                    check(what, found, wanted, over);
+                }
+            }
+            count += 1;
+        }
+        let wanted = scene["stroboscopic"].as_array().unwrap();
+        assert_eq!(sections.len(), wanted.len());
+        for (k, (found, wanted)) in sections.iter().zip(wanted).enumerate() {
+            for (i, part) in found.iter().enumerate() {
+                for (&found, wanted) in part.iter().zip(vector(&wanted[i])) {
+                    let level = 100.0 * f64::EPSILON * most * wanted.abs().max(1.0);
+                    let error = (found - wanted).abs() / level;
+                    assert!(error <= 1.0, "scene {number_of_scene}, section {k}: {error}");
+                }
+            }
+        }
+    }
+    println!("{count} impacts, worst error {worst} eps");
+    assert!(count > 400);
+}
