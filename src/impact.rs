@@ -19,6 +19,7 @@ mod outcome;
 mod paper;
 mod path;
 mod regime;
+mod structure;
 #[cfg(test)]
 mod tests;
 pub(crate) mod tolerances;
@@ -27,6 +28,7 @@ pub use incremental::{IncrementalError, MAX_INCREMENTS, incremental};
 pub use outcome::{ImpactOutcome, OutcomeError};
 pub(crate) use path::{PathEnd, follow, slipping_path};
 pub use regime::{Regime, RegimeKind};
+pub use structure::{StopImpact, strike};
 
 pub use crate::model::contact_coordinates::PreImpact;
 

@@ -1,12 +1,14 @@
-//! Flights of linear structures and the contacts that end them, against 25-digit reference data
-//! (tests/data/README.md): 40 random structures with moving stops, rigid-body modes and loads.
+//! Flights of linear structures, the contacts that end them, and their impacts, against 25-digit
+//! reference data (tests/data/README.md): 60 random structures with moving stops, rigid-body modes,
+//! loads, and friction in 20 of them.
 
 use nalgebra::Complex;
 use serde_json::Value;
+use vibroimpact::impact::{StopImpact, strike};
 use vibroimpact::{Clock, Stop, StopContact, Structure, StructureMotion};
 
-fn data() -> Vec<Value> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/structures.json");
+fn data(name: &str) -> Vec<Value> {
+    let path = format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
@@ -44,40 +46,30 @@ fn structure(scene: &Value) -> Structure {
         .map(|stop| {
             let [gap, r, amplitude, phase] =
                 ["gap", "restitution", "amplitude", "phase"].map(|name| number(&stop[name]));
-            Stop::new(vector(&stop["normal"]), gap, r).moving(amplitude, phase)
+            let made = Stop::new(vector(&stop["normal"]), gap, r).moving(amplitude, phase);
+            match &stop["tangent"] {
+                Value::Array(_) => {
+                    made.with_friction(number(&stop["friction"]), vector(&stop["tangent"]))
+                }
+                _ => made,
+            }
         })
         .fold(builder, vibroimpact::StructureBuilder::stop)
         .build()
         .unwrap()
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// M^-1 n, by the modes.
-fn mobility(structure: &Structure, normal: &[f64]) -> Vec<f64> {
-    let mut row = vec![0.0; normal.len()];
-    for shape in structure.shapes() {
-        let part = dot(&shape, normal);
-        for (entry, &s) in row.iter_mut().zip(&shape) {
-            *entry += part * s;
-        }
-    }
-    row
-}
-
-/// An impact: clock, stop, q, velocities before and after, approach velocity.
+/// An impact: clock, stop, q, velocities before and after.
 struct Impact {
     clock: Clock,
     stop: usize,
     q: Vec<f64>,
     pre: Vec<f64>,
     post: Vec<f64>,
-    u: f64,
+    of: StopImpact,
 }
 
-/// Impacts without friction, and the states after each period.
+/// Impacts, and the states after each period.
 fn simulated(scene: &Value) -> (Vec<Impact>, Vec<[Vec<f64>; 2]>) {
     let structure = structure(scene);
     let motion = StructureMotion::new(&structure);
@@ -108,19 +100,11 @@ fn simulated(scene: &Value) -> (Vec<Impact>, Vec<[Vec<f64>; 2]>) {
         clock = next;
         touching.clear();
         if let Some(stop) = met {
-            let normal = structure.stops()[stop].normal();
-            let row = mobility(&structure, normal);
             let (gap, u) = motion.gap(stop, clock, &q, &v);
-            let a = dot(normal, &row);
-            let impulse = (1.0 + structure.stops()[stop].restitution()) * u / a;
-            for (place, m) in q.iter_mut().zip(&row) {
-                *place -= gap / a * m;
-            }
+            q = motion.on_stop(stop, gap, &q);
             let pre = v.clone();
-            for (rate, m) in v.iter_mut().zip(&row) {
-                *rate -= impulse * m;
-            }
-            impacts.push(Impact { clock, stop, q: q.clone(), pre, post: v.clone(), u });
+            let of = strike(&structure, stop, u, &mut v).unwrap();
+            impacts.push(Impact { clock, stop, q: q.clone(), pre, post: v.clone(), of });
             touching.push(stop);
         }
     }
@@ -128,10 +112,10 @@ fn simulated(scene: &Value) -> (Vec<Impact>, Vec<[Vec<f64>; 2]>) {
 
 /// As tests/data/README.md says: 100 eps times the amplification and the size; times and velocities
 /// over min(1, u) too.
-#[test]
-fn random_structures_meet_their_stops_as_the_reference_says() {
+fn compare(name: &str) -> (usize, Vec<String>) {
     let (mut worst, mut count): (f64, usize) = (0.0, 0);
-    for (number_of_scene, scene) in data().iter().enumerate() {
+    let mut regimes = Vec::new();
+    for (number_of_scene, scene) in data(name).iter().enumerate() {
         let (impacts, sections) = simulated(scene);
         let wanted = scene["impacts"].as_array().unwrap();
         assert_eq!(impacts.len(), wanted.len(), "scene {number_of_scene}");
@@ -148,7 +132,10 @@ fn random_structures_meet_their_stops_as_the_reference_says() {
                 worst = worst.max(error);
                 assert!(error <= 100.0, "{place}: {what} {found} {wanted}: {error}");
             };
-            let slow = found.u.min(1.0);
+            let slow = found.of.approach_velocity.min(1.0);
+            let regime = found.of.regime.kind().name();
+            assert_eq!(regime, wanted["regime"].as_str().unwrap(), "{place}");
+            regimes.push(regime.to_owned());
             let time = found.clock.period as f64 * period + found.clock.time_in_period;
             check("time", time, number(&wanted["time"]), slow);
             for (what, found, name, over) in [
@@ -160,6 +147,12 @@ fn random_structures_meet_their_stops_as_the_reference_says() {
                     check(what, found, wanted, over);
                 }
             }
+            let impulses = [found.of.impulse_normal, found.of.impulse_tangential];
+            for (found, name) in impulses.into_iter().zip(["impulse_normal", "impulse_tangential"])
+            {
+                check(name, found, number(&wanted[name]), slow);
+            }
+            assert!(found.of.separation_velocity <= 0.0 && found.of.energy_loss >= 0.0, "{place}");
             count += 1;
         }
         let wanted = scene["stroboscopic"].as_array().unwrap();
@@ -174,6 +167,22 @@ fn random_structures_meet_their_stops_as_the_reference_says() {
             }
         }
     }
-    println!("{count} impacts, worst error {worst} eps");
+    println!("{name}: {count} impacts, worst error {worst} eps");
+    regimes.sort();
+    regimes.dedup();
+    (count, regimes)
+}
+
+#[test]
+fn random_structures_meet_their_stops_as_the_reference_says() {
+    let (count, regimes) = compare("structures.json");
     assert!(count > 400);
+    assert_eq!(regimes, ["frictionless"]);
+}
+
+#[test]
+fn friction_acts_in_the_stops_of_structures_as_the_reference_says() {
+    let (count, regimes) = compare("structures_friction.json");
+    assert!(count > 100);
+    assert!(regimes.len() > 3, "{regimes:?}");
 }

@@ -140,8 +140,9 @@ impl StructureMotion {
         let stops = structure
             .stops()
             .iter()
-            .map(|stop| StopMotion {
-                row: structure.modes().iter().map(|mode| dot(&mode.shape, stop.normal())).collect(),
+            .enumerate()
+            .map(|(index, stop)| StopMotion {
+                row: structure.contact(index).modal_normal.clone(),
                 gap: stop.gap(),
                 amplitude: stop.amplitude(),
                 drive: Drive::new(omega, stop.phase()),
@@ -235,6 +236,15 @@ impl StructureMotion {
         let normal = self.structure.stops()[stop].normal();
         let Trig { cos, sin } = drive.trig_at(clock);
         (dot(normal, q) - gap - amplitude * cos, dot(normal, v) + amplitude * drive.omega * sin)
+    }
+
+    /// The coordinates of a contact, whose gap is 0 to rounding, moved onto the stop so that rounding
+    /// does not add up.
+    #[must_use]
+    pub fn on_stop(&self, stop: usize, gap: f64, q: &[f64]) -> Vec<f64> {
+        let rows = self.structure.contact(stop);
+        let part = gap / rows.mobilities[0];
+        q.iter().zip(&rows.by_normal).map(|(q, m)| q - part * m).collect()
     }
 
     /// First contact of a flight within one span, among all stops. `touching`: the stops on which the

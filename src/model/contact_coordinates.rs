@@ -47,7 +47,6 @@ pub(crate) struct ContactCoordinates<T> {
     pub friction: T,
 }
 
-#[cfg(test)]
 impl ContactCoordinates<f64> {
     /// From u, s and the numbers a, b, c of a contact with friction mu; c = 0: without a tangent.
     pub fn new(u: f64, s: f64, [a, b, c]: [f64; 3], friction: f64) -> Self {

@@ -12,11 +12,14 @@ mod modes;
 use nalgebra::Complex;
 
 use crate::model::error::ParameterError;
+use crate::model::parameters::ImpactLaw;
 use crate::numerics::double_double::DoubleDouble;
 use modes::{Modes, NoModes, RIGID, modes};
 
 /// What the modes couple by a damping matrix at most, as a part of its largest entry there.
 const COUPLED: f64 = 1e-12;
+/// A tangent whose ac - b^2 is at most this part of ac is parallel to the normal.
+const PARALLEL: f64 = 1e-12;
 /// A matrix may differ by this part of its largest entry from a symmetric one.
 const SYMMETRIC: f64 = 1e-14;
 
@@ -26,6 +29,8 @@ pub struct Stop {
     normal: Vec<f64>,
     gap: f64,
     restitution: f64,
+    friction: f64,
+    tangent: Option<Vec<f64>>,
     amplitude: f64,
     phase: f64,
 }
@@ -35,7 +40,22 @@ impl Stop {
     /// bodies that meet. `gap`: distance along it at q = 0. `restitution`: in [0, 1].
     #[must_use]
     pub fn new(normal: impl Into<Vec<f64>>, gap: f64, restitution: f64) -> Self {
-        Self { normal: normal.into(), gap, restitution, amplitude: 0.0, phase: 0.0 }
+        Self {
+            normal: normal.into(),
+            gap,
+            restitution,
+            friction: 0.0,
+            tangent: None,
+            amplitude: 0.0,
+            phase: 0.0,
+        }
+    }
+
+    /// Coulomb's friction along `tangent`, (N,): the velocity of slip is tangent . q', in the same
+    /// unit of length as normal . q', or the coefficient means nothing.
+    #[must_use]
+    pub fn with_friction(self, friction: f64, tangent: impl Into<Vec<f64>>) -> Self {
+        Self { friction, tangent: Some(tangent.into()), ..self }
     }
 
     /// A stop that moves with the drive, by amplitude cos(omega t + phase). The phase is its own.
@@ -62,6 +82,18 @@ impl Stop {
         self.restitution
     }
 
+    /// Coulomb's coefficient.
+    #[must_use]
+    pub fn friction(&self) -> f64 {
+        self.friction
+    }
+
+    /// t, where there is friction.
+    #[must_use]
+    pub fn tangent(&self) -> Option<&[f64]> {
+        self.tangent.as_deref()
+    }
+
     /// Amplitude of its motion.
     #[must_use]
     pub fn amplitude(&self) -> f64 {
@@ -80,12 +112,13 @@ impl Stop {
             let error = || ParameterError::new(named(what), value, "a finite number");
             if value.is_finite() { Ok(()) } else { Err(error()) }
         };
-        if self.normal.len() != count {
-            let given = format!("{} numbers", self.normal.len());
-            return Err(ParameterError::new(named("normal"), given, format!("{count} numbers")));
+        checked_vector(&named("normal"), &self.normal, count)?;
+        if let Some(tangent) = &self.tangent {
+            checked_vector(&named("tangent"), tangent, count)?;
         }
-        for (i, &value) in self.normal.iter().enumerate() {
-            finite(&format!("normal[{i}]"), value)?;
+        if !(self.friction.is_finite() && self.friction >= 0.0) {
+            let allowed = "a finite number >= 0";
+            return Err(ParameterError::new(named("friction"), self.friction, allowed));
         }
         if self.normal.iter().all(|&value| value == 0.0) {
             return Err(ParameterError::new(named("normal"), "zeros", "a number other than 0"));
@@ -131,7 +164,21 @@ pub struct Structure {
     stops: Vec<Stop>,
     drive_frequency: f64,
     phase: f64,
+    law: ImpactLaw,
     modes: Vec<Mode>,
+    contacts: Vec<StopContactRows>,
+}
+
+/// A stop as the modes and an impact see it.
+#[derive(Debug, Clone)]
+pub(crate) struct StopContactRows {
+    /// n . phi of the modes.
+    pub modal_normal: Vec<f64>,
+    /// M^-1 n and M^-1 t; without friction t = 0.
+    pub by_normal: Vec<f64>,
+    pub by_tangent: Vec<f64>,
+    /// a = n M^-1 n, b = n M^-1 t, c = t M^-1 t.
+    pub mobilities: [f64; 3],
 }
 
 /// One mode, p'' + 2 c p' + w^2 p = |f| cos(psi + arg f) + load.
@@ -158,6 +205,7 @@ pub struct StructureBuilder {
     drive_amplitude: Option<Vec<Complex<f64>>>,
     drive_frequency: f64,
     phase: f64,
+    law: ImpactLaw,
     stops: Vec<Stop>,
 }
 
@@ -197,6 +245,12 @@ impl StructureBuilder {
         phase: f64,
     ) -> Self {
         Self { drive_amplitude: Some(amplitude.into()), drive_frequency: frequency, phase, ..self }
+    }
+
+    /// Impact law, of those with Coulomb's friction; Poisson's unless told otherwise.
+    #[must_use]
+    pub fn law(self, law: ImpactLaw) -> Self {
+        Self { law, ..self }
     }
 
     /// One more stop.
@@ -243,6 +297,21 @@ impl StructureBuilder {
         for (place, stop) in self.stops.iter().enumerate() {
             stop.checked(place, count, self.drive_frequency > 0.0)?;
         }
+        if !self.law.is_coulomb() {
+            let allowed =
+                "poisson, newton or energetic: the paper's formulas are its own machine's";
+            return Err(ParameterError::new("law", self.law.name(), allowed));
+        }
+        let contacts: Vec<_> =
+            self.stops.iter().map(|stop| StopContactRows::new(stop, &found)).collect();
+        for (place, (stop, contact)) in self.stops.iter().zip(&contacts).enumerate() {
+            let [a, b, c] = contact.mobilities;
+            if stop.friction > 0.0 && a * c - b * b <= PARALLEL * a * c {
+                let name = format!("stops[{place}].tangent");
+                let allowed = "a row that is not parallel to the normal";
+                return Err(ParameterError::new(name, "one parallel to it, or zeros", allowed));
+            }
+        }
         let decay_rates = decay_rates(&self.damping, &found, count)?;
         let modes = found
             .frequencies
@@ -269,7 +338,9 @@ impl StructureBuilder {
             stops: self.stops,
             drive_frequency: self.drive_frequency,
             phase: self.phase,
+            law: self.law,
             modes,
+            contacts,
         })
     }
 }
@@ -286,6 +357,7 @@ impl Structure {
             drive_amplitude: None,
             drive_frequency: 0.0,
             phase: 0.0,
+            law: ImpactLaw::default(),
             stops: Vec::new(),
         }
     }
@@ -327,8 +399,56 @@ impl Structure {
         self.phase
     }
 
+    /// Impact law.
+    #[must_use]
+    pub fn law(&self) -> ImpactLaw {
+        self.law
+    }
+
+    pub(crate) fn contact(&self, stop: usize) -> &StopContactRows {
+        &self.contacts[stop]
+    }
+
     pub(crate) fn modes(&self) -> &[Mode] {
         &self.modes
+    }
+}
+
+impl StopContactRows {
+    fn new(stop: &Stop, found: &Modes) -> Self {
+        let none = vec![0.0; stop.normal.len()];
+        let rows =
+            [&stop.normal, stop.tangent.as_ref().filter(|_| stop.friction > 0.0).unwrap_or(&none)];
+        let modal = rows.map(|row| -> Vec<DoubleDouble> {
+            found
+                .shapes
+                .iter()
+                .map(|shape| {
+                    let terms = shape.iter().zip(row.iter());
+                    terms.fold(DoubleDouble::ZERO, |sum, (&s, &x)| sum + s.scale(x))
+                })
+                .collect()
+        });
+        // M^-1 = sum phi phi^T.
+        let mobility = |parts: &[DoubleDouble]| -> Vec<f64> {
+            (0..stop.normal.len())
+                .map(|k| {
+                    let terms = found.shapes.iter().zip(parts);
+                    let sum = |sum, (shape, &part): (&Vec<DoubleDouble>, _)| sum + shape[k] * part;
+                    terms.fold(DoubleDouble::ZERO, sum).value()
+                })
+                .collect()
+        };
+        let product = |i: usize, j: usize| {
+            let terms = modal[i].iter().zip(&modal[j]);
+            terms.fold(DoubleDouble::ZERO, |sum, (&a, &b)| sum + a * b).value()
+        };
+        Self {
+            modal_normal: modal[0].iter().map(|part| part.value()).collect(),
+            by_normal: mobility(&modal[0]),
+            by_tangent: mobility(&modal[1]),
+            mobilities: [product(0, 0), product(0, 1), product(1, 1)],
+        }
     }
 }
 
