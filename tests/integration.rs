@@ -51,6 +51,7 @@ mod orbit;
 mod random_systems;
 mod robustness;
 mod simulation;
+mod structure_audit;
 mod structures;
 mod sweep;
 mod third_party;

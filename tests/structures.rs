@@ -5,7 +5,7 @@
 use nalgebra::Complex;
 use serde_json::Value;
 use vibroimpact::impact::{StopImpact, strike};
-use vibroimpact::{Clock, Stop, StopContact, Structure, StructureMotion};
+use vibroimpact::{Clock, Start, Stop, StopContact, Structure, StructureMotion};
 
 fn data(name: &str) -> Vec<Value> {
     let path = format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
@@ -76,11 +76,11 @@ fn simulated(scene: &Value) -> (Vec<Impact>, Vec<[Vec<f64>; 2]>) {
     let [mut q, mut v] = [0, 1].map(|i| vector(&scene["initial"][i]));
     let periods = scene["periods"].as_i64().unwrap();
     let period = std::f64::consts::TAU / structure.drive_frequency();
-    let (mut clock, mut touching) = (Clock::START, Vec::new());
+    let (mut clock, mut starts) = (Clock::START, Vec::new());
     let (mut impacts, mut sections): (Vec<Impact>, Vec<[Vec<f64>; 2]>) = Default::default();
     loop {
         let flight = motion.flight(clock, &q, &v);
-        let found = motion.next_contact(&flight, &touching);
+        let found = motion.next_contact(&flight, &starts);
         let (time, offset, met) = match found {
             StopContact::Met { stop, time, offset } => (time, offset, Some(stop)),
             StopContact::Clear(_) => (motion.span(), 0.0, None),
@@ -98,14 +98,14 @@ fn simulated(scene: &Value) -> (Vec<Impact>, Vec<[Vec<f64>; 2]>) {
         }
         (q, v) = motion.state_after(&flight, time, offset);
         clock = next;
-        touching.clear();
+        starts.clear();
         if let Some(stop) = met {
             let (gap, u) = motion.gap(stop, clock, &q, &v);
             q = motion.on_stop(stop, gap, &q);
             let pre = v.clone();
             let of = strike(&structure, stop, u, &mut v).unwrap();
             impacts.push(Impact { clock, stop, q: q.clone(), pre, post: v.clone(), of });
-            touching.push(stop);
+            starts.push((stop, Start::Touching));
         }
     }
 }

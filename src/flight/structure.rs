@@ -247,14 +247,15 @@ impl StructureMotion {
         q.iter().zip(&rows.by_normal).map(|(q, m)| q - part * m).collect()
     }
 
-    /// First contact of a flight within one span, among all stops. `touching`: the stops on which the
-    /// flight starts, separating (after an impact).
+    /// First contact of a flight within one span, among all stops. `starts`: how the flight starts at
+    /// some of them, as on the one that has just been struck; it is apart from the others.
     #[must_use]
-    pub fn next_contact(&self, flight: &StructureFlight, touching: &[usize]) -> StopContact {
+    pub fn next_contact(&self, flight: &StructureFlight, starts: &[(usize, Start)]) -> StopContact {
         let mut found = StopContact::Clear(self.span);
         let mut left = self.span;
         for stop in 0..self.stops.len() {
-            let start = if touching.contains(&stop) { Start::Touching } else { Start::Apart };
+            let start = starts.iter().find(|(of, _)| *of == stop);
+            let start = start.map_or(Start::Apart, |&(_, start)| start);
             let gap = StopGap { motion: self, flight, index: stop, stop: &self.stops[stop] };
             match first_contact(&gap, start, left).found {
                 Found::Contact(touch) if touch.local_time() <= left => {
