@@ -365,3 +365,14 @@ def test_all_that_is_kept_can_be_drawn_in_seconds(run):
         vi.plot.time_history(part, units="SI", window=(0.0, window[1]))
     with pytest.raises(vi.ParameterError, match="window ="):
         vi.plot.time_history(part, units="SI", window=(2.0, 1.0))
+
+
+@pytest.mark.parametrize("name", ["force_amplitude", "static_force"])
+def test_a_force_on_a_wall_has_no_unit(system, name):
+    wall = system.replace(mass_ratio=0.0)
+    call = {"initial": (-0.1, 0.1, 0, 0), "periods": 20, "keep": 10}
+    diagram = vi.bifurcation_diagram(wall, **call, **{name: [0.0, 0.1]})
+    with pytest.raises(vi.ParameterError, match=rf"^mass_ratio = 0\.0 .*{name} in N: a wall"):
+        vi.plot.bifurcation(diagram, section="stroboscopic", units="SI")
+    assert vi.plot.bifurcation(diagram, section="stroboscopic").get_xlabel()
+    plt.close("all")

@@ -16,6 +16,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from ..arguments import reject
 from ..made import made_from, value_of
 from ..orbits.branch import Piece
 from ..scales import COLUMN_UNITS, Scales, needed
@@ -129,7 +130,7 @@ def parameter_axis(name: str, system: System, *, is_si: bool) -> tuple[float, st
     Raises
     ------
     ParameterError
-        In SI, if the system has no scales.
+        In SI, if the system has no scales, and for a force on a wall, whose mass is not known.
     """
     if not is_si or name not in _IN_SI:
         return 1.0, axis_name(name, made=False)
@@ -137,6 +138,8 @@ def parameter_axis(name: str, system: System, *, is_si: bool) -> tuple[float, st
     factor: float = getattr(needed(system.scales), unit)
     # f2 = f20/(K2 l), c2 = F20/(K2 l), and K2 l = M2 l omega_2^2: the unit of forces is that of M1.
     if name in ("force_amplitude", "static_force"):
+        if system.mass_ratio == 0.0:
+            reject("mass_ratio", 0.0, f"a number > 0 for {name} in N: a wall has no mass")
         factor /= system.mass_ratio
     return factor, f"{symbol} ({sign})"
 
