@@ -123,6 +123,7 @@ RUST_TESTS := target/rust-tests
 .PHONY: rust-tests-begun
 rust-tests-begun: | check-tools
 	@mkdir -p target && rm -f $(RUST_TESTS).passed
+	@echo 'Rust tests: built and run in the background, output follows ($(RUST_TESTS).log)'
 	@(cargo test --locked --lib --tests && cargo test --locked --doc && touch $(RUST_TESTS).passed) \
 		>$(RUST_TESTS).log 2>&1 & echo $$! >$(RUST_TESTS).pid
 
