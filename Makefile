@@ -246,8 +246,10 @@ $(TOOLS): | check-tools
 	$(BIN)/python -m pip install --quiet --upgrade pip 'maturin>=1.16,<2' 'flit_core>=3.12,<5'
 	@touch $@
 
+# maturin hands pip the requirements of all extras, and pip prints a line for each one it leaves out.
 $(PACKAGE): $(TOOLS) pyproject.toml $(RUST)
-	env -u CONDA_PREFIX VIRTUAL_ENV=$(abspath $(VENV)) $(BIN)/maturin develop --release --locked
+	env -u CONDA_PREFIX VIRTUAL_ENV=$(abspath $(VENV)) $(BIN)/maturin develop --release --locked \
+		| sed '/^Ignoring .*: markers .* match your environment$$/d'
 	@touch $@
 
 # What it needs is there with the package.
