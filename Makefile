@@ -42,7 +42,7 @@ help:
 	@echo 'make errata   draw the figures of docs/errata.md'
 	@echo 'make schematic  draw the machine, into docs/images'
 	@echo 'make words    draw the sketches of docs/words.md'
-	@echo 'make pictures  draw the other pictures of the documentation: basins, two pages of figures, the explorer'
+	@echo 'make pictures  draw the other pictures of the documentation: two pages of figures, the explorer'
 	@echo 'make notebook  write docs/tutorial.ipynb from docs/tutorial.md'
 	@echo 'make animation  draw a motion that moves, into docs/images'
 	@echo 'make test     all tests: Rust, documentation, Python'
@@ -93,7 +93,7 @@ words: $(PACKAGE)
 	$(BIN)/python examples/words.py --out docs/images/words
 
 # That of the explorer needs Debian's packages chromium and chromium-driver.
-PICTURES := basins fig7c-contact fig8-regimes explorer
+PICTURES := fig7c-contact fig8-regimes explorer
 
 pictures: $(INSTALLED)
 	@for name in $(PICTURES); do \
