@@ -110,7 +110,9 @@ def test_a_diagram_is_drawn_in_si(system, name, section, value, unit):
     assert np.allclose(ax.collections[0].get_offsets(), expected, rtol=1e-12)
     assert ax.get_xlabel() == label
     assert ax.get_ylabel().endswith("(m/s)" if unit == "speed" else "(m)")
-    assert ax.get_xlim() == pytest.approx([factor * each for each in values])
+    room = 0.01 * (values[1] - values[0])
+    limits = factor * np.array([values[0] - room, values[1] + room])
+    assert ax.get_xlim() == pytest.approx(limits)
     plt.close("all")
 
 

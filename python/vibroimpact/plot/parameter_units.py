@@ -144,10 +144,16 @@ def parameter_axis(name: str, system: System, *, is_si: bool) -> tuple[float, st
     return factor, f"{symbol} ({sign})"
 
 
+# Part of the range of a parameter to either side of it, so that no point lies on the frame.
+_ROOM = 0.01
+
+
 def along_parameter(ax: Axes, values: Array, label: str) -> None:
-    """Let the first axis be that of the values of a parameter, and end with them."""
+    """Let the first axis be that of the values of a parameter, and end just beyond them."""
     if len(values) > 1:
-        ax.set_xlim(float(values.min()), float(values.max()))
+        first, last = float(values.min()), float(values.max())
+        room = _ROOM * (last - first)
+        ax.set_xlim(first - room, last + room)
     ax.set_xlabel(label)
 
 
