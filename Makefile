@@ -42,7 +42,7 @@ help:
 	@echo 'make errata   draw the figures of docs/errata.md'
 	@echo 'make schematic  draw the machine, into docs/images'
 	@echo 'make words    draw the sketches of docs/words.md'
-	@echo 'make pictures  draw the other pictures of the documentation: basins, two pages of figures, the explorer'
+	@echo 'make pictures  draw the other pictures of the documentation: two pages of figures, the explorer'
 	@echo 'make notebook  write docs/tutorial.ipynb from docs/tutorial.md'
 	@echo 'make animation  draw a motion that moves, into docs/images'
 	@echo 'make test     all tests: Rust, documentation, Python'
@@ -93,7 +93,7 @@ words: $(PACKAGE)
 	$(BIN)/python examples/words.py --out docs/images/words
 
 # That of the explorer needs Debian's packages chromium and chromium-driver.
-PICTURES := basins fig7c-contact fig8-regimes explorer
+PICTURES := fig7c-contact fig8-regimes explorer
 
 pictures: $(INSTALLED)
 	@for name in $(PICTURES); do \
@@ -123,6 +123,7 @@ RUST_TESTS := target/rust-tests
 .PHONY: rust-tests-begun
 rust-tests-begun: | check-tools
 	@mkdir -p target && rm -f $(RUST_TESTS).passed
+	@echo 'Rust tests: built and run in the background, output follows ($(RUST_TESTS).log)'
 	@(cargo test --locked --lib --tests && cargo test --locked --doc && touch $(RUST_TESTS).passed) \
 		>$(RUST_TESTS).log 2>&1 & echo $$! >$(RUST_TESTS).pid
 
@@ -245,8 +246,10 @@ $(TOOLS): | check-tools
 	$(BIN)/python -m pip install --quiet --upgrade pip 'maturin>=1.16,<2' 'flit_core>=3.12,<5'
 	@touch $@
 
+# maturin hands pip the requirements of all extras, and pip prints a line for each one it leaves out.
 $(PACKAGE): $(TOOLS) pyproject.toml $(RUST)
-	env -u CONDA_PREFIX VIRTUAL_ENV=$(abspath $(VENV)) $(BIN)/maturin develop --release --locked
+	env -u CONDA_PREFIX VIRTUAL_ENV=$(abspath $(VENV)) $(BIN)/maturin develop --release --locked \
+		| sed '/^Ignoring .*: markers .* match your environment$$/d'
 	@touch $@
 
 # What it needs is there with the package.

@@ -11,6 +11,7 @@ import posixpath
 import re
 import sys
 from pathlib import Path
+from typing import Any
 
 import docutils.nodes
 from latex2mathml.converter import convert
@@ -117,6 +118,27 @@ def add_other_pages(app: Sphinx, name: str, source: list[str]) -> None:
     source[0] = source[0].replace("[every page that is not named here]", others)
 
 
+def fold_sidebar(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: object
+) -> None:
+    """Fold the lists of the side bar below their captions, but not the one with the page itself.
+
+    On a page that is in none of them the first is open. The theme has no option for this.
+    """
+    tree = context["furo_navigation_tree"]
+    before, *parts = re.split(
+        r'<p class="caption" role="heading"><span class="caption-text">(.+?)</span></p>', tree
+    )
+    captions, lists = parts[::2], parts[1::2]
+    has_page = ['<ul class="current">' in pages for pages in lists]
+    shown = has_page.index(True) if any(has_page) else 0
+    context["furo_navigation_tree"] = before + "".join(
+        f"<details{' open' * (number == shown)}>"
+        f'<summary class="caption">{caption}</summary>{pages}</details>'
+        for number, (caption, pages) in enumerate(zip(captions, lists, strict=True))
+    )
+
+
 def keep_summary(
     app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]
 ) -> None:
@@ -152,6 +174,8 @@ def write_math(translator: SphinxTranslator, node: docutils.nodes.Element) -> No
 def setup(app: Sphinx) -> None:
     """Register what is defined above."""
     app.connect("source-read", add_other_pages)
+    # After the theme has made the list.
+    app.connect("html-page-context", fold_sidebar, priority=900)
     app.connect("autodoc-process-docstring", keep_summary, priority=400)
     app.connect("autodoc-process-docstring", join_names, priority=600)
     app.add_html_math_renderer("mathml", (write_math, None), (write_math, None))

@@ -8,21 +8,22 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 import vibroimpact as vi
-from picture import START, SYSTEM, main, new_figure
+from picture import COEXISTING, START, main, new_figure
 
 
 def draw(quick: bool) -> Figure:
     """Draw which start leads to which motion, the oscillator at rest at first."""
-    cells, scouts = (20, 16) if quick else (800, 400)
+    # At full size about a cell for every dot.
+    columns, rows, scouts = (20, 20, 16) if quick else (1600, 1280, 1000)
     basins = vi.basins(
-        SYSTEM.replace(drive_frequency=1.5752, friction=0.5),
-        x1=np.linspace(-0.9, 0.55, cells),
-        v1=np.linspace(-1.6, 1.6, cells),
+        COEXISTING,
+        x1=np.linspace(-1.2, 0.6, columns),
+        v1=np.linspace(-2.5, 2.5, rows),
         scouts=scouts,
         periods=1000 if quick else 2000,
         progress=not quick,
     )
-    figure = new_figure(4.6)
+    figure = new_figure(5.1)
     ax = vi.plot.basins(basins, ax=figure.subplots())
     ax.plot(*START[:2], "X", color="black", markeredgecolor="white", markersize=7)
     ax.annotate(

@@ -19,6 +19,8 @@ SYSTEM = vi.System(
     moment_amplitude=1.0,
 )
 START = (0.0, 0.5, 0.0, 0.0)
+# Fig. 9(3): a 4-5 and a 6-7 motion coexist there (docs/coexistence.md).
+COEXISTING = SYSTEM.replace(drive_frequency=1.5752, friction=0.5)
 
 WIDTH = 6.0
 DOTS_PER_INCH = 300

@@ -6,14 +6,13 @@ Run ``python examples/gallery/unstable_manifold.py [--quick] [--out unstable_man
 from matplotlib.figure import Figure
 
 import vibroimpact as vi
-from picture import SYSTEM, main, new_figure
+from picture import COEXISTING, main, new_figure
 
 
 def saddle() -> vi.PeriodicMotion:
     """Follow the stable 4-5 motion round its saddle-node at 1.57747, and back to 1.5774."""
-    system = SYSTEM.replace(friction=0.5, drive_frequency=1.5752)
     start = (0.1, 0.3, 0.0, 0.0)
-    motion = vi.simulate(system, initial=start, periods=3000, keep=100).refine()
+    motion = vi.simulate(COEXISTING, initial=start, periods=3000, keep=100).refine()
     branch = vi.follow_motion(motion, drive_frequency=(1.575, 1.578), max_step=0.01)
     unstable = [
         piece.motion(k)

@@ -40,6 +40,9 @@ def reject(name: str, value: object, allowed: str) -> NoReturn:
 
 def number(name: str, value: Any, allowed: str = "a finite number") -> float:
     """Return ``value`` as a float, with -0.0 made 0.0 so that equal inputs have equal bits."""
+    # Nearly always; the checks below take longer than a short run.
+    if type(value) is float and math.isfinite(value):
+        return value + 0.0
     scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
     # Python counts a bool as an Integral, but as a parameter it is a mistake.
     if not isinstance(scalar, Real) or isinstance(scalar, bool):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any, TypeAlias, overload
 
 import numpy as np
@@ -216,14 +216,15 @@ def _bar_of_run(span: Horizon, shown: bool) -> AbstractContextManager[_Tell | No
     return _bar("run", 100, "%", shown, scale=1e-4)
 
 
-@contextmanager
 def _bar(
     name: str, total: int, unit: str, shown: bool, *, scale: float = 1.0
-) -> Iterator[_Tell | None]:
+) -> AbstractContextManager[_Tell | None]:
     """Give what shows on a tqdm bar how much is done, or None where no bar is wanted."""
-    if not shown:
-        yield None
-        return
+    return _tqdm_bar(name, total, unit, scale) if shown else nullcontext()
+
+
+@contextmanager
+def _tqdm_bar(name: str, total: int, unit: str, scale: float) -> Iterator[_Tell]:
     from tqdm import tqdm  # here, to keep the import of the package light
 
     with tqdm(total=total, desc=name, unit=unit) as bar:

@@ -302,8 +302,8 @@ class System(Mechanics, Shown):
             contact=contact,
             law=law,
         )
-        # The tip is at sin x1 <= 1; body 2 rests at the gap.
-        if system.contact == "oblique" and system.gap > 1.0:
+        # The tip is at sin x1 <= 1; body 2 rests at the gap, or where a preload presses it.
+        if system.contact == "oblique" and system.gap + min(system.static_force, 0.0) > 1.0:
             warnings.warn(
                 f"gap = {float(gap)} m is larger than length = {float(length)} m: the tip cannot "
                 "reach body 2 where it rests; both are in metres",

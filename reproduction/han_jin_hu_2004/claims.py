@@ -6,6 +6,7 @@ says does not happen; `open`: the experiment does not decide.
 """
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.resources import files
@@ -29,6 +30,12 @@ _BOUNDED = 1e3
 _SETTLED = 1e-9
 # With one of these labels among the motions from other starts, one of them may be chaotic.
 _CHAOS_OR_LIKE_IT = frozenset({"chaotic", "quasi-periodic", "unresolved"})
+# What the end of an id says of its figure.
+_PARTS = {
+    "quoted": "quoted motion",
+    "by (45)": "stability by eq. (45)",
+    "low": "low frequencies",
+}
 
 
 @dataclass(frozen=True)
@@ -248,9 +255,9 @@ def to_json(claims: Sequence[Claim]) -> str:
 
 def table(claims: Sequence[Claim]) -> str:
     """Return a short table for the terminal."""
-    heads = ("motion", "paper", "found", "residual", "verdict")
+    heads = ("figure or statement", "paper", "found", "residual", "verdict")
     rows = [
-        (claim.id, claim.paper_says, claim.found, _number(claim.residual), claim.verdict)
+        (_title(claim), claim.paper_says, claim.found, _number(claim.residual), claim.verdict)
         for claim in claims
     ]
     widths = [max(len(row[column]) for row in (heads, *rows)) for column in range(len(heads))]
@@ -263,6 +270,10 @@ def table(claims: Sequence[Claim]) -> str:
 
 def to_markdown(claims: Sequence[Claim]) -> str:
     """Return the content of claims.md."""
+    heads = (
+        *("figure or statement", "paper says", "found", "residual"),
+        *("reference", "verdict", "decided by"),
+    )
     lines = [
         "# The paper's named motions, recomputed",
         "",
@@ -275,8 +286,8 @@ def to_markdown(claims: Sequence[Claim]) -> str:
         "paper says; corrected, something else from the stated start, but what the paper shows",
         "coexists; refuted, the evidence speaks against the paper; open, it does not decide.",
         "",
-        "| motion | paper says | found | residual | reference | verdict | decided by |",
-        "|---|---|---|---|---|---|---|",
+        f"| {' | '.join(heads)} |",
+        f"|{'---|' * len(heads)}",
     ]
     for claim in claims:
         lines.append(
@@ -298,7 +309,12 @@ def to_markdown(claims: Sequence[Claim]) -> str:
 
 
 def _title(claim: Claim) -> str:
-    return claim.id if claim.figure is None else f"Fig. {claim.id}"
+    """Return how a reader names a claim: 5a is Fig. 5(a), 7c-low its low frequencies."""
+    if claim.figure is None:
+        return claim.id
+    panel, *part = re.split(r"[ -]", claim.id, maxsplit=1)
+    figure = re.sub(r"(?<=\d)([a-z])$", r"(\1)", panel)
+    return ", ".join([f"Fig. {figure}", *(_PARTS[each] for each in part)])
 
 
 def _number(value: float | None) -> str:

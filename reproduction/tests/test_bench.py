@@ -2,6 +2,7 @@
 
 import csv
 import re
+from pathlib import Path
 
 import pytest
 
@@ -47,5 +48,7 @@ def test_bench_notices_a_wrong_number(run_command, monkeypatch):
 def test_reproduce_prints_the_table(run_command, tmp_path):
     code, out, err = run_command("reproduce --figures 6 --quiet --out", tmp_path)
     assert (code, err) == (0, "")
-    assert [line.split()[0] for line in out.splitlines()[2:]] == ["6a", "6b", "6c"]
-    assert (tmp_path / "fig6.png").is_file()
+    assert re.findall(r"^Fig\. (\S+)", out, re.M) == ["6(a)", "6(b)", "6(c)"]
+    named = [Path(line.partition(": ")[2]) for line in out.splitlines()[-2:]]
+    assert named == [tmp_path / "index.md", tmp_path / "claims.md"]
+    assert all(path.is_file() for path in [*named, tmp_path / "fig6.png"])

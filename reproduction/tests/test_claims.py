@@ -310,7 +310,7 @@ def test_no_residual_is_null():
     (stored,) = json.loads(claims.to_json([claim]))
     assert stored["residual"] is None
     assert claims.table([claim]).splitlines()[-1].split() == [
-        "9(1)",
+        *("Fig.", "9(1)"),
         "1-3",
         "1-3",
         "-",

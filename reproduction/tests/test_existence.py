@@ -99,7 +99,15 @@ def test_the_page_shows_both_and_the_claims_fit_the_tables(judged, page):
         "right: unstable motion",
         "right: not admissible",
     ]
-    assert "2 quoted" in claims.table(judged)
+    rows = claims.table(judged).splitlines()
+    assert [row.split("  ")[0] for row in rows] == [
+        "figure or statement",
+        "-" * len("Fig. 5(a), stability by eq. (45)"),
+        "Fig. 2",
+        "Fig. 2, quoted motion",
+        "Fig. 5(a), stability by eq. (45)",
+        "Fig. 5(b), stability by eq. (45)",
+    ]
     assert claims.to_json(judged).count('"figure": 2') == len(judged)
 
 

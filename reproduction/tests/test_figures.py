@@ -380,7 +380,8 @@ def test_figure_7_comes_with_the_claim_of_its_low_frequencies(tmp_path):
     (claim,) = result.claims
     assert (claim.id, claim.verdict) == ("7c-low", "refuted")
     assert claim.decided_by.startswith("drive periods in which a complete chatter ends: 100 of 100")
-    assert "## Fig. 7c-low: refuted" in (tmp_path / "claims.md").read_text(encoding="utf-8")
+    page = (tmp_path / "claims.md").read_text(encoding="utf-8")
+    assert "## Fig. 7(c), low frequencies: refuted" in page
 
 
 def test_a_figure_with_several_regimes_is_also_coloured_by_them(tmp_path):

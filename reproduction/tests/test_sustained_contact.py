@@ -36,7 +36,7 @@ def test_the_claim_says_so_and_can_be_written(observed):
     assert "100 of 100 at 0.3" in claim.evidence
     (stored,) = json.loads(claims.to_json([claim]))
     assert stored == dataclasses.asdict(claim)
-    assert "## Fig. 7c-low: refuted" in claims.to_markdown([claim])
+    assert "## Fig. 7(c), low frequencies: refuted" in claims.to_markdown([claim])
     assert "--vary drive-frequency 0.2 0.6 161" in claim.command
     assert claim.command in claims.to_markdown([claim])
 

@@ -15,13 +15,13 @@ import vibroimpact as vi
 from han_jin_hu_2004.parameters import INITIAL, MOTIONS, TRANSITIONS
 from systems import ROUGH
 from vibroimpact._core import PARAMETERS
-from vibroimpact.explorer import compute, tables
+from vibroimpact.explorer import compute, controls, tables
 from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
 from vibroimpact.explorer.server import first_state
 from vibroimpact.explorer.state import MAPS, VALUES, Axis, State, from_query
 from vibroimpact.explorer.theme import PALETTES
-from vibroimpact.explorer.views.parts import with_error
+from vibroimpact.explorer.views.parts import SYMBOLS, with_error
 from vibroimpact.explorer.views.verdict import evidence_text
 
 SMALL = compute.Detail(columns=9, rows=5, periods=60, keep=20)
@@ -135,6 +135,17 @@ def test_the_presets_of_the_paper_are_its_figures():
         for name, state in PRESETS.items()
         if "Paper" in name
     )
+
+
+def test_every_parameter_has_one_control_with_its_symbol_and_range():
+    grouped = [name for names in controls.GROUPS.values() for name in names]
+    assert sorted(grouped) == sorted(PARAMETERS)
+    assert {*controls.RANGES} == {*PARAMETERS}
+    assert {*SYMBOLS} >= {*PARAMETERS}
+    # Loads may have either sign.
+    for name in ("static_moment", "static_force"):
+        low, high = controls.RANGES[name]
+        assert low == -high < 0.0
 
 
 def test_where_a_page_begins():

@@ -18,6 +18,8 @@ from vibroimpact.explorer.state import MAPS, VALUES, Axis
 from vibroimpact.explorer.views.parts import with_error
 
 By = pytest.importorskip("selenium.webdriver.common.by").By
+# What an acknowledgement says of a picture.
+WORDS = ("sent", "drawn")
 SMALL = {
     "diagram": compute.Detail(60, 0, 100, 20),
     "chart": compute.Detail(12, 8, 60, 20),
@@ -161,6 +163,49 @@ def test_a_page_that_nobody_sees_acknowledges_at_once(window):
                 " Bokeh.documents[0].get_model_by_name('motion-sent').tags[0]"
             )
         assert window.js("return window.frames_drawn") == 0
+
+
+def test_a_picture_makes_no_layout_and_places_no_glyph(window):
+    window.settled()
+    # What nobody sees has no view, which would make a layout of the page whenever it changes.
+    hidden = ["address", *(f"{name}-{word}" for name in ("motion", "map") for word in WORDS)]
+    views = window.js(
+        """
+        const found = (name) => Bokeh.documents[0].get_model_by_name(name)
+        const figures = [...Bokeh.documents[0]._all_models.values()].filter(
+          (model) => model.type == "Figure")
+        const views = figures.flatMap(
+          (figure) => Bokeh.index.find_one_by_id(figure.id).computed_renderer_views)
+        const watch = (type, records) => {
+          const observer = new MutationObserver((seen) => records.push(...seen))
+          const which = views.filter((view) => (view.model.type == "GlyphRenderer") == type)
+          for (const {position} of which) observer.observe(position.el, {childList: true})
+          return records
+        }
+        window.glyphs = watch(true, [])
+        window.others = watch(false, [])
+        return arguments[0].map((name) => Bokeh.index.find_one_by_id(found(name).id))
+        """,
+        hidden,
+    )
+    assert views == [None] * len(hidden)
+    # A larger motion has other ranges, with numbers of another width beside the axes.
+    state = DEFAULT.replace(moment_amplitude=3.0)
+    window.set("moment_amplitude-slider", "value", 3.0)
+    speed = compute.motion(state).states[5, 1].item()
+    window.wait(f"Bokeh.documents[0].get_model_by_name('film').data.v1[5] == {speed!r}")
+    window.wait("window.others.length > 0")
+    assert window.js("return window.glyphs.length") == 0
+    window.wait(
+        """(() => {
+          const id = Bokeh.documents[0].get_model_by_name("portrait-figure").id
+          return Bokeh.index.find_one_by_id(id).axis_views.every((view) => {
+            const box = view.el.getBoundingClientRect()
+            return Math.abs(box.width - view.bbox.width) < 1
+              && Math.abs(box.height - view.bbox.height) < 1
+          })
+        })()"""
+    )
 
 
 def test_a_bad_number_is_told_beside_its_field(window):

@@ -40,7 +40,6 @@ class Desk:
         self.document, self.waiting, self.answers = Document(), [], True
         self.document.add_next_tick_callback = self.waiting.append
         self.document.add_timeout_callback = lambda call, _time: self.waiting.append(call)
-        self.document.on_session_destroyed = lambda _call: None
         self.page = Page(self.document, state)
         for name in ("motion", "map"):
             self.named(f"{name}-sent").on_change("tags", self.acknowledge(name))
@@ -148,7 +147,6 @@ def test_only_its_own_thread_touches_a_document(coarse):
     calls, threads, document = queue.SimpleQueue(), [], Document()
     document.add_next_tick_callback = lambda _show: threads.append(threading.current_thread())
     document.add_timeout_callback = lambda _call, _time: None
-    document.on_session_destroyed = lambda _call: None
     Page(document, DEFAULT, soon=calls.put)
     # The motion and the map.
     for _ in range(2):

@@ -1,6 +1,8 @@
 """The server of the explorer: its page and files, and who is refused."""
 
 import asyncio
+import gc
+import weakref
 
 import pytest
 from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
@@ -62,3 +64,38 @@ def test_a_connection_from_another_origin_is_refused(server):
 def test_the_server_listens_on_this_machine_only(server):
     sockets = server._server._http._sockets.values()
     assert {each.getsockname()[0] for each in sockets} == {"127.0.0.1"}
+
+
+class Knot:
+    """Garbage that only a collection finds."""
+
+    def __init__(self):
+        self.itself = self
+
+
+def test_the_end_of_a_page_does_not_go_through_all_objects_of_the_process(server):
+    pages = server._server._tornado
+    assert fetch(server).code == 200
+    documents = [session.document for session in pages.get_sessions("/")]
+    models = [weakref.ref(each.get_model_by_name("page")) for each in documents]
+    del documents
+
+    async def leave():
+        knot = weakref.ref(Knot())
+        while pages.get_sessions("/"):
+            for session in pages.get_sessions("/"):
+                session.request_expiration()
+            await pages._cleanup_sessions()
+            await asyncio.sleep(0)
+        return knot() is None
+
+    # From here on no collection begins by itself.
+    gc.disable()
+    try:
+        left = asyncio.run_coroutine_threadsafe(leave(), server.loop.asyncio_loop)
+        assert not left.result()
+    finally:
+        gc.enable()
+    # Later collections find the page, when its threads have ended.
+    while any(model() is not None for model in models):
+        gc.collect()

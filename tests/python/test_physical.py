@@ -138,6 +138,8 @@ def test_a_gap_that_the_tip_cannot_cross_is_warned_of():
     vi.System.from_physical(**QUANTITIES | {"gap": 0.5})
     vi.System.from_physical(**QUANTITIES | {"gap": -20.0})
     vi.System.from_physical(**wide | {"contact": "direct", "friction": 0.0})
+    # A preload that compresses the spring by 19.8 m brings body 2 within reach.
+    vi.System.from_physical(**wide | {"static_force": -19.8 * QUANTITIES["stiffness"]})
     assert system.replace(gap=21.0, units="SI").gap == 42.0
     assert vi.System.from_json(system.to_json()) == system
 

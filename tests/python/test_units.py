@@ -110,7 +110,9 @@ def test_a_diagram_is_drawn_in_si(system, name, section, value, unit):
     assert np.allclose(ax.collections[0].get_offsets(), expected, rtol=1e-12)
     assert ax.get_xlabel() == label
     assert ax.get_ylabel().endswith("(m/s)" if unit == "speed" else "(m)")
-    assert ax.get_xlim() == pytest.approx([factor * each for each in values])
+    room = 0.01 * (values[1] - values[0])
+    limits = factor * np.array([values[0] - room, values[1] + room])
+    assert ax.get_xlim() == pytest.approx(limits)
     plt.close("all")
 
 
@@ -365,3 +367,14 @@ def test_all_that_is_kept_can_be_drawn_in_seconds(run):
         vi.plot.time_history(part, units="SI", window=(0.0, window[1]))
     with pytest.raises(vi.ParameterError, match="window ="):
         vi.plot.time_history(part, units="SI", window=(2.0, 1.0))
+
+
+@pytest.mark.parametrize("name", ["force_amplitude", "static_force"])
+def test_a_force_on_a_wall_has_no_unit(system, name):
+    wall = system.replace(mass_ratio=0.0)
+    call = {"initial": (-0.1, 0.1, 0, 0), "periods": 20, "keep": 10}
+    diagram = vi.bifurcation_diagram(wall, **call, **{name: [0.0, 0.1]})
+    with pytest.raises(vi.ParameterError, match=rf"^mass_ratio = 0\.0 .*{name} in N: a wall"):
+        vi.plot.bifurcation(diagram, section="stroboscopic", units="SI")
+    assert vi.plot.bifurcation(diagram, section="stroboscopic").get_xlabel()
+    plt.close("all")

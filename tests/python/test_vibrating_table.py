@@ -98,6 +98,22 @@ def test_the_period_doubles_where_it_does_in_closed_form(found):
     assert abs(beta * system.static_moment / other.value - doubling(r)) < 1e-9
 
 
+def test_the_doubling_is_a_straight_line_over_gravity_and_drive(found):
+    r, _, motion = found
+    gravity, force = motion.system.static_moment, motion.system.force_amplitude
+    branch = motion.follow(force_amplitude=(force, 3.0 * force))
+    (flip,) = branch.of_kind("period_doubling")
+    ranges = {
+        "static_moment": (0.5 * gravity, 2.0 * gravity),
+        "force_amplitude": (0.0, 9.0 * force),
+    }
+    curve = vi.bifurcation_curve(flip, **ranges)
+    moments, forces = curve.values.T
+    assert np.ptp(moments) > 1.4 * gravity
+    beta = forces / moments * PER_FORCE * OMEGA**2
+    assert np.abs(beta - doubling(r)).max() < 1e-9
+
+
 def test_the_motion_begins_where_the_table_is_fast_enough(found):
     r, _, motion = found
     force = motion.system.force_amplitude

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from bokeh.document import Document
-from bokeh.models import CustomJS, Div
+from bokeh.models import ColumnDataSource, CustomJS
 
 from .pace import Pace
 
@@ -41,8 +41,9 @@ class Acknowledgement:
 
     def __init__(self, name: str, patience: float) -> None:
         self.pace = Pace(self._ask, patience)
-        self._sent = Div(name=f"{name}-sent", tags=[], visible=False)
-        self._drawn = Div(name=f"{name}-drawn", tags=[], visible=False)
+        # Models that are not drawn: whatever changes in a text, the browser makes a new layout.
+        self._sent = ColumnDataSource(name=f"{name}-sent", tags=[])
+        self._drawn = ColumnDataSource(name=f"{name}-drawn", tags=[])
         self._reply = CustomJS(args={"sent": self._sent, "drawn": self._drawn}, code=_ACKNOWLEDGE)
         self._sent.js_on_change("tags", self._reply)
 

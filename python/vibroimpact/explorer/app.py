@@ -90,7 +90,6 @@ class Page:
         self._wire()
         self.frame.enter(document, owns_address=owns_address)
         document.js_on_event("document_ready", self.maps.diagram.drawing)
-        document.on_session_destroyed(lambda _context: self.close())
         self._show(state)
 
     @property

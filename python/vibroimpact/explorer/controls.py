@@ -39,8 +39,10 @@ USUAL = (-2.0, 2.0)
 GROUPS = {
     "Machine": ("mass_ratio", "frequency_ratio", "gap", "pendulum_damping", "oscillator_damping"),
     "Impact": ("restitution", "friction"),
-    "Drive": ("drive_frequency", "moment_amplitude", "force_amplitude", "phase"),
-    "Loads": ("static_moment", "static_force"),
+    "Drive and constant loads": (
+        *("drive_frequency", "moment_amplitude", "force_amplitude", "phase"),
+        *("static_moment", "static_force"),
+    ),
 }
 _TITLES = {"contact": "contact", "law": "law of restitution"}
 _STEPS = 1000
@@ -80,11 +82,11 @@ class NumberControl:
         step = (high - low) / _STEPS
         self.slider = Slider(
             **{"start": low, "end": high, "step": step, "value": low, "title": None},
-            **{"show_value": False, "name": f"{name}-slider", "margin": (0, 4, 4, 2)},
+            **{"show_value": False, "name": f"{name}-slider", "margin": (1, 4, 0, 2)},
             **{"stylesheets": sheets(), "sizing_mode": "stretch_width", "height": 14},
         )
         self.field = TextInput(
-            **{"name": name, "width": 74, "margin": 0, "stylesheets": sheets(), "height": 24},
+            **{"name": name, "width": 74, "margin": 0, "stylesheets": sheets(), "height": 22},
         )
         symbol, words = parts.SYMBOLS.get(name, ""), name.replace("_", " ")
         title = words if name in COORDINATES else f"{symbol}&ensp;{words}"

@@ -9,9 +9,11 @@ from bokeh.document import Document
 from bokeh.models import (
     Button,
     Column,
+    ColumnDataSource,
     CustomJS,
     Div,
     GlyphRenderer,
+    Plot,
     Row,
     Select,
     Spacer,
@@ -46,7 +48,29 @@ _PREFERS = """
 const wanted = new URLSearchParams(window.location.search).get("theme")
 if (wanted == null && window.matchMedia("(prefers-color-scheme: dark)").matches) dark.active = true
 """
-
+# Bokeh keeps an empty element for each axis, grid and glyph. At each paint it writes their places
+# into style sheets, and an axis looks dozens of times for a style, which the browser then computes
+# anew: that was half of the time of a picture. Nobody sees where a glyph's element is; the others
+# are placed when their place changes.
+_PLACES = """
+for (const figure of figures) {
+  for (const view of cb_context.index.find_one_by_id(figure.id).computed_renderer_views) {
+    if (view.model.type == "GlyphRenderer") {
+      view.position.replace(":host { position: absolute; width: 0; height: 0; }")
+      view.update_position = () => {}
+      continue
+    }
+    const place = view.update_position.bind(view)
+    let last = ""
+    view.update_position = () => {
+      const {left, top, width, height} = view.bbox ?? {}
+      const box = [left, top, width, height].join()
+      if (box != last) place()
+      last = box
+    }
+  }
+}
+"""
 
 # A window may be lower than the controls.
 _GROWS = ":host { flex: 1 0 auto !important; }"
@@ -74,8 +98,9 @@ class Frame:
         wide: dict[str, Any] = {"sizing_mode": "stretch_width"}
         self.error = parts.text(visible=False, name="error", **wide)
         self.notice = parts.text(visible=False, name="notice", **wide)
-        # Its query is a tag, which is not drawn: a text would be, although nobody sees it.
-        self.address = Div(name="address", visible=False)
+        # Its query is a tag of a model that is not drawn: whatever changes in a text, the browser
+        # makes a new layout of the page.
+        self.address = ColumnDataSource(name="address")
         # On their way to the browser, which saves them.
         self.files = {
             name: Div(name=f"{name}-file", tags=[name], visible=False) for name in ("motion", *MAPS)
@@ -90,9 +115,10 @@ class Frame:
                 sizing_mode="stretch_both",
                 stylesheets=[*_stacked("column-reverse", "auto"), _GROWS],
             ),
-            *(self.address, *self.files.values()),
+            *self.files.values(),
             stylesheets=[theme.ROOT_SHEET],
             name="page",
+            tags=[self.address],
             **wide,
         )
 
@@ -104,6 +130,8 @@ class Frame:
             "here_1": self.portrait.here_1,
             "here_2": self.portrait.here_2,
         }
+        figures = [*self.root.select({"type": Plot})]
+        document.js_on_event("document_ready", CustomJS(args={"figures": figures}, code=_PLACES))
         document.js_on_event("document_ready", self.machine.player(others))
         if owns_address:
             self.address.js_on_change("tags", CustomJS(code=_ADDRESS))

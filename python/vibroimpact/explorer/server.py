@@ -6,9 +6,10 @@ host and connections that come from a page of another origin.
 
 from __future__ import annotations
 
+import gc
 import logging
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from ..arguments import count, flag, reject
@@ -223,8 +224,30 @@ def _application(state: State, *, owns_address: bool = True) -> Any:
         soon = IOLoop.current().add_callback
         shown = Page(document, begin, owns_address=owns_address, soon=soon)
         shown.refuse_address(refused)
+        _end_quickly(document, shown.close)
 
     return Application(FunctionHandler(page))
+
+
+def _end_quickly(document: Any, close: Callable[[], None]) -> None:
+    """Close a page with its session, without a stop of the other pages of the process.
+
+    Some time after a page has been left, Bokeh destroys its document and goes through all objects
+    of the process for garbage: 0.1 ... 0.2 s, in which no slider moves anything. Here it sees none
+    of them. The collections that Python begins by itself find the page, mostly while another one is
+    made. ``on_session_destroyed`` would collect once more.
+    """
+    destroy = document.destroy
+
+    def end(session: Any) -> None:
+        close()
+        gc.freeze()
+        try:
+            destroy(session)
+        finally:
+            gc.unfreeze()
+
+    document.destroy = end
 
 
 def _in_notebook() -> bool:

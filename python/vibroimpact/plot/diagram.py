@@ -45,7 +45,7 @@ from .style import (
     STATE_SYMBOLS,
     VERMILLION,
     at_drive_phase,
-    legend_above,
+    curve_legend,
     new_axes,
     phase_axis,
     regime_handles,
@@ -192,8 +192,7 @@ def bifurcation(
     if section == "impact" or color != "label":
         handles += _no_impact_strip(ax, diagram, values)
     handles += _status_rug(ax, diagram, values)
-    if legend and handles:
-        legend_above(ax, handles, columns=4 if color == "label" else 2)
+    curve_legend(ax, legend, handles)
     along_parameter(ax, values, name)
     text = symbols[value] if section == "impact" else _stroboscopic(symbols[value], diagram)
     ax.set_ylabel(with_unit(text, value, is_si=is_si))

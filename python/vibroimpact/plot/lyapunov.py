@@ -17,15 +17,7 @@ from ..sweeps import Diagram, GridResult, LyapunovSpectrum, LyapunovSweep
 from .diagram import branch_color, branch_names
 from .mesh import strip
 from .parameter_units import along_parameter, grid_label
-from .style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    VERMILLION,
-    legend_above,
-    new_axes,
-)
+from .style import BLACK, BLUE, GREEN, GREY, VERMILLION, curve_legend, new_axes
 
 Array = NDArray[np.float64]
 
@@ -81,7 +73,6 @@ def lyapunov(
     if isinstance(result, LyapunovSpectrum):
         ax = new_axes(ax)
         _convergence(ax, result)
-        columns = 2
     else:
         allowed = "a LyapunovSpectrum, or Lyapunov exponents over one parameter"
         if not isinstance(result, GridResult):
@@ -92,11 +83,8 @@ def lyapunov(
             reject("result", result, f"{allowed}; a chart is drawn by plot.chart")
         ax = new_axes(ax)
         _along(ax, _Curves.of(result))
-        columns = 4 if isinstance(result, LyapunovSweep) else 2
     ax.axhline(0.0, color=GREY, lw=0.6, zorder=1)
-    handles, _ = ax.get_legend_handles_labels()
-    if legend and handles:
-        legend_above(ax, handles, columns=columns)
+    curve_legend(ax, legend)
     return ax
 
 

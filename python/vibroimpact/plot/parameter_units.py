@@ -16,6 +16,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from ..arguments import reject
 from ..made import made_from, value_of
 from ..orbits.branch import Piece
 from ..scales import COLUMN_UNITS, Scales, needed
@@ -129,7 +130,7 @@ def parameter_axis(name: str, system: System, *, is_si: bool) -> tuple[float, st
     Raises
     ------
     ParameterError
-        In SI, if the system has no scales.
+        In SI, if the system has no scales, and for a force on a wall, whose mass is not known.
     """
     if not is_si or name not in _IN_SI:
         return 1.0, axis_name(name, made=False)
@@ -137,14 +138,22 @@ def parameter_axis(name: str, system: System, *, is_si: bool) -> tuple[float, st
     factor: float = getattr(needed(system.scales), unit)
     # f2 = f20/(K2 l), c2 = F20/(K2 l), and K2 l = M2 l omega_2^2: the unit of forces is that of M1.
     if name in ("force_amplitude", "static_force"):
+        if system.mass_ratio == 0.0:
+            reject("mass_ratio", 0.0, f"a number > 0 for {name} in N: a wall has no mass")
         factor /= system.mass_ratio
     return factor, f"{symbol} ({sign})"
 
 
+# Part of the range of a parameter to either side of it, so that no point lies on the frame.
+_ROOM = 0.01
+
+
 def along_parameter(ax: Axes, values: Array, label: str) -> None:
-    """Let the first axis be that of the values of a parameter, and end with them."""
+    """Let the first axis be that of the values of a parameter, and end just beyond them."""
     if len(values) > 1:
-        ax.set_xlim(float(values.min()), float(values.max()))
+        first, last = float(values.min()), float(values.max())
+        room = _ROOM * (last - first)
+        ax.set_xlim(first - room, last + room)
     ax.set_xlabel(label)
 
 

@@ -15,14 +15,16 @@ coloured by impact regime; write index.md, which says what each shows, and
 claims.md and claims.json; print the claims."""
 MORE = """\
 printed, one row per claim:
-  motion    figure and panel of the paper
-  paper     what the paper says of it
-  found     what comes out
-  residual  how well the motion found repeats itself, dimensionless
-  verdict   reproduced, as the paper says; corrected, something else from that
-            start, but the motion of the paper exists; refuted, the evidence
-            speaks against the paper; open, it does not decide; claims.md says
-            what each verdict rests on
+  figure or statement  of the paper
+  paper                what the paper says
+  found                what comes out
+  residual             how well the motion found repeats itself, dimensionless
+  verdict              reproduced, as the paper says; corrected, something else
+                       from that start, but the motion of the paper exists;
+                       refuted, the evidence speaks against the paper; open, it
+                       does not decide
+and where index.md, what each figure shows, and claims.md, what each verdict
+rests on, are.
 
 Every statement of the paper, not of figures only: vibroimpact claims.
 
@@ -70,6 +72,7 @@ def add(subparsers: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Draw the paper's figures and print the table of claims."""
+    from .. import contents
     from ..claims import table
     from ..reproduction import reproduce
 
@@ -88,4 +91,6 @@ def run(options: argparse.Namespace) -> int:
             print(table(error.result.claims))
         raise
     print(table(made.claims))
+    print(f"\nWhat each figure shows: {options.out / contents.NAME}")
+    print(f"Verdicts with their evidence: {options.out / 'claims.md'}")
     return 0
