@@ -271,7 +271,7 @@ impl FreeMotion {
     }
 
     /// State after `periods` drive periods and `time` more of a flight: exact for any number of
-    /// periods up to 2^53 units of time, as long as a run may be. With a constant load `periods` is
+    /// periods up to 2^53 units of time, as long as a run may be. Without a drive period `periods` is
     /// ignored.
     #[must_use]
     pub fn state_after_periods(&self, flight: &Flight, periods: i64, time: f64) -> State {

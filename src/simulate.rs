@@ -179,7 +179,7 @@ impl Simulation {
         simulation
     }
 
-    /// Ends after so many drive periods; a constant load has none, and meets the time cap.
+    /// Ends after so many drive periods; a drive that stands still has none: the time cap ends the run.
     #[must_use]
     pub fn periods(self, periods: u32) -> Self {
         self.until(Horizon::Periods(i64::from(periods)))

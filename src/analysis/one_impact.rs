@@ -4,10 +4,10 @@
 //! Given the angle x1 of the impact, the conditions are linear in the other unknowns. With D(kappa)
 //! their determinant and Nc, Ns the numerators of the cosine and the sine of the phase,
 //!
-//!   F(x1) = Nc^2 + Ns^2 - D^2 = 0,   D = d(kappa),   N = x1 p(kappa) + y q(kappa),
+//!   F(x1) = Nc^2 + Ns^2 - D^2 = 0,   D = d(kappa),   N = x1 p(kappa) + y q(kappa) + s(kappa),
 //!
-//! y = sigma(x1) - delta, kappa = sigma', sigma the sine, or the identity for direct contact; d, p, q
-//! quadratic. This is (35) with its poles multiplied out (docs/theory.md, section 8; where the
+//! y = sigma(x1) - delta, kappa = sigma', sigma the sine, or the identity for direct contact; d, p,
+//! q, s quadratic, s = 0 without constant loads. This is (35) with its poles multiplied out (docs/theory.md, section 8; where the
 //! coefficients come from: python/vibroimpact/single_impact/algebraic.py).
 //!
 //! ```
@@ -22,6 +22,7 @@
 //!     gap: 0.0,
 //!     determinant: quadratic(1.0, 0.0, 0.0),
 //!     numerators: [[quadratic(2.0, 0.0, 0.0), zero], [zero, zero]],
+//!     loaded: None,
 //! };
 //! let enclosed = condition.enclose(Interval { lo: 0.4, hi: 0.6 });
 //! assert!(enclosed.value.holds_zero() && enclosed.slope.lo > 0.0);
@@ -50,6 +51,8 @@ pub struct OneImpact {
     pub determinant: Quadratic,
     /// (p, q) of Nc and of Ns.
     pub numerators: [[Quadratic; 2]; 2],
+    /// s of Nc and of Ns, where there are constant loads.
+    pub loaded: Option<[Quadratic; 2]>,
 }
 
 /// A function over an interval: all its values and all its slopes.
@@ -112,8 +115,12 @@ impl OneImpact {
     fn values(&self, place: &Place) -> [Interval; 3] {
         let numerator =
             |[p, q]: &[Quadratic; 2]| place.x * place.value(p) + place.y * place.value(q);
-        let [cosine, sine] = &self.numerators;
-        [place.value(&self.determinant), numerator(cosine), numerator(sine)]
+        let [cosine, sine] = self.numerators.each_ref().map(numerator);
+        let (cosine, sine) = match &self.loaded {
+            Some([c, s]) => (cosine + place.value(c), sine + place.value(s)),
+            None => (cosine, sine),
+        };
+        [place.value(&self.determinant), cosine, sine]
     }
 
     /// These values with their slopes.
@@ -122,11 +129,15 @@ impl OneImpact {
         let numerator = |[p, q]: &[Quadratic; 2]| {
             place.value(p) + x * place.slope(p) + kappa * place.value(q) + y * place.slope(q)
         };
-        let [cosine, sine] = &self.numerators;
+        let [cosine, sine] = self.numerators.each_ref().map(numerator);
+        let (cosine, sine) = match &self.loaded {
+            Some([c, s]) => (cosine + place.slope(c), sine + place.slope(s)),
+            None => (cosine, sine),
+        };
         [
             Enclosed { value: d, slope: place.slope(&self.determinant) },
-            Enclosed { value: c, slope: numerator(cosine) },
-            Enclosed { value: s, slope: numerator(sine) },
+            Enclosed { value: c, slope: cosine },
+            Enclosed { value: s, slope: sine },
         ]
     }
 }
@@ -175,9 +186,12 @@ mod tests {
             Contact::Direct => (x, 1.0),
         };
         let quadratic = |c: &super::Quadratic| c[0].lo + kappa * (c[1].lo + kappa * c[2].lo);
-        let numerator =
-            |[p, q]: &[super::Quadratic; 2]| x * quadratic(p) + (tip - one.gap) * quadratic(q);
-        let [cosine, sine] = [numerator(&one.numerators[0]), numerator(&one.numerators[1])];
+        let numerator = |k: usize| {
+            let [p, q] = &one.numerators[k];
+            let loaded = one.loaded.as_ref().map_or(0.0, |loaded| quadratic(&loaded[k]));
+            x * quadratic(p) + (tip - one.gap) * quadratic(q) + loaded
+        };
+        let [cosine, sine] = [0, 1].map(numerator);
         let d = quadratic(&one.determinant);
         (cosine * cosine + sine * sine - d * d, cosine * cosine + sine * sine + d * d)
     }
@@ -187,8 +201,10 @@ mod tests {
             || std::array::from_fn(|_| Interval::point(random.random_range(-1.0..1.0)));
         let determinant = quadratic();
         let numerators = [[quadratic(), quadratic()], [quadratic(), quadratic()]];
+        let loads = [quadratic(), quadratic()];
+        let loaded = random.random_bool(0.5).then_some(loads);
         let contact = if random.random_bool(0.5) { Contact::Oblique } else { Contact::Direct };
-        OneImpact { contact, gap: random.random_range(-1.0..1.0), determinant, numerators }
+        OneImpact { contact, gap: random.random_range(-1.0..1.0), determinant, numerators, loaded }
     }
 
     #[test]

@@ -82,7 +82,7 @@ const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
 pub(crate) struct Drive {
     pub omega: f64,
     phase: f64,
-    /// 2 pi/omega to 32 digits; infinite for a constant load.
+    /// 2 pi/omega to 32 digits; infinite for a drive that stands still.
     pub period: DoubleDouble,
     /// 1.5 * 2^52 ticks of the clock (see [`Drive::ticked`]).
     ticks: f64,
@@ -147,7 +147,7 @@ impl Drive {
             DoubleDouble::product(self.omega, clock.time_in_period) + DoubleDouble::new(self.phase);
         let tail = angle.lo + self.omega * clock.residual;
         let (sin, cos) = elementary::sin_cos_within(angle.hi, tail);
-        // A constant load f cos phi is real: a large sin phi would only bring rounding.
+        // A drive f cos phi that stands still is real: a large sin phi would only bring rounding.
         Trig { cos, sin: if self.omega > 0.0 { sin } else { 0.0 } }
     }
 

@@ -11,8 +11,9 @@ pub const CHUNK_TURNS: f64 = 2.0;
 pub const RESONANCE_LOSS: f64 = 1.0;
 
 /// The free motion is written about the equilibrium under a constant load if it turns by at least
-/// this angle in a local flight: bounds from its energy are then at most four times too large.
-pub const LEAST_SPRING_ANGLE: f64 = 0.25;
+/// this angle in a local flight: the bound from its energy is then no larger than that from the work
+/// of the load.
+pub const LEAST_SPRING_ANGLE: f64 = 1.0;
 
 /// After a decay by exp(-this) a free motion is no longer computed as an increment from its start,
 /// whose rounding would then exceed its own twentyfold.

@@ -338,7 +338,7 @@ numeric_parameters! {
     restitution ("r", "r"): Unit;
     /// Delta/l, distance between the bodies at rest
     gap ("delta", r"\delta"): Any;
-    /// Omega/omega_2; 0: constant load
+    /// Omega/omega_2; 0: a drive that stands still
     drive_frequency ("omega", r"\omega"): Drive;
     /// damping ratio C1/(2 sqrt(M1 K1 l^2)) of body 1
     pendulum_damping ("zeta1", r"\zeta_1"): NotNegative = 0.0;
@@ -396,7 +396,7 @@ impl System {
         self
     }
 
-    /// 2 pi/omega, infinite for a constant load.
+    /// 2 pi/omega, infinite for a drive that stands still.
     #[must_use]
     pub fn drive_period(&self) -> f64 {
         std::f64::consts::TAU / self.drive_frequency

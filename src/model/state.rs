@@ -60,7 +60,7 @@ impl State {
 }
 
 /// An instant as completed drive periods and the time since; exact at any number of periods.
-/// With a constant load (drive frequency 0) the period stays 0.
+/// Without a drive frequency the period stays 0.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Serialize, Deserialize)]
 pub struct Clock {
     /// Completed drive periods since t = 0.

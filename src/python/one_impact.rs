@@ -44,7 +44,7 @@ pub(super) struct PyOneImpacts(Vec<OneImpact>);
 #[pymethods]
 impl PyOneImpacts {
     /// Coefficients [lo, hi] of 1, kappa and kappa^2, a column for each system, and 15 rows: those
-    /// of D, then (p, q) of Nc and of Ns.
+    /// of D, then (p, q) of Nc and of Ns; 6 more with constant loads: s of Nc and of Ns.
     #[new]
     fn new(
         contact: &str,
@@ -54,9 +54,11 @@ impl PyOneImpacts {
     ) -> PyResult<Self> {
         let contact = Contact::from_name(contact)?;
         let (gap, lo, hi) = (gap.as_array(), lo.as_array(), hi.as_array());
-        if lo.shape() != [15, gap.len()] || hi.shape() != lo.shape() {
+        let rows = lo.shape()[0];
+        let fits = matches!(rows, 15 | 21) && lo.shape()[1] == gap.len();
+        if !fits || hi.shape() != lo.shape() {
             let given = format!("{:?} and {:?}", lo.shape(), hi.shape());
-            return Err(ParameterError::new("lo, hi", given, "(15, systems)").into());
+            return Err(ParameterError::new("lo, hi", given, "(15 or 21, systems)").into());
         }
         let of_system = |(k, &gap): (usize, &f64)| {
             let quadratic = |row: usize| {
@@ -66,7 +68,8 @@ impl PyOneImpacts {
                 })
             };
             let numerators = [[quadratic(3), quadratic(6)], [quadratic(9), quadratic(12)]];
-            OneImpact { contact, gap, determinant: quadratic(0), numerators }
+            let loaded = (rows == 21).then(|| [quadratic(15), quadratic(18)]);
+            OneImpact { contact, gap, determinant: quadratic(0), numerators, loaded }
         };
         Ok(Self(gap.iter().enumerate().map(of_system).collect()))
     }

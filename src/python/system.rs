@@ -78,7 +78,7 @@ impl PySystem {
         Ok(Self(builder.build()?))
     }
 
-    /// 2 pi / drive_frequency; infinite for a constant load.
+    /// 2 pi / drive_frequency; infinite for a drive that stands still.
     #[getter]
     fn drive_period(&self) -> f64 {
         self.0.drive_period()

@@ -287,16 +287,67 @@ def test_constant_loads_have_arrows_of_their_own_colour():
     plt.close("all")
 
 
-@pytest.mark.parametrize("name", ["static_moment", "static_force"])
-def test_single_impact_solutions_are_those_without_loads(name):
-    system = PLAIN.replace(**{name: 0.25})
-    for call in (
-        lambda: vi.periodic_motions(system, n=1),
-        lambda: vi.motion_map(system, n=1, drive_frequency=[1.5]),
-        lambda: vi.motion_map(PLAIN, n=1, **{name: [0.0, 0.25]}),
-    ):
-        with pytest.raises(vi.ParameterError, match=rf"^{name} = 0\.25 .*search_motions"):
-            call()
+def test_all_motions_with_one_impact_are_those_about_the_equilibrium():
+    plain, loaded = vi.periodic_motions(PLAIN), vi.periodic_motions(LOADED)
+    assert len(plain) == len(loaded) > 0 == len(loaded.undecided)
+    for one, other in zip(plain, loaded, strict=True):
+        shift = np.array(other.state) - one.state
+        assert shift == pytest.approx([EQUILIBRIUM[0], 0.0, 0.0, 0.0], abs=1e-12)
+        assert one.stability == other.stability
+
+
+@pytest.mark.parametrize("contact", ["oblique", "direct"])
+def test_no_motion_with_one_impact_is_missed_under_loads(contact):
+    random = np.random.default_rng(5)
+    settled = 0
+    for _ in range(60):
+        system = vi.System(
+            mass_ratio=random.choice([0.0, 0.4, 1.0]),
+            frequency_ratio=random.choice([0.5, 1.0, random.uniform(0.2, 3.0)]),
+            restitution=random.uniform(0.2, 0.9),
+            gap=random.uniform(-0.2, 0.5),
+            drive_frequency=random.uniform(0.6, 3.0),
+            damping=(random.choice([0.05, 0.3, 1.2]), random.choice([0.02, 0.3])),
+            moment_amplitude=random.uniform(0.2, 2.0),
+            force_amplitude=random.choice([0.0, 0.5]),
+            static_moment=random.normal(),
+            static_force=0.4 * random.normal(),
+            contact=contact,
+        )
+        below = min(system.gap + system.static_force - 0.3, 0.9)
+        x1 = np.arcsin(max(below, -0.9)) if contact == "oblique" else below
+        start = (x1, 0.0, system.static_force, 0.0)
+        run = vi.simulate(system, initial=start, periods=300, keep=20)
+        if run.label != "1-1":
+            continue
+        motion = run.refine()
+        if isinstance(motion, vi.PeriodicMotion):
+            found = vi.periodic_motions(system)
+            if not found.bounded:
+                continue
+            settled += 1
+            assert any(abs(m.state[0] - motion.state[0]) < 1e-8 for m in found), system
+    assert settled > 2
+
+
+def test_the_ball_on_a_table_has_two_bounces_with_one_impact_per_period():
+    kappa, gravity, omega = 0.2 / 1.8, 9.81, 2.0
+    found = vi.periodic_motions(TABLE.replace(force_amplitude=6.0))
+    assert found.bounded and not found.undecided
+    assert [motion.admissible for motion in found] == [True, True]
+    for motion in found:
+        assert motion.state[1] == pytest.approx(np.pi * gravity / omega, rel=1e-12)
+        assert motion.state[2] == pytest.approx(-kappa * np.pi * gravity / omega, rel=1e-10)
+
+
+def test_a_map_over_a_load_has_the_motions_of_each():
+    loads = [-0.5, 0.0, 0.5]
+    solutions = vi.motion_map(OBLIQUE, static_moment=loads)
+    for point, load in enumerate(loads):
+        rows = solutions.solutions[solutions.solutions["point"] == point]
+        alone = vi.periodic_motions(OBLIQUE.replace(static_moment=load))
+        assert rows["x1"] == pytest.approx([m.state[0] for m in alone], abs=1e-12)
+    assert solutions.motion(0).system.static_moment == -0.5
 
 
 def test_three_ways_give_the_exact_flight_of_the_reference():

@@ -198,8 +198,8 @@ def _rate_bound(flight: Flight) -> float:
 
     For each body the lesser of two bounds, since the energy of a free oscillation does not grow
     and a load adds |f| per unit time: |(v, w x)| + |f| T of the motion itself, and that of the
-    motion about the steady response P e^{i psi}, plus |P| omega. A constant load c adds |c| T, or
-    the motion is about its equilibrium.
+    motion about the steady response P e^{i psi}, plus |P| omega. Under a constant load c the motion
+    is about its equilibrium, or c adds |c| T where the spring is too weak for that.
     """
     system, phase = flight.system, float(ball(flight.phase))
     omega = float(system.omega)
@@ -209,14 +209,14 @@ def _rate_bound(flight: Flight) -> float:
     for body, x, v in zip(system.bodies(), (x1, x2), (v1, v2), strict=True):
         w, zeta, f, c = (float(value) for value in (body.omega0, body.zeta, body.f, body.c))
         stiffness = complex((w - omega) * (w + omega), 2 * zeta * w * omega)
-        bounds = []
-        for place, extra in ((x, abs(c) * span), *(((x - c / w**2, 0.0),) if w > 0 else ())):
-            bounds.append(math.hypot(v, w * place) + abs(f) * span + extra)
-            if f != 0 and stiffness != 0:
-                steady = f / stiffness * cmath.exp(1j * phase)
-                free = math.hypot(v + omega * steady.imag, w * (place - steady.real))
-                bounds.append(free + abs(steady) * omega + extra)
-        total += min(bounds)
+        held = w * span >= max(1.0, 2.0 * zeta)
+        place, loaded = (x - c / w**2, 0.0) if held else (x, abs(c) * span)
+        bound = math.hypot(v, w * place) + abs(f) * span
+        if f != 0 and stiffness != 0:
+            steady = f / stiffness * cmath.exp(1j * phase)
+            free = math.hypot(v + omega * steady.imag, w * (place - steady.real))
+            bound = min(bound, free + abs(steady) * omega)
+        total += bound + loaded
     return total
 
 

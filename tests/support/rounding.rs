@@ -32,10 +32,14 @@ pub fn rate_bound(system: &System, state: &State, span: f64) -> f64 {
         let free = (v - steady_rate).hypot(w * (x - steady)) + p.hypot(q) * omega;
         if f == 0.0 { free } else { free.min(driven) }
     };
-    // About the equilibrium under a constant load, or with the load added.
+    // About the equilibrium under a constant load; where the spring is too weak for that, with the
+    // load's work.
     let body = |w: f64, zeta: f64, f: f64, load: f64, x: f64, v: f64| {
-        let about = if w > 0.0 { x - load / (w * w) } else { f64::INFINITY };
-        motion(w, zeta, f, about, v).min(motion(w, zeta, f, x, v) + load.abs() * span)
+        if w * span >= 2.0 * zeta && w * span >= 1.0 {
+            motion(w, zeta, f, x - load / (w * w), v)
+        } else {
+            motion(w, zeta, f, x, v) + load.abs() * span
+        }
     };
     let (f1, f2) = (system.moment_amplitude(), system.force_amplitude());
     let (c1, c2) = (system.static_moment(), system.static_force());

@@ -67,6 +67,8 @@ class Parameters:
     oscillator_damping: Array
     moment_amplitude: Array
     force_amplitude: Array
+    static_moment: Array
+    static_force: Array
     phase: Array
 
     @classmethod
@@ -98,7 +100,7 @@ class Parameters:
 
     @property
     def at_rest(self) -> NDArray[np.bool_]:
-        """Which have a body 2 that stays where it is: a wall that nothing drives."""
+        """Which have a body 2 that stays where it is: a wall that no drive moves."""
         return np.asarray(self.is_wall & (self.force_amplitude == 0.0))
 
 
@@ -115,15 +117,15 @@ class Conditions:
     d
         Coefficients of D.
     cosine, sine
-        Coefficients (p, q) of Nc and of Ns.
+        Coefficients (p, q, s) of Nc and of Ns; s is 0 without constant loads.
     """
 
     parameters: Parameters
     first: Flight
     second: Flight
     d: Quadratic
-    cosine: tuple[Quadratic, Quadratic]
-    sine: tuple[Quadratic, Quadratic]
+    cosine: tuple[Quadratic, Quadratic, Quadratic]
+    sine: tuple[Quadratic, Quadratic, Quadratic]
 
     def only(self, number: int) -> "Conditions":
         """Return the conditions of one of the systems."""
@@ -138,8 +140,8 @@ class Conditions:
             first=self.first.part(part),
             second=self.second.part(part),
             d=of(self.d),
-            cosine=(of(self.cosine[0]), of(self.cosine[1])),
-            sine=(of(self.sine[0]), of(self.sine[1])),
+            cosine=(of(self.cosine[0]), of(self.cosine[1]), of(self.cosine[2])),
+            sine=(of(self.sine[0]), of(self.sine[1]), of(self.sine[2])),
         )
 
     def enclose(self, which: NDArray[np.int64], x: Interval) -> tuple[Interval, Interval]:
@@ -150,7 +152,9 @@ class Conditions:
     @cached_property
     def _compiled(self) -> _core.OneImpacts:
         par = self.parameters
-        rows = [*self.d, *chain(*self.cosine), *chain(*self.sine)]
+        rows = [*self.d, *chain(*self.cosine[:2]), *chain(*self.sine[:2])]
+        if par.static_moment.any() or par.static_force.any():
+            rows += [*self.cosine[2], *self.sine[2]]
         lo, hi = np.array([row.lo for row in rows]), np.array([row.hi for row in rows])
         return _core.OneImpacts("oblique" if par.oblique else "direct", par.gap, lo, hi)
 
@@ -175,8 +179,8 @@ class Conditions:
             put(matrix, (row + 1, 2), kick)
             put(matrix, (row + 1, 3), -body.gv.re[which])
             put(matrix, (row + 1, 4), body.gv.im[which])
-            put(rhs, (row,), -(body.c11[which] * place))
-            put(rhs, (row + 1,), body.a21[which] * place)
+            put(rhs, (row,), body.hx[which] - body.c11[which] * place)
+            put(rhs, (row + 1,), body.hv[which] + body.a21[which] * place)
         put(matrix, (4, 0), kappa)
         put(matrix, (4, 1), Interval(-np.ones(len(which))))
         put(matrix, (4, 2), rho * (mbar + kappa.square()))
@@ -207,9 +211,10 @@ def conditions(parameters: Parameters) -> Conditions:
     """
     par = parameters
     omega = par.drive_frequency
-    first = flight(par.n, par.frequency_ratio, par.pendulum_damping, par.moment_amplitude, omega)
     ones = np.ones(len(par))
-    second = flight(par.n, ones, par.oscillator_damping, par.force_amplitude, omega)
+    loads = (par.moment_amplitude, par.static_moment), (par.force_amplitude, par.static_force)
+    first = flight(par.n, par.frequency_ratio, par.pendulum_damping, *loads[0], omega)
+    second = flight(par.n, ones, par.oscillator_damping, *loads[1], omega)
     second = rigid_wall(second, par.at_rest)
     one, zero = Interval(ones), Interval(0.0 * ones)
     mbar, r = Interval(par.mass_ratio), Interval(par.restitution)
@@ -222,6 +227,7 @@ def conditions(parameters: Parameters) -> Conditions:
             "c": (-body.gx.re, -body.gv.re),
             "s": (body.gx.im, body.gv.im),
             "q": (-body.c11, body.a21),
+            "h": (body.hx, body.hv),
         }
 
     one_of, two_of = columns(first), columns(second)
@@ -263,10 +269,22 @@ def conditions(parameters: Parameters) -> Conditions:
         first=first,
         second=second,
         d=cramer("c", "s", "c", "s"),
-        # x1 enters by body 1's right-hand side, y by body 2's.
-        cosine=(cramer("q", "s", "", "s"), cramer("", "s", "q", "s")),
-        sine=(cramer("c", "q", "c", ""), cramer("c", "", "c", "q")),
+        # x1 enters by body 1's right-hand side, y by body 2's, and the loads by both.
+        cosine=(
+            cramer("q", "s", "", "s"),
+            cramer("", "s", "q", "s"),
+            _sum(cramer("h", "s", "", "s"), cramer("", "s", "h", "s")),
+        ),
+        sine=(
+            cramer("c", "q", "c", ""),
+            cramer("c", "", "c", "q"),
+            _sum(cramer("c", "h", "c", ""), cramer("c", "", "c", "h")),
+        ),
     )
+
+
+def _sum(one: Quadratic, other: Quadratic) -> Quadratic:
+    return one[0] + other[0], one[1] + other[1], one[2] + other[2]
 
 
 def _cross(a: tuple[Interval, Interval], b: tuple[Interval, Interval]) -> Interval:

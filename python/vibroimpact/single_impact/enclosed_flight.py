@@ -1,9 +1,12 @@
 """Free flight of one body over whole drive periods, in intervals, for many systems at once.
 
-x'' + 2 zeta w x' + w^2 x = f cos(omega t + psi), time in 1/omega: over T = 2 pi n
+x'' + 2 zeta w x' + w^2 x = f cos(omega t + psi) + c, time in 1/omega: over T = 2 pi n
 
-    x(T) = A11 x + A12 v + Re(Gx e^{i psi}),    x'(T) = A21 x + A22 v + Re(Gv e^{i psi}).
+    x(T) = A11 x + A12 v + Re(Gx e^{i psi}) + Hx,
+    x'(T) = A21 x + A22 v + Re(Gv e^{i psi}) + Hv.
 
+Hx = (1 - A11) e and Hv = -A21 e, with the equilibrium e = c/w^2; without a spring Hx = c T^2/2,
+Hv = c T over omega^2.
 These are (A.1)-(A.8) for every damping. Near resonance Gx = f (E(z+) - E(z-))/(z+ - z-) with
 E(z) = (e^{zT} - 1)/z and the exponents z of the free motion less that of the drive: the response
 from rest, which has no pole. 1 - A is computed and not A, from the difference of the number of
@@ -78,6 +81,10 @@ class Flight:
     c22: Interval
     gx: Complex
     gv: Complex
+    # Hx, Hv, and the equilibrium, 0 without a spring.
+    hx: Interval
+    hv: Interval
+    equilibrium: Array
     # Steady response to the drive, not finite at undamped resonance.
     steady: Complex
     # Undamped, and a whole number of turns to rounding: A = 1.
@@ -92,6 +99,9 @@ class Flight:
             c22=self.c22[part],
             gx=self.gx.part(part),
             gv=self.gv.part(part),
+            hx=self.hx[part],
+            hv=self.hv[part],
+            equilibrium=self.equilibrium[part],
             steady=self.steady.part(part),
             returns=self.returns[part],
         )
@@ -138,13 +148,17 @@ def _turns_beyond_whole(n: int, natural: Array, omega: Array) -> tuple[Interval,
     return choose(exact, zero, rest), near, half
 
 
-def flight(n: int, natural: Array, damping: Array, force: Array, omega: Array) -> Flight:
+def flight(
+    n: int, natural: Array, damping: Array, force: Array, load: Array, omega: Array
+) -> Flight:
     """Enclose the flight over n drive periods, with w = ``natural``; arrays of shape (k,)."""
     with np.errstate(all="ignore"):
-        return _flight(n, natural, damping, force, omega)
+        return _flight(n, natural, damping, force, load, omega)
 
 
-def _flight(n: int, natural: Array, damping: Array, force: Array, omega: Array) -> Flight:
+def _flight(
+    n: int, natural: Array, damping: Array, force: Array, load: Array, omega: Array
+) -> Flight:
     duration = PI * (2.0 * n)
     ratio = Interval(natural) / omega
     rate = ratio * damping
@@ -227,7 +241,14 @@ def _flight(n: int, natural: Array, damping: Array, force: Array, omega: Array) 
     gv = Complex(choose(still, nothing, gv.re), choose(still, nothing, gv.im))
     steady = Complex(choose(still, nothing, steady.re), choose(still, nothing, steady.im))
     returns = whole & (damping == 0.0) & (natural > 0.0)
-    return Flight(c11, s, a21, c22, gx, gv, steady, returns)
+    rotor, unloaded = natural == 0.0, load == 0.0
+    place = Interval(load) / Interval(natural).square()
+    push = Interval(load) / Interval(omega).square() * duration
+    hx = choose(rotor, push * duration * 0.5, c11 * place)
+    hv = choose(rotor, push, -(a21 * place))
+    hx, hv = choose(unloaded, nothing, hx), choose(unloaded, nothing, hv)
+    equilibrium = np.where(rotor | unloaded, 0.0, place.middle)
+    return Flight(c11, s, a21, c22, gx, gv, hx, hv, equilibrium, steady, returns)
 
 
 def _series(y: Interval, odd: int) -> Interval:
@@ -241,7 +262,7 @@ def _series(y: Interval, odd: int) -> Interval:
 
 
 def rigid_wall(body: Flight, mask: Mask) -> Flight:
-    """Return the flights with A = 0 where the mask holds: a body that stays at x = 0."""
+    """Return the flights with A = 0 where the mask holds: a body that stays at its equilibrium."""
     one, zero = Interval(np.ones(len(mask))), Interval(np.zeros(len(mask)))
     return replace(
         body,
@@ -249,5 +270,7 @@ def rigid_wall(body: Flight, mask: Mask) -> Flight:
         a12=choose(mask, zero, body.a12),
         a21=choose(mask, zero, body.a21),
         c22=choose(mask, one, body.c22),
+        hx=choose(mask, Interval(body.equilibrium), body.hx),
+        hv=choose(mask, zero, body.hv),
         returns=body.returns & ~mask,
     )

@@ -60,13 +60,12 @@ def periodic_motions(
     -------
     PeriodicMotions
         Every solution, with its verdict; admissible ones are motions of the system. A wall at rest
-        (mass_ratio and force_amplitude 0) stays at x2 = 0.
+        (mass_ratio and force_amplitude 0) stays at x2 = static_force.
 
     Raises
     ------
     ParameterError
-        For bad input: friction or constant loads (use ``search_motions`` or ``run.refine`` there),
-        no drive.
+        For bad input: friction (use ``search_motions`` or ``run.refine`` there), no drive.
     Interrupted
         After Ctrl-C; ``.result`` holds the solutions found so far, its ``undecided`` the intervals
         that were not examined.
@@ -220,18 +219,11 @@ def check_system(system: System) -> None:
     check_columns(**{name: np.array([getattr(system, name)]) for name in CHECKED})
 
 
-CHECKED = (
-    *("friction", "drive_frequency", "moment_amplitude", "force_amplitude"),
-    *("static_moment", "static_force"),
-)
+CHECKED = ("friction", "drive_frequency", "moment_amplitude", "force_amplitude")
 
 
 def check_columns(
-    friction: Array,
-    drive_frequency: Array,
-    moment_amplitude: Array,
-    force_amplitude: Array,
-    **static: Array,
+    friction: Array, drive_frequency: Array, moment_amplitude: Array, force_amplitude: Array
 ) -> None:
     """Reject systems to which these solutions do not apply."""
     if friction.any():
@@ -240,14 +232,6 @@ def check_columns(
             float(friction[friction != 0.0][0]),
             "0: these solutions are those without friction; use search_motions or run.refine",
         )
-    for name, column in static.items():
-        if column.any():
-            reject(
-                name,
-                float(column[column != 0.0][0]),
-                "0: these solutions are those without constant loads; use search_motions or "
-                "run.refine",
-            )
     if not drive_frequency.all():
         reject("drive_frequency", 0.0, "a finite number > 0: a period needs a drive")
     if ((moment_amplitude == 0.0) & (force_amplitude == 0.0)).any():

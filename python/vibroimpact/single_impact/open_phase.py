@@ -108,8 +108,8 @@ def _units(equations: Conditions) -> Array:
         (equations.first, 1.0),
         (equations.second, float(equations.parameters.mass_ratio[0])),
     ):
-        sizes.append(_largest(body.c11, body.a12, body.gx.re, body.gx.im))
-        sizes.append(max(kick, _largest(body.c22, body.a21, body.gv.re, body.gv.im)))
+        sizes.append(_largest(body.c11, body.a12, body.gx.re, body.gx.im, body.hx))
+        sizes.append(max(kick, _largest(body.c22, body.a21, body.gv.re, body.gv.im, body.hv)))
     return np.asarray(2.0 ** -np.rint(np.log2([*sizes, 1.0])))
 
 

@@ -153,13 +153,15 @@ def reach_of(equations: Conditions) -> list[Reach]:
     """Bound |x1| over all solutions, for each system.
 
     With a, b displacement and velocity before a unit kick of a body kicked once in n periods and p
-    its steady response, periodicity says x1 = p1 - a1 kappa P, y = p2 + a2 mbar P and
+    its steady response about its equilibrium e, periodicity says x1 = e1 + p1 - a1 kappa P,
+    y = e2 + p2 + a2 mbar P and
 
         (kappa^2 s1 + mbar s2) P = -(kappa p1' - p2')',    s = 1/(1+r) + b >= 0,
 
     since a passive body takes work from its kicks, b >= -1/2. So in oblique contact
-    |kappa P| <= |p1|/s1 + |p2|/(2 sqrt(s1 mbar s2)), and |P| <= (1 + |delta| + |p2|)/|a2 mbar|; the
-    smaller one bounds x1. Direct contact: Nc and Ns are linear in x1, D is constant, |N| <= |D|.
+    |kappa P| <= |p1|/s1 + |p2|/(2 sqrt(s1 mbar s2)), and
+    |P| <= (1 + |delta| + |e2| + |p2|)/|a2 mbar|; the smaller one bounds x1. Direct contact: Nc and
+    Ns are linear in x1, D is constant, |N| <= |D|.
     """
     par = equations.parameters
     first, second = equations.first, equations.second
@@ -171,14 +173,14 @@ def reach_of(equations: Conditions) -> list[Reach]:
         still = p2 == 0.0
         weighed = p1 / s1 + np.where(still, 0.0, p2 / (2.0 * np.sqrt(s1 * s2 * par.mass_ratio)))
         # A moving wall: kappa P = (p2'/kappa - p1')/s1, and |kappa| is bounded if its tip is.
-        height = np.abs(par.gap) + p2
+        height = np.abs(par.gap) + np.abs(second.equilibrium) + p2
         wall = np.where(height < 1.0, (p1 + p2 / np.sqrt(1.0 - height**2)) / s1, np.inf)
         weighed = np.where(par.is_wall & ~still, wall, weighed)
         limited = (1.0 + height) / (a2.smallest * par.mass_ratio)
         # A resonant body 2 is stopped by the impulse that the drive feeds into it in n periods.
         fed = np.where(second.returns, second.gv.largest / par.mass_ratio, np.inf)
         impulse = np.fmin(np.fmin(weighed, limited), fed)
-        bound = (p1 + a1.largest * impulse) * (1.0 + 1e-12)
+        bound = (np.abs(first.equilibrium) + p1 + a1.largest * impulse) * (1.0 + 1e-12)
         if not par.oblique:
             bound = _direct_reach(equations)
     result = []
@@ -186,7 +188,7 @@ def reach_of(equations: Conditions) -> list[Reach]:
         nothing = _without_solutions(equations, k)
         if nothing:
             result.append(Reach(0.0, True, True, nothing))
-        elif par.frequency_ratio[k] == 0.0:
+        elif par.frequency_ratio[k] == 0.0 and par.oblique:
             result.append(Reach(math.pi, False, False, "free rotor: all repeats with x1 + 2 pi"))
         elif bound[k] <= LARGEST_ANGLE:
             result.append(Reach(float(bound[k]), True, False, ""))
@@ -199,10 +201,11 @@ def _direct_reach(equations: Conditions) -> Array:
     gap = np.abs(equations.parameters.gap)
     d = equations.d[0] + equations.d[1] + equations.d[2]
     reach = np.full(len(gap), np.inf)
-    for p, q in (equations.cosine, equations.sine):
-        q_all = q[0] + q[1] + q[2]
+    for p, q, s in (equations.cosine, equations.sine):
+        q_all, s_all = q[0] + q[1] + q[2], s[0] + s[1] + s[2]
         slope = p[0] + p[1] + p[2] + q_all
-        reach = np.fmin(reach, (d.largest + gap * q_all.largest) / slope.smallest)
+        most = d.largest + gap * q_all.largest + s_all.largest
+        reach = np.fmin(reach, most / slope.smallest)
     return reach * (1.0 + 1e-12)
 
 
@@ -220,6 +223,6 @@ def _without_solutions(equations: Conditions, k: int) -> str:
     resonant = force != 0.0 and omega == 1.0 and not par.is_wall[k]
     if equations.second.returns[k] and not resonant:
         return "no isolated solutions: the undamped body 2 swings a whole number of times"
-    if par.frequency_ratio[k] == 0.0 and not par.oblique:
+    if par.frequency_ratio[k] == 0.0 and par.static_moment[k] == 0.0 and not par.oblique:
         return "no solutions: nothing brings the free body 1 back"
     return ""
