@@ -8,6 +8,7 @@
 //! with M positive definite, K and C positive semidefinite, and C diagonal in the modes.
 
 mod modes;
+mod stop;
 
 use nalgebra::Complex;
 
@@ -15,129 +16,13 @@ use crate::model::error::ParameterError;
 use crate::model::parameters::ImpactLaw;
 use crate::numerics::double_double::DoubleDouble;
 use modes::{Modes, NoModes, RIGID, modes};
+pub use stop::Stop;
+pub(crate) use stop::StopContactRows;
 
 /// What the modes couple by a damping matrix at most, as a part of its largest entry there.
 const COUPLED: f64 = 1e-12;
-/// A tangent whose ac - b^2 is at most this part of ac is parallel to the normal.
-const PARALLEL: f64 = 1e-12;
 /// A matrix may differ by this part of its largest entry from a symmetric one.
 const SYMMETRIC: f64 = 1e-14;
-
-/// A rigid one-sided stop, g = normal . q - gap - amplitude cos(omega t + phase) <= 0.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Stop {
-    normal: Vec<f64>,
-    gap: f64,
-    restitution: f64,
-    friction: f64,
-    tangent: Option<Vec<f64>>,
-    amplitude: f64,
-    phase: f64,
-}
-
-impl Stop {
-    /// A stop at rest. `normal`: (N,), a row of the structure, or a difference of two rows: two
-    /// bodies that meet. `gap`: distance along it at q = 0. `restitution`: in [0, 1].
-    #[must_use]
-    pub fn new(normal: impl Into<Vec<f64>>, gap: f64, restitution: f64) -> Self {
-        Self {
-            normal: normal.into(),
-            gap,
-            restitution,
-            friction: 0.0,
-            tangent: None,
-            amplitude: 0.0,
-            phase: 0.0,
-        }
-    }
-
-    /// Coulomb's friction along `tangent`, (N,): the velocity of slip is tangent . q', in the same
-    /// unit of length as normal . q', or the coefficient means nothing.
-    #[must_use]
-    pub fn with_friction(self, friction: f64, tangent: impl Into<Vec<f64>>) -> Self {
-        Self { friction, tangent: Some(tangent.into()), ..self }
-    }
-
-    /// A stop that moves with the drive, by amplitude cos(omega t + phase). The phase is its own.
-    #[must_use]
-    pub fn moving(self, amplitude: f64, phase: f64) -> Self {
-        Self { amplitude, phase, ..self }
-    }
-
-    /// n.
-    #[must_use]
-    pub fn normal(&self) -> &[f64] {
-        &self.normal
-    }
-
-    /// Distance along the normal at q = 0.
-    #[must_use]
-    pub fn gap(&self) -> f64 {
-        self.gap
-    }
-
-    /// Coefficient of restitution.
-    #[must_use]
-    pub fn restitution(&self) -> f64 {
-        self.restitution
-    }
-
-    /// Coulomb's coefficient.
-    #[must_use]
-    pub fn friction(&self) -> f64 {
-        self.friction
-    }
-
-    /// t, where there is friction.
-    #[must_use]
-    pub fn tangent(&self) -> Option<&[f64]> {
-        self.tangent.as_deref()
-    }
-
-    /// Amplitude of its motion.
-    #[must_use]
-    pub fn amplitude(&self) -> f64 {
-        self.amplitude
-    }
-
-    /// Phase of its motion at t = 0, in radians.
-    #[must_use]
-    pub fn phase(&self) -> f64 {
-        self.phase
-    }
-
-    fn checked(&self, place: usize, count: usize, driven: bool) -> Result<(), ParameterError> {
-        let named = |what: &str| format!("stops[{place}].{what}");
-        let finite = |what: &str, value: f64| {
-            let error = || ParameterError::new(named(what), value, "a finite number");
-            if value.is_finite() { Ok(()) } else { Err(error()) }
-        };
-        checked_vector(&named("normal"), &self.normal, count)?;
-        if let Some(tangent) = &self.tangent {
-            checked_vector(&named("tangent"), tangent, count)?;
-        }
-        if !(self.friction.is_finite() && self.friction >= 0.0) {
-            let allowed = "a finite number >= 0";
-            return Err(ParameterError::new(named("friction"), self.friction, allowed));
-        }
-        if self.normal.iter().all(|&value| value == 0.0) {
-            return Err(ParameterError::new(named("normal"), "zeros", "a number other than 0"));
-        }
-        for (what, value) in [("gap", self.gap), ("amplitude", self.amplitude)] {
-            finite(what, value)?;
-        }
-        finite("phase", self.phase)?;
-        if !(0.0..=1.0).contains(&self.restitution) {
-            let allowed = "a number in [0, 1]";
-            return Err(ParameterError::new(named("restitution"), self.restitution, allowed));
-        }
-        if self.amplitude != 0.0 && !driven {
-            let allowed = "0 with drive_frequency = 0: a stop moves with the drive";
-            return Err(ParameterError::new(named("amplitude"), self.amplitude, allowed));
-        }
-        Ok(())
-    }
-}
 
 /// A linear structure with rigid stops, validated. Build one with [`Structure::builder`].
 ///
@@ -167,18 +52,6 @@ pub struct Structure {
     law: ImpactLaw,
     modes: Vec<Mode>,
     contacts: Vec<StopContactRows>,
-}
-
-/// A stop as the modes and an impact see it.
-#[derive(Debug, Clone)]
-pub(crate) struct StopContactRows {
-    /// n . phi of the modes.
-    pub modal_normal: Vec<f64>,
-    /// M^-1 n and M^-1 t; without friction t = 0.
-    pub by_normal: Vec<f64>,
-    pub by_tangent: Vec<f64>,
-    /// a = n M^-1 n, b = n M^-1 t, c = t M^-1 t.
-    pub mobilities: [f64; 3],
 }
 
 /// One mode, p'' + 2 c p' + w^2 p = |f| cos(psi + arg f) + load.
@@ -305,12 +178,7 @@ impl StructureBuilder {
         let contacts: Vec<_> =
             self.stops.iter().map(|stop| StopContactRows::new(stop, &found)).collect();
         for (place, (stop, contact)) in self.stops.iter().zip(&contacts).enumerate() {
-            let [a, b, c] = contact.mobilities;
-            if stop.friction > 0.0 && a * c - b * b <= PARALLEL * a * c {
-                let name = format!("stops[{place}].tangent");
-                let allowed = "a row that is not parallel to the normal";
-                return Err(ParameterError::new(name, "one parallel to it, or zeros", allowed));
-            }
+            contact.checked(stop, place)?;
         }
         let decay_rates = decay_rates(&self.damping, &found, count)?;
         let modes = found
@@ -414,44 +282,6 @@ impl Structure {
     }
 }
 
-impl StopContactRows {
-    fn new(stop: &Stop, found: &Modes) -> Self {
-        let none = vec![0.0; stop.normal.len()];
-        let rows =
-            [&stop.normal, stop.tangent.as_ref().filter(|_| stop.friction > 0.0).unwrap_or(&none)];
-        let modal = rows.map(|row| -> Vec<DoubleDouble> {
-            found
-                .shapes
-                .iter()
-                .map(|shape| {
-                    let terms = shape.iter().zip(row.iter());
-                    terms.fold(DoubleDouble::ZERO, |sum, (&s, &x)| sum + s.scale(x))
-                })
-                .collect()
-        });
-        // M^-1 = sum phi phi^T.
-        let mobility = |parts: &[DoubleDouble]| -> Vec<f64> {
-            (0..stop.normal.len())
-                .map(|k| {
-                    let terms = found.shapes.iter().zip(parts);
-                    let sum = |sum, (shape, &part): (&Vec<DoubleDouble>, _)| sum + shape[k] * part;
-                    terms.fold(DoubleDouble::ZERO, sum).value()
-                })
-                .collect()
-        };
-        let product = |i: usize, j: usize| {
-            let terms = modal[i].iter().zip(&modal[j]);
-            terms.fold(DoubleDouble::ZERO, |sum, (&a, &b)| sum + a * b).value()
-        };
-        Self {
-            modal_normal: modal[0].iter().map(|part| part.value()).collect(),
-            by_normal: mobility(&modal[0]),
-            by_tangent: mobility(&modal[1]),
-            mobilities: [product(0, 0), product(0, 1), product(1, 1)],
-        }
-    }
-}
-
 /// Decay rates of the modes, or why there are none.
 fn decay_rates(damping: &Damping, found: &Modes, count: usize) -> Result<Vec<f64>, ParameterError> {
     match damping {
@@ -494,7 +324,7 @@ fn decay_rates(damping: &Damping, found: &Modes, count: usize) -> Result<Vec<f64
             };
             let mut rates: Vec<f64> = (0..count).map(|i| 0.5 * on(i, i)).collect();
             let largest = rates.iter().fold(0.0, |most: f64, rate| most.max(rate.abs()));
-            for i in 0..count {
+            for (i, rate) in rates.iter_mut().enumerate() {
                 for j in i + 1..count {
                     let coupled = on(i, j);
                     if coupled.abs() > COUPLED * largest {
@@ -505,14 +335,14 @@ fn decay_rates(damping: &Damping, found: &Modes, count: usize) -> Result<Vec<f64
                         ));
                     }
                 }
-                if rates[i] < -COUPLED * largest {
+                if *rate < -COUPLED * largest {
                     return Err(ParameterError::new(
                         "damping",
-                        format!("a matrix with {:e} on mode {i}", 2.0 * rates[i]),
+                        format!("a matrix with {:e} on mode {i}", 2.0 * *rate),
                         "a positive semidefinite matrix",
                     ));
                 }
-                rates[i] = if rates[i] <= COUPLED * largest { 0.0 } else { rates[i] };
+                *rate = if *rate <= COUPLED * largest { 0.0 } else { *rate };
             }
             Ok(rates)
         }

@@ -142,8 +142,9 @@ fn jacobi(mut a: Square) -> (Vec<DoubleDouble>, Square) {
                 for row in &mut a {
                     (row[p], row[q]) = turn(row[p], row[q]);
                 }
-                for k in 0..count {
-                    (a[p][k], a[q][k]) = turn(a[p][k], a[q][k]);
+                let (before, after) = a.split_at_mut(q);
+                for (x, y) in before[p].iter_mut().zip(&mut after[0]) {
+                    (*x, *y) = turn(*x, *y);
                 }
                 for row in &mut vectors {
                     (row[p], row[q]) = turn(row[p], row[q]);
