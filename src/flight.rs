@@ -49,10 +49,11 @@ pub struct FreeMotion {
     remainder_factor: f64,
     pub(crate) contact: Contact,
     pub(crate) gap: f64,
-    /// Equilibria of pendulum and body 2 under constant loads, and what they take from the margin of
-    /// a bound.
-    pub(crate) equilibria: [f64; 2],
-    pub(crate) equilibria_margin: f64,
+    /// Equilibrium of the pendulum under its constant load.
+    pub(crate) equilibrium: f64,
+    /// The gap from the equilibrium of body 2, less what the equilibria take from the margin of a
+    /// bound.
+    pub(crate) gap_at_rest: f64,
     /// Longest time after its start at which a contact of a local flight is met.
     pub(crate) reach: f64,
     /// Longest time after its start for which a local flight is evaluated without reducing angles.
@@ -75,7 +76,7 @@ impl FreeMotion {
         let (pendulum, oscillator) = (body(system.pendulum()), body(system.oscillator()));
         let plain_from = pendulum.swings_from().max(oscillator.swings_from());
         let tables = table::Tables::new(span);
-        let equilibria = [pendulum.equation.equilibrium, oscillator.equation.equilibrium];
+        let (first, second) = (pendulum.equation.equilibrium, oscillator.equation.equilibrium);
         Self {
             drive: Drive::of(system),
             pendulum,
@@ -87,8 +88,8 @@ impl FreeMotion {
             remainder_factor: sextic_remainder(tables.steps[0]),
             contact: system.contact,
             gap: system.gap,
-            equilibria,
-            equilibria_margin: (BOUND_MARGIN - 1.0) * (equilibria[0].abs() + equilibria[1].abs()),
+            equilibrium: first,
+            gap_at_rest: system.gap + second - (BOUND_MARGIN - 1.0) * (first.abs() + second.abs()),
             tables,
         }
     }

@@ -156,14 +156,13 @@ impl<T: Tip> SteppedGap for TipGap<'_, T> {
     /// responses each by itself, or as they go together.
     #[inline(always)]
     fn never_meets(&self, slack: f64) -> bool {
-        let FreeMotion { pendulum, oscillator, gap, .. } = self.motion;
-        let &FreeMotion { equilibria: [first, second], equilibria_margin, .. } = self.motion;
+        let FreeMotion { pendulum, oscillator, .. } = self.motion;
+        let &FreeMotion { equilibrium, gap_at_rest, .. } = self.motion;
         let (free1, steady1) = pendulum.amplitudes(&self.flight.pendulum);
         let (free2, steady2) = oscillator.amplitudes(&self.flight.oscillator);
-        let (highest, ahead) = T::reach(first, free1 + steady1);
-        let together = pendulum.steady_difference(oscillator) + free1 + free2 + ahead + first;
-        let nearest = (highest + free2 + steady2).min(together) * BOUND_MARGIN - second;
-        nearest < gap - slack - equilibria_margin
+        let (highest, ahead) = T::reach(equilibrium, free1 + steady1);
+        let together = pendulum.steady_difference(oscillator) + free1 + free2 + ahead + equilibrium;
+        (highest + free2 + steady2).min(together) * BOUND_MARGIN < gap_at_rest - slack
     }
 
     #[inline(always)]

@@ -50,7 +50,7 @@ pub(crate) struct Oscillator {
     response: Response,
     /// The motion from rest under a constant load of 1, where it is not written about its
     /// equilibrium.
-    under_load: Option<RestResponse>,
+    under_load: Option<Box<RestResponse>>,
     /// Whether all motion is a free oscillation about an equilibrium and the steady response.
     steady: bool,
     span: f64,
@@ -153,7 +153,7 @@ impl Oscillator {
         };
         let turn = natural * span;
         let has_equilibrium = turn >= LEAST_SPRING_ANGLE && natural * turn >= 2.0 * decay_rate;
-        let under_load = (load != 0.0 && !has_equilibrium).then(|| from_rest(0.0));
+        let under_load = (load != 0.0 && !has_equilibrium).then(|| Box::new(from_rest(0.0)));
         let steady = if forcing == 0.0 {
             Complex::new(0.0, 0.0)
         } else {
@@ -200,7 +200,7 @@ impl Oscillator {
         if self.has_constant() {
             let equation = Equation { load: 0.0, equilibrium: 0.0, ..self.equation };
             let steady = matches!(self.response, Response::Unforced | Response::Steady);
-            work(&Self { equation, under_load: None, steady, ..*self })
+            work(&Self { equation, under_load: None, steady, ..self.clone() })
         } else {
             work(self)
         }
@@ -216,7 +216,7 @@ impl Oscillator {
             ..self.equation
         };
         let steady = self.under_load.is_none();
-        Self { equation, response: Response::Unforced, steady, ..*self }
+        Self { equation, response: Response::Unforced, steady, ..self.clone() }
     }
 
     /// The slowest rate at which a free motion decays.
