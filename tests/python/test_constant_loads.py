@@ -333,7 +333,8 @@ def test_no_motion_with_one_impact_is_missed_under_loads(contact):
 def test_the_ball_on_a_table_has_two_bounces_with_one_impact_per_period():
     kappa, gravity, omega = 0.2 / 1.8, 9.81, 2.0
     found = vi.periodic_motions(TABLE.replace(force_amplitude=6.0))
-    assert found.bounded and not found.undecided
+    assert found.bounded
+    assert not found.undecided
     assert [motion.admissible for motion in found] == [True, True]
     for motion in found:
         assert motion.state[1] == pytest.approx(np.pi * gravity / omega, rel=1e-12)
