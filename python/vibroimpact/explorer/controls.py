@@ -141,6 +141,9 @@ class NumberControl:
             change(self._name, value)
         except (ParameterError, StateError) as error:
             self._say(str(error))
+        else:
+            # The value in force, typed again, changes nothing else on the page.
+            self._say("")
 
     def _say(self, message: str) -> None:
         self.error.text = f'<span class="error">{html.escape(message)}</span>'
@@ -182,10 +185,26 @@ class ChoiceControl:
 
 
 class AxisControl:
-    """Name and range of one axis of a map."""
+    """Name and range of one axis of a map.
+
+    Parameters
+    ----------
+    field
+        Of the state.
+    names
+        To choose from.
+    change
+        Tries a new axis; raises the package's error if it is refused.
+    fail
+        Gets the error of a refusal, and None when nothing is refused any more.
+    """
 
     def __init__(
-        self, field: str, names: tuple[str, ...], change: Callable[..., None], fail: Any
+        self,
+        field: str,
+        names: tuple[str, ...],
+        change: Callable[..., None],
+        fail: Callable[[Exception | None], None],
     ) -> None:
         self._field, self._change, self._fail, self._quiet = field, change, fail, False
         self._axis: Axis | None = None
@@ -198,8 +217,8 @@ class AxisControl:
             )
             for end in ("low", "high")
         }
-        for end, box in self._ends.items():
-            box.on_change("value", self._typed(end))
+        for box in self._ends.values():
+            box.on_change("value", self._typed)
         row = [self._name.root, self._ends["low"], parts.text("to", margin=(4, 0, 0, 0))]
         self.children = [*row, self._ends["high"]]
 
@@ -209,36 +228,65 @@ class AxisControl:
         self._quiet = True
         self._name.show(axis.name)
         for end, box in self._ends.items():
-            box.value = write_number(float(f"{getattr(axis, end):.10g}"))
+            box.value = _end_text(axis, end)
             box.css_classes = []
         self._quiet = False
 
     def _named(self, _field: str, name: str) -> None:
-        if self._axis is not None:
+        if self._axis is None:
+            return
+        if name == self._axis.name:
+            # After another name was refused: with the range in force.
+            self._try(self._axis)
+        else:
             low, high = _usual_range(name)
             self._try(Axis(name=name, low=low, high=high))
 
-    def _typed(self, end: str) -> Callable[[str, str, str], None]:
-        def typed(_name: str, _old: str, new: str) -> None:
-            if self._quiet or self._axis is None:
-                return
-            ends = {"low": self._axis.low, "high": self._axis.high}
+    def _typed(self, _name: str, _old: str, _new: str) -> None:
+        """Try the range that both fields show: one that was refused may now be right."""
+        if self._quiet or self._axis is None:
+            return
+        ends: dict[str, float] = {}
+        errors: list[ParameterError] = []
+        for end, box in self._ends.items():
+            box.css_classes = []
             try:
-                ends[end] = read_number(f"{self._axis.name}: {end}", new)
-                axis = Axis(name=self._axis.name, **ends)
+                ends[end] = self._read(self._axis, end)
             except ParameterError as error:
-                self._ends[end].css_classes = ["wrong"]
-                self._fail(error)
-            else:
-                self._try(axis)
+                box.css_classes = ["wrong"]
+                errors.append(error)
+        if errors:
+            self._fail(errors[0])
+            return
+        try:
+            axis = Axis(name=self._axis.name, **ends)
+        except ParameterError as error:
+            for end, box in self._ends.items():
+                box.css_classes = ["wrong"] if box.value != _end_text(self._axis, end) else []
+            self._fail(error)
+        else:
+            self._try(axis)
 
-        return typed
+    def _read(self, axis: Axis, end: str) -> float:
+        """Return what a field shows; digits that it has no place for are not lost."""
+        text = self._ends[end].value
+        if text == _end_text(axis, end):
+            return float(getattr(axis, end))
+        return read_number(f"{axis.name}: {end}", text)
 
     def _try(self, axis: Axis) -> None:
         try:
-            self._change(**{self._field: axis})
+            if axis != self._axis:
+                self._change(**{self._field: axis})
         except (ParameterError, StateError) as error:
             self._fail(error)
+        else:
+            self.show(axis)
+            self._fail(None)
+
+
+def _end_text(axis: Axis, end: str) -> str:
+    return write_number(float(f"{getattr(axis, end):.10g}"))
 
 
 def _usual_range(name: str) -> tuple[float, float]:
@@ -271,6 +319,8 @@ class Controls:
             except (ParameterError, StateError) as error:
                 self.error.text = f'<span class="error">{html.escape(str(error))}</span>'
                 self.error.visible = True
+            else:
+                self.error.visible = False
 
         self.numbers = {
             name: NumberControl(name, one, moved) for name in (*PARAMETERS, *COORDINATES)

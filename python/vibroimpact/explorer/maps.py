@@ -12,6 +12,7 @@ from bokeh.events import DoubleTap, RangesUpdate, Tap
 from bokeh.models import (
     Button,
     Column,
+    Div,
     RadioButtonGroup,
     Row,
     Toggle,
@@ -67,6 +68,8 @@ class MapsCard:
             CellsView("basins"),
         )
         self.message = parts.text(visible=False, sizing_mode="stretch_width", name="map-error")
+        # What is wrong with the ranges in the fields; it does not hide what is said of the map.
+        self.refusal = parts.text(visible=False, sizing_mode="stretch_width", name="range-error")
         self._build(change)
 
     def _build(self, change: Change) -> None:
@@ -83,7 +86,7 @@ class MapsCard:
                 field,
                 COORDINATES if name == "basins" else tuple(PARAMETERS),
                 self._axis(name, change),
-                self.say,
+                self.refuse,
             )
             for name, fields in _ZOOMED.items()
             for field in fields
@@ -115,7 +118,9 @@ class MapsCard:
             for name, view in self._views().items()
         }
         top = Row(self._tabs, self._back, **gap)
-        self.root = parts.card(top, self.message, *self._bodies.values(), min_height=380)
+        self.root = parts.card(
+            top, self.message, self.refusal, *self._bodies.values(), min_height=380
+        )
         self.diagram.figure.on_event(Tap, self._tap_diagram)
         self.chart.figure.on_event(Tap, self._tap_chart)
         self.basins.figure.on_event(Tap, self._tap_basins)
@@ -141,6 +146,7 @@ class MapsCard:
             body.visible = name == state.map
         self._frame(state)
         self._back.disabled = not self._before.get(state.map)
+        self.refuse(None)
 
     def _frame(self, state: State) -> None:
         """Show the ranges of the map that is seen, and mark the motion of the page in it."""
@@ -185,9 +191,11 @@ class MapsCard:
 
     def say(self, error: Exception | None) -> None:
         """Show an error, or none."""
-        words = "" if error is None else html.escape(str(error))
-        self.message.text = f'<span class="error">{words}</span>'
-        self.message.visible = bool(words)
+        _tell(self.message, error)
+
+    def refuse(self, error: Exception | None) -> None:
+        """Show why the range in a field is not used, or nothing."""
+        _tell(self.refusal, error)
 
     def note(self, words: str) -> None:
         """Say why there is no map, where nothing is wrong."""
@@ -283,6 +291,12 @@ class MapsCard:
     def _tap_basins(self, event: Tap) -> None:
         if isinstance(self.result, Basins):
             self._choose(**_cell(self.result, event))
+
+
+def _tell(where: Div, error: Exception | None) -> None:
+    words = "" if error is None else html.escape(str(error))
+    where.text = f'<span class="error">{words}</span>'
+    where.visible = bool(words)
 
 
 def _same(one: Axis, other: Axis) -> bool:
