@@ -329,7 +329,9 @@ def test_the_branch_lies_over_the_diagram(coarse):
     desk = Desk(state)
     assert desk.named("stable").data["xs"] == []
     desk.named("branch").active = True
+    assert "following the motion" in desk.named("diagram-key").text
     desk.settle()
+    assert "following" not in desk.named("diagram-key").text
     verdict = compute.verdict(state, compute.motion(state).run)
     branch = compute.branch(state, verdict.periodic)
     drawn = np.concatenate(desk.named("stable").data["ys"])
@@ -379,6 +381,7 @@ def test_a_system_without_drive_periods_has_no_map(desk):
 def test_a_motion_without_a_branch_is_told(desk):
     desk.named("branch").active = True
     desk.settle()
+    assert "following" not in desk.named("diagram-key").text
     assert "not periodic" in desk.named("map-error").text
 
 

@@ -213,14 +213,15 @@ class AxisControl:
         self._name = ChoiceControl(field, pairs, self._named, **options)
         self._ends = {
             end: TextInput(
-                width=76, height=24, margin=0, stylesheets=sheets(), name=f"{field}_{end}"
+                width=76, height=26, margin=0, stylesheets=sheets(), name=f"{field}_{end}"
             )
             for end in ("low", "high")
         }
         for box in self._ends.values():
             box.on_change("value", self._typed)
         row = [self._name.root, self._ends["low"], parts.text("to", margin=(4, 0, 0, 0))]
-        self.children = [*row, self._ends["high"]]
+        # On one line, however narrow the map is.
+        self.root = Row(*row, self._ends["high"], spacing=6)
 
     def show(self, axis: Axis) -> None:
         """Show an axis that was accepted."""

@@ -107,14 +107,16 @@ class MapsCard:
         }
         self._rows = {
             "diagram": [
-                Row(*axis["vary"].children, self._branch, **gap),
+                Row(axis["vary"].root, self._branch, **gap),
                 Row(self._value.root, self._start.root, **gap),
             ],
-            "chart": [Row(*axis["across"].children, **gap), Row(*axis["upward"].children, **gap)],
-            "basins": [Row(*axis["right"].children, *axis["up"].children, **gap)],
+            "chart": [axis["across"].root, axis["upward"].root],
+            "basins": [Row(axis["right"].root, axis["up"].root, **gap)],
         }
         self._bodies = {
-            name: Column(*self._rows[name], view.figure, view.key, sizing_mode="stretch_both")
+            name: Column(
+                *(*self._rows[name], view.figure, view.key), spacing=4, sizing_mode="stretch_both"
+            )
             for name, view in self._views().items()
         }
         top = Row(self._tabs, self._back, **gap)
