@@ -2,9 +2,9 @@
 
 import csv
 import io
+import json
 import logging
 import random
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from matplotlib import pyplot
 
 import sizes
 import vibroimpact as vi
-from chromium import HEIGHT, PATIENCE, WIDTH, Records, Window, serving, started
+from chromium import PATIENCE, WIDTH, Records, Window, serving, started
 from vibroimpact.explorer import app, compute
 from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
@@ -27,6 +27,12 @@ WORDS = ("sent", "drawn")
 # One line of each kind, and one of each bifurcation.
 LINE = {"xs": [np.zeros(2)], "ys": [np.zeros(2)]}
 EVERY = BranchLines(LINE, LINE, tuple((1.7, 0.0, kind) for kind in _MARKERS))
+# The element of the key that has them, whatever a new map has written there.
+KEY = f"""
+const model = Bokeh.documents[0].get_model_by_name("diagram-key")
+if (model.text != {json.dumps(_branch_key(EVERY))}) model.text = {json.dumps(_branch_key(EVERY))}
+const key = Bokeh.index.find_one_by_id(model.id).el
+"""
 SMALL = {
     "diagram": compute.Detail(60, 0, 100, 20),
     "chart": compute.Detail(12, 8, 60, 20),
@@ -322,20 +328,9 @@ def test_the_branch_is_laid_over_the_diagram(browser):
     assert browser.complaints() == []
 
 
-@contextmanager
-def of_width(window, width):
-    """Give the window a width, and afterwards its own."""
-    try:
-        window.chrome.set_window_size(width, 1000)
-        window.wait(f"Math.abs(window.outerWidth - {width}) < 20")
-        yield
-    finally:
-        window.chrome.set_window_size(WIDTH, HEIGHT)
-
-
 @pytest.mark.parametrize("width", [1000, 1250, 1440])
 def test_nothing_lies_over_anything_in_a_window_of_any_width(window, width):
-    with of_width(window, width):
+    with window.of_width(width):
         window.wait(
             """(() => {
               const box = (name) => Bokeh.index.find_one_by_id(
@@ -350,12 +345,10 @@ def test_nothing_lies_over_anything_in_a_window_of_any_width(window, width):
 
 
 def test_the_key_of_a_branch_wraps(window):
-    with of_width(window, 1400):
-        window.set("diagram-key", "text", _branch_key(EVERY))
+    with window.of_width(1400):
         window.wait(
             f"""(() => {{
-              const key = Bokeh.index.find_one_by_id(
-                Bokeh.documents[0].get_model_by_name("diagram-key").id).el
+              {KEY}
               const words = [...key.shadowRoot.querySelectorAll(".key")]
               const right = key.getBoundingClientRect().right
               return words.length == {2 + len(_MARKERS)}
@@ -368,7 +361,7 @@ def test_the_key_of_a_branch_wraps(window):
 @pytest.mark.parametrize("width", [1000, 1280, 1440])
 def test_no_canvas_lies_over_a_field_of_its_map(window, width):
     lowest = {"diagram": "start", "chart": "upward_high", "basins": "up_high"}
-    with of_width(window, width):
+    with window.of_width(width):
         for shown, (name, field) in enumerate(lowest.items()):
             window.set("map", "active", shown)
             window.wait(
@@ -392,6 +385,22 @@ def test_the_code_is_as_wide_as_the_page_and_the_button_says_what_it_does(window
     assert window.get("playing", "label") == "play"
 
 
+def test_copy_says_that_it_has_copied(window):
+    window.set("code", "active", True)
+    window.wait("Bokeh.documents[0].get_model_by_name('code-text').tags.length > 0")
+    window.js(
+        """
+        const copy = Bokeh.documents[0].get_model_by_name("copy")
+        window.labels = []
+        copy.properties.label.change.connect(() => window.labels.push(copy.label))
+        navigator.clipboard.writeText = async (text) => window.copied = text
+        """
+    )
+    element(window, "copy").shadow_root.find_element(By.CSS_SELECTOR, "button").click()
+    window.wait("window.labels.join() == 'copied,copy'")
+    assert window.js("return window.copied") == python_code(DEFAULT)
+
+
 def test_dark_and_light(window):
     window.set("dark", "active", True)
     window.wait("window.location.search.includes('theme=dark')")
@@ -400,7 +409,7 @@ def test_dark_and_light(window):
     # Nothing is left of the light page, at the edge of no canvas.
     for name in ("machine", "history", "portrait", "impact", "stroboscopic", "diagram"):
         WebDriverWait(window.chrome, PATIENCE).until(
-            lambda _, name=name: edges(window, f"{name}-figure").max() < 0.5
+            lambda _, name=name: edges(window, f"{name}-figure").max() < 0.2
         )
 
 
@@ -414,15 +423,15 @@ def edges(window, figure):
 
 
 def test_the_signs_of_a_key_change_with_the_page(window):
-    window.set("diagram-key", "text", _branch_key(EVERY))
     for dark, ink in ((False, "rgb(26, 30, 35)"), (True, "rgb(231, 234, 238)")):
-        window.set("dark", "active", dark)
+        # As the server changes it with the theme, but for a key that it writes anew.
+        window.set("page", "css_classes", ["dark" if dark else "light"])
         window.wait(
             f"""(() => {{
-              const key = Bokeh.index.find_one_by_id(
-                Bokeh.documents[0].get_model_by_name("diagram-key").id).el
+              {KEY}
               const signs = [...key.shadowRoot.querySelectorAll(".key span")].slice(2)
-              return signs.every((each) => getComputedStyle(each).color == "{ink}")
+              return signs.length == {len(_MARKERS)}
+                && signs.every((each) => getComputedStyle(each).color == "{ink}")
             }})()"""
         )
 

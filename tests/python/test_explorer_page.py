@@ -109,6 +109,7 @@ def test_what_waits_for_rest_is_not_lost_by_another_change(coarse):
     assert np.array_equal(desk.named("diagram").data["value"], fine.x1)
     assert desk.page.verdict is not None
     assert "largest exponent" in desk.named("verdict").text
+    assert "per unit of time 1/ω₂" in desk.named("verdict").text
 
 
 def test_only_its_own_thread_touches_a_document(coarse):

@@ -38,6 +38,7 @@ _VALUES = {
     "stroboscopic": "x₁ once per period",
 }
 _STARTS = {"fresh": "each from the start", "forward": "followed up", "backward": "followed down"}
+_HINT = '<span class="muted">click: that motion; drag a box: zoom; <i>range before</i>: back</span>'
 # What a box in a map gives a new range, rightward and upward.
 _ZOOMED = {"diagram": ("vary",), "chart": ("across", "upward"), "basins": ("right", "up")}
 # Two ranges this close, as parts of their length, are the same.
@@ -119,7 +120,7 @@ class MapsCard:
             )
             for name, view in self._views().items()
         }
-        top = Row(self._tabs, self._back, **gap)
+        top = Row(self._tabs, self._back, parts.text(_HINT, margin=(4, 0, 0, 0)), **gap)
         self.root = parts.card(
             top, self.message, self.refusal, *self._bodies.values(), min_height=380
         )
