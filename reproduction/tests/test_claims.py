@@ -316,3 +316,16 @@ def test_no_residual_is_null():
         "-",
         "reproduced",
     ]
+
+
+def test_the_table_is_no_wider_than_a_terminal():
+    motion = BY_ID["9(1)"]
+    claim = claims.evaluate(motion, simulated(motion))
+    found = "1-inf up to omega = 0.48; in contact 24.1% at 0.25, 18.0% at 0.3, 9.5% at 0.45"
+    long = dataclasses.replace(claim, found=found, paper_says="impacts stop after a finite number")
+    lines = claims.table([claim, long, claim]).splitlines()
+    assert max(map(len, lines)) <= 100
+    place = lines[0].index("found")
+    told = " ".join(line[place : lines[0].index("residual")].strip() for line in lines[3:-1])
+    assert told == found
+    assert all(line[:place].isspace() for line in lines[4:-1])
