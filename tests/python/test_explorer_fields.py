@@ -30,6 +30,27 @@ def test_the_old_number_typed_again_takes_the_message_away(desk, field, bad, als
     assert desk.page.state == DEFAULT
 
 
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (-0.011235955056179803, "-0.01124"),
+        (1 / 3, "0.333333"),
+        (1.2345678e-10, "1.23e-10"),
+        (1.5752, "1.5752"),
+    ],
+)
+def test_a_long_number_is_shown_rounded_and_kept(desk, value, shown):
+    desk.page.change(v1=value)
+    state, field = desk.page.state, desk.named("v1")
+    assert field.value == shown
+    field.value = "x"
+    field.value = shown
+    assert not desk.named("v1-error").visible
+    assert desk.page.state == state
+    field.value = "0.25"
+    assert desk.page.state.initial[1] == 0.25
+
+
 def test_the_old_name_chosen_again_takes_the_message_away(desk):
     desk.named("contact").value = "direct"
     assert "friction" in desk.named("choice-error").text

@@ -46,6 +46,8 @@ GROUPS = {
 }
 _TITLES = {"contact": "contact", "law": "law of restitution"}
 _STEPS = 1000
+# Characters for which a number's field has place.
+_PLACES = 8
 
 
 def sheets() -> list[str]:
@@ -78,6 +80,7 @@ class NumberControl:
         move: Callable[[str, float], None],
     ) -> None:
         self._name, self._change, self._move, self._quiet = name, change, move, False
+        self._value = 0.0
         low, high = RANGES.get(name, USUAL)
         step = (high - low) / _STEPS
         self.slider = Slider(
@@ -107,7 +110,8 @@ class NumberControl:
 
     def show(self, value: float) -> None:
         """Show a value that was accepted."""
-        slider, text = self.slider, write_number(value)
+        self._value = value
+        slider, text = self.slider, _field_text(value)
         if self.field.value == text and rounded(slider.value) == value and not self.error.visible:
             return
         self._quiet = True
@@ -130,7 +134,9 @@ class NumberControl:
         if self._quiet:
             return
         try:
-            value = read_number(self._name, new)
+            # What the field shows of the value in force may be less than all of its digits.
+            same = new == _field_text(self._value)
+            value = self._value if same else read_number(self._name, new)
         except ParameterError as error:
             self._say(str(error))
         else:
@@ -149,6 +155,12 @@ class NumberControl:
         self.error.text = f'<span class="error">{html.escape(message)}</span>'
         self.error.visible = bool(message)
         self.field.css_classes = ["wrong"] if message else []
+
+
+def _field_text(value: float) -> str:
+    """Return a number as its field shows it: rounded, if the whole one has no place in it."""
+    texts = (write_number(value), *(f"{value:.{digits}g}" for digits in range(_PLACES, 0, -1)))
+    return next((text for text in texts if len(text) <= _PLACES), texts[-1])
 
 
 class ChoiceControl:

@@ -37,7 +37,7 @@ class VerdictView:
             if verdict.periodic is not None:
                 stable = "stable" if verdict.periodic.stable else "unstable"
                 texts = [complex_text(one) for one in verdict.periodic.multipliers]
-                numbers = ", ".join(one.replace(" ", "\N{NO-BREAK SPACE}") for one in texts)
+                numbers = ", ".join(one.translate(_TOGETHER) for one in texts)
                 rows += [("multipliers", f"{numbers} ({stable})")]
         lines = "".join(
             f"<tr><td>{html.escape(name)}</td><td>{html.escape(value)}</td></tr>"
@@ -51,6 +51,8 @@ _GROWTH = {
     EvidenceKind.GROWTH_BOUNDED: "no return; perturbations do not grow",
     EvidenceKind.GROWTH_EXPONENTIAL: "no return; perturbations grow exponentially",
 }
+# Keeps the parts of a complex number on one line, also after a minus sign.
+_TOGETHER = str.maketrans({" ": "\N{NO-BREAK SPACE}", "-": "-\N{WORD JOINER}"})
 _SHRINKS = (
     "the sections draw together by ",
     "the distance between sections shrinks by the factor ",
