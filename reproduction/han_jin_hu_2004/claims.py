@@ -5,6 +5,7 @@ decide. `corrected`: the motion exists, but not where the paper puts it; `refute
 says does not happen; `open`: the experiment does not decide.
 """
 
+import itertools
 import json
 import re
 import textwrap
@@ -37,9 +38,8 @@ _PARTS = {
     "by (45)": "stability by eq. (45)",
     "low": "low frequencies",
 }
-# Of the table for the terminal: its width, the column that may be broken, how narrow it may become,
-# and what is between columns.
-_COLUMNS, _FOUND, _NARROWEST, _GAP = 100, 2, 16, "  "
+# Of the table for the terminal: its width, the columns that may be broken, what is between columns.
+_COLUMNS, _PAPER, _FOUND, _GAP = 100, 1, 2, "  "
 
 
 @dataclass(frozen=True)
@@ -258,22 +258,22 @@ def to_json(claims: Sequence[Claim]) -> str:
 
 
 def table(claims: Sequence[Claim]) -> str:
-    """Return a short table for the terminal; what is found goes on below where it is long."""
+    """Return a short table for the terminal; what is long goes on below."""
     heads = ("figure or statement", "paper", "found", "residual", "verdict")
     rows = [
         (_title(claim), claim.paper_says, claim.found, _number(claim.residual), claim.verdict)
         for claim in claims
     ]
     widths = [max(len(row[column]) for row in (heads, *rows)) for column in range(len(heads))]
-    others = sum(widths) - widths[_FOUND] + len(_GAP) * (len(heads) - 1)
-    widths[_FOUND] = min(widths[_FOUND], max(_COLUMNS - others, _NARROWEST))
+    rest = _COLUMNS - len(_GAP) * (len(heads) - 1)
+    rest -= sum(width for column, width in enumerate(widths) if column not in (_PAPER, _FOUND))
+    widths[_PAPER] = min(widths[_PAPER], max(rest // 2, rest - widths[_FOUND]))
+    widths[_FOUND] = min(widths[_FOUND], rest - widths[_PAPER])
     lines: list[str] = []
     for row in (heads, tuple("-" * width for width in widths), *rows):
-        broken = textwrap.wrap(row[_FOUND], widths[_FOUND])
-        for number, found in enumerate(broken):
-            cells = [text if number == 0 else "" for text in row]
-            cells[_FOUND] = found
-            padded = [cell.ljust(width) for cell, width in zip(cells, widths, strict=True)]
+        cells = [textwrap.wrap(text, width) for text, width in zip(row, widths, strict=True)]
+        for texts in itertools.zip_longest(*cells, fillvalue=""):
+            padded = [text.ljust(width) for text, width in zip(texts, widths, strict=True)]
             lines.append(_GAP.join(padded).rstrip())
     return "\n".join(lines)
 
