@@ -113,7 +113,10 @@ IN_PARALLEL ?= -n auto --dist worksteal
 test quick quick-update: export PYTHONDONTWRITEBYTECODE :=
 
 test: | rust-tests-begun $(INSTALLED)
-	@while kill -0 "$$(cat $(RUST_TESTS).pid)" 2>/dev/null; do sleep 0.2; done
+	@waits=0; while kill -0 "$$(cat $(RUST_TESTS).pid)" 2>/dev/null; do \
+		sleep 0.2; waits=$$((waits + 1)); \
+		test $$((waits % 150)) -ne 0 || echo 'Rust tests: still building or running, see $(RUST_TESTS).log'; \
+	done
 	@cat $(RUST_TESTS).log && test -e $(RUST_TESTS).passed
 	$(BIN)/python -m pytest $(IN_PARALLEL) $(PYTEST)
 

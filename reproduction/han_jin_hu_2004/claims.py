@@ -5,8 +5,10 @@ decide. `corrected`: the motion exists, but not where the paper puts it; `refute
 says does not happen; `open`: the experiment does not decide.
 """
 
+import itertools
 import json
 import re
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.resources import files
@@ -36,6 +38,8 @@ _PARTS = {
     "by (45)": "stability by eq. (45)",
     "low": "low frequencies",
 }
+# Of the table for the terminal: its width, the columns that may be broken, what is between columns.
+_COLUMNS, _PAPER, _FOUND, _GAP = 100, 1, 2, "  "
 
 
 @dataclass(frozen=True)
@@ -254,17 +258,23 @@ def to_json(claims: Sequence[Claim]) -> str:
 
 
 def table(claims: Sequence[Claim]) -> str:
-    """Return a short table for the terminal."""
+    """Return a short table for the terminal; what is long goes on below."""
     heads = ("figure or statement", "paper", "found", "residual", "verdict")
     rows = [
         (_title(claim), claim.paper_says, claim.found, _number(claim.residual), claim.verdict)
         for claim in claims
     ]
     widths = [max(len(row[column]) for row in (heads, *rows)) for column in range(len(heads))]
-    lines = [
-        "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip()
-        for row in (heads, tuple("-" * width for width in widths), *rows)
-    ]
+    rest = _COLUMNS - len(_GAP) * (len(heads) - 1)
+    rest -= sum(width for column, width in enumerate(widths) if column not in (_PAPER, _FOUND))
+    widths[_PAPER] = min(widths[_PAPER], max(rest // 2, rest - widths[_FOUND]))
+    widths[_FOUND] = min(widths[_FOUND], rest - widths[_PAPER])
+    lines: list[str] = []
+    for row in (heads, tuple("-" * width for width in widths), *rows):
+        cells = [textwrap.wrap(text, width) for text, width in zip(row, widths, strict=True)]
+        for texts in itertools.zip_longest(*cells, fillvalue=""):
+            padded = [text.ljust(width) for text, width in zip(texts, widths, strict=True)]
+            lines.append(_GAP.join(padded).rstrip())
     return "\n".join(lines)
 
 
@@ -309,9 +319,9 @@ def to_markdown(claims: Sequence[Claim]) -> str:
 
 
 def _title(claim: Claim) -> str:
-    """Return how a reader names a claim: 5a is Fig. 5(a), 7c-low its low frequencies."""
+    """Return how a reader names a claim: 5a is Fig. 5(a), conclusion-1 Conclusion 1."""
     if claim.figure is None:
-        return claim.id
+        return claim.id.capitalize().replace("-", " ")
     panel, *part = re.split(r"[ -]", claim.id, maxsplit=1)
     figure = re.sub(r"(?<=\d)([a-z])$", r"(\1)", panel)
     return ", ".join([f"Fig. {figure}", *(_PARTS[each] for each in part)])

@@ -114,12 +114,15 @@ def reproduce(
     parts = [f"figure {figure}" for figure in chosen]
     if figures is None:
         parts += [_IMPACT_LAW, _COEXISTENCE, _ISLANDS]
+    job.total = len(parts)
+    beside = min(processes, len(parts))
+    job.report(f"{len(parts)} parts, {beside} at a time; the time of each is told when it is done")
     try:
-        if min(processes, len(parts)) > 1:
+        if beside > 1:
             job.make_beside_each_other(parts, processes)
         else:
             for part in parts:
-                job.make(part)
+                job.count(part, job.make(part))
     except KeyboardInterrupt:  # Interrupted is a KeyboardInterrupt
         raise Interrupted(
             f"interrupted after {len(job.files)} files",
@@ -143,10 +146,10 @@ def _colors(regimes: set[int]) -> list[tuple[transitions.Color, str]]:
     return [_PLAIN, _BY_REGIME] if len(regimes) > 1 else [_PLAIN]
 
 
-def _made(job: "_Job", part: str) -> "_Job":
-    """Make a part in a process of its own."""
-    job.make(part)
-    return job
+def _made(job: "_Job", part: str) -> tuple["_Job", float]:
+    """Make a part in a process of its own; return what it has made, and the seconds it took."""
+    seconds = job.make(part)
+    return job, seconds
 
 
 @contextlib.contextmanager
@@ -191,13 +194,20 @@ class _Job:
         self.progress = progress
         self.files: list[Path] = []
         self.claims: list[Claim] = []
+        # Parts that are done, of all.
+        self.done, self.total = 0, 0
 
     def report(self, text: str) -> None:
         if self.progress:
             print(text, file=sys.stderr, flush=True)
 
-    def make(self, part: str) -> None:
-        """Make the pages of a figure, or those that belong to none."""
+    def count(self, part: str, seconds: float) -> None:
+        """Report a part that is done."""
+        self.done += 1
+        self.report(f"{part}: {seconds:.1f} s ({self.done} of {self.total})")
+
+    def make(self, part: str) -> float:
+        """Make the pages of a figure, or those that belong to none; return the seconds it took."""
         started = time.perf_counter()
         with publication_style():
             if part == _IMPACT_LAW:
@@ -208,7 +218,7 @@ class _Job:
                 self.islands_page()
             else:
                 self.figure_pages(next(f for f in FIGURES if part == f"figure {f}"))
-        self.report(f"{part}: {time.perf_counter() - started:.1f} s")
+        return time.perf_counter() - started
 
     def make_beside_each_other(self, parts: Sequence[str], processes: int) -> None:
         """Make each part in another process; files and claims are in the order of the parts."""
@@ -219,7 +229,9 @@ class _Job:
             with _executor(min(processes, len(parts))) as executor:
                 futures = {executor.submit(_made, alone, part): part for part in order}
                 for future in as_completed(futures):
-                    made[futures[future]] = future.result()
+                    part = futures[future]
+                    made[part], seconds = future.result()
+                    self.count(part, seconds)
         finally:
             for part in parts:
                 if part in made:

@@ -316,3 +316,18 @@ def test_no_residual_is_null():
         "-",
         "reproduced",
     ]
+
+
+def test_the_table_is_no_wider_than_a_terminal():
+    motion = BY_ID["9(1)"]
+    claim = claims.evaluate(motion, simulated(motion))
+    found = "1-inf up to omega = 0.48; in contact 24.1% at 0.25, 18.0% at 0.3, 9.5% at 0.45"
+    says = "impacts stop after a finite number"
+    long = dataclasses.replace(claim, id="5a by (45)", figure=5, found=found, paper_says=says)
+    lines = claims.table([claim, long, claim]).splitlines()
+    assert max(map(len, lines)) <= 100
+    starts = [lines[0].index(head) for head in ("paper", "found", "residual")]
+    for text, begin, end in ((says, *starts[:2]), (found, *starts[1:])):
+        told = " ".join(line[begin:end].strip() for line in lines[3:-1])
+        assert told.strip() == text
+    assert all(line[: starts[0]].isspace() for line in lines[4:-1])

@@ -100,7 +100,8 @@ def test_the_page_shows_both_and_the_claims_fit_the_tables(judged, page):
         "right: not admissible",
     ]
     rows = claims.table(judged).splitlines()
-    assert [row.split("  ")[0] for row in rows] == [
+    # What is long goes on in rows without a title.
+    assert [row.split("  ")[0] for row in rows if not row.startswith(" ")] == [
         "figure or statement",
         "-" * len("Fig. 5(a), stability by eq. (45)"),
         "Fig. 2",

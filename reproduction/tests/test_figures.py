@@ -396,6 +396,15 @@ def test_a_figure_with_several_regimes_is_also_coloured_by_them(tmp_path):
     }
 
 
+@pytest.mark.parametrize("processes", [1, 2])
+def test_reproduce_counts_its_parts(tmp_path, capsys, processes):
+    reproduce(tmp_path, figures=[5, 6], processes=processes)
+    first, *lines = capsys.readouterr().err.splitlines()
+    assert first.startswith(f"2 parts, {processes} at a time")
+    assert [line.partition(" s ")[2] for line in lines] == ["(1 of 2)", "(2 of 2)"]
+    assert {line.partition(":")[0] for line in lines} == {"figure 5", "figure 6"}
+
+
 def test_reproduce_can_be_silent(tmp_path, capsys):
     reproduce(tmp_path, figures=[5], progress=False)
     assert capsys.readouterr() == ("", "")

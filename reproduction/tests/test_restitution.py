@@ -64,9 +64,9 @@ def test_the_command_of_the_claim_prints_the_spread(computed):
 def test_the_claim_fits_the_tables(computed):
     claim = restitution.judge(computed)
     assert json.loads(claims.to_json([claim]))[0]["figure"] is None
-    assert "| conclusion-1 | restitution is not a constant |" in claims.to_markdown([claim])
-    assert "## conclusion-1: reproduced" in claims.to_markdown([claim])
-    assert "conclusion-1" in claims.table([claim])
+    assert "| Conclusion 1 | restitution is not a constant |" in claims.to_markdown([claim])
+    assert "## Conclusion 1: reproduced" in claims.to_markdown([claim])
+    assert "Conclusion 1" in claims.table([claim])
 
 
 def test_reproduce_draws_more_pages_with_all_figures(tmp_path, monkeypatch):

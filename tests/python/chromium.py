@@ -104,6 +104,16 @@ class Window:
             self.chrome.set_window_rect(x=0, y=0, width=WIDTH, height=HEIGHT)
             self.wait("!document.hidden")
 
+    @contextmanager
+    def of_width(self, width):
+        """Give the window a width, and afterwards its own."""
+        try:
+            self.chrome.set_window_size(width, HEIGHT)
+            self.wait(f"Math.abs(window.outerWidth - {width}) < 20")
+            yield
+        finally:
+            self.chrome.set_window_size(WIDTH, HEIGHT)
+
     def js(self, code, *given):
         """Return what JavaScript gives."""
         return self.chrome.execute_script(code, *given)

@@ -284,6 +284,30 @@ def test_the_code_runs_and_gives_the_numbers_of_the_page(name, coarse, drawn):
             assert np.array_equal(made["basins"].attractor, basins.attractor)
 
 
+@pytest.mark.parametrize("name", ["Paper, Fig. 5(b): 1-1", "Paper, Fig. 9(2): chaos"])
+def test_the_code_prints_what_the_page_says(name, coarse, drawn, capsys):
+    state = PRESETS[name]
+    made: dict[str, object] = {}
+    exec(compile(python_code(state), "printed", "exec"), made)
+    verdict = compute.verdict(state, compute.motion(state).run)
+    label, exponent, *multipliers, files = capsys.readouterr().out.splitlines()
+    assert label == verdict.label
+    numbers = f"{verdict.exponent:.6g} +- {verdict.error:.1g}"
+    assert exponent == f"largest exponent {numbers} per unit of time 1/omega_2"
+    if verdict.periodic is None:
+        assert multipliers == []
+    else:
+        texts = ", ".join(f"{one:.4g}" for one in verdict.periodic.multipliers)
+        assert multipliers == [f"multipliers {texts}", "stable"]
+    assert files == "written: motion.pdf, diagram.pdf"
+    assert {each.name for each in drawn.iterdir()} == {"motion.pdf", "diagram.pdf"}
+    history = made["axes"].flat[0]
+    history.figure.canvas.draw()
+    assert history.get_xlabel() == "time in drive periods"
+    shown = {text.get_text() for text in history.get_xticklabels()}
+    assert {"592", "594", "596", "598", "600"} <= shown
+
+
 def test_the_code_of_a_branch_gives_that_branch(coarse, drawn):
     state = PRESETS["Paper, Fig. 5(b): 1-1"].replace(
         branch=True, vary=Axis(name="drive_frequency", low=1.7, high=1.85)
@@ -307,6 +331,9 @@ def test_the_code_of_a_branch_gives_that_branch(coarse, drawn):
         (2.5e-9, 3e-11, "(2.50 ± 0.03)e-9"),
         (1234.0, 56.0, "(1.23 ± 0.06)e3"),
         (1e-12, 3e-8, "(0 ± 3)e-8"),
+        (-0.002501107, 7e-9, "-0.00250111"),
+        (-0.002501107, 2e-8, "-0.00250111 ± 0.00000002"),
+        (0.0, 0.0, "0"),
         (0.5, math.nan, "0.5"),
     ],
 )
@@ -320,8 +347,11 @@ def test_the_evidence_has_one_sign_for_an_error():
     text = evidence_text(evidence)
     assert with_error(evidence.growth, evidence.growth_error) in text
     assert text.replace(" ", "") not in str(evidence)
-    periodic = compute.motion(PRESETS["Paper, Fig. 5(b): 1-1"]).run.period.evidence
-    assert evidence_text(periodic) == str(periodic)
+    slow = compute.motion(PRESETS["Paper, Fig. 5(b): 1-1"]).run.period.evidence
+    rate = f"the distance between sections shrinks by the factor {slow.rate:.4g} per drive period"
+    assert evidence_text(slow) == rate
+    returned = compute.motion(PRESETS["Paper, Fig. 6(b): 2-4"]).run.period.evidence
+    assert evidence_text(returned) == str(returned)
 
 
 @pytest.mark.parametrize("palette", PALETTES.values(), ids=PALETTES)

@@ -2,24 +2,37 @@
 
 import csv
 import io
+import json
 import logging
 import random
 
 import numpy as np
 import pytest
+from matplotlib import pyplot
 
 import sizes
 import vibroimpact as vi
-from chromium import HEIGHT, PATIENCE, WIDTH, Records, Window, serving, started
+from chromium import PATIENCE, WIDTH, Records, Window, serving, started
 from vibroimpact.explorer import app, compute
 from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
 from vibroimpact.explorer.state import MAPS, VALUES, Axis
+from vibroimpact.explorer.views.diagram import _MARKERS, BranchLines, _branch_key
 from vibroimpact.explorer.views.parts import with_error
 
 By = pytest.importorskip("selenium.webdriver.common.by").By
+WebDriverWait = pytest.importorskip("selenium.webdriver.support.wait").WebDriverWait
 # What an acknowledgement says of a picture.
 WORDS = ("sent", "drawn")
+# One line of each kind, and one of each bifurcation.
+LINE = {"xs": [np.zeros(2)], "ys": [np.zeros(2)]}
+EVERY = BranchLines(LINE, LINE, tuple((1.7, 0.0, kind) for kind in _MARKERS))
+# The element of the key that has them, whatever a new map has written there.
+KEY = f"""
+const model = Bokeh.documents[0].get_model_by_name("diagram-key")
+if (model.text != {json.dumps(_branch_key(EVERY))}) model.text = {json.dumps(_branch_key(EVERY))}
+const key = Bokeh.index.find_one_by_id(model.id).el
+"""
 SMALL = {
     "diagram": compute.Detail(60, 0, 100, 20),
     "chart": compute.Detail(12, 8, 60, 20),
@@ -224,8 +237,11 @@ def test_a_click_on_a_column_shows_its_motion(window):
     window.click("diagram-figure", 1.7, 0.0)
     values = np.linspace(1.4, 2.0, SMALL["diagram"].columns)
     window.wait("Bokeh.documents[0].get_model_by_name('drive_frequency').value != '1.545'")
-    chosen = float(window.get("drive_frequency", "value"))
-    assert chosen in values
+    shown = float(window.get("drive_frequency", "value"))
+    chosen = values[np.argmin(abs(values - shown))].item()
+    # The field shows it rounded, the address has all of its digits.
+    assert shown == pytest.approx(chosen, abs=1e-6)
+    assert f"drive_frequency={chosen!r}&" in window.js("return window.location.search")
     window.settled()
     state = DEFAULT.replace(drive_frequency=chosen)
     verdict = compute.verdict(state, compute.motion(state).run)
@@ -317,9 +333,7 @@ def test_the_branch_is_laid_over_the_diagram(browser):
 
 @pytest.mark.parametrize("width", [1000, 1250, 1440])
 def test_nothing_lies_over_anything_in_a_window_of_any_width(window, width):
-    try:
-        window.chrome.set_window_size(width, 1000)
-        window.wait(f"Math.abs(window.outerWidth - {width}) < 20")
+    with window.of_width(width):
         window.wait(
             """(() => {
               const box = (name) => Bokeh.index.find_one_by_id(
@@ -331,8 +345,37 @@ def test_nothing_lies_over_anything_in_a_window_of_any_width(window, width):
                 && document.documentElement.scrollWidth <= window.innerWidth
             })()"""
         )
-    finally:
-        window.chrome.set_window_size(WIDTH, HEIGHT)
+
+
+def test_the_key_of_a_branch_wraps(window):
+    with window.of_width(1400):
+        window.wait(
+            f"""(() => {{
+              {KEY}
+              const words = [...key.shadowRoot.querySelectorAll(".key")]
+              const right = key.getBoundingClientRect().right
+              return words.length == {2 + len(_MARKERS)}
+                && words.every((each) => each.getBoundingClientRect().right <= right)
+                && document.documentElement.scrollWidth <= window.innerWidth
+            }})()"""
+        )
+
+
+@pytest.mark.parametrize("width", [1000, 1280, 1440])
+def test_no_canvas_lies_over_a_field_of_its_map(window, width):
+    lowest = {"diagram": "start", "chart": "upward_high", "basins": "up_high"}
+    with window.of_width(width):
+        for shown, (name, field) in enumerate(lowest.items()):
+            window.set("map", "active", shown)
+            window.wait(
+                f"""(() => {{
+                  const view = (name) => Bokeh.index.find_one_by_id(
+                    Bokeh.documents[0].get_model_by_name(name).id).el
+                  const box = view("{field}").shadowRoot.querySelector(".bk-input")
+                  const top = view("{name}-figure").getBoundingClientRect().top
+                  return top > 0 && box.getBoundingClientRect().bottom <= top
+                }})()"""
+            )
 
 
 def test_the_code_is_as_wide_as_the_page_and_the_button_says_what_it_does(window):
@@ -345,11 +388,55 @@ def test_the_code_is_as_wide_as_the_page_and_the_button_says_what_it_does(window
     assert window.get("playing", "label") == "play"
 
 
+def test_copy_says_that_it_has_copied(window):
+    window.set("code", "active", True)
+    window.wait("Bokeh.documents[0].get_model_by_name('code-text').tags.length > 0")
+    window.js(
+        """
+        const copy = Bokeh.documents[0].get_model_by_name("copy")
+        window.labels = []
+        copy.properties.label.change.connect(() => window.labels.push(copy.label))
+        navigator.clipboard.writeText = async (text) => window.copied = text
+        """
+    )
+    element(window, "copy").shadow_root.find_element(By.CSS_SELECTOR, "button").click()
+    window.wait("window.labels.join() == 'copied,copy'")
+    assert window.js("return window.copied") == python_code(DEFAULT)
+
+
 def test_dark_and_light(window):
     window.set("dark", "active", True)
     window.wait("window.location.search.includes('theme=dark')")
     color = "return getComputedStyle(arguments[0]).backgroundColor"
     assert window.js(color, element(window, "page")) == "rgb(16, 19, 22)"
+    # Nothing is left of the light page, at the edge of no canvas.
+    for name in ("machine", "history", "portrait", "impact", "stroboscopic", "diagram"):
+        WebDriverWait(window.chrome, PATIENCE).until(
+            lambda _, name=name: edges(window, f"{name}-figure").max() < 0.2
+        )
+
+
+def edges(window, figure):
+    """Return the pixels at the top and the left of a figure, as it is seen."""
+    place = "const {top, left} = arguments[0].getBoundingClientRect(); return [top, left]"
+    top, left = map(round, window.js(place, element(window, figure)))
+    seen = pyplot.imread(io.BytesIO(window.chrome.get_screenshot_as_png()))[..., :3]
+    across, down = seen[top : top + 2, left : left + 50], seen[top : top + 50, left : left + 2]
+    return np.array([across, down.swapaxes(0, 1)])
+
+
+def test_the_signs_of_a_key_change_with_the_page(window):
+    for dark, ink in ((False, "rgb(26, 30, 35)"), (True, "rgb(231, 234, 238)")):
+        # As the server changes it with the theme, but for a key that it writes anew.
+        window.set("page", "css_classes", ["dark" if dark else "light"])
+        window.wait(
+            f"""(() => {{
+              {KEY}
+              const signs = [...key.shadowRoot.querySelectorAll(".key span")].slice(2)
+              return signs.length == {len(_MARKERS)}
+                && signs.every((each) => getComputedStyle(each).color == "{ink}")
+            }})()"""
+        )
 
 
 def actions(window, draw):

@@ -7,18 +7,17 @@ from functools import partial
 import numpy as np
 import pytest
 from bokeh.document import Document
-from bokeh.events import RangesUpdate, Tap
+from bokeh.events import Tap
 from matplotlib import pyplot
 
 import vibroimpact as vi
+from explorer_desk import SMALL, Desk, zoom
 from han_jin_hu_2004.parameters import INITIAL
 from vibroimpact.explorer import app, compute, tables
 from vibroimpact.explorer.app import Page
 from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
 from vibroimpact.explorer.state import Axis, from_query
-
-SMALL = compute.Detail(columns=9, rows=5, periods=60, keep=20)
 
 
 def arguments(query):
@@ -31,37 +30,6 @@ def arguments(query):
 def coarse(monkeypatch):
     """Make every fine map a small one."""
     monkeypatch.setattr(compute, "FINE", dict.fromkeys(compute.FINE, SMALL))
-
-
-class Desk:
-    """A page whose callbacks wait until they are run."""
-
-    def __init__(self, state=DEFAULT):
-        self.document, self.waiting, self.answers = Document(), [], True
-        self.document.add_next_tick_callback = self.waiting.append
-        self.document.add_timeout_callback = lambda call, _time: self.waiting.append(call)
-        self.page = Page(self.document, state)
-        for name in ("motion", "map"):
-            self.named(f"{name}-sent").on_change("tags", self.acknowledge(name))
-        self.settle()
-
-    def acknowledge(self, name):
-        """Answer as a browser does that draws at once, or not at all."""
-
-        def answer(_name, _old, new):
-            if self.answers:
-                self.named(f"{name}-drawn").tags = new
-
-        return answer
-
-    def settle(self):
-        """Run what waits until nothing is computed any more."""
-        while self.page.busy or self.waiting:
-            while self.waiting:
-                self.waiting.pop(0)()
-
-    def named(self, name):
-        return self.document.get_model_by_name(name)
 
 
 @pytest.fixture
@@ -141,6 +109,7 @@ def test_what_waits_for_rest_is_not_lost_by_another_change(coarse):
     assert np.array_equal(desk.named("diagram").data["value"], fine.x1)
     assert desk.page.verdict is not None
     assert "largest exponent" in desk.named("verdict").text
+    assert "per unit of time 1/ω₂" in desk.named("verdict").text
 
 
 def test_only_its_own_thread_touches_a_document(coarse):
@@ -307,13 +276,6 @@ def test_a_motion_that_a_click_has_left_comes_back(desk):
     assert before.disabled
 
 
-def zoom(desk, x0, x1, y0=-0.5, y1=0.5):
-    maps = desk.page.maps
-    name = desk.page.state.map
-    maps._zoomed(name, RangesUpdate(maps._views()[name].figure, x0=x0, x1=x1, y0=y0, y1=y1))
-    desk.settle()
-
-
 def test_a_zoom_computes_anew_and_goes_back(desk):
     zoom(desk, 1.5, 1.6)
     assert desk.page.state.vary == Axis(name="drive_frequency", low=1.5, high=1.6)
@@ -368,7 +330,9 @@ def test_the_branch_lies_over_the_diagram(coarse):
     desk = Desk(state)
     assert desk.named("stable").data["xs"] == []
     desk.named("branch").active = True
+    assert "following the motion" in desk.named("diagram-key").text
     desk.settle()
+    assert "following" not in desk.named("diagram-key").text
     verdict = compute.verdict(state, compute.motion(state).run)
     branch = compute.branch(state, verdict.periodic)
     drawn = np.concatenate(desk.named("stable").data["ys"])
@@ -418,6 +382,7 @@ def test_a_system_without_drive_periods_has_no_map(desk):
 def test_a_motion_without_a_branch_is_told(desk):
     desk.named("branch").active = True
     desk.settle()
+    assert "following" not in desk.named("diagram-key").text
     assert "not periodic" in desk.named("map-error").text
 
 

@@ -9,6 +9,7 @@ from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
 
 from chromium import serving
+from vibroimpact.cli import main
 
 
 @pytest.fixture(scope="module")
@@ -64,6 +65,14 @@ def test_a_connection_from_another_origin_is_refused(server):
 def test_the_server_listens_on_this_machine_only(server):
     sockets = server._server._http._sockets.values()
     assert {each.getsockname()[0] for each in sockets} == {"127.0.0.1"}
+
+
+# Tornado leaves the socket that it could not bind to the collector.
+@pytest.mark.filterwarnings("ignore:unclosed <socket:ResourceWarning")
+def test_a_port_in_use_is_told(server, capsys):
+    assert main(["explore", "--no-browser", "--port", str(server.port)]) == 1
+    told = f"port {server.port} is in use; choose another --port, or none"
+    assert capsys.readouterr().err == f"vibroimpact: {told}\n"
 
 
 class Knot:

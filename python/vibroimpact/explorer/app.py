@@ -282,8 +282,7 @@ class Page:
 
     def _show_branch(self) -> None:
         state, verdict = self.state, self.verdict
-        wanted = state.branch and state.map == "diagram"
-        if not wanted or verdict is None:
+        if not (state.branch and state.map == "diagram") or verdict is None:
             self._lanes["branch"].cancel()
             self._draw_branch(None)
             return
@@ -293,7 +292,8 @@ class Page:
             self._draw_branch(None)
             return
         work = partial(self._follow, state, verdict.periodic)
-        self._submit("branch", work, self._draw_branch, self._refuse_map, quick=False)
+        self.maps.diagram.expect_branch()
+        self._submit("branch", work, self._draw_branch, self._refuse_branch, quick=False)
 
     @staticmethod
     def _follow(state: State, periodic: PeriodicMotion) -> BranchLines:
@@ -363,6 +363,10 @@ class Page:
         self.maps.say(error)
         if self.maps.result is None:
             self.maps.clear()
+
+    def _refuse_branch(self, error: Exception) -> None:
+        self._refuse_map(error)
+        self._draw_branch(None)
 
     def say(self, error: Exception | None) -> None:
         """Show an error above the views, or none."""

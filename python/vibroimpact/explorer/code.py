@@ -31,14 +31,17 @@ def python_code(state: State) -> str:
         "run = vi.simulate(",
         f"    system, initial=initial, {run}, max_events={compute.MOST_EVENTS}",
         ")",
-        "print(run.label)",
+        *_verdict(state),
         "",
         "# Its views, for print.",
         *_in_print(_motion_pictures(state)),
     ]
+    files = ["motion.pdf"]
     if state.system.drive_frequency > 0.0:
         computed, drawn = _MAPS[state.map](state, detail)
         lines += ["", *computed, *_in_print(drawn)]
+        files += [f"{state.map}.pdf"]
+    lines += ["", f"print('written: {', '.join(files)}')"]
     return "\n".join(lines) + "\n"
 
 
@@ -50,6 +53,25 @@ def _in_print(lines: list[str]) -> list[str]:
 def _fields(state: State) -> str:
     rows = "".join(f"\n    {name}={value!r}," for name, value in state.system.to_dict().items())
     return f"{rows}\n"
+
+
+def _verdict(state: State) -> list[str]:
+    """Return lines that print what the page says of the motion."""
+    lines = ["print(run.label)"]
+    if state.system.drive_frequency > 0.0:
+        lines += [
+            "cell = vi.sweep(",
+            f"    system, initial=initial, periods={compute.PERIODS}, keep={compute.KEEP},",
+            f"    exponents=True, max_events={compute.MOST_EVENTS},",
+            "    drive_frequency=[system.drive_frequency],",
+            ")",
+            "exponent, error = cell.largest_exponent[0], cell.exponent_error[0]",
+            "print(f'largest exponent {exponent:.6g} +- {error:.1g} per unit of time 1/omega_2')",
+            "if run.period.m is not None and (motion := run.refine()):",
+            "    print('multipliers', ', '.join(f'{one:.4g}' for one in motion.multipliers))",
+            "    print('stable' if motion.stable else 'unstable')",
+        ]
+    return lines
 
 
 def _motion_pictures(state: State) -> list[str]:
@@ -67,7 +89,13 @@ def _motion_pictures(state: State) -> list[str]:
         f"vi.plot.impact_section(run, {section}, color='regime', ax=panels[2])",
     ]
     if driven:
-        lines += ["vi.plot.stroboscopic(run, ax=panels[3])"]
+        lines += [
+            "vi.plot.stroboscopic(run, ax=panels[3])",
+            "# The time in drive periods, as on the page.",
+            "panels[0].xaxis.set_major_locator(plt.MultipleLocator(2 * system.drive_period))",
+            "panels[0].xaxis.set_major_formatter(lambda t, _: f'{t / system.drive_period:.0f}')",
+            "panels[0].set_xlabel('time in drive periods')",
+        ]
     return [*lines, "figure.savefig('motion.pdf')"]
 
 

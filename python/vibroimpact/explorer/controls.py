@@ -46,6 +46,8 @@ GROUPS = {
 }
 _TITLES = {"contact": "contact", "law": "law of restitution"}
 _STEPS = 1000
+# Characters for which a number's field has place.
+_PLACES = 8
 
 
 def sheets() -> list[str]:
@@ -78,6 +80,7 @@ class NumberControl:
         move: Callable[[str, float], None],
     ) -> None:
         self._name, self._change, self._move, self._quiet = name, change, move, False
+        self._value = 0.0
         low, high = RANGES.get(name, USUAL)
         step = (high - low) / _STEPS
         self.slider = Slider(
@@ -107,7 +110,8 @@ class NumberControl:
 
     def show(self, value: float) -> None:
         """Show a value that was accepted."""
-        slider, text = self.slider, write_number(value)
+        self._value = value
+        slider, text = self.slider, _field_text(value)
         if self.field.value == text and rounded(slider.value) == value and not self.error.visible:
             return
         self._quiet = True
@@ -130,7 +134,9 @@ class NumberControl:
         if self._quiet:
             return
         try:
-            value = read_number(self._name, new)
+            # What the field shows of the value in force may be less than all of its digits.
+            same = new == _field_text(self._value)
+            value = self._value if same else read_number(self._name, new)
         except ParameterError as error:
             self._say(str(error))
         else:
@@ -141,11 +147,20 @@ class NumberControl:
             change(self._name, value)
         except (ParameterError, StateError) as error:
             self._say(str(error))
+        else:
+            # The value in force, typed again, changes nothing else on the page.
+            self._say("")
 
     def _say(self, message: str) -> None:
         self.error.text = f'<span class="error">{html.escape(message)}</span>'
         self.error.visible = bool(message)
         self.field.css_classes = ["wrong"] if message else []
+
+
+def _field_text(value: float) -> str:
+    """Return a number as its field shows it: rounded, if the whole one has no place in it."""
+    texts = (write_number(value), *(f"{value:.{digits}g}" for digits in range(_PLACES, 0, -1)))
+    return next((text for text in texts if len(text) <= _PLACES), texts[-1])
 
 
 class ChoiceControl:
@@ -182,10 +197,26 @@ class ChoiceControl:
 
 
 class AxisControl:
-    """Name and range of one axis of a map."""
+    """Name and range of one axis of a map.
+
+    Parameters
+    ----------
+    field
+        Of the state.
+    names
+        To choose from.
+    change
+        Tries a new axis; raises the package's error if it is refused.
+    fail
+        Gets the error of a refusal, and None when nothing is refused any more.
+    """
 
     def __init__(
-        self, field: str, names: tuple[str, ...], change: Callable[..., None], fail: Any
+        self,
+        field: str,
+        names: tuple[str, ...],
+        change: Callable[..., None],
+        fail: Callable[[Exception | None], None],
     ) -> None:
         self._field, self._change, self._fail, self._quiet = field, change, fail, False
         self._axis: Axis | None = None
@@ -194,14 +225,15 @@ class AxisControl:
         self._name = ChoiceControl(field, pairs, self._named, **options)
         self._ends = {
             end: TextInput(
-                width=76, height=24, margin=0, stylesheets=sheets(), name=f"{field}_{end}"
+                width=76, height=26, margin=0, stylesheets=sheets(), name=f"{field}_{end}"
             )
             for end in ("low", "high")
         }
-        for end, box in self._ends.items():
-            box.on_change("value", self._typed(end))
+        for box in self._ends.values():
+            box.on_change("value", self._typed)
         row = [self._name.root, self._ends["low"], parts.text("to", margin=(4, 0, 0, 0))]
-        self.children = [*row, self._ends["high"]]
+        # On one line, however narrow the map is.
+        self.root = Row(*row, self._ends["high"], spacing=6)
 
     def show(self, axis: Axis) -> None:
         """Show an axis that was accepted."""
@@ -209,36 +241,65 @@ class AxisControl:
         self._quiet = True
         self._name.show(axis.name)
         for end, box in self._ends.items():
-            box.value = write_number(float(f"{getattr(axis, end):.10g}"))
+            box.value = _end_text(axis, end)
             box.css_classes = []
         self._quiet = False
 
     def _named(self, _field: str, name: str) -> None:
-        if self._axis is not None:
+        if self._axis is None:
+            return
+        if name == self._axis.name:
+            # After another name was refused: with the range in force.
+            self._try(self._axis)
+        else:
             low, high = _usual_range(name)
             self._try(Axis(name=name, low=low, high=high))
 
-    def _typed(self, end: str) -> Callable[[str, str, str], None]:
-        def typed(_name: str, _old: str, new: str) -> None:
-            if self._quiet or self._axis is None:
-                return
-            ends = {"low": self._axis.low, "high": self._axis.high}
+    def _typed(self, _name: str, _old: str, _new: str) -> None:
+        """Try the range that both fields show: one that was refused may now be right."""
+        if self._quiet or self._axis is None:
+            return
+        ends: dict[str, float] = {}
+        errors: list[ParameterError] = []
+        for end, box in self._ends.items():
+            box.css_classes = []
             try:
-                ends[end] = read_number(f"{self._axis.name}: {end}", new)
-                axis = Axis(name=self._axis.name, **ends)
+                ends[end] = self._read(self._axis, end)
             except ParameterError as error:
-                self._ends[end].css_classes = ["wrong"]
-                self._fail(error)
-            else:
-                self._try(axis)
+                box.css_classes = ["wrong"]
+                errors.append(error)
+        if errors:
+            self._fail(errors[0])
+            return
+        try:
+            axis = Axis(name=self._axis.name, **ends)
+        except ParameterError as error:
+            for end, box in self._ends.items():
+                box.css_classes = ["wrong"] if box.value != _end_text(self._axis, end) else []
+            self._fail(error)
+        else:
+            self._try(axis)
 
-        return typed
+    def _read(self, axis: Axis, end: str) -> float:
+        """Return what a field shows; digits that it has no place for are not lost."""
+        text = self._ends[end].value
+        if text == _end_text(axis, end):
+            return float(getattr(axis, end))
+        return read_number(f"{axis.name}: {end}", text)
 
     def _try(self, axis: Axis) -> None:
         try:
-            self._change(**{self._field: axis})
+            if axis != self._axis:
+                self._change(**{self._field: axis})
         except (ParameterError, StateError) as error:
             self._fail(error)
+        else:
+            self.show(axis)
+            self._fail(None)
+
+
+def _end_text(axis: Axis, end: str) -> str:
+    return write_number(float(f"{getattr(axis, end):.10g}"))
 
 
 def _usual_range(name: str) -> tuple[float, float]:
@@ -271,6 +332,8 @@ class Controls:
             except (ParameterError, StateError) as error:
                 self.error.text = f'<span class="error">{html.escape(str(error))}</span>'
                 self.error.visible = True
+            else:
+                self.error.visible = False
 
         self.numbers = {
             name: NumberControl(name, one, moved) for name in (*PARAMETERS, *COORDINATES)

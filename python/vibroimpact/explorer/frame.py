@@ -34,7 +34,13 @@ from .views.verdict import VerdictView
 
 NO_PRESET = "choose a preset"
 _ADDRESS = 'window.history.replaceState(null, "", "?" + cb_obj.tags[0])'
-_COPY = "navigator.clipboard.writeText(code.tags.join(''))"
+_COPY = """
+const say = (label) => {
+  button.label = label
+  setTimeout(() => { button.label = "copy" }, 1000)
+}
+navigator.clipboard.writeText(code.tags.join("")).then(() => say("copied"), () => say("failed"))
+"""
 _DOWNLOAD = """
 if (!cb_obj.text) return
 const link = document.createElement("a")
@@ -155,8 +161,9 @@ class Frame:
         )
         self.dark = Toggle(label="dark", name="dark", width=56, **usual)
         self.code_text = parts.text(name="code-text", sizing_mode="stretch_width")
-        copy = Button(label="copy", name="copy", width=60, **usual)
-        copy.js_on_event("button_click", CustomJS(args={"code": self.code_text}, code=_COPY))
+        copy = Button(label="copy", name="copy", width=70, **usual)
+        own = {"code": self.code_text, "button": copy}
+        copy.js_on_event("button_click", CustomJS(args=own, code=_COPY))
         self.code_card = parts.card(
             *(copy, self.code_text), sizing_mode="stretch_width", visible=False
         )

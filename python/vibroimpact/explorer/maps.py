@@ -12,6 +12,7 @@ from bokeh.events import DoubleTap, RangesUpdate, Tap
 from bokeh.models import (
     Button,
     Column,
+    Div,
     RadioButtonGroup,
     Row,
     Toggle,
@@ -37,6 +38,7 @@ _VALUES = {
     "stroboscopic": "x₁ once per period",
 }
 _STARTS = {"fresh": "each from the start", "forward": "followed up", "backward": "followed down"}
+_HINT = '<span class="muted">click: that motion; drag a box: zoom; <i>range before</i>: back</span>'
 # What a box in a map gives a new range, rightward and upward.
 _ZOOMED = {"diagram": ("vary",), "chart": ("across", "upward"), "basins": ("right", "up")}
 # Two ranges this close, as parts of their length, are the same.
@@ -67,6 +69,8 @@ class MapsCard:
             CellsView("basins"),
         )
         self.message = parts.text(visible=False, sizing_mode="stretch_width", name="map-error")
+        # What is wrong with the ranges in the fields; it does not hide what is said of the map.
+        self.refusal = parts.text(visible=False, sizing_mode="stretch_width", name="range-error")
         self._build(change)
 
     def _build(self, change: Change) -> None:
@@ -83,7 +87,7 @@ class MapsCard:
                 field,
                 COORDINATES if name == "basins" else tuple(PARAMETERS),
                 self._axis(name, change),
-                self.say,
+                self.refuse,
             )
             for name, fields in _ZOOMED.items()
             for field in fields
@@ -104,18 +108,22 @@ class MapsCard:
         }
         self._rows = {
             "diagram": [
-                Row(*axis["vary"].children, self._branch, **gap),
+                Row(axis["vary"].root, self._branch, **gap),
                 Row(self._value.root, self._start.root, **gap),
             ],
-            "chart": [Row(*axis["across"].children, **gap), Row(*axis["upward"].children, **gap)],
-            "basins": [Row(*axis["right"].children, *axis["up"].children, **gap)],
+            "chart": [axis["across"].root, axis["upward"].root],
+            "basins": [Row(axis["right"].root, axis["up"].root, **gap)],
         }
         self._bodies = {
-            name: Column(*self._rows[name], view.figure, view.key, sizing_mode="stretch_both")
+            name: Column(
+                *(*self._rows[name], view.figure, view.key), spacing=4, sizing_mode="stretch_both"
+            )
             for name, view in self._views().items()
         }
-        top = Row(self._tabs, self._back, **gap)
-        self.root = parts.card(top, self.message, *self._bodies.values(), min_height=380)
+        top = Row(self._tabs, self._back, parts.text(_HINT, margin=(4, 0, 0, 0)), **gap)
+        self.root = parts.card(
+            top, self.message, self.refusal, *self._bodies.values(), min_height=380
+        )
         self.diagram.figure.on_event(Tap, self._tap_diagram)
         self.chart.figure.on_event(Tap, self._tap_chart)
         self.basins.figure.on_event(Tap, self._tap_basins)
@@ -141,6 +149,7 @@ class MapsCard:
             body.visible = name == state.map
         self._frame(state)
         self._back.disabled = not self._before.get(state.map)
+        self.refuse(None)
 
     def _frame(self, state: State) -> None:
         """Show the ranges of the map that is seen, and mark the motion of the page in it."""
@@ -185,9 +194,11 @@ class MapsCard:
 
     def say(self, error: Exception | None) -> None:
         """Show an error, or none."""
-        words = "" if error is None else html.escape(str(error))
-        self.message.text = f'<span class="error">{words}</span>'
-        self.message.visible = bool(words)
+        _tell(self.message, error)
+
+    def refuse(self, error: Exception | None) -> None:
+        """Show why the range in a field is not used, or nothing."""
+        _tell(self.refusal, error)
 
     def note(self, words: str) -> None:
         """Say why there is no map, where nothing is wrong."""
@@ -283,6 +294,12 @@ class MapsCard:
     def _tap_basins(self, event: Tap) -> None:
         if isinstance(self.result, Basins):
             self._choose(**_cell(self.result, event))
+
+
+def _tell(where: Div, error: Exception | None) -> None:
+    words = "" if error is None else html.escape(str(error))
+    where.text = f'<span class="error">{words}</span>'
+    where.visible = bool(words)
 
 
 def _same(one: Axis, other: Axis) -> bool:

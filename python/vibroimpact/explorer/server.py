@@ -6,6 +6,7 @@ host and connections that come from a page of another origin.
 
 from __future__ import annotations
 
+import errno
 import gc
 import logging
 import sys
@@ -66,6 +67,8 @@ def explore(
     ------
     ParameterError, StateError
         If an argument is out of range, or the bodies overlap at the start.
+    OSError
+        If the port is in use.
     ImportError
         If Bokeh is not installed.
 
@@ -151,8 +154,13 @@ class LocalServer:
 
         # A page that is left while a picture is on its way is no fault; a refused origin is one.
         logging.getLogger("bokeh.server.views.ws").setLevel(logging.ERROR)
+        try:
+            sockets, self.port = bind_sockets(ADDRESS, port)
+        except OSError as error:
+            if error.errno != errno.EADDRINUSE:
+                raise
+            raise OSError(f"port {port} is in use; choose another --port, or none") from error
         self.loop = IOLoop(make_current=True)
-        sockets, self.port = bind_sockets(ADDRESS, port)
         pages = _pages(state, self.port)
         http = HTTPServer(pages)
         self._server = BaseServer(self.loop, pages, http)

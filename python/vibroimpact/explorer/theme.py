@@ -103,8 +103,10 @@ def figure_theme(palette: Palette) -> Theme:
         json={
             "attrs": {
                 "Plot": {
-                    "background_fill_color": palette.card,
-                    "border_fill_color": palette.card,
+                    # The card shines through: of what fills a whole canvas, Bokeh leaves half a
+                    # pixel at its edges when it draws anew in another colour.
+                    "background_fill_color": None,
+                    "border_fill_color": None,
                     "outline_line_color": None,
                     "min_border": 4,
                 },
@@ -133,7 +135,7 @@ def figure_theme(palette: Palette) -> Theme:
 
 def variables(palette: Palette) -> str:
     """Return the palette as variables of a style sheet."""
-    names = ("page", "card", "ink", "muted", "line", "field", "accent", "error")
+    names = ("page", "card", "ink", "muted", "line", "field", "accent", "mark", "error")
     return "".join(f"--{name}: {getattr(palette, name)};" for name in names)
 
 
@@ -222,7 +224,7 @@ TEXT_SHEET = f"""
 h1 {{ font-size: 16px; font-weight: 600; margin: 0; }}
 h2 {{ font-size: 13px; font-weight: 600; margin: 0; display: inline; }}
 .group {{ font-weight: 600; margin-top: 6px; }}
-.key {{ color: var(--muted); margin-left: 10px; white-space: nowrap; }}
+.key {{ color: var(--muted); margin-left: 10px; white-space: nowrap; display: inline-block; }}
 .key i {{ display: inline-block; width: 9px; height: 9px; margin-right: 4px;
   border-radius: 2px; outline: 1px solid var(--line); }}
 .muted {{ color: var(--muted); }}

@@ -26,7 +26,7 @@ class CellsView:
             data={"image": [], "x": [], "y": [], "dw": [], "dh": []}, name=name
         )
         self.here = ColumnDataSource(data={"x": [], "y": []})
-        self.key = parts.text()
+        self.key = parts.text(name=f"{name}-key", sizing_mode="stretch_width")
         self.figure = parts.zoomable(
             name, x_range=Range1d(0.0, 1.0), y_range=Range1d(0.0, 1.0), min_height=200
         )

@@ -87,7 +87,7 @@ class DiagramView:
         self.unstable = ColumnDataSource(data=empty, name="unstable")
         self.marks = ColumnDataSource(data={"at": [], "value": [], "marker": []}, name="marks")
         # One text for the regimes and one for the branch.
-        self.key = parts.text(name="diagram-key")
+        self.key = parts.text(name="diagram-key", sizing_mode="stretch_width")
         self._keys = {"regimes": "", "branch": ""}
         self.figure = parts.zoomable(
             "diagram", x_range=Range1d(0.0, 1.0), y_range=Range1d(0.0, 1.0), min_height=200
@@ -175,9 +175,15 @@ class DiagramView:
         self.source.data = dict(_NOTHING)
         self._say("regimes", "")
 
+    def expect_branch(self) -> None:
+        """Say that a branch is computed, where none is drawn."""
+        if not any(len(each) for each in self._branch_columns()):
+            self._say("branch", _FOLLOWING)
+
     def show_branch(self, lines: BranchLines | None, palette: Palette) -> None:
         """Lay a branch over the diagram: stable solid, unstable dashed, bifurcations marked."""
         if lines is None and not any(len(each) for each in self._branch_columns()):
+            self._say("branch", "")
             return
         none: dict[str, list[Array]] = {"xs": [], "ys": []}
         self.stable.data = dict(lines.stable) if lines else dict(none)
@@ -188,7 +194,7 @@ class DiagramView:
             "value": [mark[1] for mark in marks],
             "marker": [_MARKERS[mark[2]][0] for mark in marks],
         }
-        self._say("branch", _branch_key(lines, palette) if lines else "")
+        self._say("branch", _branch_key(lines) if lines else "")
         self.paint(palette)
 
     def _say(self, part: str, text: str) -> None:
@@ -250,14 +256,20 @@ def branch_lines(branch: Branch, value: str) -> BranchLines:
     return BranchLines(lines[True], lines[False], marks)
 
 
-def _branch_key(lines: BranchLines, palette: Palette) -> str:
-    """Return what the lines of a branch and its marks mean; a colour would be that of a regime."""
-    style = f"color:{palette.mark};font-weight:700"
+_FOLLOWING = '<span class="key">following the motion …</span>'
+
+
+def _branch_key(lines: BranchLines) -> str:
+    """Return what the lines of a branch and its marks mean; a colour would be that of a regime.
+
+    The colours are variables of the page, which it may change without a new key.
+    """
+    style = "color:var(--mark);font-weight:700"
     drawn = [("━", "stable", lines.stable), ("╍", "unstable", lines.unstable)]
     signs = [(style, sign, words) for sign, words, columns in drawn if columns["xs"]]
     kinds = {mark[2] for mark in lines.marks}
     signs += [
-        (f"color:{palette.ink}", _MARKERS[kind][1], style.text)
+        ("color:var(--ink)", _MARKERS[kind][1], style.text)
         for kind, style in BIFURCATION_STYLES.items()
         if kind in kinds
     ]

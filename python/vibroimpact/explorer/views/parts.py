@@ -118,9 +118,9 @@ def fit(shown: Any, low: float, high: float) -> None:
     shown.update(start=low - margin, end=high + margin)
 
 
-# More decimals than these are written as a power of ten.
-_DECIMALS = 6
-_UNSEEN = 1e-6
+# A number is written as a power of ten if both it and its error are smaller than this; of a number
+# whose error is not seen so many digits are written.
+_SMALL, _DIGITS = 1e-4, 6
 
 
 def with_error(value: float, error: float) -> str:
@@ -128,15 +128,21 @@ def with_error(value: float, error: float) -> str:
 
     Without an error it has six digits, and so it has if its error is smaller than these show.
     """
-    if not 0.0 < error < math.inf or error < _UNSEEN * abs(value):
-        return f"{value:.6g}"
-    decimals = -math.floor(math.log10(float(f"{error:.0e}")))
-    if 0 <= decimals <= _DECIMALS:
+    size = max(abs(value), error)
+    if not 0.0 < error < math.inf or error < 10.0 ** (1 + _power(size) - _DIGITS):
+        return f"{value:.{_DIGITS}g}"
+    decimals = -_power(float(f"{error:.0e}"))
+    if decimals >= 0 and size >= _SMALL:
         return f"{value:.{decimals}f} ± {error:.{decimals}f}"
     # As a power of ten: that of the larger number, so that both can be compared.
-    power = math.floor(math.log10(max(abs(value), error)))
+    power = _power(size)
     shown, digits = 10.0**power, max(power + decimals, 0)
     return f"({value / shown:.{digits}f} ± {error / shown:.{digits}f})e{power}"
+
+
+def _power(size: float) -> int:
+    """Return the power of ten of a number's first digit."""
+    return math.floor(math.log10(size))
 
 
 def card(*children: Any, **options: Any) -> Column:

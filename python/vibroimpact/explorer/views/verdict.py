@@ -32,11 +32,12 @@ class VerdictView:
             label = verdict.label if driven else run.stop_reason
             rows += [("evidence", evidence_text(run.period.evidence))] if driven else []
             if not math.isnan(verdict.exponent):
-                rows += [("largest exponent", parts.with_error(verdict.exponent, verdict.error))]
+                shown = parts.with_error(verdict.exponent, verdict.error)
+                rows += [("largest exponent", f"{shown} per unit of time 1/ω₂")]
             if verdict.periodic is not None:
                 stable = "stable" if verdict.periodic.stable else "unstable"
                 texts = [complex_text(one) for one in verdict.periodic.multipliers]
-                numbers = ", ".join(one.replace(" ", "\N{NO-BREAK SPACE}") for one in texts)
+                numbers = ", ".join(one.translate(_TOGETHER) for one in texts)
                 rows += [("multipliers", f"{numbers} ({stable})")]
         lines = "".join(
             f"<tr><td>{html.escape(name)}</td><td>{html.escape(value)}</td></tr>"
@@ -50,10 +51,19 @@ _GROWTH = {
     EvidenceKind.GROWTH_BOUNDED: "no return; perturbations do not grow",
     EvidenceKind.GROWTH_EXPONENTIAL: "no return; perturbations grow exponentially",
 }
+# Keeps the parts of a complex number on one line, also after a minus sign.
+_TOGETHER = str.maketrans({" ": "\N{NO-BREAK SPACE}", "-": "-\N{WORD JOINER}"})
+_SHRINKS = (
+    "the sections draw together by ",
+    "the distance between sections shrinks by the factor ",
+)
 
 
 def evidence_text(evidence: Evidence) -> str:
     """Return what a label stands on in words; a growth with the digits that its error leaves."""
+    if evidence.kind == EvidenceKind.CONVERGING:
+        # The text has the rate, and how much further a run went to see it.
+        return str(evidence).replace(*_SHRINKS)
     growth, error = evidence.growth, evidence.growth_error
     if (
         evidence.kind not in _GROWTH
