@@ -186,3 +186,47 @@ fn friction_acts_in_the_stops_of_structures_as_the_reference_says() {
     assert!(count > 100);
     assert!(regimes.len() > 3, "{regimes:?}");
 }
+
+/// Every bad input is named, with its value and what is allowed.
+#[test]
+fn what_is_no_structure_is_refused_by_name() {
+    let unit = || vec![vec![1.0, 0.0], vec![0.0, 1.0]];
+    let good = || Structure::builder(unit(), vec![vec![2.0, -1.0], vec![-1.0, 2.0]]);
+    let stop = || Stop::new([1.0, 0.0], 0.5, 0.8);
+    let free = || Structure::builder(unit(), vec![vec![1.0, -1.0], vec![-1.0, 1.0]]);
+    let twice = || Structure::builder(unit(), unit());
+    let cases = [
+        (Structure::builder(vec![], vec![]), "mass"),
+        (Structure::builder(vec![vec![1.0, 2.0], vec![2.0, 1.0]], unit()), "mass"),
+        (Structure::builder(vec![vec![1.0, f64::NAN], vec![0.0, 1.0]], unit()), "mass[0, 1]"),
+        (Structure::builder(vec![vec![1.0, 0.2], vec![0.1, 1.0]], unit()), "mass[1, 0]"),
+        (Structure::builder(unit(), vec![vec![1.0, 2.0], vec![2.0, 1.0]]), "stiffness"),
+        (Structure::builder(unit(), vec![vec![1.0]]), "stiffness"),
+        (good().damping_ratios([0.1]), "damping_ratios"),
+        (good().damping_ratios([0.1, -0.1]), "damping_ratios[1]"),
+        (free().damping_ratios([0.1, 0.1]), "damping_ratios[0]"),
+        (twice().damping_ratios([0.1, 0.2]), "damping_ratios[1]"),
+        (good().damping(vec![vec![1.0, 0.0], vec![0.0, 0.0]]), "damping"),
+        (good().damping(vec![vec![-1.0, 0.0], vec![0.0, -1.0]]), "damping"),
+        (good().static_load([0.0, f64::INFINITY]), "static_load[1]"),
+        (
+            good().drive([Complex::new(1.0, f64::NAN), Complex::default()], 1.0, 0.0),
+            "drive_amplitude[0]",
+        ),
+        (good().drive([Complex::default(); 2], -1.0, 0.0), "drive_frequency"),
+        (good().drive([Complex::default(); 2], 1.0, f64::NAN), "phase"),
+        (good().law(vibroimpact::ImpactLaw::Paper), "law"),
+        (good().stop(Stop::new([1.0], 0.5, 0.8)), "stops[0].normal"),
+        (good().stop(stop()).stop(Stop::new([0.0, 0.0], 0.5, 0.8)), "stops[1].normal"),
+        (good().stop(Stop::new([1.0, 0.0], f64::NAN, 0.8)), "stops[0].gap"),
+        (good().stop(Stop::new([1.0, 0.0], 0.5, 1.1)), "stops[0].restitution"),
+        (good().stop(stop().moving(0.1, 0.0)), "stops[0].amplitude"),
+        (good().stop(stop().with_friction(-0.1, [0.0, 1.0])), "stops[0].friction"),
+        (good().stop(stop().with_friction(0.1, [2.0, 0.0])), "stops[0].tangent"),
+    ];
+    for (builder, name) in cases {
+        let error = builder.build().unwrap_err();
+        assert_eq!(error.name, name, "{error}");
+    }
+    assert!(free().damping(unit()).stop(stop().with_friction(0.1, [0.0, 1.0])).build().is_ok());
+}

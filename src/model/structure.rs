@@ -371,7 +371,17 @@ fn checked_matrix(name: &str, matrix: &[Vec<f64>], count: usize) -> Result<(), P
         return Err(ParameterError::new(name.to_owned(), given, format!("{count} rows")));
     }
     for (i, row) in matrix.iter().enumerate() {
-        checked_vector(&format!("{name}[{i}]"), row, count)?;
+        if row.len() != count {
+            let given = format!("{} numbers", row.len());
+            let allowed = format!("{count} numbers");
+            return Err(ParameterError::new(format!("{name}[{i}]"), given, allowed));
+        }
+        for (j, &entry) in row.iter().enumerate() {
+            if !entry.is_finite() {
+                let place = format!("{name}[{i}, {j}]");
+                return Err(ParameterError::new(place, entry, "a finite number"));
+            }
+        }
     }
     let largest = matrix.iter().flatten().fold(0.0, |most: f64, entry| most.max(entry.abs()));
     for (i, row) in matrix.iter().enumerate() {
