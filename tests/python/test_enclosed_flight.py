@@ -8,13 +8,19 @@ from vibroimpact.single_impact.enclosed_flight import flight
 ctx.prec = 200
 
 
-def exact_flow(w, zeta, load, duration):
-    """The flow of x'' + 2 zeta w x' + w^2 x = load cos psi on (x, v, cos psi, sin psi)."""
+def exact_flow(w, zeta, drive, load, duration):
+    """The flow of x'' + 2 zeta w x' + w^2 x = drive cos psi + load: (x, v, cos psi, sin psi, 1)."""
     generator = arb_mat(
-        [[0, 1, 0, 0], [-w * w, -2 * zeta * w, load, 0], [0, 0, 0, -1], [0, 0, 1, 0]]
+        [
+            [0, 1, 0, 0, 0],
+            [-w * w, -2 * zeta * w, drive, 0, load],
+            [0, 0, 0, -1, 0],
+            [0, 0, 1, 0, 0],
+            [0, 0, 0, 0, 0],
+        ]
     )
     flow = (generator * duration).exp()
-    return [[flow[i, j] for j in range(4)] for i in range(2)]
+    return [[flow[i, j] for j in range(5)] for i in range(2)]
 
 
 def test_flights_are_enclosed_through_every_neighbourhood():
@@ -31,14 +37,14 @@ def test_flights_are_enclosed_through_every_neighbourhood():
             omega = natural / random.integers(1, 5)
         elif k % 6 == 3:
             natural = 0.0
-        rows.append((natural, zeta, 1.3, omega))
+        rows.append((natural, zeta, 1.3, random.choice([0.0, -0.7]), omega))
     columns = np.array(rows).T
     for n in (1, 3):
         enclosed = flight(n, *columns)
         for k, row in enumerate(rows):
-            natural, zeta, force, omega = (arb(float(value)) for value in row)
-            w, load = natural / omega, force / omega**2
-            body = exact_flow(w, zeta, load, 2 * n * arb.pi())
+            natural, zeta, force, static, omega = (arb(float(value)) for value in row)
+            w, drive, load = natural / omega, force / omega**2, static / omega**2
+            body = exact_flow(w, zeta, drive, load, 2 * n * arb.pi())
             for mine, exact in (
                 (enclosed.c11, 1 - body[0][0]),
                 (enclosed.a12, body[0][1]),
@@ -48,10 +54,12 @@ def test_flights_are_enclosed_through_every_neighbourhood():
                 (enclosed.gx.im, -body[0][3]),
                 (enclosed.gv.re, body[1][2]),
                 (enclosed.gv.im, -body[1][3]),
+                (enclosed.hx, body[0][4]),
+                (enclosed.hv, body[1][4]),
             ):
                 lo, hi = arb(float(mine.lo[k])), arb(float(mine.hi[k]))
                 # The exact value is itself a ball.
                 assert not exact < lo, row
                 assert not exact > hi, row
-                size = max(1.0, float(load), abs(float(exact)))
+                size = max(1.0, float(drive), abs(float(exact)))
                 assert mine.hi[k] - mine.lo[k] <= 1e-11 * size, row

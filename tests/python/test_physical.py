@@ -151,7 +151,7 @@ def test_ratios_beyond_a_float_are_parameter_errors():
 
 
 README = (repository.root() / "README.md").read_text(encoding="utf-8")
-FORMULAS = dict(re.findall(r"^\| `(\w+)` \| `([^`]+)` \|", README, re.M))
+FORMULAS = dict(re.findall(r"^\| `(\w+)` \| [^|]+ \| `([^`]+)` \|", README, re.M))
 SYMBOLS = {
     "M1": "pendulum_mass",
     "M2": "oscillator_mass",
