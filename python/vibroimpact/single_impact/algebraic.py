@@ -99,6 +99,11 @@ class Parameters:
         return list(cls.__dataclass_fields__)[3:]
 
     @property
+    def has_loads(self) -> bool:
+        """Whether any of the systems has a constant load."""
+        return bool(self.static_moment.any() or self.static_force.any())
+
+    @property
     def at_rest(self) -> NDArray[np.bool_]:
         """Which have a body 2 that stays where it is: a wall that no drive moves."""
         return np.asarray(self.is_wall & (self.force_amplitude == 0.0))
@@ -153,7 +158,7 @@ class Conditions:
     def _compiled(self) -> _core.OneImpacts:
         par = self.parameters
         rows = [*self.d, *chain(*self.cosine[:2]), *chain(*self.sine[:2])]
-        if par.static_moment.any() or par.static_force.any():
+        if par.has_loads:
             rows += [*self.cosine[2], *self.sine[2]]
         lo, hi = np.array([row.lo for row in rows]), np.array([row.hi for row in rows])
         return _core.OneImpacts("oblique" if par.oblique else "direct", par.gap, lo, hi)
@@ -231,6 +236,7 @@ def conditions(parameters: Parameters) -> Conditions:
         }
 
     one_of, two_of = columns(first), columns(second)
+    loaded, none = par.has_loads, (zero, zero, zero)
 
     # Each is needed several times.
     @cache
@@ -273,12 +279,12 @@ def conditions(parameters: Parameters) -> Conditions:
         cosine=(
             cramer("q", "s", "", "s"),
             cramer("", "s", "q", "s"),
-            _sum(cramer("h", "s", "", "s"), cramer("", "s", "h", "s")),
+            _sum(cramer("h", "s", "", "s"), cramer("", "s", "h", "s")) if loaded else none,
         ),
         sine=(
             cramer("c", "q", "c", ""),
             cramer("c", "", "c", "q"),
-            _sum(cramer("c", "h", "c", ""), cramer("c", "", "c", "h")),
+            _sum(cramer("c", "h", "c", ""), cramer("c", "", "c", "h")) if loaded else none,
         ),
     )
 
