@@ -96,8 +96,8 @@ pub enum SimulationError {
         time: f64,
         /// Impacts so far.
         impacts: u64,
-        /// State (x1, v1, x2, v2) at the start of the flight.
-        state: [f64; 4],
+        /// State at the start of the flight: (x1, v1, x2, v2), or q and v of a structure.
+        state: Vec<f64>,
     },
     /// The contact search used up its step budget, or the steps of search or slide are so short
     /// that it would: the tip turns or decays beyond counting.
@@ -109,7 +109,7 @@ pub enum SimulationError {
         time: f64,
         /// Impacts so far.
         impacts: u64,
-        /// State (x1, v1, x2, v2) at the start of the flight.
-        state: [f64; 4],
+        /// State at the start of the flight: (x1, v1, x2, v2), or q and v of a structure.
+        state: Vec<f64>,
     },
 }

@@ -87,13 +87,13 @@ pub struct ContactEvent {
 
 /// The end of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StopEvent {
+pub struct StopEvent<S = State> {
     /// Periods and time in the period.
     pub clock: Clock,
     /// Time since the start of the run.
     pub time: f64,
     /// State at the end.
-    pub state: State,
+    pub state: S,
     /// Why the run stopped.
     pub reason: StopReason,
 }
@@ -121,6 +121,12 @@ pub enum Event {
 }
 
 impl Event {
+    /// The impact, if it is one.
+    #[must_use]
+    pub fn into_impact(self) -> Option<ImpactEvent> {
+        if let Self::Impact(impact) = self { Some(impact) } else { None }
+    }
+
     /// Periods and time in the period.
     #[must_use]
     pub fn clock(&self) -> Clock {

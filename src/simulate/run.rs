@@ -180,7 +180,7 @@ impl Run {
     pub(crate) fn resumed(&self) -> Simulation {
         let mut point = self.checkpoint;
         point.stopped = None;
-        Simulation::from_checkpoint(&self.system, &point)
+        Simulation::from_checkpoint(&self.system, point)
             .max_events(point.events.saturating_add(DEFAULT_MAX_EVENTS))
             .chatter_tolerance(self.options.chatter_tolerance)
     }

@@ -7,7 +7,7 @@
 use super::Run;
 use super::legs::{Kind, Leg};
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::event::{EventKind, ImpactRecord};
+use crate::simulate::event::{Event, EventKind, ImpactRecord};
 use crate::simulate::impacts_hop_by_hop;
 
 /// Why the list of skipped impacts of one chatter ends.
@@ -98,7 +98,8 @@ impl Run {
         cancel: &CancelToken,
         bounces: &mut Bounces,
     ) -> BouncesEnd {
-        for event in impacts_hop_by_hop(&self.system, leg.anchor, leg.end) {
+        let impacts = impacts_hop_by_hop(&self.system, leg.anchor, leg.end);
+        for event in impacts.filter_map(Event::into_impact) {
             if cancel.is_cancelled() {
                 return BouncesEnd::Interrupted;
             }

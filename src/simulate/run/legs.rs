@@ -4,7 +4,7 @@
 use super::Run;
 use crate::contact::sustained::{ContactForce, ContactMode, SlideStep};
 use crate::flight::{Drive, Flight, FreeMotion};
-use crate::model::state::{Clock, State};
+use crate::model::state::{Clock, ModelState, State};
 use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
 use crate::simulate::event::{EventKind, EventRecord};
@@ -72,7 +72,12 @@ impl Run {
             let i = self.impacts.get(index)?;
             let state = State { x1: i.x1, v1: i.v1_post, x2: i.x2, v2: i.v2_post };
             let clock = Clock::new(i.period, i.time_in_period);
-            return Some(Anchor { clock, state, phase: Phase::Flight(FlightStart::Touching) });
+            return Some(Anchor {
+                clock,
+                state,
+                phase: Phase::Flight(FlightStart::Touching),
+                touching: (),
+            });
         }
         if kind == EventKind::Graze as i64 {
             return None;
@@ -85,7 +90,7 @@ impl Run {
             None => Phase::Landing,
         };
         let state = State { x1: c.x1, v1: c.v1, x2: c.x2, v2: c.v2 };
-        Some(Anchor { clock: Clock::new(c.period, c.time_in_period), state, phase })
+        Some(Anchor { clock: Clock::new(c.period, c.time_in_period), state, phase, touching: () })
     }
 
     /// States at the given times, right-continuous: after the event at its instant. `None` for a

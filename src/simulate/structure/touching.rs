@@ -1,0 +1,51 @@
+//! On which stops a leg begins.
+
+use serde::{Deserialize, Serialize};
+use smallvec::SmallVec;
+
+use super::event::ClosedStops;
+use crate::impact::StopImpact;
+
+/// How a leg begins at a stop on which it begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StopStart {
+    /// g = 0, and g' < 0, or g' = 0 and g'' < 0.
+    Touching,
+    /// g = g' = g'' = 0.
+    Released,
+    /// g = g' = 0: contact lasts, or what follows is still to be decided.
+    Closed,
+}
+
+/// The stops on which a leg begins; from all others it is apart.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Touching {
+    /// By number, ascending.
+    pub at: SmallVec<[(u32, StopStart); 4]>,
+    /// Impacts at one instant so far, one after another.
+    pub in_sequence: u32,
+    /// Impacts of the same instant that are still to be told.
+    pub pending: SmallVec<[StopImpact; 1]>,
+}
+
+impl Touching {
+    /// How the leg begins at this stop.
+    pub fn of(&self, stop: u32) -> Option<StopStart> {
+        self.at.iter().find(|(of, _)| *of == stop).map(|&(_, start)| start)
+    }
+
+    /// The leg begins so at this stop.
+    pub fn set(&mut self, stop: u32, start: StopStart) {
+        match self.at.binary_search_by_key(&stop, |&(of, _)| of) {
+            Ok(place) => self.at[place].1 = start,
+            Err(place) => self.at.insert(place, (stop, start)),
+        }
+    }
+
+    /// The closed stops.
+    pub fn closed(&self) -> ClosedStops {
+        let closed = self.at.iter().filter(|(_, start)| *start == StopStart::Closed);
+        closed.map(|&(stop, _)| stop).collect()
+    }
+}
