@@ -7,7 +7,8 @@
 //! independently of the closed forms that gave it. Impacts skipped in chatter are resolved.
 
 use super::Run;
-use super::legs::{Follower, Kind, Leg, Slide};
+use super::legs::{self, Kind};
+use super::oblique::{Follower, Slide};
 use crate::contact::sustained::ContactForce;
 use crate::flight::FreeMotion;
 use crate::impact::{Impact, PreImpact, resolve};
@@ -83,6 +84,8 @@ impl EnergyAudit {
         }
     }
 }
+
+type Leg = legs::Leg<System>;
 
 /// The sums and what is needed to form them.
 struct Auditor<'a> {
