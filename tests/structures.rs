@@ -206,8 +206,9 @@ fn what_is_no_structure_is_refused_by_name() {
         (good().damping_ratios([0.1, -0.1]), "damping_ratios[1]"),
         (free().damping_ratios([0.1, 0.1]), "damping_ratios[0]"),
         (twice().damping_ratios([0.1, 0.2]), "damping_ratios[1]"),
-        (good().damping(vec![vec![1.0, 0.0], vec![0.0, 0.0]]), "damping"),
+        (good().damping(vec![vec![1.0, 0.0], vec![0.0, -1e-9]]), "damping"),
         (good().damping(vec![vec![-1.0, 0.0], vec![0.0, -1.0]]), "damping"),
+        (good().damping(vec![vec![1.0, 0.5], vec![0.4, 1.0]]), "damping[1, 0]"),
         (good().static_load([0.0, f64::INFINITY]), "static_load[1]"),
         (
             good().drive([Complex::new(1.0, f64::NAN), Complex::default()], 1.0, 0.0),

@@ -5,8 +5,9 @@
 //! g_j = n_j . q - gap_j - A_j cos(omega t + phi_j) <= 0
 //! ```
 //!
-//! with M positive definite, K and C positive semidefinite, and C diagonal in the modes.
+//! with M positive definite, K and C positive semidefinite.
 
+mod damping;
 mod modes;
 mod stop;
 
@@ -14,13 +15,13 @@ use nalgebra::Complex;
 
 use crate::model::error::ParameterError;
 use crate::model::parameters::ImpactLaw;
+use crate::numerics::dense::Matrix;
 use crate::numerics::double_double::DoubleDouble;
-use modes::{Modes, NoModes, RIGID, modes};
+use damping::{Damping, ModalDamping};
+use modes::{NoModes, modes};
 pub use stop::Stop;
 pub(crate) use stop::StopContactRows;
 
-/// What the modes couple by a damping matrix at most, as a part of its largest entry there.
-const COUPLED: f64 = 1e-12;
 /// A matrix may differ by this part of its largest entry from a symmetric one.
 const SYMMETRIC: f64 = 1e-14;
 
@@ -46,15 +47,20 @@ const SYMMETRIC: f64 = 1e-14;
 #[derive(Debug, Clone)]
 pub struct Structure {
     mass: Vec<Vec<f64>>,
+    stiffness: Vec<Vec<f64>>,
+    damping: Vec<Vec<f64>>,
     stops: Vec<Stop>,
     drive_frequency: f64,
     phase: f64,
     law: ImpactLaw,
     modes: Vec<Mode>,
+    /// Phi^T C Phi, where that couples the modes.
+    coupling: Option<Matrix>,
     contacts: Vec<StopContactRows>,
 }
 
-/// One mode, p'' + 2 c p' + w^2 p = |f| cos(psi + arg f) + load.
+/// One mode, p'' + 2 c p' + w^2 p = |f| cos(psi + arg f) + load, where C does not couple it with
+/// others.
 #[derive(Debug, Clone)]
 pub(crate) struct Mode {
     pub frequency: DoubleDouble,
@@ -82,13 +88,6 @@ pub struct StructureBuilder {
     stops: Vec<Stop>,
 }
 
-#[derive(Debug, Clone)]
-enum Damping {
-    None,
-    Ratios(Vec<f64>),
-    Matrix(Vec<Vec<f64>>),
-}
-
 impl StructureBuilder {
     /// Damping ratios of the modes, (N,), in the order of ascending natural frequency; 0 for modes
     /// of frequency 0.
@@ -97,7 +96,7 @@ impl StructureBuilder {
         Self { damping: Damping::Ratios(ratios.into()), ..self }
     }
 
-    /// Damping matrix C, (N, N), which the modes make diagonal.
+    /// Damping matrix C, (N, N), symmetric and positive semidefinite.
     #[must_use]
     pub fn damping(self, matrix: Vec<Vec<f64>>) -> Self {
         Self { damping: Damping::Matrix(matrix), ..self }
@@ -180,7 +179,8 @@ impl StructureBuilder {
         for (place, (stop, contact)) in self.stops.iter().zip(&contacts).enumerate() {
             contact.checked(stop, place)?;
         }
-        let decay_rates = decay_rates(&self.damping, &found, count)?;
+        let ModalDamping { decay_rates, coupling } = self.damping.in_modes(&found, count)?;
+        let damping = self.damping.matrix(&self.mass, &found, &decay_rates);
         let modes = found
             .frequencies
             .iter()
@@ -203,11 +203,14 @@ impl StructureBuilder {
             .collect();
         Ok(Structure {
             mass: self.mass,
+            stiffness: self.stiffness,
+            damping,
             stops: self.stops,
             drive_frequency: self.drive_frequency,
             phase: self.phase,
             law: self.law,
             modes,
+            coupling,
             contacts,
         })
     }
@@ -234,6 +237,24 @@ impl Structure {
     #[must_use]
     pub fn coordinates(&self) -> usize {
         self.mass.len()
+    }
+
+    /// M, (N, N).
+    #[must_use]
+    pub fn mass(&self) -> &[Vec<f64>] {
+        &self.mass
+    }
+
+    /// K, (N, N).
+    #[must_use]
+    pub fn stiffness(&self) -> &[Vec<f64>] {
+        &self.stiffness
+    }
+
+    /// C, (N, N); that of the damping ratios, where those were given.
+    #[must_use]
+    pub fn damping(&self) -> &[Vec<f64>] {
+        &self.damping
     }
 
     /// The stops.
@@ -280,72 +301,19 @@ impl Structure {
     pub(crate) fn modes(&self) -> &[Mode] {
         &self.modes
     }
-}
 
-/// Decay rates of the modes, or why there are none.
-fn decay_rates(damping: &Damping, found: &Modes, count: usize) -> Result<Vec<f64>, ParameterError> {
-    match damping {
-        Damping::None => Ok(vec![0.0; count]),
-        Damping::Ratios(ratios) => {
-            checked_vector("damping_ratios", ratios, count)?;
-            let highest = found.frequencies.last().map_or(0.0, |w| w.hi);
-            let mut rates = Vec::with_capacity(count);
-            for (i, (&ratio, w)) in ratios.iter().zip(&found.frequencies).enumerate() {
-                let name = || format!("damping_ratios[{i}]");
-                if ratio < 0.0 {
-                    return Err(ParameterError::new(name(), ratio, "a finite number >= 0"));
-                }
-                if ratio > 0.0 && w.hi == 0.0 {
-                    let allowed = "0 for a mode of frequency 0 (damping= takes a matrix)";
-                    return Err(ParameterError::new(name(), ratio, allowed));
-                }
-                // Equal frequencies have no modes of their own, which unequal ratios would need.
-                if i > 0 && ratio != ratios[i - 1] {
-                    let before = found.frequencies[i - 1];
-                    if (*w * *w - before * before).hi <= RIGID * highest * highest {
-                        let allowed = "the ratio of the mode before, whose frequency is the same";
-                        return Err(ParameterError::new(name(), ratio, allowed));
-                    }
-                }
-                rates.push(w.scale(ratio).value());
-            }
-            Ok(rates)
-        }
-        Damping::Matrix(matrix) => {
-            checked_matrix("damping", matrix, count)?;
-            let on = |i: usize, j: usize| {
-                let mut sum = DoubleDouble::ZERO;
-                for (row, &left) in matrix.iter().zip(&found.shapes[i]) {
-                    for (&entry, &right) in row.iter().zip(&found.shapes[j]) {
-                        sum = sum + left * right.scale(entry);
-                    }
-                }
-                sum.value()
-            };
-            let mut rates: Vec<f64> = (0..count).map(|i| 0.5 * on(i, i)).collect();
-            let largest = rates.iter().fold(0.0, |most: f64, rate| most.max(rate.abs()));
-            for (i, rate) in rates.iter_mut().enumerate() {
-                for j in i + 1..count {
-                    let coupled = on(i, j);
-                    if coupled.abs() > COUPLED * largest {
-                        return Err(ParameterError::new(
-                            "damping",
-                            format!("a matrix that couples the modes {i} and {j} by {coupled:e}"),
-                            "a matrix that the modes make diagonal, in this version",
-                        ));
-                    }
-                }
-                if *rate < -COUPLED * largest {
-                    return Err(ParameterError::new(
-                        "damping",
-                        format!("a matrix with {:e} on mode {i}", 2.0 * *rate),
-                        "a positive semidefinite matrix",
-                    ));
-                }
-                *rate = if *rate <= COUPLED * largest { 0.0 } else { *rate };
-            }
-            Ok(rates)
-        }
+    /// Whether C couples the modes: they are then no oscillators of their own.
+    pub(crate) fn couples_modes(&self) -> bool {
+        self.coupling.is_some()
+    }
+
+    /// Phi^T C Phi.
+    pub(crate) fn modal_damping(&self) -> Matrix {
+        let diagonal = || {
+            let of = |mode: &Mode| DoubleDouble::new(2.0 * mode.decay_rate);
+            Matrix::diagonal(&self.modes.iter().map(of).collect::<Vec<_>>())
+        };
+        self.coupling.clone().unwrap_or_else(diagonal)
     }
 }
 

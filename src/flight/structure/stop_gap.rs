@@ -1,6 +1,7 @@
 //! The gap of one stop along a flight of a structure, as the contact search asks for it.
 
-use super::{StopMotion, StructureFlight, StructureMotion};
+use super::StopMotion;
+use super::modal::{ModalFlight, ModalMotion};
 use crate::flight::drive::{Trig, Turn};
 use crate::flight::oscillator::Motion;
 use crate::flight::table::Loads;
@@ -11,8 +12,8 @@ use crate::search::tolerances::{BOUND_MARGIN, SCAN_SPANS};
 
 /// The gap of one stop along a flight.
 pub(super) struct StopGap<'a> {
-    pub motion: &'a StructureMotion,
-    pub flight: &'a StructureFlight,
+    pub motion: &'a ModalMotion,
+    pub flight: &'a ModalFlight,
     pub index: usize,
     pub stop: &'a StopMotion,
 }

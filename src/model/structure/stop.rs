@@ -132,8 +132,9 @@ impl Stop {
 /// A stop as the modes and an impact see it.
 #[derive(Debug, Clone)]
 pub(crate) struct StopContactRows {
-    /// n . phi of the modes.
-    pub modal_normal: Vec<f64>,
+    /// n . phi and t . phi of the modes.
+    pub modal_normal: Vec<DoubleDouble>,
+    pub modal_tangent: Vec<DoubleDouble>,
     /// M^-1 n and M^-1 t; without friction t = 0.
     pub by_normal: Vec<f64>,
     pub by_tangent: Vec<f64>,
@@ -170,12 +171,10 @@ impl StopContactRows {
             let terms = modal[i].iter().zip(&modal[j]);
             terms.fold(DoubleDouble::ZERO, |sum, (&a, &b)| sum + a * b).value()
         };
-        Self {
-            modal_normal: modal[0].iter().map(|part| part.value()).collect(),
-            by_normal: mobility(&modal[0]),
-            by_tangent: mobility(&modal[1]),
-            mobilities: [product(0, 0), product(0, 1), product(1, 1)],
-        }
+        let (by_normal, by_tangent) = (mobility(&modal[0]), mobility(&modal[1]));
+        let mobilities = [product(0, 0), product(0, 1), product(1, 1)];
+        let [modal_normal, modal_tangent] = modal;
+        Self { modal_normal, modal_tangent, by_normal, by_tangent, mobilities }
     }
 
     /// Refuses friction along a tangent that is parallel to the normal.

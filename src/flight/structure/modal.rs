@@ -1,0 +1,193 @@
+//! Free motion of a structure whose modes are oscillators of their own: the same closed forms as the
+//! pendulum's, for every damping, at resonance, without a spring, and on a damper alone.
+
+use std::sync::OnceLock;
+
+use super::stop_gap::StopGap;
+use super::{StopContact, StopMotion, dot};
+use crate::flight::drive::{Drive, Trig, Turn};
+use crate::flight::oscillator::{BodyFlight, FreeBody, Motion, Oscillator};
+use crate::flight::table::Response;
+use crate::flight::tolerances::CHUNK_TURNS;
+use crate::model::state::Clock;
+use crate::model::structure::Structure;
+use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::elementary;
+use crate::numerics::lanes::LANES;
+use crate::search::first_contact::{Found, Start, first_contact};
+use crate::search::steps::{LEVELS, Weights, sextic_remainder};
+use crate::search::tolerances::{SCAN_SPANS, SCAN_STEPS};
+
+/// What the flights have in common, worked out once.
+#[derive(Debug, Clone)]
+pub(super) struct ModalMotion {
+    pub drive: Drive,
+    pub modes: Vec<ModeMotion>,
+    stops: Vec<StopMotion>,
+    pub span: f64,
+    /// Longest local time at which a contact is met.
+    pub reach: f64,
+    /// Whether the bounds of derivatives hold for all times.
+    pub steady: bool,
+    pub remainder_factor: f64,
+    tables: [OnceLock<Table>; LEVELS],
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct ModeMotion {
+    pub oscillator: Oscillator,
+    /// The argument of its drive's complex amplitude.
+    ahead: Trig,
+}
+
+/// Steps of one length of all modes.
+#[derive(Debug, Clone)]
+pub(super) struct Table {
+    pub responses: Vec<Response>,
+    pub turns: [Turn; LANES],
+    pub weights: Weights,
+}
+
+/// A flight between contacts.
+#[derive(Debug, Clone)]
+pub(super) struct ModalFlight {
+    /// By mode; their phases at the start; and the phases of the stops.
+    pub modes: Vec<BodyFlight>,
+    pub phases: Vec<Trig>,
+    pub stops: Vec<Trig>,
+}
+
+impl ModalMotion {
+    /// The free motion of a structure.
+    pub fn new(structure: &Structure, stops: Vec<StopMotion>) -> Self {
+        let omega = structure.drive_frequency();
+        let fastest =
+            structure.modes().iter().map(|mode| mode.frequency.value()).fold(omega, f64::max);
+        // Nothing turns: any length will do.
+        let fastest = if fastest > 0.0 { fastest } else { 1.0 };
+        let span = CHUNK_TURNS * std::f64::consts::TAU / fastest;
+        let longest = SCAN_STEPS * span;
+        let modes: Vec<ModeMotion> = structure
+            .modes()
+            .iter()
+            .map(|mode| {
+                let natural = mode.frequency.value();
+                let free = if natural == 0.0 && mode.decay_rate > 0.0 {
+                    FreeBody::on_damper(mode.decay_rate)
+                } else if natural == 0.0 {
+                    FreeBody::on_spring(DoubleDouble::ZERO, 0.0)
+                } else {
+                    FreeBody::on_spring(mode.frequency, mode.decay_rate / natural)
+                };
+                let size = mode.drive.norm();
+                let ahead = if size > 0.0 {
+                    Trig { cos: mode.drive.re / size, sin: mode.drive.im / size }
+                } else {
+                    Trig::ONE
+                };
+                // A load that stands still is real, whatever its phase.
+                let forcing = if omega > 0.0 { size } else { mode.drive.re };
+                let ahead = if omega > 0.0 { ahead } else { Trig::ONE };
+                let oscillator = Oscillator::under(free, forcing, mode.load, omega, longest);
+                ModeMotion { oscillator, ahead }
+            })
+            .collect();
+        let plain = modes.iter().all(|mode| mode.oscillator.swings_from().is_finite());
+        Self {
+            drive: Drive::new(omega, structure.phase()),
+            steady: modes.iter().all(|mode| mode.oscillator.is_steady()),
+            modes,
+            stops,
+            span,
+            reach: if plain { SCAN_SPANS * span } else { span },
+            remainder_factor: sextic_remainder(longest / LANES as f64),
+            tables: std::array::from_fn(|_| OnceLock::new()),
+        }
+    }
+
+    /// The flight that starts at `clock` from q and q'.
+    pub fn flight(&self, structure: &Structure, clock: Clock, q: &[f64], v: &[f64]) -> ModalFlight {
+        let start = self.drive.trig_at(clock);
+        let phases: Vec<Trig> = self.modes.iter().map(|mode| start.turned_by(mode.ahead)).collect();
+        let modes = structure
+            .modes()
+            .iter()
+            .zip(&self.modes)
+            .zip(&phases)
+            .map(|((mode, motion), &phase)| {
+                motion.oscillator.flight(dot(&mode.row, q), dot(&mode.row, v), phase)
+            })
+            .collect();
+        let stops = self.stops.iter().map(|stop| stop.drive.trig_at(clock)).collect();
+        ModalFlight { modes, phases, stops }
+    }
+
+    /// Coordinates and velocities at any local time.
+    pub fn state_after(
+        &self,
+        structure: &Structure,
+        flight: &ModalFlight,
+        elapsed: DoubleDouble,
+    ) -> (Vec<f64>, Vec<f64>) {
+        let angle = elapsed.scale(self.drive.omega).reduced_angle();
+        let (cos_minus_1, sin) = elementary::turn(angle, 0.0);
+        let count = structure.coordinates();
+        let (mut q, mut v) = (vec![0.0; count], vec![0.0; count]);
+        for (i, mode) in self.modes.iter().enumerate() {
+            let body = &flight.modes[i];
+            let turn = Turn::new(flight.phases[i], cos_minus_1, sin);
+            let (place, rate) = mode.oscillator.after(body, body.x, elapsed, &turn);
+            for (k, &shape) in structure.modes()[i].shape.iter().enumerate() {
+                q[k] += shape * place;
+                v[k] += shape * rate;
+            }
+        }
+        (q, v)
+    }
+
+    /// First contact of a flight within one span, among all stops.
+    pub fn next_contact(&self, flight: &ModalFlight, starts: &[(usize, Start)]) -> StopContact {
+        let mut found = StopContact::Clear(self.span);
+        let mut left = self.span;
+        for stop in 0..self.stops.len() {
+            let start = starts.iter().find(|(of, _)| *of == stop);
+            let start = start.map_or(Start::Apart, |&(_, start)| start);
+            let gap = StopGap { motion: self, flight, index: stop, stop: &self.stops[stop] };
+            match first_contact(&gap, start, left).found {
+                Found::Contact(touch) if touch.local_time() <= left => {
+                    left = touch.local_time();
+                    found = StopContact::Met { stop, time: touch.time, offset: touch.offset };
+                }
+                Found::Graze(touch) if touch.local_time() <= left => {
+                    left = touch.local_time();
+                    found = StopContact::Grazed { stop, time: touch.local_time() };
+                }
+                Found::Contact(_) | Found::Graze(_) | Found::Clear(_) => {}
+                Found::Resting(_) => return StopContact::Resting { stop },
+                Found::NotFinite | Found::Stalled => return StopContact::Failed { stop },
+            }
+        }
+        found
+    }
+
+    /// Motion of mode `i` at a local time within the span.
+    pub fn mode_at(&self, flight: &ModalFlight, i: usize, s: f64, (c1, sin): (f64, f64)) -> Motion {
+        let turn = Turn::new(flight.phases[i], c1, sin);
+        self.modes[i].oscillator.at(&flight.modes[i], s, &turn)
+    }
+
+    pub fn table(&self, level: usize) -> &Table {
+        self.tables[level].get_or_init(|| {
+            let step = self.step(level);
+            let times = std::array::from_fn(|j| step * (j + 1) as f64);
+            let turns = times.map(|s| self.drive.turned(Trig::ONE, s));
+            let responses =
+                self.modes.iter().map(|mode| Response::new(&mode.oscillator, &times, &turns));
+            Table { responses: responses.collect(), turns, weights: Weights::new(step) }
+        })
+    }
+
+    pub fn step(&self, level: usize) -> f64 {
+        SCAN_STEPS * self.span / (LANES << level) as f64
+    }
+}
