@@ -76,8 +76,8 @@ pub use flight::{
     next_contact,
 };
 pub use model::{
-    Clock, Contact, ImpactLaw, Parameter, ParameterError, SimulationError, State, StateError, Stop,
-    Structure, StructureBuilder, System, SystemBuilder,
+    Clock, Contact, ImpactLaw, Parameter, ParameterError, SimulationError, Simultaneous, State,
+    StateError, Stop, Structure, StructureBuilder, StructureState, System, SystemBuilder,
 };
 pub use numerics::cancel::CancelToken;
 pub use search::{GapPoint, Start};
@@ -86,7 +86,12 @@ pub use simulate::event::{
     GrazeRecord, ImpactEvent, ImpactRecord, StopEvent, StopReason,
 };
 pub use simulate::run::{
-    Bounces, BouncesEnd, EnergyAudit, FinalState, Run, RunError, RunOptions, run,
+    Bounces, BouncesEnd, EnergyAudit, FinalState, Run, RunError, RunOptions, StopContactRecord,
+    StopGrazeRecord, StopImpactRecord, run,
+};
+pub use simulate::structure::{
+    ClosedStops, StopChatterEvent, StopContactEvent, StopGrazeEvent, StopImpactEvent,
+    StructureEvent, StructureMode,
 };
 pub use simulate::{Horizon, Observer, Simulation};
 

@@ -16,6 +16,7 @@ mod recurrence;
 pub(crate) mod run;
 mod sections;
 mod stop;
+pub(crate) mod structure;
 pub(crate) mod tolerances;
 
 pub(crate) use batch::{Companion, ImpactLanes, Job, run_batch};
@@ -326,7 +327,11 @@ impl<M: Model> Simulation<M> {
     /// One leg.
     fn turn<O: Observer<M::State>>(&mut self, observer: &mut O) -> Turn<M> {
         match self.point.anchor.phase {
-            Phase::Flight(_) if self.point.completion.is_some() => self.complete(observer),
+            Phase::Flight(_) | Phase::Contact(_) | Phase::Landing
+                if self.point.completion.is_some() =>
+            {
+                self.complete(observer)
+            }
             Phase::Flight(began) => self.fly(began, observer),
             Phase::Contact(mode) => M::hold(self, mode, observer),
             Phase::Landing => self.land(observer),

@@ -37,16 +37,22 @@ const AT_ONCE: usize = 4;
 
 /// Numbers carried to the limit beside the time and the velocity of slip.
 pub trait Others: Clone + PartialEq + std::fmt::Debug {
-    /// All of them.
-    fn as_slice(&self) -> &[f64];
+    /// How many.
+    fn count(&self) -> usize;
+    /// One of them.
+    fn at(&self, place: usize) -> f64;
     /// These, changed one by one.
     #[must_use]
     fn changed(&self, by: impl Fn(usize) -> f64) -> Self;
 }
 
 impl Others for [f64; 2] {
-    fn as_slice(&self) -> &[f64] {
-        self
+    fn count(&self) -> usize {
+        2
+    }
+
+    fn at(&self, place: usize) -> f64 {
+        self[place]
     }
 
     fn changed(&self, by: impl Fn(usize) -> f64) -> Self {
@@ -227,16 +233,17 @@ impl<V: Others> ChatterMonitor<V> {
             *node = sample.separation;
         }
         // Differences from the newest sample: their rounding is that of the state.
-        let from = bounce.others.as_slice();
+        let others = bounce.others.count();
         let number = |sample: &Bounce<V>, place: usize| match place {
             0 => drive.until(bounce.clock, sample.clock).value(),
             1 => sample.slip - bounce.slip,
-            _ => from.get(place - 2).map_or(0.0, |from| sample.others.as_slice()[place - 2] - from),
+            _ if place < 2 + others => sample.others.at(place - 2) - bounce.others.at(place - 2),
+            _ => 0.0,
         };
         let mut limits = SmallVec::<[f64; AT_ONCE]>::new();
         // The larger one of the last two differences between orders, of all numbers.
         let mut difference = 0.0f64;
-        for first in (0..2 + from.len()).step_by(AT_ONCE) {
+        for first in (0..2 + others).step_by(AT_ONCE) {
             let mut values = [[0.0; AT_ONCE]; MOST];
             for (values, sample) in values.iter_mut().zip(self.samples.iter().flatten()) {
                 *values = std::array::from_fn(|c| number(sample, first + c));

@@ -11,6 +11,7 @@ use crate::model::state::Clock;
 use crate::model::structure::Structure;
 use crate::numerics::double_double::DoubleDouble;
 use crate::search::first_contact::Start;
+use crate::search::gap::GapPoint;
 #[allow(unused_imports)] // sustained contact comes with the event loop
 pub(crate) use linear::{Closed, LegEvent, LinearFlight, LinearMotion, StopForce};
 use modal::{ModalFlight, ModalMotion};
@@ -100,6 +101,8 @@ pub enum StopContact {
     Resting {
         /// Which.
         stop: usize,
+        /// Local time.
+        time: f64,
     },
     /// No stop is met up to this local time.
     Clear(f64),
@@ -205,6 +208,15 @@ impl StructureMotion {
         q.iter().zip(&rows.by_normal).map(|(q, m)| q - part * m).collect()
     }
 
+    /// The gap of a stop at the start of a flight, with its derivatives.
+    pub(crate) fn gap_at_start(&self, flight: &StructureFlight, stop: usize) -> GapPoint {
+        match (&self.motion, &flight.flight) {
+            (Motions::Modal(modal), Flights::Modal(flight)) => modal.gap_at_start(flight, stop),
+            (Motions::Linear(linear), Flights::Linear(flight)) => linear.gap_at_start(flight, stop),
+            _ => panic!("{OTHER}"),
+        }
+    }
+
     /// First contact of a flight within one span, among all stops. `starts`: how the flight starts at
     /// some of them, as on the one that has just been struck; it is apart from the others.
     ///
@@ -218,7 +230,7 @@ impl StructureMotion {
                 match linear.next_event(flight, starts) {
                     LegEvent::Met { stop, time, offset } => StopContact::Met { stop, time, offset },
                     LegEvent::Grazed { stop, time } => StopContact::Grazed { stop, time },
-                    LegEvent::Resting { stop, .. } => StopContact::Resting { stop },
+                    LegEvent::Resting { stop, time } => StopContact::Resting { stop, time },
                     LegEvent::Clear(time) => StopContact::Clear(time),
                     // No stop is closed: nothing else ends a free flight.
                     LegEvent::Released { stop, .. } | LegEvent::Failed { stop } => {

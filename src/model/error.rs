@@ -35,8 +35,8 @@ pub enum StateError {
     /// A component is NaN or infinite.
     #[error("{name} = {value} is not allowed; allowed: a finite number")]
     NotFinite {
-        /// Component: x1, v1, x2 or v2.
-        name: &'static str,
+        /// Component: x1, v1, x2 or v2; q[i] or v[i] of a structure.
+        name: Cow<'static, str>,
         /// The value that was given.
         value: f64,
     },
@@ -67,6 +67,26 @@ pub enum StateError {
         x1: f64,
         /// Oscillator displacement.
         x2: f64,
+    },
+    /// The start of a structure has another number of coordinates or velocities.
+    #[error("initial has {given} numbers in {name}; allowed: {expected}")]
+    Shape {
+        /// q or v.
+        name: &'static str,
+        /// How many there are,
+        given: usize,
+        /// and should be.
+        expected: usize,
+    },
+    /// A stop is penetrated at the start.
+    #[error(
+        "the initial state is penetrating: gap function g = {gap} of stops[{stop}]; allowed: g <= 0"
+    )]
+    PenetratesStop {
+        /// Which stop.
+        stop: usize,
+        /// Value of its gap function.
+        gap: f64,
     },
     /// One of several starts cannot be used.
     #[error("initial[{place}]: {error}")]

@@ -34,7 +34,7 @@ impl State {
         let Self { x1, v1, x2, v2 } = self;
         for (name, value) in [("x1", x1), ("v1", v1), ("x2", x2), ("v2", v2)] {
             if !value.is_finite() {
-                return Err(StateError::NotFinite { name, value });
+                return Err(StateError::NotFinite { name: name.into(), value });
             }
         }
         Ok(self)

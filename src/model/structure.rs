@@ -9,6 +9,9 @@
 
 mod damping;
 mod modes;
+mod pairs;
+mod simultaneous;
+mod state;
 mod stop;
 
 use nalgebra::Complex;
@@ -19,6 +22,8 @@ use crate::numerics::dense::Matrix;
 use crate::numerics::double_double::DoubleDouble;
 use damping::{Damping, ModalDamping};
 use modes::{NoModes, modes};
+pub use simultaneous::Simultaneous;
+pub use state::{Coordinates, StructureState};
 pub use stop::Stop;
 pub(crate) use stop::StopContactRows;
 
@@ -44,7 +49,7 @@ const SYMMETRIC: f64 = 1e-14;
 /// assert!((structure.frequencies()[0] - 1.0).abs() < 1e-15);
 /// # Ok::<(), vibroimpact::ParameterError>(())
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Structure {
     mass: Vec<Vec<f64>>,
     stiffness: Vec<Vec<f64>>,
@@ -53,6 +58,7 @@ pub struct Structure {
     drive_frequency: f64,
     phase: f64,
     law: ImpactLaw,
+    simultaneous: Simultaneous,
     modes: Vec<Mode>,
     /// Phi^T C Phi, where that couples the modes.
     coupling: Option<Matrix>,
@@ -61,7 +67,7 @@ pub struct Structure {
 
 /// One mode, p'' + 2 c p' + w^2 p = |f| cos(psi + arg f) + load, where C does not couple it with
 /// others.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Mode {
     pub frequency: DoubleDouble,
     /// c.
@@ -85,6 +91,7 @@ pub struct StructureBuilder {
     drive_frequency: f64,
     phase: f64,
     law: ImpactLaw,
+    simultaneous: Simultaneous,
     stops: Vec<Stop>,
 }
 
@@ -123,6 +130,12 @@ impl StructureBuilder {
     #[must_use]
     pub fn law(self, law: ImpactLaw) -> Self {
         Self { law, ..self }
+    }
+
+    /// What happens when stops that act on each other meet at one instant.
+    #[must_use]
+    pub fn simultaneous(self, simultaneous: Simultaneous) -> Self {
+        Self { simultaneous, ..self }
     }
 
     /// One more stop.
@@ -209,6 +222,7 @@ impl StructureBuilder {
             drive_frequency: self.drive_frequency,
             phase: self.phase,
             law: self.law,
+            simultaneous: self.simultaneous,
             modes,
             coupling,
             contacts,
@@ -229,6 +243,7 @@ impl Structure {
             drive_frequency: 0.0,
             phase: 0.0,
             law: ImpactLaw::default(),
+            simultaneous: Simultaneous::default(),
             stops: Vec::new(),
         }
     }
@@ -292,6 +307,12 @@ impl Structure {
     #[must_use]
     pub fn law(&self) -> ImpactLaw {
         self.law
+    }
+
+    /// What happens when stops that act on each other meet at one instant.
+    #[must_use]
+    pub fn simultaneous(&self) -> Simultaneous {
+        self.simultaneous
     }
 
     pub(crate) fn contact(&self, stop: usize) -> &StopContactRows {

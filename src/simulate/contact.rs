@@ -1,7 +1,7 @@
 //! Lasting contact: the end of chatter, landings, and what follows them.
 
 use super::model::{Follows, Skipped};
-use super::{AnchorOf, Completion, Leg, Model, Observer, Phase, Simulation, Turn};
+use super::{AnchorOf, Completion, Leg, Model, Observer, Simulation, Turn};
 use crate::contact::chatter::{ChatterMonitor, Limit};
 use crate::contact::tolerances::CHATTER_NOISE;
 use crate::model::error::SimulationError;
@@ -70,8 +70,10 @@ impl<M: Model> Simulation<M> {
             let time = leading.max(touch.local_time());
             let stopped = self.point.monitor.stopped;
             let bounces = (u, ratio, time);
+            let met = (clock, &state, contact);
+            let leg = &self.point.anchor;
             let (slip, others) =
-                self.system.after_bounces(&self.motion, clock, &state, bounces, stopped);
+                self.system.after_bounces(&self.motion, leg, met, bounces, stopped);
             let limit = Limit { time, slip, others, ratio, error: time * time };
             let mut completion = self.completion(&limit, second, contact);
             if completion.error > self.chatter_tolerance.max(DEFAULT_TOLERANCE) {
@@ -152,9 +154,8 @@ impl<M: Model> Simulation<M> {
                 return Some(Ok(self.stop(clock, place.1, here.state.clone(), reason)));
             }
         };
-        let flies = matches!(leg.phase, Phase::Flight(_));
-        let event = (!flies || held)
-            .then(|| self.system.contact_event(&self.motion, place, &self.point.anchor, &leg));
+        let before = &self.point.anchor;
+        let event = self.system.contact_event(&self.motion, place, before, &leg, held);
         self.begin_leg(leg);
         self.point.events += u64::from(event.is_some());
         event.map(Ok)

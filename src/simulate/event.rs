@@ -169,6 +169,13 @@ pub enum StopReason {
     /// A number left the range of floats, or no contact could be decided: of what was done up to
     /// there.
     Failed,
+    /// Stops that see each other are struck at one instant, or one while another is closed, and
+    /// `simultaneous` gives no rule for it.
+    Simultaneous,
+    /// Impacts at one instant follow one another beyond counting.
+    SequenceCap,
+    /// Contact lasts with friction at one stop, and at another one that sees it.
+    SeveralFrictional,
     /// The caller wished it, and nothing else.
     Interrupted,
 }
@@ -193,6 +200,9 @@ impl StopReason {
             Self::Jammed => "jammed",
             Self::LawFailed => "law_failed",
             Self::Failed => "failed",
+            Self::Simultaneous => "simultaneous",
+            Self::SequenceCap => "sequence_cap",
+            Self::SeveralFrictional => "several_frictional",
             Self::Interrupted => "interrupted",
         }
     }

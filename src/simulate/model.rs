@@ -244,14 +244,15 @@ pub trait Model: Clone + PartialEq + Debug + Send + Sync {
     ) -> Self::State;
     /// What follows a landing.
     fn follows(&self, motion: &Self::Motion, here: &AnchorOf<Self>) -> Follows<Self>;
-    /// A change of contact as an event.
+    /// A change of contact as an event; `held`: from contact, so that its end is one.
     fn contact_event(
         &self,
         motion: &Self::Motion,
         place: (Clock, f64, f64),
         before: &AnchorOf<Self>,
         after: &AnchorOf<Self>,
-    ) -> Self::Event;
+        held: bool,
+    ) -> Option<Self::Event>;
     /// A part of a leg while contact lasts.
     fn hold<O: Observer<Self::State>>(
         simulation: &mut Simulation<Self>,
@@ -290,13 +291,14 @@ pub trait Model: Clone + PartialEq + Debug + Send + Sync {
         contact: u32,
         skipped: Skipped,
     ) -> Self::Event;
-    /// Slip and others after bounces too low to tell, met in this state: to leading order from u,
-    /// the ratio by which it shrinks, and the time they last; `stopped`: without slip.
+    /// Slip and others after bounces of a leg too low to tell, met at this clock, in this state and at
+    /// this contact: to leading order from u, the ratio by which it shrinks, and the time they last;
+    /// `stopped`: without slip.
     fn after_bounces(
         &self,
         motion: &Self::Motion,
-        clock: Clock,
-        state: &Self::State,
+        leg: &AnchorOf<Self>,
+        met: (Clock, &Self::State, u32),
         bounces: (f64, f64, f64),
         stopped: bool,
     ) -> (f64, Self::Others);

@@ -304,8 +304,8 @@ impl Model for System {
     fn after_bounces(
         &self,
         motion: &FreeMotion,
-        clock: Clock,
-        state: &State,
+        _: &Anchor,
+        (clock, state, _): (Clock, &State, u32),
         (u, ratio, time): (f64, f64, f64),
         stopped: bool,
     ) -> (f64, [f64; 2]) {
@@ -332,19 +332,23 @@ impl Model for System {
         (clock, time, phase): (Clock, f64, f64),
         _: &Anchor,
         leg: &Anchor,
-    ) -> Event {
+        held: bool,
+    ) -> Option<Event> {
         let state = leg.state;
         let mode = if let Phase::Contact(mode) = leg.phase { Some(mode) } else { None };
+        if mode.is_none() && !held {
+            return None;
+        }
         let force = mode.map_or(ContactForce::default(), |mode| {
             self.contact_force(motion.drive.trig_at(clock), &state, mode)
         });
         let event = ContactEvent { clock, time, phase, state, mode, force };
-        match mode {
+        Some(match mode {
             Some(ContactMode::SlidePositive) => Event::SlidePositive(event),
             Some(ContactMode::SlideNegative) => Event::SlideNegative(event),
             Some(ContactMode::Stick) => Event::Stick(event),
             None => Event::Release(event),
-        }
+        })
     }
 
     fn hold<O: Observer>(simulation: &mut Simulation, mode: ContactMode, observer: &mut O) -> Turn {

@@ -9,6 +9,7 @@ mod legs;
 mod oblique;
 mod options;
 mod recorded;
+mod structure;
 
 pub use audit::EnergyAudit;
 pub use bounces::{Bounces, BouncesEnd};
@@ -16,6 +17,7 @@ pub(crate) use collection::Collection;
 pub(crate) use collector::Collector;
 pub use options::RunOptions;
 pub use recorded::Recorded;
+pub use structure::{StopContactRecord, StopGrazeRecord, StopImpactRecord};
 
 use serde::{Deserialize, Serialize};
 

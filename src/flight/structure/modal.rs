@@ -15,6 +15,7 @@ use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary;
 use crate::numerics::lanes::LANES;
 use crate::search::first_contact::{Found, Start, first_contact};
+use crate::search::gap::{Gap, GapPoint};
 use crate::search::steps::{LEVELS, Weights, sextic_remainder};
 use crate::search::tolerances::{SCAN_SPANS, SCAN_STEPS};
 
@@ -147,8 +148,7 @@ impl ModalMotion {
 
     /// First contact of a flight within one span, among all stops.
     pub fn next_contact(&self, flight: &ModalFlight, starts: &[(usize, Start)]) -> StopContact {
-        let mut found = StopContact::Clear(self.span);
-        let mut left = self.span;
+        let (mut found, mut clear, mut left) = (None, f64::INFINITY, self.span);
         for stop in 0..self.stops.len() {
             let start = starts.iter().find(|(of, _)| *of == stop);
             let start = start.map_or(Start::Apart, |&(_, start)| start);
@@ -156,18 +156,36 @@ impl ModalMotion {
             match first_contact(&gap, start, left).found {
                 Found::Contact(touch) if touch.local_time() <= left => {
                     left = touch.local_time();
-                    found = StopContact::Met { stop, time: touch.time, offset: touch.offset };
+                    let (time, offset) = (touch.time, touch.offset);
+                    found = Some(StopContact::Met { stop, time, offset });
                 }
                 Found::Graze(touch) if touch.local_time() <= left => {
                     left = touch.local_time();
-                    found = StopContact::Grazed { stop, time: touch.local_time() };
+                    found = Some(StopContact::Grazed { stop, time: left });
                 }
-                Found::Contact(_) | Found::Graze(_) | Found::Clear(_) => {}
-                Found::Resting(_) => return StopContact::Resting { stop },
+                Found::Resting(touch) if touch.local_time() <= left => {
+                    left = touch.local_time();
+                    found = Some(StopContact::Resting { stop, time: left });
+                }
+                Found::Clear(time) => {
+                    // Earlier than asked for only where the search goes on as a new flight.
+                    clear = clear.min(time);
+                    if time < left {
+                        (left, found) = (time, None);
+                    }
+                }
+                Found::Contact(_) | Found::Graze(_) | Found::Resting(_) => clear = clear.min(left),
                 Found::NotFinite | Found::Stalled => return StopContact::Failed { stop },
             }
         }
-        found
+        // Without a stop nothing is met: the caller looks in now and then.
+        found.unwrap_or(StopContact::Clear(if clear.is_finite() { clear } else { self.span }))
+    }
+
+    /// The gap of a stop at the start of a flight, with its derivatives.
+    pub fn gap_at_start(&self, flight: &ModalFlight, stop: usize) -> GapPoint {
+        let gap = StopGap { motion: self, flight, index: stop, stop: &self.stops[stop] };
+        gap.change(0.0).0
     }
 
     /// Motion of mode `i` at a local time within the span.

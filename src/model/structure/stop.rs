@@ -130,7 +130,7 @@ impl Stop {
 }
 
 /// A stop as the modes and an impact see it.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct StopContactRows {
     /// n . phi and t . phi of the modes.
     pub modal_normal: Vec<DoubleDouble>,

@@ -96,6 +96,12 @@ impl Motion {
         }
     }
 
+    /// A velocity that this motion may have: what is small beside it is rounding.
+    pub(super) fn speed(&self, state: &StructureState) -> f64 {
+        let most = |of: &Coordinates| of.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        most(&state.v) + most(&state.q) / self.free.span()
+    }
+
     pub(super) fn structure(&self) -> &Structure {
         self.free.structure()
     }
@@ -119,9 +125,7 @@ impl Motion {
         state: StructureState,
     ) -> StructureLeg {
         let held = match leg.phase {
-            Phase::Contact(mode) => {
-                self.held(mode.holds(self.structure(), &leg.touching.closed()))
-            }
+            Phase::Contact(mode) => self.held(mode.holds(self.structure(), &leg.touching.closed())),
             _ => None,
         };
         let kind = match held {
@@ -177,7 +181,7 @@ impl Motion {
                     match how {
                         StopStart::Touching => starts.push((stop as usize, Start::Touching)),
                         StopStart::Released => starts.push((stop as usize, Start::Released)),
-                        StopStart::Closed => {}
+                        StopStart::Closed | StopStart::Landed => {}
                     }
                 }
             }

@@ -7,19 +7,18 @@
 
 use smallvec::SmallVec;
 
+use super::motion::Motion;
 use super::touching::{StopStart, Touching};
-use super::{Motion, StructureLeg};
-use crate::contact::closed_stops::complementary;
-use crate::impact::{self, ImpactFailure, StopImpact};
+use crate::contact::closed_stops::impulses;
+use crate::impact::{self, ImpactFailure, Regime, StopImpact};
 use crate::model::state::{Clock, ModelState};
 use crate::model::structure::{Simultaneous, Structure, StructureState};
+use crate::numerics::EPS;
+use crate::search::tolerances::REST_NOISE;
 use crate::simulate::event::StopReason;
 use crate::simulate::model::{NotStruck, Struck};
 use crate::simulate::tolerances::{MOST_IN_SEQUENCE, SAME_INSTANT};
-use crate::simulate::{AnchorOf, FlightStart, Phase};
-use crate::numerics::EPS;
-use crate::search::tolerances::REST_NOISE;
-use crate::impact::{Regime, RegimeKind};
+use crate::simulate::{Anchor, AnchorOf, FlightStart, Phase};
 
 /// A stop that touches to rounding, and its rate u.
 #[derive(Debug, Clone, Copy)]
@@ -33,14 +32,14 @@ pub(super) struct Near {
 impl Motion {
     /// The stops that touch to rounding in this state, whatever the leg says.
     pub(super) fn near(&self, clock: Clock, state: &StructureState) -> SmallVec<[Near; 4]> {
-        let speed: f64 = state.v.iter().map(|v| v.abs()).sum();
+        let speed = self.speed(state);
         let stops = self.structure().stops().iter().enumerate();
         stops
             .filter_map(|(index, stop)| {
                 let (gap, rate) = self.free.gap(index, clock, &state.q, &state.v);
-                let size = stop.gap_size(&state.q) + speed * self.free.span();
+                let size = stop.gap_size(&state.q) + stop.rate_size(speed, 0.0) * self.free.span();
                 let near = gap.abs() <= SAME_INSTANT * EPS * size;
-                let rest = REST_NOISE * EPS * stop.rate_size(&state.v, self.structure());
+                let rest = REST_NOISE * EPS * stop.rate_size(speed, self.drive.omega);
                 near.then(|| Near { stop: index as u32, rate, moves: rate.abs() > rest })
             })
             .collect()
@@ -60,9 +59,10 @@ impl Motion {
         let closed = before.closed();
         // Those that approach, too, and those that are pressed by this impact.
         let seen = |other: u32| structure.sees(stop as usize, other as usize);
-        let together = near.iter().any(|at| at.stop != stop && at.moves && at.rate > 0.0 && seen(at.stop));
+        let together =
+            near.iter().any(|at| at.stop != stop && at.moves && at.rate > 0.0 && seen(at.stop));
         let pressed = closed.iter().any(|&at| structure.presses(stop as usize, at as usize));
-        let mut touching = Touching { in_sequence: before.in_sequence + 1, ..before.clone() };
+        let mut touching = Touching { in_sequence: before.in_sequence + 1, ..before.landed() };
         let mut post = pre.clone();
         let first = if together || pressed {
             match structure.simultaneous() {
@@ -112,7 +112,9 @@ impl Motion {
         post: StructureState,
         impact: StopImpact,
     ) -> Result<Struck<Structure>, NotStruck<Structure>> {
-        if !(post.is_finite() && impact.impulse_normal.is_finite() && impact.energy_loss.is_finite())
+        if !(post.is_finite()
+            && impact.impulse_normal.is_finite()
+            && impact.energy_loss.is_finite())
         {
             return Err(NotStruck::NotFinite);
         }
@@ -138,9 +140,8 @@ impl Motion {
         if !strikes {
             touching.in_sequence = 0;
         }
-        let leg: AnchorOf<Structure> =
-            AnchorOf::<Structure> { clock, state: post.clone(), phase, touching };
-        let flight = StructureLeg::new(self, &leg, clock, post);
+        let leg: AnchorOf<Structure> = Anchor { clock, state: post.clone(), phase, touching };
+        let flight = self.leg(&leg, clock, post);
         Ok(Struck { pre, impact, flight, phase, touching: leg.touching })
     }
 
@@ -189,18 +190,20 @@ impl Motion {
             .collect();
         at.push((stop, approach));
         at.sort_by_key(|&(stop, _)| stop);
-        let mobility: Vec<Vec<f64>> = at
+        let stops: Vec<usize> = at.iter().map(|&(stop, _)| stop as usize).collect();
+        let speed = at.iter().fold(0.0f64, |most, (_, u)| most.max(u.abs()));
+        let wanted: Vec<(f64, f64)> = at
             .iter()
-            .map(|&(i, _)| at.iter().map(|&(j, _)| structure.mobility(i as usize, j as usize)).collect())
+            .map(|&(i, u)| {
+                let restitution = structure.stops()[i as usize].restitution();
+                (u + restitution * u.max(0.0), REST_NOISE * EPS * speed)
+            })
             .collect();
-        let wanted: Vec<f64> = at
-            .iter()
-            .map(|&(i, u)| u + structure.stops()[i as usize].restitution() * u.max(0.0))
-            .collect();
-        let impulses = complementary(&mobility, &wanted);
-        let told = at.iter().zip(&impulses).zip(&mobility).filter(|((_, p), _)| **p > 0.0);
-        told.map(|((&(i, u), &impulse), row)| {
-            let after = u - row.iter().zip(&impulses).map(|(w, p)| w * p).sum::<f64>();
+        let Some(impulses) = impulses(structure, &stops, &wanted) else { return Vec::new() };
+        let told = at.iter().zip(&impulses).filter(|(_, p)| **p > 0.0);
+        told.map(|(&(i, u), &impulse)| {
+            let pushed = stops.iter().zip(&impulses);
+            let after = pushed.fold(u, |u, (&j, p)| u - structure.mobility(i as usize, j) * p);
             let loss = 0.5 * impulse * (u + after);
             StopImpact {
                 stop: i as usize,

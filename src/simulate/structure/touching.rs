@@ -14,8 +14,10 @@ pub enum StopStart {
     Touching,
     /// g = g' = g'' = 0.
     Released,
-    /// g = g' = 0: contact lasts, or what follows is still to be decided.
+    /// g = g' = 0: contact lasts,
     Closed,
+    /// or what follows is still to be decided.
+    Landed,
 }
 
 /// The stops on which a leg begins; from all others it is apart.
@@ -45,7 +47,22 @@ impl Touching {
 
     /// The closed stops.
     pub fn closed(&self) -> ClosedStops {
-        let closed = self.at.iter().filter(|(_, start)| *start == StopStart::Closed);
-        closed.map(|&(stop, _)| stop).collect()
+        self.those(|start| start == StopStart::Closed)
+    }
+
+    /// The closed stops, and those that may be closed from now on.
+    pub fn candidates(&self) -> ClosedStops {
+        self.those(|start| matches!(start, StopStart::Closed | StopStart::Landed))
+    }
+
+    fn those(&self, which: impl Fn(StopStart) -> bool) -> ClosedStops {
+        self.at.iter().filter(|(_, start)| which(*start)).map(|&(stop, _)| stop).collect()
+    }
+
+    /// The candidates alone.
+    pub fn landed(&self) -> Self {
+        let held = |start| matches!(start, StopStart::Closed | StopStart::Landed);
+        let at = self.at.iter().copied().filter(|&(_, start)| held(start)).collect();
+        Self { at, ..Self::default() }
     }
 }
