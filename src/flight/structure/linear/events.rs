@@ -55,7 +55,17 @@ impl LinearMotion {
                     Begins::Apart => Start::Apart,
                     Begins::Touching => Start::Touching,
                     Begins::Flat => Start::Released,
-                    Begins::Zero => continue,
+                    Begins::Zero => {
+                        let (time, sign) = gap.quiet_until();
+                        clear = clear.min(time);
+                        if sign > 0.0 && time <= left {
+                            (left, first) = (time, Some(ends.at(time, 0.0)));
+                        } else if time < left {
+                            // A leg from there knows which way it goes.
+                            (left, first) = (time, None);
+                        }
+                        continue;
+                    }
                     Begins::Ended => return ends.at(0.0, 0.0),
                 },
             };
@@ -140,7 +150,7 @@ enum Begins {
     Touching,
     /// or by a higher one.
     Flat,
-    /// It is 0 for good.
+    /// It is 0 to many orders.
     Zero,
     /// Above 0, or on its way up.
     Ended,
