@@ -22,6 +22,11 @@ pub const CHATTER_SAFETY: f64 = 10.0;
 /// Rounding of the free gap acceleration in contact, in units of `EPS` times its terms.
 pub const FORCE_NOISE: f64 = 16.0;
 
+/// As [`FORCE_NOISE`], of the closed stops of a structure and of all orders, in norms of its modal
+/// accelerations. More than `flight::tolerances::LEADING_NOISE`: what a landing has decided, the leg
+/// that follows does not decide again.
+pub const CLOSED_NOISE: f64 = 64.0;
+
 /// Longest step of the contact phase, as an angle of the fastest of both bodies and the drive:
 /// what a series of order `hold::slide::ORDER` still sums to rounding.
 pub const CONTACT_ANGLE: f64 = 1.5;

@@ -12,6 +12,8 @@ use crate::model::structure::Structure;
 use crate::numerics::double_double::DoubleDouble;
 use crate::search::first_contact::Start;
 use crate::search::gap::GapPoint;
+#[cfg(test)]
+pub(crate) use linear::draws;
 #[allow(unused_imports)] // sustained contact comes with the event loop
 pub(crate) use linear::{Closed, LegEvent, LinearFlight, LinearMotion, StopForce};
 use modal::{ModalFlight, ModalMotion};

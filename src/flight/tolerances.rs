@@ -56,3 +56,6 @@ pub const LEADING_NOISE: f64 = crate::search::tolerances::REST_NOISE * crate::nu
 
 /// Times that a force may fall to 0 and rise again in one span.
 pub const MOST_GRAZES: usize = 100;
+
+/// Times of one span at which a force that is 0 to many orders is looked at.
+pub const QUIET_PROBES: usize = 64;

@@ -194,7 +194,8 @@ fn unit(vector: &[DoubleDouble]) -> Vec<DoubleDouble> {
     vector.iter().map(|v| v.divide(length)).collect()
 }
 
-fn length(vector: &[DoubleDouble]) -> f64 {
+/// Euclidean norm.
+pub(crate) fn length(vector: &[DoubleDouble]) -> f64 {
     vector.iter().map(|v| v.hi * v.hi).sum::<f64>().sqrt()
 }
 

@@ -4,10 +4,14 @@
 //! exponential over long times. No eigenvectors: resonance, rigid bodies, critical damping and
 //! defective matrices are no special cases.
 
+#[cfg(test)]
+pub(crate) mod draws;
 mod equation;
 mod events;
 mod gap;
 mod leg;
+#[cfg(test)]
+mod tests;
 
 use std::sync::OnceLock;
 

@@ -4,6 +4,7 @@ use super::gap::{Ends, LinearGap};
 use super::{Closed, LinearFlight, LinearMotion};
 use crate::flight::tolerances::{LEADING_NOISE, MOST_GRAZES};
 use crate::search::first_contact::{Found, Start, first_contact};
+use crate::search::gap::{Gap, GapPoint};
 
 /// What ends a leg first, at the local time `time + offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,7 +56,17 @@ impl LinearMotion {
                     Begins::Apart => Start::Apart,
                     Begins::Touching => Start::Touching,
                     Begins::Flat => Start::Released,
-                    Begins::Zero => continue,
+                    Begins::Zero => {
+                        let (time, sign) = gap.quiet_until();
+                        clear = clear.min(time);
+                        if sign > 0.0 && time <= left {
+                            (left, first) = (time, Some(ends.at(time, 0.0)));
+                        } else if time < left {
+                            // A leg from there knows which way it goes.
+                            (left, first) = (time, None);
+                        }
+                        continue;
+                    }
                     Begins::Ended => return ends.at(0.0, 0.0),
                 },
             };
@@ -115,6 +126,14 @@ impl LinearMotion {
         first.unwrap_or(LegEvent::Clear(if clear.is_finite() { clear } else { span }))
     }
 
+    /// The gap of an open stop at the start of a leg, with its derivatives; zeros where it is closed.
+    pub fn gap_at_start(&self, flight: &LinearFlight, stop: usize) -> GapPoint {
+        let condition = self.conditions.iter().find(|c| c.ends == Ends::Open(stop));
+        condition.map_or(GapPoint::default(), |condition| {
+            LinearGap::new(self, flight, condition).change(0.0).0
+        })
+    }
+
     fn stop_of(&self, ends: Ends) -> usize {
         match (ends, &self.closed) {
             (Ends::Open(stop) | Ends::Held(stop), _) => stop,
@@ -140,7 +159,7 @@ enum Begins {
     Touching,
     /// or by a higher one.
     Flat,
-    /// It is 0 for good.
+    /// It is 0 to many orders.
     Zero,
     /// Above 0, or on its way up.
     Ended,

@@ -9,14 +9,14 @@ use super::leg::SEGMENTS;
 use super::{Closed, LinearFlight, LinearMotion};
 use crate::flight::drive::Drive;
 use crate::flight::structure::StopMotion;
-use crate::flight::tolerances::LEG_ORDER;
+use crate::flight::tolerances::{LEG_ORDER, QUIET_PROBES};
 use crate::model::structure::Structure;
-use crate::numerics::dense::DEPENDENT;
+use crate::numerics::dense::{DEPENDENT, length};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::lanes::LANES;
 use crate::search::gap::{Gap, GapBounds, GapPoint, Higher};
 use crate::search::steps::{Jet, Jets, ScanStart, SteppedGap, Weights, sextic_remainder};
-use crate::search::tolerances::{BOUND_MARGIN, SCAN_STEPS};
+use crate::search::tolerances::{BOUND_MARGIN, GRAZE_NOISE, SCAN_STEPS};
 
 /// What a condition ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,8 +115,7 @@ impl Row {
 
     /// A normal that is a combination of those of closed stops leaves nothing but rounding.
     fn round_off(&mut self, normal: &[DoubleDouble], stop: &StopMotion) {
-        let size = |of: &[DoubleDouble]| of.iter().map(|x| x.hi * x.hi).sum::<f64>().sqrt();
-        if size(&self.place) <= DEPENDENT * size(normal) {
+        if length(&self.place) <= DEPENDENT * length(normal) {
             self.place.fill(DoubleDouble::ZERO);
         }
         let turning = self.loads[2].hi.hypot(self.loads[3].hi);
@@ -128,20 +127,17 @@ impl Row {
 
 impl Equation {
     fn norms(&self, row: &Row) -> [f64; 4] {
-        let size = |of: &mut dyn Iterator<Item = f64>| of.map(|x| x * x).sum::<f64>().sqrt();
-        let place = size(&mut row.place.iter().map(|x| x.hi));
-        let over = size(&mut row.place.iter().zip(&self.scales).map(|(x, scale)| x.hi / scale));
-        let rate = size(&mut row.rate.iter().map(|x| x.hi));
-        let turning = if self.turn > 0.0 { row.loads[2].hi.hypot(row.loads[3].hi) } else { 0.0 };
-        [place, over, rate, turning]
+        let scaled = row.place.iter().zip(&self.scales).map(|(x, scale)| (x.hi / scale).powi(2));
+        let turning = if self.turn > 0.0 { length(&row.loads[2..]) } else { 0.0 };
+        [length(&row.place), scaled.sum::<f64>().sqrt(), length(&row.rate), turning]
     }
 }
 
 /// A condition along a leg.
 pub(super) struct LinearGap<'a> {
-    motion: &'a LinearMotion,
+    pub(super) motion: &'a LinearMotion,
     flight: &'a LinearFlight,
-    condition: &'a Condition,
+    pub(super) condition: &'a Condition,
     series: [OnceCell<[f64; LEG_ORDER + 1]>; SEGMENTS],
 }
 
@@ -155,7 +151,7 @@ impl<'a> LinearGap<'a> {
         Self { motion, flight, condition, series }
     }
 
-    fn series(&self, segment: usize) -> &[f64; LEG_ORDER + 1] {
+    pub(super) fn series(&self, segment: usize) -> &[f64; LEG_ORDER + 1] {
         self.series[segment].get_or_init(|| {
             let free = self.motion.equation.free;
             self.flight.segment(self.motion, segment).of(free, &self.condition.row)
@@ -163,7 +159,7 @@ impl<'a> LinearGap<'a> {
     }
 
     /// Bounds of the derivatives 1 to 6 up to a local time.
-    fn derivative_bounds(&self, until: f64) -> [f64; 6] {
+    pub(super) fn derivative_bounds(&self, until: f64) -> [f64; 6] {
         let equation = &self.motion.equation;
         let [place, over, rate, turning] = self.condition.norms;
         let z = self.flight.bounds(equation, until / equation.span);
@@ -181,8 +177,25 @@ impl<'a> LinearGap<'a> {
         GapBounds { slope_noise: 0.0, rate, fourth, fifth, sixth }
     }
 
+    /// The first of a few times at which a condition that starts at 0, to many orders, is not 0 to
+    /// rounding, and its sign there; or the end of the span.
+    pub fn quiet_until(&self) -> (f64, f64) {
+        let span = self.motion.equation.span;
+        let bounds = self.bounds();
+        let value = |s: f64| {
+            let (point, _) = self.change(s);
+            let loud = point.value.abs() > 2.0 * GRAZE_NOISE * bounds.noise(s);
+            if loud { point.value.signum() } else { 0.0 }
+        };
+        (1..=QUIET_PROBES)
+            .map(|i| span * i as f64 / QUIET_PROBES as f64)
+            .map(|s| (s, value(s)))
+            .find(|(_, sign)| *sign != 0.0)
+            .unwrap_or((span, 0.0))
+    }
+
     /// The first derivative of the condition at the start that is not rounding, from the value on: its
-    /// order, and its sign. None: it is zero for good.
+    /// order, and its sign. None: it is zero to many orders.
     pub fn leading(&self, noise: f64) -> Option<(usize, f64)> {
         let series = self.series(0);
         let (_, size) = self.flight.value(&self.condition.row);
@@ -203,7 +216,7 @@ impl<'a> LinearGap<'a> {
 }
 
 /// Value and derivatives of a polynomial, over their factorials: the first of `N`.
-fn taylor<const N: usize>(c: &[f64; LEG_ORDER + 1], s: f64) -> [f64; N] {
+pub(super) fn taylor<const N: usize>(c: &[f64; LEG_ORDER + 1], s: f64) -> [f64; N] {
     let mut d = [0.0; N];
     for c in c.iter().rev() {
         for i in (1..N).rev() {
