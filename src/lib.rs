@@ -76,8 +76,8 @@ pub use flight::{
     next_contact,
 };
 pub use model::{
-    Clock, Contact, ImpactLaw, Parameter, ParameterError, SimulationError, State, StateError, Stop,
-    Structure, StructureBuilder, System, SystemBuilder,
+    Clock, Contact, ImpactLaw, Parameter, ParameterError, SimulationError, Simultaneous, State,
+    StateError, Stop, Structure, StructureBuilder, System, SystemBuilder,
 };
 pub use numerics::cancel::CancelToken;
 pub use search::{GapPoint, Start};

@@ -13,4 +13,4 @@ pub(crate) mod tolerances;
 pub use error::{ParameterError, SimulationError, StateError};
 pub use parameters::{Contact, ImpactLaw, Parameter, System, SystemBuilder};
 pub use state::{Clock, State};
-pub use structure::{Stop, Structure, StructureBuilder};
+pub use structure::{Simultaneous, Stop, Structure, StructureBuilder};

@@ -8,6 +8,7 @@
 //! with M positive definite, K and C positive semidefinite, and C diagonal in the modes.
 
 mod modes;
+mod simultaneous;
 mod stop;
 
 use nalgebra::Complex;
@@ -16,11 +17,17 @@ use crate::model::error::ParameterError;
 use crate::model::parameters::ImpactLaw;
 use crate::numerics::double_double::DoubleDouble;
 use modes::{Modes, NoModes, RIGID, modes};
+pub use simultaneous::Simultaneous;
 pub use stop::Stop;
 pub(crate) use stop::StopContactRows;
 
+/// Coordinates at most: the modes of so many take seconds, a time that grows with its cube.
+const MOST_COORDINATES: usize = 256;
 /// What the modes couple by a damping matrix at most, as a part of its largest entry there.
 const COUPLED: f64 = 1e-12;
+/// Sizes of masses and of the largest stiffness: squares of w^2, which its modes need, stay in the
+/// range of floats.
+const SIZES: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
 /// A matrix may differ by this part of its largest entry from a symmetric one.
 const SYMMETRIC: f64 = 1e-14;
 
@@ -50,6 +57,7 @@ pub struct Structure {
     drive_frequency: f64,
     phase: f64,
     law: ImpactLaw,
+    simultaneous: Simultaneous,
     modes: Vec<Mode>,
     contacts: Vec<StopContactRows>,
 }
@@ -79,6 +87,7 @@ pub struct StructureBuilder {
     drive_frequency: f64,
     phase: f64,
     law: ImpactLaw,
+    simultaneous: Simultaneous,
     stops: Vec<Stop>,
 }
 
@@ -126,6 +135,12 @@ impl StructureBuilder {
         Self { law, ..self }
     }
 
+    /// What happens when stops that act on each other meet at one instant.
+    #[must_use]
+    pub fn simultaneous(self, simultaneous: Simultaneous) -> Self {
+        Self { simultaneous, ..self }
+    }
+
     /// One more stop.
     #[must_use]
     pub fn stop(mut self, stop: Stop) -> Self {
@@ -139,8 +154,24 @@ impl StructureBuilder {
     /// [`ParameterError`] names the entry, its value and what is allowed.
     pub fn build(self) -> Result<Structure, ParameterError> {
         let count = self.mass.len();
+        if count > MOST_COORDINATES {
+            let allowed = format!("at most {MOST_COORDINATES} rows");
+            return Err(ParameterError::new("mass", format!("{count} rows"), allowed));
+        }
         checked_matrix("mass", &self.mass, count)?;
         checked_matrix("stiffness", &self.stiffness, count)?;
+        for (i, row) in self.mass.iter().enumerate() {
+            if row[i] > 0.0 && !SIZES.contains(&row[i]) {
+                let allowed = "a number in [1e-50, 1e50]";
+                return Err(ParameterError::number(format!("mass[{i}, {i}]"), row[i], allowed));
+            }
+        }
+        let largest = largest(&self.stiffness);
+        if largest > 0.0 && !SIZES.contains(&largest) {
+            let given = format!("a largest entry {largest:?}");
+            let allowed = "a largest entry in [1e-50, 1e50], or zeros";
+            return Err(ParameterError::new("stiffness", given, allowed));
+        }
         let found = modes(&self.mass, &self.stiffness).map_err(|why| match why {
             NoModes::MassNotDefinite(order) => ParameterError::new(
                 "mass",
@@ -156,10 +187,10 @@ impl StructureBuilder {
         let range = (0.0..=1e50).contains(&self.drive_frequency);
         if !range {
             let allowed = "a number in [0, 1e50]";
-            return Err(ParameterError::new("drive_frequency", self.drive_frequency, allowed));
+            return Err(ParameterError::number("drive_frequency", self.drive_frequency, allowed));
         }
         if !self.phase.is_finite() {
-            return Err(ParameterError::new("phase", self.phase, "a finite number"));
+            return Err(ParameterError::number("phase", self.phase, "a finite number"));
         }
         let load = self.static_load.unwrap_or_else(|| vec![0.0; count]);
         checked_vector("static_load", &load, count)?;
@@ -174,6 +205,12 @@ impl StructureBuilder {
             let allowed =
                 "poisson, newton or energetic: the paper's formulas are its own machine's";
             return Err(ParameterError::new("law", self.law.name(), allowed));
+        }
+        if self.simultaneous == Simultaneous::Together
+            && self.stops.iter().any(|stop| stop.friction() > 0.0)
+        {
+            let allowed = "stop or sequence where a stop has friction > 0";
+            return Err(ParameterError::new("simultaneous", self.simultaneous.name(), allowed));
         }
         let contacts: Vec<_> =
             self.stops.iter().map(|stop| StopContactRows::new(stop, &found)).collect();
@@ -207,6 +244,7 @@ impl StructureBuilder {
             drive_frequency: self.drive_frequency,
             phase: self.phase,
             law: self.law,
+            simultaneous: self.simultaneous,
             modes,
             contacts,
         })
@@ -226,6 +264,7 @@ impl Structure {
             drive_frequency: 0.0,
             phase: 0.0,
             law: ImpactLaw::default(),
+            simultaneous: Simultaneous::default(),
             stops: Vec::new(),
         }
     }
@@ -273,6 +312,12 @@ impl Structure {
         self.law
     }
 
+    /// What happens when stops that act on each other meet at one instant.
+    #[must_use]
+    pub fn simultaneous(&self) -> Simultaneous {
+        self.simultaneous
+    }
+
     pub(crate) fn contact(&self, stop: usize) -> &StopContactRows {
         &self.contacts[stop]
     }
@@ -293,21 +338,26 @@ fn decay_rates(damping: &Damping, found: &Modes, count: usize) -> Result<Vec<f64
             for (i, (&ratio, w)) in ratios.iter().zip(&found.frequencies).enumerate() {
                 let name = || format!("damping_ratios[{i}]");
                 if ratio < 0.0 {
-                    return Err(ParameterError::new(name(), ratio, "a finite number >= 0"));
+                    return Err(ParameterError::number(name(), ratio, "a finite number >= 0"));
                 }
                 if ratio > 0.0 && w.hi == 0.0 {
                     let allowed = "0 for a mode of frequency 0 (damping= takes a matrix)";
-                    return Err(ParameterError::new(name(), ratio, allowed));
+                    return Err(ParameterError::number(name(), ratio, allowed));
                 }
                 // Equal frequencies have no modes of their own, which unequal ratios would need.
                 if i > 0 && ratio != ratios[i - 1] {
                     let before = found.frequencies[i - 1];
                     if (*w * *w - before * before).hi <= RIGID * highest * highest {
                         let allowed = "the ratio of the mode before, whose frequency is the same";
-                        return Err(ParameterError::new(name(), ratio, allowed));
+                        return Err(ParameterError::number(name(), ratio, allowed));
                     }
                 }
-                rates.push(w.scale(ratio).value());
+                let rate = w.scale(ratio).value();
+                if !rate.is_finite() {
+                    let allowed = "a number whose product with the frequency is finite";
+                    return Err(ParameterError::number(name(), ratio, allowed));
+                }
+                rates.push(rate);
             }
             Ok(rates)
         }
@@ -356,7 +406,7 @@ fn checked_vector(name: &str, vector: &[f64], count: usize) -> Result<(), Parame
     }
     for (i, &value) in vector.iter().enumerate() {
         if !value.is_finite() {
-            return Err(ParameterError::new(format!("{name}[{i}]"), value, "a finite number"));
+            return Err(ParameterError::number(format!("{name}[{i}]"), value, "a finite number"));
         }
     }
     Ok(())
@@ -379,19 +429,23 @@ fn checked_matrix(name: &str, matrix: &[Vec<f64>], count: usize) -> Result<(), P
         for (j, &entry) in row.iter().enumerate() {
             if !entry.is_finite() {
                 let place = format!("{name}[{i}, {j}]");
-                return Err(ParameterError::new(place, entry, "a finite number"));
+                return Err(ParameterError::number(place, entry, "a finite number"));
             }
         }
     }
-    let largest = matrix.iter().flatten().fold(0.0, |most: f64, entry| most.max(entry.abs()));
+    let largest = largest(matrix);
     for (i, row) in matrix.iter().enumerate() {
         for (j, &entry) in row.iter().enumerate().take(i) {
             let mirror = matrix[j][i];
             if (entry - mirror).abs() > SYMMETRIC * largest {
-                let allowed = format!("{name}[{j}, {i}] = {mirror}: the matrix is symmetric");
-                return Err(ParameterError::new(format!("{name}[{i}, {j}]"), entry, allowed));
+                let allowed = format!("{name}[{j}, {i}] = {mirror:?}: the matrix is symmetric");
+                return Err(ParameterError::number(format!("{name}[{i}, {j}]"), entry, allowed));
             }
         }
     }
     Ok(())
+}
+
+fn largest(matrix: &[Vec<f64>]) -> f64 {
+    matrix.iter().flatten().fold(0.0, |most: f64, entry| most.max(entry.abs()))
 }

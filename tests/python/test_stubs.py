@@ -178,4 +178,6 @@ def test_what_can_be_varied_is_listed_for_completion():
     assert set(keyword_types.Parameters.__annotations__) == listed
     assert set(keyword_types.Ranges.__annotations__) == listed
     assert get_args(keyword_types.Law) == _core.LAWS
+    assert get_args(keyword_types.CoulombLaw) == _core.COULOMB_LAWS
+    assert get_args(keyword_types.Simultaneous) == _core.SIMULTANEOUS
     assert get_args(keyword_types.Contact) == _core.CONTACTS
