@@ -70,10 +70,73 @@ struct Impact {
 }
 
 /// Impacts, and the states after each period.
-fn simulated(scene: &Value) -> (Vec<Impact>, Vec<[Vec<f64>; 2]>) {
-    let structure = structure(scene);
-    let motion = StructureMotion::new(&structure);
-    let [mut q, mut v] = [0, 1].map(|i| vector(&scene["initial"][i]));
+type Motion = (Vec<Impact>, Vec<[Vec<f64>; 2]>);
+
+fn simulated(scene: &Value) -> Motion {
+    let initial = [0, 1].map(|i| vector(&scene["initial"][i]));
+    motion_of(&structure(scene), scene, initial)
+}
+
+/// The same in modal coordinates p, q = Phi p: M is 1 there, and rows and loads are those on Phi.
+fn simulated_in_modes(scene: &Value) -> Motion {
+    let physical = structure(scene);
+    let (frequencies, shapes) = (physical.frequencies(), physical.shapes());
+    let on = |row: &[f64]| -> Vec<f64> {
+        shapes.iter().map(|shape| shape.iter().zip(row).map(|(a, b)| a * b).sum()).collect()
+    };
+    let diagonal = |entries: Vec<f64>| -> Vec<Vec<f64>> {
+        (0..entries.len())
+            .map(|i| (0..entries.len()).map(|j| if i == j { entries[i] } else { 0.0 }).collect())
+            .collect()
+    };
+    let ones = diagonal(vec![1.0; shapes.len()]);
+    let squares = diagonal(frequencies.iter().map(|w| w * w).collect());
+    let drive: Vec<_> = scene["drive_amplitude"].as_array().unwrap().iter().map(complex).collect();
+    let re = on(&drive.iter().map(|f| f.re).collect::<Vec<_>>());
+    let im = on(&drive.iter().map(|f| f.im).collect::<Vec<_>>());
+    let drive: Vec<_> = re.iter().zip(&im).map(|(&re, &im)| Complex::new(re, im)).collect();
+    let builder = Structure::builder(ones, squares)
+        .damping_ratios(vector(&scene["damping_ratios"]))
+        .static_load(on(&vector(&scene["load"])))
+        .drive(drive, physical.drive_frequency(), physical.phase());
+    let modal = physical
+        .stops()
+        .iter()
+        .map(|stop| {
+            let made = Stop::new(on(stop.normal()), stop.gap(), stop.restitution())
+                .moving(stop.amplitude(), stop.phase());
+            match stop.tangent() {
+                Some(tangent) => made.with_friction(stop.friction(), on(tangent)),
+                None => made,
+            }
+        })
+        .fold(builder, vibroimpact::StructureBuilder::stop)
+        .build()
+        .unwrap();
+    let mass = matrix(&scene["mass"]);
+    let initial = [0, 1].map(|i| {
+        let x = vector(&scene["initial"][i]);
+        let momenta = mass.iter().map(|row| row.iter().zip(&x).map(|(a, b)| a * b).sum());
+        on(&momenta.collect::<Vec<f64>>())
+    });
+    let back = |p: &[f64]| -> Vec<f64> {
+        let parts = |k: usize| shapes.iter().zip(p).map(move |(shape, p)| shape[k] * p);
+        (0..p.len()).map(|k| parts(k).sum()).collect()
+    };
+    let (impacts, sections) = motion_of(&modal, scene, initial);
+    let impacts = impacts.into_iter().map(|impact| Impact {
+        q: back(&impact.q),
+        pre: back(&impact.pre),
+        post: back(&impact.post),
+        ..impact
+    });
+    let sections = sections.into_iter().map(|section| section.map(|part| back(&part)));
+    (impacts.collect(), sections.collect())
+}
+
+fn motion_of(structure: &Structure, scene: &Value, initial: [Vec<f64>; 2]) -> Motion {
+    let motion = StructureMotion::new(structure);
+    let [mut q, mut v] = initial;
     let periods = scene["periods"].as_i64().unwrap();
     let period = std::f64::consts::TAU / structure.drive_frequency();
     let (mut clock, mut starts) = (Clock::START, Vec::new());
@@ -103,7 +166,7 @@ fn simulated(scene: &Value) -> (Vec<Impact>, Vec<[Vec<f64>; 2]>) {
             let (gap, u) = motion.gap(stop, clock, &q, &v);
             q = motion.on_stop(stop, gap, &q);
             let pre = v.clone();
-            let of = strike(&structure, stop, u, &mut v).unwrap();
+            let of = strike(structure, stop, u, &mut v).unwrap();
             impacts.push(Impact { clock, stop, q: q.clone(), pre, post: v.clone(), of });
             starts.push((stop, Start::Touching));
         }
@@ -112,7 +175,7 @@ fn simulated(scene: &Value) -> (Vec<Impact>, Vec<[Vec<f64>; 2]>) {
 
 /// As tests/data/README.md says: 100 eps times the amplification and the size; times and velocities
 /// over min(1, u) too.
-fn compare(name: &str) -> (usize, Vec<String>) {
+fn compare(name: &str, simulated: fn(&Value) -> Motion) -> (usize, Vec<String>) {
     let (mut worst, mut count): (f64, usize) = (0.0, 0);
     let mut regimes = Vec::new();
     for (number_of_scene, scene) in data(name).iter().enumerate() {
@@ -175,16 +238,25 @@ fn compare(name: &str) -> (usize, Vec<String>) {
 
 #[test]
 fn random_structures_meet_their_stops_as_the_reference_says() {
-    let (count, regimes) = compare("structures.json");
+    let (count, regimes) = compare("structures.json", simulated);
     assert!(count > 400);
     assert_eq!(regimes, ["frictionless"]);
 }
 
 #[test]
 fn friction_acts_in_the_stops_of_structures_as_the_reference_says() {
-    let (count, regimes) = compare("structures_friction.json");
+    let (count, regimes) = compare("structures_friction.json", simulated);
     assert!(count > 100);
     assert!(regimes.len() > 3, "{regimes:?}");
+}
+
+/// So do structures whose coordinates are their modes, as `Structure.from_modes` in Python has them.
+#[test]
+fn structures_in_modal_coordinates_move_alike() {
+    for name in ["structures.json", "structures_friction.json"] {
+        let (count, regimes) = compare(name, simulated_in_modes);
+        assert_eq!((count, regimes), compare(name, simulated));
+    }
 }
 
 /// Every bad input is named, with its value and what is allowed.

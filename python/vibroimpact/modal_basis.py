@@ -23,8 +23,8 @@ Array = NDArray[np.float64]
 
 # Frequencies that the compiled core takes; their squares are those of a stiffness matrix.
 _LEAST, _MOST = 1e-24, 1e24
-# Lower parts of the highest frequency are rigid-body modes there: w^2 below 1e-12.
-_RIGID = 1e-6
+# Of modes whose w^2 is a smaller part of the largest it makes rigid-body modes, w = 0.
+_RIGID = 1e-12
 # A start may lie by this part of its size outside the span of the modes: rounding, amplified by
 # shapes that are nearly alike.
 _OUTSIDE = 1e-10
@@ -60,8 +60,8 @@ class ModalBasis:
                 reject(name, frequency, f"0, or a number in [{_LEAST:g}, {_MOST:g}]")
             if frequency < before:
                 reject(name, frequency, f"at least {before!r}: frequencies ascend")
-            if 0.0 < frequency < _RIGID * highest:
-                reject(name, frequency, f"0, or at least {_RIGID:g} of the highest frequency")
+            if frequency and frequency * frequency < _RIGID * (highest * highest):
+                reject(name, frequency, f"0, or at least {_RIGID**0.5:g} of the highest frequency")
             before = frequency
         shapes = matrix("shapes", shapes, columns=count)
         if modal_mass is not None:

@@ -3,7 +3,7 @@
     M q'' + C q' + K q = c + Re(F e^{i psi}) - sum_j (n_j P_j - t_j Q_j),    psi = omega t + phi
     g_j = n_j . q - gap_j - A_j cos(omega t + phi_j) <= 0
 
-Source: the page on structures; symbols on the theory page, section 1.
+Source: the page on structures.
 """
 
 from __future__ import annotations
@@ -21,13 +21,10 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from .arguments import (
     close_to,
-    complex_vector,
     matrix,
     naming,
-    number,
     reject,
     starts,
-    vector,
 )
 from .by_value import ByValue, check_fields, fixed, in_a_call
 from .errors import ParameterError
@@ -36,22 +33,9 @@ from .keyword_types import CoulombLaw, Simultaneous, StructureChanges, completin
 from .modal_basis import ModalBasis, projected
 from .showing import Facts, Shown
 from .stop import OF_STOPS, Stop, checked_stops, from_dicts, is_of_stops, with_changes
+from .structure_fields import checked_fields
 
 Array = NDArray[np.float64]
-
-# What each choice means, for the error about another one.
-CHOICES = {
-    "law": {
-        "poisson": "ratio of impulses",
-        "newton": "ratio of velocities",
-        "energetic": "ratio of works, Stronge's",
-    },
-    "simultaneous": {
-        "stop": "the run ends",
-        "sequence": "one after another",
-        "together": "all at once, without friction",
-    },
-}
 
 
 @interruptible
@@ -195,10 +179,22 @@ class Structure(ByValue, Shown):
             As in Structure, with rows of n entries.
         modal_mass
             phi_i M phi_i of the shapes, (N,), > 0; None for shapes that are orthonormal in M.
-        damping, damping_ratios, static_load, drive_amplitude, drive_frequency, phase
-            As in Structure: the matrix (n, n), the ratios (N,), the loads (n,).
-        law, simultaneous
-            As in Structure.
+        damping
+            C, (n, n), symmetric and positive semidefinite.
+        damping_ratios
+            In place of ``damping``: damping ratios (N,) of the modes, as in Structure.
+        static_load
+            Constant load c, (n,).
+        drive_amplitude
+            F, (n,), real or complex, as in Structure.
+        drive_frequency
+            omega in [0, 1e50].
+        phase
+            Phase of the drive at t = 0 in radians.
+        law
+            Impact law, as in Structure.
+        simultaneous
+            What happens at stops that are met at one instant, as in Structure.
 
         Raises
         ------
@@ -237,25 +233,9 @@ class Structure(ByValue, Shown):
 
     def _set(self, basis: ModalBasis | None, count: int, **given: Any) -> None:
         """Check and set the fields; ``count`` is the number of physical coordinates."""
-        if given["damping"] is not None and given["damping_ratios"] is not None:
-            reject("damping_ratios", given["damping_ratios"], "None beside damping=")
-        if given["damping"] is not None:
-            given["damping"] = fixed(matrix("damping", given["damping"], rows=count, columns=count))
-        if given["damping_ratios"] is not None:
-            modes = count if basis is None else len(basis.frequencies)
-            ratios = vector("damping_ratios", given["damping_ratios"], length=modes)
-            given["damping_ratios"] = fixed(ratios)
-        for name, check in (("static_load", vector), ("drive_amplitude", complex_vector)):
-            load = np.zeros(count) if given[name] is None else given[name]
-            given[name] = fixed(check(name, load, length=count))
-        for name in ("drive_frequency", "phase"):
-            given[name] = number(name, given[name])
-        for name, known in CHOICES.items():
-            choice = given[name]
-            if not isinstance(choice, str) or choice not in known:
-                reject(name, choice, ", ".join(f"{one!r} ({what})" for one, what in known.items()))
-        given["stops"] = checked_stops(given["stops"], count)
-        for name, value in (given | {"_basis": basis}).items():
+        modes = count if basis is None else len(basis.frequencies)
+        checked = checked_fields(given, count=count, modes=modes)
+        for name, value in (checked | {"_basis": basis}).items():
             object.__setattr__(self, name, value)
         self._compiled  # noqa: B018  builds the compiled form, which checks the ranges
 

@@ -16,7 +16,7 @@ from hypothesis import given
 import vibroimpact as vi
 from two_masses import MASS, STIFFNESS, STOPS, beam, structure
 from vibroimpact import _core, keyword_types
-from vibroimpact.structure import CHOICES
+from vibroimpact.structure_fields import CHOICES
 
 NAMES = {"Structure": vi.Structure, "Stop": vi.Stop}
 

@@ -33,6 +33,23 @@ def test_a_structure_and_its_modes_are_the_same_to_the_core():
     assert made._to_core(states[0]).tobytes() == states[0].tobytes()
 
 
+def test_the_core_has_the_frequencies_that_are_given():
+    # Its stiffness has their rounded squares, and the lowest here is at the limit of rigid-body
+    # modes, where what is taken must not become 0.
+    draw = np.random.default_rng(3)
+    refused = 0
+    for highest in draw.uniform(1e-3, 1e3, 300):
+        for low in 1e-6 * (1.0 + 2.0**-52 * np.arange(-3, 4)):
+            given = highest * np.array([low, *np.sort(draw.uniform(0.1, 1.0, 5)), 1.0])
+            try:
+                made = vi.Structure.from_modes(given, np.eye(7), [])
+            except vi.ParameterError:
+                refused += 1
+                continue
+            assert made._compiled.frequencies.tobytes() == given.tobytes()
+    assert 300 <= refused <= 1800
+
+
 def test_shapes_of_any_length_are_scaled_by_the_modal_mass():
     scaled = beam(shapes=2.0 * beam().shapes * [1.0, 3.0], modal_mass=[4.0, 36.0])
     assert scaled == beam()
