@@ -446,7 +446,8 @@ class Structure(ByValue, Shown):
         return {name: value for name, value in (first | rest).items() if value is not None}
 
     def _facts(self) -> Facts:
-        words = {"drive_frequency": self.drive_frequency, "law": self.law}
+        names = ("drive_frequency", "law", "simultaneous")
+        words = {name: getattr(self, name) for name in names}
         stops = {f"stops[{place}]": stop._line() for place, stop in enumerate(self.stops)}
         return {
             "coordinates": self.coordinates,
