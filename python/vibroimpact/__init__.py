@@ -65,6 +65,8 @@ if TYPE_CHECKING:
     from .run_in_si import RunInSI
     from .single_impact import MotionMap, PeriodicMotions, Undecided, periodic_motions
     from .single_impact.motion_map import motion_map
+    from .stop import Stop
+    from .structure import Structure
     from .sweeps import (
         Attractor,
         Basins,
@@ -100,6 +102,8 @@ else:
         "single_impact": """
             MotionMap PeriodicMotions Undecided motion_map periodic_motions
         """,
+        "stop": "Stop",
+        "structure": "Structure",
         "sweeps": """
             Attractor Basins Chart Diagram DiagramSettings LyapunovSpectrum LyapunovSweep Sweep
             basins bifurcation_diagram chart lyapunov_spectrum sweep
@@ -166,6 +170,8 @@ __all__ = [
     "SimulationError",
     "StabilityRegion",
     "StateError",
+    "Stop",
+    "Structure",
     "Sweep",
     "System",
     "Table",

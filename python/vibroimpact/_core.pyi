@@ -23,6 +23,7 @@ __all__ = [
     "OUTCOME_DTYPE",
     "PARAMETERS",
     "RELATIVE_ERROR",
+    "SIMULTANEOUS",
     "STATUS_NAMES",
     "UNREDUCED",
     "Arrivals",
@@ -43,6 +44,8 @@ __all__ = [
     "Regime",
     "Run",
     "Spectrum",
+    "Stop",
+    "Structure",
     "Sweep",
     "System",
     "Systems",
@@ -76,6 +79,7 @@ MOST_TURNED: float
 CONTACTS: tuple[str, ...]
 LAWS: tuple[str, ...]
 COULOMB_LAWS: tuple[str, ...]
+SIMULTANEOUS: tuple[str, ...]
 IMPACT_DTYPE: np.dtype[np.void]
 EVENT_DTYPE: np.dtype[np.void]
 GRAZE_DTYPE: np.dtype[np.void]
@@ -310,6 +314,53 @@ class WhyUndecided(StrEnum):
     NOT_MEASURABLE = "not_measurable"
     GROWTH_UNCLEAR = "growth_unclear"
     INTERRUPTED = "interrupted"
+
+@final
+class Stop:
+    """A stop, with all checked that does not depend on its structure."""
+
+    def __new__(
+        cls,
+        normal: NDArray[np.float64],
+        gap: float,
+        restitution: float,
+        *,
+        friction: float,
+        tangent: NDArray[np.float64] | None,
+        amplitude: float,
+        phase: float,
+    ) -> Self: ...
+
+@final
+class Structure:
+    """A validated structure; raises ParameterError naming the parameter, its value and range."""
+
+    def __new__(
+        cls,
+        mass: NDArray[np.float64],
+        stiffness: NDArray[np.float64],
+        stops: Sequence[Stop],
+        *,
+        damping: NDArray[np.float64] | None,
+        damping_ratios: NDArray[np.float64] | None,
+        static_load: NDArray[np.float64],
+        drive_amplitude: NDArray[np.complex128],
+        drive_frequency: float,
+        phase: float,
+        law: str,
+        simultaneous: str,
+    ) -> Self: ...
+    @property
+    def frequencies(self) -> NDArray[np.float64]:
+        """Natural frequencies, ascending."""
+
+    @property
+    def shapes(self) -> NDArray[np.float64]:
+        """Mode shapes (N, N), that of mode i in column i."""
+
+    @property
+    def drive_period(self) -> float:
+        """2 pi / drive_frequency; infinite for drive_frequency = 0."""
 
 @final
 class Systems:

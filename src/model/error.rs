@@ -26,6 +26,15 @@ impl ParameterError {
     ) -> Self {
         Self { name: name.into(), value: value.to_string(), allowed: allowed.into() }
     }
+
+    /// With a number as Rust and Python write it: 2.0, 1e300.
+    pub(crate) fn number(
+        name: impl Into<Cow<'static, str>>,
+        value: f64,
+        allowed: impl Into<Cow<'static, str>>,
+    ) -> Self {
+        Self::new(name, format!("{value:?}"), allowed)
+    }
 }
 
 /// A start state that cannot be used.

@@ -27,6 +27,11 @@ pub use state::{Coordinates, StructureState};
 pub use stop::Stop;
 pub(crate) use stop::StopContactRows;
 
+/// Coordinates at most: the modes of so many take seconds, a time that grows with its cube.
+const MOST_COORDINATES: usize = 256;
+/// Sizes of masses and of the largest stiffness: squares of w^2, which its modes need, stay in the
+/// range of floats.
+const SIZES: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
 /// A matrix may differ by this part of its largest entry from a symmetric one.
 const SYMMETRIC: f64 = 1e-14;
 
@@ -151,8 +156,24 @@ impl StructureBuilder {
     /// [`ParameterError`] names the entry, its value and what is allowed.
     pub fn build(self) -> Result<Structure, ParameterError> {
         let count = self.mass.len();
+        if count > MOST_COORDINATES {
+            let allowed = format!("at most {MOST_COORDINATES} rows");
+            return Err(ParameterError::new("mass", format!("{count} rows"), allowed));
+        }
         checked_matrix("mass", &self.mass, count)?;
         checked_matrix("stiffness", &self.stiffness, count)?;
+        for (i, row) in self.mass.iter().enumerate() {
+            if row[i] > 0.0 && !SIZES.contains(&row[i]) {
+                let allowed = "a number in [1e-50, 1e50]";
+                return Err(ParameterError::number(format!("mass[{i}, {i}]"), row[i], allowed));
+            }
+        }
+        let largest = largest(&self.stiffness);
+        if largest > 0.0 && !SIZES.contains(&largest) {
+            let given = format!("a largest entry {largest:?}");
+            let allowed = "a largest entry in [1e-50, 1e50], or zeros";
+            return Err(ParameterError::new("stiffness", given, allowed));
+        }
         let found = modes(&self.mass, &self.stiffness).map_err(|why| match why {
             NoModes::MassNotDefinite(order) => ParameterError::new(
                 "mass",
@@ -168,10 +189,10 @@ impl StructureBuilder {
         let range = (0.0..=1e50).contains(&self.drive_frequency);
         if !range {
             let allowed = "a number in [0, 1e50]";
-            return Err(ParameterError::new("drive_frequency", self.drive_frequency, allowed));
+            return Err(ParameterError::number("drive_frequency", self.drive_frequency, allowed));
         }
         if !self.phase.is_finite() {
-            return Err(ParameterError::new("phase", self.phase, "a finite number"));
+            return Err(ParameterError::number("phase", self.phase, "a finite number"));
         }
         let load = self.static_load.unwrap_or_else(|| vec![0.0; count]);
         checked_vector("static_load", &load, count)?;
@@ -186,6 +207,12 @@ impl StructureBuilder {
             let allowed =
                 "poisson, newton or energetic: the paper's formulas are its own machine's";
             return Err(ParameterError::new("law", self.law.name(), allowed));
+        }
+        if self.simultaneous == Simultaneous::Together
+            && self.stops.iter().any(|stop| stop.friction() > 0.0)
+        {
+            let allowed = "stop or sequence where a stop has friction > 0";
+            return Err(ParameterError::new("simultaneous", self.simultaneous.name(), allowed));
         }
         let contacts: Vec<_> =
             self.stops.iter().map(|stop| StopContactRows::new(stop, &found)).collect();
@@ -345,7 +372,7 @@ fn checked_vector(name: &str, vector: &[f64], count: usize) -> Result<(), Parame
     }
     for (i, &value) in vector.iter().enumerate() {
         if !value.is_finite() {
-            return Err(ParameterError::new(format!("{name}[{i}]"), value, "a finite number"));
+            return Err(ParameterError::number(format!("{name}[{i}]"), value, "a finite number"));
         }
     }
     Ok(())
@@ -368,19 +395,23 @@ fn checked_matrix(name: &str, matrix: &[Vec<f64>], count: usize) -> Result<(), P
         for (j, &entry) in row.iter().enumerate() {
             if !entry.is_finite() {
                 let place = format!("{name}[{i}, {j}]");
-                return Err(ParameterError::new(place, entry, "a finite number"));
+                return Err(ParameterError::number(place, entry, "a finite number"));
             }
         }
     }
-    let largest = matrix.iter().flatten().fold(0.0, |most: f64, entry| most.max(entry.abs()));
+    let largest = largest(matrix);
     for (i, row) in matrix.iter().enumerate() {
         for (j, &entry) in row.iter().enumerate().take(i) {
             let mirror = matrix[j][i];
             if (entry - mirror).abs() > SYMMETRIC * largest {
-                let allowed = format!("{name}[{j}, {i}] = {mirror}: the matrix is symmetric");
-                return Err(ParameterError::new(format!("{name}[{i}, {j}]"), entry, allowed));
+                let allowed = format!("{name}[{j}, {i}] = {mirror:?}: the matrix is symmetric");
+                return Err(ParameterError::number(format!("{name}[{i}, {j}]"), entry, allowed));
             }
         }
     }
     Ok(())
+}
+
+fn largest(matrix: &[Vec<f64>]) -> f64 {
+    matrix.iter().flatten().fold(0.0, |most: f64, entry| most.max(entry.abs()))
 }

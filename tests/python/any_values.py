@@ -143,6 +143,11 @@ TAKES: dict[str, set[str]] = {
     "range around 0.5": _PAIRS - {"pair of unsigned", "pair, huge"},
     "range or none": {*_PAIRS, "none"} - {"pair of unsigned", "pair, huge"},
     "pair or none": {"none", *_PAIRS},
+    "pair": _PAIRS,
+    "complex pair or none": {"none", "pair of complex", *_PAIRS},
+    # Beyond the frequencies of modes.
+    "ascending pair": _PAIRS - {"pair, huge", "pair of unsigned", "pair, subnormal"},
+    "stops": {"list of nothing"},
     "rows of two": {"rows of two"},
     "grid value": {*_HALF},
     "value of a branch": set(),

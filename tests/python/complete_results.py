@@ -74,6 +74,19 @@ def _(system: vi.System) -> None:
 
 
 @assert_complete.register
+def _(structure: vi.Structure) -> None:
+    assert_finite(structure.frequencies, "frequencies")
+    assert_finite(structure.shapes, "shapes")
+    assert vi.Structure.from_json(structure.to_json()) == structure
+
+
+@assert_complete.register
+def _(stop: vi.Stop) -> None:
+    assert stop.normal.any()
+    assert vi.Stop.from_dict(stop.to_dict()) == stop
+
+
+@assert_complete.register
 def _(run: vi.Run) -> None:
     end = run.final_state
     assert_finite([*end.state, end.time, end.time_in_period], repr(run))

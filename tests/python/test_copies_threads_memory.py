@@ -65,8 +65,15 @@ def _results() -> dict[str, Any]:
         *(kind("at t = 1", run()) for kind in (vi.SimulationError, vi.ClusterError)),
         vi.Interrupted("interrupted", run()),
     ]
-    names = ("sweep", "chart", "lyapunov_spectrum", "lyapunov_spectrum: grid", "impact_regimes")
-    more = ("impact_agreement", "periodic_motions", "search_motions", "bifurcation_curve", "verify")
+    names = ("sweep", "chart", "lyapunov_spectrum", "lyapunov_spectrum: grid", "Stop", "Structure")
+    more = (
+        "impact_regimes",
+        "impact_agreement",
+        "periodic_motions",
+        "search_motions",
+        "bifurcation_curve",
+        "verify",
+    )
     made += [CALLS[name]() for name in (*names, *more)]
     return {type(result).__name__: result for result in made}
 
@@ -124,7 +131,15 @@ def test_a_copy_is_the_same_to_the_last_bit_and_as_read_only(name, way):
 
 @pytest.mark.parametrize("way", COPIES)
 def test_what_is_compared_by_value_equals_its_copy(way):
-    for name in ("System", "FinalState", "EnergyAudit", "DiagramSettings", "Disagreement"):
+    for name in (
+        "System",
+        "Stop",
+        "Structure",
+        "FinalState",
+        "EnergyAudit",
+        "DiagramSettings",
+        "Disagreement",
+    ):
         again = COPIES[way](RESULTS[name])
         assert again == RESULTS[name]
         assert hash(again) == hash(RESULTS[name])

@@ -14,6 +14,7 @@ from typing import Any
 
 import vibroimpact as vi
 from small_results import START, branch, folder, grid_basins, motion, motions, region, run, saddle
+from structure_calls import structure_calls
 from systems import PAPER, ROUGH
 from vibroimpact._core import PARAMETERS
 
@@ -139,6 +140,7 @@ def calls() -> dict[str, Call]:
                 )
             },
         ),
+        **{name: Call(*call) for name, call in structure_calls().items()},
         "simulate": Call(
             vi.simulate,
             start | {"periods": 2},
@@ -455,7 +457,7 @@ def public_callables() -> Iterator[tuple[str, Callable[..., Any]]]:
             yield name, found
         if not inspect.isclass(found) or issubclass(found, BaseException | int):
             continue
-        if found is vi.System:
+        if found in (vi.System, vi.Stop, vi.Structure):
             yield name, found
         for method in dir(found):
             function = inspect.getattr_static(found, method)

@@ -70,21 +70,26 @@ fn rates_of_ratios(
     for (i, (&ratio, w)) in ratios.iter().zip(&found.frequencies).enumerate() {
         let name = || format!("damping_ratios[{i}]");
         if ratio < 0.0 {
-            return Err(ParameterError::new(name(), ratio, "a finite number >= 0"));
+            return Err(ParameterError::number(name(), ratio, "a finite number >= 0"));
         }
         if ratio > 0.0 && w.hi == 0.0 {
             let allowed = "0 for a mode of frequency 0 (damping= takes a matrix)";
-            return Err(ParameterError::new(name(), ratio, allowed));
+            return Err(ParameterError::number(name(), ratio, allowed));
         }
         // Equal frequencies have no modes of their own, which unequal ratios would need.
         if i > 0 && ratio != ratios[i - 1] {
             let before = found.frequencies[i - 1];
             if (*w * *w - before * before).hi <= RIGID * highest * highest {
                 let allowed = "the ratio of the mode before, whose frequency is the same";
-                return Err(ParameterError::new(name(), ratio, allowed));
+                return Err(ParameterError::number(name(), ratio, allowed));
             }
         }
-        rates.push(w.scale(ratio).value());
+        let rate = w.scale(ratio).value();
+        if !rate.is_finite() {
+            let allowed = "a number whose product with the frequency is finite";
+            return Err(ParameterError::number(name(), ratio, allowed));
+        }
+        rates.push(rate);
     }
     Ok(rates)
 }
