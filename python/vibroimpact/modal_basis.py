@@ -75,7 +75,7 @@ class ModalBasis:
                 k, i = map(int, np.argwhere(~np.isfinite(scaled))[0])
                 allowed = f"a number that is finite over the root of modal_mass[{i}]"
                 reject(f"shapes[{k}, {i}]", float(shapes[k, i]), allowed)
-            shapes = scaled
+            shapes = scaled + 0.0  # what underflows to -0.0 is 0
         return cls(fixed(frequencies), fixed(shapes))
 
     def on(self, name: str, row: NDArray[Any]) -> NDArray[Any]:
@@ -126,21 +126,22 @@ class ModalBasis:
         StateError
             If they lie outside the span of the modes, or do not determine modal coordinates.
         """
-        moving = states.any(axis=-1)
-        if self._inverse is None and moving.any():
+        if not states.any():
+            return np.zeros((*states.shape[:-1], len(self.frequencies)))
+        if self._inverse is None:
             n, count = self.shapes.shape
             raise StateError(
                 f"initial other than 0 is not allowed: {n} coordinates do not determine {count} "
                 "modes whose shapes are dependent there; allowed: 0, all modes at rest"
             )
-        if self._inverse is None:
-            return np.zeros((*states.shape[:-1], self.shapes.shape[1]))
-        result: Array = states @ self._inverse.T
-        # Once more for what rounding has left.
-        result += (states - self.physical(result)) @ self._inverse.T
-        outside = np.linalg.norm(states - self.physical(result), axis=-1)
-        size = np.linalg.norm(states, axis=-1)
-        far = outside > _OUTSIDE * size
+        with np.errstate(over="ignore", invalid="ignore"):
+            result: Array = states @ self._inverse.T
+            # Once more for what rounding has left.
+            result += (states - self.physical(result)) @ self._inverse.T
+            outside = np.abs(states - self.physical(result)).max(axis=-1)
+        size = np.abs(states).max(axis=-1)
+        # Also where the modal coordinates are beyond the range of floats.
+        far = ~(outside <= _OUTSIDE * size)
         if far.any():
             place = tuple(int(i) for i in np.argwhere(far)[0])
             *run, row = place
@@ -154,14 +155,15 @@ class ModalBasis:
     @cached_property
     def _inverse(self) -> Array | None:
         """The least-squares inverse (N, n) of the shapes; None where they are dependent."""
-        # Modal coordinates have units of their own: the shapes are compared by their directions.
-        sizes = np.linalg.norm(self.shapes, axis=0)
+        # Each mode has a unit of its own: the shapes are compared by their directions.
+        sizes = np.abs(self.shapes).max(axis=0)
         if not sizes.all() or len(self.shapes) < len(sizes):
             return None
         left, values, right = np.linalg.svd(self.shapes / sizes, full_matrices=False)
         if values[-1] <= _DEPENDENT * values[0]:
             return None
-        inverse: Array = (right.T / values) @ left.T / sizes[:, np.newaxis]
+        with np.errstate(over="ignore"):
+            inverse: Array = (right.T / values) @ left.T / sizes[:, np.newaxis]
         return inverse
 
 

@@ -11,9 +11,10 @@ import re
 import hypothesis.strategies as st
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import Phase, given, settings
 
 import vibroimpact as vi
+from complete_results import assert_complete
 from two_masses import MASS, STIFFNESS, STOPS, beam, structure
 from vibroimpact import _core, keyword_types
 from vibroimpact.structure_fields import CHOICES
@@ -96,6 +97,41 @@ def test_every_round_trip_gives_an_equal_stop(stop):
     for trip in trips:
         assert trip == stop
         assert hash(trip) == hash(stop)
+
+
+_any = st.floats() | st.floats(-4, 4) | st.sampled_from([1e-50, 1e50, 1e25, 1e-25])
+_any_row = st.lists(_any, min_size=2, max_size=2)
+_symmetric = st.tuples(_any, _any, _any).map(lambda abc: [[abc[0], abc[1]], [abc[1], abc[2]]])
+
+
+@settings(max_examples=1000, derandomize=True, deadline=None, phases=(Phase.generate,))
+@given(
+    _symmetric | st.just(MASS),
+    _symmetric | st.just(STIFFNESS),
+    st.fixed_dictionaries(
+        {},
+        optional={
+            "damping": _symmetric,
+            "static_load": _any_row,
+            "drive_amplitude": _any_row | st.lists(st.complex_numbers(), min_size=2, max_size=2),
+            "drive_frequency": _any,
+            "phase": _any,
+        },
+    ),
+)
+def test_any_numbers_make_a_structure_with_modes_or_are_refused_by_name(mass, stiffness, options):
+    try:
+        made = vi.Structure(mass, stiffness, STOPS[:1], **options)
+    except vi.ParameterError as error:
+        named = re.match(r"(\w+)\b.* = .* is not allowed; allowed: ", str(error))
+        if named is None or named[1] not in ("mass", "stiffness", "stops", *options):
+            raise
+        return
+    assert_complete(made)
+    # In units in which masses are 1, or small masses would be lost.
+    scaled = made.shapes * np.sqrt(np.diag(made.mass))[:, np.newaxis]
+    unit = made.mass / np.sqrt(np.outer(np.diag(made.mass), np.diag(made.mass)))
+    assert np.abs(scaled.T @ unit @ scaled - np.eye(2)).max() < 1e-9 * np.abs(scaled).max() ** 2
 
 
 def test_modes_solve_their_equations():
