@@ -18,6 +18,7 @@ mod one_impact;
 mod orbit;
 mod run;
 mod structure;
+mod structure_run;
 mod sweep;
 mod system;
 mod systems;
@@ -47,6 +48,8 @@ mod _core {
     use super::run::{PyFinalState, PyPeriodReport, PyRun, simulate, simulate_many};
     #[pymodule_export]
     use super::structure::{PyStop, PyStructure};
+    #[pymodule_export]
+    use super::structure_run::{PyStructureRun, simulate_structure};
     #[pymodule_export]
     use super::sweep::{PySweep, sweep};
     #[pymodule_export]

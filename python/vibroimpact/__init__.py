@@ -67,6 +67,7 @@ if TYPE_CHECKING:
     from .single_impact.motion_map import motion_map
     from .stop import Stop
     from .structure import Structure
+    from .structure_run import StructureRun as StructureRun
     from .sweeps import (
         Attractor,
         Basins,
@@ -104,6 +105,7 @@ else:
         """,
         "stop": "Stop",
         "structure": "Structure",
+        "structure_run": "StructureRun",
         "sweeps": """
             Attractor Basins Chart Diagram DiagramSettings LyapunovSpectrum LyapunovSweep Sweep
             basins bifurcation_diagram chart lyapunov_spectrum sweep
@@ -172,6 +174,7 @@ __all__ = [
     "StateError",
     "Stop",
     "Structure",
+    "StructureRun",
     "Sweep",
     "System",
     "Table",

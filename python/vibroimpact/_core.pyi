@@ -46,6 +46,7 @@ __all__ = [
     "Spectrum",
     "Stop",
     "Structure",
+    "StructureRun",
     "Sweep",
     "System",
     "Systems",
@@ -361,6 +362,78 @@ class Structure:
     @property
     def drive_period(self) -> float:
         """2 pi / drive_frequency; infinite for drive_frequency = 0."""
+
+@final
+class StructureRun:
+    """Result of a simulation of a structure, in the coordinates of its compiled form."""
+
+    @property
+    def impacts(self) -> dict[str, NDArray[Any]]:
+        """Columns of the kept impacts."""
+
+    @property
+    def grazes(self) -> dict[str, NDArray[Any]]:
+        """Columns of the kept grazes."""
+
+    @property
+    def contacts(self) -> dict[str, NDArray[Any]]:
+        """Columns of the kept events of lasting contact."""
+
+    @property
+    def events(self) -> dict[str, NDArray[Any]]:
+        """Columns of the kept events."""
+
+    @property
+    def stroboscopic(self) -> NDArray[np.float64]:
+        """Kept sections, (k, 2, N)."""
+
+    @property
+    def final_state(self) -> dict[str, Any]:
+        """Time, period, time in the period, mode, q and v at the end, and which stops are closed."""
+
+    @property
+    def time_in_contact(self) -> float:
+        """Time in contact within the kept window."""
+
+    @property
+    def stop_reason(self) -> str:
+        """Why it ended."""
+
+    @property
+    def stop_detail(self) -> str:
+        """A sentence on how the run ended."""
+
+    @property
+    def kept_from(self) -> float:
+        """Start of the kept window (time)."""
+
+    @property
+    def impact_count(self) -> int:
+        """Impacts since t = 0, kept or not."""
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended it."""
+
+    def trajectory(
+        self, t: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
+        """States (k, 2, N), forces (k, stops, 2), and whether Ctrl-C ended it with fewer rows."""
+
+    def bounces(
+        self, slowest: float, most: int
+    ) -> tuple[dict[str, NDArray[Any]], NDArray[np.bool_], list[BouncesEnd], bool]:
+        """Impacts of the kept window and those skipped in it, as Run has them."""
+
+    def resume(
+        self,
+        *,
+        periods: int | None = None,
+        time: float | None = None,
+        keep: int | None = None,
+        max_events: int | None = None,
+    ) -> Self:
+        """Continue for further periods or time."""
 
 @final
 class Systems:
@@ -744,6 +817,21 @@ def simulate(
     progress: Callable[[int], object] | None = None,
 ) -> Run:
     """One run; ``progress`` gets the millionths of its time that are done."""
+
+def simulate_structure(
+    structure: Structure,
+    initials: NDArray[np.float64],
+    *,
+    periods: int | None = None,
+    time: float | None = None,
+    keep: int | None = None,
+    max_events: int = ...,
+    chatter_tolerance: float = ...,
+    section_phase: float = 0.0,
+    workers: int | None = None,
+    progress: Callable[[int], object] | None = None,
+) -> tuple[list[StructureRun], bool, str | None]:
+    """One run per start (k, 2, N), whether Ctrl-C ended the work, and the first failure."""
 
 def simulate_many(
     system: System,

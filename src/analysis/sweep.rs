@@ -22,7 +22,7 @@ use crate::model::parameters::System;
 use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::StopReason;
-use crate::simulate::run::{Run, RunError, RunOptions, run, run_together};
+use crate::simulate::run::{Recorded, Run, RunError, RunOptions, run, run_together};
 use crate::simulate::{Simulation, run_batch};
 
 /// Where each value of the parameter starts from.
@@ -355,26 +355,26 @@ pub fn run_many(
 }
 
 /// As [`run_many`]; counts in `count` the runs that have come to an end.
-pub(crate) fn run_and_count(
-    system: &System,
-    initials: &[State],
+pub(crate) fn run_and_count<M: Recorded>(
+    system: &M,
+    initials: &[M::State],
     options: RunOptions,
     workers: &Workers,
     cancel: &CancelToken,
     count: &AtomicUsize,
-) -> Result<Vec<Result<Run, RunError>>, RunError> {
+) -> Result<Vec<Result<Run<M>, RunError<M>>>, RunError<M>> {
     options.check(system)?;
-    for (place, &initial) in initials.iter().enumerate() {
-        Simulation::new(system, initial)
+    for (place, initial) in initials.iter().enumerate() {
+        Simulation::new(system, initial.clone())
             .map_err(|error| StateError::OneOfSeveral { place, error: Box::new(error) })?;
     }
     let runs = workers.install(|| {
         side_by_side(initials.len(), &|next, done, in_hand| {
             let mut next = || {
                 let place = next().filter(|_| !cancel.is_cancelled())?;
-                Some((place, *system, initials[place]))
+                Some((place, system.clone(), initials[place].clone()))
             };
-            let mut counted = |place: usize, run: Result<Run, RunError>| {
+            let mut counted = |place: usize, run: Result<Run<M>, RunError<M>>| {
                 count.fetch_add(1, Relaxed);
                 done(place, run);
             };

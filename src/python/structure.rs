@@ -36,7 +36,7 @@ impl PyStop {
 
 /// A validated structure.
 #[pyclass(name = "Structure", module = "vibroimpact._core", frozen)]
-pub(super) struct PyStructure(Structure);
+pub(super) struct PyStructure(pub(super) Structure);
 
 #[pymethods]
 impl PyStructure {

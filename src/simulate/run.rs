@@ -29,7 +29,7 @@ use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{EventRecord, StopEvent, StopReason};
 use crate::simulate::tolerances::DEFAULT_MAX_EVENTS;
-use crate::simulate::{Anchor, AnchorOf, CheckpointOf, Simulation, run_batch};
+use crate::simulate::{Anchor, AnchorOf, CheckpointOf, Simulation};
 
 /// Why a run could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -121,11 +121,11 @@ pub fn run<M: Recorded>(
 
 /// Makes runs, at most so many at a time: `next` gives their systems and starts, `done` gets each
 /// with its place in their order.
-pub(crate) fn run_together(
-    next: &mut dyn FnMut() -> Option<(usize, System, State)>,
+pub(crate) fn run_together<M: Recorded>(
+    next: &mut dyn FnMut() -> Option<(usize, M, M::State)>,
     options: RunOptions,
     cancel: &CancelToken,
-    done: &mut dyn FnMut(usize, Result<Run, RunError>),
+    done: &mut dyn FnMut(usize, Result<Run<M>, RunError<M>>),
     most: usize,
 ) {
     let done = std::cell::RefCell::new(done);
@@ -136,10 +136,10 @@ pub(crate) fn run_together(
             Err(error) => (done.borrow_mut())(place, Err(error.into())),
         }
     };
-    let mut made = |(place, collection): (usize, Collection)| {
+    let mut made = |(place, collection): (usize, Collection<M>)| {
         (done.borrow_mut())(place, collection.into_run());
     };
-    run_batch(&mut next, &mut made, most);
+    M::collect_all(&mut next, &mut made, most);
 }
 
 impl<M: Recorded> Run<M> {

@@ -47,6 +47,19 @@ pub enum StructureMode {
     Stick,
 }
 
+impl StructureMode {
+    /// The name used in Python and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Closed => "closed",
+            Self::SlidePositive => "slide_positive",
+            Self::SlideNegative => "slide_negative",
+            Self::Stick => "stick",
+        }
+    }
+}
+
 /// What a leg of a structure meets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Touched {

@@ -70,7 +70,7 @@ impl<M: Recorded> Collection<M> {
     }
 
     /// Runs to the end.
-    fn run_out(&mut self) {
+    pub(super) fn run_out(&mut self) {
         while let Some(event) = self.simulation.advance(&mut self.collector) {
             self.took(event);
         }

@@ -319,6 +319,26 @@ impl Recorded for Structure {
     }
 }
 
+impl Run<Structure> {
+    /// The stop of a kept event; -1 for the end of the run.
+    pub(crate) fn stop_of(&self, event: &EventRecord) -> i64 {
+        let Ok(index) = usize::try_from(event.index) else { return -1 };
+        let stop = if event.kind == EventKind::Impact as i64 {
+            self.impacts.get(index).map(|row| row.stop)
+        } else if event.kind == EventKind::Graze as i64 {
+            self.grazes.get(index).map(|row| row.stop)
+        } else {
+            self.contacts.get(index).map(|row| row.stop)
+        };
+        stop.unwrap_or(-1)
+    }
+
+    /// Stops that are closed at the end.
+    pub(crate) fn closed_at_end(&self) -> ClosedStops {
+        self.checkpoint.anchor.touching.closed()
+    }
+}
+
 /// Evaluates one leg at times that mostly increase.
 pub enum Follower {
     /// A flight, or contact.
