@@ -76,7 +76,7 @@ impl PyFinalState {
 
 /// The label of a motion from its kept stroboscopic states, with the evidence.
 #[pyclass(name = "PeriodReport", module = "vibroimpact._core", frozen)]
-pub(super) struct PyPeriodReport(PeriodReport);
+pub(super) struct PyPeriodReport(pub(super) PeriodReport);
 
 #[pymethods]
 impl PyPeriodReport {

@@ -11,7 +11,7 @@ use super::arrays::to_vec;
 use super::cancel::{Progress, interruptible};
 use super::enums::Member;
 use super::errors::Crossing;
-use super::run::{further, horizon, make};
+use super::run::{PyPeriodReport, further, horizon, make};
 use super::structure::PyStructure;
 use crate::analysis::Workers;
 use crate::analysis::sweep::run_and_count;
@@ -242,6 +242,13 @@ impl PyStructureRun {
         let ends = ends.into_iter().map(Member).collect();
         let skipped = PyArray1::from_vec(py, skipped);
         Ok((impacts(py, self.width(), &rows)?, skipped, ends, interrupted))
+    }
+
+    /// Period, impact count and label.
+    fn period(&self, py: Python<'_>) -> PyResult<PyPeriodReport> {
+        let (report, _) =
+            interruptible::<_, ParameterError>(py, None, |cancel| Ok(self.0.period(cancel)))?;
+        Ok(PyPeriodReport(report))
     }
 
     /// Continue for further periods or time.

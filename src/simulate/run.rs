@@ -16,7 +16,7 @@ pub use bounces::{Bounces, BouncesEnd};
 pub(crate) use collection::Collection;
 pub(crate) use collector::Collector;
 pub use options::RunOptions;
-pub use recorded::Recorded;
+pub use recorded::{Recorded, Row};
 pub use structure::{StopContactRecord, StopGrazeRecord, StopImpactRecord};
 
 use serde::{Deserialize, Serialize};

@@ -8,6 +8,7 @@ use super::Run;
 use super::collection::Collection;
 use super::legs::Leg;
 use crate::flight::Drive;
+use crate::model::Point;
 use crate::model::state::Clock;
 use crate::simulate::event::{EventKind, EventRecord};
 use crate::simulate::{AnchorOf, Model};
@@ -42,7 +43,7 @@ pub trait Recorded: Model {
     /// and event of lasting contact.
     type ContactRow: Row;
     /// A kept section.
-    type Section: Clone + PartialEq + Debug + Send + Sync;
+    type Section: Point + PartialEq + Debug + Send + Sync;
     /// Force in contact.
     type Force: Clone + Default + Debug;
     /// Evaluates a leg at times that mostly increase.
