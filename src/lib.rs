@@ -66,9 +66,9 @@ pub mod tangent;
 
 pub use analysis::{
     CHATTERING, Cell, Evidence, EvidenceKind, Growth, ImpactCount, Kind, LyapunovError, Measure,
-    PeriodReport, PointStatus, Spectrum, SweepOptions, SweepPoint, SweepRows, SweepStart,
-    WhyUndecided, Workers, arrive_many, detect_period, largest_lyapunov_exponent,
-    largest_lyapunov_exponents, lyapunov_spectrum, run_many, sweep,
+    PeriodReport, PointStatus, Spectrum, StructurePoint, SweepOptions, SweepPoint, SweepRows,
+    SweepStart, WhyUndecided, Workers, arrive_many, detect_period, largest_lyapunov_exponent,
+    largest_lyapunov_exponents, lyapunov_spectrum, run_many, structure_sweep, sweep,
 };
 pub use contact::{ContactForce, ContactMode};
 pub use flight::{
@@ -87,7 +87,7 @@ pub use simulate::event::{
 };
 pub use simulate::run::{
     Bounces, BouncesEnd, EnergyAudit, FinalState, Run, RunError, RunOptions, StopContactRecord,
-    StopGrazeRecord, StopImpactRecord, run,
+    StopGrazeRecord, StopImpactRecord, StructureAudit, run,
 };
 pub use simulate::structure::{
     ClosedStops, StopChatterEvent, StopContactEvent, StopGrazeEvent, StopImpactEvent,

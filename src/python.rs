@@ -19,6 +19,7 @@ mod orbit;
 mod run;
 mod structure;
 mod structure_run;
+mod structure_sweep;
 mod sweep;
 mod system;
 mod systems;
@@ -50,6 +51,8 @@ mod _core {
     use super::structure::{PyStop, PyStructure};
     #[pymodule_export]
     use super::structure_run::{PyStructureRun, simulate_structure};
+    #[pymodule_export]
+    use super::structure_sweep::structure_sweep;
     #[pymodule_export]
     use super::sweep::{PySweep, sweep};
     #[pymodule_export]

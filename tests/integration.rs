@@ -52,6 +52,7 @@ mod random_systems;
 mod robustness;
 mod simulation;
 mod structure_audit;
+mod structure_runs;
 mod structures;
 mod sweep;
 mod third_party;

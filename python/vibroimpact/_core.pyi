@@ -415,6 +415,9 @@ class StructureRun:
     def interrupted(self) -> bool:
         """Whether Ctrl-C ended it."""
 
+    def period(self) -> PeriodReport:
+        """Period, impact count and label."""
+
     def trajectory(
         self, t: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
@@ -832,6 +835,21 @@ def simulate_structure(
     progress: Callable[[int], object] | None = None,
 ) -> tuple[list[StructureRun], bool, str | None]:
     """One run per start (k, 2, N), whether Ctrl-C ended the work, and the first failure."""
+
+def structure_sweep(
+    structures: Sequence[Structure],
+    initial: NDArray[np.float64],
+    *,
+    periods: int,
+    keep: int,
+    start: str = "fresh",
+    max_events: int = ...,
+    chatter_tolerance: float = ...,
+    section_phase: float = 0.0,
+    workers: int | None = None,
+    progress: Callable[[int], object] | None = None,
+) -> tuple[list[tuple[int, StructureRun | None, PeriodReport | None]], bool]:
+    """Of each point its status in STATUS_NAMES, run and report; and whether Ctrl-C ended the work."""
 
 def simulate_many(
     system: System,

@@ -220,7 +220,7 @@ def simulate(
         run = _wrap(core, system, start)
         raise_if_interrupted(run)
         return run
-    with _bar("runs", len(start), "run", shown) as tell:
+    with progress_bar("runs", len(start), "run", shown) as tell:
         cores, interrupted, failure = _core.simulate_many(
             system._compiled, start, workers=workers, progress=tell, **options
         )
@@ -246,7 +246,7 @@ def _structure_runs(
     starts = structure._to_core(initial)
     single = np.ndim(initial) == 2
     physical = np.asarray(initial, dtype=float).reshape(len(starts), 2, -1)
-    bar = _bar_of_run(span, shown) if single else _bar("runs", len(starts), "run", shown)
+    bar = _bar_of_run(span, shown) if single else progress_bar("runs", len(starts), "run", shown)
     try:
         with bar as tell:
             cores, interrupted, failure = _core.simulate_structure(
@@ -273,11 +273,11 @@ def _structure_runs(
 def _bar_of_run(span: Horizon, shown: bool) -> AbstractContextManager[_Tell | None]:
     """Show how much of its length a run has done, of which the core tells the millionths."""
     if span.periods is not None:
-        return _bar("run", span.periods, "period", shown, scale=1e-6 * span.periods)
-    return _bar("run", 100, "%", shown, scale=1e-4)
+        return progress_bar("run", span.periods, "period", shown, scale=1e-6 * span.periods)
+    return progress_bar("run", 100, "%", shown, scale=1e-4)
 
 
-def _bar(
+def progress_bar(
     name: str, total: int, unit: str, shown: bool, *, scale: float = 1.0
 ) -> AbstractContextManager[_Tell | None]:
     """Give what shows on a tqdm bar how much is done, or None where no bar is wanted."""

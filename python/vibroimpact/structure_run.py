@@ -18,6 +18,7 @@ from . import _core
 from .arguments import count, flag, horizon, not_negative, optional_count, reject, times_of
 from .errors import Interrupted, SimulationError
 from .interruption import interruptible
+from .period_report import PeriodReport, as_period_report
 from .run_parts import read_only
 from .showing import Facts, Shown
 from .structure import Structure
@@ -186,6 +187,27 @@ class StructureRun(Shown):
         """Number of impacts since t = 0, on all stops, kept or not."""
         return self._core.impact_count
 
+    @cached_property
+    def period(self) -> PeriodReport:
+        """The period m-n with its evidence; may follow the motion further where it converges.
+
+        Impacts on all stops count in n. A motion that does not return is ``unresolved``.
+
+        Raises
+        ------
+        Interrupted
+            After Ctrl-C; ``.result`` is this run.
+        """
+        core = self._core.period()
+        if core.interrupted:
+            raise Interrupted("interrupted while the period was looked for", self)
+        return as_period_report(core)
+
+    @property
+    def label(self) -> str:
+        """The label of the motion: ``"1-1"``, ``"2-inf"`` (chatter) or ``"unresolved"``."""
+        return self.period.label
+
     def trajectory(self, t: ArrayLike, *, forces: bool = False) -> Any:
         """Return the states at times ``t``, with ``forces`` the contact forces too.
 
@@ -330,6 +352,7 @@ class StructureRun(Shown):
     def _facts(self) -> Facts:
         end = self.final_state
         return {
+            "motion": f"{self.label} ({self.period.evidence})",
             "stop": self.stop_reason,
             "end": f"time {end.time:.6g}, {end.mode.replace('_', ' ')}",
             "drive periods": end.period,

@@ -13,14 +13,13 @@ use crate::analysis::period::{
 };
 use crate::analysis::return_map::{Beside, Orbit, orbit_beside};
 use crate::analysis::tolerances::{
-    EXPONENT_PERIODS, FIRST_GROWTH_PERIODS, GROWTH_IMPACTS,
-    GROWTH_PER_RUN, GROWTH_STEP, LONG_GROWTH_PERIODS, LONG_PART, LONGEST_GROWTH, RATE_RTOL,
-    SETTLED_RESIDUAL,
+    EXPONENT_PERIODS, FIRST_GROWTH_PERIODS, GROWTH_IMPACTS, GROWTH_PER_RUN, GROWTH_STEP,
+    LONG_GROWTH_PERIODS, LONG_PART, LONGEST_GROWTH, RATE_RTOL, SETTLED_RESIDUAL,
 };
 use crate::flight::Apart;
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::run::Run;
 use crate::simulate::Job;
+use crate::simulate::run::Run;
 
 /// The label of a run in the making: told from its sections, or from the motion after it, which is
 /// followed for as long as it takes.
@@ -316,6 +315,4 @@ impl Run {
             }
         }
     }
-
-
 }

@@ -44,7 +44,10 @@ pub(crate) fn comes_back(sections: &[[f64; 4]]) -> bool {
 /// half, quarter ... are tried. Nothing is found once `cancel` has ended it.
 #[must_use]
 pub fn detect_period<P: Point>(
-    sections: &[P], counts: &[u32], cancel: &CancelToken) -> PeriodReport {
+    sections: &[P],
+    counts: &[u32],
+    cancel: &CancelToken,
+) -> PeriodReport {
     detect(sections, counts, Tried::All, cancel)
 }
 

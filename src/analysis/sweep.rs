@@ -167,7 +167,19 @@ impl PointStatus {
         "undecidable_graze",
         "law_failed",
         "unresolved",
+        "simultaneous",
+        "sequence_cap",
+        "several_frictional",
     ];
+
+    /// Of a run that ended so.
+    pub(crate) fn of(reason: StopReason, restarted: bool) -> Self {
+        match reason {
+            StopReason::Completed => Self::Completed { restarted },
+            StopReason::Interrupted => Self::Pending,
+            reason => Self::Stopped(reason),
+        }
+    }
 
     /// The name used in Python and in files.
     #[must_use]
@@ -233,12 +245,10 @@ impl SweepPoint {
         (period, exponents): (Option<PeriodReport>, [[f64; 2]; 4]),
     ) -> Self {
         let interrupted = period.is_some_and(|report| report.is_interrupted());
-        let status = match run.stop_reason {
-            StopReason::Completed if !interrupted => PointStatus::Completed { restarted },
-            StopReason::Interrupted => return Self::empty(PointStatus::Pending),
-            _ if interrupted => return Self::empty(PointStatus::Pending),
-            reason => PointStatus::Stopped(reason),
-        };
+        let status = PointStatus::of(run.stop_reason, restarted);
+        if interrupted || status == PointStatus::Pending {
+            return Self::empty(PointStatus::Pending);
+        }
         let mut point = Self {
             contact_fraction: run.time_in_contact() / (run.final_state.time - run.kept_from()),
             final_state: Some(run.final_state.state),

@@ -47,13 +47,16 @@ fn matrix<'py, 'a>(
 }
 
 /// Columns of impacts.
-fn impacts<'py>(py: Python<'py>, width: usize, rows: &[StopImpactRecord]) -> PyResult<Columns<'py>> {
+fn impacts<'py>(
+    py: Python<'py>,
+    width: usize,
+    rows: &[StopImpactRecord],
+) -> PyResult<Columns<'py>> {
     let table = PyDict::new(py);
     let floats = |of: fn(&StopImpactRecord) -> f64| PyArray1::from_iter(py, rows.iter().map(of));
     let whole = |of: fn(&StopImpactRecord) -> i64| PyArray1::from_iter(py, rows.iter().map(of));
-    let wide = |of: fn(&StopImpactRecord) -> &[f64]| {
-        matrix(py, rows.len(), width, rows.iter().map(of))
-    };
+    let wide =
+        |of: fn(&StopImpactRecord) -> &[f64]| matrix(py, rows.len(), width, rows.iter().map(of));
     table.set_item("time", floats(|row| row.time))?;
     table.set_item("period", whole(|row| row.period))?;
     table.set_item("time_in_period", floats(|row| row.time_in_period))?;
@@ -297,9 +300,7 @@ fn states<'py, 'a>(
 fn starts(array: &PyReadonlyArray3<'_, f64>) -> Vec<StructureState> {
     let rows = array.as_array();
     rows.outer_iter()
-        .map(|start| {
-            StructureState::new(&start.row(0).to_vec(), &start.row(1).to_vec())
-        })
+        .map(|start| StructureState::new(&start.row(0).to_vec(), &start.row(1).to_vec()))
         .collect()
 }
 

@@ -10,6 +10,7 @@ mod oblique;
 mod options;
 mod recorded;
 mod structure;
+mod structure_audit;
 
 pub use audit::EnergyAudit;
 pub use bounces::{Bounces, BouncesEnd};
@@ -18,6 +19,7 @@ pub(crate) use collector::Collector;
 pub use options::RunOptions;
 pub use recorded::{Recorded, Row};
 pub use structure::{StopContactRecord, StopGrazeRecord, StopImpactRecord};
+pub use structure_audit::StructureAudit;
 
 use serde::{Deserialize, Serialize};
 

@@ -20,6 +20,7 @@ from ..orbits import (
 from ..run import Run
 from ..single_impact import MotionMap, PeriodicMotions
 from ..sweeps import Attractor, Basins, Diagram, LyapunovSpectrum, LyapunovSweep, Sweep
+from ..sweeps.structure_diagram import StructureDiagram
 from ..system import System
 from ..verification import Verification
 from .attractors import attractor, motion_search
@@ -37,6 +38,7 @@ from .motion import time_history
 from .multipliers import multipliers
 from .orbit import orbit
 from .solutions import motion_branches, stability_map
+from .structure_diagram import structure_bifurcation
 from .verification import verification
 
 
@@ -68,6 +70,7 @@ _FUNCTIONS: dict[type, Callable[..., Any]] = {
     PeriodicMotion: orbit,
     StabilityRegion: bifurcation_curves,
     UnstableManifold: manifold,
+    StructureDiagram: structure_bifurcation,
     Verification: verification,
 }
 for _kind, _function in _FUNCTIONS.items():

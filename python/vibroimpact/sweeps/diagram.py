@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
-from collections.abc import Callable, Iterable, Sequence
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Unpack, get_args, overload
@@ -13,13 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._core import CHATTER_TOLERANCE, PARAMETERS
-from ..arguments import count, optional_count, reject, state, states, threads
+from ..arguments import count, flag, optional_count, reject, state, states, threads
 from ..errors import ClusterError, Interrupted, StateError
 from ..interruption import interruptible
 from ..keyword_types import Parameters, completing
 from ..made import Maker, in_units
 from ..scales import Units
-from ..simulation import refuse_overlap
+from ..simulation import progress_bar, refuse_overlap
 from ..system import System
 from .call_types import DiagramCall
 from .cells import (
@@ -210,7 +212,7 @@ def bifurcation_diagram(
     client: Any = None,
     store: str | os.PathLike[str] | None = None,
     **parameter: ArrayLike,
-) -> Diagram:
+) -> Diagram | StructureDiagram:
     """Simulate one run per value of a parameter and collect its sections.
 
     Parameters
@@ -304,6 +306,28 @@ def bifurcation_diagram(
     >>> diagram.label.tolist()
     ['1-1', '1-1', 'chaotic']
     """
+    structure = _structure_of(system, parameter)
+    if structure is not None:
+        from .structure_diagram import refuse_what_is_not_there, structure_diagram
+
+        refuse_what_is_not_there(
+            {"exponents": exponents, "refine": refine, "units": units, "client": client,
+             "store": store, "chunk": chunk}
+        )  # fmt: skip
+        shown = flag("progress", progress)
+        return structure_diagram(
+            structure,
+            initial,
+            parameter,
+            starts=_starts(start),
+            periods=periods,
+            keep=keep,
+            max_events=max_events,
+            chatter_tolerance=chatter_tolerance,
+            section_phase=section_phase,
+            workers=workers,
+            bar=lambda total: progress_bar("diagram", total, "point", shown),
+        )
     system, initial = in_units(bifurcation_diagram, units, system, initial, parameter)
     axes = checked_axes(bifurcation_diagram, system, parameter, allowed=[*PARAMETERS], exactly=1)
     ((name, values),) = axes.items()
@@ -363,6 +387,29 @@ def bifurcation_diagram(
     threads(workers)
     folder = folder_of_stores(store, LEVELS, "a refined diagram")
     return _refined(level, values, refinements, folder, engine)
+
+
+def _structure_of(system: Any, parameter: Mapping[str, Any]) -> Any:
+    """Return a structure, or a function that makes structures; None for anything else."""
+    # Nobody has one before its module has been loaded, and who works without pays nothing.
+    module = sys.modules.get("vibroimpact.structure")
+    if module is None or isinstance(system, System):
+        return None
+    if isinstance(system, module.Structure):
+        return system
+    if not callable(system) or len(parameter) != 1:
+        return None
+    ((name, values),) = parameter.items()
+    first = next(iter(np.ravel(values).tolist()), None)
+    known: dict[Any, Any] = {}
+
+    # It is called once for each value, the first included.
+    @functools.wraps(system)
+    def once(**value: Any) -> Any:
+        return known.pop(value[name]) if value[name] in known else system(**value)
+
+    known[first] = system(**{name: first})
+    return once if isinstance(known[first], module.Structure) else None
 
 
 def _initials(initial: ArrayLike) -> list[tuple[float, float, float, float]]:

@@ -16,7 +16,10 @@ impl<M: Recorded> Run<M> {
         self.judged_by_sections(cancel).0.unless(cancel)
     }
 
-    pub(super) fn judged_by_sections(&self, cancel: &CancelToken) -> (PeriodReport, Option<Run<M>>) {
+    pub(super) fn judged_by_sections(
+        &self,
+        cancel: &CancelToken,
+    ) -> (PeriodReport, Option<Run<M>>) {
         let report = self.return_report(cancel);
         let simple = report.orbit.is_some_and(|(m, _)| m == 1);
         let section = self.options.section_phase / self.system.own_drive().omega;

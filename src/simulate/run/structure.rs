@@ -321,7 +321,8 @@ impl Recorded for Structure {
 
 impl Run<Structure> {
     /// The stop of a kept event; -1 for the end of the run.
-    pub(crate) fn stop_of(&self, event: &EventRecord) -> i64 {
+    #[must_use]
+    pub fn stop_of(&self, event: &EventRecord) -> i64 {
         let Ok(index) = usize::try_from(event.index) else { return -1 };
         let stop = if event.kind == EventKind::Impact as i64 {
             self.impacts.get(index).map(|row| row.stop)
@@ -334,7 +335,8 @@ impl Run<Structure> {
     }
 
     /// Stops that are closed at the end.
-    pub(crate) fn closed_at_end(&self) -> ClosedStops {
+    #[must_use]
+    pub fn closed_at_end(&self) -> ClosedStops {
         self.checkpoint.anchor.touching.closed()
     }
 }

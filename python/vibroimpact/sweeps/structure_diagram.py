@@ -1,0 +1,299 @@
+"""Bifurcation diagrams of structures: the long-term motion as one number of a structure varies."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from .._core import STATUS_NAMES
+from ..arguments import count, number, optional_count, positive, reject, threads, vector
+from ..errors import Interrupted, StateError
+from ..fixed_arrays import FixedArrays
+from ..interruption import interruptible
+from ..run_parts import read_only
+from ..showing import Facts, Shown
+from ..stop import is_of_stops
+from ..structure import Structure
+from ..structure_run import StructureRun
+from ..tables import Table, of_columns
+from ..verbs import verb
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+# What of a diagram of a System that of a structure does not have yet.
+_NOT_YET = ("exponents", "refine", "units", "client", "store", "chunk")
+_KEPT = 100
+# Numbers of a structure that are varied by name, beside those of its stops.
+_OWN = ("drive_frequency", "phase")
+
+
+@interruptible
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StructureDiagram(FixedArrays, Shown):
+    """The motions of structures that differ in one number, branch by branch.
+
+    Attributes
+    ----------
+    name
+        The number that is varied.
+    values, branch
+        Of each point its value, (n,), and the branch it belongs to, (n,).
+    status, label
+        Of each point: ``"completed"``, ``"restarted"`` or why not, as in a Diagram; and the label
+        of its motion.
+    m, n, residual
+        Period in drive periods, 0 where none was found; impacts per orbit on all stops, -1 with
+        complete chatter; and the largest difference of sections m periods apart.
+    runs
+        The run of each point, None where there is none.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> oscillator = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.3, 0.8)], damping_ratios=[0.05],
+    ...                           drive_amplitude=[1], drive_frequency=2.0)
+    >>> diagram = vi.bifurcation_diagram(oscillator, initial=[[0], [0]],
+    ...                                  drive_frequency=[1.9, 2.0, 2.1], periods=200, keep=50)
+    >>> diagram.label.tolist()
+    ['1-1', '1-1', '1-1']
+    """
+
+    name: str
+    values: Array
+    branch: NDArray[np.int64]
+    status: NDArray[np.str_]
+    label: NDArray[np.str_]
+    m: NDArray[np.int64]
+    n: NDArray[np.int64]
+    residual: Array
+    runs: tuple[StructureRun | None, ...]
+
+    @cached_property
+    def offset(self) -> NDArray[np.int64]:
+        """Place of the first impact of each point in ``impacts``, and their number, (n + 1,)."""
+        counts = [0 if run is None else len(run.impacts) for run in self.runs]
+        return read_only(np.concatenate([[0], np.cumsum(counts)]).astype(np.int64))
+
+    @cached_property
+    def impacts(self) -> Table:
+        """Impacts of all points one after another: the columns of ``StructureRun.impacts``."""
+        rows = [run.impacts.view(np.ndarray) for run in self.runs if run is not None]
+        if not rows:
+            return of_columns({"time": np.empty(0)})
+        joined = np.concatenate(rows)
+        return of_columns({name: joined[name] for name in joined.dtype.names or ()})
+
+    @cached_property
+    def impact_values(self) -> Array:
+        """The varied number at each impact."""
+        return read_only(np.repeat(self.values, np.diff(self.offset)))
+
+    @cached_property
+    def stroboscopic(self) -> Array:
+        """Kept sections of all points one after another, (rows, 2, N): rows q and v."""
+        rows = [run.stroboscopic for run in self.runs if run is not None]
+        return read_only(np.concatenate(rows)) if rows else np.empty((0, 2, 0))
+
+    @cached_property
+    def stroboscopic_values(self) -> Array:
+        """The varied number at each section."""
+        counts = [0 if run is None else len(run.stroboscopic) for run in self.runs]
+        return read_only(np.repeat(self.values, counts))
+
+    def run(self, i: int) -> StructureRun:
+        """Return the run of point ``i``.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such point, or it has no run.
+
+        Examples
+        --------
+        >>> diagram.run(1).label
+        '1-1'
+        """
+        place = count("i", i, least=0, most=len(self.runs) - 1)
+        found = self.runs[place]
+        if found is None:
+            reject("i", i, f"a point with a run; this one is {self.status[place]}")
+        return found
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw a section against the varied number, by ``vi.plot.structure_bifurcation``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.structure_bifurcation``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> diagram.plot().get_xlabel()
+        'drive frequency'
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
+
+    def _facts(self) -> Facts:
+        labels, numbers = np.unique(self.label, return_counts=True)
+        most = sorted(zip(numbers.tolist(), labels.tolist(), strict=True), reverse=True)[:6]
+        return {
+            "varied": f"{self.name}, {len(self.values)} points",
+            "motions": ", ".join(f"{number} {label}" for number, label in most),
+        }
+
+    def __repr__(self) -> str:
+        """Say what is varied and how many points there are."""
+        return f"<StructureDiagram over {self.name}, {len(self.values)} points>"
+
+
+def structure_diagram(
+    system: Structure | Callable[..., Any],
+    initial: Any,
+    parameter: Mapping[str, Any],
+    *,
+    starts: Sequence[str],
+    periods: int,
+    keep: int | None,
+    max_events: int | None,
+    chatter_tolerance: float,
+    section_phase: float,
+    workers: int | None,
+    bar: Callable[[int], AbstractContextManager[Any]],
+) -> StructureDiagram:
+    """Run the points of a diagram of structures; arguments as in ``bifurcation_diagram``.
+
+    Raises
+    ------
+    ParameterError
+        If an argument or one of the values is out of range; nothing has run then.
+    StateError
+        If an initial state does not fit.
+    Interrupted
+        After Ctrl-C; ``.result`` is the diagram, unreached points having the status ``pending``.
+    """
+    if len(parameter) != 1:
+        reject("parameters", ", ".join(parameter) or "none", "exactly one, with its values")
+    ((name, given),) = parameter.items()
+    if isinstance(system, Structure) and not (name in _OWN or is_of_stops(name)):
+        names = f"{', '.join(_OWN)}, gap, restitution, friction, gap_0 ..."
+        reject("name of the parameter", name, f"{names}; or a function that makes the structure")
+    values = vector(name, given)
+    if not len(values):
+        reject(name, given, "at least one value")
+    structures = _made(system, name, values)
+    periods = count("periods", periods, least=1)
+    options: dict[str, Any] = {
+        "periods": periods,
+        "keep": min(_KEPT, periods) if keep is None else count("keep", keep, least=0, most=periods),
+        "chatter_tolerance": positive("chatter_tolerance", chatter_tolerance),
+        "section_phase": number("section_phase", section_phase),
+        "workers": threads(workers),
+    }
+    cap = optional_count("max_events", max_events, least=1)
+    if cap is not None:
+        options["max_events"] = cap
+    begun = structures[0]._to_core(initial)
+    physical = np.asarray(initial, dtype=float).reshape(len(begun), 2, -1)
+    _check_starts(structures, begun, name, values)
+    compiled = [structure._compiled for structure in structures]
+    points: list[tuple[int, Any, Any]] = []
+    branches = [(start, kind) for kind in starts for start in range(len(begun))]
+    stopped = False
+    with bar(len(branches) * len(values)) as tell:
+        for number_of_branch, (start, kind) in enumerate(branches):
+            if stopped:
+                points += [(0, None, None)] * len(values)
+                continue
+            done = _after(number_of_branch * len(values), tell)
+            found, stopped = _core.structure_sweep(
+                compiled, begun[start], start=kind, progress=done, **options
+            )
+            points += found
+    runs = [
+        None if core is None else StructureRun(core, structures[i % len(values)], physical[start])
+        for i, ((_, core, _), (start, _)) in enumerate(
+            zip(points, [each for each in branches for _ in values], strict=True)
+        )
+    ]
+    diagram = StructureDiagram(
+        name=name,
+        values=read_only(np.tile(values, len(branches))),
+        branch=read_only(np.repeat(np.arange(len(branches)), len(values))),
+        status=read_only(np.array([STATUS_NAMES[code] for code, _, _ in points])),
+        label=read_only(np.array([_label(report) for _, _, report in points])),
+        m=read_only(np.array([(report and report.m) or 0 for _, _, report in points])),
+        n=read_only(np.array([_impacts(report) for _, _, report in points])),
+        residual=read_only(
+            np.array([np.nan if report is None else report.residual for _, _, report in points])
+        ),
+        runs=tuple(runs),
+    )
+    if stopped:
+        done_points = int(np.count_nonzero(diagram.status != "pending"))
+        message = f"interrupted after {done_points} of {len(points)} points"
+        raise Interrupted(message, diagram, holds="them")
+    return diagram
+
+
+def refuse_what_is_not_there(given: Mapping[str, Any]) -> None:
+    """Refuse, by name, what a diagram of structures does not do yet.
+
+    Raises
+    ------
+    ParameterError
+        Names the argument.
+    """
+    for name in _NOT_YET:
+        if given[name]:
+            value = os.fspath(given[name]) if name == "store" else given[name]
+            reject(name, value, "its default: a diagram of structures does without it so far")
+
+
+def _made(system: Any, name: str, values: Array) -> list[Structure]:
+    if isinstance(system, Structure):
+        if system.drive_frequency == 0 and name != "drive_frequency":
+            reject("drive_frequency", 0.0, "a number > 0: sections are taken once per drive period")
+        return [system.replace(**{name: value}) for value in values.tolist()]
+    made = [system(**{name: value}) for value in values.tolist()]
+    for value, structure in zip(values.tolist(), made, strict=True):
+        if not isinstance(structure, Structure):
+            reject("system", structure, f"a function whose result is a Structure, at {name}={value}")
+    return made
+
+
+def _check_starts(structures: list[Structure], begun: Array, name: str, values: Array) -> None:
+    for structure, value in zip(structures, values.tolist(), strict=True):
+        try:
+            _core.simulate_structure(structure._compiled, begun, time=0.0)
+        except StateError as error:
+            raise StateError(f"at {name}={value}: {error}") from None
+
+
+def _after(before: int, tell: Callable[[int], object] | None) -> Callable[[int], object] | None:
+    return None if tell is None else lambda done: tell(before + done)
+
+
+def _label(report: Any) -> str:
+    return "" if report is None else str(report.label)
+
+
+def _impacts(report: Any) -> int:
+    if report is None or report.n is None:
+        return 0
+    return int(report.n) if np.isfinite(report.n) else -1
