@@ -2,8 +2,8 @@
 //! least squares (Lawson & Hanson, *Solving Least Squares Problems*, chapter 23), in the form of its
 //! normal equations. Stops whose normals depend on those already pressed take over from one of them.
 
-use super::Fate;
 use super::instant::Instant;
+use super::{Fate, LEFT};
 use crate::numerics::dense::{DEPENDENT, Matrix, dot};
 use crate::numerics::double_double::DoubleDouble;
 use crate::search::first_contact::Start;
@@ -55,7 +55,7 @@ impl Complementarity {
         let fate = |known: &Known| match known {
             Known::Pressed => Fate::Pressed,
             Known::Undecided => Fate::Idle,
-            Known::Left(0) => Fate::Leaves(Start::Touching),
+            Known::Left(0) => Fate::Leaves(LEFT),
             Known::Left(_) => Fate::Leaves(Start::Released),
         };
         self.known.iter().map(fate).collect()
