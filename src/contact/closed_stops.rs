@@ -1,5 +1,5 @@
-//! Which stops of a structure stay closed, and which it leaves, from an instant at which some of them
-//! are touched without approach, g = g' = 0 (docs/structures.md).
+//! Which stops of a structure stay closed, and which it leaves, from an instant at which some of
+//! them are touched without approach, g = g' = 0 (docs/structures.md).
 //!
 //! Without friction the forces P solve a linear complementarity problem in accelerations,
 //!
@@ -61,8 +61,8 @@ enum Fate {
 }
 
 /// What follows from q and q' at an instant, with the `candidates` touched without approach, to
-/// rounding. `at_rest`: one of them whose velocity of slip is 0 by what came before, whatever rounding
-/// has made of it: slip has just ended, or an impact has ended in stick.
+/// rounding. `at_rest`: one of them whose velocity of slip is 0 by what came before, whatever
+/// rounding has made of it: slip has just ended, or an impact has ended in stick.
 #[allow(dead_code)]
 pub(crate) fn land(
     structure: &Structure,
@@ -120,7 +120,8 @@ pub(crate) fn land(
     }
 }
 
-/// Candidates in groups, none of which changes the motion along the normals and tangents of another.
+/// Candidates in groups, none of which changes the motion along the normals and tangents of
+/// another.
 fn groups_that_see_each_other(structure: &Structure, candidates: &[usize]) -> Vec<Vec<usize>> {
     let rows = |stop: usize| {
         let of = structure.contact(stop);
@@ -180,7 +181,8 @@ impl Rub<'_> {
         if let [stop] = *self.group {
             return self.alone(stop);
         }
-        // All but one must leave beyond doubt, or what holds them would depend on friction elsewhere.
+        // All but one must leave beyond doubt, or what holds them would depend on friction
+        // elsewhere.
         let rubs = |stop: &usize| self.structure().stops()[*stop].friction() > 0.0;
         let (rough, smooth): (Vec<usize>, Vec<usize>) = self.group.iter().partition(|j| rubs(j));
         let mut fitting = Vec::new();

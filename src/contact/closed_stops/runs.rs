@@ -1,5 +1,5 @@
-//! Whole runs of structures that fall dead on their stops (r = 0), leave them and meet them again: legs,
-//! events and landings together, in the plainest loop there is.
+//! Whole runs of structures that fall dead on their stops (r = 0), leave them and meet them again:
+//! legs, events and landings together, in the plainest loop there is.
 
 use nalgebra::{Complex, DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
@@ -107,8 +107,8 @@ impl<'a> Run<'a> {
         time + offset
     }
 
-    /// No velocity along these normals is left, and along those of others that are touched and would
-    /// then approach, by the least change of kinetic energy; with friction by the impact law.
+    /// No velocity along these normals is left, and along those of others that are touched and
+    /// would then approach, by the least change of kinetic energy; with friction by the impact law.
     fn fall(&mut self, stops: &mut Vec<usize>) {
         for &stop in &*stops {
             let (gap, _) = self.gap(stop);

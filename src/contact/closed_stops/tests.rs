@@ -1,4 +1,5 @@
-//! Landings against the enumeration of all sets of closed stops, and against what follows from them.
+//! Landings against the enumeration of all sets of closed stops, and against what follows from
+//! them.
 
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
@@ -14,7 +15,8 @@ fn random(rng: &mut ChaCha8Rng, count: usize) -> Vec<f64> {
     (0..count).map(|_| rng.random_range(-1.0..1.0)).collect()
 }
 
-/// A structure at rest at q = 0 under a load, touching all of its stops, with its normals as columns.
+/// A structure at rest at q = 0 under a load, touching all of its stops, with its normals as
+/// columns.
 fn at_rest(load: Vec<f64>, normals: &[Vec<f64>]) -> Structure {
     let count = load.len();
     let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
@@ -86,8 +88,8 @@ fn the_stops_that_stay_closed_are_those_of_the_enumeration() {
     assert!(sizes.iter().all(|count| *count > 5), "{sizes:?}");
 }
 
-/// More normals than coordinates: forces are not unique, but the motion is. What holds it is pressed
-/// by forces that do not pull.
+/// More normals than coordinates: forces are not unique, but the motion is. What holds it is
+/// pressed by forces that do not pull.
 #[test]
 fn of_stops_too_many_those_that_press_come_first() {
     let mut rng = ChaCha8Rng::seed_from_u64(22);

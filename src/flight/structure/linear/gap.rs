@@ -1,5 +1,5 @@
-//! What ends a leg, as functions of time that rise through zero, for the contact search: the gaps of
-//! the open stops; the forces of the closed ones, negative; the velocity of slip of a stop that
+//! What ends a leg, as functions of time that rise through zero, for the contact search: the gaps
+//! of the open stops; the forces of the closed ones, negative; the velocity of slip of a stop that
 //! slides, against its direction; how far a stop that sticks is from the friction cone's sides.
 
 use std::cell::OnceCell;
@@ -194,8 +194,8 @@ impl<'a> LinearGap<'a> {
             .unwrap_or((span, 0.0))
     }
 
-    /// The first derivative of the condition at the start that is not rounding, from the value on: its
-    /// order, and its sign. None: it is zero to many orders.
+    /// The first derivative of the condition at the start that is not rounding, from the value on:
+    /// its order, and its sign. None: it is zero to many orders.
     pub fn leading(&self, noise: f64) -> Option<(usize, f64)> {
         let series = self.series(0);
         let (_, size) = self.flight.value(&self.condition.row);

@@ -161,8 +161,8 @@ fn oscillator(square: f64, damping: f64, drive: f64, omega: f64) -> LinearMotion
     LinearMotion::new(&structure, Closed::Frictionless(vec![])).unwrap()
 }
 
-/// Resonance, critical damping, a free body and one on a damper: closed forms, which eigenvectors do
-/// not have.
+/// Resonance, critical damping, a free body and one on a damper: closed forms, which eigenvectors
+/// do not have.
 #[test]
 fn defective_motions_are_no_special_cases() {
     let close = |found: f64, wanted: f64, what: &str| {
