@@ -1,5 +1,5 @@
-//! Random flights of linear structures: the library's first contact, by modes, against a dense search
-//! along the Taylor series of the equations of motion in double-double, which knows no modes
+//! Random flights of linear structures: the library's first contact, by modes, against a dense
+//! search along the Taylor series of the equations of motion in double-double, which knows no modes
 //! (docs/contact-audit.md).
 
 use nalgebra::Complex;
@@ -268,8 +268,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The rounding level that the search states: 4 eps of the terms of the gap, and 6 eps V t with V >=
-/// |g'|, both by the modes.
+/// The rounding level that the search states: 4 eps of the terms of the gap, and 6 eps V t with V
+/// >= |g'|, both by the modes.
 fn level(case: &Case, structure: &Structure, span: f64) -> Level {
     let omega = case.frequency;
     let (mut size, mut rate) =

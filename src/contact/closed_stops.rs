@@ -1,5 +1,5 @@
-//! Which stops of a structure stay closed, and which it leaves, from an instant at which some of them
-//! are touched without approach, g = g' = 0 (docs/structures.md).
+//! Which stops of a structure stay closed, and which it leaves, from an instant at which some of
+//! them are touched without approach, g = g' = 0 (docs/structures.md).
 //!
 //! Without friction the forces P solve a linear complementarity problem in accelerations,
 //!
@@ -17,6 +17,8 @@
 mod complementarity;
 mod instant;
 #[cfg(test)]
+mod runs;
+#[cfg(test)]
 mod tests;
 
 use self::complementarity::Complementarity;
@@ -28,6 +30,9 @@ use crate::model::structure::Structure;
 use crate::numerics::dense::{DEPENDENT, dot, length};
 use crate::search::first_contact::Start;
 
+/// How a flight starts at a stop that is left by g'' < 0: that velocities have rounding, from those
+/// before an impact, plays no part.
+const LEFT: Start = Start::Grazed(0.0);
 /// Derivatives of the gaps, from the second on, that may decide.
 const ORDERS: usize = 6;
 
@@ -56,14 +61,15 @@ enum Fate {
 }
 
 /// What follows from q and q' at an instant, with the `candidates` touched without approach, to
-/// rounding. `slip_ended`: one of them whose velocity of slip has just become 0.
+/// rounding. `at_rest`: one of them whose velocity of slip is 0 by what came before, whatever
+/// rounding has made of it: slip has just ended, or an impact has ended in stick.
 #[allow(dead_code)]
 pub(crate) fn land(
     structure: &Structure,
     clock: Clock,
     (q, v): (&[f64], &[f64]),
     candidates: &[usize],
-    slip_ended: Option<usize>,
+    at_rest: Option<usize>,
 ) -> Landing {
     let instant = Instant::new(structure, clock, q, v);
     let rubs = |stop: &usize| structure.stops()[*stop].friction() > 0.0;
@@ -74,7 +80,7 @@ pub(crate) fn land(
     let Some(mut fates) = smooth_fates(&instant, &smooth) else { return Landing::Painleve };
     let mut rubbing = None;
     for group in groups {
-        let rub = Rub { instant: &instant, group: &group, at: (clock, q, v), slip_ended };
+        let rub = Rub { instant: &instant, group: &group, at: (clock, q, v), at_rest };
         match rub.outcome() {
             Outcome::Smooth(others) => fates.extend(others),
             Outcome::Rubs(stop, mode, others) => {
@@ -114,7 +120,8 @@ pub(crate) fn land(
     }
 }
 
-/// Candidates in groups, none of which changes the motion along the normals and tangents of another.
+/// Candidates in groups, none of which changes the motion along the normals and tangents of
+/// another.
 fn groups_that_see_each_other(structure: &Structure, candidates: &[usize]) -> Vec<Vec<usize>> {
     let rows = |stop: usize| {
         let of = structure.contact(stop);
@@ -154,7 +161,7 @@ struct Rub<'a> {
     instant: &'a Instant<'a>,
     group: &'a [usize],
     at: (Clock, &'a [f64], &'a [f64]),
-    slip_ended: Option<usize>,
+    at_rest: Option<usize>,
 }
 
 enum Outcome {
@@ -174,7 +181,8 @@ impl Rub<'_> {
         if let [stop] = *self.group {
             return self.alone(stop);
         }
-        // All but one must leave beyond doubt, or what holds them would depend on friction elsewhere.
+        // All but one must leave beyond doubt, or what holds them would depend on friction
+        // elsewhere.
         let rubs = |stop: &usize| self.structure().stops()[*stop].friction() > 0.0;
         let (rough, smooth): (Vec<usize>, Vec<usize>) = self.group.iter().partition(|j| rubs(j));
         let mut fitting = Vec::new();
@@ -218,7 +226,7 @@ impl Rub<'_> {
 
     /// The velocity of slip, 0 where it is rounding.
     fn slip_of(&self, stop: usize) -> f64 {
-        if self.slip_ended == Some(stop) { 0.0 } else { self.instant.slip(stop) }
+        if self.at_rest == Some(stop) { 0.0 } else { self.instant.slip(stop) }
     }
 
     /// One stop with friction as if there were no other.
@@ -236,7 +244,7 @@ impl Rub<'_> {
         };
         match contact.land(falls) {
             Next::Hold(mode) => Outcome::Rubs(stop, mode, Vec::new()),
-            Next::Separate => Outcome::Smooth(vec![(stop, Fate::Leaves(Start::Touching))]),
+            Next::Separate => Outcome::Smooth(vec![(stop, Fate::Leaves(LEFT))]),
             Next::Release => Outcome::Smooth(vec![(stop, Fate::Leaves(Start::Released))]),
             Next::Painleve | Next::Jammed => Outcome::Painleve,
         }
@@ -249,7 +257,7 @@ fn leaving(motion: &instant::Motion<'_>, stops: &[usize]) -> Option<Vec<(usize, 
         .iter()
         .map(|&stop| {
             let (acceleration, noise) = motion.gap_after(stop);
-            (acceleration < -noise).then_some((stop, Fate::Leaves(Start::Touching)))
+            (acceleration < -noise).then_some((stop, Fate::Leaves(LEFT)))
         })
         .collect()
 }

@@ -23,8 +23,8 @@ pub const CHATTER_SAFETY: f64 = 10.0;
 pub const FORCE_NOISE: f64 = 16.0;
 
 /// As [`FORCE_NOISE`], of the closed stops of a structure and of all orders, in norms of its modal
-/// accelerations. More than `flight::tolerances::LEADING_NOISE`: what a landing has decided, the leg
-/// that follows does not decide again.
+/// accelerations. More than `flight::tolerances::LEADING_NOISE`: what a landing has decided, the
+/// leg that follows does not decide again.
 pub const CLOSED_NOISE: f64 = 64.0;
 
 /// Longest step of the contact phase, as an angle of the fastest of both bodies and the drive:

@@ -1,10 +1,9 @@
 //! Exact free motion of a linear structure, and the gaps of its stops (docs/structures.md). Where
-//! damping does not couple the modes each is a scalar oscillator (modal.rs), else all of them together
-//! are one linear equation (linear.rs).
+//! damping does not couple the modes each is a scalar oscillator (modal.rs), else all of them
+//! together are one linear equation (linear.rs).
 
 mod linear;
 mod modal;
-mod stop_gap;
 
 use super::drive::{Drive, Trig};
 use crate::model::state::Clock;
@@ -201,8 +200,8 @@ impl StructureMotion {
         (dot(normal, q) - gap - amplitude * cos, dot(normal, v) + amplitude * drive.omega * sin)
     }
 
-    /// The coordinates of a contact, whose gap is 0 to rounding, moved onto the stop so that rounding
-    /// does not add up.
+    /// The coordinates of a contact, whose gap is 0 to rounding, moved onto the stop so that
+    /// rounding does not add up.
     #[must_use]
     pub fn on_stop(&self, stop: usize, gap: f64, q: &[f64]) -> Vec<f64> {
         let rows = self.structure.contact(stop);
@@ -219,8 +218,8 @@ impl StructureMotion {
         }
     }
 
-    /// First contact of a flight within one span, among all stops. `starts`: how the flight starts at
-    /// some of them, as on the one that has just been struck; it is apart from the others.
+    /// First contact of a flight within one span, among all stops. `starts`: how the flight starts
+    /// at some of them, as on the one that has just been struck; it is apart from the others.
     ///
     /// # Panics
     /// If the flight is of another structure, with modes of another kind.

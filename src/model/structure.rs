@@ -1,8 +1,8 @@
 //! Any linear structure with rigid stops (docs/structures.md): N coordinates q,
 //!
 //! ```text
-//! M q'' + C q' + K q = c + Re(F e^{i psi}) - (impulses and forces of the stops),  psi = omega t + phi
-//! g_j = n_j . q - gap_j - A_j cos(omega t + phi_j) <= 0
+//! M q'' + C q' + K q = c + Re(F e^{i psi}) - (impulses and forces of the stops)
+//! psi = omega t + phi,   g_j = n_j . q - gap_j - A_j cos(omega t + phi_j) <= 0
 //! ```
 //!
 //! with M positive definite, K and C positive semidefinite.

@@ -125,8 +125,8 @@ impl Matrix {
         }
     }
 
-    /// Eigenvalues, and eigenvectors in columns, of a symmetric matrix, by Jacobi's rotations (Golub
-    /// & Van Loan, *Matrix Computations*, section 8.5).
+    /// Eigenvalues, and eigenvectors in columns, of a symmetric matrix, by Jacobi's rotations
+    /// (Golub & Van Loan, *Matrix Computations*, section 8.5).
     pub fn eigen(mut self) -> (Vec<DoubleDouble>, Self) {
         let count = self.rows;
         let one = DoubleDouble::new(1.0);
@@ -175,8 +175,8 @@ impl Matrix {
     }
 }
 
-/// What is left of a vector orthogonal to an orthonormal basis; twice, as rounding of the first time
-/// is along the basis.
+/// What is left of a vector orthogonal to an orthonormal basis; twice, as rounding of the first
+/// time is along the basis.
 fn orthogonal(basis: &[Vec<DoubleDouble>], mut vector: Vec<DoubleDouble>) -> Vec<DoubleDouble> {
     for _ in 0..2 {
         for b in basis {

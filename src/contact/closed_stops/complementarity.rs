@@ -1,8 +1,9 @@
 //! The linear complementarity problem of frictionless stops, by an active set as for non-negative
-//! least squares (Lawson & Hanson, *Solving Least Squares Problems*, chapter 23), in the form of its
-//! normal equations. Stops whose normals depend on those already pressed take over from one of them.
+//! least squares (Lawson & Hanson, *Solving Least Squares Problems*, chapter 23), in the form of
+//! its normal equations. Stops whose normals depend on those already pressed take over from one of
+//! them.
 
-use super::Fate;
+use super::{Fate, LEFT};
 use crate::model::structure::Structure;
 use crate::numerics::dense::{DEPENDENT, Matrix, dot};
 use crate::numerics::double_double::DoubleDouble;
@@ -55,14 +56,14 @@ impl Complementarity {
         let fate = |known: &Known| match known {
             Known::Pressed => Fate::Pressed,
             Known::Undecided => Fate::Idle,
-            Known::Left(0) => Fate::Leaves(Start::Touching),
+            Known::Left(0) => Fate::Leaves(LEFT),
             Known::Left(_) => Fate::Leaves(Start::Released),
         };
         self.known.iter().map(fate).collect()
     }
 
-    /// The forces of one order, from the free accelerations of the gaps with their rounding; and what
-    /// that decides. `None`: no forces keep the gaps from closing.
+    /// The forces of one order, from the free accelerations of the gaps with their rounding; and
+    /// what that decides. `None`: no forces keep the gaps from closing.
     pub fn decide(&mut self, order: usize, gammas: &[(f64, f64)]) -> Option<()> {
         let count = self.known.len();
         let is_pressed = |known: &[Known], i: usize| known[i] == Known::Pressed;
@@ -154,8 +155,8 @@ impl Complementarity {
         depends.then(|| (0..passive.len()).map(|i| parts[(i, 0)].value()).collect())
     }
 
-    /// A stop that closes in although its normal is made of passive ones: its force grows at the cost
-    /// of theirs until one of those is gone. `None`: none is, and they jam.
+    /// A stop that closes in although its normal is made of passive ones: its force grows at the
+    /// cost of theirs until one of those is gone. `None`: none is, and they jam.
     fn take_over(
         &mut self,
         order: usize,

@@ -1,4 +1,5 @@
-//! Landings against the enumeration of all sets of closed stops, and against what follows from them.
+//! Landings against the enumeration of all sets of closed stops, and against what follows from
+//! them.
 
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
@@ -14,7 +15,8 @@ fn random(rng: &mut ChaCha8Rng, count: usize) -> Vec<f64> {
     (0..count).map(|_| rng.random_range(-1.0..1.0)).collect()
 }
 
-/// A structure at rest at q = 0 under a load, touching all of its stops, with its normals as columns.
+/// A structure at rest at q = 0 under a load, touching all of its stops, with its normals as
+/// columns.
 fn at_rest(load: Vec<f64>, normals: &[Vec<f64>]) -> Structure {
     let count = load.len();
     let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
@@ -86,8 +88,8 @@ fn the_stops_that_stay_closed_are_those_of_the_enumeration() {
     assert!(sizes.iter().all(|count| *count > 5), "{sizes:?}");
 }
 
-/// More normals than coordinates: forces are not unique, but the motion is. What holds it is pressed
-/// by forces that do not pull.
+/// More normals than coordinates: forces are not unique, but the motion is. What holds it is
+/// pressed by forces that do not pull.
 #[test]
 fn of_stops_too_many_those_that_press_come_first() {
     let mut rng = ChaCha8Rng::seed_from_u64(22);
@@ -176,7 +178,7 @@ fn of_two_stops_with_one_normal_the_faster_one_holds() {
             // The stop whose acceleration is lower: -first or second.
             let holds = usize::from(-first > second);
             assert_eq!(closed, Closed::Frictionless(vec![holds]));
-            assert_eq!(leaving, [(1 - holds, Start::Touching)]);
+            assert_eq!(leaving, [(1 - holds, LEFT)]);
         }
     }
     // Between stops that close in from both sides nothing fits.
@@ -210,7 +212,7 @@ fn friction_holds_or_slides() {
     assert_eq!(landed(&block(-0.7, 1.0), [0.0; 2], None), slide(-1.0));
     assert_eq!(landed(&block(0.5, 1.0), [-0.1, 0.0], None), slide(-1.0));
     assert_eq!(landed(&block(0.5, 1.0), [-1e-17, 0.0], Some(0)), stick());
-    let leaving = vec![(0, Start::Touching)];
+    let leaving = vec![(0, LEFT)];
     assert_eq!(landed(&block(0.5, -1.0), [0.0; 2], None), Landing::Separate { leaving });
 }
 
@@ -241,13 +243,13 @@ fn friction_beside_other_stops() {
     // Which is left, as the load pulls away from it.
     let landing = landed([-1.0, 1.0, 1.0, 1.0], vec![rough(1, 0), smooth(0)]);
     let closed = Closed::Slide { stop: 0, direction: -1.0, beside: vec![] };
-    let leaving = vec![(1, Start::Touching)];
+    let leaving = vec![(1, LEFT)];
     assert_eq!(landing, Landing::Hold { closed, leaving });
     // Two with friction.
     assert_eq!(landed(pressed, vec![rough(1, 0), rough(2, 3)]), Landing::TooManyWithFriction);
     let landing = landed([0.1, 1.0, -1.0, 1.0], vec![rough(1, 0), rough(2, 3)]);
     let closed = Closed::Stick { stop: 0, beside: vec![] };
-    let leaving = vec![(1, Start::Touching)];
+    let leaving = vec![(1, LEFT)];
     assert_eq!(landing, Landing::Hold { closed, leaving });
 }
 
@@ -287,7 +289,7 @@ fn landings_are_those_of_the_legs_that_follow() {
         let clock = motion.clock_after(&flight, soon);
         let free = crate::flight::StructureMotion::new(&leg.structure);
         for (stop, start) in leaving {
-            assert_eq!(start, Start::Touching);
+            assert_eq!(start, LEFT);
             let (gap, rate) = free.gap(stop, clock, &q, &v);
             assert!(gap < 0.0 && rate < 0.0, "{round} {stop} {gap:e} {rate:e}");
         }

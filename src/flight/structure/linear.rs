@@ -36,8 +36,8 @@ pub(crate) use leg::LinearFlight;
 pub(crate) enum Closed {
     /// These, ascending, without friction; none: free flight.
     Frictionless(Vec<usize>),
-    /// One slides with friction, its velocity of slip of this sign, beside frictionless stops that do
-    /// not see it.
+    /// One slides with friction, its velocity of slip of this sign, beside frictionless stops that
+    /// do not see it.
     Slide { stop: usize, direction: f64, beside: Vec<usize> },
     /// One is held by friction.
     Stick { stop: usize, beside: Vec<usize> },

@@ -1,9 +1,11 @@
-//! Free motion of a structure whose modes are oscillators of their own: the same closed forms as the
-//! pendulum's, for every damping, at resonance, without a spring, and on a damper alone.
+//! Free motion of a structure whose modes are oscillators of their own: the same closed forms as
+//! the pendulum's, for every damping, at resonance, without a spring, and on a damper alone.
+
+mod stop_gap;
 
 use std::sync::OnceLock;
 
-use super::stop_gap::StopGap;
+use self::stop_gap::StopGap;
 use super::{StopContact, StopMotion, dot};
 use crate::flight::drive::{Drive, Trig, Turn};
 use crate::flight::oscillator::{BodyFlight, FreeBody, Motion, Oscillator};

@@ -17,7 +17,7 @@ pub(crate) struct Leg {
     pub load: Vec<f64>,
 }
 
-fn dots(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn dots(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 

@@ -10,7 +10,8 @@
 //! brings. With the columns of Z an orthonormal basis of what is orthogonal to R,
 //!
 //! ```text
-//! p = Z y + X u,   X = R^T (R R^T)^-1 rho,     lambda = G^-1 (R a - rho J^2 u),   G = R (directions)
+//! p = Z y + X u,   X = R^T (R R^T)^-1 rho
+//! lambda = G^-1 (R a - rho J^2 u),   G = R (force directions)
 //! y'' = Z^T p'' = (from place) y + (from rate) y' + (from loads) u
 //! ```
 //!

@@ -40,8 +40,8 @@ impl Ends {
 }
 
 impl LinearMotion {
-    /// First event of a leg: within one span, or clear of all up to a time that may be several spans.
-    /// `starts`: how it starts at some of the open stops; it is apart from the others.
+    /// First event of a leg: within one span, or clear of all up to a time that may be several
+    /// spans. `starts`: how it starts at some of the open stops; it is apart from the others.
     pub fn next_event(&self, flight: &LinearFlight, starts: &[(usize, Start)]) -> LegEvent {
         let span = self.equation.span;
         let (mut left, mut clear, mut first) = (span, f64::INFINITY, None);

@@ -1,5 +1,5 @@
-//! What ends a leg, as functions of time that rise through zero, for the contact search: the gaps of
-//! the open stops; the forces of the closed ones, negative; the velocity of slip of a stop that
+//! What ends a leg, as functions of time that rise through zero, for the contact search: the gaps
+//! of the open stops; the forces of the closed ones, negative; the velocity of slip of a stop that
 //! slides, against its direction; how far a stop that sticks is from the friction cone's sides.
 
 use std::cell::OnceCell;
@@ -194,22 +194,23 @@ impl<'a> LinearGap<'a> {
             .unwrap_or((span, 0.0))
     }
 
-    /// The first derivative of the condition at the start that is not rounding, from the value on: its
-    /// order, and its sign. None: it is zero to many orders.
+    /// The first derivative of the condition at the start that is not rounding, from the value on:
+    /// its order, and its sign. None: it is zero to many orders.
     pub fn leading(&self, noise: f64) -> Option<(usize, f64)> {
         let series = self.series(0);
         let (_, size) = self.flight.value(&self.condition.row);
         let z = self.flight.bounds(&self.motion.equation, 1.0);
         let [place, over, rate, turning] = self.condition.norms;
-        let order = (0..LEG_ORDER.min(z.len() - 1)).find(|&k| {
-            let level = if k == 0 {
-                size
-            } else {
-                let free = (place * z[k - 1]).min(over * z[k]) + rate * z[k];
-                free + turning * self.motion.equation.turn.powi(k as i32)
-            };
-            let factorial: f64 = (1..=k).map(|n| n as f64).product();
-            (series[k] * factorial).abs() > noise * level
+        let level = |k: usize| {
+            let free = (place * z[k - 1]).min(over * z[k]) + rate * z[k];
+            free + turning * self.motion.equation.turn.powi(k as i32)
+        };
+        let mut factorial = 1.0;
+        let order = (0..z.len() - 1).find(|&k| {
+            factorial *= k.max(1) as f64;
+            // What it has lost or gained by the next derivative has left its rounding.
+            let own = if k == 0 { size } else { level(k) };
+            (series[k] * factorial).abs() > noise * (own + level(k + 1))
         })?;
         Some((order, series[order].signum()))
     }

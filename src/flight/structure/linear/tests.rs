@@ -10,7 +10,7 @@ use nalgebra::Complex;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::draws::{Leg, chain, draw};
+use super::draws::{Leg, chain, dots, draw};
 use super::gap::{Ends, LinearGap};
 use super::*;
 use crate::model::Stop;
@@ -161,8 +161,8 @@ fn oscillator(square: f64, damping: f64, drive: f64, omega: f64) -> LinearMotion
     LinearMotion::new(&structure, Closed::Frictionless(vec![])).unwrap()
 }
 
-/// Resonance, critical damping, a free body and one on a damper: closed forms, which eigenvectors do
-/// not have.
+/// Resonance, critical damping, a free body and one on a damper: closed forms, which eigenvectors
+/// do not have.
 #[test]
 fn defective_motions_are_no_special_cases() {
     let close = |found: f64, wanted: f64, what: &str| {
@@ -333,4 +333,36 @@ fn a_painleve_point_has_no_leg() {
         LinearMotion::new(&structure, Closed::Slide { stop: 0, direction, beside: vec![] })
     };
     assert!(slide(1.0).is_none() && slide(-1.0).is_some());
+}
+
+/// Undamped, undriven, on stops at rest: no work is done, over any time.
+#[test]
+fn closed_stops_at_rest_do_no_work() {
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let mut worst = 0.0f64;
+    for _ in 0..20 {
+        let Leg { structure, q, v, .. } = draw(&mut rng, 1);
+        let builder = Structure::builder(structure.mass().to_vec(), structure.stiffness().to_vec());
+        let stop = structure.stops()[0].normal();
+        let structure = builder.stop(Stop::new(stop, dots(stop, &q), 0.8)).build().unwrap();
+        let motion = LinearMotion::new(&structure, Closed::Frictionless(vec![0])).unwrap();
+        let energy = |q: &[f64], v: &[f64]| {
+            let form = |matrix: &[Vec<f64>], x: &[f64]| -> f64 {
+                matrix.iter().zip(x).map(|(row, a)| a * dots(row, x)).sum()
+            };
+            0.5 * (form(structure.mass(), v) + form(structure.stiffness(), q))
+        };
+        let flight = motion.flight(Clock::START, &q, &v);
+        let (q, v) = motion.state_after(&flight, DoubleDouble::ZERO);
+        let before = energy(&q, &v);
+        for spans in [0.7, 20.0, 1e3, 1e5] {
+            let (q, v) = motion.state_after(&flight, DoubleDouble::new(spans * motion.span()));
+            // A free body goes far, and its place has the rounding of that.
+            let size = q.iter().fold(1.0, |most: f64, q| most.max(q.abs())).powi(2);
+            let allowed = 1e-14 * before + EPS * size;
+            worst = worst.max((energy(&q, &v) - before).abs() / allowed);
+        }
+    }
+    println!("{worst:e}");
+    assert!(worst < 1.0, "{worst:e}");
 }

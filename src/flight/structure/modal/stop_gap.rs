@@ -1,7 +1,6 @@
 //! The gap of one stop along a flight of a structure, as the contact search asks for it.
 
-use super::StopMotion;
-use super::modal::{ModalFlight, ModalMotion};
+use super::{ModalFlight, ModalMotion, StopMotion};
 use crate::flight::drive::{Trig, Turn};
 use crate::flight::oscillator::Motion;
 use crate::flight::table::Loads;
@@ -33,8 +32,8 @@ impl StopGap<'_> {
         self.stop.amplitude.abs() * self.stop.drive.omega.powi(order)
     }
 
-    /// Derivatives 0 to 5 of the stop's motion A cos at a phase, its value as the increment from the
-    /// start.
+    /// Derivatives 0 to 5 of the stop's motion A cos at a phase, its value as the increment from
+    /// the start.
     fn stop_motion(&self, (c1, sin): (f64, f64)) -> [f64; 6] {
         let StopMotion { amplitude, drive, .. } = self.stop;
         if *amplitude == 0.0 {
