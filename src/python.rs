@@ -18,6 +18,7 @@ mod one_impact;
 mod orbit;
 mod run;
 mod structure;
+mod structure_parts;
 mod structure_run;
 mod structure_sweep;
 mod sweep;

@@ -92,7 +92,7 @@ fn compare(name: &str) -> (usize, Vec<String>) {
                 assert!(error <= 100.0, "{place}: {what} {found} {wanted}: {error}");
             };
             let slow = found.approach_velocity.min(1.0);
-            let regime = found.regime.kind().name();
+            let regime = found.regime.name();
             assert_eq!(regime, wanted["regime"].as_str().unwrap(), "{place}");
             regimes.push(regime.to_owned());
             let time = found.period as f64 * period + found.time_in_period;

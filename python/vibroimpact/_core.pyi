@@ -415,6 +415,21 @@ class StructureRun:
     def interrupted(self) -> bool:
         """Whether Ctrl-C ended it."""
 
+    def to_json(self) -> str:
+        """Everything but structure and arrays, as JSON with exact numbers."""
+
+    @staticmethod
+    def from_parts(
+        structure: Structure,
+        text: str,
+        impacts: dict[str, NDArray[Any]],
+        stroboscopic: NDArray[np.float64],
+        events: dict[str, NDArray[Any]],
+        grazes: dict[str, NDArray[Any]],
+        contacts: dict[str, NDArray[Any]],
+    ) -> StructureRun:
+        """A run from its structure, the text of ``to_json`` and the arrays."""
+
     def period(self) -> PeriodReport:
         """Period, impact count and label."""
 

@@ -13,6 +13,7 @@ use super::enums::Member;
 use super::errors::Crossing;
 use super::run::{PyPeriodReport, further, horizon, make};
 use super::structure::PyStructure;
+use super::structure_parts::{starts, tables};
 use crate::analysis::Workers;
 use crate::analysis::sweep::run_and_count;
 use crate::model::error::ParameterError;
@@ -66,7 +67,7 @@ fn impacts<'py>(
     table.set_item("v_post", wide(|row| &row.v_post)?)?;
     table.set_item("approach_velocity", floats(|row| row.approach_velocity))?;
     table.set_item("phase", floats(|row| row.phase))?;
-    table.set_item("regime", whole(|row| row.regime.kind() as i64))?;
+    table.set_item("regime", whole(|row| row.regime as i64))?;
     table.set_item("impulse_normal", floats(|row| row.impulse_normal))?;
     table.set_item("impulse_tangential", floats(|row| row.impulse_tangential))?;
     table.set_item("energy_loss", floats(|row| row.energy_loss))?;
@@ -254,6 +255,28 @@ impl PyStructureRun {
         Ok(PyPeriodReport(report))
     }
 
+    /// Everything but structure and arrays, as JSON with exact numbers.
+    fn to_json(&self) -> PyResult<String> {
+        serde_json::to_string(&self.0.progress()).map_err(|e| PyValueError::new_err(e.to_string()))
+    }
+
+    /// A run from its structure, the text of `to_json` and the arrays.
+    #[staticmethod]
+    fn from_parts(
+        structure: &PyStructure,
+        text: &str,
+        impacts: &Bound<'_, PyDict>,
+        stroboscopic: PyReadonlyArray3<'_, f64>,
+        events: &Bound<'_, PyDict>,
+        grazes: &Bound<'_, PyDict>,
+        contacts: &Bound<'_, PyDict>,
+    ) -> PyResult<Self> {
+        let progress =
+            serde_json::from_str(text).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        let tables = tables(impacts, &stroboscopic, events, grazes, contacts)?;
+        Ok(Self(Run::of(structure.0.clone(), progress, tables)))
+    }
+
     /// Continue for further periods or time.
     #[pyo3(signature = (*, periods = None, time = None, keep = None, max_events = None))]
     fn resume(
@@ -294,14 +317,6 @@ fn states<'py, 'a>(
         count += 1;
     }
     PyArray1::from_vec(py, flat).reshape([count, 2, width])
-}
-
-/// Starts from an array (k, 2, N).
-fn starts(array: &PyReadonlyArray3<'_, f64>) -> Vec<StructureState> {
-    let rows = array.as_array();
-    rows.outer_iter()
-        .map(|start| StructureState::new(&start.row(0).to_vec(), &start.row(1).to_vec()))
-        .collect()
 }
 
 /// Runs of a structure, one per start (k, 2, N); whether Ctrl-C ended the work, and a failure.

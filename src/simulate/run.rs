@@ -8,6 +8,7 @@ mod kept;
 mod legs;
 mod oblique;
 mod options;
+mod progress;
 mod recorded;
 mod structure;
 mod structure_audit;
@@ -17,6 +18,8 @@ pub use bounces::{Bounces, BouncesEnd};
 pub(crate) use collection::Collection;
 pub(crate) use collector::Collector;
 pub use options::RunOptions;
+#[cfg_attr(not(feature = "python"), expect(unused_imports))]
+pub(crate) use progress::Tables;
 pub use recorded::{Recorded, Row};
 pub use structure::{StopContactRecord, StopGrazeRecord, StopImpactRecord};
 pub use structure_audit::StructureAudit;

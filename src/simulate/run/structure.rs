@@ -6,7 +6,7 @@ use super::Run;
 use super::legs::{Kind, Leg};
 use super::recorded::{Kept, Recorded, Row};
 use crate::flight::Drive;
-use crate::impact::Regime;
+use crate::impact::RegimeKind;
 use crate::model::state::Clock;
 use crate::model::structure::{Coordinates, Structure, StructureState};
 use crate::numerics::double_double::DoubleDouble;
@@ -39,7 +39,7 @@ pub struct StopImpactRecord {
     /// u before.
     pub approach_velocity: f64,
     /// How friction acted.
-    pub regime: Regime,
+    pub regime: RegimeKind,
     /// P >= 0, against the normal.
     pub impulse_normal: f64,
     /// Q, along the tangent.
@@ -168,7 +168,7 @@ impl Recorded for Structure {
                     v_pre: e.pre.v.clone(),
                     v_post: e.post.v.clone(),
                     approach_velocity: impact.approach_velocity,
-                    regime: impact.regime,
+                    regime: impact.regime.kind(),
                     impulse_normal: impact.impulse_normal,
                     impulse_tangential: impact.impulse_tangential,
                     energy_loss: impact.energy_loss,
