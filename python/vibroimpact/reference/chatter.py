@@ -78,24 +78,25 @@ class Tail:
         self._tolerance = tolerance
         self._nodes: list[Bounce] = []
         self._last: Bounce | None = None
-        self._falling = 0
+        #: Impacts in a row whose approach velocity falls.
+        self.falling = 0
 
     def forget(self) -> None:
         """Forget the tail, after a contact phase."""
-        self._nodes, self._last, self._falling = [], None, 0
+        self._nodes, self._last, self.falling = [], None, 0
 
     def observe(self, bounce: Bounce) -> Accumulation | None:
         """Add the next impact; return the accumulation point when it is known well enough."""
         last, self._last = self._last, bounce
         if last is None or not bounce.u < last.u:
-            self._nodes, self._falling = [bounce], 1
+            self._nodes, self.falling = [bounce], 1
             return None
-        self._falling += 1
+        self.falling += 1
         found = None
         if bounce.regime not in ANALYTIC:
             self._nodes = []
             # linear extrapolation: do not try before u is that small
-            if self._falling >= _LEAST_NODES and bounce.u < self._tolerance:
+            if self.falling >= _LEAST_NODES and bounce.u < self._tolerance:
                 found = step_to_limit(last, bounce)
         elif (last.regime, last.signs) != (bounce.regime, bounce.signs):
             self._nodes = [bounce]

@@ -1,0 +1,130 @@
+"""What a run of a structure gives, and two such runs as one with stated errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from flint import arb, ctx
+
+from ..contact import Undecided
+from .impulses import Blow
+
+#: Coordinates and velocities.
+State = tuple[tuple[arb, ...], tuple[arb, ...]]
+
+
+@dataclass(frozen=True)
+class Impact:
+    """One impact: completed periods, time, place, and what the impact law gives."""
+
+    period: int
+    time: arb
+    q: tuple[arb, ...]
+    blow: Blow
+
+
+@dataclass(frozen=True)
+class Change:
+    """Another event: what becomes of a stop, with the state.
+
+    kind: chatter (its limit), closed (without friction), slide_positive, slide_negative, stick,
+    release.
+    """
+
+    kind: str
+    time: arb
+    stop: int
+    state: State
+
+
+@dataclass(frozen=True)
+class StructureRun:
+    """Impacts and other events in order; the states at the times asked for; why the run ended.
+
+    `ending`: completed, event_cap, or what is no single outcome: simultaneous, sequence_cap,
+    painleve (no force fits), frictional_contacts (several closed stops, with friction). The impact
+    at which a chatter is completed is not listed. The first `proved` entries of the story and the
+    first `proved_states` states enclose the exact motion, the radii of the others are stated
+    errors. `precision` in bits.
+    """
+
+    story: list[Impact | Change]
+    states: list[State]
+    ending: str
+    precision: int
+    proved: int
+    proved_states: int
+
+    @property
+    def impacts(self) -> list[Impact]:
+        """The impacts in order."""
+        return [entry for entry in self.story if isinstance(entry, Impact)]
+
+
+def merged(plain: StructureRun, finer: StructureRun) -> StructureRun:
+    """The finer values with radii that include the plain ones, where these are no enclosures.
+
+    Further impacts of the finer run before the limit of a chatter are left out.
+
+    Raises
+    ------
+    Undecided : the runs differ in their events
+    """
+    with ctx.workprec(finer.precision):
+        story: list[Impact | Change] = []
+        rest = iter(finer.story)
+        for number, one in enumerate(plain.story):
+            two = next(rest, None)
+            while isinstance(one, Change) and one.kind == "chatter" and isinstance(two, Impact):
+                two = next(rest, None)
+            if number < plain.proved:
+                story.append(one)
+            elif isinstance(one, Impact) and isinstance(two, Impact):
+                story.append(_impact(one, two))
+            elif isinstance(one, Change) and isinstance(two, Change):
+                if (one.kind, one.stop) != (two.kind, two.stop):
+                    raise Undecided("the events of two runs")
+                state = _states(one.state, two.state)
+                story.append(replace(two, time=_ball(one.time, two.time), state=state))
+            else:
+                raise Undecided("the events of two runs")
+        known = (plain.ending, len(plain.states), None)
+        if known != (finer.ending, len(finer.states), next(rest, None)):
+            raise Undecided("the ends of two runs")
+        states = [
+            one if k < plain.proved_states else _states(one, two)
+            for k, (one, two) in enumerate(zip(plain.states, finer.states, strict=True))
+        ]
+    return replace(plain, story=story, states=states)
+
+
+def _impact(one: Impact, two: Impact) -> Impact:
+    a, b = one.blow, two.blow
+    if (one.period, a.stop, a.regime) != (two.period, b.stop, b.regime):
+        raise Undecided("the impacts of two runs")
+    blow = Blow(
+        a.stop,
+        _balls(a.v_pre, b.v_pre),
+        _balls(a.v_post, b.v_post),
+        _ball(a.u, b.u),
+        _ball(a.u_post, b.u_post),
+        a.regime,
+        _ball(a.normal, b.normal),
+        _ball(a.tangential, b.tangential),
+        _ball(a.slip, b.slip),
+        _ball(a.energy_loss, b.energy_loss),
+    )
+    return Impact(one.period, _ball(one.time, two.time), _balls(one.q, two.q), blow)
+
+
+def _states(one: State, two: State) -> State:
+    return _balls(one[0], two[0]), _balls(one[1], two[1])
+
+
+def _balls(one: tuple[arb, ...], two: tuple[arb, ...]) -> tuple[arb, ...]:
+    return tuple(_ball(p, q) for p, q in zip(one, two, strict=True))
+
+
+def _ball(one: arb, two: arb) -> arb:
+    """The finer value with a radius that includes the other one."""
+    return arb(two.mid(), (abs(one - two) + two.rad()).abs_upper())
