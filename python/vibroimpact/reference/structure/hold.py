@@ -103,23 +103,25 @@ class Hold:
             return Ended("frictional_contacts")
         raise Undecided("no set of closed stops fits")
 
+    def pull(self, stops: Sequence[int]) -> fmpq_mat:
+        """The matrix W of stops, n_i M^-1 n_j, exactly."""
+        normals = [self.structure.stops[j].normal for j in stops]
+        entries = [self.structure.coupling(a, b) for a in normals for b in normals]
+        return fmpq_mat(len(stops), len(stops), entries)
+
     def closed(self, stops: tuple[int, ...]) -> Mode | None:
         """The mode with these stops closed and without friction; None if they are dependent."""
         if not stops:
             return self.flight
         if stops not in self._sets:
-            structure = self.structure
-            normals = [structure.stops[j].normal for j in stops]
-            pull = fmpq_mat(
-                len(stops),
-                len(stops),
-                [-structure.coupling(a, b) for a in normals for b in normals],
-            )
+            pull = self.pull(stops)
             if pull.det() == 0:
                 self._sets[stops] = None
             else:
-                columns = [-structure.push(normal) for normal in normals]
-                generator, forces = self._led([self.rates[j] for j in stops], columns, pull)
+                pushes = [self.structure.push(self.structure.stops[j].normal) for j in stops]
+                generator, forces = self._led(
+                    [self.rates[j] for j in stops], [-push for push in pushes], -pull
+                )
                 watches = tuple(
                     Watch("release", j, -force) for j, force in zip(stops, forces, strict=True)
                 )

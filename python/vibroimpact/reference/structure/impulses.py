@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from flint import arb, arb_mat, fmpq_mat
+from flint import arb, arb_mat
 
 from ..contact import Undecided
 from ..impact import Place
@@ -153,7 +153,7 @@ def _together(hold: Hold, rates: dict[int, arb], z: arb_mat) -> Struck:
     wanted = {j: -arb(structure.stops[j].restitution) * speed[j] for j in stops}
     for count in range(len(stops), -1, -1):
         for chosen in combinations(stops, count):
-            impulses = _impulses(structure, chosen, [rates[j] - wanted[j] for j in chosen])
+            impulses = _impulses(hold, chosen, [rates[j] - wanted[j] for j in chosen])
             if impulses is None or any(settled(p) < 0 for p in impulses.values()):
                 continue
             after = {j: _relieved(structure, j, rates[j], impulses) for j in stops}
@@ -177,16 +177,11 @@ def _together(hold: Hold, rates: dict[int, arb], z: arb_mat) -> Struck:
     raise Undecided("no set of impulses fits")
 
 
-def _impulses(
-    structure: Structure, chosen: Sequence[int], changes: Sequence[arb]
-) -> dict[int, arb] | None:
+def _impulses(hold: Hold, chosen: Sequence[int], changes: Sequence[arb]) -> dict[int, arb] | None:
     """The impulses that change the approach velocities so; None if the stops are dependent."""
     if not chosen:
         return {}
-    normals = [structure.stops[j].normal for j in chosen]
-    pull = fmpq_mat(
-        len(chosen), len(chosen), [structure.coupling(a, b) for a in normals for b in normals]
-    )
+    pull = hold.pull(chosen)
     if pull.det() == 0:
         return None
     found = arb_mat(pull.inv()) * column(changes)

@@ -24,7 +24,7 @@ from ..flight import Number, exact, rational
 from ..samples import Samples, no_state
 from .flow import Flow, Watched, column, vector
 from .hold import Ended, Hold, Mode, Watch, certain
-from .impulses import Blow, strike
+from .impulses import Blow, Struck, strike
 from .model import Structure
 from .result import Change, Impact, State, StructureRun, merged
 
@@ -174,8 +174,8 @@ class _Motion:
         if found is None or self.samples.full():
             return "completed"
         self.now, self.z = then, flow.state(found)
-        self._keep()
         struck = [watch.stop for watch in watches if watch.event == "contact"]
+        self._keep(struck)
         self.touching = {}
         if len(struck) == len(watches):
             return self._impact(struck)
@@ -228,14 +228,11 @@ class _Motion:
 
     def _impact(self, struck: Sequence[int]) -> str | None:
         """Impacts, and the modes they lead to."""
-        if len(struck) == 1 and not any(self.structure.sees(struck[0], k) for k in self.held):
-            limit = self._tail(struck[0])
-            if limit is not None:
-                return self._limit(struck[0], limit)
-        else:
-            self.tail.forget()
         before = self.z
         done = strike(self.hold, struck, self.held, before)
+        limit = self._tail(struck, done)
+        if limit is not None:
+            return self._limit(struck[0], limit)
         q = vector(before, 0, self.size)
         passed = len(self.samples.states)
         for blow in done.blows:
@@ -263,16 +260,32 @@ class _Motion:
             return bool(hit[rough[0]].slip.is_zero())
         return self.mode.kind == "stick" and rough == list(self.mode.closed)
 
-    def _tail(self, j: int) -> Accumulation | None:
-        """The limit of a chatter at one stop, when it is known well enough."""
-        rough = self.hold.rubs[j]
+    def _tail(self, struck: Sequence[int], done: Struck) -> Accumulation | None:
+        """The limit of a chatter at one stop, when it is known well enough.
+
+        Stops that are held must stay so through every impact of it.
+        """
+        stays = all(done.rates[k].is_zero() for k in self.held)
+        if len(struck) > 1 or done.ending is not None or not stays:
+            self.tail.forget()
+            return None
+        (j,) = struck
         u = (self.hold.rates[j] * self.z)[0, 0]
-        slip = (self.structure.slip_row(j) * self.z)[0, 0] if rough else arb(0)
-        outcome = strike(self.hold, [j], (), self.z).blows[0]
-        signs = (j, 0 if slip.contains(0) else certain(slip), *self.mode.closed)
+        slip = self._slip(j)
+        signs = (
+            j,
+            0 if slip.contains(0) else certain(slip),
+            *self.mode.closed,
+            *(blow.stop for blow in done.blows),
+        )
         values = (self.now, *vector(self.z, 0, 2 * self.size))
         middle = tuple(value.mid() for value in values)
-        return self.tail.observe(Bounce(middle, u.mid(), outcome.regime, signs))
+        regime = done.blows[0].regime if len(done.blows) == 1 else "frictionless"
+        return self.tail.observe(Bounce(middle, u.mid(), regime, signs))
+
+    def _slip(self, j: int) -> arb:
+        """Velocity of slip at a stop; 0 without friction."""
+        return (self.structure.slip_row(j) * self.z)[0, 0] if self.hold.rubs[j] else arb(0)
 
     def _limit(self, j: int, limit: Accumulation) -> str | None:
         """A chatter is completed."""
@@ -280,10 +293,12 @@ class _Motion:
         self.now = limit.values[0]
         self.z = column([*limit.values[1:], arb(1), arb(1), arb(0)])
         self._round()
-        self._project(j)
         self.held, self.touching = tuple(sorted((*self.held, j))), {}
+        self._project(self.held)
         # other impacts than slip reverse or stop it, so that it is of the order of u
         self.still = self.hold.rubs[j] and limit.regime not in ANALYTIC
+        if self.hold.rubs[j] and not self.still and not abs(self._slip(j)) > 10 * limit.error():
+            raise Undecided("the direction of slip at the end of a chatter")
         self.tail.forget()
         self._tell("chatter", j)
         ending = self._settle(self.mode.closed)
@@ -291,23 +306,14 @@ class _Motion:
             raise Undecided("a chatter whose limit is no contact")
         return ending
 
-    def _project(self, j: int) -> None:
-        """The state moved onto g = g' = 0 of one stop, along M^-1 n."""
-        structure, n = self.structure, self.size
-        normal = structure.stops[j].normal
-        push = structure.push(normal) / arb(structure.coupling(normal, normal))
-        gap, rate = ((rows[j] * self.z)[0, 0] for rows in (self.hold.gaps, self.hold.rates))
-        for i in range(n):
-            self.z[i, 0] = (self.z[i, 0] - push[n + i, 0] * gap).mid()
-            self.z[n + i, 0] = (self.z[n + i, 0] - push[n + i, 0] * rate).mid()
-
-    def _keep(self) -> None:
+    def _keep(self, struck: Sequence[int]) -> None:
         """Round a state that enclosures would not survive, in a chatter and from then on."""
-        if self.proved is None and self.tail.falling < _LIKELY:
-            return
-        worst = max(value.rad() for value in (self.now, *self.z.entries()))
-        if not worst < arb(2) ** -(ctx.prec * 5 // 8):
-            self._round()
+        if self.proved is None:
+            worst = max(value.rad() for value in (self.now, *self.z.entries()))
+            if self.tail.falling < _LIKELY or worst < arb(2) ** -(ctx.prec * 5 // 8):
+                return
+        self._round()
+        self._project(struck, rates=False)
 
     def _round(self) -> None:
         """Time and state as midpoints, from here on without enclosure."""
@@ -317,6 +323,24 @@ class _Motion:
         turn = arb(self.structure.omega) * self.now
         middle = [value.mid() for value in vector(self.z, 0, 2 * self.size)]
         self.z = column([*middle, arb(1), turn.cos(), turn.sin()])
+
+    def _project(self, stops: Sequence[int], *, rates: bool = True) -> None:
+        """The state moved along M^-1 n of stops onto g = 0, and onto g' = 0, as points.
+
+        Stops that are not independent are left as they are.
+        """
+        pull, n = self.hold.pull(tuple(stops)), self.size
+        if not stops or pull.det() == 0:
+            return
+        pushes = [self.structure.push(self.structure.stops[j].normal) for j in stops]
+        inverse = arb_mat(pull.inv())
+        for rows, place in ((self.hold.gaps, 0), (self.hold.rates, n))[: 1 + rates]:
+            shares = inverse * column([(rows[j] * self.z)[0, 0] for j in stops])
+            for i in range(n):
+                change = sum(
+                    (push[n + i, 0] * shares[k, 0] for k, push in enumerate(pushes)), arb(0)
+                )
+                self.z[place + i, 0] = (self.z[place + i, 0] - change).mid()
 
     def _settle(self, closed: tuple[int, ...], known: int = 0) -> str | None:
         """The mode on the stops that are held; `closed` were so before."""
