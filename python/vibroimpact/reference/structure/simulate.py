@@ -280,7 +280,8 @@ class _Motion:
         )
         values = (self.now, *vector(self.z, 0, 2 * self.size))
         middle = tuple(value.mid() for value in values)
-        regime = done.blows[0].regime if len(done.blows) == 1 else "frictionless"
+        regimes = [blow.regime for blow in done.blows]
+        regime = next((name for name in regimes if name not in ANALYTIC), regimes[0])
         return self.tail.observe(Bounce(middle, u.mid(), regime, signs))
 
     def _slip(self, j: int) -> arb:
@@ -337,10 +338,9 @@ class _Motion:
         for rows, place in ((self.hold.gaps, 0), (self.hold.rates, n))[: 1 + rates]:
             shares = inverse * column([(rows[j] * self.z)[0, 0] for j in stops])
             for i in range(n):
-                change = sum(
-                    (push[n + i, 0] * shares[k, 0] for k, push in enumerate(pushes)), arb(0)
-                )
-                self.z[place + i, 0] = (self.z[place + i, 0] - change).mid()
+                for k, push in enumerate(pushes):
+                    self.z[place + i, 0] -= push[n + i, 0] * shares[k, 0]
+                self.z[place + i, 0] = self.z[place + i, 0].mid()
 
     def _settle(self, closed: tuple[int, ...], known: int = 0) -> str | None:
         """The mode on the stops that are held; `closed` were so before."""
