@@ -1,6 +1,6 @@
 """Impact laws in ball arithmetic: Routh's path, the pendulum on it, and `paper`.
 
-A planar impact with normal impulse P and tangential impulse Q (theory page, section 12): approach
+A planar impact with normal impulse P and tangential impulse Q (structures page): approach
 velocity u > 0, velocity of slip s,
     du = -a dP + b dQ,   ds = -b dP + c dQ,   dQ = -mu sgn(s) dP in slip, (b/c) dP in stick,
 which holds iff |b| <= mu c. The walk uses w = u - (b/c) s, for which dw = -h dP with

@@ -1,7 +1,7 @@
 """An independent simulator of linear structures with stops, in ball arithmetic.
 
 `Structure.parse` takes plain numbers, `simulate_structure` follows a motion through flights,
-impacts, chatter, closed stops and releases (theory page, section 12; docs/structures.md).
+impacts, chatter, closed stops and releases (structures page).
 """
 
 from .model import Stop, Structure

@@ -7,7 +7,7 @@ that a set without a solution is found exactly.
 
 Without friction d_j = -M^-1 n_j. A stop that slides in the direction s has the force along t as
 well, d = -M^-1 (n + s mu t); one that sticks has the condition t . q'' = 0 and a force +M^-1 t of
-its own (theory page, sections 5 and 12).
+its own (theory page, section 5).
 
 Which set: the linear complementarity problem p >= 0, g'' <= 0 on the stops with g = g' = 0, by
 trial of all sets. A value that is 0 is judged by its first derivative that is not. A value enclosed

@@ -1,6 +1,6 @@
 """Impacts on the stops of a structure, of one stop or of several at one instant.
 
-One stop (theory page, section 12): with a = n M^-1 n, b = n M^-1 t, c = t M^-1 t the path of
+One stop (structures page): with a = n M^-1 n, b = n M^-1 t, c = t M^-1 t the path of
 reference/impact.py, and q'+ = q' - M^-1 n P + M^-1 t Q. Velocities are relative to the stop.
 
 Stops that touch at the instant are those struck and those closed. Struck stops that do not see each

@@ -1,6 +1,6 @@
 """A linear structure with rigid stops as exact numbers, and its equations as matrices.
 
-Theory page, section 12:
+As on the structures page:
     M q'' + C q' + K q = c + Re(F e^{i(omega t + phase)}) - sum_j (n_j p_j - t_j f_j),
     g_j = n_j . q - gap_j - A_j cos(omega t + phase_j) <= 0.
 In z = (q, q', 1, cos omega t, sin omega t) the free motion is z' = G z with a constant G, each gap,
@@ -26,7 +26,7 @@ from ..impact import Law
 T = TypeVar("T")
 #: Part of the largest eigenvalue of M^-1 K below which one is a rigid-body mode, to rounding.
 RIGID = 1e-12
-#: How stops that act at one instant are resolved (theory page, section 12).
+#: How stops that act at one instant are resolved.
 RULES = ("stop", "sequence", "together")
 
 

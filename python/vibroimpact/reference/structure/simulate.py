@@ -131,6 +131,9 @@ class _Motion:
         ending = self._begin()
         while ending is None:
             ending = self._piece()
+        limits = any(isinstance(entry, Change) and entry.kind == "chatter" for entry in self.story)
+        if self.proved is not None and not limits and self.tail.falling < _LIKELY:
+            raise Undecided("a state that lost its digits, in what was no chatter")
         proved = self.proved or (len(self.story), len(self.samples.states))
         return StructureRun(self.story, self.samples.states, ending, ctx.prec, *proved)
 
@@ -179,6 +182,10 @@ class _Motion:
         self.touching = {}
         if len(struck) == len(watches):
             return self._impact(struck)
+        released = [watch.stop for watch in watches if watch.event == "release"]
+        # without a force along t the cone of a stick shrinks to 0 with its normal force
+        if released and (self.mode.kind == "stick" or len(released) == len(watches)):
+            return self._release(released)
         if len(watches) > 1:
             raise Undecided("two events of closed stops at one instant")
         return self._turn(watches[0])
@@ -206,17 +213,20 @@ class _Motion:
                 best, first = best.union(time), [*first, watch]
         return best, first
 
-    def _turn(self, watch: Watch) -> str | None:
-        """What follows the end of a closed stop's mode."""
+    def _release(self, stops: Sequence[int]) -> str | None:
+        """Closed stops open: their forces have fallen to 0."""
         self.tail.forget()
-        if watch.event == "release":
-            self.held = tuple(j for j in self.held if j != watch.stop)
-            self.touching[watch.stop] = 3
-            self._tell("release", watch.stop)
-            rest = tuple(j for j in self.mode.closed if j != watch.stop)
-            mode = self.hold.closed(rest)
-            assert mode is not None
-            return self._enter(mode)
+        self.held = tuple(j for j in self.held if j not in stops)
+        for j in stops:
+            self.touching[j] = 3
+            self._tell("release", j)
+        mode = self.hold.closed(tuple(j for j in self.mode.closed if j not in stops))
+        assert mode is not None
+        return self._enter(mode)
+
+    def _turn(self, watch: Watch) -> str | None:
+        """What follows the end of a slide or a stick that stays closed."""
+        self.tail.forget()
         if watch.event == "stop":
             self.still = True
             return self._settle(self.held, known=1)
