@@ -74,8 +74,8 @@ class Path:
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where two bodies meet: restitution r, friction mu, and b, c and h = a - b^2/c of the path."""
+class PlanarImpact:
+    """What makes the path: restitution r, friction mu, and b, c, h = a - b^2/c."""
 
     r: arb
     mu: arb
@@ -143,8 +143,8 @@ class Place:
 def walk(law: Law, system: System, x1: arb, v1: arb, v2: arb) -> Impact:
     """The pendulum's impact under `law`."""
     cos, friction = _geometry(system, x1)
-    place = Place(arb(system.r), friction, cos, arb(1), arb(system.mbar))
-    path = place.path(law, v1, -v2)
+    planar = PlanarImpact(arb(system.r), friction, cos, arb(1), arb(system.mbar))
+    path = planar.path(law, v1, -v2)
     return Impact(path.regime, path.s, -path.w, path.impulse, path.approach, path.switch)
 
 

@@ -21,7 +21,7 @@ from itertools import combinations
 from flint import arb, arb_mat
 
 from ..contact import Undecided
-from ..impact import Place
+from ..impact import PlanarImpact
 from .flow import column, vector
 from .hold import Hold, settled
 from .model import Structure
@@ -31,21 +31,23 @@ SEQUENCE_CAP = 1000
 
 
 @dataclass(frozen=True)
-class Blow:
-    """One impact: stop, velocities before and after, u before and after, regime, impulses, loss.
+class StopImpact:
+    """An impact on one stop: velocities (N,), normal velocities, regime, impulses, loss of energy.
 
-    `slip` is the velocity of slip afterwards; 0 exactly where it sticks.
+    `approach_velocity` u > 0 before it (0 of a closed stop that others press) and
+    `separation_velocity` <= 0 after it are relative to the stop; `slip_post` is the velocity of
+    slip after it, 0 exactly where it sticks.
     """
 
     stop: int
     v_pre: tuple[arb, ...]
     v_post: tuple[arb, ...]
-    u: arb
-    u_post: arb
+    approach_velocity: arb
+    separation_velocity: arb
     regime: str
-    normal: arb
-    tangential: arb
-    slip: arb
+    impulse_normal: arb
+    impulse_tangential: arb
+    slip_post: arb
     energy_loss: arb
 
 
@@ -57,7 +59,7 @@ class Struck:
     `ending`: simultaneous or sequence_cap, if the run ends there.
     """
 
-    blows: list[Blow]
+    impacts: list[StopImpact]
     z: arb_mat
     rates: dict[int, arb]
     ending: str | None = None
@@ -68,12 +70,12 @@ def strike(hold: Hold, struck: Sequence[int], held: Sequence[int], z: arb_mat) -
     structure = hold.structure
     rates = {j: (hold.rates[j] * z)[0, 0] for j in struck} | {j: arb(0) for j in held}
     if not _simultaneous(structure, struck, held):
-        blows = []
+        impacts = []
         for j in sorted(struck):
-            blows.append(blow(hold, j, z, rates[j]))
-            z = _moved(structure, z, blows[-1].v_post)
-            rates = _after(structure, blows[-1], rates)
-        return Struck(blows, z, rates)
+            impacts.append(impact_on(hold, j, z, rates[j]))
+            z = _moved(structure, z, impacts[-1].v_post)
+            rates = _after(structure, impacts[-1], rates)
+        return Struck(impacts, z, rates)
     if structure.simultaneous == "sequence":
         return _sequence(hold, rates, z)
     if structure.simultaneous == "together" and not any(hold.rubs[j] for j in rates):
@@ -81,7 +83,7 @@ def strike(hold: Hold, struck: Sequence[int], held: Sequence[int], z: arb_mat) -
     return Struck([], z, rates, "simultaneous")
 
 
-def blow(hold: Hold, j: int, z: arb_mat, u: arb) -> Blow:
+def impact_on(hold: Hold, j: int, z: arb_mat, u: arb) -> StopImpact:
     """The impact on one stop with the approach velocity `u`."""
     structure, stop, n = hold.structure, hold.structure.stops[j], hold.structure.size
     a = arb(structure.coupling(stop.normal, stop.normal))
@@ -90,8 +92,8 @@ def blow(hold: Hold, j: int, z: arb_mat, u: arb) -> Blow:
         b = arb(structure.coupling(stop.normal, stop.tangent))
         c = arb(structure.coupling(stop.tangent, stop.tangent))
         s = (structure.slip_row(j) * z)[0, 0]
-    place = Place(arb(stop.restitution), arb(stop.friction), b, c, a - b**2 / c)
-    path = place.path(structure.law, s, u - b / c * s)
+    planar = PlanarImpact(arb(stop.restitution), arb(stop.friction), b, c, a - b**2 / c)
+    path = planar.path(structure.law, s, u - b / c * s)
     tangential = arb(0)
     push = structure.push(stop.normal) * -path.impulse
     if stop.tangent is not None:
@@ -103,7 +105,9 @@ def blow(hold: Hold, j: int, z: arb_mat, u: arb) -> Blow:
     v_pre, v_post = vector(z, n, 2 * n), vector(z + push, n, 2 * n)
     own = (structure.stops[j].normal * column(v_pre))[0, 0] - u
     loss = _kinetic(structure, v_pre) - _kinetic(structure, v_post) - path.impulse * own
-    return Blow(j, v_pre, v_post, u, u_post, path.regime, path.impulse, tangential, path.s, loss)
+    return StopImpact(
+        j, v_pre, v_post, u, u_post, path.regime, path.impulse, tangential, path.s, loss
+    )
 
 
 def _simultaneous(structure: Structure, struck: Sequence[int], held: Sequence[int]) -> bool:
@@ -120,30 +124,30 @@ def _simultaneous(structure: Structure, struck: Sequence[int], held: Sequence[in
     return False
 
 
-def _after(structure: Structure, done: Blow, rates: dict[int, arb]) -> dict[int, arb]:
+def _after(structure: Structure, done: StopImpact, rates: dict[int, arb]) -> dict[int, arb]:
     """Approach velocities after an impact: exactly as before where the stops do not see it."""
     stop, after = structure.stops[done.stop], {}
     for j, rate in rates.items():
         normal = structure.stops[j].normal
-        change = -arb(structure.coupling(normal, stop.normal)) * done.normal
+        change = -arb(structure.coupling(normal, stop.normal)) * done.impulse_normal
         if stop.tangent is not None:
-            change += arb(structure.coupling(normal, stop.tangent)) * done.tangential
-        after[j] = done.u_post if j == done.stop else rate + change
+            change += arb(structure.coupling(normal, stop.tangent)) * done.impulse_tangential
+        after[j] = done.separation_velocity if j == done.stop else rate + change
     return after
 
 
 def _sequence(hold: Hold, rates: dict[int, arb], z: arb_mat) -> Struck:
     """Impacts one after the other."""
-    blows: list[Blow] = []
+    impacts: list[StopImpact] = []
     while True:
         coming = [j for j in sorted(rates) if settled(rates[j]) > 0]
         if not coming:
-            return Struck(blows, z, {j: _rounded(rate) for j, rate in rates.items()})
-        if len(blows) == SEQUENCE_CAP:
-            return Struck(blows, z, rates, "sequence_cap")
-        blows.append(blow(hold, coming[0], z, rates[coming[0]]))
-        z = _moved(hold.structure, z, blows[-1].v_post)
-        rates = _after(hold.structure, blows[-1], rates)
+            return Struck(impacts, z, {j: _rounded(rate) for j, rate in rates.items()})
+        if len(impacts) == SEQUENCE_CAP:
+            return Struck(impacts, z, rates, "sequence_cap")
+        impacts.append(impact_on(hold, coming[0], z, rates[coming[0]]))
+        z = _moved(hold.structure, z, impacts[-1].v_post)
+        rates = _after(hold.structure, impacts[-1], rates)
 
 
 def _together(hold: Hold, rates: dict[int, arb], z: arb_mat) -> Struck:
@@ -166,14 +170,14 @@ def _together(hold: Hold, rates: dict[int, arb], z: arb_mat) -> Struck:
             n = structure.size
             v_pre, v_post = vector(z, n, 2 * n), vector(z + push, n, 2 * n)
             # the losses P (u + u+)/2 add up to the whole
-            blows = [
-                Blow(
+            impacts = [
+                StopImpact(
                     j, v_pre, v_post, rates[j], after[j], "frictionless", impulses[j], arb(0),
                     arb(0), impulses[j] * (rates[j] + after[j]) / 2,
                 )
                 for j in chosen
             ]  # fmt: skip
-            return Struck(blows, z + push, {j: _rounded(rate) for j, rate in after.items()})
+            return Struck(impacts, z + push, {j: _rounded(rate) for j, rate in after.items()})
     raise Undecided("no set of impulses fits")
 
 

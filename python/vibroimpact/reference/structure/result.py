@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 from flint import arb, ctx
 
 from ..contact import Undecided
-from .impulses import Blow
+from .impulses import StopImpact
 
 #: Coordinates and velocities.
 State = tuple[tuple[arb, ...], tuple[arb, ...]]
 
 
 @dataclass(frozen=True)
-class Impact:
-    """One impact: completed periods, time, place, and what the impact law gives."""
+class Impact(StopImpact):
+    """One impact of a run: completed periods, time and coordinates (N,) besides."""
 
     period: int
     time: arb
     q: tuple[arb, ...]
-    blow: Blow
 
 
 @dataclass(frozen=True)
@@ -99,22 +99,16 @@ def merged(plain: StructureRun, finer: StructureRun) -> StructureRun:
 
 
 def _impact(one: Impact, two: Impact) -> Impact:
-    a, b = one.blow, two.blow
-    if (one.period, a.stop, a.regime) != (two.period, b.stop, b.regime):
+    if (one.period, one.stop, one.regime) != (two.period, two.stop, two.regime):
         raise Undecided("the impacts of two runs")
-    blow = Blow(
-        a.stop,
-        _balls(a.v_pre, b.v_pre),
-        _balls(a.v_post, b.v_post),
-        _ball(a.u, b.u),
-        _ball(a.u_post, b.u_post),
-        a.regime,
-        _ball(a.normal, b.normal),
-        _ball(a.tangential, b.tangential),
-        _ball(a.slip, b.slip),
-        _ball(a.energy_loss, b.energy_loss),
-    )
-    return Impact(one.period, _ball(one.time, two.time), _balls(one.q, two.q), blow)
+    values: dict[str, Any] = {}
+    for name, value in vars(one).items():
+        other = getattr(two, name)
+        if isinstance(value, arb):
+            values[name] = _ball(value, other)
+        else:
+            values[name] = _balls(value, other) if isinstance(value, tuple) else other
+    return Impact(**values)
 
 
 def _states(one: State, two: State) -> State:

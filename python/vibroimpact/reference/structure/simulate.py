@@ -24,7 +24,7 @@ from ..flight import Number, exact, rational
 from ..samples import Samples, no_state
 from .flow import Flow, Watched, column, vector
 from .hold import Ended, Hold, Mode, Watch, certain
-from .impulses import Blow, Struck, strike
+from .impulses import StopImpact, Struck, strike
 from .model import Structure
 from .result import Change, Impact, State, StructureRun, merged
 
@@ -245,8 +245,8 @@ class _Motion:
             return self._limit(struck[0], limit)
         q = vector(before, 0, self.size)
         passed = len(self.samples.states)
-        for blow in done.blows:
-            self.story.append(Impact(passed, self.now, q, blow))
+        for impact in done.impacts:
+            self.story.append(Impact(**vars(impact), period=passed, time=self.now, q=q))
         self.z = done.z
         if done.ending is not None:
             return done.ending
@@ -259,15 +259,15 @@ class _Motion:
                     raise Undecided("the velocity after an impact")
                 if j in closed:
                     self._tell("release", j)
-        self.still = self._still(done.blows)
+        self.still = self._still(done.impacts)
         return self._settle(tuple(j for j in closed if j in self.held))
 
-    def _still(self, blows: Sequence[Blow]) -> bool:
+    def _still(self, impacts: Sequence[StopImpact]) -> bool:
         """Whether the one held stop with friction sticks by definition."""
         rough = [j for j in self.held if self.hold.rubs[j]]
-        hit = {blow.stop: blow for blow in blows}
+        hit = {impact.stop: impact for impact in impacts}
         if len(rough) == 1 and rough[0] in hit:
-            return bool(hit[rough[0]].slip.is_zero())
+            return bool(hit[rough[0]].slip_post.is_zero())
         return self.mode.kind == "stick" and rough == list(self.mode.closed)
 
     def _tail(self, struck: Sequence[int], done: Struck) -> Accumulation | None:
@@ -286,11 +286,11 @@ class _Motion:
             j,
             0 if slip.contains(0) else certain(slip),
             *self.mode.closed,
-            *(blow.stop for blow in done.blows),
+            *(impact.stop for impact in done.impacts),
         )
         values = (self.now, *vector(self.z, 0, 2 * self.size))
         middle = tuple(value.mid() for value in values)
-        regimes = [blow.regime for blow in done.blows]
+        regimes = [impact.regime for impact in done.impacts]
         regime = next((name for name in regimes if name not in ANALYTIC), regimes[0])
         return self.tail.observe(Bounce(middle, u.mid(), regime, signs))
 
