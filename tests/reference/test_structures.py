@@ -269,6 +269,27 @@ def test_an_exact_graze_is_undecided() -> None:
         assert len(simulate_structure(made, [[-1], [0]], times=[4]).impacts) == count
 
 
+def test_a_graze_after_the_first_contact_does_not_matter() -> None:
+    # q1 - q2 from rest at 0 would touch 0 again at 2 pi/sqrt(3), exactly; q2 meets its stop before
+    values: dict[str, Any] = {
+        "mass": [[1, 0], [0, 1]],
+        "stiffness": [[2, -1], [-1, 2]],
+        "static_load": [0, 1],
+        "drive_amplitude": [1, 1],
+        "drive_frequency": "0.5",
+        "stops": [
+            {"normal": [1, -1], "gap": 0, "restitution": 0},
+            {"normal": [0, 1], "gap": "0.3", "restitution": 0},
+        ],
+    }
+    run = simulate_structure(Structure.parse(values), [[0, 0], [0, 0]], times=[4])
+    assert run.impacts[0].stop == 1
+    assert run.impacts[0].time < 0.6
+    without = Structure.parse(values | {"stops": values["stops"][:1]})
+    with pytest.raises(Undecided):
+        simulate_structure(without, [[0, 0], [0, 0]], times=[4], cap=400)
+
+
 def test_the_precision_doubles_until_all_is_decided() -> None:
     scene = scenes("structures.json")[7]
     made = structure(scene)

@@ -30,6 +30,8 @@ from .result import Change, Impact, State, StructureRun, merged
 
 #: Precision of the search, which a root is refined from.
 _ROUGH = 128
+#: First length of a search, times the motion's rate; odd, so that its end hits no event.
+_AHEAD = fmpq(8 * 1021, 1024)
 #: Impacts in a row with falling approach velocity that make a chatter likely.
 _LIKELY = 4
 #: Share of the digits by which the second run is finer.
@@ -191,27 +193,22 @@ class _Motion:
         return self._turn(watches[0])
 
     def _first(self, flow: Flow, left: fmpq) -> tuple[arb | None, list[Watch]]:
-        """The time of the first event, and all that happen then."""
-        best: arb | None = None
-        first: list[Watch] = []
-        tie, end = arb(2) ** -(ctx.prec // 4), left
+        """The time of the first event, and all that happen then.
+
+        Searched for within longer and longer times, so that no row is followed far beyond it.
+        """
         gaps = [
             Watch("contact", j, row, self.touching.get(j, 0))
             for j, row in enumerate(self.hold.gaps)
             if j not in self.held
         ]
-        for watch in (*self.watches, *gaps):
-            time = _search(Watched(flow, watch.row), end, watch.touching)
-            if time is None:
-                continue
-            if best is None or time < best:
-                best, first = time, [watch]
-                end = min(left, rational((time + tie).upper()))
-            elif not time > best:
-                if not (time.rad() < tie and best.rad() < tie):
-                    raise Undecided("the order of two events")
-                best, first = best.union(time), [*first, watch]
-        return best, first
+        ahead = _AHEAD / fmpq(round(1024 * flow.generator.rate()), 1024)
+        while True:
+            end = min(ahead, left)
+            found, events = _earliest(flow, (*self.watches, *gaps), end)
+            if found is not None or end == left:
+                return found, events
+            ahead *= 4
 
     def _release(self, stops: Sequence[int]) -> str | None:
         """Closed stops open: their forces have fallen to 0."""
@@ -391,6 +388,36 @@ class _Motion:
     def _state(self, z: arb_mat) -> State:
         """Coordinates and velocities."""
         return vector(z, 0, self.size), vector(z, self.size, 2 * self.size)
+
+
+def _earliest(flow: Flow, watches: Sequence[Watch], end: fmpq) -> tuple[arb | None, list[Watch]]:
+    """The time of the first event up to `end`, and all that happen then.
+
+    A row that is undecided is looked at again once the others have shortened the search.
+    """
+    best: arb | None = None
+    first: list[Watch] = []
+    tie, last = arb(2) ** -(ctx.prec // 4), end
+    pending = [(watch, True) for watch in watches]
+    while pending:
+        watch, again = pending.pop(0)
+        try:
+            time = _search(Watched(flow, watch.row), last, watch.touching)
+        except Undecided:
+            if not again:
+                raise
+            pending.append((watch, False))
+            continue
+        if time is None:
+            continue
+        if best is None or time < best:
+            best, first = time, [watch]
+            last = min(end, rational((time + tie).upper()))
+        elif not time > best:
+            if not (time.rad() < tie and best.rad() < tie):
+                raise Undecided("the order of two events")
+            best, first = best.union(time), [*first, watch]
+    return best, first
 
 
 def _search(watched: Watched, end: fmpq, touching: int) -> arb | None:
