@@ -342,6 +342,25 @@ def test_a_sequence_that_needs_too_many_impacts_is_capped(monkeypatch: pytest.Mo
     assert (run.ending, len(run.impacts)) == ("sequence_cap", 2)
 
 
+def test_an_endless_sequence_is_capped() -> None:
+    # ball 0 hits ball 1 at a plastic wall again and again, each time a quarter as fast
+    values: Values = {
+        "mass": [[1, 0], [0, 1]],
+        "stiffness": [[0, 0], [0, 0]],
+        "stops": [
+            {"normal": [1, -1], "gap": 0, "restitution": "0.5"},
+            {"normal": [0, 1], "gap": 0, "restitution": 0},
+        ],
+        "simultaneous": "sequence",
+    }
+    run = simulate_structure(Structure.parse(values), [[-1, 0], [1, 0]], times=[2])
+    assert (run.ending, len(run.impacts)) == ("sequence_cap", impulses.SEQUENCE_CAP)
+    assert run.proved == 1  # that the wall is closed
+    with ctx.workprec(run.precision):
+        for k, impact in enumerate(run.impacts[::2]):
+            assert abs(impact.approach_velocity * arb(4) ** k - 1) < 1e-100
+
+
 def test_impacts_that_do_not_see_each_other_need_no_rule() -> None:
     stop = {"normal": [1, 0], "gap": 1, "restitution": "0.5"}
     values: Values = {

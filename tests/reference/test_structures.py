@@ -290,6 +290,20 @@ def test_a_graze_after_the_first_contact_does_not_matter() -> None:
         simulate_structure(without, [[0, 0], [0, 0]], times=[4], cap=400)
 
 
+def test_a_contact_that_ends_in_the_fourth_derivative() -> None:
+    # q1 = t^2/2 and q2'' = 1 - q2 from rest, side by side: g = q2 - q1 = -t^4/24 + ...
+    values = {
+        "mass": [[1, 0], [0, 1]],
+        "stiffness": [[0, 0], [0, 1]],
+        "static_load": [1, 1],
+        "stops": [{"normal": [-1, 1], "gap": 0, "restitution": 0}],
+    }
+    run = simulate_structure(Structure.parse(values), [[0, 0], [0, 0]], times=[1])
+    assert (run.ending, run.story) == ("completed", [])
+    with ctx.workprec(run.precision):
+        assert abs(run.states[0][0][1] - (1 - arb(1).cos())) < 1e-100
+
+
 def test_the_precision_doubles_until_all_is_decided() -> None:
     scene = scenes("structures.json")[7]
     made = structure(scene)

@@ -13,6 +13,7 @@ the precision, up to a cap. An exact graze stays undecided at any precision.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import factorial
 from typing import Literal, Protocol
 
 from flint import arb, arb_poly, ctx, fmpq
@@ -95,7 +96,7 @@ def first_contact(
     flight : the free motion
     end : length of the search
     touching : 0: g < 0 at the start; 1: g = 0 exactly and g' < 0 (after an impact);
-        2: g = g' = 0 exactly; 3: g = g' = g'' = 0 exactly
+        k: g and its first k - 1 derivatives are 0 exactly
     precision, cap : first and last precision tried, in bits
 
     Raises
@@ -118,10 +119,10 @@ def first_contact(
         ctx.prec = saved
 
 
-def derivatives(flight: Gapped, t: fmpq) -> list[arb]:
-    """Enclosures of g, g', g'', g''' at time t."""
-    series = flight.gap_series(t, fmpq(0), 3)
-    return [series[0], series[1], 2 * series[2], 6 * series[3]]
+def derivatives(flight: Gapped, t: fmpq, order: int = 3) -> list[arb]:
+    """Enclosures of g and its first derivatives at time t."""
+    series = flight.gap_series(t, fmpq(0), order)
+    return [factorial(k) * value for k, value in enumerate(series)]
 
 
 def isolate(flight: Gapped, a: fmpq, b: fmpq, *, level: int = 0, rising: bool = True) -> arb:
@@ -176,7 +177,7 @@ def top_near(flight: Gapped, near: fmpq) -> tuple[fmpq, arb] | None:
 
 def _scan(flight: Gapped, end: fmpq, touching: int) -> Contact:
     """One pass at the present precision; raises Undecided."""
-    at_start = derivatives(flight, fmpq(0))
+    at_start = derivatives(flight, fmpq(0), max(3, touching))
     early = _check_start(at_start, touching)
     if early:
         return Contact("immediate", arb(0), at_start[1], (), ctx.prec)
@@ -235,8 +236,12 @@ def _decide(flight: Gapped, a: fmpq, b: fmpq, held: int, humps: list[Hump]) -> a
     bend = second(span)
     if bend < 0 and held:
         return False
-    if held and second.derivative()(span) < 0 and held >= 2:
-        return False
+    higher = second
+    for _ in range(2, held + 1):
+        # derivatives below that of order `held` are 0 at the start, and this one is not positive
+        higher = higher.derivative()
+        if higher(span) < 0:
+            return False
     if (slope > 0 and not held) or bend > 0:
         at_end = flight.gap(b)
         if at_end < 0:

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from flint import arb, arb_mat
+from flint import arb, arb_mat, ctx
 
 from ..contact import Undecided
 from ..impact import PlanarImpact
@@ -28,6 +28,8 @@ from .model import Structure
 
 #: Impacts of one sequence.
 SEQUENCE_CAP = 1000
+#: Impacts of one sequence that are enclosed.
+_FEW = 30
 
 
 @dataclass(frozen=True)
@@ -56,13 +58,14 @@ class Struck:
     """The impacts of one instant, the state after them, and what has become of the stops.
 
     `rates`: the approach velocity afterwards of each stop that touches, 0 exactly where it stays.
-    `ending`: simultaneous or sequence_cap, if the run ends there.
+    `ending`: simultaneous or sequence_cap, if the run ends there. `enclosed`: nothing was rounded.
     """
 
     impacts: list[StopImpact]
     z: arb_mat
     rates: dict[int, arb]
     ending: str | None = None
+    enclosed: bool = True
 
 
 def strike(hold: Hold, struck: Sequence[int], held: Sequence[int], z: arb_mat) -> Struck:
@@ -91,7 +94,7 @@ def impact_on(hold: Hold, j: int, z: arb_mat, u: arb) -> StopImpact:
     if stop.tangent is not None:
         b = arb(structure.coupling(stop.normal, stop.tangent))
         c = arb(structure.coupling(stop.tangent, stop.tangent))
-        s = (structure.slip_row(j) * z)[0, 0]
+        s = _rounded((structure.slip_row(j) * z)[0, 0])
     planar = PlanarImpact(arb(stop.restitution), arb(stop.friction), b, c, a - b**2 / c)
     path = planar.path(structure.law, s, u - b / c * s)
     tangential = arb(0)
@@ -137,14 +140,25 @@ def _after(structure: Structure, done: StopImpact, rates: dict[int, arb]) -> dic
 
 
 def _sequence(hold: Hold, rates: dict[int, arb], z: arb_mat) -> Struck:
-    """Impacts one after the other."""
+    """Impacts one after the other.
+
+    Enclosures would not survive an endless sequence: after some impacts velocities are rounded, and
+    one that is 0 to half the digits of the largest is 0.
+    """
     impacts: list[StopImpact] = []
     while True:
+        rounded = len(impacts) > _FEW
+        if rounded:
+            largest = max(abs(rate).upper() for rate in rates.values())
+            least = largest * arb(2) ** -(ctx.prec // 2)
+            rates = {j: rate.mid() if abs(rate) > least else arb(0) for j, rate in rates.items()}
+            z = z.mid()
         coming = [j for j in sorted(rates) if settled(rates[j]) > 0]
         if not coming:
-            return Struck(impacts, z, {j: _rounded(rate) for j, rate in rates.items()})
+            rates = {j: _rounded(rate) for j, rate in rates.items()}
+            return Struck(impacts, z, rates, enclosed=not rounded)
         if len(impacts) == SEQUENCE_CAP:
-            return Struck(impacts, z, rates, "sequence_cap")
+            return Struck(impacts, z, rates, "sequence_cap", enclosed=not rounded)
         impacts.append(impact_on(hold, coming[0], z, rates[coming[0]]))
         z = _moved(hold.structure, z, impacts[-1].v_post)
         rates = _after(hold.structure, impacts[-1], rates)

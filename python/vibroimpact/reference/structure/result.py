@@ -64,7 +64,8 @@ class StructureRun:
 def merged(plain: StructureRun, finer: StructureRun) -> StructureRun:
     """The finer values with radii that include the plain ones, where these are no enclosures.
 
-    Further impacts of the finer run before the limit of a chatter are left out.
+    Further impacts of the finer run before the limit of a chatter are left out. Of runs that ended
+    at their cap of events the first part is kept that both have.
 
     Raises
     ------
@@ -73,10 +74,13 @@ def merged(plain: StructureRun, finer: StructureRun) -> StructureRun:
     with ctx.workprec(finer.precision):
         story: list[Impact | Change] = []
         rest = iter(finer.story)
+        capped = plain.ending == finer.ending == "event_cap"
         for number, one in enumerate(plain.story):
             two = next(rest, None)
             while isinstance(one, Change) and one.kind == "chatter" and isinstance(two, Impact):
                 two = next(rest, None)
+            if two is None and capped:
+                break
             if number < plain.proved:
                 story.append(one)
             elif isinstance(one, Impact) and isinstance(two, Impact):
@@ -89,11 +93,11 @@ def merged(plain: StructureRun, finer: StructureRun) -> StructureRun:
             else:
                 raise Undecided("the events of two runs")
         known = (plain.ending, len(plain.states), None)
-        if known != (finer.ending, len(finer.states), next(rest, None)):
+        if not capped and known != (finer.ending, len(finer.states), next(rest, None)):
             raise Undecided("the ends of two runs")
         states = [
             one if k < plain.proved_states else _states(one, two)
-            for k, (one, two) in enumerate(zip(plain.states, finer.states, strict=True))
+            for k, (one, two) in enumerate(zip(plain.states, finer.states, strict=not capped))
         ]
     return replace(plain, story=story, states=states)
 

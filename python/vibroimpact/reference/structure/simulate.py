@@ -127,6 +127,7 @@ class _Motion:
         self.touching: dict[int, int] = {}
         self.still = False
         self.proved: tuple[int, int] | None = None
+        self.rounded = False
 
     def run(self) -> StructureRun:
         """To the end."""
@@ -134,7 +135,7 @@ class _Motion:
         while ending is None:
             ending = self._piece()
         limits = any(isinstance(entry, Change) and entry.kind == "chatter" for entry in self.story)
-        if self.proved is not None and not limits and self.tail.falling < _LIKELY:
+        if self.rounded and not limits and self.tail.falling < _LIKELY:
             raise Undecided("a state that lost its digits, in what was no chatter")
         proved = self.proved or (len(self.story), len(self.samples.states))
         return StructureRun(self.story, self.samples.states, ending, ctx.prec, *proved)
@@ -213,13 +214,11 @@ class _Motion:
     def _release(self, stops: Sequence[int]) -> str | None:
         """Closed stops open: their forces have fallen to 0."""
         self.tail.forget()
-        self.held = tuple(j for j in self.held if j not in stops)
         for j in stops:
-            self.touching[j] = 3
             self._tell("release", j)
         mode = self.hold.closed(tuple(j for j in self.mode.closed if j not in stops))
         assert mode is not None
-        return self._enter(mode)
+        return self._enter(mode, released=stops)
 
     def _turn(self, watch: Watch) -> str | None:
         """What follows the end of a slide or a stick that stays closed."""
@@ -240,6 +239,8 @@ class _Motion:
         limit = self._tail(struck, done)
         if limit is not None:
             return self._limit(struck[0], limit)
+        if not done.enclosed and self.proved is None:
+            self.proved = len(self.story), len(self.samples.states)
         q = vector(before, 0, self.size)
         passed = len(self.samples.states)
         for impact in done.impacts:
@@ -287,6 +288,8 @@ class _Motion:
         )
         values = (self.now, *vector(self.z, 0, 2 * self.size))
         middle = tuple(value.mid() for value in values)
+        if not done.impacts:
+            raise Undecided("an impact without an approach velocity")
         regimes = [impact.regime for impact in done.impacts]
         regime = next((name for name in regimes if name not in ANALYTIC), regimes[0])
         return self.tail.observe(Bounce(middle, u.mid(), regime, signs))
@@ -320,6 +323,7 @@ class _Motion:
             worst = max(value.rad() for value in (self.now, *self.z.entries()))
             if self.tail.falling < _LIKELY or worst < arb(2) ** -(ctx.prec * 5 // 8):
                 return
+            self.rounded = True
         self._round()
         self._project(struck, rates=False)
 
@@ -365,14 +369,20 @@ class _Motion:
                 self._tell(mode.kind, j)
         return self._enter(mode, known=known or int(self.still))
 
-    def _enter(self, mode: Mode | Ended, known: int = 0) -> str | None:
-        """A mode begins; `known` derivatives of the velocity of slip vanish."""
+    def _enter(
+        self, mode: Mode | Ended, known: int = 0, released: Sequence[int] = ()
+    ) -> str | None:
+        """A mode begins; `known` derivatives of the velocity of slip vanish.
+
+        Stops that are held without a force leave: g'' is the first derivative of g that does not
+        vanish, or a later one, as at those `released`. If all vanish they stay where they are.
+        """
         if isinstance(mode, Ended):
             return mode.ending
         for j in self.held:
             if j not in mode.closed:
                 bend = self.hold.rates[j] * mode.generator.matrix
-                count = self.hold.flat(bend, mode, self.z)
+                count = self.hold.flat(bend, mode, self.z, int(j in released))
                 if count is not None:
                     self.touching[j] = 2 + count
         self.held = tuple(j for j in self.held if j not in self.touching)
