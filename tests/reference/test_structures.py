@@ -328,6 +328,7 @@ def test_a_run_ends_at_its_cap_of_events() -> None:
         ({"damping": [[0]], "damping_ratios": [0]}, "exclude"),
         ({"damping_ratios": [0, 0]}, "coordinates"),
         ({"simultaneous": "both"}, "simultaneous is 'both'"),
+        ({"law": "paper"}, "law is 'paper'"),
         ({"stops": [{"normal": [1, 0], "gap": 0, "restitution": 0}]}, "a row of 2"),
         ({"stops": [{"normal": [1], "gap": 0, "restitution": 0, "friction": 1}]}, "a tangent"),
     ],

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar, cast, get_args
 
 from flint import acb, arb, arb_mat, ctx, fmpq, fmpq_mat
 
@@ -93,7 +93,7 @@ class Structure:
         Raises
         ------
         ValueError : sizes that do not fit, a mass matrix that is singular, friction without a
-            tangent, both kinds of damping, or ratios that define no damping matrix
+            tangent, both kinds of damping, an unknown law or rule
         """
         mass = _square(values["mass"])
         size = mass.nrows()
@@ -107,6 +107,9 @@ class Structure:
         rule = values.get("simultaneous", "stop")
         if rule not in RULES:
             raise ValueError(f"simultaneous is {rule!r}, not one of {', '.join(RULES)}")
+        law = values.get("law", "poisson")
+        if law not in get_args(Law):
+            raise ValueError(f"law is {law!r}, not one of {', '.join(get_args(Law))}")
         made = cls(
             mass,
             _square(values["stiffness"]),
@@ -117,7 +120,7 @@ class Structure:
             exact(values.get("drive_frequency", 0)),
             exact(values.get("phase", 0)),
             tuple(Stop.parse(stop, size) for stop in values["stops"]),
-            values.get("law", "poisson"),
+            law,
             rule,
         )
         lengths = {made.stiffness.nrows(), len(made.load), len(made.drive)}
