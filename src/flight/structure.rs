@@ -7,7 +7,7 @@ mod modal;
 
 use super::drive::{Drive, Trig};
 use crate::model::state::Clock;
-use crate::model::structure::Structure;
+use crate::model::structure::{Coordinates, Structure, StructureState};
 use crate::numerics::double_double::DoubleDouble;
 use crate::search::first_contact::Start;
 use crate::search::gap::GapPoint;
@@ -179,13 +179,23 @@ impl StructureMotion {
         time: f64,
         offset: f64,
     ) -> (Vec<f64>, Vec<f64>) {
-        let elapsed = DoubleDouble::sum(time, offset);
+        let StructureState { q, v } = self.state_at(flight, DoubleDouble::sum(time, offset));
+        (q.into_vec(), v.into_vec())
+    }
+
+    /// The same, as a state.
+    pub(crate) fn state_at(
+        &self,
+        flight: &StructureFlight,
+        elapsed: DoubleDouble,
+    ) -> StructureState {
         match (&self.motion, &flight.flight) {
             (Motions::Modal(modal), Flights::Modal(flight)) => {
                 modal.state_after(&self.structure, flight, elapsed)
             }
             (Motions::Linear(linear), Flights::Linear(flight)) => {
-                linear.state_after(flight, elapsed)
+                let (q, v) = linear.state_after(flight, elapsed);
+                StructureState { q: Coordinates::from_vec(q), v: Coordinates::from_vec(v) }
             }
             _ => panic!("{OTHER}"),
         }
@@ -196,7 +206,7 @@ impl StructureMotion {
     pub fn gap(&self, stop: usize, clock: Clock, q: &[f64], v: &[f64]) -> (f64, f64) {
         let StopMotion { gap, amplitude, drive, .. } = &self.stops[stop];
         let normal = self.structure.stops()[stop].normal();
-        let Trig { cos, sin } = drive.trig_at(clock);
+        let Trig { cos, sin } = self.stops[stop].trig_at(clock);
         (dot(normal, q) - gap - amplitude * cos, dot(normal, v) + amplitude * drive.omega * sin)
     }
 
@@ -261,6 +271,13 @@ fn stop_motions(structure: &Structure) -> Vec<StopMotion> {
 }
 
 impl StopMotion {
+    /// Its phase at a clock; any, where it is at rest.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // in flights, which are compiled for several instruction sets
+    fn trig_at(&self, clock: Clock) -> Trig {
+        if self.amplitude == 0.0 { Trig::ONE } else { self.drive.trig_at(clock) }
+    }
+
     /// gap + A cos(omega t + phi_j) as a row over 1, tau, cos psi and sin psi of the drive.
     fn place(&self, drive: &Drive) -> [DoubleDouble; 4] {
         let (own, other) = (self.drive.trig_at(Clock::START), drive.trig_at(Clock::START));

@@ -35,7 +35,8 @@ impl<M: Model> Simulation<M> {
         contact: u32,
     ) -> AnchorOf<M> {
         let Completion { clock, ref state, .. } = *completion;
-        self.system.landing(&self.point.anchor, clock, state.clone(), contact)
+        let stopped = self.stopped();
+        self.system.landing(&self.point.anchor, clock, state.clone(), contact, stopped)
     }
 
     /// The accumulation point.
@@ -96,9 +97,15 @@ impl<M: Model> Simulation<M> {
 
     /// The bodies are on this contact with g' = 0 from this clock on.
     pub(super) fn land_at(&mut self, clock: Clock, state: M::State, contact: u32) {
-        let state = self.system.landed(&self.motion, clock, state, contact, false);
-        let leg = self.system.landing(&self.point.anchor, clock, state, contact);
+        let stopped = self.stopped();
+        let state = self.system.landed(&self.motion, clock, state, contact, stopped);
+        let leg = self.system.landing(&self.point.anchor, clock, state, contact, stopped);
         self.begin_leg(leg);
+    }
+
+    /// Whether the last impact has stopped slip, and that has to be told.
+    fn stopped(&self) -> bool {
+        M::STOPS_SLIP && self.point.monitor.stopped
     }
 
     /// Local time at which a leg ends that lasts to this clock, and whether that is the horizon.
@@ -134,7 +141,7 @@ impl<M: Model> Simulation<M> {
             Ok(None) => return self.enter(&here, follows, held),
             Err(error) => return Some(Err(error)),
         };
-        let leg = self.system.landing(&here, clock, state, self.point.contact);
+        let leg = self.system.landing(&here, clock, state, self.point.contact, false);
         if held && !self.reached_by(clock).1 {
             // What ends a contact is told, wherever time has been moved to.
             let follows = self.system.follows(&self.motion, &leg);

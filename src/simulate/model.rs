@@ -132,6 +132,9 @@ pub trait Model: Clone + PartialEq + Debug + Send + Sync {
     type Touched: Copy + Debug + Send + Sync;
     /// How the bodies move while contact lasts.
     type Mode: Copy + PartialEq + Debug + Send + Sync + Serialize + DeserializeOwned;
+    /// Whether a landing after an impact that stopped slip is one without slip; of the pendulum the
+    /// velocity itself says so.
+    const STOPS_SLIP: bool;
     /// Which contacts a leg begins on, where there are several.
     type Touching: Clone + PartialEq + Default + Debug + Send + Sync + Serialize + DeserializeOwned;
     /// What a chatter sequence carries to its limit beside time and slip.
@@ -225,13 +228,15 @@ pub trait Model: Clone + PartialEq + Debug + Send + Sync {
     /// Whether a graze has a finite effect.
     fn grazes_undecidably(&self, state: &Self::State, touched: &Self::Touched) -> bool;
 
-    /// The leg of bodies that touch at a contact with g' = 0, after another leg.
+    /// The leg of bodies that touch at a contact with g' = 0, after another leg; `stopped`: without
+    /// slip.
     fn landing(
         &self,
         before: &AnchorOf<Self>,
         clock: Clock,
         state: Self::State,
         contact: u32,
+        stopped: bool,
     ) -> AnchorOf<Self>;
     /// The state with g = g' = 0 there; `stopped`: and without slip.
     fn landed(

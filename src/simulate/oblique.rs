@@ -72,6 +72,7 @@ impl Model for System {
     type Flight = Flight;
     type Touched = State;
     type Mode = ContactMode;
+    const STOPS_SLIP: bool = false;
     type Touching = ();
     type Others = [f64; 2];
     type Bits = [u64; 4];
@@ -209,7 +210,7 @@ impl Model for System {
         impact::approach_grows(self, &PreImpact::new(self.contact, state))
     }
 
-    fn landing(&self, _: &Anchor, clock: Clock, state: State, _: u32) -> Anchor {
+    fn landing(&self, _: &Anchor, clock: Clock, state: State, _: u32, _: bool) -> Anchor {
         Anchor { clock, state, phase: Phase::Landing, touching: () }
     }
 

@@ -100,6 +100,7 @@ impl Model for Structure {
     type Flight = StructureLeg;
     type Touched = Touched;
     type Mode = StructureMode;
+    const STOPS_SLIP: bool = true;
     type Touching = Touching;
     type Others = StructureState;
     type Bits = Vec<u64>;
@@ -204,7 +205,7 @@ impl Model for Structure {
         start: Start,
         grazed: u32,
     ) -> ContactReport<Touched> {
-        ContactReport { found: motion.search(flight, &leg.touching, start, grazed), evaluations: 0 }
+        ContactReport { found: motion.search(flight, leg, start, grazed), evaluations: 0 }
     }
 
     fn touched(motion: &Motion, flight: &StructureLeg, touch: &Touch<Touched>) -> StructureState {
@@ -269,9 +270,10 @@ impl Model for Structure {
         clock: Clock,
         state: StructureState,
         contact: u32,
+        stopped: bool,
     ) -> AnchorOf<Self> {
         let mut touching = before.touching.landed();
-        touching.set(contact, StopStart::Landed);
+        touching.set(contact, if stopped { StopStart::Stuck } else { StopStart::Landed });
         Anchor { clock, state, phase: Phase::Landing, touching }
     }
 
@@ -432,7 +434,7 @@ impl Model for Structure {
         // The impulses of the bounces do what a lasting force would.
         let landed = motion.on_stop_at_rest(clock, state.clone(), contact as usize, stopped);
         let slip = self.slip(contact as usize, &landed.v);
-        let mut held = self.landing(leg, clock, landed.clone(), contact);
+        let mut held = self.landing(leg, clock, landed.clone(), contact, stopped);
         if let Follows::Leg(next) = motion.follows(&held, None) {
             held = next;
         }

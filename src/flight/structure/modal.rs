@@ -1,9 +1,13 @@
 //! Free motion of a structure whose modes are oscillators of their own: the same closed forms as
 //! the pendulum's, for every damping, at resonance, without a spring, and on a damper alone.
 
+#![allow(clippy::inline_always)] // a flight is compiled for several instruction sets
+
 mod stop_gap;
 
 use std::sync::OnceLock;
+
+use smallvec::SmallVec;
 
 use self::stop_gap::StopGap;
 use super::{StopContact, StopMotion, dot};
@@ -12,10 +16,10 @@ use crate::flight::oscillator::{BodyFlight, FreeBody, Motion, Oscillator};
 use crate::flight::table::Response;
 use crate::flight::tolerances::CHUNK_TURNS;
 use crate::model::state::Clock;
-use crate::model::structure::Structure;
+use crate::model::structure::{Coordinates, Structure, StructureState};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary;
-use crate::numerics::lanes::LANES;
+use crate::numerics::lanes::{self, LANES};
 use crate::search::first_contact::{Found, Start, first_contact};
 use crate::search::gap::{Gap, GapPoint};
 use crate::search::steps::{LEVELS, Weights, sextic_remainder};
@@ -55,10 +59,13 @@ pub(super) struct Table {
 #[derive(Debug, Clone)]
 pub(super) struct ModalFlight {
     /// By mode; their phases at the start; and the phases of the stops.
-    pub modes: Vec<BodyFlight>,
-    pub phases: Vec<Trig>,
-    pub stops: Vec<Trig>,
+    pub modes: SmallVec<[BodyFlight; FEW]>,
+    pub phases: SmallVec<[Trig; FEW]>,
+    pub stops: SmallVec<[Trig; FEW]>,
 }
+
+/// Modes, and stops, of which a flight needs no memory of its own.
+const FEW: usize = 4;
 
 impl ModalMotion {
     /// The free motion of a structure.
@@ -110,8 +117,19 @@ impl ModalMotion {
 
     /// The flight that starts at `clock` from q and q'.
     pub fn flight(&self, structure: &Structure, clock: Clock, q: &[f64], v: &[f64]) -> ModalFlight {
+        lanes::narrow(|| self.flight_here(structure, clock, q, v))
+    }
+
+    #[inline(always)]
+    fn flight_here(
+        &self,
+        structure: &Structure,
+        clock: Clock,
+        q: &[f64],
+        v: &[f64],
+    ) -> ModalFlight {
         let start = self.drive.trig_at(clock);
-        let phases: Vec<Trig> = self.modes.iter().map(|mode| start.turned_by(mode.ahead)).collect();
+        let phases: SmallVec<[Trig; FEW]> = self.modes.iter().map(|mode| start.turned_by(mode.ahead)).collect();
         let modes = structure
             .modes()
             .iter()
@@ -121,7 +139,7 @@ impl ModalMotion {
                 motion.oscillator.flight(dot(&mode.row, q), dot(&mode.row, v), phase)
             })
             .collect();
-        let stops = self.stops.iter().map(|stop| stop.drive.trig_at(clock)).collect();
+        let stops = self.stops.iter().map(|stop| stop.trig_at(clock)).collect();
         ModalFlight { modes, phases, stops }
     }
 
@@ -131,25 +149,72 @@ impl ModalMotion {
         structure: &Structure,
         flight: &ModalFlight,
         elapsed: DoubleDouble,
-    ) -> (Vec<f64>, Vec<f64>) {
-        let angle = elapsed.scale(self.drive.omega).reduced_angle();
-        let (cos_minus_1, sin) = elementary::turn(angle, 0.0);
-        let count = structure.coordinates();
-        let (mut q, mut v) = (vec![0.0; count], vec![0.0; count]);
-        for (i, mode) in self.modes.iter().enumerate() {
-            let body = &flight.modes[i];
-            let turn = Turn::new(flight.phases[i], cos_minus_1, sin);
-            let (place, rate) = mode.oscillator.after(body, body.x, elapsed, &turn);
-            for (k, &shape) in structure.modes()[i].shape.iter().enumerate() {
-                q[k] += shape * place;
-                v[k] += shape * rate;
+    ) -> StructureState {
+        if elapsed.hi <= self.reach {
+            return lanes::narrow(|| self.state_near(structure, flight, elapsed));
+        }
+        lanes::narrow(|| self.state_far(structure, flight, elapsed))
+    }
+
+    /// A short time after the start: angles need not be reduced.
+    #[inline(always)]
+    fn state_near(
+        &self,
+        structure: &Structure,
+        flight: &ModalFlight,
+        elapsed: DoubleDouble,
+    ) -> StructureState {
+        let turn = self.drive.turned(Trig::ONE, elapsed.hi);
+        let turned = (turn.cos_minus_1, turn.sin);
+        self.state_of(structure, |i| {
+            let motion = self.mode_at(flight, i, elapsed.hi, turned);
+            self.modes[i].oscillator.equation.later(&motion, elapsed.lo)
+        })
+    }
+
+    /// From displacement and rate of each mode.
+    #[inline(always)]
+    fn state_of(
+        &self,
+        structure: &Structure,
+        mode: impl Fn(usize) -> (f64, f64),
+    ) -> StructureState {
+        let none = Coordinates::from_elem(0.0, structure.coordinates());
+        let mut state = StructureState { q: none.clone(), v: none };
+        for i in 0..self.modes.len() {
+            let (place, rate) = mode(i);
+            let shape = &structure.modes()[i].shape;
+            for ((q, v), &shape) in state.q.iter_mut().zip(&mut state.v).zip(shape) {
+                *q += shape * place;
+                *v += shape * rate;
             }
         }
-        (q, v)
+        state
+    }
+
+    #[inline(always)]
+    fn state_far(
+        &self,
+        structure: &Structure,
+        flight: &ModalFlight,
+        elapsed: DoubleDouble,
+    ) -> StructureState {
+        let angle = elapsed.scale(self.drive.omega).reduced_angle();
+        let (cos_minus_1, sin) = elementary::turn(angle, 0.0);
+        self.state_of(structure, |i| {
+            let body = &flight.modes[i];
+            let turn = Turn::new(flight.phases[i], cos_minus_1, sin);
+            self.modes[i].oscillator.after(body, body.x, elapsed, &turn)
+        })
     }
 
     /// First contact of a flight within one span, among all stops.
     pub fn next_contact(&self, flight: &ModalFlight, starts: &[(usize, Start)]) -> StopContact {
+        lanes::narrow(|| self.next_contact_here(flight, starts))
+    }
+
+    #[inline(always)]
+    fn next_contact_here(&self, flight: &ModalFlight, starts: &[(usize, Start)]) -> StopContact {
         let (mut found, mut clear, mut left) = (None, f64::INFINITY, self.span);
         for stop in 0..self.stops.len() {
             let start = starts.iter().find(|(of, _)| *of == stop);
@@ -191,6 +256,7 @@ impl ModalMotion {
     }
 
     /// Motion of mode `i` at a local time within the span.
+    #[inline(always)]
     pub fn mode_at(&self, flight: &ModalFlight, i: usize, s: f64, (c1, sin): (f64, f64)) -> Motion {
         let turn = Turn::new(flight.phases[i], c1, sin);
         self.modes[i].oscillator.at(&flight.modes[i], s, &turn)

@@ -54,6 +54,8 @@ impl Motion {
         let speed = self.speed(&here.state);
         let mut touching = here.touching.clone();
         let mut candidates = Vec::new();
+        let stuck = touching.at.iter().find(|(_, start)| *start == StopStart::Stuck);
+        let slip_ended = slip_ended.or(stuck.map(|&(stop, _)| stop as usize));
         for stop in touching.candidates() {
             // An impact elsewhere has pulled it off.
             let (_, rate) = self.free.gap(stop as usize, here.clock, q, v);
@@ -79,7 +81,8 @@ impl Motion {
         for (stop, start) in leaving {
             let start = match start {
                 Start::Released => StopStart::Released,
-                _ => StopStart::Touching,
+                Start::Grazed(_) => StopStart::Separating,
+                Start::Touching | Start::Apart => StopStart::Touching,
             };
             touching.set(stop as u32, start);
         }

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use smallvec::SmallVec;
 
-use super::touching::{StopStart, Touching};
+use super::touching::StopStart;
 use super::{StructureMode, Touched};
 use crate::flight::structure::{Closed, LegEvent, LinearFlight, LinearMotion, StopForce};
 use crate::flight::{Drive, StopContact, StructureFlight, StructureMotion};
@@ -140,11 +140,13 @@ impl Motion {
 
     /// State at a local time.
     pub fn state_after(&self, leg: &StructureLeg, elapsed: DoubleDouble) -> StructureState {
-        let (q, v) = match &leg.kind {
-            LegKind::Free(flight) => self.free.state_after(flight, elapsed.hi, elapsed.lo),
-            LegKind::Closed(motion, flight) => motion.state_after(flight, elapsed),
-        };
-        StructureState { q: Coordinates::from_vec(q), v: Coordinates::from_vec(v) }
+        match &leg.kind {
+            LegKind::Free(flight) => self.free.state_at(flight, elapsed),
+            LegKind::Closed(motion, flight) => {
+                let (q, v) = motion.state_after(flight, elapsed);
+                StructureState { q: Coordinates::from_vec(q), v: Coordinates::from_vec(v) }
+            }
+        }
     }
 
     /// Forces in the closed stops at a local time.
@@ -168,22 +170,24 @@ impl Motion {
     pub(super) fn search(
         &self,
         leg: &StructureLeg,
-        touching: &Touching,
+        anchor: &AnchorOf<Structure>,
         start: Start,
         grazed: u32,
     ) -> Found<Touched> {
         let mut starts = SmallVec::<[(usize, Start); 4]>::new();
-        match start {
-            Start::Grazed(_) => starts.push((grazed as usize, start)),
-            Start::Apart => {}
-            _ => {
-                for &(stop, how) in &touching.at {
-                    match how {
-                        StopStart::Touching => starts.push((stop as usize, Start::Touching)),
-                        StopStart::Released => starts.push((stop as usize, Start::Released)),
-                        StopStart::Closed | StopStart::Landed => {}
-                    }
-                }
+        if let Start::Grazed(_) = start {
+            starts.push((grazed as usize, start));
+        }
+        if leg.clock == anchor.clock {
+            for &(stop, how) in &anchor.touching.at {
+                let begins = match how {
+                    StopStart::Touching => Start::Touching,
+                    StopStart::Separating => Start::Grazed(0.0),
+                    StopStart::Released => Start::Released,
+                    StopStart::Closed | StopStart::Landed | StopStart::Stuck => continue,
+                };
+                // The first one counts: that of a graze later in the flight.
+                starts.push((stop as usize, begins));
             }
         }
         let met = |touched: Touched, time: f64, offset: f64| {

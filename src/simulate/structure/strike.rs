@@ -121,6 +121,7 @@ impl Motion {
         let stop = impact.stop as u32;
         touching.set(stop, StopStart::Touching);
         let mut strikes = !touching.pending.is_empty();
+        let mut lands = false;
         for Near { stop: other, rate, moves } in self.near(clock, &post) {
             if touching.pending.is_empty() && other != stop && moves && rate > 0.0 {
                 strikes = true;
@@ -128,10 +129,15 @@ impl Motion {
             if touching.of(other).is_none() {
                 touching.set(other, StopStart::Touching);
             }
+            // A sequence has come to rest there.
+            lands |= touching.in_sequence > 1 && !moves;
+            if touching.in_sequence > 1 && !moves {
+                touching.set(other, StopStart::Landed);
+            }
         }
         let phase = if strikes {
             Phase::Strike
-        } else if touching.closed().is_empty() {
+        } else if touching.closed().is_empty() && !lands {
             Phase::Flight(FlightStart::Touching)
         } else {
             // Whether they stay closed.

@@ -10,14 +10,25 @@ use crate::impact::StopImpact;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StopStart {
-    /// g = 0, and g' < 0, or g' = 0 and g'' < 0.
+    /// g = 0 and g' < 0.
     Touching,
+    /// g = g' = 0, g'' < 0.
+    Separating,
     /// g = g' = g'' = 0.
     Released,
     /// g = g' = 0: contact lasts,
     Closed,
-    /// or what follows is still to be decided.
+    /// or what follows is still to be decided,
     Landed,
+    /// also of a stop where slip has stopped.
+    Stuck,
+}
+
+impl StopStart {
+    /// Whether g' = 0 there, and contact lasts or may last.
+    fn is_held(self) -> bool {
+        matches!(self, Self::Closed | Self::Landed | Self::Stuck)
+    }
 }
 
 /// The stops on which a leg begins; from all others it is apart.
@@ -52,7 +63,7 @@ impl Touching {
 
     /// The closed stops, and those that may be closed from now on.
     pub fn candidates(&self) -> ClosedStops {
-        self.those(|start| matches!(start, StopStart::Closed | StopStart::Landed))
+        self.those(|start| start.is_held())
     }
 
     fn those(&self, which: impl Fn(StopStart) -> bool) -> ClosedStops {
@@ -61,8 +72,7 @@ impl Touching {
 
     /// The candidates alone.
     pub fn landed(&self) -> Self {
-        let held = |start| matches!(start, StopStart::Closed | StopStart::Landed);
-        let at = self.at.iter().copied().filter(|&(_, start)| held(start)).collect();
+        let at = self.at.iter().copied().filter(|(_, start)| start.is_held()).collect();
         Self { at, ..Self::default() }
     }
 }

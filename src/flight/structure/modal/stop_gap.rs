@@ -1,5 +1,7 @@
 //! The gap of one stop along a flight of a structure, as the contact search asks for it.
 
+#![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
+
 use super::{ModalFlight, ModalMotion, StopMotion};
 use crate::flight::drive::{Trig, Turn};
 use crate::flight::oscillator::Motion;
@@ -19,6 +21,7 @@ pub(super) struct StopGap<'a> {
 
 impl StopGap<'_> {
     /// The modes that move it, with their part n . phi.
+    #[inline(always)]
     fn parts(&self) -> impl Iterator<Item = (usize, f64)> {
         self.stop.row.iter().copied().enumerate().filter(|&(_, part)| part != 0.0)
     }
@@ -34,6 +37,7 @@ impl StopGap<'_> {
 
     /// Derivatives 0 to 5 of the stop's motion A cos at a phase, its value as the increment from
     /// the start.
+    #[inline(always)]
     fn stop_motion(&self, (c1, sin): (f64, f64)) -> [f64; 6] {
         let StopMotion { amplitude, drive, .. } = self.stop;
         if *amplitude == 0.0 {
@@ -47,6 +51,7 @@ impl StopGap<'_> {
         [increment, -odd, -even, odd * w * w, even * w * w, -odd * w.powi(4)]
     }
 
+    #[inline(always)]
     fn turned(&self, s: f64) -> (f64, f64) {
         let turn = self.motion.drive.turned(Trig::ONE, s);
         (turn.cos_minus_1, turn.sin)
@@ -58,6 +63,7 @@ impl Gap for StopGap<'_> {
     type Instant = (GapPoint, Higher);
     type State = ();
 
+    #[inline(always)]
     fn start(&self) -> (f64, f64) {
         let StopMotion { gap, amplitude, .. } = self.stop;
         let own = gap + amplitude * self.flight.stops[self.index].cos;
@@ -85,6 +91,7 @@ impl Gap for StopGap<'_> {
         }
     }
 
+    #[inline(always)]
     fn change(&self, s: f64) -> (GapPoint, Self::Instant) {
         let turned = self.turned(s);
         let mut sums = self.stop_motion(turned).map(|own| -own);
@@ -116,6 +123,7 @@ impl SteppedGap for StopGap<'_> {
     /// Local time of the last place, and the step.
     type Places = (f64, f64);
 
+    #[inline(always)]
     fn scan_start(&self) -> ScanStart {
         let (point, _) = self.change(0.0);
         let (value, _) = self.start();
@@ -147,6 +155,7 @@ impl SteppedGap for StopGap<'_> {
         self.motion.reach
     }
 
+    #[inline(always)]
     fn extent(&self) -> f64 {
         self.start().1
     }
@@ -156,6 +165,7 @@ impl SteppedGap for StopGap<'_> {
     }
 
     /// By the amplitudes of all modes about their equilibria, and of the stop.
+    #[inline(always)]
     fn never_meets(&self, slack: f64) -> bool {
         let (mut nearest, mut size) = (self.stop.amplitude.abs(), 0.0);
         for (i, part) in self.parts() {
@@ -189,6 +199,7 @@ impl SteppedGap for StopGap<'_> {
         &self.motion.table(level).weights
     }
 
+    #[inline(always)]
     fn eight_steps(&self, level: usize, from: &f64) -> ((f64, f64), Jets) {
         let table = self.motion.table(level);
         let turned = self.turned(*from);
@@ -231,6 +242,7 @@ impl SteppedGap for StopGap<'_> {
 
 impl StopGap<'_> {
     /// What the stop and its gap take from the gap at the start of the flight.
+    #[inline(always)]
     fn own_place(&self) -> f64 {
         let StopMotion { gap, amplitude, .. } = self.stop;
         -gap - amplitude * self.flight.stops[self.index].cos
