@@ -366,3 +366,49 @@ fn closed_stops_at_rest_do_no_work() {
     println!("{worst:e}");
     assert!(worst < 1.0, "{worst:e}");
 }
+
+/// A unit of time that is longer by a power of two changes no bit of a motion or of an event.
+#[test]
+fn legs_know_no_unit_of_time() {
+    let mut rng = ChaCha8Rng::seed_from_u64(10);
+    let scale = 2f64.powi(30);
+    for _ in 0..40 {
+        let Leg { structure, closed, q, v, drive, load } = draw(&mut rng, 1);
+        let made = |unit: f64| {
+            let times = |matrix: &[Vec<f64>], factor: f64| -> Vec<Vec<f64>> {
+                matrix.iter().map(|row| row.iter().map(|x| x * factor).collect()).collect()
+            };
+            let square = unit * unit;
+            let omega = unit * structure.drive_frequency();
+            let builder =
+                Structure::builder(structure.mass().to_vec(), times(structure.stiffness(), square))
+                    .damping(times(structure.damping(), unit))
+                    .static_load(load.iter().map(|x| x * square).collect::<Vec<_>>())
+                    .drive(
+                        drive.iter().map(|x| x * square).collect::<Vec<_>>(),
+                        omega,
+                        structure.phase(),
+                    );
+            let stops = structure.stops().iter().cloned();
+            stops.fold(builder, crate::model::StructureBuilder::stop).build().unwrap()
+        };
+        let told = |unit: f64| {
+            let motion = LinearMotion::new(&made(unit), closed.clone()).unwrap();
+            let v: Vec<f64> = v.iter().map(|v| v * unit).collect();
+            let flight = motion.flight(Clock::START, &q, &v);
+            let after = [0.7, 5.1, 1e4].map(|spans| {
+                let (q, v) = motion.state_after(&flight, DoubleDouble::new(spans * motion.span()));
+                (q, v.iter().map(|v| v / unit).collect::<Vec<_>>())
+            });
+            let time = match motion.next_event(&flight, &[]) {
+                LegEvent::Met { time, .. }
+                | LegEvent::Released { time, .. }
+                | LegEvent::Clear(time) => time * unit,
+                other => panic!("{other:?}"),
+            };
+            (motion.span() * unit, after, time)
+        };
+        assert_eq!(told(1.0), told(scale));
+        assert_eq!(told(1.0), told(1.0 / scale));
+    }
+}
