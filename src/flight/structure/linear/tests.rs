@@ -401,8 +401,9 @@ fn legs_know_no_unit_of_time() {
                 (q, v.iter().map(|v| v / unit).collect::<Vec<_>>())
             });
             let time = match motion.next_event(&flight, &[]) {
-                LegEvent::Met { time, .. } | LegEvent::Released { time, .. } => time * unit,
-                LegEvent::Clear(time) => time * unit,
+                LegEvent::Met { time, .. }
+                | LegEvent::Released { time, .. }
+                | LegEvent::Clear(time) => time * unit,
                 other => panic!("{other:?}"),
             };
             (motion.span() * unit, after, time)
@@ -410,4 +411,50 @@ fn legs_know_no_unit_of_time() {
         assert_eq!(told(1.0), told(scale));
         assert_eq!(told(1.0), told(1.0 / scale));
     }
+}
+
+/// Masses, springs and dashpots that differ by many powers of ten: every search ends, and every
+/// number is one.
+#[test]
+fn legs_of_ill_scaled_structures_end() {
+    let mut rng = ChaCha8Rng::seed_from_u64(13);
+    let mut events = 0;
+    for round in 0..60 {
+        let mut scale = |range: f64| 10f64.powf(rng.random_range(-range..range));
+        let (m, k, c) = ([scale(3.0), scale(3.0)], [scale(6.0), scale(6.0)], scale(6.0));
+        let omega = scale(2.0);
+        let structure = Structure::builder(
+            vec![vec![m[0], 0.0], vec![0.0, m[1]]],
+            vec![vec![k[0], 0.0], vec![0.0, k[1]]],
+        )
+        .damping(vec![vec![c, -c], vec![-c, c]])
+        .drive([Complex::new(k[0], 0.0), Complex::new(0.0, k[1])], omega, 0.0)
+        .stop(Stop::new([1.0, 0.0], 0.4, 0.8))
+        .stop(Stop::new([1.0, -1.0], 0.3, 0.8))
+        .build()
+        .unwrap();
+        let closed = [vec![], vec![1]][round % 2].clone();
+        let motion = LinearMotion::new(&structure, Closed::Frictionless(closed)).unwrap();
+        let (mut q, mut v) = (vec![0.0; 2], vec![0.0; 2]);
+        if round % 2 == 1 {
+            q = vec![0.3, 0.0];
+        }
+        let mut clock = Clock::START;
+        for _ in 0..10 {
+            let flight = motion.flight(clock, &q, &v);
+            let time = match motion.next_event(&flight, &[]) {
+                LegEvent::Clear(time) => time,
+                LegEvent::Failed { stop } => panic!("{round} {stop} {structure:?}"),
+                _ => {
+                    events += 1;
+                    break;
+                }
+            };
+            let elapsed = DoubleDouble::new(time);
+            (q, v) = motion.state_after(&flight, elapsed);
+            clock = motion.clock_after(&flight, elapsed);
+            assert!(q.iter().chain(&v).all(|x| x.abs() < 1e12), "{round} {q:?} {v:?}");
+        }
+    }
+    assert!(events > 10, "{events}");
 }
