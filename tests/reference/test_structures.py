@@ -119,6 +119,23 @@ def test_supplied_structures_with_sustained_contact(number: int) -> None:
             assert all(value.rad() < 1e-40 for part in state for value in part)
 
 
+def test_the_stated_error_of_a_chatter_is_no_lie() -> None:
+    scene = scenes("structures_contact.json")[7]
+    made = structure(scene)
+    run, finer = (
+        simulate_structure(made, scene["initial"], periods=3, precision=bits) for bits in (300, 600)
+    )
+    assert run.proved < len(run.story)
+    limits = [[entry for entry in each.story if isinstance(entry, Change)] for each in (run, finer)]
+    with ctx.workprec(600):
+        for one, two in zip(*limits, strict=True):
+            assert one.kind == two.kind
+            assert one.time.contains(two.time.mid())
+            assert one.time.rad() < 1e-25
+            for part, other in zip(one.state, two.state, strict=True):
+                assert all(p.contains(q.mid()) for p, q in zip(part, other, strict=True))
+
+
 # --- two bodies head on: the pendulum's reference ------------------------------------------------
 
 

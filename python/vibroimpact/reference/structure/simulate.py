@@ -181,7 +181,7 @@ class _Motion:
             return "completed"
         self.now, self.z = then, flow.state(found)
         struck = [watch.stop for watch in watches if watch.event == "contact"]
-        self._keep(struck)
+        self._keep()
         self.touching = {}
         if len(struck) == len(watches):
             return self._impact(struck)
@@ -305,7 +305,6 @@ class _Motion:
         self.z = column([*limit.values[1:], arb(1), arb(1), arb(0)])
         self._round()
         self.held, self.touching = tuple(sorted((*self.held, j))), {}
-        self._project(self.held)
         # other impacts than slip reverse or stop it, so that it is of the order of u
         self.still = self.hold.rubs[j] and limit.regime not in ANALYTIC
         if self.hold.rubs[j] and not self.still and not abs(self._slip(j)) > 10 * limit.error():
@@ -317,7 +316,7 @@ class _Motion:
             raise Undecided("a chatter whose limit is no contact")
         return ending
 
-    def _keep(self, struck: Sequence[int]) -> None:
+    def _keep(self) -> None:
         """Round a state that enclosures would not survive, in a chatter and from then on."""
         if self.proved is None:
             worst = max(value.rad() for value in (self.now, *self.z.entries()))
@@ -325,7 +324,6 @@ class _Motion:
                 return
             self.rounded = True
         self._round()
-        self._project(struck, rates=False)
 
     def _round(self) -> None:
         """Time and state as midpoints, from here on without enclosure."""
@@ -335,23 +333,6 @@ class _Motion:
         turn = arb(self.structure.omega) * self.now
         middle = [value.mid() for value in vector(self.z, 0, 2 * self.size)]
         self.z = column([*middle, arb(1), turn.cos(), turn.sin()])
-
-    def _project(self, stops: Sequence[int], *, rates: bool = True) -> None:
-        """The state moved along M^-1 n of stops onto g = 0, and onto g' = 0, as points.
-
-        Stops that are not independent are left as they are.
-        """
-        pull, n = self.hold.pull(tuple(stops)), self.size
-        if not stops or pull.det() == 0:
-            return
-        pushes = [self.structure.push(self.structure.stops[j].normal) for j in stops]
-        inverse = arb_mat(pull.inv())
-        for rows, place in ((self.hold.gaps, 0), (self.hold.rates, n))[: 1 + rates]:
-            shares = inverse * column([(rows[j] * self.z)[0, 0] for j in stops])
-            for i in range(n):
-                for k, push in enumerate(pushes):
-                    self.z[place + i, 0] -= push[n + i, 0] * shares[k, 0]
-                self.z[place + i, 0] = self.z[place + i, 0].mid()
 
     def _settle(self, closed: tuple[int, ...], known: int = 0) -> str | None:
         """The mode on the stops that are held; `closed` were so before."""
