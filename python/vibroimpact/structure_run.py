@@ -22,8 +22,11 @@ from .run_parts import read_only
 from .showing import Facts, Shown
 from .structure import Structure
 from .tables import Table, of_columns
+from .verbs import verb
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from .bounces import Bounces
 
 Array = NDArray[np.float64]
@@ -322,6 +325,27 @@ class StructureRun(Shown):
             message = f"interrupted at time {run.final_state.time:.6g}"
             raise Interrupted(message, run, holds="the run so far")
         return run
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw coordinates against time, by ``vi.plot.time_history``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.time_history``: ``coordinates=(0, 1)``, ``periods``, ``window`` ...
+            Without a drive period all that is kept is drawn, unless ``window`` says otherwise.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> run.plot(periods=4).get_ylabel()
+        '$q_{0}$'
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
 
     def _table(self, columns: dict[str, NDArray[Any]]) -> Table:
         wide = {name: self._system._from_core(columns[name]) for name in _WIDE if name in columns}
