@@ -64,6 +64,25 @@ class SimulationError(_Unfinished, RuntimeError):
     """
 
 
+class NotResumableError(RuntimeError):
+    """A run of a structure was loaded, and cannot go on or tell its trajectory.
+
+    Its file and its pickle have its tables, not its legs.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> structure = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.5, 0.8)],
+    ...                          drive_amplitude=[1], drive_frequency=2.0)
+    >>> vi.simulate(structure, initial=[[0], [0]], periods=10).save("run.npz")
+    >>> try:
+    ...     vi.load("run.npz").resume(periods=10)
+    ... except vi.NotResumableError as error:
+    ...     print(str(error)[:51])
+    no resume of a StructureRun from a file or a pickle
+    """
+
+
 class ClusterError(SimulationError):
     """A cluster was lost in the middle of a computation; ``result`` holds what was done by then.
 

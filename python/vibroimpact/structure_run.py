@@ -7,9 +7,10 @@ used.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+import os
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,7 +22,8 @@ from .interruption import interruptible
 from .run_parts import read_only
 from .showing import Facts, Shown
 from .structure import Structure
-from .tables import Table, of_columns
+from .structure_run_parts import END, FACTS, TABLES, SavedCore, StructureState, check_arrays
+from .tables import Table, of_columns, table
 from .verbs import verb
 
 if TYPE_CHECKING:
@@ -35,51 +37,6 @@ _WIDE = ("q", "v", "v_pre", "v_post")
 
 
 @interruptible
-@dataclass(frozen=True, kw_only=True, eq=False)
-class StructureState:
-    """The state of a structure at the end of a run, after the impact if one falls on that instant.
-
-    Attributes
-    ----------
-    q, v
-        Coordinates and velocities, (N,).
-    time
-        Time since the start.
-    period, time_in_period
-        Completed drive periods and the time since the last one, which together stay exact where
-        ``time`` has lost digits.
-    mode
-        ``"flight"``; or while stops are closed ``"closed"``, without friction, or of the one with
-        friction ``"slide_positive"``, ``"slide_negative"`` (the sign of tangent . v) or
-        ``"stick"``.
-    closed
-        Which stops are closed, (number of stops,), booleans.
-
-    Examples
-    --------
-    >>> import vibroimpact as vi
-    >>> structure = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.5, 0.8)],
-    ...                          drive_amplitude=[1], drive_frequency=2.0)
-    >>> run = vi.simulate(structure, initial=[[0], [0]], periods=10)
-    >>> run.final_state.mode, run.final_state.q.shape
-    ('flight', (1,))
-    """
-
-    q: Array
-    v: Array
-    time: float
-    period: int
-    time_in_period: float
-    mode: str
-    closed: NDArray[np.bool_]
-
-    @property
-    def state(self) -> Array:
-        """Coordinates and velocities (2, N), as ``initial=`` takes them."""
-        return np.stack([self.q, self.v])
-
-
-@interruptible
 class StructureRun(Shown):
     """One simulated motion of a structure, as ``simulate`` returns it.
 
@@ -88,14 +45,16 @@ class StructureRun(Shown):
     A mass on a spring, driven, with a stop:
 
     >>> import vibroimpact as vi
-    >>> structure = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.5, 0.8)],
+    >>> structure = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.3, 0.8)],
     ...                          drive_amplitude=[1], drive_frequency=2.0)
     >>> run = vi.simulate(structure, initial=[[0], [0]], periods=10)
     >>> run.impacts["stop"].tolist()[:2], run.stroboscopic.shape
     ([0, 0], (10, 2, 1))
     """
 
-    def __init__(self, core: _core.StructureRun, system: Structure, initial: Array) -> None:
+    def __init__(
+        self, core: _core.StructureRun | SavedCore, system: Structure, initial: Array
+    ) -> None:
         self._core = core
         self._system = system
         self._initial = read_only(np.array(initial))
@@ -211,6 +170,8 @@ class StructureRun(Shown):
         ------
         ParameterError
             If a time lies outside the kept window, from ``kept_from`` to ``final_state.time``.
+        NotResumableError
+            If the run comes from a file or a pickle.
         Interrupted
             After Ctrl-C; ``.result`` holds the rows of the first times.
 
@@ -257,6 +218,8 @@ class StructureRun(Shown):
         ------
         ParameterError
             If an argument is out of range.
+        NotResumableError
+            If the run comes from a file or a pickle.
         Interrupted
             After Ctrl-C; ``.result`` is the Bounces up to there.
 
@@ -301,6 +264,8 @@ class StructureRun(Shown):
         ------
         ParameterError
             If an argument is of the wrong kind or out of range.
+        NotResumableError
+            If the run comes from a file or a pickle.
         SimulationError
             If a number left the range of floats; ``.result`` is the run up to there.
         Interrupted
@@ -347,6 +312,81 @@ class StructureRun(Shown):
         axes: Axes = verb("draw")(self, **options)
         return axes
 
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write tables, sections and end of the run to ``path`` (.npz, no pickle).
+
+        ``load`` gives them back bit for bit. What needs the motion between them, ``trajectory``,
+        ``bounces`` and ``resume``, then raises NotResumableError.
+
+        Examples
+        --------
+        >>> run.save("structure_run.npz")
+        >>> vi.load("structure_run.npz") == run
+        True
+        """
+        from . import archive  # here, to keep the import of the package light
+
+        metadata, arrays = self._parts()
+        archive.write(path, "structure_run", metadata, arrays)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a run written by ``save``.
+
+        Raises
+        ------
+        ValueError
+            If the file is damaged, foreign, or holds something else.
+
+        Examples
+        --------
+        >>> run.save("structure_run.npz")
+        >>> vi.StructureRun.load("structure_run.npz").final_state.period
+        10
+        """
+        from . import archive  # here, to keep the import of the package light
+
+        return archive.read(path, {"structure_run": cls._from_parts})
+
+    def _parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+        end = self.final_state
+        metadata: dict[str, Any] = {
+            "system": json.loads(self._system.to_json()),
+            "end": {name: getattr(end, name) for name in END} | {"closed": end.closed.tolist()},
+            **{name: getattr(self, name) for name in FACTS},
+        }
+        arrays: dict[str, NDArray[Any]] = {
+            "initial": self._initial,
+            "final_state": end.state,
+            "stroboscopic": self.stroboscopic,
+            **{name: getattr(self, name).view(np.ndarray) for name in TABLES},
+        }
+        return metadata, arrays
+
+    @classmethod
+    def _from_parts(cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Self:
+        structure = Structure.from_json(json.dumps(metadata["system"]))
+        # A run of no length from the same start has tables of the same columns.
+        initial = arrays["initial"]
+        cores, *_ = _core.simulate_structure(
+            structure._compiled, structure._to_core(initial), time=0.0
+        )
+        _, like = cls(cores[0], structure, initial)._parts()
+        check_arrays(arrays, like)
+        run = cls(SavedCore(metadata), structure, initial)
+        q, v = read_only(arrays["final_state"])
+        end = {name: metadata["end"][name] for name in END}
+        closed = read_only(np.array(metadata["end"]["closed"], dtype=bool))
+        if closed.shape != (len(structure.stops),):
+            reject("closed", metadata["end"]["closed"], f"{len(structure.stops)} booleans")
+        # What a cached property has cached is not asked of the core.
+        vars(run).update(
+            {name: table(arrays[name]) for name in TABLES},
+            stroboscopic=read_only(arrays["stroboscopic"]),
+            final_state=StructureState(**end, q=q, v=v, closed=closed),
+        )
+        return run
+
     def _table(self, columns: dict[str, NDArray[Any]]) -> Table:
         wide = {name: self._system._from_core(columns[name]) for name in _WIDE if name in columns}
         return of_columns(columns | wide)
@@ -361,6 +401,33 @@ class StructureRun(Shown):
             "kept": f"time {self.kept_from:.6g} to {end.time:.6g}",
             "time in contact": f"{self.time_in_contact:.6g}",
         }
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both are one motion, kept alike: the same numbers to the last bit."""
+        if not isinstance(other, StructureRun):
+            return NotImplemented
+        (ours, arrays), (theirs, others) = self._parts(), other._parts()
+        return ours == theirs and all(
+            array.tobytes() == others[name].tobytes() for name, array in arrays.items()
+        )
+
+    def __hash__(self) -> int:
+        """Return a hash that equal runs share."""
+        return hash((self._system, self._initial.tobytes(), self.impact_count))
+
+    def __copy__(self) -> Self:
+        """Return a run of the same numbers, which can go on if this one can."""
+        copied = type(self)(self._core, self._system, self._initial)
+        vars(copied).update(vars(self))
+        return copied
+
+    def __deepcopy__(self, memo: object) -> Self:
+        """Return a run of the same numbers, which can go on if this one can."""
+        return self.__copy__()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle through the parts that ``save`` writes."""
+        return type(self)._from_parts, self._parts()
 
     def __repr__(self) -> str:
         """Say how the run ended and what it holds."""

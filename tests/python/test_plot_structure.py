@@ -5,28 +5,10 @@ import pytest
 from matplotlib.figure import Figure
 
 import vibroimpact as vi
+from struck import MOVING, PRESSED, masses_run, moving_run, pressed_run
 from test_plot_motion import line
 from two_masses import structure
 from vibroimpact.plot.structure_history import closed_spans
-
-# A mass between a moving stop, on which it comes to rest, and a fixed one.
-MASS = vi.Structure(
-    [[1]],
-    [[1]],
-    [vi.Stop([2], 0.6, 0.6, amplitude=0.4), vi.Stop([-1], 0.4, 0.9)],
-    drive_amplitude=[1],
-    drive_frequency=0.7,
-)
-# Two masses; the first rests on a stop while the second strikes it, with friction.
-PRESSED = vi.Structure(
-    np.eye(2),
-    [[4, -1], [-1, 3]],
-    [vi.Stop([1, 0], 0.1, 0.5, friction=0.3, tangent=[0, 1]), vi.Stop([0, 1], 2.0, 0.3)],
-    damping_ratios=[0.02, 0.02],
-    static_load=[2, 0.5],
-    drive_amplitude=[0.5, 0.2],
-    drive_frequency=1.0,
-)
 
 
 @pytest.fixture
@@ -34,9 +16,9 @@ def ax():
     return Figure().subplots()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def run() -> vi.StructureRun:
-    return vi.simulate(MASS, initial=[[0], [0]], periods=30, keep=10)
+    return moving_run()
 
 
 def level(ax, number):
@@ -95,7 +77,7 @@ def test_bands_are_the_times_in_contact(run, ax):
 
 
 def test_sticking_is_told_from_sliding(ax):
-    run = vi.simulate(PRESSED, initial=np.zeros((2, 2)), periods=12)
+    run = pressed_run()
     window = (0.0, run.final_state.time)
     spans = closed_spans(run, window)
     modes = {span.mode for span in spans}
@@ -108,7 +90,7 @@ def test_sticking_is_told_from_sliding(ax):
 
 
 def test_bands_begin_with_what_is_kept():
-    whole = vi.simulate(PRESSED, initial=np.zeros((2, 2)), periods=12)
+    whole = pressed_run()
     short = vi.simulate(PRESSED, initial=np.zeros((2, 2)), periods=12, keep=2)
     window = (short.kept_from, short.final_state.time)
     assert closed_spans(short, window) == closed_spans(whole, window) != []
@@ -134,8 +116,8 @@ def test_chosen_coordinates_are_drawn_and_by_default_those_with_stops(ax):
 
 
 def test_impacts_are_marked_by_regime_if_asked(ax):
-    run = vi.simulate(structure(), initial=np.zeros((2, 2)), periods=40)
-    run.plot(window=(0.0, run.final_state.time), color="regime", ax=ax)
+    run = masses_run()
+    run.plot(window=(run.kept_from, run.final_state.time), color="regime", ax=ax)
     slips = run.impacts[run.impacts["regime"] == vi.Regime.SLIP]
     time, q = line(ax, "slip")
     # They are all on the stop between the masses: each is marked on both.
@@ -145,7 +127,7 @@ def test_impacts_are_marked_by_regime_if_asked(ax):
 
 
 def test_a_stop_far_away_does_not_flatten_the_motion(ax):
-    far = MASS.replace(gap_1=50.0)
+    far = MOVING.replace(gap_1=50.0)
     run = vi.simulate(far, initial=[[0], [0]], periods=10)
     run.plot(ax=ax)
     assert [item.get_gid() for item in ax.get_lines() if item.get_gid()] == ["stop-0"]

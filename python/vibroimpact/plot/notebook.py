@@ -12,6 +12,7 @@ from typing import Any
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
+from ..errors import NotResumableError
 from ..impact_results import ImpactAgreement, ImpactRegimes
 from ..orbits import Bifurcation, PeriodicMotion
 from ..run import Run
@@ -64,8 +65,8 @@ def _image(result: Shown) -> str | None:
         figure = Figure(figsize=_SIZE, dpi=_DPI, layout="constrained", facecolor="white")
         try:
             draw(result, **_axes(result, figure))
-        except ValueError:
-            return None  # There is nothing to draw: no axes, no points, no window.
+        except (ValueError, NotResumableError):
+            return None  # There is nothing to draw: no axes, no points, no window, no trajectory.
         file = io.BytesIO()
         figure.savefig(file, format="png")
     return base64.b64encode(file.getvalue()).decode("ascii")
