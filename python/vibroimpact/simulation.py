@@ -246,7 +246,7 @@ def _structure_runs(
 
     starts = structure._to_core(initial)
     single = np.ndim(initial) == 2
-    physical = np.asarray(initial, dtype=float).reshape(len(starts), 2, -1)
+    physical = np.asarray(initial, dtype=float).reshape(-1, 2, structure.coordinates)
     bar = _bar_of_run(span, shown) if single else _bar("runs", len(starts), "run", shown)
     try:
         with bar as tell:
