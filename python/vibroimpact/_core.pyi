@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from enum import IntEnum, StrEnum
 from types import MappingProxyType
-from typing import ClassVar, Self, TypeAlias, final
+from typing import Any, ClassVar, Self, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -389,7 +389,7 @@ class StructureRun:
 
     @property
     def final_state(self) -> dict[str, Any]:
-        """Time, period, time in the period, mode, q and v at the end, and which stops are closed."""
+        """Time, period, time in the period, mode, q, v, and which stops are closed, at the end."""
 
     @property
     def time_in_contact(self) -> float:

@@ -155,7 +155,8 @@ def simulate(
     Returns
     -------
     Run or list of Run; of a structure StructureRun or list of them
-        For ``initial`` of shape (4,) or (k, 4), (2, N) or (k, 2, N). Runs that ended early say so in ``stop_reason``.
+        For ``initial`` of shape (4,) or (k, 4), (2, N) or (k, 2, N). Runs that ended early say so
+        in ``stop_reason``.
 
     Raises
     ------
@@ -245,7 +246,7 @@ def _structure_runs(
 
     starts = structure._to_core(initial)
     single = np.ndim(initial) == 2
-    physical = np.asarray(initial, dtype=float).reshape(len(starts), 2, -1)
+    physical = np.asarray(initial, dtype=float).reshape(-1, 2, structure.coordinates)
     bar = _bar_of_run(span, shown) if single else progress_bar("runs", len(starts), "run", shown)
     try:
         with bar as tell:
@@ -264,7 +265,9 @@ def _structure_runs(
             raise Interrupted(f"interrupted at time {time:.6g}", runs[0], holds="the run so far")
         return runs[0]
     if interrupted:
-        raise Interrupted(f"interrupted after {len(runs)} of {len(starts)} runs", runs, holds="them")
+        raise Interrupted(
+            f"interrupted after {len(runs)} of {len(starts)} runs", runs, holds="them"
+        )
     if failure is not None:
         raise SimulationError(failure, runs, holds="all runs")
     return runs

@@ -7,9 +7,10 @@ used.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+import os
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,59 +23,18 @@ from .period_report import PeriodReport, as_period_report
 from .run_parts import read_only
 from .showing import Facts, Shown
 from .structure import Structure
-from .tables import Table, of_columns
+from .structure_run_parts import TABLES, StructureState, arrays_of, check_arrays, core_of
+from .tables import Table, of_columns, table
+from .verbs import verb
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from .bounces import Bounces
 
 Array = NDArray[np.float64]
 # Columns in coordinates of the compiled structure.
 _WIDE = ("q", "v", "v_pre", "v_post")
-
-
-@interruptible
-@dataclass(frozen=True, kw_only=True, eq=False)
-class StructureState:
-    """The state of a structure at the end of a run, after the impact if one falls on that instant.
-
-    Attributes
-    ----------
-    q, v
-        Coordinates and velocities, (N,).
-    time
-        Time since the start.
-    period, time_in_period
-        Completed drive periods and the time since the last one, which together stay exact where
-        ``time`` has lost digits.
-    mode
-        ``"flight"``; or while stops are closed ``"closed"``, without friction, or of the one with
-        friction ``"slide_positive"``, ``"slide_negative"`` (the sign of tangent . v) or
-        ``"stick"``.
-    closed
-        Which stops are closed, (number of stops,), booleans.
-
-    Examples
-    --------
-    >>> import vibroimpact as vi
-    >>> structure = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.5, 0.8)],
-    ...                          drive_amplitude=[1], drive_frequency=2.0)
-    >>> run = vi.simulate(structure, initial=[[0], [0]], periods=10)
-    >>> run.final_state.mode, run.final_state.q.shape
-    ('flight', (1,))
-    """
-
-    q: Array
-    v: Array
-    time: float
-    period: int
-    time_in_period: float
-    mode: str
-    closed: NDArray[np.bool_]
-
-    @property
-    def state(self) -> Array:
-        """Coordinates and velocities (2, N), as ``initial=`` takes them."""
-        return np.stack([self.q, self.v])
 
 
 @interruptible
@@ -86,14 +46,16 @@ class StructureRun(Shown):
     A mass on a spring, driven, with a stop:
 
     >>> import vibroimpact as vi
-    >>> structure = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.5, 0.8)],
+    >>> structure = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.3, 0.8)],
     ...                          drive_amplitude=[1], drive_frequency=2.0)
     >>> run = vi.simulate(structure, initial=[[0], [0]], periods=10)
     >>> run.impacts["stop"].tolist()[:2], run.stroboscopic.shape
     ([0, 0], (10, 2, 1))
     """
 
-    def __init__(self, core: _core.StructureRun, system: Structure, initial: Array) -> None:
+    def __init__(
+        self, core: _core.StructureRun | SavedCore, system: Structure, initial: Array
+    ) -> None:
         self._core = core
         self._system = system
         self._initial = read_only(np.array(initial))
@@ -230,6 +192,8 @@ class StructureRun(Shown):
         ------
         ParameterError
             If a time lies outside the kept window, from ``kept_from`` to ``final_state.time``.
+        NotResumableError
+            If the run comes from a file or a pickle.
         Interrupted
             After Ctrl-C; ``.result`` holds the rows of the first times.
 
@@ -276,6 +240,8 @@ class StructureRun(Shown):
         ------
         ParameterError
             If an argument is out of range.
+        NotResumableError
+            If the run comes from a file or a pickle.
         Interrupted
             After Ctrl-C; ``.result`` is the Bounces up to there.
 
@@ -320,6 +286,8 @@ class StructureRun(Shown):
         ------
         ParameterError
             If an argument is of the wrong kind or out of range.
+        NotResumableError
+            If the run comes from a file or a pickle.
         SimulationError
             If a number left the range of floats; ``.result`` is the run up to there.
         Interrupted
@@ -345,6 +313,85 @@ class StructureRun(Shown):
             raise Interrupted(message, run, holds="the run so far")
         return run
 
+    def plot(self, **options: Any) -> Axes:
+        """Draw coordinates against time, by ``vi.plot.time_history``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.time_history``: ``coordinates=(0, 1)``, ``periods``, ``window`` ...
+            Without a drive period all that is kept is drawn, unless ``window`` says otherwise.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> run.plot(periods=4).get_ylabel()
+        '$q_{0}$'
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the run to ``path`` (.npz, no pickle); ``load`` gives it back bit for bit.
+
+        Examples
+        --------
+        >>> run.save("structure_run.npz")
+        >>> vi.load("structure_run.npz") == run
+        True
+        """
+        from . import archive  # here, to keep the import of the package light
+
+        metadata, arrays = self._parts()
+        archive.write(path, "structure_run", metadata, arrays)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a run written by ``save``.
+
+        Raises
+        ------
+        ValueError
+            If the file is damaged, foreign, or holds something else.
+
+        Examples
+        --------
+        >>> run.save("structure_run.npz")
+        >>> vi.StructureRun.load("structure_run.npz").final_state.period
+        10
+        """
+        from . import archive  # here, to keep the import of the package light
+
+        return archive.read(path, {"structure_run": cls._from_parts})
+
+    def _parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+        metadata: dict[str, Any] = {
+            "system": json.loads(self._system.to_json()),
+            "core": self._core.to_json(),
+        }
+        physical: dict[str, NDArray[Any]] = {
+            "initial": self._initial,
+            "stroboscopic": self.stroboscopic,
+            **{name: getattr(self, name).view(np.ndarray) for name in TABLES},
+        }
+        return metadata, arrays_of(self._core, physical, self._system._basis is not None)
+
+    @classmethod
+    def _from_parts(cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Self:
+        structure = Structure.from_json(json.dumps(metadata["system"]))
+        # A run of no length from the same start has tables of the same columns.
+        initial = arrays["initial"]
+        cores, *_ = _core.simulate_structure(
+            structure._compiled, structure._to_core(initial), time=0.0
+        )
+        _, like = cls(cores[0], structure, initial)._parts()
+        check_arrays(arrays, like)
+        modal = structure._basis is not None
+        return cls(core_of(structure._compiled, metadata["core"], arrays, modal), structure, initial)
+
     def _table(self, columns: dict[str, NDArray[Any]]) -> Table:
         wide = {name: self._system._from_core(columns[name]) for name in _WIDE if name in columns}
         return of_columns(columns | wide)
@@ -360,6 +407,23 @@ class StructureRun(Shown):
             "kept": f"time {self.kept_from:.6g} to {end.time:.6g}",
             "time in contact": f"{self.time_in_contact:.6g}",
         }
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both are one motion, kept alike: the same numbers to the last bit."""
+        if not isinstance(other, StructureRun):
+            return NotImplemented
+        (ours, arrays), (theirs, others) = self._parts(), other._parts()
+        return ours == theirs and all(
+            array.tobytes() == others[name].tobytes() for name, array in arrays.items()
+        )
+
+    def __hash__(self) -> int:
+        """Return a hash that equal runs share."""
+        return hash((self._system, self._initial.tobytes(), self.impact_count))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle through the parts that ``save`` writes."""
+        return type(self)._from_parts, self._parts()
 
     def __repr__(self) -> str:
         """Say how the run ended and what it holds."""

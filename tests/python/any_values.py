@@ -123,6 +123,8 @@ TAKES: dict[str, set[str]] = {
     "state": {"state", "state of float16"},
     "state or states": {"state", "state of float16", "states", "empty rows"},
     "state or some states": {"state", "state of float16", "states"},
+    # Of four coordinates.
+    "state of a structure": {"states"},
     "states or a number": {"state", "state of float16", "states", *_WHOLE},
     "axis": _ONE_DIMENSION,
     "axis of starts": _ONE_DIMENSION - {"pair of unsigned"},

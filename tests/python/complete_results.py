@@ -101,6 +101,18 @@ def _(run: vi.Run) -> None:
 
 
 @assert_complete.register
+def _(run: vi.StructureRun) -> None:
+    end = run.final_state
+    assert_finite(end.state, repr(run))
+    assert_finite([end.time, end.time_in_period], repr(run))
+    for name in ("impacts", "grazes", "contacts", "events"):
+        assert_table(getattr(run, name), name)
+    assert_finite(run.stroboscopic, "stroboscopic")
+    assert_finite([run.time_in_contact, run.kept_from], "times")
+    assert run.stop_reason
+
+
+@assert_complete.register
 def _(bounces: vi.Bounces) -> None:
     assert_table(bounces.impacts, "bounces")
     assert repr(bounces)

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 import vibroimpact as vi
+from struck import moving_run
 
 _STOP = {
     "normal": "pair",
@@ -26,12 +27,32 @@ _STRUCTURE = {
     "law": "law",
     "simultaneous": "a word of a list",
 }
+_PERIODS = {
+    "periods": "whole number",
+    "time": "object or none",
+    "keep": "whole number or none",
+}
+_TIME = {"periods": "object or none", "time": "number > 0", "keep": "object or none"}
+_RUN = {
+    "system": "object",
+    "initial": "state of a structure",
+    "max_events": "whole number or none",
+    "chatter_tolerance": "number > 0",
+    "section_phase": "number",
+    "progress": "true or false",
+    "units": "object or none",
+    "workers": "whole number or none",
+}
 _MATRICES = {"mass": "object", "stiffness": "object"}
 
 
 def structure_calls() -> dict[str, tuple[Any, ...]]:
     """Return function, arguments, kinds, and names in refusals, of each call by its name."""
     stop = {"normal": [1.0, 0.0], "gap": 0.5, "restitution": 0.5, "tangent": [0.0, 1.0]}
+    four = vi.Structure(
+        np.eye(4), np.eye(4), [vi.Stop([1, 0, 0, 0], 1.0, 0.5)], drive_frequency=1.0
+    )
+    simulated = {"system": four, "initial": np.full((2, 4), 0.25)}
     structure = {"mass": np.eye(2), "stiffness": np.diag([1.0, 2.0]), "stops": [vi.Stop(**stop)]}
     return {
         "Stop": (vi.Stop, stop, _STOP),
@@ -72,5 +93,27 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
             {"text": vi.Structure(**structure).to_json()},
             {"text": "object"},
             {"text": "JSON|fields"},
+        ),
+        "simulate: structure": (vi.simulate, simulated | {"periods": 2}, _RUN | _PERIODS),
+        "simulate: structure, time": (vi.simulate, simulated | {"time": 2.0}, _RUN | _TIME),
+        "StructureRun.trajectory": (
+            moving_run().trajectory,
+            {"t": [moving_run().kept_from]},
+            {"t": "times", "forces": "true or false"},
+        ),
+        "StructureRun.bounces": (
+            moving_run().bounces,
+            {"down_to": 1e-3, "most": 100},
+            {"down_to": "number >= 0", "most": "whole number"},
+        ),
+        "StructureRun.resume": (
+            moving_run().resume,
+            {"periods": 1, "keep": 1},
+            _PERIODS | {"max_events": "whole number or none"},
+        ),
+        "StructureRun.resume: time": (
+            moving_run().resume,
+            {"time": 1.0},
+            _TIME | {"max_events": "whole number or none"},
         ),
     }

@@ -15,6 +15,7 @@ import pytest
 
 import vibroimpact as vi
 from small_results import START, branch, grid_basins, motion, motions, region, run
+from struck import moving_run
 from systems import PAPER, ROUGH
 from valid_calls import calls
 
@@ -58,6 +59,7 @@ def _results() -> dict[str, Any]:
         *saddle.sides,
         vi.NotFound(reason="none"),
         vi.NoMotionError("no 'multipliers'", "none"),
+        moving_run(),
         vi.Undecided(lo=0.0, hi=1.0, reason="a double root"),
         vi.Disagreement(event="impact", number=1, time=0.5, reason="digits"),
         vi.ParameterError("gap = nan"),
@@ -110,7 +112,7 @@ def assert_same(one: Any, other: Any, seen: set[int]) -> None:
             assert_same(one[name], other[name], seen)
     elif isinstance(one, float | int | str):
         assert repr(one) == repr(other)
-    elif hasattr(one, "__dict__") and not isinstance(one, vi.Run | vi.System):
+    elif hasattr(one, "__dict__") and not isinstance(one, vi.Run | vi.StructureRun | vi.System):
         for name in vars(one).keys() & vars(other).keys():
             assert_same(getattr(one, name), getattr(other, name), seen)
 

@@ -60,7 +60,7 @@ ENDS = (*REFUSALS, vi.SimulationError)
 # Where work begins, for what is refused before any.
 WORK = [
     *((_core, name) for name in ("simulate_many", "sweep", "arrivals", "lyapunov_spectrum")),
-    (_core, "simulate"),
+    *((_core, name) for name in ("simulate", "simulate_structure")),
     ("orbits.shooting", "solve_orbit"),
     ("orbits.branches", "follow_half"),
     ("orbits.regions", "Walk"),

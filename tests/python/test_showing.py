@@ -25,6 +25,7 @@ from small_results import (
     run,
     saddle,
 )
+from struck import moving_run
 from systems import COEXISTING, PAPER, ROUGH, STICKY
 from valid_calls import calls
 from vibroimpact.showing import Shown
@@ -44,6 +45,7 @@ def results() -> dict[str, object]:
         run(),
         vi.simulate(STICKY, initial=START, periods=8),
         vi.simulate(STICKY, initial=START, periods=8).bounces(down_to=1e-3),
+        moving_run(),
         motion(),
         branch(),
         branch().bifurcations[0],

@@ -438,6 +438,7 @@ def calls() -> dict[str, Call]:
     }
     grids = (vi.Sweep, vi.Chart, vi.Diagram, vi.LyapunovSweep)
     names = {vi.PeriodicMotion: "motion", vi.LyapunovSpectrum: "spectrum", vi.Branch: "branch"}
+    names[vi.StructureRun] = "structure_run"
     for result in (vi.Run, vi.Basins, *grids, *names):
         name = getattr(result, "kind", names.get(result, result.__name__.lower()))
         path = {"path": _path(name)}

@@ -19,6 +19,7 @@ from ..orbits import (
 )
 from ..run import Run
 from ..single_impact import MotionMap, PeriodicMotions
+from ..structure_run import StructureRun
 from ..sweeps import Attractor, Basins, Diagram, LyapunovSpectrum, LyapunovSweep, Sweep
 from ..sweeps.structure_diagram import StructureDiagram
 from ..system import System
@@ -84,8 +85,9 @@ def _(system: System, **options: Any) -> Any:
     return machine(system, options.pop("state", rest), **options)
 
 
-@draw.register
-def _(run: Run, **options: Any) -> Any:
+@draw.register(Run)
+@draw.register(StructureRun)
+def _(run: Run | StructureRun, **options: Any) -> Any:
     if run.system.drive_frequency == 0.0:
         options = {"window": (run.kept_from, run.final_state.time)} | options
     return time_history(run, **options)
