@@ -864,7 +864,7 @@ def structure_sweep(
     workers: int | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> tuple[list[tuple[int, StructureRun | None, PeriodReport | None]], bool]:
-    """Of each point its status in STATUS_NAMES, run and report; and whether Ctrl-C ended the work."""
+    """Of each point its status in STATUS_NAMES, run and report; and whether Ctrl-C ended it."""
 
 def simulate_many(
     system: System,

@@ -24,7 +24,7 @@ from .run_parts import read_only
 from .showing import Facts, Shown
 from .structure import Structure
 from .structure_run_parts import TABLES, StructureState, arrays_of, check_arrays, core_of
-from .tables import Table, of_columns, table
+from .tables import Table, of_columns
 from .verbs import verb
 
 if TYPE_CHECKING:
@@ -53,9 +53,7 @@ class StructureRun(Shown):
     ([0, 0], (10, 2, 1))
     """
 
-    def __init__(
-        self, core: _core.StructureRun | SavedCore, system: Structure, initial: Array
-    ) -> None:
+    def __init__(self, core: _core.StructureRun, system: Structure, initial: Array) -> None:
         self._core = core
         self._system = system
         self._initial = read_only(np.array(initial))
@@ -390,7 +388,9 @@ class StructureRun(Shown):
         _, like = cls(cores[0], structure, initial)._parts()
         check_arrays(arrays, like)
         modal = structure._basis is not None
-        return cls(core_of(structure._compiled, metadata["core"], arrays, modal), structure, initial)
+        return cls(
+            core_of(structure._compiled, metadata["core"], arrays, modal), structure, initial
+        )
 
     def _table(self, columns: dict[str, NDArray[Any]]) -> Table:
         wide = {name: self._system._from_core(columns[name]) for name in _WIDE if name in columns}

@@ -129,17 +129,17 @@ def _foreign(run: vi.StructureRun, path) -> dict[str, bytes]:
         return path.read_bytes()
 
     impacts = arrays["impacts"]
+    progress = json.loads(metadata["core"])
+    del progress["final_state"]
     return {
         "cut short": good[: len(good) // 2],
         "newer format": rewritten({"format_version": 99}),
         "no system": rewritten(drop=("system",)),
         "bad system": rewritten({"system": {"mass": [[1.0]]}}),
         "system that is a list": rewritten({"system": []}),
-        "no end": rewritten(drop=("end",)),
-        "end without mode": rewritten({"end": {"time": 1.0}}),
-        "end with other stops": rewritten({"end": metadata["end"] | {"closed": [True]}}),
-        "no count": rewritten(drop=("impact_count",)),
-        "count that is a word": rewritten({"impact_count": "many"}),
+        "no progress": rewritten(drop=("core",)),
+        "progress that is a word": rewritten({"core": "many"}),
+        "progress without its end": rewritten({"core": json.dumps(progress)}),
         "no start": rewritten(drop=("initial",)),
         "start of another shape": rewritten(initial=np.zeros((2, 3))),
         "start within a stop": rewritten(initial=np.full((2, 2), 9.0)),
@@ -151,7 +151,6 @@ def _foreign(run: vi.StructureRun, path) -> dict[str, bytes]:
         "table of a row": rewritten(impacts=impacts[0]),
         "sections of another width": rewritten(stroboscopic=np.zeros((3, 2, 3))),
         "sections of another kind": rewritten(stroboscopic=np.zeros((3, 2, 2), np.float32)),
-        "final state of another shape": rewritten(final_state=np.zeros((3, 2))),
         "array too many": rewritten(extra=np.zeros(3)),
         "pickled array": rewritten(impacts=np.array([{}], dtype=object)),
     }

@@ -1,4 +1,4 @@
-"""Bifurcation diagrams of structures: a section of the long-term motion against the varied number."""
+"""Bifurcation diagrams of structures: a section of the motion against the varied number."""
 
 from __future__ import annotations
 

@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Unpack, get_args, overload
+from typing import TYPE_CHECKING, Any, Unpack, get_args, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._core import CHATTER_TOLERANCE, PARAMETERS
-from ..arguments import count, flag, optional_count, reject, state, states, threads
+from ..arguments import count, optional_count, reject, state, states, threads
 from ..errors import ClusterError, Interrupted, StateError
 from ..interruption import interruptible
 from ..keyword_types import Parameters, completing
 from ..made import Maker, in_units
 from ..scales import Units
-from ..simulation import progress_bar, refuse_overlap
+from ..simulation import refuse_overlap
 from ..system import System
 from .call_types import DiagramCall
 from .cells import (
@@ -42,6 +41,9 @@ from .grid import Grid
 from .made_cells import Made, made_cells
 from .merge import LEVELS, merged
 from .store import folder_of_stores, store_in
+
+if TYPE_CHECKING:
+    from .structure_diagram import StructureDiagram
 
 # More refinements would give more points than a screen has.
 _MOST_REFINEMENTS = 20
@@ -218,8 +220,8 @@ def bifurcation_diagram(
     Parameters
     ----------
     system
-        The system; its own value of the varied parameter has no influence. Or a function that
-        makes the system from the value, called once for each before anything is computed:
+        The System or Structure; its own value of what is varied has no influence. Or a function
+        that makes it from the value, called once for each before anything is computed:
         ``lambda stiffness: vi.System.from_physical(..., stiffness=stiffness)``.
     initial
         (x1, v1, x2, v2) at t = 0, or several starts, shape (k, 4): a branch for each. Or a function
@@ -265,13 +267,14 @@ def bifurcation_diagram(
         Directory of a Zarr store for the results, as in ``sweep``; with ``refine`` it has a part
         for each level.
     **parameter
-        One numeric field of System, or the argument of the function that makes the system, with an
-        array of its values; for a range use ``numpy.linspace``, e.g.
+        One numeric field of System, ``drive_frequency``, ``phase``, ``gap``, ``restitution_1`` ...
+        of a Structure, or the argument of the function that makes the system, with an array of its
+        values; for a range use ``numpy.linspace``, e.g.
         ``drive_frequency=np.linspace(0.2, 4, 4000)``.
 
     Returns
     -------
-    Diagram
+    Diagram; of structures StructureDiagram
 
     Raises
     ------
@@ -306,28 +309,27 @@ def bifurcation_diagram(
     >>> diagram.label.tolist()
     ['1-1', '1-1', 'chaotic']
     """
-    structure = _structure_of(system, parameter)
-    if structure is not None:
-        from .structure_diagram import refuse_what_is_not_there, structure_diagram
+    # Nobody has a structure before its module has been loaded; who works without pays nothing.
+    if "vibroimpact.structure" in sys.modules and not isinstance(system, System):
+        from .structure_diagram import made_by, structure_diagram
 
-        refuse_what_is_not_there(
-            {"exponents": exponents, "refine": refine, "units": units, "client": client,
-             "store": store, "chunk": chunk}
-        )  # fmt: skip
-        shown = flag("progress", progress)
-        return structure_diagram(
-            structure,
-            initial,
-            parameter,
-            starts=_starts(start),
-            periods=periods,
-            keep=keep,
-            max_events=max_events,
-            chatter_tolerance=chatter_tolerance,
-            section_phase=section_phase,
-            workers=workers,
-            bar=lambda total: progress_bar("diagram", total, "point", shown),
-        )
+        structure = made_by(system, parameter)
+        if structure is not None:
+            return structure_diagram(
+                structure,
+                initial,
+                parameter,
+                starts=_starts(start),
+                periods=periods,
+                keep=keep,
+                max_events=max_events,
+                chatter_tolerance=chatter_tolerance,
+                section_phase=section_phase,
+                workers=workers,
+                progress=progress,
+                not_yet={"exponents": exponents, "refine": refine, "units": units}
+                | {"client": client, "store": store, "chunk": chunk},
+            )
     system, initial = in_units(bifurcation_diagram, units, system, initial, parameter)
     axes = checked_axes(bifurcation_diagram, system, parameter, allowed=[*PARAMETERS], exactly=1)
     ((name, values),) = axes.items()
@@ -387,29 +389,6 @@ def bifurcation_diagram(
     threads(workers)
     folder = folder_of_stores(store, LEVELS, "a refined diagram")
     return _refined(level, values, refinements, folder, engine)
-
-
-def _structure_of(system: Any, parameter: Mapping[str, Any]) -> Any:
-    """Return a structure, or a function that makes structures; None for anything else."""
-    # Nobody has one before its module has been loaded, and who works without pays nothing.
-    module = sys.modules.get("vibroimpact.structure")
-    if module is None or isinstance(system, System):
-        return None
-    if isinstance(system, module.Structure):
-        return system
-    if not callable(system) or len(parameter) != 1:
-        return None
-    ((name, values),) = parameter.items()
-    first = next(iter(np.ravel(values).tolist()), None)
-    known: dict[Any, Any] = {}
-
-    # It is called once for each value, the first included.
-    @functools.wraps(system)
-    def once(**value: Any) -> Any:
-        return known.pop(value[name]) if value[name] in known else system(**value)
-
-    known[first] = system(**{name: first})
-    return once if isinstance(known[first], module.Structure) else None
 
 
 def _initials(initial: ArrayLike) -> list[tuple[float, float, float, float]]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from .. import _core
 from .._core import STATUS_NAMES
-from ..arguments import count, number, optional_count, positive, reject, threads, vector
+from ..arguments import count, flag, number, optional_count, positive, reject, threads, vector
 from ..errors import Interrupted, StateError
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
 from ..run_parts import read_only
 from ..showing import Facts, Shown
+from ..simulation import progress_bar
 from ..stop import is_of_stops
 from ..structure import Structure
 from ..structure_run import StructureRun
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
-# What of a diagram of a System that of a structure does not have yet.
-_NOT_YET = ("exponents", "refine", "units", "client", "store", "chunk")
 _KEPT = 100
 # Numbers of a structure that are varied by name, beside those of its stops.
 _OWN = ("drive_frequency", "phase")
@@ -174,7 +173,8 @@ def structure_diagram(
     chatter_tolerance: float,
     section_phase: float,
     workers: int | None,
-    bar: Callable[[int], AbstractContextManager[Any]],
+    progress: bool,
+    not_yet: Mapping[str, Any],
 ) -> StructureDiagram:
     """Run the points of a diagram of structures; arguments as in ``bifurcation_diagram``.
 
@@ -187,6 +187,8 @@ def structure_diagram(
     Interrupted
         After Ctrl-C; ``.result`` is the diagram, unreached points having the status ``pending``.
     """
+    _refuse(not_yet)
+    shown = flag("progress", progress)
     if len(parameter) != 1:
         reject("parameters", ", ".join(parameter) or "none", "exactly one, with its values")
     ((name, given),) = parameter.items()
@@ -215,7 +217,7 @@ def structure_diagram(
     points: list[tuple[int, Any, Any]] = []
     branches = [(start, kind) for kind in starts for start in range(len(begun))]
     stopped = False
-    with bar(len(branches) * len(values)) as tell:
+    with progress_bar("diagram", len(branches) * len(values), "point", shown) as tell:
         for number_of_branch, (start, kind) in enumerate(branches):
             if stopped:
                 points += [(0, None, None)] * len(values)
@@ -251,18 +253,30 @@ def structure_diagram(
     return diagram
 
 
-def refuse_what_is_not_there(given: Mapping[str, Any]) -> None:
-    """Refuse, by name, what a diagram of structures does not do yet.
+def made_by(system: Any, parameter: Mapping[str, Any]) -> Any:
+    """Return a structure, or a function that makes structures; None for anything else."""
+    if isinstance(system, Structure):
+        return system
+    if not callable(system) or len(parameter) != 1:
+        return None
+    ((name, values),) = parameter.items()
+    first = next(iter(np.ravel(values).tolist()), None)
+    known: dict[Any, Any] = {}
 
-    Raises
-    ------
-    ParameterError
-        Names the argument.
-    """
-    for name in _NOT_YET:
-        if given[name]:
-            value = os.fspath(given[name]) if name == "store" else given[name]
-            reject(name, value, "its default: a diagram of structures does without it so far")
+    # It is called once for each value, the first included.
+    @functools.wraps(system)
+    def once(**value: Any) -> Any:
+        return known.pop(value[name]) if value[name] in known else system(**value)
+
+    known[first] = system(**{name: first})
+    return once if isinstance(known[first], Structure) else None
+
+
+def _refuse(not_yet: Mapping[str, Any]) -> None:
+    for name, value in not_yet.items():
+        if value:
+            given = os.fspath(value) if name == "store" else value
+            reject(name, given, "its default: a diagram of structures does without it so far")
 
 
 def _made(system: Any, name: str, values: Array) -> list[Structure]:
@@ -273,7 +287,9 @@ def _made(system: Any, name: str, values: Array) -> list[Structure]:
     made = [system(**{name: value}) for value in values.tolist()]
     for value, structure in zip(values.tolist(), made, strict=True):
         if not isinstance(structure, Structure):
-            reject("system", structure, f"a function whose result is a Structure, at {name}={value}")
+            reject(
+                "system", structure, f"a function whose result is a Structure, at {name}={value}"
+            )
     return made
 
 

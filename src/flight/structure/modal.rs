@@ -3,12 +3,14 @@
 
 #![allow(clippy::inline_always)] // a flight is compiled for several instruction sets
 
+mod shared;
 mod stop_gap;
 
 use std::sync::OnceLock;
 
 use smallvec::SmallVec;
 
+use self::shared::{SHARED_BY, Shared};
 use self::stop_gap::StopGap;
 use super::{StopContact, StopMotion, dot};
 use crate::flight::drive::{Drive, Trig, Turn};
@@ -129,7 +131,8 @@ impl ModalMotion {
         v: &[f64],
     ) -> ModalFlight {
         let start = self.drive.trig_at(clock);
-        let phases: SmallVec<[Trig; FEW]> = self.modes.iter().map(|mode| start.turned_by(mode.ahead)).collect();
+        let phases: SmallVec<[Trig; FEW]> =
+            self.modes.iter().map(|mode| start.turned_by(mode.ahead)).collect();
         let modes = structure
             .modes()
             .iter()
@@ -216,10 +219,13 @@ impl ModalMotion {
     #[inline(always)]
     fn next_contact_here(&self, flight: &ModalFlight, starts: &[(usize, Start)]) -> StopContact {
         let (mut found, mut clear, mut left) = (None, f64::INFINITY, self.span);
+        let shared = (self.stops.len() >= SHARED_BY).then(Shared::default);
         for stop in 0..self.stops.len() {
             let start = starts.iter().find(|(of, _)| *of == stop);
             let start = start.map_or(Start::Apart, |&(_, start)| start);
-            let gap = StopGap { motion: self, flight, index: stop, stop: &self.stops[stop] };
+            let own = &self.stops[stop];
+            let shared = shared.as_ref();
+            let gap = StopGap { motion: self, flight, index: stop, stop: own, shared };
             match first_contact(&gap, start, left).found {
                 Found::Contact(touch) if touch.local_time() <= left => {
                     left = touch.local_time();
@@ -251,7 +257,8 @@ impl ModalMotion {
 
     /// The gap of a stop at the start of a flight, with its derivatives.
     pub fn gap_at_start(&self, flight: &ModalFlight, stop: usize) -> GapPoint {
-        let gap = StopGap { motion: self, flight, index: stop, stop: &self.stops[stop] };
+        let own = &self.stops[stop];
+        let gap = StopGap { motion: self, flight, index: stop, stop: own, shared: None };
         gap.change(0.0).0
     }
 

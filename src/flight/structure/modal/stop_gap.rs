@@ -2,11 +2,12 @@
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
-use super::{ModalFlight, ModalMotion, StopMotion};
+use super::shared::Shared;
+use super::{ModalFlight, ModalMotion, StopMotion, Table};
 use crate::flight::drive::{Trig, Turn};
 use crate::flight::oscillator::Motion;
 use crate::flight::table::Loads;
-use crate::numerics::lanes::LANES;
+use crate::numerics::lanes::{LANES, Lanes};
 use crate::search::gap::{Gap, GapBounds, GapPoint, Higher};
 use crate::search::steps::{Jet, Jets, ScanStart, SteppedGap, Weights};
 use crate::search::tolerances::{BOUND_MARGIN, SCAN_SPANS};
@@ -17,6 +18,8 @@ pub(super) struct StopGap<'a> {
     pub flight: &'a ModalFlight,
     pub index: usize,
     pub stop: &'a StopMotion,
+    /// Where there are many stops.
+    pub shared: Option<&'a Shared>,
 }
 
 impl StopGap<'_> {
@@ -95,9 +98,14 @@ impl Gap for StopGap<'_> {
     fn change(&self, s: f64) -> (GapPoint, Self::Instant) {
         let turned = self.turned(s);
         let mut sums = self.stop_motion(turned).map(|own| -own);
-        for (i, part) in self.parts() {
+        let at = |i: usize| {
             let motion = self.motion.mode_at(self.flight, i, s, turned);
-            let [fourth, fifth, _] = self.motion.modes[i].oscillator.equation.higher(&motion);
+            (motion, self.motion.modes[i].oscillator.equation.higher(&motion))
+        };
+        let start = self.shared.filter(|_| s == 0.0);
+        let start = start.map(|shared| shared.start(|| (0..self.modes()).map(at).collect()));
+        for (i, part) in self.parts() {
+            let (motion, [fourth, fifth, _]) = start.map_or_else(|| at(i), |known| known[i]);
             let Motion { increment, rate, acceleration, jerk, .. } = motion;
             for (sum, term) in
                 sums.iter_mut().zip([increment, rate, acceleration, jerk, fourth, fifth])
@@ -128,8 +136,11 @@ impl SteppedGap for StopGap<'_> {
         let (point, _) = self.change(0.0);
         let (value, _) = self.start();
         let mut bounds = [0.0; 6];
+        let of =
+            |i: usize| self.motion.modes[i].oscillator.derivative_bounds(&self.flight.modes[i]);
+        let known = self.shared.map(|shared| shared.bounds(|| (0..self.modes()).map(of).collect()));
         for (i, part) in self.parts() {
-            let own = self.motion.modes[i].oscillator.derivative_bounds(&self.flight.modes[i]);
+            let own = known.map_or_else(|| of(i), |known| known[i]);
             for (bound, term) in bounds.iter_mut().zip(own) {
                 *bound += part.abs() * term;
             }
@@ -213,23 +224,22 @@ impl SteppedGap for StopGap<'_> {
             jets.value[j] = self.own_place() - own[0];
             (jets.rate[j], jets.second[j]) = (-own[1], -own[2]);
         }
-        for (i, part) in self.parts() {
-            let mode = &self.motion.modes[i].oscillator;
-            let body = &self.flight.modes[i];
-            let (x, v, phase) = if *from == 0.0 {
-                (body.x, body.v, self.flight.phases[i])
-            } else {
-                let motion = self.motion.mode_at(self.flight, i, *from, turned);
-                let phase = Turn::new(self.flight.phases[i], turned.0, turned.1).phase;
-                (motion.displacement(), motion.rate, phase)
-            };
-            let (xs, vs) = table.responses[i].motion(x, v, phase, Loads::of(mode));
+        let stride = |i: usize| self.mode_steps(table, i, *from, turned);
+        let add = |jets: &mut Jets, part: f64, [xs, vs, accelerations]: &[Lanes; 3]| {
             for j in 0..LANES {
-                let Trig { cos, sin } = table.turns[j].phase;
-                let cos_psi = phase.cos * cos - phase.sin * sin;
                 jets.value[j] += part * xs[j];
                 jets.rate[j] += part * vs[j];
-                jets.second[j] += part * mode.equation.acceleration(xs[j], vs[j], cos_psi);
+                jets.second[j] += part * accelerations[j];
+            }
+        };
+        if let Some(shared) = self.shared {
+            let known = shared.stride(level, *from, || (0..self.modes()).map(stride).collect());
+            for (i, part) in self.parts() {
+                add(&mut jets, part, &known.modes[i]);
+            }
+        } else {
+            for (i, part) in self.parts() {
+                add(&mut jets, part, &stride(i));
             }
         }
         ((*from, self.motion.step(level)), jets)
@@ -241,6 +251,31 @@ impl SteppedGap for StopGap<'_> {
 }
 
 impl StopGap<'_> {
+    fn modes(&self) -> usize {
+        self.motion.modes.len()
+    }
+
+    /// Displacements, rates and accelerations of a mode at eight steps from a local time on.
+    #[inline(always)]
+    fn mode_steps(&self, table: &Table, i: usize, from: f64, turned: (f64, f64)) -> [Lanes; 3] {
+        let mode = &self.motion.modes[i].oscillator;
+        let body = &self.flight.modes[i];
+        let (x, v, phase) = if from == 0.0 {
+            (body.x, body.v, self.flight.phases[i])
+        } else {
+            let motion = self.motion.mode_at(self.flight, i, from, turned);
+            let phase = Turn::new(self.flight.phases[i], turned.0, turned.1).phase;
+            (motion.displacement(), motion.rate, phase)
+        };
+        let (xs, vs) = table.responses[i].motion(x, v, phase, Loads::of(mode));
+        let accelerations = std::array::from_fn(|j| {
+            let Trig { cos, sin } = table.turns[j].phase;
+            let cos_psi = phase.cos * cos - phase.sin * sin;
+            mode.equation.acceleration(xs[j], vs[j], cos_psi)
+        });
+        [xs, vs, accelerations]
+    }
+
     /// What the stop and its gap take from the gap at the start of the flight.
     #[inline(always)]
     fn own_place(&self) -> f64 {
