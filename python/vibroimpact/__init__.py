@@ -68,6 +68,7 @@ if TYPE_CHECKING:
     from .stop import Stop
     from .structure import Structure
     from .structure_run import StructureRun as StructureRun
+    from .sweeps.structure_diagram import StructureDiagram
     from .sweeps import (
         Attractor,
         Basins,
@@ -106,6 +107,7 @@ else:
         "stop": "Stop",
         "structure": "Structure",
         "structure_run": "StructureRun",
+        "sweeps.structure_diagram": "StructureDiagram",
         "sweeps": """
             Attractor Basins Chart Diagram DiagramSettings LyapunovSpectrum LyapunovSweep Sweep
             basins bifurcation_diagram chart lyapunov_spectrum sweep
@@ -174,6 +176,7 @@ __all__ = [
     "StateError",
     "Stop",
     "Structure",
+    "StructureDiagram",
     "StructureRun",
     "Sweep",
     "System",

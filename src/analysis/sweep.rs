@@ -22,7 +22,7 @@ use crate::model::parameters::System;
 use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::StopReason;
-use crate::simulate::run::{Recorded, Run, RunError, RunOptions, run, run_together};
+use crate::simulate::run::{Run, RunError, RunOptions, Together, run, run_together};
 use crate::simulate::{Simulation, run_batch};
 
 /// Where each value of the parameter starts from.
@@ -364,15 +364,18 @@ pub fn run_many(
     run_and_count(system, initials, options, workers, cancel, &AtomicUsize::new(0))
 }
 
+/// Runs, or why there is none, in the order of their starts.
+type Runs<M> = Vec<Result<Run<M>, RunError<M>>>;
+
 /// As [`run_many`]; counts in `count` the runs that have come to an end.
-pub(crate) fn run_and_count<M: Recorded>(
+pub(crate) fn run_and_count<M: Together>(
     system: &M,
     initials: &[M::State],
     options: RunOptions,
     workers: &Workers,
     cancel: &CancelToken,
     count: &AtomicUsize,
-) -> Result<Vec<Result<Run<M>, RunError<M>>>, RunError<M>> {
+) -> Result<Runs<M>, RunError<M>> {
     options.check(system)?;
     for (place, initial) in initials.iter().enumerate() {
         Simulation::new(system, initial.clone())

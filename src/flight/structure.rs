@@ -73,6 +73,7 @@ pub struct StructureFlight {
 }
 
 #[derive(Debug, Clone)]
+#[expect(clippy::large_enum_variant, reason = "flights by modes are usual, and take no memory")]
 enum Flights {
     Modal(ModalFlight),
     Linear(Box<LinearFlight>),

@@ -412,13 +412,11 @@ pub(super) fn make<M: Crossing>(
     mut collection: Collection<M>,
     progress: Option<&Py<PyAny>>,
 ) -> PyResult<Run<M>> {
-    match progress {
-        Some(tell) => make_and_tell(py, collection, tell),
-        None => {
-            interruptible_later(py, |cancel| collection.proceed(cancel))?;
-            Ok(collection.into_run()?)
-        }
+    if let Some(tell) = progress {
+        return make_and_tell(py, collection, tell);
     }
+    interruptible_later(py, |cancel| collection.proceed(cancel))?;
+    Ok(collection.into_run()?)
 }
 
 /// Makes a run, and tells how many millionths of its time are done.

@@ -126,22 +126,23 @@ impl<M: Model> Simulation<M> {
             return Some(Ok(self.stop_at_horizon(state)));
         }
         let follows = self.system.follows(&self.motion, &self.point.anchor);
-        self.continue_with(self.point.anchor.clone(), follows, false)
+        let here = self.point.anchor.clone();
+        self.continue_with(&here, follows, false)
     }
 
     /// Continues from `here` with what follows; `held`: from contact, so that its end is an event.
     pub(super) fn continue_with(
         &mut self,
-        here: AnchorOf<M>,
+        here: &AnchorOf<M>,
         follows: Follows<M>,
         held: bool,
     ) -> Turn<M> {
         let (clock, state) = match self.moved_from_standstill(here.clock, &here.state) {
             Ok(Some(moved)) => moved,
-            Ok(None) => return self.enter(&here, follows, held),
+            Ok(None) => return self.enter(here, follows, held),
             Err(error) => return Some(Err(error)),
         };
-        let leg = self.system.landing(&here, clock, state, self.point.contact, false);
+        let leg = self.system.landing(here, clock, state, self.point.contact, false);
         if held && !self.reached_by(clock).1 {
             // What ends a contact is told, wherever time has been moved to.
             let follows = self.system.follows(&self.motion, &leg);

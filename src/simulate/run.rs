@@ -5,6 +5,7 @@ mod bounces;
 mod collection;
 mod collector;
 mod kept;
+mod leg;
 mod legs;
 mod oblique;
 mod options;
@@ -12,6 +13,7 @@ mod progress;
 mod recorded;
 mod structure;
 mod structure_audit;
+mod together;
 
 pub use audit::EnergyAudit;
 pub use bounces::{Bounces, BouncesEnd};
@@ -23,6 +25,7 @@ pub(crate) use progress::Tables;
 pub use recorded::{Recorded, Row};
 pub use structure::{StopContactRecord, StopGrazeRecord, StopImpactRecord};
 pub use structure_audit::StructureAudit;
+pub(crate) use together::{Together, run_together};
 
 use serde::{Deserialize, Serialize};
 
@@ -122,29 +125,6 @@ pub fn run<M: Recorded>(
     let mut collection = Collection::begin(system, initial, options)?;
     collection.proceed(cancel);
     collection.into_run()
-}
-
-/// Makes runs, at most so many at a time: `next` gives their systems and starts, `done` gets each
-/// with its place in their order.
-pub(crate) fn run_together<M: Recorded>(
-    next: &mut dyn FnMut() -> Option<(usize, M, M::State)>,
-    options: RunOptions,
-    cancel: &CancelToken,
-    done: &mut dyn FnMut(usize, Result<Run<M>, RunError<M>>),
-    most: usize,
-) {
-    let done = std::cell::RefCell::new(done);
-    let mut next = || loop {
-        let (place, system, initial) = next()?;
-        match Collection::new(&system, initial, options, cancel) {
-            Ok(collection) => return Some((place, collection)),
-            Err(error) => (done.borrow_mut())(place, Err(error.into())),
-        }
-    };
-    let mut made = |(place, collection): (usize, Collection<M>)| {
-        (done.borrow_mut())(place, collection.into_run());
-    };
-    M::collect_all(&mut next, &mut made, most);
 }
 
 impl<M: Recorded> Run<M> {

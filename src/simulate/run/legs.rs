@@ -2,32 +2,12 @@
 //! follow the states at any time, the contact forces, and the time in contact.
 
 use super::Run;
+pub use super::leg::{Kind, Leg};
 use super::recorded::Recorded;
-use crate::model::parameters::System;
 use crate::model::state::Clock;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{EventKind, EventRecord};
-use crate::simulate::{AnchorOf, Model, Phase};
-
-/// What the bodies do between two events.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind<S, K> {
-    Flight,
-    /// Skipped impacts of a chatter sequence, up to this state.
-    Hops(S),
-    Contact(K),
-}
-
-/// The stretch between two events.
-#[derive(Debug, Clone)]
-pub struct Leg<M: Model = System> {
-    pub anchor: AnchorOf<M>,
-    pub kind: Kind<M::State, M::Mode>,
-    /// Time at its start, as in the tables.
-    pub time: f64,
-    /// Its end.
-    pub end: Clock,
-}
+use crate::simulate::{AnchorOf, Phase};
 
 /// Whether an event begins a leg: grazes and the stop do not.
 pub(super) fn begins_leg(event: &EventRecord) -> bool {

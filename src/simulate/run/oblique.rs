@@ -3,7 +3,6 @@
 #![allow(private_interfaces)] // nobody outside of the crate can name the traits
 
 use super::Run;
-use super::collection::Collection;
 use super::legs::{self, Kind};
 use super::recorded::{Kept, Recorded, Row};
 use crate::contact::sustained::{ContactForce, ContactMode, SlideStep};
@@ -14,7 +13,7 @@ use crate::numerics::double_double::DoubleDouble;
 use crate::simulate::event::{
     ContactRecord, Event, EventKind, EventRecord, GrazeRecord, ImpactRecord,
 };
-use crate::simulate::{Anchor, FlightStart, Phase, hops, run_batch};
+use crate::simulate::{Anchor, FlightStart, Phase, hops};
 
 type Leg = legs::Leg<System>;
 
@@ -113,15 +112,6 @@ impl Recorded for System {
 
     fn own_drive(&self) -> Drive {
         Drive::of(self)
-    }
-
-    /// In the lanes.
-    fn collect_all(
-        next: &mut dyn FnMut() -> Option<(usize, Collection)>,
-        done: &mut dyn FnMut((usize, Collection)),
-        most: usize,
-    ) {
-        run_batch(next, done, most);
     }
 }
 

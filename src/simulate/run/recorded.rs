@@ -5,8 +5,7 @@
 use std::fmt::Debug;
 
 use super::Run;
-use super::collection::Collection;
-use super::legs::Leg;
+use super::leg::Leg;
 use crate::flight::Drive;
 use crate::model::Point;
 use crate::model::state::Clock;
@@ -75,16 +74,4 @@ pub trait Recorded: Model {
     ) -> (Self::State, Self::Force);
     /// The drive, and so its period.
     fn own_drive(&self) -> Drive;
-
-    /// Makes the runs that `next` gives, at most so many at a time.
-    fn collect_all(
-        next: &mut dyn FnMut() -> Option<(usize, Collection<Self>)>,
-        done: &mut dyn FnMut((usize, Collection<Self>)),
-        _most: usize,
-    ) {
-        while let Some((place, mut collection)) = next() {
-            collection.run_out();
-            done((place, collection));
-        }
-    }
 }

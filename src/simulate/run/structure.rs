@@ -239,7 +239,7 @@ impl Recorded for Structure {
             let clock = Clock::new(row.period, row.time_in_period);
             let state = StructureState { q: row.q.clone(), v: row.v_post.clone() };
             let mode = if let Phase::Contact(mode) = before.phase { Some(mode) } else { None };
-            (clock, state, before.touching.closed(), mode, Some(row.stop as u32))
+            (clock, state, before.touching.closed(), mode, u32::try_from(row.stop).ok())
         } else {
             let row = run.contacts.get(index)?;
             let clock = Clock::new(row.period, row.time_in_period);
@@ -271,13 +271,11 @@ impl Recorded for Structure {
     }
 
     fn follower(_: &Run<Self>, motion: &Motion, leg: &Leg<Self>) -> Follower {
-        match leg.kind {
-            Kind::Hops(_) => Follower::Hops(Box::new(leg.anchor.clone())),
-            _ => {
-                let anchor = &leg.anchor;
-                Follower::Leg(Box::new(motion.leg(anchor, anchor.clock, anchor.state.clone())))
-            }
+        let anchor = &leg.anchor;
+        if let Kind::Hops(_) = leg.kind {
+            return Follower::Hops(Box::new(anchor.clone()));
         }
+        Follower::Leg(Box::new(motion.leg(anchor, anchor.clock, anchor.state.clone())))
     }
 
     fn followed(

@@ -70,7 +70,7 @@ impl Run<Structure> {
             // The first leg may begin before the window.
             let from = if leg.anchor.clock < self.window { self.window } else { leg.anchor.clock };
             if i == 0 {
-                let flight = auditor.flight(&leg.anchor, leg);
+                let flight = auditor.flight(&leg.anchor);
                 let elapsed = Structure::drive(&motion).until(leg.anchor.clock, from);
                 audit.energy_start = auditor.energy(&motion.state_after(&flight, elapsed));
             }
@@ -81,8 +81,8 @@ impl Run<Structure> {
         }
         for row in &self.impacts {
             let clock = Clock::new(row.period, row.time_in_period);
-            let (stop, impulse) = (row.stop as usize, row.impulse_normal);
-            auditor.impact(clock, stop, impulse, row.energy_loss, &mut audit);
+            let stop = usize::try_from(row.stop).unwrap_or_default();
+            auditor.impact(clock, stop, row.impulse_normal, row.energy_loss, &mut audit);
         }
         // Impacts at t = 0 come before the first leg's state.
         if let Some(first) = self.impacts.first()
@@ -114,13 +114,8 @@ impl Auditor<'_> {
         0.5 * (kinetic + form(self.structure.stiffness(), &state.q))
     }
 
-    fn flight(&self, anchor: &AnchorOf<Structure>, leg: &Leg<Structure>) -> StructureLeg {
-        match leg.kind {
-            // From the impact before them, in what was closed then.
-            Kind::Hops(_) | Kind::Flight | Kind::Contact(_) => {
-                self.motion.leg(anchor, anchor.clock, anchor.state.clone())
-            }
-        }
+    fn flight(&self, anchor: &AnchorOf<Structure>) -> StructureLeg {
+        self.motion.leg(anchor, anchor.clock, anchor.state.clone())
     }
 
     fn leg(&self, leg: &Leg<Structure>, from: Clock, audit: &mut StructureAudit) {
@@ -129,12 +124,7 @@ impl Auditor<'_> {
             for event in impacts_hop_by_hop(self.structure, leg.anchor.clone(), leg.end) {
                 let StructureEvent::Impact(event) = event else { continue };
                 let begin = if anchor.clock < from { from } else { anchor.clock };
-                self.integrate(
-                    &self.flight(&anchor, leg),
-                    anchor.clock,
-                    (begin, event.clock),
-                    audit,
-                );
+                self.integrate(&self.flight(&anchor), anchor.clock, (begin, event.clock), audit);
                 if self.cancel.is_cancelled() {
                     return;
                 }
@@ -146,7 +136,7 @@ impl Auditor<'_> {
             }
         }
         let begin = if anchor.clock < from { from } else { anchor.clock };
-        self.integrate(&self.flight(&anchor, leg), anchor.clock, (begin, leg.end), audit);
+        self.integrate(&self.flight(&anchor), anchor.clock, (begin, leg.end), audit);
     }
 
     /// Velocity of a stop.

@@ -182,6 +182,6 @@ impl Simulation<Structure> {
                 self.motion.follows(&here, rubs)
             }
         };
-        self.continue_with(here, follows, true)
+        self.continue_with(&here, follows, true)
     }
 }

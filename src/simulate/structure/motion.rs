@@ -42,6 +42,7 @@ pub struct StructureLeg {
 }
 
 #[derive(Debug, Clone)]
+#[expect(clippy::large_enum_variant, reason = "free flights are usual, and take no memory")]
 enum LegKind {
     Free(StructureFlight),
     Closed(Arc<LinearMotion>, Box<LinearFlight>),

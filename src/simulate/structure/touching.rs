@@ -63,7 +63,7 @@ impl Touching {
 
     /// The closed stops, and those that may be closed from now on.
     pub fn candidates(&self) -> ClosedStops {
-        self.those(|start| start.is_held())
+        self.those(StopStart::is_held)
     }
 
     fn those(&self, which: impl Fn(StopStart) -> bool) -> ClosedStops {
