@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     from .stop import Stop
     from .structure import Structure
     from .structure_run import StructureRun as StructureRun
+    from .structure_run_parts import StructureState as StructureState
     from .sweeps import (
         Attractor,
         Basins,
@@ -107,6 +108,7 @@ else:
         "stop": "Stop",
         "structure": "Structure",
         "structure_run": "StructureRun",
+        "structure_run_parts": "StructureState",
         "sweeps": """
             Attractor Basins Chart Diagram DiagramSettings LyapunovSpectrum LyapunovSweep Sweep
             basins bifurcation_diagram chart lyapunov_spectrum sweep
@@ -177,6 +179,7 @@ __all__ = [
     "Stop",
     "Structure",
     "StructureRun",
+    "StructureState",
     "Sweep",
     "System",
     "Table",
