@@ -68,7 +68,7 @@ if TYPE_CHECKING:
     from .stop import Stop
     from .structure import Structure
     from .structure_run import StructureRun as StructureRun
-    from .sweeps.structure_diagram import StructureDiagram
+    from .structure_run_parts import StructureState as StructureState
     from .sweeps import (
         Attractor,
         Basins,
@@ -85,6 +85,7 @@ if TYPE_CHECKING:
 
     # mypy takes these for the modules of their names where they come from the package.
     from .sweeps.basins import basins
+    from .sweeps.structure_diagram import StructureDiagram
     from .sweeps.sweep import sweep
     from .verification import Disagreement, Verification, verify
 else:
@@ -108,6 +109,7 @@ else:
         "structure": "Structure",
         "structure_run": "StructureRun",
         "sweeps.structure_diagram": "StructureDiagram",
+        "structure_run_parts": "StructureState",
         "sweeps": """
             Attractor Basins Chart Diagram DiagramSettings LyapunovSpectrum LyapunovSweep Sweep
             basins bifurcation_diagram chart lyapunov_spectrum sweep
@@ -178,6 +180,7 @@ __all__ = [
     "Structure",
     "StructureDiagram",
     "StructureRun",
+    "StructureState",
     "Sweep",
     "System",
     "Table",

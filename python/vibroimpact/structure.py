@@ -31,7 +31,7 @@ from .errors import ParameterError
 from .interruption import interruptible
 from .keyword_types import CoulombLaw, Simultaneous, StructureChanges, completing
 from .modal_basis import ModalBasis, projected
-from .showing import Facts, Shown
+from .showing import Facts, Shown, in_a_line
 from .stop import OF_STOPS, Stop, checked_stops, from_dicts, is_of_stops, with_changes
 from .structure_fields import checked_fields
 
@@ -451,7 +451,7 @@ class Structure(ByValue, Shown):
         stops = {f"stops[{place}]": stop._line() for place, stop in enumerate(self.stops)}
         return {
             "coordinates": self.coordinates,
-            "frequencies": _short(self.frequencies),
+            "frequencies": in_a_line(self.frequencies),
             **words,
             **stops,
         }
@@ -468,11 +468,3 @@ _REST = (
 )
 # Arguments that only `from_modes` has.
 _OF_MODES = ("frequencies", "shapes", "modal_mass")
-# Numbers of an array in a table.
-_MOST_SHOWN = 8
-
-
-def _short(numbers: Array) -> str:
-    shown = ", ".join(f"{each:.6g}" for each in numbers[:_MOST_SHOWN])
-    more = len(numbers) - _MOST_SHOWN
-    return f"{shown} and {more} more" if more > 0 else shown

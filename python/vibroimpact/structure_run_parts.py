@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from . import _core
 from .arguments import reject
+from .fixed_arrays import FixedArrays
 from .interruption import interruptible
+from .showing import Facts, Shown, in_a_line
 from .tables import of_columns
 
 Array = NDArray[np.float64]
@@ -23,7 +25,7 @@ _MODAL: Final = "modal_"
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class StructureState:
+class StructureState(FixedArrays, Shown):
     """The state of a structure at the end of a run, after the impact if one falls on that instant.
 
     Attributes
@@ -64,6 +66,24 @@ class StructureState:
     def state(self) -> Array:
         """Coordinates and velocities (2, N), as ``initial=`` takes them."""
         return np.stack([self.q, self.v])
+
+    def __repr__(self) -> str:
+        """Say when it is, what the stops do, and where the coordinates are."""
+        return (
+            f"<StructureState at time {self.time:.6g} (period {self.period}), "
+            f"{self.mode.replace('_', ' ')}, q = {in_a_line(self.q)}>"
+        )
+
+    def _facts(self) -> Facts:
+        closed = ", ".join(str(stop) for stop in np.flatnonzero(self.closed)) or "none"
+        return {
+            "time": f"{self.time:.6g}",
+            "drive periods": self.period,
+            "mode": self.mode.replace("_", " "),
+            "closed stops": closed,
+            "q": in_a_line(self.q),
+            "v": in_a_line(self.v),
+        }
 
 
 def check_arrays(given: Mapping[str, NDArray[Any]], like: Mapping[str, NDArray[Any]]) -> None:

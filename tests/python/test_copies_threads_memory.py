@@ -60,6 +60,7 @@ def _results() -> dict[str, Any]:
         vi.NotFound(reason="none"),
         vi.NoMotionError("no 'multipliers'", "none"),
         moving_run(),
+        moving_run().final_state,
         vi.Undecided(lo=0.0, hi=1.0, reason="a double root"),
         vi.Disagreement(event="impact", number=1, time=0.5, reason="digits"),
         vi.ParameterError("gap = nan"),

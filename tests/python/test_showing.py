@@ -46,6 +46,7 @@ def results() -> dict[str, object]:
         vi.simulate(STICKY, initial=START, periods=8),
         vi.simulate(STICKY, initial=START, periods=8).bounces(down_to=1e-3),
         moving_run(),
+        moving_run().final_state,
         motion(),
         branch(),
         branch().bifurcations[0],
@@ -121,7 +122,7 @@ def test_every_public_result_is_shown():
     assert len(arrays | grids) > 12
     assert arrays | grids | {vi.Run, vi.System, vi.NotFound, vi.Branch} <= classes
     assert {cls for cls in classes if not hasattr(cls, "plot")} == {
-        *(vi.NotFound, vi.Stop, vi.Structure),
+        *(vi.NotFound, vi.Stop, vi.Structure, vi.StructureState),
     }
 
 

@@ -316,7 +316,7 @@ NO_MATRIX = "is not allowed; allowed: shape (n >= 1, n >= 1)"
         ),
         ({"damping": np.eye(2)}, "damping_ratios = [0.01, 0.02] is not allowed; allowed: None bes"),
         ({"damping_ratios": None, "damping": [1, 1]}, "damping of shape (2,) is not allowed"),
-        ({"damping_ratios": None, "damping": -np.array(MASS)}, "damping = a matrix with -1e0 on"),
+        ({"damping_ratios": None, "damping": -np.array(MASS)}, "damping = a matrix with the eige"),
         ({"damping_ratios": [0.1]}, "damping_ratios of shape (1,) is not allowed; allowed: shape"),
         ({"damping_ratios": [0, -1]}, "damping_ratios[1] = -1.0 is not allowed; allowed: a finite"),
         (
