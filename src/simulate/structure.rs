@@ -13,6 +13,7 @@ pub use event::{
     StructureEvent,
 };
 pub use motion::{Motion, StructureLeg};
+pub(crate) use strike::Near;
 pub use touching::{StopStart, Touching};
 
 use serde::{Deserialize, Serialize};

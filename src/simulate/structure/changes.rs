@@ -44,7 +44,7 @@ impl Motion {
 
     /// What follows where some stops are closed, or touched with g' = 0.
     /// `slip_ended`: one of them whose slip has just stopped.
-    pub(super) fn follows(
+    pub(crate) fn follows(
         &self,
         here: &AnchorOf<Structure>,
         slip_ended: Option<usize>,

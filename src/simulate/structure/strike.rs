@@ -22,7 +22,7 @@ use crate::simulate::{Anchor, AnchorOf, FlightStart, Phase};
 
 /// A stop that touches to rounding, and its rate u.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Near {
+pub(crate) struct Near {
     pub stop: u32,
     pub rate: f64,
     /// u is more than rounding: it approaches (> 0), or separates (< 0).
@@ -31,7 +31,7 @@ pub(super) struct Near {
 
 impl Motion {
     /// The stops that touch to rounding in this state, whatever the leg says.
-    pub(super) fn near(&self, clock: Clock, state: &StructureState) -> SmallVec<[Near; 4]> {
+    pub(crate) fn near(&self, clock: Clock, state: &StructureState) -> SmallVec<[Near; 4]> {
         let speed = self.speed(state);
         let stops = self.structure().stops().iter().enumerate();
         stops
