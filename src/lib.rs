@@ -66,9 +66,11 @@ pub mod tangent;
 
 pub use analysis::{
     CHATTERING, Cell, Evidence, EvidenceKind, Growth, ImpactCount, Kind, LyapunovError, Measure,
-    PeriodReport, PointStatus, Spectrum, SweepOptions, SweepPoint, SweepRows, SweepStart,
-    WhyUndecided, Workers, arrive_many, detect_period, largest_lyapunov_exponent,
-    largest_lyapunov_exponents, lyapunov_spectrum, run_many, sweep,
+    PeriodReport, PointStatus, Spectrum, StructureLyapunovError, StructureOrbit,
+    StructureOrbitError, StructureSpectrum, StructureStability, SweepOptions, SweepPoint,
+    SweepRows, SweepStart, WhyUndecided, Workers, arrive_many, detect_period,
+    largest_lyapunov_exponent, largest_lyapunov_exponents, lyapunov_spectrum, run_many,
+    structure_lyapunov, structure_orbit, sweep,
 };
 pub use contact::{ContactForce, ContactMode};
 pub use flight::{

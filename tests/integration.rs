@@ -52,6 +52,8 @@ mod random_systems;
 mod robustness;
 mod simulation;
 mod structure_audit;
+mod structure_orbits;
+mod structure_tangent;
 mod structures;
 mod sweep;
 mod third_party;

@@ -24,7 +24,7 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 pub(crate) use perturbed::Perturbed;
-use rates::Linearised;
+pub(crate) use rates::Linearised;
 
 use crate::model::error::{SimulationError, StateError};
 use crate::model::structure::{Structure, StructureState};
@@ -51,7 +51,9 @@ pub enum StructureTangentError {
     #[error("stops {0} and {1}, which act on each other, are met at one instant, t = {2}")]
     Simultaneous(usize, usize, f64),
     /// The chatter at a stop has no limit whose derivative could be computed.
-    #[error("the chatter at stop {0} that ends at t = {1} has no derivative that could be computed")]
+    #[error(
+        "the chatter at stop {0} that ends at t = {1} has no derivative that could be computed"
+    )]
     Chatter(usize, f64),
     /// A stop is reached without velocity and without chatter: nearby motions do not reach it.
     #[error("a stop is reached without velocity at t = {0}")]
@@ -130,8 +132,7 @@ pub fn structure_derivative(
     cancel: &CancelToken,
 ) -> Result<StructureDerivative, StructureTangentError> {
     let all = 2 * structure.coordinates();
-    let mut simulation =
-        Simulation::new(structure, initial)?.until(horizon).cancel_with(cancel);
+    let mut simulation = Simulation::new(structure, initial)?.until(horizon).cancel_with(cancel);
     let linearised = Arc::new(Linearised::new(structure));
     let start = simulation.checkpoint().anchor.clock;
     let mut perturbed = Perturbed::new(linearised, start, DMatrix::identity(all, all));

@@ -33,6 +33,8 @@ pub(super) struct Sample {
     pub delay: RowDVector<f64>,
     pub state: StructureState,
     pub events: DMatrix<f64>,
+    /// Rounding has spoilt the perturbations before.
+    pub low: bool,
 }
 
 /// The last impacts, as far as they may be chatter.
@@ -88,8 +90,7 @@ impl Samples {
         };
         for c in 0..columns {
             let number = |value: f64, slope: f64| Dual::<1> { value, slope: [slope] };
-            let nodes: Vec<Dual<1>> =
-                newest().map(|s| number(s.separation, s.change[c])).collect();
+            let nodes: Vec<Dual<1>> = newest().map(|s| number(s.separation, s.change[c])).collect();
             let mut extrapolated = |values: Vec<[Dual<1>; 1]>| {
                 let [all] = at_zero(&nodes, values.clone());
                 let [fewer] = at_zero(&nodes[..count - 1], values);
@@ -122,6 +123,9 @@ impl Perturbed {
         event: &StopChatterEvent,
     ) -> Result<(), StructureTangentError> {
         let refused = || StructureTangentError::Chatter(event.stop, event.time);
+        if self.samples.0.first().is_some_and(|first| !first.low) {
+            self.low = None;
+        }
         let limit = self.limit_of(before, event).ok_or_else(refused)?;
         self.columns = limit.columns;
         self.clock = event.clock;

@@ -16,12 +16,8 @@ type Pair = Dual<2>;
 /// Derivatives of the normal and the tangential impulse by u and s.
 fn impulses(structure: &Structure, impact: &StopImpact, slip: f64) -> [[f64; 2]; 2] {
     let (at, rows) = (&structure.stops()[impact.stop], structure.contact(impact.stop));
-    let numbers = ContactCoordinates::new(
-        impact.approach_velocity,
-        slip,
-        rows.mobilities,
-        at.friction(),
-    );
+    let numbers =
+        ContactCoordinates::new(impact.approach_velocity, slip, rows.mobilities, at.friction());
     let constant = Pair::constant;
     let u = Pair::variable(impact.approach_velocity, 0);
     let w = if numbers.scale > 0.0 {
@@ -129,7 +125,8 @@ impl Linearised {
             .iter()
             .map(|&stop| {
                 let restitution = structure.stops()[stop].restitution();
-                let approaches = pressed.iter().all(|p| p.stop != stop || p.approach_velocity > 0.0);
+                let approaches =
+                    pressed.iter().all(|p| p.stop != stop || p.approach_velocity > 0.0);
                 let factor = if approaches { 1.0 + restitution } else { 1.0 };
                 self.rate_change(stop, event.clock, events, delay) * factor
             })

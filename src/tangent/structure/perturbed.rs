@@ -12,9 +12,11 @@ use crate::model::state::Clock;
 use crate::model::structure::{Structure, StructureState};
 use crate::simulate::event::StopReason;
 use crate::simulate::model::ModelEvent;
-use crate::simulate::structure::{StopImpactEvent, StopStart, StructureEvent, StructureMode};
+use crate::simulate::structure::{
+    ClosedStops, StopImpactEvent, StopStart, StructureEvent, StructureMode,
+};
 use crate::simulate::{AnchorOf, Model, Phase, Simulation};
-use crate::tangent::tolerances::STILL_FLIGHT;
+use crate::tangent::tolerances::{SHORT_BOUNCE, SLOW_BOUNCE, STILL_FLIGHT};
 
 /// Perturbations, in columns.
 #[derive(Debug, Clone)]
@@ -25,11 +27,14 @@ pub(crate) struct Perturbed {
     pub(super) clock: Clock,
     pub(super) delay: Option<RowDVector<f64>>,
     rank: usize,
-    /// Stops struck at this instant, from this state on.
+    /// Stops struck at this instant, or closed before it, from this state on.
     struck: Vec<usize>,
+    held: ClosedStops,
     before: StructureState,
     /// Impacts of what may become chatter.
     pub(super) samples: Samples,
+    /// A stop with bounces so low that rounding has spoilt the perturbations, and when.
+    pub(super) low: Option<(usize, f64)>,
 }
 
 impl Perturbed {
@@ -42,8 +47,10 @@ impl Perturbed {
             delay: None,
             rank,
             struck: Vec::new(),
+            held: ClosedStops::default(),
             before: StructureState::default(),
             samples: Samples::default(),
+            low: None,
         }
     }
 
@@ -68,13 +75,14 @@ impl Perturbed {
         let point = simulation.checkpoint();
         if let Some(stop) = event.as_ref().and_then(ModelEvent::as_stop) {
             // Hops have no horizon but a time.
-            let over = stop.reason == StopReason::TimeCap && stop.clock == simulation.horizon_clock();
+            let over =
+                stop.reason == StopReason::TimeCap && stop.clock == simulation.horizon_clock();
             if !(stop.reason.reached_the_end() || over) {
                 return Err(StructureTangentError::Stopped(stop.reason));
             }
             if !point.skips() {
                 let leg = self.of.leg_from(&before);
-                self.fly(&leg, stop.clock);
+                self.fly(&leg, stop.clock)?;
                 self.settle(&leg);
             }
             return Ok(event);
@@ -134,10 +142,19 @@ impl Perturbed {
     }
 
     /// Along a leg up to an instant.
-    fn fly(&mut self, leg: &AnchorOf<Structure>, clock: Clock) {
+    fn fly(
+        &mut self,
+        leg: &AnchorOf<Structure>,
+        clock: Clock,
+    ) -> Result<(), StructureTangentError> {
         let elapsed = self.of.drive().until(self.clock, clock);
         if elapsed.hi <= 0.0 {
-            return;
+            return Ok(());
+        }
+        if let Some((stop, time)) = self.low
+            && !self.is_short(elapsed.hi)
+        {
+            return Err(StructureTangentError::Chatter(stop, time));
         }
         self.settle(leg);
         self.struck.clear();
@@ -153,6 +170,12 @@ impl Perturbed {
             }
         }
         self.clock = clock;
+        Ok(())
+    }
+
+    /// Whether a flight lasts no longer than low bounces do.
+    fn is_short(&self, time: f64) -> bool {
+        time < SHORT_BOUNCE * Structure::span(&self.of.motion)
     }
 
     /// To perturbations at an event that happens dt later.
@@ -173,27 +196,42 @@ impl Perturbed {
             return Ok(());
         }
         let leg = self.of.leg_from(before);
-        self.fly(&leg, event.clock);
-        let stop = event.impact.stop;
+        let (stop, approach) = (event.impact.stop, event.impact.approach_velocity);
+        let time = self.of.drive().until(self.clock, event.clock).value();
+        let speed = event.pre.v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        self.fly(&leg, event.clock)?;
         if self.struck.is_empty() {
             self.before = event.pre.clone();
+            self.held = before.touching.closed();
         }
         self.checked_order(event)?;
-        let struck = std::mem::take(&mut self.struck);
-        self.settle(&leg);
-        self.struck = struck;
+        // What is closed or has been struck meets its stop when the first one is met, in nearby motions
+        // too.
+        let meets = at_once && (self.struck.contains(&stop) || self.held.contains(&(stop as u32)));
+        let delay = if let Some(delay) = self.delay.clone().filter(|_| meets) {
+            delay
+        } else {
+            if (at_once || self.is_short(time)) && approach < SLOW_BOUNCE * speed {
+                self.low = Some((stop, event.time));
+            }
+            let struck = std::mem::take(&mut self.struck);
+            self.settle(&leg);
+            self.struck = struck;
+            let rates = self.of.rates(&leg, event.clock, &event.pre);
+            let normal = self.of.structure.stops()[stop].normal();
+            let delay = along(normal, &self.columns, 0) * (-1.0 / approach);
+            self.delayed(&rates, delay.clone());
+            delay
+        };
         self.struck.push(stop);
-        let rates = self.of.rates(&leg, event.clock, &event.pre);
-        let normal = self.of.structure.stops()[stop].normal();
-        let delay = along(normal, &self.columns, 0) * (-1.0 / event.impact.approach_velocity);
-        self.delayed(&rates, delay.clone());
         let pending = &after.touching.pending;
         if pending.is_empty() {
             self.of.strike(event, &mut self.columns, &delay);
         } else {
             let near = self.of.motion.near(event.clock, &event.pre);
-            let approaches =
-                |of: usize| near.iter().any(|at| at.stop as usize == of && at.moves && at.rate > 0.0);
+            let approaches = |of: usize| {
+                near.iter().any(|at| at.stop as usize == of && at.moves && at.rate > 0.0)
+            };
             if let Some(other) = pending.iter().find(|other| approaches(other.stop)) {
                 return Err(StructureTangentError::Simultaneous(stop, other.stop, event.time));
             }
@@ -213,6 +251,7 @@ impl Perturbed {
             delay,
             state: event.post.clone(),
             events: self.columns.clone(),
+            low: self.low.is_some(),
         });
         Ok(())
     }
@@ -240,7 +279,7 @@ impl Perturbed {
     ) -> Result<(), StructureTangentError> {
         match before.phase {
             Phase::Contact(mode) => {
-                self.fly(before, after.clock);
+                self.fly(before, after.clock)?;
                 self.settle(before);
                 if self.slip_ends(mode, before, after) {
                     self.stop_slip(before, after);
