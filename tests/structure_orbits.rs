@@ -1,5 +1,5 @@
-//! Periodic motions and Lyapunov exponents of structures: head-on contact against the pendulum's own
-//! machinery, one oscillator against closed forms, and what holds exactly.
+//! Periodic motions and Lyapunov exponents of structures: head-on contact against the pendulum's
+//! own machinery, one oscillator against closed forms, and what holds exactly.
 
 use nalgebra::Complex;
 use vibroimpact::analysis::shooting::Orbit;
@@ -63,7 +63,6 @@ fn head_on_contact_is_the_pendulums() {
         let start = State::new(0.0, 0.5, 0.0, 0.0).unwrap();
         let settled = run(&system, start, RunOptions::periods(2_000), &NEVER()).unwrap();
         let report = settled.period(&NEVER());
-        println!("{head:?}: {} {:?}", report.label(), report.orbit);
         let Some((m, _)) = report.orbit else { continue };
         let State { x1, v1, x2, v2 } = settled.final_state.state;
         let initial = StructureState::new(&[x1, x2], &[v1, v2]);
@@ -74,26 +73,17 @@ fn head_on_contact_is_the_pendulums() {
         let own = Orbit::new(&system, &legs, &nodes).unwrap().return_map();
         let wanted = moduli(own.complex_eigenvalues().as_slice());
         let multipliers = moduli(&found.multipliers);
-        println!(
-            "  {multipliers:?} {wanted:?} residual {:e} bound {:e} {:?}",
-            found.residual, found.bound, found.impacts
-        );
         assert_eq!(found.stability, StructureStability::Stable);
         assert!(found.residual < 1e-13);
         for (a, b) in multipliers.iter().zip(&wanted) {
             assert!((a - b).abs() < 1e-9, "{head:?}: {multipliers:?} {wanted:?}");
         }
-        // From the orbit itself the exponents are ln |multiplier|/time, once the directions are aligned.
+        // From the orbit itself the exponents are ln |multiplier|/time, once the directions are
+        // aligned.
         let time = f64::from(found.periods) * system.drive_period();
         let spectrum =
             structure_lyapunov(&structure, found.state.clone(), 2_000, 4, None, &NEVER()).unwrap();
         let theirs = lyapunov_spectrum(&settled, 2_000, None, &NEVER()).unwrap();
-        println!(
-            "  {:?} {:?} {:?}",
-            spectrum.exponents,
-            theirs.exponents,
-            multipliers.iter().map(|l| l.ln() / time).collect::<Vec<_>>()
-        );
         // A pair of complex multipliers turns its directions: the area that they span is exact.
         let logs: Vec<f64> = multipliers.iter().map(|l| l.ln() / time).collect();
         for of in [&spectrum.exponents[..], &theirs.exponents] {
@@ -118,11 +108,12 @@ fn oscillator(omega: f64, gap: f64, r: f64, phase: f64) -> Structure {
         .unwrap()
 }
 
-/// x'' + x = cos(omega t), a stop at `gap`, one impact of velocity u and phase psi per drive period T
-/// (Shaw & Holmes 1983). From one impact on, with h = 1/(1 - omega^2),
+/// x'' + x = cos(omega t), a stop at `gap`, one impact of velocity u and phase psi per drive period
+/// T (Shaw & Holmes 1983). From one impact on, with h = 1/(1 - omega^2),
 ///
 /// ```text
-/// x = A cos t + B sin t + h cos(omega t + psi),   A = gap - h cos psi,   B = -r u + h omega sin psi
+/// x = A cos t + B sin t + h cos(omega t + psi)
+/// A = gap - h cos psi,   B = -r u + h omega sin psi
 /// x(T) = gap, x'(T) = u:   B = A (1 - cos T)/sin T,   (1 + r) u = -2 B
 /// h^2 = (gap - A)^2 + ((B + r u)/omega)^2, a quadratic equation for A
 /// trace of the return map = -2 r cos T + (1 + r) (cos psi - gap) sin T/u,   determinant r^2
@@ -159,14 +150,6 @@ fn an_impact_oscillator_repeats_as_its_closed_form_says() {
             let off = found.state.q[0] - from.q[0];
             let sum: Complex<f64> = found.multipliers.iter().sum();
             let product: Complex<f64> = found.multipliers.iter().product();
-            println!(
-                "{omega} {gap} {r}: u = {u} off {off:e} {:?} trace {:e} {:?} residual {:e} bound {:e}",
-                found.multipliers,
-                sum.re - trace,
-                found.stability,
-                found.residual,
-                found.bound
-            );
             assert!(off.abs() < 1e-13);
             assert!((sum.re - trace).abs() < 1e-12 * trace.abs().max(1.0) && sum.im.abs() < 1e-13);
             assert!((product.re - r * r).abs() < 1e-13);
@@ -242,13 +225,11 @@ fn exponents_add_up_to_the_loss_of_volume() {
     let damping: f64 = (0..2).map(|i| structure.damping()[i][i]).sum();
     let lost = 2.0 * found.impacts[0] as f64 * 0.8f64.ln() / found.time - damping;
     let sum: f64 = found.exponents.iter().sum();
-    println!("{found:?} {lost}");
     assert!((sum - lost).abs() < 1e-12, "{sum} {lost}");
     assert!(found.exponents.is_sorted_by(|a, b| a >= b));
     // One period of the motion after it has closed and opened again takes two directions away.
     let plastic = chain(0.8, 0.1, 0.0).unwrap();
     let found = structure_lyapunov(&plastic, settled(&plastic), 100, 4, None, &NEVER()).unwrap();
-    println!("{found:?}");
     assert!(found.error.is_none(), "{:?}", found.error);
     let lost = found.exponents.iter().filter(|e| **e == f64::NEG_INFINITY).count();
     assert_eq!(lost, 2, "{:?}", found.exponents);
@@ -278,6 +259,5 @@ fn what_is_no_periodic_motion_says_why() {
             other => println!("{i}: {other:?}"),
         }
     }
-    println!("{said:?}");
     assert!(said[0] > 0, "{said:?}");
 }

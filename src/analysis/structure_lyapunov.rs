@@ -1,6 +1,6 @@
-//! Lyapunov exponents of the motions of structures, as lyapunov.rs gives those of the pendulum: all 2N of
-//! the state at fixed time, or the largest few, from the exact derivative along the motion, with the
-//! perturbations kept orthonormal.
+//! Lyapunov exponents of the motions of structures, as lyapunov.rs gives those of the pendulum: all
+//! 2N of the state at fixed time, or the largest few, from the exact derivative along the motion,
+//! with the perturbations kept orthonormal.
 
 use std::sync::Arc;
 
@@ -34,8 +34,8 @@ pub enum StructureLyapunovError {
 /// Lyapunov exponents of a motion of a structure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StructureSpectrum {
-    /// Per unit time, descending: as many as were asked for. -inf where perturbations vanish at once
-    /// (stick, chatter, contact, plastic impacts); NaN where nothing could be measured.
+    /// Per unit time, descending: as many as were asked for. -inf where perturbations vanish at
+    /// once (stick, chatter, contact, plastic impacts); NaN where nothing could be measured.
     pub exponents: Vec<f64>,
     /// Their standard errors, from the means of ten blocks; 0 for -inf.
     pub errors: Vec<f64>,
@@ -48,8 +48,8 @@ pub struct StructureSpectrum {
 }
 
 /// The largest `count` exponents of the motion from `initial`, over so many drive periods; under a
-/// constant load over so many steps of this length. Who wants those of what a motion settles on starts
-/// there. `cancel` ends the measurement with what is done.
+/// constant load over so many steps of this length. Who wants those of what a motion settles on
+/// starts there. `cancel` ends the measurement with what is done.
 ///
 /// # Errors
 /// [`StructureLyapunovError`] for a start or numbers that are refused; what happens later is in the
@@ -100,6 +100,8 @@ pub fn structure_lyapunov(
     };
     let fastest = structure.modal_damping().rounded().norm();
     let parts = (length * fastest / MOST_CONTRACTION).ceil().clamp(1.0, MOST_CONTRACTION_STEPS);
+    #[allow(clippy::cast_sign_loss)] // at least 1
+    let parts = parts as u32;
     let start = simulation.checkpoint().anchor.clock;
     let directions = some_directions(all, count);
     let mut measurement = Measurement {
@@ -113,9 +115,9 @@ pub fn structure_lyapunov(
     let mut error = None;
     for k in 0..periods {
         let mut recorded = true;
-        for part in 1..=parts as u32 {
-            let whole = part == parts as u32;
-            let time = length * (f64::from(k) + f64::from(part) / parts);
+        for part in 1..=parts {
+            let whole = part == parts;
+            let time = length * (f64::from(k) + f64::from(part) / f64::from(parts));
             let horizon = if driven && whole {
                 Horizon::Periods(i64::from(k) + 1)
             } else {
@@ -217,7 +219,8 @@ impl Measurement {
     }
 }
 
-/// Directions none of which is special to a structure: numbers without a pattern, the same in every run.
+/// Directions none of which is special to a structure: numbers without a pattern, the same in every
+/// run.
 fn some_directions(rows: usize, columns: usize) -> DMatrix<f64> {
     let mut seed = 1u64;
     DMatrix::from_fn(rows, columns, |_, _| {

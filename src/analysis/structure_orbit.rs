@@ -1,5 +1,5 @@
-//! Periodic motions of structures, by Newton's method on the stroboscopic map, with the exact derivative
-//! along the motion (tangent/structure.rs).
+//! Periodic motions of structures, by Newton's method on the stroboscopic map, with the exact
+//! derivative along the motion (tangent/structure.rs).
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -65,8 +65,8 @@ pub struct StructureOrbit {
     pub matrix: DMatrix<f64>,
     /// Its eigenvalues, by descending modulus.
     pub multipliers: Vec<Complex<f64>>,
-    /// Rounding of their moduli: what they change by in Newton's last step, and what the size of the
-    /// derivative says.
+    /// Rounding of their moduli: what they change by in Newton's last step, and what the size of
+    /// the derivative says.
     pub bound: f64,
     /// What they say.
     pub stability: StructureStability,
@@ -76,8 +76,8 @@ pub struct StructureOrbit {
     pub impacts: Vec<u64>,
 }
 
-/// The periodic motion of so many drive periods near `initial`, a state that a run has settled near, at
-/// the start of a period.
+/// The periodic motion of so many drive periods near `initial`, a state that a run has settled
+/// near, at the start of a period.
 ///
 /// # Errors
 /// [`StructureOrbitError`].
@@ -249,9 +249,9 @@ fn difference(a: &[Complex<f64>], b: &[Complex<f64>]) -> f64 {
 }
 
 impl StructureOrbit {
-    /// The derivative of the state by a parameter of which `made` makes the structure, at its `value`
-    /// here: (I - D)^-1 dP/dp, with dP/dp from central differences of the return map, of steps `step`
-    /// and twice that, extrapolated. All of them must pass what the orbit passes.
+    /// The derivative of the state by a parameter of which `made` makes the structure, at its
+    /// `value` here: (I - D)^-1 dP/dp, with dP/dp from central differences of the return map, of
+    /// steps `step` and twice that, extrapolated. All of them must pass what the orbit passes.
     ///
     /// # Errors
     /// [`StructureOrbitError`].

@@ -1,5 +1,5 @@
-//! The derivative of the motion of a structure by where it starts (docs/theory.md, sections 7 and 12),
-//! along the events that a simulation passes:
+//! The derivative of the motion of a structure by where it starts (docs/theory.md, sections 7 and
+//! 12), along the events that a simulation passes:
 //!
 //! ```text
 //! flight, contact   D -> Phi D, the motion of the structure without loads, drive and gaps
@@ -10,14 +10,15 @@
 //! ```
 //!
 //! At an event the perturbations are those of the state at the event's own time, E = D + F- dt with
-//! dt = -(dh . D)/h'; they change as the state does, and D = E - F+ dt after it. So several impacts at
-//! one instant, a plastic one that ends in contact, and a landing after chatter are no special cases:
-//! F+ is that of the leg which follows in the end.
+//! dt = -(dh . D)/h'; they change as the state does, and D = E - F+ dt after it. So several impacts
+//! at one instant, a plastic one that ends in contact, and a landing after chatter are no special
+//! cases: F+ is that of the leg which follows in the end.
 
 mod chatter;
 mod impact;
 mod perturbed;
 mod rates;
+mod samples;
 
 use std::sync::Arc;
 
@@ -46,8 +47,8 @@ pub enum StructureTangentError {
     /// The motion ends.
     #[error("the motion ends: {}", .0.name())]
     Stopped(StopReason),
-    /// Stops that act on each other are met at one instant: nearby motions meet them one after another,
-    /// in either order.
+    /// Stops that act on each other are met at one instant: nearby motions meet them one after
+    /// another, in either order.
     #[error("stops {0} and {1}, which act on each other, are met at one instant, t = {2}")]
     Simultaneous(usize, usize, f64),
     /// The chatter at a stop has no limit whose derivative could be computed.
@@ -93,18 +94,18 @@ pub struct StructureDerivative {
     pub state: StructureState,
     /// Its derivative by the start, (2N, 2N): rows and columns q, then q'.
     pub matrix: DMatrix<f64>,
-    /// Dimension of the states that nearby motions reach: less than 2N where contact, stick or a plastic
-    /// impact has taken some away.
+    /// Dimension of the states that nearby motions reach: less than 2N where contact, stick or a
+    /// plastic impact has taken some away.
     pub rank: usize,
-    /// What was passed on the way. The impacts that lead into chatter are not told: how many there are
-    /// is a matter of tolerance.
+    /// What was passed on the way. The impacts that lead into chatter are not told: how many there
+    /// are is a matter of tolerance.
     pub passed: Vec<StructurePassage>,
     /// Impacts at each stop; those left out in chatter are not counted.
     pub impacts: Vec<u64>,
 }
 
-/// The motion from `initial` at t = 0 up to a horizon, with the derivative of its end by all 2N numbers of
-/// the start. A start on a stop at rest stands for the starts near it that land there.
+/// The motion from `initial` at t = 0 up to a horizon, with the derivative of its end by all 2N
+/// numbers of the start. A start on a stop at rest stands for the starts near it that land there.
 ///
 /// # Errors
 /// [`StructureTangentError`] if the motion ends before, or passes what has no derivative.

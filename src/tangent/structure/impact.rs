@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, RowDVector};
 use super::rates::Linearised;
 use crate::impact::{Regime, RegimeKind, StopImpact};
 use crate::model::contact_coordinates::ContactCoordinates;
+use crate::model::state::Clock;
 use crate::model::structure::Structure;
 use crate::numerics::dual::{Dual, Number};
 use crate::simulate::structure::StopImpactEvent;
@@ -79,7 +80,7 @@ impl Linearised {
     pub fn rate_change(
         &self,
         stop: usize,
-        clock: crate::model::state::Clock,
+        clock: Clock,
         events: &DMatrix<f64>,
         delay: &RowDVector<f64>,
     ) -> RowDVector<f64> {
@@ -109,32 +110,30 @@ impl Linearised {
         push(structure, impact.stop, events, &of(normal), Some(&of(tangential)));
     }
 
-    /// As [`Linearised::strike`], of one impact whose impulse presses closed stops at the same instant:
-    /// u+ = -r u at it, and 0 at those.
+    /// As [`Linearised::strike`], of the impacts without friction of one instant: u+ = -r u at the
+    /// stop that is met, and 0 at closed ones, which its impulse presses.
     pub fn strike_together(
         &self,
-        event: &StopImpactEvent,
-        pressed: &[StopImpact],
+        clock: Clock,
+        impacts: &[StopImpact],
+        met: usize,
         events: &mut DMatrix<f64>,
         delay: &RowDVector<f64>,
     ) {
         let structure = &self.structure;
-        let stops: Vec<usize> =
-            std::iter::once(event.impact.stop).chain(pressed.iter().map(|p| p.stop)).collect();
+        let stops: Vec<usize> = impacts.iter().map(|impact| impact.stop).collect();
         let wanted: Vec<RowDVector<f64>> = stops
             .iter()
             .map(|&stop| {
                 let restitution = structure.stops()[stop].restitution();
-                let approaches =
-                    pressed.iter().all(|p| p.stop != stop || p.approach_velocity > 0.0);
-                let factor = if approaches { 1.0 + restitution } else { 1.0 };
-                self.rate_change(stop, event.clock, events, delay) * factor
+                let factor = if stop == met { 1.0 + restitution } else { 1.0 };
+                self.rate_change(stop, clock, events, delay) * factor
             })
             .collect();
         let wanted = DMatrix::from_rows(&wanted);
         let count = stops.len();
         let gram = DMatrix::from_fn(count, count, |i, j| structure.mobility(stops[i], stops[j]));
-        // Stops with impulses at one instant are independent.
+        // Normals of stops with impulses at one instant are independent.
         let Some(impulses) = gram.lu().solve(&wanted) else { return events.fill(f64::NAN) };
         for (i, &stop) in stops.iter().enumerate() {
             push(structure, stop, events, &impulses.row(i).into_owned(), None);
@@ -145,7 +144,7 @@ impl Linearised {
     pub fn land_on(
         &self,
         stop: usize,
-        clock: crate::model::state::Clock,
+        clock: Clock,
         events: &mut DMatrix<f64>,
         delay: &RowDVector<f64>,
     ) {

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 use super::StructureTangentError;
-use super::chatter::{Sample, Samples};
 use super::impact::along;
 use super::rates::Linearised;
+use super::samples::{Sample, Samples};
+use crate::impact::StopImpact;
 use crate::model::state::Clock;
 use crate::model::structure::{Structure, StructureState};
 use crate::simulate::event::StopReason;
@@ -196,69 +197,107 @@ impl Perturbed {
             return Ok(());
         }
         let leg = self.of.leg_from(before);
-        let (stop, approach) = (event.impact.stop, event.impact.approach_velocity);
         let time = self.of.drive().until(self.clock, event.clock).value();
-        let speed = event.pre.v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        let bounces = at_once || self.is_short(time);
         self.fly(&leg, event.clock)?;
         if self.struck.is_empty() {
             self.before = event.pre.clone();
             self.held = before.touching.closed();
         }
-        self.checked_order(event)?;
-        // What is closed or has been struck meets its stop when the first one is met, in nearby motions
-        // too.
+        let pending = &after.touching.pending;
+        let met = self.met(event, pending)?;
+        self.checked_order(met.stop, event)?;
+        // What is closed or has been struck meets its stop when the first one is met, in nearby
+        // motions too.
+        let stop = met.stop;
         let meets = at_once && (self.struck.contains(&stop) || self.held.contains(&(stop as u32)));
-        let delay = if let Some(delay) = self.delay.clone().filter(|_| meets) {
-            delay
-        } else {
-            if (at_once || self.is_short(time)) && approach < SLOW_BOUNCE * speed {
-                self.low = Some((stop, event.time));
-            }
-            let struck = std::mem::take(&mut self.struck);
-            self.settle(&leg);
-            self.struck = struck;
-            let rates = self.of.rates(&leg, event.clock, &event.pre);
-            let normal = self.of.structure.stops()[stop].normal();
-            let delay = along(normal, &self.columns, 0) * (-1.0 / approach);
-            self.delayed(&rates, delay.clone());
-            delay
+        let delay = match self.delay.clone().filter(|_| meets) {
+            Some(delay) => delay,
+            None => self.meet(&leg, event, &met, bounces),
         };
         self.struck.push(stop);
-        let pending = &after.touching.pending;
+        self.struck.extend(pending.iter().map(|other| other.stop));
         if pending.is_empty() {
             self.of.strike(event, &mut self.columns, &delay);
+            self.sample(event, &delay);
         } else {
-            let near = self.of.motion.near(event.clock, &event.pre);
-            let approaches = |of: usize| {
-                near.iter().any(|at| at.stop as usize == of && at.moves && at.rate > 0.0)
-            };
-            if let Some(other) = pending.iter().find(|other| approaches(other.stop)) {
-                return Err(StructureTangentError::Simultaneous(stop, other.stop, event.time));
-            }
-            self.of.strike_together(event, pending, &mut self.columns, &delay);
+            let all: Vec<StopImpact> =
+                std::iter::once(event.impact).chain(pending.iter().copied()).collect();
+            self.of.strike_together(event.clock, &all, stop, &mut self.columns, &delay);
+            self.samples = Samples::default();
         }
-        let impact = &event.impact;
-        let kind = impact.regime.kind();
-        if kind.sticks() || impact.separation_velocity == 0.0 {
+        if event.impact.regime.kind().sticks() || event.impact.separation_velocity == 0.0 {
             self.reduce(self.columns.nrows() - 1);
         }
+        Ok(())
+    }
+
+    /// Of the impacts of one event, that of the stop which is met there: the others are closed.
+    fn met(
+        &self,
+        event: &StopImpactEvent,
+        pending: &[StopImpact],
+    ) -> Result<StopImpact, StructureTangentError> {
+        if pending.is_empty() {
+            return Ok(event.impact);
+        }
+        let near = self.of.motion.near(event.clock, &event.pre);
+        let approaches = |of: &&StopImpact| {
+            near.iter().any(|at| at.stop as usize == of.stop && at.moves && at.rate > 0.0)
+        };
+        let mut met = std::iter::once(&event.impact).chain(pending).filter(approaches);
+        match (met.next(), met.next()) {
+            (Some(one), Some(other)) => {
+                Err(StructureTangentError::Simultaneous(one.stop, other.stop, event.time))
+            }
+            (one, _) => Ok(*one.unwrap_or(&event.impact)),
+        }
+    }
+
+    /// To perturbations at the time of an impact; that time's.
+    fn meet(
+        &mut self,
+        leg: &AnchorOf<Structure>,
+        event: &StopImpactEvent,
+        met: &StopImpact,
+        bounces: bool,
+    ) -> RowDVector<f64> {
+        let speed = event.pre.v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        if bounces && met.approach_velocity < SLOW_BOUNCE * speed {
+            self.low = Some((met.stop, event.time));
+        }
+        let struck = std::mem::take(&mut self.struck);
+        self.settle(leg);
+        self.struck = struck;
+        let rates = self.of.rates(leg, event.clock, &event.pre);
+        let normal = self.of.structure.stops()[met.stop].normal();
+        let delay = along(normal, &self.columns, 0) * (-1.0 / met.approach_velocity);
+        self.delayed(&rates, delay.clone());
+        delay
+    }
+
+    /// Takes note of an impact that may belong to chatter.
+    fn sample(&mut self, event: &StopImpactEvent, delay: &RowDVector<f64>) {
+        let (stop, kind) = (event.impact.stop, event.impact.regime.kind());
         let slip = self.of.structure.slip(stop, &event.post.v);
         self.samples.take(Sample {
             contact: (stop, kind, slip > 0.0),
-            separation: -impact.separation_velocity,
-            change: -self.of.rate_change(stop, event.clock, &self.columns, &delay),
+            separation: -event.impact.separation_velocity,
+            change: -self.of.rate_change(stop, event.clock, &self.columns, delay),
             clock: event.clock,
-            delay,
+            delay: delay.clone(),
             state: event.post.clone(),
             events: self.columns.clone(),
             low: self.low.is_some(),
         });
-        Ok(())
     }
 
     /// Refuses an impact whose order among those of its instant rounding has chosen.
-    fn checked_order(&self, event: &StopImpactEvent) -> Result<(), StructureTangentError> {
-        let stop = event.impact.stop;
+    fn checked_order(
+        &self,
+        stop: usize,
+        event: &StopImpactEvent,
+    ) -> Result<(), StructureTangentError> {
         let seen = self.struck.iter().find(|&&other| self.of.structure.sees(other, stop));
         let Some(&other) = seen else { return Ok(()) };
         let near = self.of.motion.near(event.clock, &self.before);
