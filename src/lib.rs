@@ -66,9 +66,11 @@ pub mod tangent;
 
 pub use analysis::{
     CHATTERING, Cell, Evidence, EvidenceKind, Growth, ImpactCount, Kind, LyapunovError, Measure,
-    PeriodReport, PointStatus, Spectrum, StructurePoint, SweepOptions, SweepPoint, SweepRows,
-    SweepStart, WhyUndecided, Workers, arrive_many, detect_period, largest_lyapunov_exponent,
-    largest_lyapunov_exponents, lyapunov_spectrum, run_many, structure_sweep, sweep,
+    PeriodReport, PointStatus, Spectrum, StructureLyapunovError, StructureOrbit,
+    StructureOrbitError, StructurePoint, StructureSpectrum, StructureStability, SweepOptions,
+    SweepPoint, SweepRows, SweepStart, WhyUndecided, Workers, arrive_many, detect_period,
+    largest_lyapunov_exponent, largest_lyapunov_exponents, lyapunov_spectrum, run_many,
+    structure_lyapunov, structure_orbit, structure_sweep, sweep,
 };
 pub use contact::{ContactForce, ContactMode};
 pub use flight::{

@@ -10,7 +10,7 @@ mod checkpoint;
 mod contact;
 pub(crate) mod event;
 mod flight;
-mod model;
+pub(crate) mod model;
 mod oblique;
 mod recurrence;
 pub(crate) mod run;
@@ -314,14 +314,22 @@ impl<M: Model> Simulation<M> {
             return None;
         }
         loop {
-            let turn = match self.stops_before_leg() {
-                Some(reason) => Some(Ok(self.stop_here(reason))),
-                None => self.turn(observer),
-            };
+            let turn = self.step(observer);
             if turn.is_some() {
-                return self.checked(turn);
+                return turn;
             }
         }
+    }
+
+    /// A single turn of the automaton, with an event or without one. Only before the stop.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // as one with the loop of `advance`
+    pub(crate) fn step<O: Observer<M::State>>(&mut self, observer: &mut O) -> Turn<M> {
+        let turn = match self.stops_before_leg() {
+            Some(reason) => Some(Ok(self.stop_here(reason))),
+            None => self.turn(observer),
+        };
+        if turn.is_some() { self.checked(turn) } else { None }
     }
 
     /// One leg.

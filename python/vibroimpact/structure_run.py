@@ -190,8 +190,6 @@ class StructureRun(Shown):
         ------
         ParameterError
             If a time lies outside the kept window, from ``kept_from`` to ``final_state.time``.
-        NotResumableError
-            If the run comes from a file or a pickle.
         Interrupted
             After Ctrl-C; ``.result`` holds the rows of the first times.
 
@@ -238,8 +236,6 @@ class StructureRun(Shown):
         ------
         ParameterError
             If an argument is out of range.
-        NotResumableError
-            If the run comes from a file or a pickle.
         Interrupted
             After Ctrl-C; ``.result`` is the Bounces up to there.
 
@@ -284,8 +280,6 @@ class StructureRun(Shown):
         ------
         ParameterError
             If an argument is of the wrong kind or out of range.
-        NotResumableError
-            If the run comes from a file or a pickle.
         SimulationError
             If a number left the range of floats; ``.result`` is the run up to there.
         Interrupted

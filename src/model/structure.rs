@@ -342,6 +342,18 @@ impl Structure {
         self.simultaneous
     }
 
+    /// The structure without loads, drive and gaps, whose stops rest: small perturbations of a motion
+    /// move like it between events.
+    pub(crate) fn homogeneous(&self) -> Self {
+        let mut still = self.clone();
+        still.drive_frequency = 0.0;
+        for mode in &mut still.modes {
+            (mode.drive, mode.load) = (Complex::default(), 0.0);
+        }
+        still.stops = self.stops.iter().map(Stop::homogeneous).collect();
+        still
+    }
+
     pub(crate) fn contact(&self, stop: usize) -> &StopContactRows {
         &self.contacts[stop]
     }

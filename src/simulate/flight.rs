@@ -383,7 +383,7 @@ pub(crate) fn impacts_hop_by_hop<M: Model>(
 
 impl<M: Model> Simulation<M> {
     /// A simulation that resolves chatter, hop by hop.
-    fn hopping(system: &M, anchor: AnchorOf<M>, target: Clock) -> Self {
+    pub(crate) fn hopping(system: &M, anchor: AnchorOf<M>, target: Clock) -> Self {
         let mut simulation = Self::from_checkpoint(system, Checkpoint::at(anchor));
         (simulation.completes, simulation.end) = (false, target);
         simulation.max_events = u64::MAX;

@@ -13,6 +13,7 @@ pub use event::{
     StructureEvent,
 };
 pub use motion::{Motion, StructureLeg};
+pub(crate) use strike::Near;
 pub use touching::{StopStart, Touching};
 
 use serde::{Deserialize, Serialize};
@@ -300,7 +301,7 @@ impl Model for Structure {
         after: &AnchorOf<Self>,
         _: bool,
     ) -> Option<StructureEvent> {
-        let (were, closed) = (before.touching.closed(), after.touching.closed());
+        let (were, closed) = (before.touching.closed_before(), after.touching.closed());
         let mode = if let Phase::Contact(mode) = after.phase { Some(mode) } else { None };
         let opened = were.iter().copied().find(|stop| !closed.contains(stop));
         let shut = closed.iter().copied().find(|stop| !were.contains(stop));

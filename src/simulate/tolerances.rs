@@ -34,7 +34,7 @@ pub const DEFAULT_MAX_EVENTS: u64 = 10_000_000;
 pub const DEFAULT_MAX_TIME: f64 = 1e7;
 
 /// Stops whose gaps lie within so many roundings of zero are met at one instant.
-pub const SAME_INSTANT: f64 = 512.0;
+pub const SAME_INSTANT: f64 = 64.0;
 
 /// Most impacts at one instant, one after another.
 pub const MOST_IN_SEQUENCE: u32 = 10_000;

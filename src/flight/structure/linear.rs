@@ -112,6 +112,11 @@ impl LinearMotion {
         self.equation.span
     }
 
+    /// Dimension of its states: of y and y', and in stick of tau.
+    pub fn dimension(&self) -> usize {
+        2 * self.equation.free + usize::from(self.held.is_some())
+    }
+
     /// Which stops are closed.
     #[allow(dead_code)]
     pub fn closed(&self) -> &Closed {

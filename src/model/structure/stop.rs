@@ -91,6 +91,11 @@ impl Stop {
         self.phase
     }
 
+    /// The stop at rest at g = normal . q.
+    pub(super) fn homogeneous(&self) -> Self {
+        Self { gap: 0.0, amplitude: 0.0, ..self.clone() }
+    }
+
     /// Refuses what no structure could have as a stop.
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
         let count = self.normal.len();

@@ -5,7 +5,7 @@ use super::touching::StopStart;
 use super::{StructureMode, Touched};
 use crate::contact::closed_stops::{Landing, land};
 use crate::model::state::Clock;
-use crate::model::structure::{Coordinates, Structure, StructureState};
+use crate::model::structure::{Coordinates, Simultaneous, Structure, StructureState};
 use crate::numerics::EPS;
 use crate::search::Start;
 use crate::search::first_contact::Touch;
@@ -44,7 +44,7 @@ impl Motion {
 
     /// What follows where some stops are closed, or touched with g' = 0.
     /// `slip_ended`: one of them whose slip has just stopped.
-    pub(super) fn follows(
+    pub(crate) fn follows(
         &self,
         here: &AnchorOf<Structure>,
         slip_ended: Option<usize>,
@@ -53,6 +53,7 @@ impl Motion {
         let StructureState { q, v } = &here.state;
         let speed = self.speed(&here.state);
         let mut touching = here.touching.clone();
+        touching.were_closed.clear();
         let mut candidates = Vec::new();
         let stuck = touching.at.iter().find(|(_, start)| *start == StopStart::Stuck);
         let slip_ended = slip_ended.or(stuck.map(|&(stop, _)| stop as usize));
@@ -118,12 +119,23 @@ impl Simulation<Structure> {
         stop: u32,
         observer: &mut O,
     ) -> Turn<Structure> {
+        let stop = self.first_in_sequence(clock, &pre, stop);
         let (_, rate) = self.motion.free.gap(stop as usize, clock, &pre.q, &pre.v);
         // The search knows that it approaches, also where that is below rounding.
         let approach = rate.max(f64::MIN_POSITIVE);
         let struck = self.motion.strike(clock, &self.point.anchor.touching, pre, stop, approach);
         self.point.monitor.at_contact(stop);
         self.rebound(clock, struck, observer)
+    }
+
+    /// The lowest number of those that approach at this instant, where one impact follows another.
+    fn first_in_sequence(&self, clock: Clock, pre: &StructureState, stop: u32) -> u32 {
+        if self.system.simultaneous() != Simultaneous::Sequence {
+            return stop;
+        }
+        let near = self.motion.near(clock, pre);
+        let approaching = near.iter().filter(|at| at.moves && at.rate > 0.0);
+        approaching.map(|at| at.stop).min().map_or(stop, |lowest| lowest.min(stop))
     }
 
     /// The next impact of an instant at which several stops are struck, or the first of a start.

@@ -139,6 +139,15 @@ impl Motion {
         StructureLeg { clock, state, kind }
     }
 
+    /// Dimension of the states that a leg of this kind has.
+    pub(crate) fn dimension(&self, leg: &AnchorOf<Structure>) -> usize {
+        let held = match leg.phase {
+            Phase::Contact(mode) => self.held(mode.holds(self.structure(), &leg.touching.closed())),
+            _ => None,
+        };
+        held.map_or(2 * self.structure().coordinates(), |motion| motion.dimension())
+    }
+
     /// State at a local time.
     pub fn state_after(&self, leg: &StructureLeg, elapsed: DoubleDouble) -> StructureState {
         match &leg.kind {

@@ -22,7 +22,7 @@ use crate::simulate::{Anchor, AnchorOf, FlightStart, Phase};
 
 /// A stop that touches to rounding, and its rate u.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Near {
+pub(crate) struct Near {
     pub stop: u32,
     pub rate: f64,
     /// u is more than rounding: it approaches (> 0), or separates (< 0).
@@ -31,7 +31,7 @@ pub(super) struct Near {
 
 impl Motion {
     /// The stops that touch to rounding in this state, whatever the leg says.
-    pub(super) fn near(&self, clock: Clock, state: &StructureState) -> SmallVec<[Near; 4]> {
+    pub(crate) fn near(&self, clock: Clock, state: &StructureState) -> SmallVec<[Near; 4]> {
         let speed = self.speed(state);
         let stops = self.structure().stops().iter().enumerate();
         stops
@@ -62,7 +62,11 @@ impl Motion {
         let together =
             near.iter().any(|at| at.stop != stop && at.moves && at.rate > 0.0 && seen(at.stop));
         let pressed = closed.iter().any(|&at| structure.presses(stop as usize, at as usize));
-        let mut touching = Touching { in_sequence: before.in_sequence + 1, ..before.landed() };
+        let mut touching = Touching {
+            in_sequence: before.in_sequence + 1,
+            were_closed: before.closed_before(),
+            ..before.landed()
+        };
         let mut post = pre.clone();
         let first = if together || pressed {
             match structure.simultaneous() {
@@ -130,14 +134,17 @@ impl Motion {
                 touching.set(other, StopStart::Touching);
             }
             // A sequence has come to rest there.
-            lands |= touching.in_sequence > 1 && !moves;
-            if touching.in_sequence > 1 && !moves {
+            if touching.in_sequence > 1
+                && !moves
+                && touching.of(other) != Some(StopStart::Closed)
+            {
+                lands = true;
                 touching.set(other, StopStart::Landed);
             }
         }
         let phase = if strikes {
             Phase::Strike
-        } else if touching.closed().is_empty() && !lands {
+        } else if touching.closed_before().is_empty() && !lands {
             Phase::Flight(FlightStart::Touching)
         } else {
             // Whether they stay closed.

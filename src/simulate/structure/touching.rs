@@ -36,6 +36,8 @@ impl StopStart {
 pub struct Touching {
     /// By number, ascending.
     pub at: SmallVec<[(u32, StopStart); 4]>,
+    /// The stops that were closed before the impacts of this instant.
+    pub were_closed: ClosedStops,
     /// Impacts at one instant so far, one after another.
     pub in_sequence: u32,
     /// Impacts of the same instant that are still to be told.
@@ -68,6 +70,16 @@ impl Touching {
 
     fn those(&self, which: impl Fn(StopStart) -> bool) -> ClosedStops {
         self.at.iter().filter(|(_, start)| which(*start)).map(|&(stop, _)| stop).collect()
+    }
+
+    /// The stops that are closed, or were so before the impacts of this instant.
+    pub fn closed_before(&self) -> ClosedStops {
+        let mut all = self.closed();
+        let others = self.were_closed.iter().filter(|stop| !all.contains(stop)).copied();
+        let others: ClosedStops = others.collect();
+        all.extend(others);
+        all.sort_unstable();
+        all
     }
 
     /// The candidates alone.
