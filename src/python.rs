@@ -18,6 +18,7 @@ mod one_impact;
 mod orbit;
 mod run;
 mod structure;
+mod structure_motion;
 mod structure_parts;
 mod structure_run;
 mod structure_sweep;
@@ -50,6 +51,10 @@ mod _core {
     use super::run::{PyFinalState, PyPeriodReport, PyRun, simulate, simulate_many};
     #[pymodule_export]
     use super::structure::{PyStop, PyStructure};
+    #[pymodule_export]
+    use super::structure_motion::{
+        PyStructureOrbit, PyStructureSpectrum, structure_motion, structure_spectrum,
+    };
     #[pymodule_export]
     use super::structure_run::{PyStructureRun, simulate_structure};
     #[pymodule_export]

@@ -134,10 +134,7 @@ impl Motion {
                 touching.set(other, StopStart::Touching);
             }
             // A sequence has come to rest there.
-            if touching.in_sequence > 1
-                && !moves
-                && touching.of(other) != Some(StopStart::Closed)
-            {
+            if touching.in_sequence > 1 && !moves && touching.of(other) != Some(StopStart::Closed) {
                 lands = true;
                 touching.set(other, StopStart::Landed);
             }
