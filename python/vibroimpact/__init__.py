@@ -67,6 +67,7 @@ if TYPE_CHECKING:
     from .single_impact.motion_map import motion_map
     from .stop import Stop
     from .structure import Structure
+    from .structure_motion import StructureMotion, StructureSpectrum
     from .structure_run import StructureRun as StructureRun
     from .structure_run_parts import StructureState as StructureState
     from .sweeps import (
@@ -107,6 +108,7 @@ else:
         """,
         "stop": "Stop",
         "structure": "Structure",
+        "structure_motion": "StructureMotion StructureSpectrum",
         "structure_run": "StructureRun",
         "sweeps.structure_diagram": "StructureDiagram",
         "structure_run_parts": "StructureState",
@@ -179,7 +181,9 @@ __all__ = [
     "Stop",
     "Structure",
     "StructureDiagram",
+    "StructureMotion",
     "StructureRun",
+    "StructureSpectrum",
     "StructureState",
     "Sweep",
     "System",

@@ -851,6 +851,78 @@ def simulate_structure(
 ) -> tuple[list[StructureRun], bool, str | None]:
     """One run per start (k, 2, N), whether Ctrl-C ended the work, and the first failure."""
 
+@final
+class StructureOrbit:
+    """A periodic motion of a structure."""
+
+    @property
+    def state(self) -> NDArray[np.float64]:
+        """(2, N): q and v at the start of a drive period."""
+
+    @property
+    def periods(self) -> int:
+        """Its length in drive periods."""
+
+    @property
+    def residual(self) -> float:
+        """Largest difference of its end from its start."""
+
+    @property
+    def derivative(self) -> NDArray[np.float64]:
+        """Derivative of the return map, (2N, 2N)."""
+
+    @property
+    def multipliers(self) -> list[tuple[float, float]]:
+        """Its eigenvalues, real and imaginary parts, by descending modulus."""
+
+    @property
+    def bound(self) -> float:
+        """Rounding of their moduli."""
+
+    @property
+    def stability(self) -> str:
+        """Stable, unstable or undecided."""
+
+    @property
+    def impacts(self) -> list[int]:
+        """Impacts of an orbit at each stop."""
+
+def structure_motion(run: StructureRun, periods: int) -> tuple[StructureOrbit | None, str | None]:
+    """The periodic motion of so many drive periods on which a run has settled; or why not."""
+
+@final
+class StructureSpectrum:
+    """Lyapunov exponents of a motion of a structure."""
+
+    @property
+    def exponents(self) -> NDArray[np.float64]:
+        """Per unit time, descending."""
+
+    @property
+    def errors(self) -> NDArray[np.float64]:
+        """Their standard errors."""
+
+    @property
+    def time(self) -> float:
+        """Time measured over."""
+
+    @property
+    def impacts(self) -> list[int]:
+        """Impacts in it at each stop."""
+
+    @property
+    def error(self) -> str | None:
+        """Why the measurement ended early; None if it did not."""
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended it."""
+
+def structure_spectrum(
+    run: StructureRun, steps: int, count: int, step: float | None = None
+) -> StructureSpectrum:
+    """The largest ``count`` exponents of the motion from the end of a run on."""
+
 def structure_sweep(
     structures: Sequence[Structure],
     initial: NDArray[np.float64],

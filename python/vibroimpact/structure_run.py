@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from .bounces import Bounces
+    from .structure_motion import StructureMotion
+    from .verb_types import NotFound
 
 Array = NDArray[np.float64]
 # Columns in coordinates of the compiled structure.
@@ -385,6 +387,34 @@ class StructureRun(Shown):
         return cls(
             core_of(structure._compiled, metadata["core"], arrays, modal), structure, initial
         )
+
+    def refine(self) -> StructureMotion | NotFound:
+        """Find the periodic motion that this run has settled on, to rounding, with its multipliers.
+
+        Newton's method with the exact derivative of the motion starts from the end of the run,
+        which must be the end of a drive period, as that of a run over ``periods`` is.
+
+        Returns
+        -------
+        StructureMotion or NotFound
+            The motion; or, counting as False, why there is none.
+
+        Raises
+        ------
+        ParameterError
+            With ``drive_frequency = 0``: there is no period.
+        Interrupted
+            After Ctrl-C; ``.result`` is this run.
+
+        Examples
+        --------
+        >>> settled = vi.simulate(structure.replace(gap=0.3, damping_ratios=[0.05]),
+        ...                       initial=[[0], [0]], periods=200, keep=50)
+        >>> settled.refine()
+        <StructureMotion 1-1, stable>
+        """
+        found: StructureMotion | NotFound = verb("refine_structure")(self)
+        return found
 
     def _table(self, columns: dict[str, NDArray[Any]]) -> Table:
         wide = {name: self._system._from_core(columns[name]) for name in _WIDE if name in columns}
