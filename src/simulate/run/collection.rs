@@ -53,7 +53,8 @@ impl<M: Recorded> Collection<M> {
         let event = match event {
             Ok(event) => event,
             Err(error) => {
-                self.failure = Some(error);
+                // An interruption that the run has gone on from is no longer its end.
+                (self.failure, self.end) = (Some(error), None);
                 return;
             }
         };
