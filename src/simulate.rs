@@ -74,7 +74,8 @@ impl<S> Observer<S> for () {
     fn section(&mut self, _: i64, _: &S) {}
 }
 
-/// A running simulation: an iterator over its events, the last of which is [`Event::Stop`].
+/// A running simulation: an iterator over its events, the last of which is
+/// [`Event::Stop`](crate::Event::Stop).
 ///
 /// ```
 /// use vibroimpact::{Event, Simulation, State, System};

@@ -44,7 +44,7 @@ pub enum StateError {
     /// A component is NaN or infinite.
     #[error("{name} = {value} is not allowed; allowed: a finite number")]
     NotFinite {
-        /// Component: x1, v1, x2 or v2; q[i] or v[i] of a structure.
+        /// Component: x1, v1, x2 or v2; `q[i]` or `v[i]` of a structure.
         name: Cow<'static, str>,
         /// The value that was given.
         value: f64,

@@ -51,11 +51,10 @@ impl Run<Structure> {
                 GrowthVerdict::Stays => {
                     return told.decided(Kind::QuasiPeriodic, Evidence::GrowthBounded(growth));
                 }
-                GrowthVerdict::Shrinks => return told,
                 GrowthVerdict::Unclear if growth.may_show_more(most) => {
                     periods = next_look(periods);
                 }
-                GrowthVerdict::Unclear => return told,
+                GrowthVerdict::Unclear | GrowthVerdict::Shrinks => return told,
             }
         }
         told

@@ -227,16 +227,16 @@ impl ModalMotion {
             let shared = shared.as_ref();
             let gap = StopGap { motion: self, flight, index: stop, stop: own, shared };
             match first_contact(&gap, start, left).found {
-                Found::Contact(touch) if is_first(&found, touch.local_time(), left) => {
+                Found::Contact(touch) if is_first(found, touch.local_time(), left) => {
                     left = touch.local_time();
                     let (time, offset) = (touch.time, touch.offset);
                     found = Some(StopContact::Met { stop, time, offset });
                 }
-                Found::Graze(touch) if is_first(&found, touch.local_time(), left) => {
+                Found::Graze(touch) if is_first(found, touch.local_time(), left) => {
                     left = touch.local_time();
                     found = Some(StopContact::Grazed { stop, time: left });
                 }
-                Found::Resting(touch) if is_first(&found, touch.local_time(), left) => {
+                Found::Resting(touch) if is_first(found, touch.local_time(), left) => {
                     left = touch.local_time();
                     found = Some(StopContact::Resting { stop, time: left });
                 }
@@ -286,6 +286,6 @@ impl ModalMotion {
 }
 
 /// Whether this local time comes first; of equal ones the lowest number does.
-fn is_first(found: &Option<StopContact>, time: f64, left: f64) -> bool {
+fn is_first(found: Option<StopContact>, time: f64, left: f64) -> bool {
     if found.is_some() { time < left } else { time <= left }
 }

@@ -73,11 +73,11 @@ impl LinearMotion {
             let mut grazes = 0;
             loop {
                 match first_contact(&gap, start, left).found {
-                    Found::Contact(touch) if sooner(&first, touch.local_time(), left) => {
+                    Found::Contact(touch) if sooner(first, touch.local_time(), left) => {
                         left = touch.local_time();
                         first = Some(condition.ends.at(touch.time, touch.offset));
                     }
-                    Found::Graze(touch) if sooner(&first, touch.local_time(), left) => {
+                    Found::Graze(touch) if sooner(first, touch.local_time(), left) => {
                         let time = touch.local_time();
                         match condition.ends {
                             Ends::Open(stop) => {
@@ -179,6 +179,6 @@ impl Begins {
 }
 
 /// Whether this local time comes first; of equal ones the first that was asked for does.
-fn sooner(first: &Option<LegEvent>, time: f64, left: f64) -> bool {
+fn sooner(first: Option<LegEvent>, time: f64, left: f64) -> bool {
     if first.is_some() { time < left } else { time <= left }
 }
