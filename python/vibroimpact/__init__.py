@@ -67,7 +67,7 @@ if TYPE_CHECKING:
     from .single_impact.motion_map import motion_map
     from .stop import Stop
     from .structure import Structure
-    from .structure_motion import StructureMotion, StructureSpectrum
+    from .structure_motion import StructureOrbit, StructureSpectrum
     from .structure_run import StructureRun as StructureRun
     from .structure_run_parts import StructureState as StructureState
     from .sweeps import (
@@ -86,7 +86,7 @@ if TYPE_CHECKING:
 
     # mypy takes these for the modules of their names where they come from the package.
     from .sweeps.basins import basins
-    from .sweeps.structure_diagram import StructureDiagram
+    from .sweeps.structure_diagram_results import StructureDiagram
     from .sweeps.sweep import sweep
     from .verification import Disagreement, Verification, verify
 else:
@@ -108,9 +108,9 @@ else:
         """,
         "stop": "Stop",
         "structure": "Structure",
-        "structure_motion": "StructureMotion StructureSpectrum",
+        "structure_motion": "StructureOrbit StructureSpectrum",
         "structure_run": "StructureRun",
-        "sweeps.structure_diagram": "StructureDiagram",
+        "sweeps.structure_diagram_results": "StructureDiagram",
         "structure_run_parts": "StructureState",
         "sweeps": """
             Attractor Basins Chart Diagram DiagramSettings LyapunovSpectrum LyapunovSweep Sweep
@@ -181,7 +181,7 @@ __all__ = [
     "Stop",
     "Structure",
     "StructureDiagram",
-    "StructureMotion",
+    "StructureOrbit",
     "StructureRun",
     "StructureSpectrum",
     "StructureState",

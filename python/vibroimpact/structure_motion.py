@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,16 +12,15 @@ from .interruption import interruptible
 from .showing import Facts, Shown, in_a_line
 from .structure import Structure
 
-if TYPE_CHECKING:
-    from .structure_run import StructureRun
-
 Array = NDArray[np.float64]
 
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class StructureMotion(FixedArrays, Shown):
+class StructureOrbit(FixedArrays, Shown):
     """A periodic motion of a structure, found to rounding by Newton's method.
+
+    ``vi.simulate(orbit.system, initial=orbit.state, periods=orbit.m)`` runs it.
 
     Attributes
     ----------
@@ -73,19 +71,6 @@ class StructureMotion(FixedArrays, Shown):
         """The label m-n."""
         return f"{self.m}-{self.n}"
 
-    def run(self) -> StructureRun:
-        """Simulate one orbit from ``state``.
-
-        Examples
-        --------
-        >>> motion.run().impact_count
-        1
-        """
-        from .simulation import simulate
-
-        run: StructureRun = simulate(self.system, initial=self.state, periods=self.m)
-        return run
-
     def _facts(self) -> Facts:
         return {
             "motion": f"{self.label}, {self.stability}",
@@ -97,7 +82,7 @@ class StructureMotion(FixedArrays, Shown):
 
     def __repr__(self) -> str:
         """Say its label and stability."""
-        return f"<StructureMotion {self.label}, {self.stability}>"
+        return f"<StructureOrbit {self.label}, {self.stability}>"
 
 
 @interruptible

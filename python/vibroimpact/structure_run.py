@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from .bounces import Bounces
-    from .structure_motion import StructureMotion
+    from .structure_motion import StructureOrbit
     from .verb_types import NotFound
 
 Array = NDArray[np.float64]
@@ -388,7 +388,7 @@ class StructureRun(Shown):
             core_of(structure._compiled, metadata["core"], arrays, modal), structure, initial
         )
 
-    def refine(self) -> StructureMotion | NotFound:
+    def refine(self) -> StructureOrbit | NotFound:
         """Find the periodic motion that this run has settled on, to rounding, with its multipliers.
 
         Newton's method with the exact derivative of the motion starts from the end of the run,
@@ -396,7 +396,7 @@ class StructureRun(Shown):
 
         Returns
         -------
-        StructureMotion or NotFound
+        StructureOrbit or NotFound
             The motion; or, counting as False, why there is none.
 
         Raises
@@ -411,9 +411,9 @@ class StructureRun(Shown):
         >>> settled = vi.simulate(structure.replace(gap=0.3, damping_ratios=[0.05]),
         ...                       initial=[[0], [0]], periods=200, keep=50)
         >>> settled.refine()
-        <StructureMotion 1-1, stable>
+        <StructureOrbit 1-1, stable>
         """
-        found: StructureMotion | NotFound = verb("refine_structure")(self)
+        found: StructureOrbit | NotFound = verb("refine_structure")(self)
         return found
 
     def _table(self, columns: dict[str, NDArray[Any]]) -> Table:

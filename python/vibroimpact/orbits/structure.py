@@ -10,7 +10,7 @@ from .. import _core
 from ..arguments import reject
 from ..errors import Interrupted
 from ..run_parts import read_only
-from ..structure_motion import StructureMotion
+from ..structure_motion import StructureOrbit
 from ..structure_run import StructureRun
 from .found import NotFound
 
@@ -18,7 +18,7 @@ from .found import NotFound
 _FURTHER = (0, 64, 512)
 
 
-def refine_structure(run: StructureRun) -> StructureMotion | NotFound:
+def refine_structure(run: StructureRun) -> StructureOrbit | NotFound:
     """Find the periodic motion that a run has settled on; see ``StructureRun.refine``."""
     system = run.system
     if system.drive_frequency == 0.0:
@@ -47,9 +47,9 @@ def refine_structure(run: StructureRun) -> StructureMotion | NotFound:
     return NotFound(reason=why)
 
 
-def _motion(run: StructureRun, core: _core.StructureOrbit, m: int) -> StructureMotion:
+def _motion(run: StructureRun, core: _core.StructureOrbit, m: int) -> StructureOrbit:
     impacts = np.array(core.impacts, np.int64)
-    return StructureMotion(
+    return StructureOrbit(
         system=run.system,
         state=read_only(run.system._from_core(core.state)),
         m=m,

@@ -21,7 +21,7 @@ from ..run import Run
 from ..single_impact import MotionMap, PeriodicMotions
 from ..structure_run import StructureRun
 from ..sweeps import Attractor, Basins, Diagram, LyapunovSpectrum, LyapunovSweep, Sweep
-from ..sweeps.structure_diagram import StructureDiagram
+from ..sweeps.structure_diagram_results import StructureDiagram
 from ..system import System
 from ..verification import Verification
 from .attractors import attractor, motion_search

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from ..arguments import count, naming, reject
-from ..sweeps.structure_diagram import StructureDiagram
+from ..sweeps.structure_diagram_results import StructureDiagram
 from .style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, VERMILLION, curve_legend, new_axes
 
 Array = NDArray[np.float64]
@@ -72,7 +72,7 @@ def structure_bifurcation(
     >>> oscillator = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.3, 0.8)], damping_ratios=[0.05],
     ...                           drive_amplitude=[1], drive_frequency=2.0)
     >>> diagram = vi.bifurcation_diagram(oscillator, initial=[[0], [0]],
-    ...                                  drive_frequency=[1.9, 2.0, 2.1], periods=200, keep=50)
+    ...                                  drive_frequency=[1.9, 2.0, 2.05], periods=200, keep=50)
     >>> vi.plot.structure_bifurcation(diagram, section="stroboscopic").get_ylabel()
     '$q_0$ once per drive period'
     """

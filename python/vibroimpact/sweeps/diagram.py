@@ -43,7 +43,7 @@ from .merge import LEVELS, merged
 from .store import folder_of_stores, store_in
 
 if TYPE_CHECKING:
-    from .structure_diagram import StructureDiagram
+    from .structure_diagram_results import StructureDiagram
 
 # More refinements would give more points than a screen has.
 _MOST_REFINEMENTS = 20
