@@ -176,3 +176,25 @@ def test_without_a_drive_all_that_is_kept_is_drawn():
     # It comes to rest at the sum of the geometric series.
     (spans,) = bands(ax).values()
     assert spans[0] == (pytest.approx(3 * np.sqrt(2)), 6.0)
+
+
+@pytest.mark.parametrize("picture", [vi.plot.time_history, vi.Run.plot])
+def test_a_run_that_keeps_nothing_is_refused_by_name(picture, system, initial):
+    nothing = vi.simulate(system, initial=initial, periods=5, keep=0)
+    with pytest.raises(vi.ParameterError, match=r"^run = <Run .* of which some time is kept"):
+        picture(nothing)
+    nothing = vi.simulate(MOVING, initial=[[0], [0]], periods=5, keep=0)
+    with pytest.raises(vi.ParameterError, match=r"^run = <StructureRun .* some time is kept"):
+        vi.plot.time_history(nothing)
+
+
+def test_any_structure_is_drawn(ax):
+    # Without stops, at rest, without springs, and of the shortest time.
+    loose = vi.Structure([[1]], [[0]], [vi.Stop([1], 1.0, 0.5)])
+    free = vi.Structure(np.eye(2), np.eye(2), [], drive_amplitude=[1, 0], drive_frequency=2.0)
+    for made, speed, time in ((free, 0.0, 9.0), (loose, 0.0, 3.0), (loose, 0.1, 5e-324)):
+        start = np.zeros((2, made.coordinates))
+        start[1] = speed
+        run = vi.simulate(made, initial=start, time=time)
+        times, _ = line(run.plot(ax=Figure().subplots()), "$q_{0}$")
+        assert (times[0], times[-1]) == (0.0, time)

@@ -107,6 +107,8 @@ def shown_window(
 ) -> tuple[float, float]:
     """Return the times between which a run is drawn: as asked for, or what can be read."""
     first, last = float(run.kept_from), float(run.final_state.time)
+    if not first < last:
+        reject("run", run, "a run of which some time is kept: there is nothing to draw")
     if window is not None:
         allowed = "a pair (start, end) of times, start < end, or None"
         low, high = (number("window", each, allowed) for each in pair("window", window, allowed))
@@ -187,8 +189,10 @@ def _grid(run: Run | StructureRun, span: tuple[float, float], points_per_period:
         points = count("points_per_period", points_per_period, least=1, most=1_000_000)
         parts = length / period if np.isfinite(period) else 1.0
         return np.linspace(start, end, max(int(np.ceil(parts * points)), 1) + 1)
-    step = min(period / _IN_PERIOD, _oscillations(run)[0] / _IN_OSCILLATION, length / 400)
-    grids = [np.linspace(start, end, int(min(np.ceil(length / step), _MOST)) + 1)]
+    # Not by the shortest of three steps: in a run of the shortest time that would be 0.
+    oscillation, _ = _oscillations(run)
+    parts = max(length / (period / _IN_PERIOD), length / (oscillation / _IN_OSCILLATION), 400.0)
+    grids = [np.linspace(start, end, int(min(np.ceil(parts), _MOST)) + 1)]
     # Every flight, however short, has some samples of its own.
     events = np.unique([start, *times_within(run.impacts["time"], span), end])
     if (len(events) - 1) * _IN_FLIGHT <= _MOST:
