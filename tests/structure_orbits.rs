@@ -236,6 +236,34 @@ fn exponents_add_up_to_the_loss_of_volume() {
     assert_eq!(found.errors[3], 0.0);
 }
 
+/// Modes that decay by e^-60 and e^-6 in a period, and a free one on a damper, without a drive.
+#[test]
+fn fast_decay_hides_no_exponent() {
+    let diagonal = |a: f64, b: f64| vec![vec![a, 0.0], vec![0.0, b]];
+    let overdamped = Structure::builder(diagonal(1.0, 1.0), diagonal(9.0, 4.0))
+        .damping(diagonal(10.0, 5.0))
+        .drive([1.0.into(), 0.0.into()], 1.0, 0.0)
+        .build()
+        .unwrap();
+    let rest = || StructureState::new(&[0.0; 2], &[0.0; 2]);
+    let found = structure_lyapunov(&overdamped, rest(), 100, 4, None, &NEVER()).unwrap();
+    for (found, wanted) in found.exponents.iter().zip([-1.0, -1.0, -4.0, -9.0]) {
+        assert!((found - wanted).abs() < 1e-9, "{found} {wanted}");
+    }
+    let on_damper = Structure::builder(diagonal(1.0, 1.0), diagonal(0.0, 4.0))
+        .damping(diagonal(3.0, 5.0))
+        .build()
+        .unwrap();
+    let found = structure_lyapunov(&on_damper, rest(), 100, 4, Some(2.0), &NEVER()).unwrap();
+    for (found, wanted) in found.exponents.iter().zip([0.0, -1.0, -3.0, -4.0]) {
+        assert!((found - wanted).abs() < 1e-9, "{found} {wanted}");
+    }
+    let refused = structure_lyapunov(&on_damper, rest(), 100, 4, None, &NEVER());
+    assert!(refused.unwrap_err().to_string().contains("step"));
+    let refused = structure_lyapunov(&on_damper, rest(), 100, 5, Some(2.0), &NEVER());
+    assert!(refused.unwrap_err().to_string().contains("count"));
+}
+
 #[test]
 fn what_is_no_periodic_motion_says_why() {
     let structure = chain(0.8, 0.3, 0.8).unwrap();

@@ -18,8 +18,8 @@ pub const END_LEVEL: f64 = 1e-12;
 /// damped motion repeats to 1e-13.
 pub const RETURN_RTOL: f64 = 1e-9;
 
-/// Sections in which a return is looked for while a motion is followed: a period of a quarter of
-/// them is found at the next look, a longer one at the last.
+/// Sections in which a return is looked for while a motion is followed: a period of a quarter of them
+/// is found at the next look, a longer one at the last.
 pub const RETURN_WINDOW: usize = 400;
 
 /// Part of its size at which a section has come back to one before: far more than what is left of a
@@ -94,8 +94,8 @@ pub const STEADY_GROWTH: f64 = 5.0;
 /// a few roundings of a cycle.
 pub const CLOSED_ORBIT: f64 = 1e-11;
 
-/// As [`CLOSED_ORBIT`], but one of Newton's steps before: what changes from there on is the error
-/// of a multiplier.
+/// As [`CLOSED_ORBIT`], but one of Newton's steps before: what changes from there on is the error of a
+/// multiplier.
 pub const NEARLY_CLOSED: f64 = 1e-5;
 
 /// Most steps of Newton's method to a closed orbit: some six double the digits.

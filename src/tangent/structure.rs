@@ -3,9 +3,9 @@
 //!
 //! ```text
 //! flight, contact   D -> Phi D, the motion of the structure without loads, drive and gaps
-//! impact            S = R + (F+ - R F- - dR/dt)(n . q-part)/u-, as below
+//! impact            S = R + (F+ - R F- - dR/dt)(grad g)^T/g'-, as below
 //! slip ends         t . q' = 0, R = 1
-//! release, slip begins   the force is 0, or at its limit: F+ = F-, no change
+//! release           the force is 0, or friction at its limit where slip begins: F+ = F-, no change
 //! chatter           the samples of its limit, with their derivatives (chatter.rs)
 //! ```
 //!

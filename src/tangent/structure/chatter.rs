@@ -4,13 +4,12 @@
 
 use super::StructureTangentError;
 use super::perturbed::Perturbed;
-use super::samples::{Limit, Samples};
+use super::samples::{Limit, Sample, Samples};
 use crate::model::structure::Structure;
-use crate::numerics::EPS;
 use crate::numerics::double_double::DoubleDouble;
 use crate::simulate::structure::{StopChatterEvent, StructureEvent};
 use crate::simulate::{AnchorOf, Model, Simulation};
-use crate::tangent::tolerances::{CONVERGED_SLOPES, LOWEST_REVERSING, MOST_BOUNCES};
+use crate::tangent::tolerances::{CONVERGED_SLOPES, MOST_BOUNCES};
 
 impl Perturbed {
     /// From the last impact before chatter to its accumulation point.
@@ -49,9 +48,9 @@ impl Perturbed {
             {
                 best = Some(limit);
             }
-            let low = ahead.samples.last().map_or(f64::INFINITY, |last| last.separation);
-            let done = best.as_ref().is_some_and(|best| best.error <= EPS);
-            if done || low <= LOWEST_REVERSING * LOWEST_REVERSING {
+            // What comes after the best one has more rounding.
+            let noise = ahead.samples.last().map_or(0.0, Sample::noise);
+            if best.as_ref().is_some_and(|best| noise >= best.error) {
                 break;
             }
             match ahead.advance(&mut hopping) {

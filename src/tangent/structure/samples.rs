@@ -7,9 +7,13 @@ use crate::flight::Drive;
 use crate::impact::RegimeKind;
 use crate::model::state::Clock;
 use crate::model::structure::StructureState;
+use crate::numerics::EPS;
 use crate::numerics::dual::Dual;
 use crate::numerics::extrapolation::at_zero;
 use crate::tangent::tolerances::MOST_EXTRAPOLATED;
+
+/// Fewest samples of which two orders can be compared. At a small r more are lost in rounding.
+const FEWEST: usize = 3;
 
 /// What an impact leaves behind, with its perturbations.
 #[derive(Debug, Clone)]
@@ -35,8 +39,15 @@ pub(super) struct Samples(Vec<Sample>);
 pub(super) struct Limit {
     pub columns: DMatrix<f64>,
     pub delay: RowDVector<f64>,
-    /// Difference of the last two orders.
+    /// Difference of the last two orders, with the rounding of the last sample.
     pub error: f64,
+}
+
+impl Sample {
+    /// Rounding of its perturbations, relative to their size.
+    pub fn noise(&self) -> f64 {
+        EPS * self.state.size().max(1.0) / self.separation
+    }
 }
 
 impl Samples {
@@ -73,16 +84,22 @@ impl Samples {
         self.0.first().is_some_and(|first| !first.low)
     }
 
-    /// At u = 0.
+    /// At u = 0, from the first samples, so many that their error is least: further ones bring more
+    /// rounding.
     pub fn limit(&self, drive: &Drive) -> Option<Limit> {
-        let first = self.0.first().filter(|_| self.0.len() >= 4)?;
+        let limits = (FEWEST..=self.0.len()).map(|count| Self::limit_of(&self.0[..count], drive));
+        limits.min_by(|a, b| a.error.total_cmp(&b.error))
+    }
+
+    fn limit_of(samples: &[Sample], drive: &Drive) -> Limit {
+        let (first, last) = (&samples[0], &samples[samples.len() - 1]);
         let (rows, columns) = first.events.shape();
-        let count = self.0.len();
-        let newest = || self.0.iter().rev();
+        let count = samples.len();
+        let newest = || samples.iter().rev();
         let mut limit = Limit {
             columns: DMatrix::zeros(rows, columns),
             delay: RowDVector::zeros(columns),
-            error: 0.0,
+            error: last.noise(),
         };
         let place = |sample: &Sample, i: usize| {
             let StructureState { q, v } = &sample.state;
@@ -111,6 +128,6 @@ impl Samples {
             }
             limit.delay[c] = delay;
         }
-        Some(limit)
+        limit
     }
 }
