@@ -231,7 +231,8 @@ class Judged:
         numbers = final_numbers(self.run).tolist()
         if exact.final is not None:
             known.append((exact.final, exact.proved_final))
-        for entry in exact.entries:
+        # where the exact motion is not followed to the end, more may happen at that instant
+        for entry in () if exact.stopped and exact.final is None else exact.entries:
             if abs(float(entry.values[0]) - run.time) < near:
                 known.append((entry.after(), entry.certified))
         # at an impact that has no outcome; a Painleve point is not located as precisely

@@ -371,7 +371,7 @@ def _difference(one: Pass, two: Pass) -> tuple[Pass, bool]:
             if coarse.regime != fine.regime:
                 agree = False
                 break
-            values = _together(coarse.values, fine.values)
+            values = together(coarse.values, fine.values)
             entries.append(replace(fine, values=values, more=_joint(coarse.more, fine.more)))
         samples = [_state(p, q) for p, q in zip(one.samples, two.samples, strict=False)]
         final, last = _state(one.final, two.final), _state(one.last, two.last)
@@ -380,7 +380,7 @@ def _difference(one: Pass, two: Pass) -> tuple[Pass, bool]:
     return replace(both, final=final, last=last, proved_final=False), agree
 
 
-def _together(coarse: Sequence[arb], fine: Sequence[arb]) -> tuple[arb, ...]:
+def together(coarse: Sequence[arb], fine: Sequence[arb]) -> tuple[arb, ...]:
     """The finer values with radii that include the coarser ones."""
     return tuple(
         arb(q.mid(), (abs(p - q) + q.rad()).abs_upper()) for p, q in zip(coarse, fine, strict=True)
@@ -391,13 +391,13 @@ def _state(coarse: Sequence[arb] | None, fine: Sequence[arb] | None) -> tuple[ar
     """The finer state with such radii, if both passes have it."""
     if coarse is None or fine is None:
         return None
-    return _together(coarse, fine)
+    return together(coarse, fine)
 
 
 def _joint(coarse: Sequence[arb | None], fine: Sequence[arb | None]) -> tuple[arb | None, ...]:
     """The finer values with such radii, None where one is missing."""
     return tuple(
-        None if p is None or q is None else _together((p,), (q,))[0]
+        None if p is None or q is None else together((p,), (q,))[0]
         for p, q in zip(coarse, fine, strict=True)
     )
 

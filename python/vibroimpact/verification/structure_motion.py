@@ -20,10 +20,11 @@ from ..reference.contact import Undecided
 from ..reference.samples import Samples
 from ..reference.structure import Change, Impact, StructureRun
 from ..reference.structure import Structure as ExactStructure
+from ..reference.structure.flow import vector
 from ..reference.structure.result import State, merged
 from ..reference.structure.simulate import Motion
 from ..structure import Structure
-from .motion import FIRST, GOOD, Entry, Pass
+from .motion import FIRST, GOOD, Entry, Pass, together
 from .path import Parted
 from .result import Early
 from .watch import Watch
@@ -34,7 +35,7 @@ _NAMES = {"frictional_contacts": "several_frictional"}
 #: Times at which the motion is looked at in a window, and the bits for that.
 _LOOKS, _ROUGH = 16, 64
 #: Bits that enclosures lose from impact to impact, as a first guess, and how precision rises.
-_LOST, _MORE, _FINER = 4, 2, 1.375
+_LOST, _MORE, _FINER = 2, 2, 1.375
 
 
 @dataclass(frozen=True)
@@ -112,11 +113,17 @@ def exact_structure(structure: Structure) -> ExactStructure:
 
 
 class _Path(Samples[State]):
-    """States at the sections, at the end, and past it; rough values of the motion in between."""
+    """States at the sections, and past the end; rough values of the motion in between.
+
+    `final` is the state at the end of the run; None if that is not certainly before or after an
+    event.
+    """
 
     def __init__(self, problem: StructureProblem) -> None:
         *sections, past = problem.times()
-        super().__init__([*sections, problem.end(), past])
+        super().__init__([*sections, past])
+        self.end: arb | None = problem.end()
+        self.final: State | None = None
         self.sections = len(sections)
         self.watch, self.step = problem.watch, problem.window / _LOOKS
         self.looks = array("d")
@@ -125,6 +132,9 @@ class _Path(Samples[State]):
     def take(self, until: arb, state: Callable[[arb], State]) -> None:
         """States at the times before `until`."""
         self._look(float(until), state)
+        if self.end is not None and not self.end > until:
+            self.final = state(self.end) if self.end < until else None
+            self.end = None
         before = len(self.states)
         super().take(until, state)
         for number in range(before, min(len(self.states), self.sections)):
@@ -165,17 +175,28 @@ class _Followed(Motion):
 
 @dataclass(frozen=True)
 class _Done:
-    """One pass: what the reference found, and why it ended early."""
+    """One pass: what the reference found, and why it ended early.
+
+    `final` is the state at the end of the run, None if it is not known, `last` that at the time
+    `now`, where the pass ends.
+    """
 
     run: StructureRun
     looks: array[float]
     now: float
+    last: tuple[arb, ...]
+    final: tuple[arb, ...] | None
     stopped: Early | Literal[""] = ""
     detail: str = ""
 
     def narrow(self) -> bool:
         """Whether all of it is known well enough."""
         return _known(self.run) == (len(self.run.story), len(self.run.states))
+
+    def proved(self) -> bool:
+        """Whether all of it encloses the exact motion."""
+        run = self.run
+        return run.proved == len(run.story) and run.proved_states == len(run.states)
 
 
 def _follow(problem: StructureProblem, bits: int) -> _Done:
@@ -202,7 +223,9 @@ def _follow(problem: StructureProblem, bits: int) -> _Done:
             run = motion.so_far("event_cap")
         elif run.ending == "event_cap":
             stopped, detail = "event_cap", f"more than {problem.most} events (max_events)"
-        return _Done(run, path.looks, float(motion.now), stopped, detail)
+        last = vector(motion.z, 0, 2 * motion.size)
+        final = path.final and (*path.final[0], *path.final[1])
+        return _Done(run, path.looks, float(motion.now), last, final, stopped, detail)
 
 
 def exact_structure_motion(problem: StructureProblem, impacts: int, max_precision: int) -> Pass:
@@ -212,12 +235,12 @@ def exact_structure_motion(problem: StructureProblem, impacts: int, max_precisio
         done = _follow(problem, bits)
         if done.stopped in ("interrupted", "start"):
             return _as_pass(done, problem)
-        if done.run.proved < len(done.run.story) or done.run.proved_states < len(done.run.states):
+        if not done.proved():
             finer = _follow(problem, _rounded(_FINER * bits))
             if finer.stopped == "interrupted":
                 return _as_pass(_proved(done, "interrupted", "interrupted"), problem)
             try:
-                done = replace(done, run=merged(done.run, finer.run))
+                done = _merged(done, finer)
             except Undecided as doubt:
                 done = _proved(done, "undecided", str(doubt))
         if done.stopped != "undecided" and done.narrow():
@@ -230,13 +253,23 @@ def exact_structure_motion(problem: StructureProblem, impacts: int, max_precisio
         bits *= _MORE
 
 
+def _merged(done: _Done, finer: _Done) -> _Done:
+    """A pass with its differences to a finer one as errors, where it is no enclosure."""
+    run = merged(done.run, finer.run)
+    with ctx.workprec(finer.run.precision):
+        last = together(done.last, finer.last)
+        final = done.final and finer.final and together(done.final, finer.final)
+    return replace(done, run=run, last=last, final=final)
+
+
 def _proved(done: _Done, stopped: Early, detail: str) -> _Done:
     """The part of a pass that is proved."""
     run = done.run
     story, states = run.story[: run.proved], run.states[: run.proved_states]
     return replace(
-        done, run=replace(run, story=story, states=states), stopped=stopped, detail=detail
-    )
+        done, run=replace(run, story=story, states=states), final=None, stopped=stopped,
+        detail=detail,
+    )  # fmt: skip
 
 
 def _known(run: StructureRun) -> tuple[int, int]:
@@ -263,17 +296,17 @@ def _numbers(told: Impact | Change) -> tuple[arb, ...]:
 
 def _as_pass(done: _Done, problem: StructureProblem) -> Pass:
     """A pass as far as it is known well enough."""
-    run, last = done.run, len(problem.times()) - 1
+    run, count = done.run, len(problem.times()) - 1
     events, states = _known(run)
     with ctx.workprec(run.precision):
         entries = _entries(problem.structure, run, events)
         samples = [(*q, *v) for q, v in run.states[:states]]
     found = Pass(
-        run.precision, entries, samples[:last], min(run.proved_states, last), done.stopped,
-        done.detail, looks=done.looks,
+        run.precision, entries, samples[:count], min(run.proved_states, count), done.stopped,
+        done.detail, last=done.last, proved_final=done.proved(), looks=done.looks,
     )  # fmt: skip
-    if states > last:
-        found = replace(found, final=samples[last], proved_final=run.proved_states > last)
+    if events == len(run.story):
+        found = replace(found, final=done.final)
     ending = _NAMES.get(run.ending, run.ending)
     if ending in DEAD_ENDS and not done.stopped:
         found = replace(found, ends=done.now, ending=ending)

@@ -4,7 +4,8 @@ A coordinate or a velocity is measured in units of its largest value over the la
 of the drive or else ten of the slowest mode; where it is small beside the motion of the whole, in
 units of _SMALL of what that motion could give it. The measure of the whole are
 Q^2 = q M q and V^2 = v M v, and coordinate i may have up to (M^-1)_ii^(1/2) of Q: so units of
-coordinates do not matter. What begins or turns counts as its velocity over the fastest frequency.
+coordinates do not matter. At rest the loads count, as the motion that they start. What begins or
+turns counts as its velocity over the fastest frequency.
 Times count in drive periods, or periods of the slowest mode if that is less.
 """
 
@@ -60,6 +61,11 @@ class StructureSizes:
         self.mass = np.array([[float(structure.mass[i, j]) for j in range(n)] for i in range(n)])
         inverse = structure.compliance()
         self.share = np.sqrt([float(inverse[i, i]) for i in range(n)])
+        loads = [[complex(float(a), float(b)) for a, b in structure.drive]]
+        loads.append([complex(float(load)) for load in structure.load])
+        pushed = np.array([[float(inverse[i, j]) for j in range(n)] for i in range(n)])
+        #: Acceleration by the loads, as a V.
+        self.pushed = sum(float(np.sqrt((np.conj(f) @ pushed @ f).real)) for f in np.array(loads))
         rows = [np.array(exact.looks).reshape(-1, 1 + 2 * n)]
         for entry in cast("Sequence[StructureEntry]", exact.entries):
             time = float(entry.values[0])
@@ -82,8 +88,12 @@ class StructureSizes:
         lately = np.maximum(self.values[first:end].max(axis=0, initial=0.0), here)
         wholes = np.concatenate([self.wholes[first:end], self._whole(numbers)]).max(axis=0)
         q = np.maximum(lately[:n], here[n:] / self.fast)
-        q = np.maximum(q, _SMALL * self.share * max(wholes[0], wholes[1] / self.fast))
-        v = np.maximum(lately[n:], _SMALL * self.share * max(wholes[1], wholes[0] * self.slow))
+        largest, fastest = map(float, wholes)
+        swing = self.pushed / self.fast
+        least = max(largest, fastest / self.fast, swing / self.fast)
+        q = np.maximum(q, _SMALL * self.share * least)
+        least = max(fastest, largest * self.slow, swing)
+        v = np.maximum(lately[n:], _SMALL * self.share * least)
         return [*map(float, q), *map(float, v)]
 
     def of_impact(self, entry: StructureEntry) -> list[float]:
