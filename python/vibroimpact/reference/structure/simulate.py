@@ -88,7 +88,7 @@ def simulate_structure(
                 wanted = [period * (k + 1) for k in range(periods or 0)]
             else:
                 wanted = [arb(exact(time)) for time in times]
-            return _Motion(structure, start, Samples(wanted), max_events).run()
+            return Motion(structure, start, Samples(wanted), max_events).run()
 
     while True:
         try:
@@ -102,8 +102,8 @@ def simulate_structure(
         precision *= 2
 
 
-class _Motion:
-    """One run at the present precision."""
+class Motion:
+    """One run at the present precision: its start exact, `samples` to fill, most entries."""
 
     def __init__(
         self,
@@ -137,6 +137,10 @@ class _Motion:
         limits = any(isinstance(entry, Change) and entry.kind == "chatter" for entry in self.story)
         if self.rounded and not limits and self.tail.falling < _LIKELY:
             raise Undecided("a state that lost its digits, in what was no chatter")
+        return self.so_far(ending)
+
+    def so_far(self, ending: str) -> StructureRun:
+        """What is known by now."""
         proved = self.proved or (len(self.story), len(self.samples.states))
         return StructureRun(self.story, self.samples.states, ending, ctx.prec, *proved)
 
