@@ -113,6 +113,24 @@ def _(run: vi.StructureRun) -> None:
 
 
 @assert_complete.register
+def _(diagram: vi.StructureDiagram) -> None:
+    assert (diagram.status != "pending").all()
+    assert_table(diagram.impacts, "impacts")
+    assert_finite(diagram.stroboscopic, "stroboscopic")
+    assert_finite(diagram.residual[diagram.m > 0], "residual")
+    assert_finite(diagram.values, "values")
+
+
+@assert_complete.register
+def _(spectrum: vi.StructureSpectrum) -> None:
+    # -inf where perturbations die out at once.
+    assert not np.isnan(spectrum.exponents).any()
+    assert not np.isnan(spectrum.error).any()
+    assert (spectrum.exponents < math.inf).all()
+    assert_finite(spectrum.time, "time")
+
+
+@assert_complete.register
 def _(bounces: vi.Bounces) -> None:
     assert_table(bounces.impacts, "bounces")
     assert repr(bounces)

@@ -35,6 +35,15 @@ BEAM = vi.Structure.from_modes(
     drive_amplitude=[0, 0, 4],
     drive_frequency=1.3,
 )
+# A mass that meets one stop once in every period.
+SETTLING = vi.Structure(
+    [[1]],
+    [[1]],
+    [vi.Stop([1], 0.3, 0.8)],
+    damping_ratios=[0.05],
+    drive_amplitude=[1],
+    drive_frequency=2.0,
+)
 REST = {1: np.zeros((2, 1)), 2: np.zeros((2, 2)), 3: np.zeros((2, 3))}
 
 
@@ -60,6 +69,36 @@ def beam_run() -> vi.StructureRun:
 def masses_run() -> vi.StructureRun:
     """A run of two masses with friction in the impacts between them."""
     return vi.simulate(structure(), initial=REST[2], periods=40, keep=30)
+
+
+@cache
+def settled_run() -> vi.StructureRun:
+    """A run that has settled on a motion of one impact in every period."""
+    start, periods = REST[1], 200
+    return vi.simulate(SETTLING, initial=start, periods=periods, keep=50)
+
+
+@cache
+def orbit() -> vi.StructureOrbit:
+    """The motion of the settled run."""
+    found = settled_run().refine()
+    assert isinstance(found, vi.StructureOrbit)
+    return found
+
+
+@cache
+def small_diagram() -> vi.StructureDiagram:
+    """A diagram of three frequencies."""
+    frequencies = [1.9, 2.0, 2.05]
+    return vi.bifurcation_diagram(
+        SETTLING, initial=REST[1], periods=200, keep=50, drive_frequency=frequencies
+    )
+
+
+@cache
+def spectrum() -> vi.StructureSpectrum:
+    """The exponents of the settled motion."""
+    return vi.lyapunov_spectrum(SETTLING, initial=REST[1], periods=400, keep=200)
 
 
 RUNS = {"moving": moving_run, "pressed": pressed_run, "beam": beam_run, "masses": masses_run}

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 import vibroimpact as vi
-from struck import moving_run
+from struck import REST, SETTLING, moving_run, small_diagram
 
 _STOP = {
     "normal": "pair",
@@ -110,6 +110,34 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
             moving_run().resume,
             {"periods": 1, "keep": 1},
             _PERIODS | {"max_events": "whole number or none"},
+        ),
+        "StructureDiagram.run": (small_diagram().run, {"i": 1}, {"i": "whole number"}),
+        "bifurcation_diagram: structure": (
+            vi.bifurcation_diagram,
+            {"system": SETTLING, "initial": REST[1], "drive_frequency": [2.0], "periods": 20},
+            {
+                **_RUN,
+                "drive_frequency": "axis",
+                "periods": "whole number",
+                "keep": "whole number or none",
+                "start": "a word of a list",
+                "exponents": "object",
+                "labels": "python's true or false",
+                "refine": "object",
+                **dict.fromkeys(("chunk", "client", "store"), "object or none"),
+            },
+        ),
+        "lyapunov_spectrum: structure": (
+            vi.lyapunov_spectrum,
+            {"system": SETTLING, "initial": REST[1], "periods": 60, "keep": 40},
+            {
+                **_RUN,
+                "periods": "whole number > 2 or none",
+                "keep": "whole number > 2 or none",
+                "most": "whole number or none",
+                "time": "object or none",
+                **dict.fromkeys(("chunk", "client", "store"), "object or none"),
+            },
         ),
         "StructureRun.resume: time": (
             moving_run().resume,

@@ -25,7 +25,7 @@ from small_results import (
     run,
     saddle,
 )
-from struck import moving_run
+from struck import moving_run, orbit, small_diagram, spectrum
 from systems import COEXISTING, PAPER, ROUGH, STICKY
 from valid_calls import calls
 from vibroimpact.showing import Shown
@@ -47,6 +47,9 @@ def results() -> dict[str, object]:
         vi.simulate(STICKY, initial=START, periods=8).bounces(down_to=1e-3),
         moving_run(),
         moving_run().final_state,
+        orbit(),
+        small_diagram(),
+        spectrum(),
         motion(),
         branch(),
         branch().bifurcations[0],
@@ -123,6 +126,7 @@ def test_every_public_result_is_shown():
     assert arrays | grids | {vi.Run, vi.System, vi.NotFound, vi.Branch} <= classes
     assert {cls for cls in classes if not hasattr(cls, "plot")} == {
         *(vi.NotFound, vi.Stop, vi.Structure, vi.StructureState),
+        *(vi.StructureOrbit, vi.StructureSpectrum),
     }
 
 

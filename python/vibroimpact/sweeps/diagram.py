@@ -327,8 +327,8 @@ def bifurcation_diagram(
                 section_phase=section_phase,
                 workers=workers,
                 progress=progress,
-                not_yet={"exponents": exponents, "refine": refine, "units": units}
-                | {"client": client, "store": store, "chunk": chunk},
+                not_yet={"labels": labels, "exponents": exponents, "refine": refine}
+                | {"units": units, "client": client, "store": store, "chunk": chunk},
             )
     system, initial = in_units(bifurcation_diagram, units, system, initial, parameter)
     axes = checked_axes(bifurcation_diagram, system, parameter, allowed=[*PARAMETERS], exactly=1)

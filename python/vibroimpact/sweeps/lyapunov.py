@@ -158,6 +158,8 @@ def lyapunov_spectrum(
         from .structure_spectrum import is_structure, structure_spectrum
 
         if is_structure(system):
+            threads(workers)
+            flag("progress", progress)
             options = {"max_events": max_events, "chatter_tolerance": chatter_tolerance}
             refused = {**axes, "units": units, "chunk": chunk, "client": client, "store": store}
             return structure_spectrum(system, initial, time, periods, keep, most, options, refused)

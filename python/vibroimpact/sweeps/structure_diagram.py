@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import functools
-import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +19,6 @@ from ..stop import is_of_stops
 from ..structure import Structure
 from ..structure_run import StructureRun
 from .structure_diagram_results import StructureDiagram
-
-if TYPE_CHECKING:
-    pass
 
 Array = NDArray[np.float64]
 _KEPT = 100
@@ -137,15 +133,19 @@ def made_by(system: Any, parameter: Mapping[str, Any]) -> Any:
     def once(**value: Any) -> Any:
         return known.pop(value[name]) if value[name] in known else system(**value)
 
-    known[first] = system(**{name: first})
+    try:
+        known[first] = system(**{name: first})
+    except TypeError:
+        return None
     return once if isinstance(known[first], Structure) else None
 
 
 def _refuse(not_yet: Mapping[str, Any]) -> None:
+    defaults = {"labels": True, "exponents": False, "refine": 0}
     for name, value in not_yet.items():
-        if value:
-            given = os.fspath(value) if name == "store" else value
-            reject(name, given, "its default: a diagram of structures does without it so far")
+        default = defaults.get(name)
+        if type(value) is not type(default) or value != default:
+            reject(name, value, f"{default}: a diagram of structures has no choice of it so far")
 
 
 def _made(system: Any, name: str, values: Array) -> list[Structure]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from typing import Any, TypeGuard
 
@@ -48,8 +47,7 @@ def structure_spectrum(
     """
     for name, value in refused.items():
         if value is not None:
-            given = os.fspath(value) if name == "store" else value
-            reject(name, given, "None: exponents of a structure are of one motion so far")
+            reject(name, value, "None: exponents of a structure are of one motion so far")
     if time is not None:
         if periods is not None or keep is not None or structure.drive_frequency > 0.0:
             reject("time", time, "None, but for drive_frequency = 0")
