@@ -73,4 +73,18 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
             {"text": "object"},
             {"text": "JSON|fields"},
         ),
+        "verify: structure": (
+            vi.verify,
+            {
+                "run": vi.simulate(vi.Structure(**structure), initial=np.zeros((2, 2)), time=1),
+                "max_precision": 512,
+            },
+            {
+                "run": "object",
+                "digits": "whole number",
+                "max_precision": "whole number > 2",
+                "max_events": "whole number",
+                "progress": "true or false",
+            },
+        ),
     }
