@@ -144,4 +144,18 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
             {"time": 1.0},
             _TIME | {"max_events": "whole number or none"},
         ),
+        "verify: structure": (
+            vi.verify,
+            {
+                "run": vi.simulate(vi.Structure(**structure), initial=np.zeros((2, 2)), time=1),
+                "max_precision": 512,
+            },
+            {
+                "run": "object",
+                "digits": "whole number",
+                "max_precision": "whole number > 2",
+                "max_events": "whole number",
+                "progress": "true or false",
+            },
+        ),
     }

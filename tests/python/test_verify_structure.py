@@ -255,7 +255,7 @@ def test_a_run_that_has_left_the_motion_is_given_up():
 
 
 def test_rows_that_only_say_what_impacts_on_closed_stops_did():
-    from vibroimpact.verification.structure_comparison import essential
+    from vibroimpact.verification.told import essential
 
     told = [
         ("closed", 0, 1.0),
@@ -269,9 +269,15 @@ def test_rows_that_only_say_what_impacts_on_closed_stops_did():
         ("slide_positive", 1, 6.0),
         ("impact", 1, 7.0),
         ("slide_negative", 1, 7.0),
+        ("impact", 0, 8.0),
+        ("slide_negative", 1, 8.0),  # goes on so, though it is not hit
     ]
-    exact = [row for k, row in enumerate(told) if k != 2]
+    told_again = (2, 12)
+    exact = [row for k, row in enumerate(told) if k not in told_again]
     exact.insert(3, ("release", 0, 3.0))
-    left = [told[k] for k in essential(told, told_again=True)]
-    right = [exact[k] for k in essential(exact, told_again=False)]
-    assert left == right == [row for k, row in enumerate(told) if k != 2]
+    left = [told[k] for k in essential(told, told_again=True)[0]]
+    right = [exact[k] for k in essential(exact, told_again=False)[0]]
+    assert left == right == [row for k, row in enumerate(told) if k not in told_again]
+    # a window that begins while the stop is closed
+    assert essential(told[1:3], told_again=True, holds={0: "closed"}) == ([0], {0: "closed"})
+    assert essential(told[1:3], told_again=True) == ([0, 1], {0: "closed"})

@@ -1,4 +1,4 @@
-"""`verify`: the checks of arguments, the problem for the reference, and Ctrl-C."""
+"""`verify`: the checks of arguments, the problems for the references, and Ctrl-C."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def verify(
     Parameters
     ----------
     run
-        What ``simulate``, ``Run.resume`` or ``load`` returned.
+        What ``simulate``, ``resume`` or ``load`` returned, of a System or of a Structure.
     digits
         Correct digits asked for, 1 to 14: the horizon is where the run no longer has them.
     max_precision
@@ -93,6 +93,10 @@ def verify(
     >>> check = vi.verify(vi.simulate(system, initial=(0, 0.5, 0, 0), periods=10))
     >>> check.certified, check.least_digits > 13
     (True, True)
+    >>> mass = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.2, 0.8)], drive_amplitude=[1],
+    ...                     drive_frequency=1.4)
+    >>> vi.verify(vi.simulate(mass, initial=[[0], [0]], periods=3)).holds
+    True
     """
     if not isinstance(run, (Run, StructureRun)):
         reject("run", run, "a vibroimpact.Run or a vibroimpact.StructureRun")

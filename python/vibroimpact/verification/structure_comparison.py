@@ -1,7 +1,7 @@
 """Comparison of a structure's run with the exact motion, in the coordinates of its compiled form.
 
-A run and the reference may tell a closed stop's part in impacts elsewhere in different rows: that
-it stays closed, or that an impact of its own has opened it. Such rows are left out on both sides.
+A run and the reference may tell in different rows what impacts do to closed stops: that one stays
+closed, or that an impact of its own has opened it. Such rows are left out on both sides (told.py).
 """
 
 from __future__ import annotations
@@ -20,11 +20,12 @@ from ..reference.structure import Structure as ExactStructure
 from .columns import structure_tables
 from .comparison import GRAZING, verification
 from .judged import Judged, distance, right_digits, turned
-from .motion import HOLDS, Entry, Pass
+from .motion import Entry, Pass
 from .result import Disagreement, Verification
 from .stretches import Rows, Stretches
 from .structure_motion import DEAD_ENDS, StructureEntry
 from .structure_sizes import StructureSizes
+from .told import essential
 
 
 def compare_structure(
@@ -39,12 +40,13 @@ def compare_structure(
     """The verification of a run, as `comparison.compare`."""
     with ctx.workprec(exact.bits):
         done = list[StructureComparison]()
-        grazes = 0
+        grazes, holds = 0, dict[int, str]()
         for rows, motion in beside:
-            times = section_times[rows.before[2] :]
-            done.append(StructureComparison(structure, rows, motion, sizes, times, digits, grazes))
+            given = section_times[rows.before[2] :], digits, grazes
+            done.append(StructureComparison(structure, holds, rows, motion, sizes, *given))
             done[-1].compare()
             grazes += len(rows.grazes)
+            holds = done[-1].holds
     return verification(parts, done, structure_tables(structure.size), exact, digits)
 
 
@@ -54,13 +56,11 @@ class StructureComparison(Judged):
     dead_ends = DEAD_ENDS
     sizes: StructureSizes
 
-    def __init__(self, structure: ExactStructure, *given: Any) -> None:
+    def __init__(self, structure: ExactStructure, holds: dict[int, str], *given: Any) -> None:
         super().__init__(*given)
         self.structure, self.size = structure, structure.size
-        entries = cast("Sequence[StructureEntry]", self.exact.entries)
-        events = [(entry.kind, entry.stop, float(entry.values[0])) for entry in entries]
-        kept = essential(events, told_again=False)
-        self.exact = replace(self.exact, entries=[entries[place] for place in kept])
+        #: Of the stops that the run has closed what was told last: before its rows, then after.
+        self.holds = holds
 
     def _told(self) -> list[tuple[str, int]]:
         told = super()._told()
@@ -70,7 +70,8 @@ class StructureComparison(Judged):
             (kind, int(row["stop"]), float(row["time"]))
             for (kind, _), row in zip(told, rows, strict=True)
         ]
-        return [told[place] for place in essential(events, told_again=True)]
+        places, self.holds = essential(events, told_again=True, holds=self.holds)
+        return [told[place] for place in places]
 
     def _fits(self, row: np.void, entry: Entry) -> bool:
         return bool(row["stop"] == cast("StructureEntry", entry).stop)
@@ -177,33 +178,3 @@ class StructureComparison(Judged):
             if Regime[found.upper()] == regime:
                 return True
         return False
-
-
-def essential(events: Sequence[tuple[str, int, float]], *, told_again: bool) -> list[int]:
-    """Places of (kind, stop, time) without rows that only say what impacts on closed stops did.
-
-    `told_again`: a closed stop that stays so through an impact of its own is told to be closed
-    again, and one that is not told so has opened.
-    """
-    holds: dict[int, str] = {}
-    kept, first = list[int](), 0
-    while first < len(events):
-        end = first
-        while end < len(events) and events[end][2] == events[first][2]:
-            end += 1
-        group = range(first, end)
-        hit = {events[k][1] for k in group if events[k][0] == "impact"} & holds.keys()
-        now = dict(holds)
-        for k in group:
-            kind, stop, _ = events[k]
-            if kind == "release" or (told_again and stop in hit and kind == "impact"):
-                now.pop(stop, None)
-        for k in group:
-            kind, stop, _ = events[k]
-            if kind in HOLDS:
-                now[stop] = kind
-            repeated = kind in HOLDS and holds.get(stop) == kind
-            if not (stop in hit and (repeated or kind == "release")):
-                kept.append(k)
-        holds, first = now, end
-    return kept

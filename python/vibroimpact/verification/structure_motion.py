@@ -27,6 +27,7 @@ from ..structure import Structure
 from .motion import FIRST, GOOD, Entry, Pass, together
 from .path import Parted
 from .result import Early
+from .told import essential
 from .watch import Watch
 
 #: Endings beyond which the model has no motion, or no one; the reference has a longer name for one.
@@ -302,7 +303,7 @@ def _as_pass(done: _Done, problem: StructureProblem) -> Pass:
         entries = _entries(problem.structure, run, events)
         samples = [(*q, *v) for q, v in run.states[:states]]
     found = Pass(
-        run.precision, entries, samples[:count], min(run.proved_states, count), done.stopped,
+        run.precision, [*entries], samples[:count], min(run.proved_states, count), done.stopped,
         done.detail, last=done.last, proved_final=done.proved(), looks=done.looks,
     )  # fmt: skip
     if events == len(run.story):
@@ -313,28 +314,27 @@ def _as_pass(done: _Done, problem: StructureProblem) -> Pass:
     return found
 
 
-def _entries(structure: ExactStructure, run: StructureRun, count: int) -> list[Entry]:
-    """The first events of a run."""
-    entries: list[Entry] = []
-    together = structure.simultaneous == "together"
+def _entries(structure: ExactStructure, run: StructureRun, count: int) -> list[StructureEntry]:
+    """The first events of a run, without rows that only say what impacts did to closed stops."""
+    entries: list[StructureEntry] = []
     after: tuple[arb, ...] = ()
-    for place, told in enumerate(run.story[:count]):
+    story = run.story[:count]
+    for place, told in enumerate(story):
         proved = place < run.proved
         values = (told.time, *_numbers(told))
         if isinstance(told, Change):
             entries.append(StructureEntry(told.kind, values, certified=proved, stop=told.stop))
             continue
-        before = run.story[place - 1] if place else None
-        if together and isinstance(before, Impact) and bool(before.time.overlaps(told.time)):
-            v_pre = after
-        else:
-            v_pre = told.v_pre
+        first = not _at_once(story[max(place - 1, 0) : place], told)
+        v_pre = told.v_pre if first else after
         after = told.v_post
-        if together:
+        if not first or _at_once(story[place + 1 : place + 2], told):
             # the reference gives each row the whole change, the run's rows go from one to the next
             n = structure.size
             push = structure.push(structure.stops[told.stop].normal)
             after = tuple(v - push[n + i, 0] * told.impulse_normal for i, v in enumerate(v_pre))
+            if told.approach_velocity.contains(0) and told.impulse_normal.contains(0):
+                continue  # a closed stop that the impact elsewhere does not press
         values = (told.time, *told.q, *v_pre, *after)
         phase = arb(structure.omega) * told.time + arb(structure.phase)
         more = (
@@ -344,7 +344,25 @@ def _entries(structure: ExactStructure, run: StructureRun, count: int) -> list[E
         entries.append(
             StructureEntry("impact", values, told.regime, proved, more=more, stop=told.stop)
         )
-    return entries
+    events = [(entry.kind, entry.stop, float(entry.values[0])) for entry in entries]
+    places, _ = essential(events, told_again=False)
+    return [entries[place] for place in places]
+
+
+def _at_once(beside: Sequence[Impact | Change], told: Impact) -> bool:
+    """Whether an event, if there is one, is an impact that is resolved together with another."""
+    return any(
+        isinstance(other, Impact)
+        and all(
+            p.overlaps(q)
+            for p, q in zip(
+                (other.time, *other.v_pre, *other.v_post),
+                (told.time, *told.v_pre, *told.v_post),
+                strict=True,
+            )
+        )
+        for other in beside
+    )
 
 
 def _rounded(bits: float) -> int:
