@@ -101,8 +101,12 @@ pub struct ChatterMonitor<V = [f64; 2]> {
     last: f64,
     ratio: f64,
     kept: u32,
-    /// Whether slip stopped during the last impact.
+    /// Whether slip stopped during the last impact, which it may have reversed, too: of bounces that
+    /// shrink it ends.
     pub stopped: bool,
+    /// Whether the last impact ended without slip.
+    #[serde(default)]
+    pub stuck: bool,
     character: Option<Character>,
     samples: [Option<Bounce<V>>; MOST],
     /// The contact of the last impact, where there are several.
@@ -122,6 +126,7 @@ impl<V> Default for ChatterMonitor<V> {
             ratio: 0.0,
             kept: 0,
             stopped: false,
+            stuck: false,
             character: None,
             samples: [const { None }; MOST],
             contact: 0,
@@ -183,6 +188,7 @@ impl<V: Others> ChatterMonitor<V> {
             (self.character, self.samples) = (None, [const { None }; MOST]);
         }
         self.stopped = !slides;
+        self.stuck = regime.sticks();
         self.ratio = if measured.is_finite() { measured } else { 0.0 };
         self.last = approach;
         self.kept >= CHATTER_IMPACTS

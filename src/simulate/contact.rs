@@ -35,7 +35,7 @@ impl<M: Model> Simulation<M> {
         contact: u32,
     ) -> AnchorOf<M> {
         let Completion { clock, ref state, .. } = *completion;
-        let stopped = self.stopped();
+        let stopped = M::STOPS_SLIP && self.point.monitor.stopped;
         self.system.landing(&self.point.anchor, clock, state.clone(), contact, stopped)
     }
 
@@ -97,15 +97,10 @@ impl<M: Model> Simulation<M> {
 
     /// The bodies are on this contact with g' = 0 from this clock on.
     pub(super) fn land_at(&mut self, clock: Clock, state: M::State, contact: u32) {
-        let stopped = self.stopped();
+        let stopped = M::STOPS_SLIP && self.point.monitor.stuck;
         let state = self.system.landed(&self.motion, clock, state, contact, stopped);
         let leg = self.system.landing(&self.point.anchor, clock, state, contact, stopped);
         self.begin_leg(leg);
-    }
-
-    /// Whether the last impact has stopped slip, and that has to be told.
-    fn stopped(&self) -> bool {
-        M::STOPS_SLIP && self.point.monitor.stopped
     }
 
     /// Local time at which a leg ends that lasts to this clock, and whether that is the horizon.
